@@ -1,0 +1,39 @@
+# Each target sets up everything it needs: Python >= 3.11 and make are enough.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+XDIST ?= -n auto
+
+.PHONY: demo test test-slow lint bench clean
+
+demo: $(VENV)/installed
+	mkdir -p runs
+	$(BIN)/blockstruct demo --output runs/demo.h5
+
+test: $(VENV)/installed-dev
+	$(BIN)/python -m pytest $(XDIST)
+
+test-slow: $(VENV)/installed-dev
+	$(BIN)/python -m pytest $(XDIST) -m slow
+
+lint: $(VENV)/installed-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+bench: $(VENV)/installed
+	$(BIN)/python benchmarks/wall_40x60.py
+
+clean:
+	rm -rf $(VENV)
+
+$(VENV)/bin/python:
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/installed: pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --editable .
+	touch $@
+
+$(VENV)/installed-dev: pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --editable ".[dev]"
+	touch $@

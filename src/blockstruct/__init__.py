@@ -1,0 +1,135 @@
+"""Collapse load of masonry structures: rigid-block limit analysis in 3D, with units and a full history.
+
+Define a structure:
+
+>>> import blockstruct as bs
+>>> from blockstruct import Q_
+>>> tuff = bs.Material("tuff", unit_weight=Q_(12, "kN/m^3"))
+>>> lime = bs.JointMaterial("lime mortar", friction_coefficient=0.65)
+>>> rows = [[1, 1], [0.5, 1, 0.5], [1, 1], [0.5, 1, 0.5]]
+>>> blocks = bs.courses(
+...     rows, unit_length=Q_(40, "cm"), unit_height=Q_(17.5, "cm"), depth=Q_(10, "cm"), material=tuff
+... )
+>>> found = bs.detect_interfaces(blocks, joint_material=lime)
+>>> model = bs.Model("small wall", blocks, found.interfaces)
+
+Find its collapse load:
+
+>>> dead = bs.LoadPattern("dead", [bs.SelfWeight()])
+>>> push = bs.LoadPattern("push +y", [bs.BodyForce(direction=(0, 1, 0))])
+>>> case = bs.LimitCase("out of plane", dead=dead, variable=push, flow="nonassociative")
+>>> analysis = bs.AnalysisManager(model).run([case])
+>>> result = analysis["out of plane"]
+>>> print(result.status, round(result.load_factor, 4))
+converged 0.1429
+
+Look at every iteration:
+
+>>> sorted(result.history.sizes)
+['axis', 'block', 'component', 'contact_point', 'dof', 'interface', 'iteration']
+>>> result.certificate.holds
+True
+"""
+
+from blockstruct.analysis import AnalysisManager, log_to, print_lines
+from blockstruct.builders import (
+    Detection,
+    DetectionReport,
+    Document,
+    courses,
+    detect_interfaces,
+    read_document,
+)
+from blockstruct.errors import (
+    BlockstructError,
+    CrushingNotAvailableError,
+    DimensionError,
+    DocumentError,
+    FormatError,
+    GeometryError,
+    ModelError,
+    SolverError,
+    StorageError,
+    UnitError,
+    UnknownNameError,
+)
+from blockstruct.limit import Certificate, ProcedureSettings
+from blockstruct.model import (
+    Block,
+    BodyForce,
+    FaceLoad,
+    Interface,
+    JointMaterial,
+    LimitCase,
+    LoadPattern,
+    Material,
+    Model,
+    Moment,
+    PointLoad,
+    SelfWeight,
+)
+from blockstruct.results import Analysis, CaseResult, contact_state, interface_resultants, mechanism
+from blockstruct.storage import check_file, open_analysis, save_analysis
+from blockstruct.units import Q_, ureg
+from blockstruct.vocabulary import ContactState, Flow, SolverStatus, Stage, Status
+
+__version__ = "0.1.0"
+
+__all__ = [
+    # units
+    "Q_",
+    "ureg",
+    # model
+    "Block",
+    "BodyForce",
+    "FaceLoad",
+    "Interface",
+    "JointMaterial",
+    "LimitCase",
+    "LoadPattern",
+    "Material",
+    "Model",
+    "Moment",
+    "PointLoad",
+    "SelfWeight",
+    # builders
+    "Detection",
+    "DetectionReport",
+    "Document",
+    "courses",
+    "detect_interfaces",
+    "read_document",
+    # analysis
+    "AnalysisManager",
+    "Flow",
+    "ProcedureSettings",
+    "log_to",
+    "print_lines",
+    # results
+    "Analysis",
+    "CaseResult",
+    "Certificate",
+    "ContactState",
+    "SolverStatus",
+    "Stage",
+    "Status",
+    "contact_state",
+    "interface_resultants",
+    "mechanism",
+    # storage
+    "check_file",
+    "open_analysis",
+    "save_analysis",
+    # errors
+    "BlockstructError",
+    "CrushingNotAvailableError",
+    "DimensionError",
+    "DocumentError",
+    "FormatError",
+    "GeometryError",
+    "ModelError",
+    "SolverError",
+    "StorageError",
+    "UnitError",
+    "UnknownNameError",
+]

@@ -1,0 +1,72 @@
+"""What a running analysis tells its listeners."""
+
+import logging
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TextIO
+
+from blockstruct.limit import Iteration
+from blockstruct.model import LimitCase
+from blockstruct.results import CaseResult
+
+
+@dataclass(frozen=True, slots=True)
+class CaseStarted:
+    """A case begins; ``blocks`` and ``contact_points`` tell its size."""
+
+    case: LimitCase
+    blocks: int
+    contact_points: int
+
+
+@dataclass(frozen=True, slots=True)
+class IterationDone:
+    """A program of a case is solved; ``index`` counts from zero."""
+
+    case: LimitCase
+    index: int
+    iteration: Iteration
+
+
+@dataclass(frozen=True, slots=True)
+class CaseFinished:
+    """A case has ended, with whatever status."""
+
+    result: CaseResult
+
+
+Event = CaseStarted | IterationDone | CaseFinished
+Listener = Callable[[Event], None]
+
+
+def log_to(logger: logging.Logger) -> Listener:
+    """Listener that logs cases at level INFO and iterations at level DEBUG."""
+
+    def listen(event: Event) -> None:
+        logger.log(logging.DEBUG if isinstance(event, IterationDone) else logging.INFO, "%s", describe(event))
+
+    return listen
+
+
+def print_lines(stream: TextIO | None = None) -> Listener:
+    """Listener that prints a line an event, to standard error by default."""
+
+    def listen(event: Event) -> None:
+        print(describe(event), file=stream or sys.stderr, flush=True)
+
+    return listen
+
+
+def describe(event: Event) -> str:
+    """One line of text on an event."""
+    match event:
+        case CaseStarted(case, blocks, points):
+            return f"{case.name}: {blocks} blocks, {points} contact points, {case.flow} flow"
+        case IterationDone(case, index, i):
+            return (
+                f"{case.name}: {index:3d} {i.stage:<14} load factor {i.load_factor:.6f}, "
+                f"gap {i.certificate.flow_rule_gap:.1e}, {i.solver_status} in {i.solver_time:.2f} s"
+            )
+        case CaseFinished(result):
+            return str(result)

@@ -1,0 +1,26 @@
+"""Makes models: interface detection, walls in courses, model documents.
+
+>>> from blockstruct.model import JointMaterial, Material, Model
+>>> tuff, dry = Material("tuff", "12 kN/m^3"), JointMaterial("dry", 0.65)
+>>> blocks = courses([[1, 1], [0.5, 1, 0.5]], unit_length="0.4 m", unit_height="0.2 m", depth="0.1 m", material=tuff)
+>>> found = detect_interfaces(blocks, joint_material=dry)
+>>> model = Model("wall", blocks, found.interfaces)
+>>> len(model.blocks), len(model.interfaces)
+(6, 9)
+"""
+
+from blockstruct.builders.courses import courses
+from blockstruct.builders.detection import Detection, DetectionReport, detect_interfaces
+from blockstruct.builders.document import Document, read_document
+
+__all__ = [
+    # interfaces
+    "Detection",
+    "DetectionReport",
+    "detect_interfaces",
+    # structures
+    "courses",
+    # documents
+    "Document",
+    "read_document",
+]

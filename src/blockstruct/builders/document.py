@@ -1,0 +1,180 @@
+"""Model documents: a structure, its loads and its cases as YAML or JSON."""
+
+import json
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from blockstruct.builders.courses import courses
+from blockstruct.builders.detection import DetectionReport, detect_interfaces
+from blockstruct.errors import DocumentError, ModelError, StorageError, UnknownNameError
+from blockstruct.model import (
+    Block,
+    BodyForce,
+    FaceLoad,
+    JointMaterial,
+    LimitCase,
+    LoadPattern,
+    Material,
+    Model,
+    Moment,
+    PointLoad,
+    SelfWeight,
+)
+from blockstruct.schema import violations
+from blockstruct.units import parse, to_quantity
+
+_LOADS: dict[str, Callable[..., Any]] = {
+    "self_weight": SelfWeight,
+    "body_force": BodyForce,
+    "point_load": PointLoad,
+    "face_load": FaceLoad,
+    "moment": Moment,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """What a model document says.
+
+    Attributes
+    ----------
+    model : Model
+    cases : tuple of LimitCase
+    settings : dict
+        Settings of the procedure, as :class:`blockstruct.ProcedureSettings` takes them.
+    report : DetectionReport
+        How the interfaces were found.
+    """
+
+    model: Model
+    cases: tuple[LimitCase, ...]
+    settings: dict[str, Any]
+    report: DetectionReport
+
+
+def read_document(path: str | Path) -> Document:
+    """Read a model document.
+
+    Parameters
+    ----------
+    path
+        A ``.yaml``, ``.yml`` or ``.json`` file that follows ``schemas/model-1.json``.
+
+    Raises
+    ------
+    StorageError
+        A file that cannot be read.
+    DocumentError
+        A file that is no YAML or JSON, repeats a key or violates the schema: every violation is listed.
+    ModelError
+        A document that describes no valid model.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        msg = f"{path}: cannot be read: {error}"
+        raise StorageError(msg) from error
+    content = _load(text, path)
+    found = violations(content, "model-1")
+    if found:
+        listed = "\n".join(f"  {where}: {what}" for where, what in found)
+        msg = f"{path}: {len(found)} violations of the model document's schema:\n{listed}"
+        raise DocumentError(msg)
+    try:
+        return _build(content, path.stem)
+    except ModelError as error:
+        error.add_note(f"in {path}")
+        raise
+
+
+def _load(text: str, path: Path) -> Any:
+    try:
+        if path.suffix.lower() == ".json":
+            return json.loads(text, object_pairs_hook=_unique_pairs)
+        # The subclass of SafeLoader below only adds a check.
+        return yaml.load(text, Loader=_UniqueKeyLoader)
+    except (ValueError, yaml.YAMLError, RecursionError) as error:
+        msg = f"{path}: no valid {'JSON' if path.suffix.lower() == '.json' else 'YAML'}: {error}"
+        raise DocumentError(msg) from error
+
+
+def _unique_pairs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    keys = [key for key, _ in pairs]
+    twice = {key for key in keys if keys.count(key) > 1}
+    if twice:
+        msg = f"repeated keys {sorted(twice)}; rename or merge them"
+        raise ValueError(msg)
+    return dict(pairs)
+
+
+class _UniqueKeyLoader(yaml.SafeLoader):
+    """SafeLoader that refuses a repeated key, which YAML would silently overwrite."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
+        keys = [self.construct_object(key) for key, _ in node.value]
+        twice = [key for i, key in enumerate(keys) if key in keys[:i]]
+        if twice:
+            msg = f"repeated keys {twice}; rename or merge them"
+            raise yaml.constructor.ConstructorError(None, None, msg, node.start_mark)
+        return super().construct_mapping(node, deep)
+
+
+def _build(content: dict[str, Any], stem: str) -> Document:
+    materials = {name: Material(name, **values) for name, values in content["materials"].items()}
+    joints = {name: JointMaterial(name, **values) for name, values in content["joint_materials"].items()}
+    blocks: list[Block] = []
+    for entry in content.get("courses", []):
+        blocks += courses(**entry | {"material": _named(materials, entry["material"], "material")})
+    for entry in content.get("blocks", []):
+        blocks.append(_block(entry, _named(materials, entry["material"], "material")))
+    detection = content["interfaces"]
+    joint = _named(joints, detection["joint_material"], "joint material")
+    found = detect_interfaces(blocks, joint, detection.get("tolerance"))
+    model = Model(content.get("name", stem), blocks, found.interfaces)
+
+    patterns = {
+        name: LoadPattern(name, [_load_of(entry) for entry in loads])
+        for name, loads in content["load_patterns"].items()
+    }
+    cases = tuple(
+        LimitCase(
+            **entry
+            | {
+                role: _named(patterns, entry[role], f"case {entry['name']!r}: {role} load pattern")
+                for role in ("dead", "variable")
+            }
+        )
+        for entry in content["cases"]
+    )
+    return Document(model, cases, content.get("settings", {}), found.report)
+
+
+def _block(entry: dict[str, Any], material: Material) -> Block:
+    fixed = entry.get("fixed", False)
+    if "box" in entry:
+        return Block.box(entry["name"], entry["box"]["origin"], entry["box"]["size"], material, fixed=fixed)
+    shape = entry["polyhedron"]
+    metre = parse(f"1 {shape['unit']}", f"block {entry['name']!r}: unit of the vertices")
+    return Block.from_faces(
+        entry["name"],
+        to_quantity(shape["vertices"], "dimensionless") * metre,
+        shape["faces"],
+        material,
+        fixed=fixed,
+    )
+
+
+def _load_of(entry: dict[str, Any]) -> Any:
+    return _LOADS[entry["kind"]](**{key: value for key, value in entry.items() if key != "kind"})
+
+
+def _named(known: dict[str, Any], name: str, kind: str) -> Any:
+    if name not in known:
+        msg = f"{kind} {name!r} is not in the document; it has {', '.join(known) or 'none'}"
+        raise UnknownNameError(msg)
+    return known[name]

@@ -1,0 +1,226 @@
+"""The console command ``blockstruct``."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+import blockstruct as bs
+from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone
+
+app = typer.Typer(
+    help="Collapse load of masonry structures: rigid-block limit analysis in 3D.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+#: Exit codes.
+REFUSED, NO_LOAD_FACTOR, VIOLATIONS = 2, 3, 4
+
+out = Console(highlight=False)
+err = Console(stderr=True, highlight=False)
+
+FileArgument = Annotated[Path, typer.Argument(help="An analysis file.", show_default=False)]
+
+
+def main() -> None:
+    """Run the command; an error of the input is one message and exit code 2, never a traceback."""
+    try:
+        app()
+    except bs.BlockstructError as error:
+        err.print("[bold red]error:[/]", end=" ")
+        err.print(str(error), markup=False, soft_wrap=True)
+        for note in getattr(error, "__notes__", ()):
+            err.print(f"  {note}", markup=False, soft_wrap=True)
+        raise SystemExit(REFUSED) from None
+
+
+@app.command()
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", help="File to write.")] = Path("blockstruct-demo.h5"),
+) -> None:
+    """Push a wall with an opening sideways until it collapses, and keep the analysis."""
+    tuff = bs.Material("tuff", unit_weight="12 kN/m^3")
+    lime = bs.JointMaterial("lime mortar", friction_coefficient=0.65)
+    solid, half = [1, 1, 1, 1], [0.5, 1, 1, 1, 0.5]
+    rows = [solid, half, solid, [0.5, 1, -1, 1, 0.5], [1, 0.5, -1, 0.5, 1], [0.5, 1, -1, 1, 0.5], solid, half, solid]
+    size = {"unit_length": "0.4 m", "unit_height": "0.175 m", "depth": "0.3 m"}
+    blocks = bs.courses(rows, **size, material=tuff)
+    found = bs.detect_interfaces(blocks, joint_material=lime)
+    model = bs.Model("wall with an opening", blocks, found.interfaces)
+    dead = bs.LoadPattern("self-weight", [bs.SelfWeight()])
+    push = bs.LoadPattern("weight sideways, +x", [bs.BodyForce((1, 0, 0))])
+    cases = [bs.LimitCase(f"push +x, {flow}", dead, push, flow) for flow in bs.Flow]
+    out.print(f"{model.name}: {len(model.blocks)} blocks, {found.report}", markup=False)
+    _run(model, cases, bs.ProcedureSettings(), output)
+
+
+@app.command()
+def run(
+    model: Annotated[Path, typer.Argument(help="A model document, YAML or JSON.", show_default=False)],
+    output: Annotated[Path, typer.Option("--output", "-o", help="File to write.", show_default=False)],
+) -> None:
+    """Run all cases of a model document and keep the analysis."""
+    document = bs.read_document(model)
+    out.print(f"{document.model.name}: {len(document.model.blocks)} blocks, {document.report}", markup=False)
+    _run(document.model, list(document.cases), bs.ProcedureSettings.of(document.settings), output)
+
+
+@app.command()
+def show(file: FileArgument) -> None:
+    """Print the results of an analysis, with their certificates."""
+    analysis = bs.open_analysis(file)
+    model = analysis.model
+    out.print(f"{model.name}: {len(model.blocks)} blocks, {len(model.interfaces)} interfaces", markup=False)
+    out.print(f"model hash {model.hash[:16]}…, created {analysis.created_at}, {analysis.status}", markup=False)
+    out.print(f"blockstruct {analysis.versions.get('blockstruct')}", markup=False)
+    for result in analysis.values():
+        _print_result(result)
+    _print_summary(analysis)
+
+
+@app.command()
+def history(
+    file: FileArgument,
+    case: Annotated[str, typer.Argument(help="Name of a case.", show_default=False)],
+    variable: Annotated[
+        str | None, typer.Option("--variable", help="Print one variable of the history.", show_default=False)
+    ] = None,
+    csv: Annotated[Path | None, typer.Option("--csv", help="Write a CSV file instead.", show_default=False)] = None,
+) -> None:
+    """Print the iteration history of a case."""
+    data = bs.open_analysis(file)[case].history
+    if variable is None and csv is None:
+        out.print(_iteration_table(data))
+        return
+    if variable is not None and variable not in data.data_vars:
+        msg = f"history of {case!r}: no variable {variable!r}; it has {', '.join(map(str, data.data_vars))}"
+        raise bs.UnknownNameError(msg)
+    names = [variable] if variable else [v for v in data.data_vars if data[v].dims == ("iteration",)]
+    keep = {d for name in names for d in data[name].dims} | {"stage"}
+    frame = data[names].drop_vars([c for c in data[names].coords if c not in keep]).to_dataframe()
+    units = {name: data[name].attrs.get("units") for name in names}
+    frame = frame.rename(columns={n: f"{n} [{u}]" for n, u in units.items() if u and u != "dimensionless"})
+    if csv is None:
+        out.print(frame.to_string(), markup=False, soft_wrap=True)
+        return
+    try:
+        frame.to_csv(csv)
+    except OSError as error:
+        msg = f"{csv}: cannot be written ({error.strerror}); choose another file"
+        raise bs.StorageError(msg) from error
+    out.print(f"{csv}: {len(frame)} rows", markup=False)
+
+
+@app.command()
+def validate(
+    file: Annotated[Path, typer.Argument(help="An analysis file, or a model document.", show_default=False)],
+) -> None:
+    """Check an analysis file or a model document against its schema."""
+    try:
+        if file.suffix.lower() in (".yaml", ".yml", ".json"):
+            document = bs.read_document(file)
+            out.print(f"{file}: a valid model document", markup=False, soft_wrap=True)
+            out.print(f"{len(document.model.blocks)} blocks, {document.report}", markup=False)
+        else:
+            analysis = bs.open_analysis(file)
+            out.print(f"{file}: a valid analysis of {len(analysis)} cases", markup=False, soft_wrap=True)
+    except (bs.FormatError, bs.ModelError) as error:
+        out.print(str(error), markup=False, soft_wrap=True)
+        raise typer.Exit(VIOLATIONS) from None
+
+
+def _run(model: bs.Model, cases: list[bs.LimitCase], settings: bs.ProcedureSettings, output: Path) -> None:
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f}/{task.total:.0f} programs at most"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=err, transient=True) as progress:
+        manager = bs.AnalysisManager(model, output, settings=settings, listeners=[_bar(progress, settings)])
+        analysis = manager.run(cases)
+    for result in analysis.values():
+        out.print(_iteration_table(result.history))
+        _print_result(result)
+    _print_summary(analysis)
+    out.print(f"written: {output}", markup=False, soft_wrap=True)
+    if any(r.status is not bs.Status.CONVERGED for r in analysis.values()):
+        raise typer.Exit(NO_LOAD_FACTOR)
+
+
+def _bar(progress: Progress, settings: bs.ProcedureSettings) -> Callable[[Event], None]:
+    task = progress.add_task("", total=settings.max_programs)
+
+    def listen(event: Event) -> None:
+        match event:
+            case CaseStarted(case):
+                progress.reset(task, description=case.name, total=settings.max_programs)
+            case IterationDone(case, index, iteration):
+                text = f"{case.name}: load factor {iteration.load_factor:.4f}"
+                progress.update(task, completed=index + 1, description=text)
+            case CaseFinished():
+                progress.update(task, completed=settings.max_programs)
+
+    return listen
+
+
+def _iteration_table(history: Any) -> Table:
+    table = Table(box=None, padding=(0, 1, 0, 0), header_style="bold")
+    columns = {
+        "load_factor": ("load factor", "{:.6f}"),
+        "c0": ("c0 [N]", "{:.1e}"),
+        "a": ("a", "{:.0e}"),
+        "yield_excess": ("yield", "{:.0e}"),
+        "interpenetration": ("interp.", "{:.0e}"),
+        "flow_rule_gap": ("gap", "{:.0e}"),
+        "solver_status": ("solver", "{}"),
+        "solver_time": ("time", "{:.2f} s"),
+    }
+    table.add_column("#", justify="right")
+    table.add_column("program", no_wrap=True)
+    for title, _ in columns.values():
+        table.add_column(title, justify="right", no_wrap=True)
+    for i in range(history.sizes["iteration"]):
+        row = history.isel(iteration=i)
+        cells = [form.format(row[name].item()) for name, (_, form) in columns.items()]
+        table.add_row(str(i), str(row["stage"].item()), *cells)
+    return table
+
+
+def _print_result(result: bs.CaseResult) -> None:
+    s, c = result.settings, result.certificate
+    out.print(f"\n{result.name}", style="bold", markup=False)
+    out.print(
+        f"  {result.case.dead.name} + load factor × {result.case.variable.name}, {result.case.flow} flow", markup=False
+    )
+    out.print(f"  status {result.status}: {result.message}", markup=False, soft_wrap=True)
+    out.print(f"  load factor {result.load_factor:.6g}", style="bold", markup=False)
+    if c is None:
+        return
+    rows = (
+        ("equilibrium residual", c.equilibrium_residual, s.equilibrium_tolerance, "mean dead wrenches"),
+        ("yield excess", c.yield_excess, s.yield_tolerance, "mean dead wrenches"),
+        ("interpenetration", c.interpenetration, s.interpenetration_tolerance, "largest relative velocities"),
+        ("flow-rule gap", c.flow_rule_gap / (abs(result.load_factor) or 1.0), s.gap_tolerance, "load factors"),
+    )
+    out.print(f"  certificate {'holds' if c.holds else 'does not hold'}")
+    for name, value, limit, unit in rows:
+        out.print(f"    {name:<21}{value:9.1e} (tolerance {limit:.0e}) {unit}", markup=False)
+
+
+def _print_summary(analysis: bs.Analysis) -> None:
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for title in ("case", "flow", "status"):
+        table.add_column(title)
+    for title in ("load factor", "programs", "time [s]"):
+        table.add_column(title, justify="right")
+    for r in analysis.values():
+        numbers = (f"{r.load_factor:.6g}", str(r.n_iterations), f"{r.duration:.2f}")
+        table.add_row(r.name, r.case.flow.value, r.status.value, *numbers)
+    out.print()
+    out.print(table)

@@ -1,0 +1,49 @@
+"""The one error tree: every blockstruct error is also a builtin, so plain ``except`` clauses work."""
+
+
+class BlockstructError(Exception):
+    """Base of every error blockstruct raises on purpose."""
+
+
+class UnitError(BlockstructError, TypeError):
+    """A bare number where a unit is due, or a text that is no quantity."""
+
+
+class DimensionError(BlockstructError, ValueError):
+    """A quantity of the wrong physical dimension."""
+
+
+class ModelError(BlockstructError, ValueError):
+    """A model, material, load or setting that has no mechanical meaning."""
+
+
+class GeometryError(ModelError):
+    """A shape that is no block or no interface."""
+
+
+class UnknownNameError(ModelError, KeyError):
+    """A name that nothing in the model carries."""
+
+    def __str__(self) -> str:
+        """Give the plain message: KeyError alone would print its repr."""
+        return str(self.args[0]) if self.args else ""
+
+
+class DocumentError(ModelError):
+    """A model document that does not follow ``schemas/model-1.json``."""
+
+
+class CrushingNotAvailableError(BlockstructError, NotImplementedError):
+    """A finite compressive strength, which this version cannot take into account."""
+
+
+class SolverError(BlockstructError, RuntimeError):
+    """A solver that is not installed or refuses the program."""
+
+
+class StorageError(BlockstructError, OSError):
+    """A file that cannot be written or read."""
+
+
+class FormatError(BlockstructError, ValueError):
+    """A file that is no valid blockstruct analysis."""

@@ -1,0 +1,28 @@
+"""Plain geometry: polyhedra and plane polygons as float arrays, without units and without a model.
+
+>>> import numpy as np
+>>> vertices, faces = box((0, 0, 0), (2, 1, 1))
+>>> shape = polyhedron(vertices, faces, name="unit")
+>>> float(shape.volume), shape.centroid.tolist()
+(2.0, [1.0, 0.5, 0.5])
+"""
+
+from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs
+from blockstruct.geometry.overlap import overlapping_pairs
+from blockstruct.geometry.polygon import plane_axes, polygon_area, tributary_areas
+from blockstruct.geometry.polyhedron import Polyhedron, box, polyhedron
+
+__all__ = [
+    # polyhedra
+    "Polyhedron",
+    "box",
+    "overlapping_pairs",
+    "polyhedron",
+    # polygons
+    "plane_axes",
+    "polygon_area",
+    "tributary_areas",
+    # contacts
+    "FacePair",
+    "coplanar_face_pairs",
+]

@@ -1,0 +1,61 @@
+"""Plane polygons in space: axes, area, tributary areas."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+def plane_axes(n: Array) -> tuple[Array, Array]:
+    """In-plane axes s (horizontal, along x on a horizontal plane) and t of unit normals n, shape (..., 3)."""
+    n = np.asarray(n, dtype=float)
+    s = np.stack([-n[..., 1], n[..., 0], np.zeros(n.shape[:-1])], axis=-1)
+    flat = np.linalg.norm(s, axis=-1) < 1e-9
+    level = np.array([1.0, 0.0, 0.0]) - n[..., :1] * n
+    s = np.where(flat[..., None], level, s)
+    s = s / np.linalg.norm(s, axis=-1, keepdims=True)
+    return s, np.cross(n, s)
+
+
+def polygon_area(points: Array) -> tuple[float, Array, Array]:
+    """Area, centroid (3,) and unit normal (3,) of a plane polygon, shape (k, 3), convex or not."""
+    origin = points.mean(axis=0)
+    a = points - origin
+    b = np.roll(a, -1, axis=0)
+    cross = np.cross(a, b) / 2
+    vector = cross.sum(axis=0)
+    area = float(np.linalg.norm(vector))
+    if area == 0.0:
+        return 0.0, origin, np.zeros(3)
+    normal = vector / area
+    centroid = origin + ((cross @ normal) @ (a + b)) / (3 * area)
+    return area, centroid, normal
+
+
+def tributary_areas(points: Array, starts: Index, centroids: Array, normals: Array) -> Array:
+    """Share of its polygon's area that each vertex stands for: the shares of a polygon sum up to its area.
+
+    Each vertex takes half of the two triangles it spans with the centroid. Where the centroid does not see
+    the whole outline, the triangles count by size and the shares are scaled to the area.
+
+    Parameters
+    ----------
+    points : (K, 3) array
+        Vertices of all polygons, one polygon after the other.
+    starts : (J,) array
+        Index of the first vertex of each polygon.
+    centroids, normals : (J, 3) arrays
+    """
+    counts = np.diff(np.append(starts, len(points)))
+    polygon = np.repeat(np.arange(len(starts)), counts)
+    following = np.arange(1, len(points) + 1)
+    following[starts + counts - 1] = starts
+    previous = np.empty_like(following)
+    previous[following] = np.arange(len(points))
+
+    arms = points - centroids[polygon]
+    signed = np.einsum("ij,ij->i", np.cross(arms, arms[following]), normals[polygon]) / 2
+    triangles = np.abs(signed)
+    scale = np.add.reduceat(signed, starts) / np.add.reduceat(triangles, starts)
+    return np.asarray((triangles + triangles[previous]) / 2 * scale[polygon])

@@ -1,0 +1,157 @@
+"""Closed polyhedra with planar polygon faces, convex or not."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.errors import GeometryError
+from blockstruct.geometry.polygon import polygon_area
+
+Array = NDArray[np.float64]
+
+#: Deviation from a plane, relative to the size of the block, that is still rounding.
+PLANARITY = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Polyhedron:
+    """A closed polyhedron.
+
+    Attributes
+    ----------
+    vertices : (n, 3) array
+    faces
+        Vertex indices of each face, counter-clockwise seen from outside.
+    volume, centroid
+        Exact for planar faces (divergence theorem).
+    normals : (f, 3) array
+        Outward unit normals.
+    areas : (f,) array
+    """
+
+    vertices: Array
+    faces: tuple[tuple[int, ...], ...]
+    volume: float
+    centroid: Array
+    normals: Array
+    areas: Array
+
+    def face_centroid(self, face: int) -> Array:
+        """Centroid (3,) of a face."""
+        return polygon_area(self.vertices[list(self.faces[face])])[1]
+
+
+_BOX_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+
+
+def box(origin: Sequence[float], size: Sequence[float]) -> tuple[Array, tuple[tuple[int, ...], ...]]:
+    """Vertices (8, 3) and outward faces of an axis-parallel box with its least corner at ``origin``."""
+    corners = np.array(
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float
+    )
+    return np.asarray(origin, dtype=float) + corners * np.asarray(size, dtype=float), _BOX_FACES
+
+
+def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Polyhedron:
+    """Check a shape and integrate its volume and centroid.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array
+    faces
+        Vertex indices of each planar face, counter-clockwise seen from outside.
+    name
+        Name of the block, for the message of an error.
+
+    Raises
+    ------
+    GeometryError
+        Faces that name no vertex, are degenerate or not planar; a surface that is open, inside out or without volume.
+    """
+    vertices = np.array(vertices, dtype=float)
+    if vertices.ndim != 2 or vertices.shape[1:] != (3,) or len(vertices) < 4:
+        msg = f"block {name!r}: vertices of shape {vertices.shape}; give at least four points, shape (n, 3)"
+        raise GeometryError(msg)
+    loops = tuple(tuple(int(i) for i in face) for face in faces)
+    _check_faces(loops, len(vertices), name)
+
+    # Fan triangles from the first vertex of each face: exact for any planar polygon, convex or not,
+    # because the signed parts outside it cancel.
+    fan = np.array([(f[0], a, b) for f in loops for a, b in pairwise(f[1:])])
+    of_face = np.repeat(np.arange(len(loops)), [len(f) - 2 for f in loops])
+    origin = vertices.mean(axis=0)
+    a, b, c = (vertices - origin)[fan.T]
+    cross = np.cross(b - a, c - a)
+    area_vectors = np.zeros((len(loops), 3))
+    np.add.at(area_vectors, of_face, cross / 2)
+    areas = np.linalg.norm(area_vectors, axis=1)
+    size = float(np.ptp(vertices, axis=0).max())
+    if np.any(areas <= 1e-12 * size**2):
+        face = int(np.argmin(areas))
+        msg = f"block {name!r}: face {face} {loops[face]} has no area; remove it or correct its vertices"
+        raise GeometryError(msg)
+    normals = area_vectors / areas[:, None]
+
+    _check_planar(vertices, loops, normals, size, name)
+    _check_closed(loops, name)
+
+    tetrahedra = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
+    volume = float(tetrahedra.sum())
+    if abs(volume) <= 1e-9 * size**3:
+        msg = f"block {name!r}: the volume is zero; give a body with thickness in all three directions"
+        raise GeometryError(msg)
+    if volume < 0:
+        msg = (
+            f"block {name!r}: inside out, its signed volume is {volume:.6g} m^3; list the vertices of each face "
+            "counter-clockwise seen from outside (reverse every face)"
+        )
+        raise GeometryError(msg)
+    centroid = origin + (tetrahedra @ (a + b + c)) / (4 * volume)
+    return Polyhedron(vertices, loops, volume, centroid, normals, areas)
+
+
+def _check_faces(loops: tuple[tuple[int, ...], ...], n_vertices: int, name: str) -> None:
+    if len(loops) < 4:
+        msg = f"block {name!r}: {len(loops)} faces; a closed body has at least four"
+        raise GeometryError(msg)
+    for index, loop in enumerate(loops):
+        if len(set(loop)) < max(3, len(loop)):
+            msg = f"block {name!r}: face {index} {loop} needs at least three vertices, each named once"
+            raise GeometryError(msg)
+        if min(loop) < 0 or max(loop) >= n_vertices:
+            msg = f"block {name!r}: face {index} {loop} names a vertex outside 0..{n_vertices - 1}"
+            raise GeometryError(msg)
+
+
+def _check_planar(vertices: Array, loops: tuple[tuple[int, ...], ...], normals: Array, size: float, name: str) -> None:
+    index = np.concatenate([np.asarray(f) for f in loops])
+    of_face = np.repeat(np.arange(len(loops)), [len(f) for f in loops])
+    first = np.array([f[0] for f in loops])
+    heights = np.einsum("ij,ij->i", vertices[index] - vertices[first][of_face], normals[of_face])
+    if np.abs(heights).max() > PLANARITY * size:
+        worst = int(np.argmax(np.abs(heights)))
+        msg = (
+            f"block {name!r}: face {of_face[worst]} is not planar, vertex {index[worst]} lies "
+            f"{abs(heights[worst]):.3g} m off its plane (limit {PLANARITY * size:.3g} m); "
+            "split the face into triangles or correct the vertex"
+        )
+        raise GeometryError(msg)
+
+
+def _check_closed(loops: tuple[tuple[int, ...], ...], name: str) -> None:
+    edges = Counter((a, b) for loop in loops for a, b in pairwise((*loop, loop[0])))
+    if max(edges.values()) > 1:
+        edge = max(edges, key=lambda e: edges[e])
+        msg = (
+            f"block {name!r}: edge {edge} runs the same way in {edges[edge]} faces; "
+            "list every face counter-clockwise seen from outside"
+        )
+        raise GeometryError(msg)
+    loose = next((edge for edge in edges if edge[::-1] not in edges), None)
+    if loose is not None:
+        msg = f"block {name!r}: the surface is open at edge {loose}; add the missing face"
+        raise GeometryError(msg)

@@ -1,0 +1,37 @@
+"""The method: limit programs, the non-associative iteration and the certificate.
+
+The symbols are those of F. Portioli, C. Casapulla, L. Cascini, "An efficient solution procedure for crushing
+failure in 3D limit analysis of masonry block structures with non-associative frictional joints", Int. J. Solids
+Struct. 69–70 (2015) 252–266: contact forces ``x = (n_k, s_k, t_k)``, load factor ``α``, equilibrium
+``A x + w_D + α w_L = 0``, block velocities ``u`` with ``w_L·u = 1``, relative velocities ``v = Aᵀu``.
+Everything in this room is non-dimensional: lengths by a characteristic block size, forces by the mean dead wrench.
+"""
+
+from blockstruct.limit.certificate import Certificate, certify
+from blockstruct.limit.friction import Sliding, fictitious_sliding, relax, true_sliding
+from blockstruct.limit.iteration import Iteration, Outcome
+from blockstruct.limit.problem import LimitProblem
+from blockstruct.limit.procedure import solve_limit_case
+from blockstruct.limit.program import ConicProgram, Numbers, Solution, Solver
+from blockstruct.limit.settings import ProcedureSettings
+
+__all__ = [
+    # the question
+    "LimitProblem",
+    "ProcedureSettings",
+    # the programs
+    "ConicProgram",
+    "Numbers",
+    "Sliding",
+    "Solution",
+    "Solver",
+    "fictitious_sliding",
+    "relax",
+    "true_sliding",
+    # the answer
+    "Certificate",
+    "Iteration",
+    "Outcome",
+    "certify",
+    "solve_limit_case",
+]

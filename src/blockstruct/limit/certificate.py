@@ -1,0 +1,81 @@
+"""The certificate: why to believe a load factor."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.limit.problem import LimitProblem
+from blockstruct.limit.settings import ProcedureSettings
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """Proof of a collapse state (x, u, α), measured against the true conditions and not those of any program.
+
+    A state whose four measures are zero is an exact solution: forces in equilibrium that no joint refuses, a
+    mechanism that no block blocks, and as much work dissipated as the loads do.
+
+    Attributes
+    ----------
+    equilibrium_residual : float
+        ``‖A x + w_D + α w_L‖∞``, in multiples of the mean dead wrench.
+    yield_excess : float
+        Largest of ``‖(s, t)‖ − c A_k − μ n`` and ``−f_t A_k − n``, in the same unit; negative inside.
+    interpenetration : float
+        Largest of ``tan ψ ‖v_t‖ − v_n``, relative to the largest relative velocity.
+    flow_rule_gap : float
+        ``Σ_k |(n + f_t A_k)(v_n − tan ψ ‖v_t‖)| + |(c A_k + μ n) ‖v_t‖ + (s, t)·v_t|``: work by which the
+        state misses the flow rule, in units of the load factor, because ``w_L·u = 1``.
+    holds : bool
+        Whether all four are within the tolerances of the settings.
+    """
+
+    equilibrium_residual: float
+    yield_excess: float
+    interpenetration: float
+    flow_rule_gap: float
+    holds: bool
+
+
+def certify(problem: LimitProblem, x: Array, u: Array, alpha: float, settings: ProcedureSettings) -> Certificate:
+    """Certificate of a state.
+
+    Parameters
+    ----------
+    problem
+        The limit problem, whose dilatancy is that of the flow rule.
+    x : (K, 3) array
+        Contact forces (n, s, t).
+    u : (6 F,) array
+        Velocities with ``w_L·u = 1``.
+    alpha
+        Load factor.
+    settings
+        Tolerances.
+    """
+    residual = float(np.abs(problem.A @ x.ravel() + problem.w_D + alpha * problem.w_L).max())
+    v = (problem.A.T @ u).reshape(-1, 3)
+    n, v_n = x[:, 0], v[:, 0]
+    sliding = np.linalg.norm(v[:, 1:], axis=1)
+    resistance = problem.cohesion + problem.friction * n
+    excess = float(max((np.linalg.norm(x[:, 1:], axis=1) - resistance).max(), (-problem.tension - n).max()))
+    opening = v_n - problem.dilatancy * sliding
+    largest = float(np.linalg.norm(v, axis=1).max())
+    interpenetration = float(-opening.min() / largest) if largest > 0 else 0.0
+    separation = (n + problem.tension) * opening
+    friction = resistance * sliding + np.einsum("kj,kj->k", x[:, 1:], v[:, 1:])
+    gap = float(np.abs(separation).sum() + np.abs(friction).sum())
+    scale = max(abs(alpha), 1e-3 * problem.load_factor_scale)
+    measures = (residual, excess, interpenetration, gap)
+    limits = (
+        settings.equilibrium_tolerance,
+        settings.yield_tolerance,
+        settings.interpenetration_tolerance,
+        settings.gap_tolerance * scale,
+    )
+    # A NaN fails every comparison, so a state that is no number never holds.
+    holds = all(m <= limit for m, limit in zip(measures, limits, strict=True))
+    return Certificate(*measures, holds=bool(holds and abs(problem.w_L @ u - 1) < 1e-6))

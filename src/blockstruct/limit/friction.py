@@ -1,0 +1,37 @@
+"""Sliding conditions: the true cone, and the fictitious one of the non-associative iteration."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.limit.problem import LimitProblem
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Sliding:
+    """Condition ``‖(s_k, t_k)‖ ≤ bound_k + slope_k n_k`` at every contact point, non-dimensional."""
+
+    bound: Array
+    slope: Array
+
+
+def true_sliding(problem: LimitProblem) -> Sliding:
+    """Coulomb's condition."""
+    return Sliding(problem.cohesion, problem.friction)
+
+
+def fictitious_sliding(problem: LimitProblem, n0: Array, c0: float, a: float) -> Sliding:
+    """Condition through the point of Coulomb's condition at ``n0``, raised by ``c0``, of slope tan ψ − a (μ − tan ψ).
+
+    For ψ = 0 it is ``c0 + (1 + a) μ n0 − a μ n``; for ψ = φ Coulomb's condition itself, raised by ``c0``.
+    """
+    slope = problem.dilatancy - a * (problem.friction - problem.dilatancy)
+    return Sliding(problem.cohesion + c0 + (problem.friction - slope) * n0, slope)
+
+
+def relax(n0: Array, n: Array, beta: float) -> Array:
+    """``β n + (1 − β) n0``."""
+    return beta * n + (1 - beta) * n0

@@ -1,0 +1,72 @@
+"""What one program of the procedure found, and how the procedure ended."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.limit.certificate import Certificate
+from blockstruct.limit.friction import Sliding
+from blockstruct.vocabulary import SolverStatus, Stage, Status
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Iteration:
+    """One program and its solution, non-dimensional.
+
+    Attributes
+    ----------
+    stage : Stage
+    load_factor : float
+        α; NaN where the solver found no point, and in the dead-load program.
+    x : (K, 3) array
+        Contact forces (n, s, t).
+    u : (6 F,) array
+        Velocities, ``w_L·u = 1`` (``w_D·u = 1`` in the dead-load program).
+    v : (K, 3) array
+        Relative velocities plus minus minus, in the frame of the interface.
+    sliding : Sliding
+        The sliding condition of the program.
+    c0, a : float
+        Cohesion and slope of the schedule.
+    certificate : Certificate
+        Against the true conditions.
+    solver_status : SolverStatus
+    solver_iterations : int
+    solver_time : float
+        Seconds.
+    """
+
+    stage: Stage
+    load_factor: float
+    x: Array
+    u: Array
+    v: Array
+    sliding: Sliding
+    c0: float
+    a: float
+    certificate: Certificate
+    solver_status: SolverStatus
+    solver_iterations: int
+    solver_time: float
+
+    @property
+    def solved(self) -> bool:
+        """Whether the solver claims a point: only the certificate tells what it is worth."""
+        return is_solved(self.solver_status)
+
+
+def is_solved(status: SolverStatus) -> bool:
+    """Whether a solver claims a point."""
+    return status in (SolverStatus.SOLVED, SolverStatus.ALMOST_SOLVED)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a limit case ended: its status, its load factor and a sentence on why."""
+
+    status: Status
+    load_factor: float
+    message: str

@@ -1,0 +1,141 @@
+"""The procedure: dead load, associative program, non-associative iteration, admissible state."""
+
+from collections.abc import Generator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.limit.dead_load import dead_load_program
+from blockstruct.limit.friction import fictitious_sliding, relax, true_sliding
+from blockstruct.limit.iteration import Iteration, Outcome
+from blockstruct.limit.problem import LimitProblem
+from blockstruct.limit.program import ConicProgram, Solver
+from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.limit.step import solve_step
+from blockstruct.vocabulary import Flow, SolverStatus, Stage, Status
+
+Array = NDArray[np.float64]
+Steps = Generator[Iteration, None, Outcome]
+
+
+def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
+    """Solve a limit case, program by program.
+
+    Parameters
+    ----------
+    problem
+        The limit problem, with the dilatancy of its flow.
+    flow
+        Associative flow ends with the associative program.
+    settings
+        Schedule and tolerances.
+    solver
+        Solves the conic programs.
+
+    Yields
+    ------
+    Iteration
+        One a program, as it is solved.
+
+    Returns
+    -------
+    Outcome
+        Value of the generator.
+    """
+    unstable = yield from dead_load_program(problem, settings, solver)
+    if unstable is not None:
+        return unstable
+    program, sliding = ConicProgram(problem), true_sliding(problem)
+    first = solve_step(program, program.numbers(sliding), sliding, Stage.ASSOCIATIVE, settings, solver)
+    yield first
+    if first.solver_status is SolverStatus.UNBOUNDED:
+        return _unbounded(problem, first, settings)
+    if not first.solved:
+        return _given_up(f"the solver ended the associative program as {first.solver_status}", first)
+    if flow is Flow.NONASSOCIATIVE:
+        return (yield from _iterate(program, first, settings, solver))
+    if first.certificate.holds:
+        return Outcome(Status.CONVERGED, first.load_factor, "the certificate of the associative program holds")
+    return _given_up("the certificate of the associative program does not hold", first)
+
+
+def _iterate(program: ConicProgram, first: Iteration, settings: ProcedureSettings, solver: Solver) -> Steps:
+    """Non-associative iteration (Gilbert, Casapulla & Ahmed 2006; in cones: Portioli, Casapulla & Cascini 2014)."""
+    n0, c0, a = first.x[:, 0], settings.cohesion, settings.slope
+    last, trail, settled, wait = first, [first.load_factor], 0, 0
+    # The dead-load and the associative program are behind, an admissible one may follow.
+    left = settings.max_programs - 2
+    while left > 0:
+        sliding = fictitious_sliding(program.problem, n0, c0, a)
+        numbers = program.numbers(sliding)
+        step = solve_step(program, numbers, sliding, Stage.NONASSOCIATIVE, settings, solver, c0=c0, a=a)
+        yield step
+        left -= 1
+        if not step.solved:
+            c0 *= 4
+            continue
+        last = step
+        trail.append(step.load_factor)
+        drift = _drift(trail, program.problem)
+        calm = drift <= settings.load_factor_tolerance and c0 <= settings.cohesion_limit
+        settled = settled + 1 if calm else 0
+        patient = len(trail) > settings.patience and drift <= settings.drift_tolerance
+        wait -= 1
+        if left == 1 or (wait <= 0 and (settled >= 2 or patient)):
+            closing = _admissible(program, step, settings, solver)
+            yield closing
+            left -= 1
+            if closing.certificate.holds:
+                return Outcome(Status.CONVERGED, closing.load_factor, "the certificate holds")
+            wait = 4
+        n0 = relax(n0, step.x[:, 0], settings.relaxation)
+        c0 = max(c0 * settings.cohesion_decay, settings.cohesion_min)
+        a = max(a * settings.slope_decay, settings.slope_min)
+    return _given_up(f"no certificate within {settings.max_programs} programs", last)
+
+
+def _admissible(program: ConicProgram, step: Iteration, settings: ProcedureSettings, solver: Solver) -> Iteration:
+    """Forces inside the true cones that miss the flow rule of a step's mechanism least, at no higher load factor.
+
+    For given velocities the flow-rule gap is linear in the forces: up to a constant it is ``Σ s_k n_k − α`` with
+    the shift ``s_k = (μ − tan ψ) ‖v_t,k‖`` (De Saxcé & Feng 1998). The state of a step satisfies the true
+    conditions only in the limit of the iteration; this one does at once, or shows that none is near.
+    """
+    problem = program.problem
+    sliding = true_sliding(problem)
+    shift = (problem.friction - problem.dilatancy) * np.linalg.norm(step.v[:, 1:], axis=1)
+    numbers = program.numbers(sliding, shift=shift, limit=step.load_factor)
+    return solve_step(program, numbers, sliding, Stage.ADMISSIBLE, settings, solver, mechanism=step)
+
+
+def _drift(trail: list[float], problem: LimitProblem) -> float:
+    """Change still to come, relative to α, if the last changes go on as a geometric series."""
+    if len(trail) < 3:
+        return np.inf
+    before, now = np.diff(trail[-3:])
+    ratio = min(max(now / before, 0.0), 0.99) if before != 0 else 0.0
+    scale = max(abs(trail[-1]), 1e-3 * problem.load_factor_scale)
+    return float(abs(now) * max(1.0, ratio / (1 - ratio)) / scale)
+
+
+def _unbounded(problem: LimitProblem, step: Iteration, settings: ProcedureSettings) -> Outcome:
+    """Check the solver's ray: forces that balance the variable load alone, inside the cones at any size."""
+    if step.load_factor > 0:
+        x = step.x / step.load_factor
+        residual = np.abs(problem.A @ x.ravel() + problem.w_L).max()
+        excess = max((np.linalg.norm(x[:, 1:], axis=1) - problem.friction * x[:, 0]).max(), (-x[:, 0]).max())
+        if max(residual, excess) <= settings.yield_tolerance * max(1.0, np.abs(x).max()):
+            message = "the variable load never causes collapse: the joints carry any multiple of it"
+            return Outcome(Status.UNBOUNDED, np.inf, message)
+    return _given_up("the solver calls the program unbounded, but its ray does not balance the load", step)
+
+
+def _given_up(why: str, last: Iteration) -> Outcome:
+    c = last.certificate
+    return Outcome(
+        Status.NOT_CONVERGED,
+        np.nan,
+        f"{why}; last load factor {last.load_factor:.6g} with equilibrium residual {c.equilibrium_residual:.1e}, "
+        f"yield excess {c.yield_excess:.1e}, interpenetration {c.interpenetration:.1e}, "
+        f"flow-rule gap {c.flow_rule_gap:.1e}",
+    )

@@ -1,0 +1,100 @@
+"""Settings of the procedure."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Self
+
+from blockstruct.errors import ModelError
+
+
+@dataclass(frozen=True, slots=True)
+class ProcedureSettings:
+    """Schedule and tolerances of the procedure: part of every result, because the answer depends on them.
+
+    The non-associative iteration replaces the friction cone by a fictitious condition
+    ``‖(s, t)‖ ≤ c0 + (1 + a) μ n0 − a μ n`` (for zero dilatancy) that is moved along with the solution
+    (Gilbert, Casapulla & Ahmed 2006; Portioli et al. 2014). Forces are in multiples of the mean dead wrench.
+
+    Parameters
+    ----------
+    slope, slope_decay, slope_min
+        Start, factor a step and end of ``a``. A negative slope steers to the low solution; it must fade faster
+        than the cohesion, because ``a > 0`` also caps the force on contacts that were unloaded.
+    cohesion, cohesion_decay, cohesion_min
+        Start, factor a step and end of ``c0``, which keeps unloaded contacts from making a program infeasible.
+    relaxation
+        Share β of the new normal forces in ``n0``.
+    load_factor_tolerance
+        Relative change of the load factor, extrapolated to the end of its drift, below which it has settled.
+    patience, drift_tolerance
+        After this many steps a load factor that drifts less than the drift tolerance is certified as well.
+    cohesion_limit
+        Largest ``c0`` at which the iteration may end.
+    max_programs
+        Programs solved before the case is given up.
+    equilibrium_tolerance, yield_tolerance
+        Largest residual and yield excess, in multiples of the mean dead wrench.
+    interpenetration_tolerance
+        Largest interpenetration, in multiples of the largest relative velocity.
+    gap_tolerance
+        Largest flow-rule gap, relative to the load factor.
+    solver
+        ``"clarabel"`` (direct, reused between iterations) or ``"cvxpy:NAME"`` for any conic solver CVXPY has.
+    solver_tolerance
+        Feasibility and duality-gap tolerance asked of the solver.
+    """
+
+    slope: float = 0.3
+    slope_decay: float = 0.35
+    slope_min: float = 1e-6
+    cohesion: float = 0.1
+    cohesion_decay: float = 0.5
+    cohesion_min: float = 1e-6
+    relaxation: float = 0.4
+    load_factor_tolerance: float = 3e-4
+    patience: int = 16
+    drift_tolerance: float = 5e-3
+    cohesion_limit: float = 1e-3
+    max_programs: int = 60
+    equilibrium_tolerance: float = 1e-6
+    yield_tolerance: float = 1e-5
+    interpenetration_tolerance: float = 1e-4
+    gap_tolerance: float = 1e-3
+    solver: str = "clarabel"
+    solver_tolerance: float = 1e-9
+
+    def __post_init__(self) -> None:
+        limits = {
+            "slope": (0.0, 1.0),
+            "slope_decay": (0.0, 1.0),
+            "cohesion_decay": (0.0, 1.0),
+            "relaxation": (1e-3, 1.0),
+            "max_programs": (1, 10_000),
+            "patience": (1, 10_000),
+            "solver_tolerance": (1e-14, 1e-4),
+        }
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.type is str or field.type == "str":
+                if not isinstance(value, str):
+                    msg = f"ProcedureSettings: {field.name} is {value!r}; give a text"
+                    raise ModelError(msg)
+                continue
+            low, high = limits.get(field.name, (0.0, 1e6))
+            whole = field.type is int or field.type == "int"
+            if isinstance(value, bool) or not isinstance(value, int if whole else int | float):
+                msg = f"ProcedureSettings: {field.name} is {value!r}; give a {'whole ' if whole else ''}number"
+                raise ModelError(msg)
+            if not low <= value <= high:
+                msg = f"ProcedureSettings: {field.name} is {value!r}; give a value from {low:g} to {high:g}"
+                raise ModelError(msg)
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Self:
+        """Settings from names and values, as documents and files keep them."""
+        known = {f.name for f in fields(cls)}
+        unknown = sorted(set(values) - known)
+        if unknown:
+            msg = f"ProcedureSettings: unknown {', '.join(unknown)}; known are {', '.join(sorted(known))}"
+            raise ModelError(msg)
+        return cls(**values)

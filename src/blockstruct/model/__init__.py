@@ -1,0 +1,37 @@
+"""Frozen, unit-aware model objects: the only place where pint quantities become floats.
+
+>>> from blockstruct.units import Q_
+>>> stone = Material("tuff", unit_weight=Q_(12, "kN/m^3"))
+>>> block = Block.box("b", origin=Q_([0, 0, 0], "m"), size=Q_([0.4, 0.2, 0.1], "m"), material=stone)
+>>> round(block.weight, 6)
+96.0
+"""
+
+from blockstruct.model.block import Block
+from blockstruct.model.interface import Interface
+from blockstruct.model.joint_material import JointMaterial
+from blockstruct.model.limit_case import LimitCase
+from blockstruct.model.load_pattern import LoadPattern
+from blockstruct.model.loads import BodyForce, FaceLoad, Load, Moment, PointLoad, SelfWeight
+from blockstruct.model.material import Material
+from blockstruct.model.model import Model
+
+__all__ = [
+    # materials
+    "JointMaterial",
+    "Material",
+    # bodies and contacts
+    "Block",
+    "Interface",
+    "Model",
+    # loads
+    "BodyForce",
+    "FaceLoad",
+    "Load",
+    "LoadPattern",
+    "Moment",
+    "PointLoad",
+    "SelfWeight",
+    # cases
+    "LimitCase",
+]

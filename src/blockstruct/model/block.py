@@ -1,0 +1,114 @@
+"""Rigid blocks."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.errors import GeometryError, ModelError
+from blockstruct.geometry import Polyhedron, box, polyhedron
+from blockstruct.model.material import Material
+from blockstruct.model.names import checked_name
+from blockstruct.units import si, si_vector
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Block:
+    """A rigid polyhedral block. Make one with :meth:`box` or :meth:`from_faces`.
+
+    Attributes
+    ----------
+    name : str
+        Unique in its model.
+    shape : Polyhedron
+        Vertices in m, outward faces.
+    material : Material
+    fixed : bool
+        Whether the block is a support.
+    """
+
+    name: str
+    shape: Polyhedron = field(repr=False)
+    material: Material
+    fixed: bool = False
+
+    def __post_init__(self) -> None:
+        checked_name(self.name, "block")
+        if not isinstance(self.material, Material):
+            msg = f"block {self.name!r}: material is {self.material!r}; give a Material"
+            raise ModelError(msg)
+
+    @classmethod
+    def box(cls, name: str, origin: Any, size: Any, material: Material, *, fixed: bool = False) -> Self:
+        """Axis-parallel box.
+
+        Parameters
+        ----------
+        name
+            Unique in the model.
+        origin, size : quantity, length, three components
+            Least corner and edge lengths along x, y, z.
+        material
+            Material of the block.
+        fixed
+            Whether the block is a support.
+        """
+        corner = si_vector(origin, "length", f"block {name!r}: origin")
+        edges = si_vector(size, "length", f"block {name!r}: size")
+        if min(edges) <= 0:
+            msg = f"block {name!r}: size {edges} m; give three lengths above zero, a block needs a volume"
+            raise GeometryError(msg)
+        vertices, faces = box(corner, edges)
+        return cls(name, polyhedron(vertices, faces, name), material, fixed)
+
+    @classmethod
+    def from_faces(
+        cls,
+        name: str,
+        vertices: Any,
+        faces: Sequence[Sequence[int]],
+        material: Material,
+        *,
+        fixed: bool = False,
+    ) -> Self:
+        """General polyhedron with planar polygon faces, convex or not.
+
+        Parameters
+        ----------
+        name
+            Unique in the model.
+        vertices : quantity, length, shape (n, 3)
+            Corner points.
+        faces
+            Vertex indices of each face, counter-clockwise seen from outside.
+        material
+            Material of the block.
+        fixed
+            Whether the block is a support.
+
+        Raises
+        ------
+        GeometryError
+            A surface that is open, inside out, not planar or without volume.
+        """
+        points = si(vertices, "length", f"block {name!r}: vertices")
+        return cls(name, polyhedron(np.asarray(points), faces, name), material, fixed)
+
+    @property
+    def volume(self) -> float:
+        """Volume, m³."""
+        return self.shape.volume
+
+    @property
+    def centroid(self) -> Array:
+        """Centroid (3,), m."""
+        return self.shape.centroid
+
+    @property
+    def weight(self) -> float:
+        """Weight, N."""
+        return self.shape.volume * self.material.unit_weight

@@ -1,0 +1,78 @@
+"""Interfaces between blocks."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.errors import GeometryError, ModelError
+from blockstruct.geometry import polygon_area
+from blockstruct.model.joint_material import JointMaterial
+from blockstruct.model.names import checked_name
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Interface:
+    """A plane contact between two blocks.
+
+    Parameters
+    ----------
+    name
+        Unique in the model.
+    minus, plus
+        Names of the two blocks. The normal points from the minus block to the plus block.
+    polygon : (k, 3) array, m
+        Corners, counter-clockwise about the normal: they are the contact points.
+    joint_material
+        Strength of the joint.
+
+    Attributes
+    ----------
+    area : float
+        m².
+    centroid : (3,) array
+        m.
+    normal : (3,) array
+        Unit normal from minus to plus.
+    """
+
+    name: str
+    minus: str
+    plus: str
+    polygon: Array = field(repr=False)
+    joint_material: JointMaterial
+    area: float = field(init=False)
+    centroid: Array = field(init=False, repr=False)
+    normal: Array = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        checked_name(self.name, "interface")
+        polygon = np.array(self.polygon, dtype=float)
+        who = f"interface {self.name!r}"
+        if polygon.ndim != 2 or polygon.shape[1:] != (3,) or len(polygon) < 3 or not np.isfinite(polygon).all():
+            msg = f"{who}: polygon of shape {polygon.shape}; give three or more finite points, shape (k, 3), in metres"
+            raise GeometryError(msg)
+        if self.minus == self.plus:
+            msg = f"{who}: joins block {self.minus!r} with itself; name two blocks"
+            raise ModelError(msg)
+        if not isinstance(self.joint_material, JointMaterial):
+            msg = f"{who}: joint material is {self.joint_material!r}; give a JointMaterial"
+            raise ModelError(msg)
+        area, centroid, normal = polygon_area(polygon)
+        size = float(np.ptp(polygon, axis=0).max())
+        if area <= 1e-12 * size**2:
+            msg = f"{who}: the polygon has no area; remove the interface or correct its corners"
+            raise GeometryError(msg)
+        deviation = float(np.abs((polygon - centroid) @ normal).max())
+        if deviation > 1e-5 * size:
+            msg = f"{who}: a corner lies {deviation:.3g} m off the plane of the polygon; give a plane polygon"
+            raise GeometryError(msg)
+        for attribute, value in (
+            ("polygon", polygon),
+            ("area", area),
+            ("centroid", centroid),
+            ("normal", normal),
+        ):
+            object.__setattr__(self, attribute, value)

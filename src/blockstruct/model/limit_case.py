@@ -1,0 +1,43 @@
+"""Limit cases: what is asked of a model."""
+
+from dataclasses import dataclass
+
+from blockstruct.errors import ModelError
+from blockstruct.model.load_pattern import LoadPattern
+from blockstruct.model.names import checked_name
+from blockstruct.vocabulary import Flow
+
+
+@dataclass(frozen=True, slots=True)
+class LimitCase:
+    """A dead load that stays and a variable load that grows until collapse.
+
+    Parameters
+    ----------
+    name
+        Unique in an analysis.
+    dead
+        Loads that act in full.
+    variable
+        Loads that act times the load factor.
+    flow
+        ``"nonassociative"`` (sliding dilates by each joint's dilatancy angle, zero by default) or
+        ``"associative"`` (sliding dilates by the friction angle: an upper bound, solved in one program).
+    """
+
+    name: str
+    dead: LoadPattern
+    variable: LoadPattern
+    flow: Flow = Flow.NONASSOCIATIVE
+
+    def __post_init__(self) -> None:
+        checked_name(self.name, "limit case")
+        for role in ("dead", "variable"):
+            if not isinstance(getattr(self, role), LoadPattern):
+                msg = f"limit case {self.name!r}: {role} load is {getattr(self, role)!r}; give a LoadPattern"
+                raise ModelError(msg)
+        try:
+            object.__setattr__(self, "flow", Flow(self.flow))
+        except ValueError:
+            msg = f"limit case {self.name!r}: flow {self.flow!r}; give one of {', '.join(Flow)}"
+            raise ModelError(msg) from None

@@ -1,0 +1,61 @@
+"""Material of blocks."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from blockstruct.errors import ModelError
+from blockstruct.model.names import checked_name
+from blockstruct.units import si
+
+#: Standard acceleration of free fall, m/s² (CGPM 1901).
+STANDARD_GRAVITY = 9.80665
+
+
+@dataclass(frozen=True, slots=True, init=False)
+class Material:
+    """Material of rigid blocks: its weight is all that matters.
+
+    Parameters
+    ----------
+    name
+        Unique among the materials of a model.
+    unit_weight : quantity, force/volume
+        Weight per volume.
+    density : quantity, mass/volume
+        Mass per volume, instead of the unit weight; weighs with 9.80665 m/s².
+
+    Attributes
+    ----------
+    unit_weight : float
+        N/m³.
+
+    Raises
+    ------
+    ModelError
+        Neither or both of unit weight and density, or a value that is negative.
+    UnitError, DimensionError
+        A bare number, or a quantity of another dimension.
+
+    Examples
+    --------
+    >>> Material("tuff", unit_weight="12 kN/m^3").unit_weight
+    12000.0
+    """
+
+    name: str
+    unit_weight: float
+
+    def __init__(self, name: str, unit_weight: Any = None, *, density: Any = None) -> None:
+        checked_name(name, "material")
+        if (unit_weight is None) == (density is None):
+            msg = f"material {name!r}: give either unit_weight or density"
+            raise ModelError(msg)
+        if density is not None:
+            value = si(density, "density", f"material {name!r}: density") * STANDARD_GRAVITY
+        else:
+            value = si(unit_weight, "force/volume", f"material {name!r}: unit weight")
+        if value < 0:
+            msg = f"material {name!r}: unit weight {value:.6g} N/m^3 is negative; give zero or more"
+            raise ModelError(msg)
+        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "unit_weight", value)

@@ -1,0 +1,161 @@
+"""The model: blocks and their interfaces."""
+
+import hashlib
+import json
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from blockstruct.errors import GeometryError, ModelError, UnknownNameError
+from blockstruct.geometry import overlapping_pairs
+from blockstruct.model.block import Block
+from blockstruct.model.interface import Interface
+from blockstruct.model.joint_material import JointMaterial
+from blockstruct.model.material import Material
+from blockstruct.model.names import checked_name
+
+#: Penetration, relative to the mean block size, that still counts as touching.
+OVERLAP_TOLERANCE = 1e-4
+
+
+@dataclass(frozen=True, slots=True, init=False, eq=False)
+class Model:
+    """Blocks, their interfaces and their materials.
+
+    Parameters
+    ----------
+    name
+        Name of the structure.
+    blocks
+        Blocks with unique names, at least one of them fixed.
+    interfaces
+        Interfaces with unique names between blocks of the model, as found by
+        :func:`blockstruct.detect_interfaces`.
+
+    Raises
+    ------
+    ModelError
+        Duplicate names, different materials of one name, no fixed or no free block, floating blocks.
+    GeometryError
+        Blocks that overlap.
+    UnknownNameError
+        An interface of a block that the model does not have.
+    """
+
+    name: str
+    blocks: tuple[Block, ...]
+    interfaces: tuple[Interface, ...]
+
+    def __init__(self, name: str, blocks: Iterable[Block], interfaces: Iterable[Interface]) -> None:
+        object.__setattr__(self, "name", checked_name(name, "model"))
+        object.__setattr__(self, "blocks", tuple(blocks))
+        object.__setattr__(self, "interfaces", tuple(interfaces))
+        self._check()
+
+    @property
+    def materials(self) -> dict[str, Material]:
+        """Materials of the blocks by name."""
+        return {b.material.name: b.material for b in self.blocks}
+
+    @property
+    def joint_materials(self) -> dict[str, JointMaterial]:
+        """Materials of the interfaces by name."""
+        return {i.joint_material.name: i.joint_material for i in self.interfaces}
+
+    @property
+    def characteristic_length(self) -> float:
+        """Cube root of the mean volume of the free blocks, m."""
+        return float(np.mean([b.volume for b in self.blocks if not b.fixed]) ** (1 / 3))
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of the content: equal for equal models, whatever units they were written in."""
+        digest = hashlib.sha256()
+        header = {
+            "name": self.name,
+            "materials": [_fields(m) for m in self.materials.values()],
+            "joint_materials": [_fields(m) for m in self.joint_materials.values()],
+            "blocks": [(b.name, b.material.name, b.fixed, b.shape.faces) for b in self.blocks],
+            "interfaces": [(i.name, i.minus, i.plus, i.joint_material.name) for i in self.interfaces],
+        }
+        digest.update(json.dumps(header, sort_keys=True).encode())
+        for points in [b.shape.vertices for b in self.blocks] + [i.polygon for i in self.interfaces]:
+            digest.update(np.ascontiguousarray(points, dtype="<f8").tobytes())
+        return digest.hexdigest()
+
+    def block(self, name: str) -> Block:
+        """Block of a name."""
+        for block in self.blocks:
+            if block.name == name:
+                return block
+        msg = f"model {self.name!r}: no block {name!r}; it has {_listed([b.name for b in self.blocks])}"
+        raise UnknownNameError(msg)
+
+    def _check(self) -> None:
+        who = f"model {self.name!r}"
+        for kind, objects in (("block", self.blocks), ("interface", self.interfaces)):
+            twice = [n for n, count in Counter(o.name for o in objects).items() if count > 1]
+            if twice:
+                msg = f"{who}: {kind} names used more than once: {_listed(twice)}; rename them"
+                raise ModelError(msg)
+        for kind, materials in (
+            ("material", {b.material for b in self.blocks}),
+            ("joint material", {i.joint_material for i in self.interfaces}),
+        ):
+            twice = [n for n, count in Counter(m.name for m in materials).items() if count > 1]
+            if twice:
+                msg = f"{who}: different {kind}s share the names {_listed(twice)}; rename them"
+                raise ModelError(msg)
+        if not any(b.fixed for b in self.blocks):
+            msg = f"{who}: no block is fixed; make at least one a support with fixed=True"
+            raise ModelError(msg)
+        if all(b.fixed for b in self.blocks):
+            msg = f"{who}: every block is fixed, nothing can collapse; leave at least one free"
+            raise ModelError(msg)
+        known = {b.name: i for i, b in enumerate(self.blocks)}
+        for interface in self.interfaces:
+            for end in (interface.minus, interface.plus):
+                if end not in known:
+                    msg = f"{who}: interface {interface.name!r} joins block {end!r}, which is not in the model"
+                    raise UnknownNameError(msg)
+        self._check_floating(known)
+        self._check_overlap()
+
+    def _check_floating(self, known: dict[str, int]) -> None:
+        ends = np.array([(known[i.minus], known[i.plus]) for i in self.interfaces], dtype=int).reshape(-1, 2)
+        n = len(self.blocks)
+        graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n))
+        label = connected_components(graph, directed=False)[1]
+        held = np.isin(label, label[[b.fixed for b in self.blocks]])
+        floating = [b.name for b, ok in zip(self.blocks, held, strict=True) if not ok]
+        if floating:
+            msg = (
+                f"model {self.name!r}: {len(floating)} floating blocks have no way to a support through interfaces: "
+                f"{_listed(floating)}; close the gaps, detect their interfaces or remove the blocks"
+            )
+            raise ModelError(msg)
+
+    def _check_overlap(self) -> None:
+        tolerance = OVERLAP_TOLERANCE * self.characteristic_length
+        pairs = overlapping_pairs([b.shape for b in self.blocks], tolerance)
+        if pairs:
+            named = [f"{self.blocks[i].name!r} and {self.blocks[j].name!r} by {d:.3g} m" for i, j, d in pairs]
+            msg = (
+                f"model {self.name!r}: {len(pairs)} pairs of blocks overlap (limit {tolerance:.3g} m): "
+                f"{_listed(named)}; move or cut the blocks"
+            )
+            raise GeometryError(msg)
+
+
+def _fields(material: Material | JointMaterial) -> list[Any]:
+    return [getattr(material, slot) for slot in material.__slots__]
+
+
+def _listed(names: list[str], most: int = 10) -> str:
+    rest = len(names) - most
+    return ", ".join(names[:most]) + (f" and {rest} more" if rest > 0 else "")

@@ -1,0 +1,25 @@
+"""What an analysis found: histories, case results, interface resultants and states, mechanisms.
+
+The history of a case is an :class:`xarray.Dataset` that stands alone: positions, frames and names of its contact
+points, interfaces and blocks are coordinates, every variable carries ``units``, forces act on the plus block with
+compression positive, and velocities belong to one watt of variable load (``w_L·u = 1 W``).
+"""
+
+from blockstruct.results.analysis import Analysis
+from blockstruct.results.case_result import CERTIFICATE_MEASURES, CaseResult
+from blockstruct.results.history import history_of
+from blockstruct.results.mechanism import mechanism
+from blockstruct.results.resultants import interface_resultants
+from blockstruct.results.states import contact_state
+
+__all__ = [
+    # results
+    "CERTIFICATE_MEASURES",
+    "Analysis",
+    "CaseResult",
+    # histories
+    "contact_state",
+    "history_of",
+    "interface_resultants",
+    "mechanism",
+]

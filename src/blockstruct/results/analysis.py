@@ -1,0 +1,66 @@
+"""An analysis: a model and the results of its cases."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from blockstruct.errors import UnknownNameError
+from blockstruct.model import LimitCase, Model
+from blockstruct.results.case_result import CaseResult
+from blockstruct.vocabulary import Status
+
+
+@dataclass(frozen=True, slots=True, init=False, eq=False)
+class Analysis(Mapping[str, CaseResult]):
+    """A mapping of the names of cases to their results, with the model they belong to.
+
+    Attributes
+    ----------
+    model : Model
+    created_at : str
+        UTC, ISO 8601.
+    versions : mapping
+        Version of blockstruct and of every package that made the numbers.
+    """
+
+    model: Model
+    results: Mapping[str, CaseResult]
+    created_at: str
+    versions: Mapping[str, str]
+
+    def __init__(
+        self, model: Model, results: Mapping[str, CaseResult], created_at: str, versions: Mapping[str, str]
+    ) -> None:
+        object.__setattr__(self, "model", model)
+        object.__setattr__(self, "results", MappingProxyType(dict(results)))
+        object.__setattr__(self, "created_at", created_at)
+        object.__setattr__(self, "versions", MappingProxyType(dict(versions)))
+
+    @property
+    def cases(self) -> tuple[LimitCase, ...]:
+        """The cases, ready to be run again."""
+        return tuple(r.case for r in self.results.values())
+
+    @property
+    def status(self) -> str:
+        """``"interrupted"`` if a case was, ``"finished"`` otherwise."""
+        cut = any(r.status is Status.INTERRUPTED for r in self.results.values())
+        return "interrupted" if cut else "finished"
+
+    def __getitem__(self, name: str) -> CaseResult:
+        if name not in self.results:
+            msg = f"analysis of {self.model.name!r}: no case {name!r}; it has {', '.join(self.results) or 'none'}"
+            raise UnknownNameError(msg)
+        return self.results[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.results)
+
+    def __len__(self) -> int:
+        return len(self.results)
+
+    def __str__(self) -> str:
+        head = (
+            f"analysis of {self.model.name!r}: {len(self.model.blocks)} blocks, {len(self.model.interfaces)} interfaces"
+        )
+        return "\n".join([head, *(f"  {r}" for r in self.results.values())])

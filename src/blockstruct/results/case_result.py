@@ -1,0 +1,99 @@
+"""The result of one limit case."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, Self
+
+import xarray as xr
+
+from blockstruct.limit import Certificate, ProcedureSettings
+from blockstruct.model import LimitCase
+from blockstruct.results.mechanism import mechanism
+from blockstruct.results.resultants import interface_resultants
+from blockstruct.results.states import contact_state
+from blockstruct.vocabulary import Status
+
+#: Names of the measures of a certificate, as stored.
+CERTIFICATE_MEASURES = tuple(f.name for f in fields(Certificate))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CaseResult:
+    """Load factor of a case, how it was found and why to believe it.
+
+    Attributes
+    ----------
+    case : LimitCase
+    settings : ProcedureSettings
+    status : Status
+    load_factor : float
+        Load factor at collapse if the status is converged; infinite if unbounded; NaN otherwise.
+    certificate : Certificate or None
+        Of the last iteration; None if there is none.
+    message : str
+        Why the case ended as it did.
+    history : xarray.Dataset
+        Every iteration.
+    started_at : str
+        UTC, ISO 8601.
+    duration : float
+        Seconds.
+    """
+
+    case: LimitCase
+    settings: ProcedureSettings
+    status: Status
+    load_factor: float
+    certificate: Certificate | None
+    message: str
+    history: xr.Dataset = field(repr=False)
+    started_at: str
+    duration: float
+
+    @property
+    def name(self) -> str:
+        """Name of the case."""
+        return self.case.name
+
+    @property
+    def n_iterations(self) -> int:
+        """Number of iterations in the history."""
+        return int(self.history.sizes["iteration"])
+
+    @property
+    def mechanism(self) -> xr.Dataset:
+        """Collapse mechanism of the last iteration: :func:`blockstruct.mechanism`."""
+        return mechanism(self.history)
+
+    @property
+    def resultants(self) -> xr.Dataset:
+        """Interface resultants of every iteration: :func:`blockstruct.interface_resultants`."""
+        return interface_resultants(self.history)
+
+    @property
+    def states(self) -> xr.DataArray:
+        """Interface states of every iteration: :func:`blockstruct.contact_state`."""
+        return contact_state(self.history)
+
+    @classmethod
+    def restored(
+        cls,
+        *,
+        case: LimitCase,
+        settings: Mapping[str, Any],
+        status: str,
+        certificate: Mapping[str, float],
+        **rest: Any,
+    ) -> Self:
+        """Result of plain values, as a file keeps them."""
+        measures = {name: float(value) for name, value in certificate.items() if name != "holds"}
+        return cls(
+            case=case,
+            settings=ProcedureSettings.of(settings),
+            status=Status(status),
+            certificate=Certificate(**measures, holds=bool(certificate["holds"])) if certificate else None,
+            **rest,
+        )
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.status}, load factor {self.load_factor:.6g} ({self.message})"

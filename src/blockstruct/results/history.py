@@ -1,0 +1,148 @@
+"""The history of a case: every iteration as one xarray Dataset."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from blockstruct.limit import Iteration, LimitProblem
+from blockstruct.model import Model
+from blockstruct.statics import ContactPoints
+from blockstruct.units import SI_UNITS
+from blockstruct.vocabulary import AXES, COMPONENTS, DOFS
+
+Array = NDArray[np.float64]
+
+
+def history_of(
+    model: Model, points: ContactPoints, problem: LimitProblem, iterations: Sequence[Iteration]
+) -> xr.Dataset:
+    """History of a case in SI units.
+
+    Parameters
+    ----------
+    model, points, problem
+        What was solved.
+    iterations
+        Its iterations, in order; none is allowed.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions iteration, contact_point, component (n, s, t), interface, block, dof (translations, rotations)
+        and axis (x, y, z). Blocks are in the order of the model, supports have zero velocity.
+    """
+    force, length = problem.force, problem.length
+    n, K, F = len(iterations), problem.n_points, problem.A.shape[0] // 6
+
+    def stacked(values: list[Any], shape: tuple[int, ...] = ()) -> Array:
+        return np.array(values, dtype=float).reshape(n, *shape)
+
+    velocity = np.zeros((n, len(model.blocks), 6))
+    free = [i for i, block in enumerate(model.blocks) if not block.fixed]
+    velocity[:, free] = stacked([i.u for i in iterations], (F, 6)) / (force * np.repeat([1.0, length], 3))
+    per_point = ("iteration", "contact_point")
+    variables = {
+        "load_factor": _number([i.load_factor for i in iterations], "load factor α"),
+        "contact_force": (
+            (*per_point, "component"),
+            stacked([i.x for i in iterations], (K, 3)) * force,
+            _attrs("force", "contact force on the plus block, compression positive"),
+        ),
+        "relative_velocity": (
+            (*per_point, "component"),
+            stacked([i.v for i in iterations], (K, 3)) / force,
+            _attrs("velocity", "velocity of the plus block relative to the minus block, opening positive, at 1 W"),
+        ),
+        "block_velocity": (
+            ("iteration", "block", "dof"),
+            velocity,
+            _attrs("velocity", "velocity of the centroid (v, m/s) and angular velocity (w, rad/s), at 1 W"),
+        ),
+        "fictitious_cohesion": (
+            per_point,
+            stacked([i.sliding.bound for i in iterations], (K,)) * force,
+            _attrs("force", "b of the sliding condition of the program, |(s, t)| <= b + m n"),
+        ),
+        "fictitious_slope": (
+            per_point,
+            stacked([i.sliding.slope for i in iterations], (K,)),
+            _attrs("dimensionless", "m of the sliding condition of the program, |(s, t)| <= b + m n"),
+        ),
+        "c0": (
+            "iteration",
+            stacked([i.c0 for i in iterations]) * force,
+            _attrs("force", "cohesion c0 of the schedule"),
+        ),
+        "a": _number([i.a for i in iterations], "slope a of the schedule"),
+        "equilibrium_residual": _number(
+            [i.certificate.equilibrium_residual for i in iterations], "in multiples of the mean dead wrench"
+        ),
+        "yield_excess": _number(
+            [i.certificate.yield_excess for i in iterations],
+            "beyond the true conditions, in the same multiples",
+        ),
+        "interpenetration": _number(
+            [i.certificate.interpenetration for i in iterations], "relative to the largest relative velocity"
+        ),
+        "flow_rule_gap": _number(
+            [i.certificate.flow_rule_gap for i in iterations],
+            "work by which the flow rule is missed, in units of α",
+        ),
+        "solver_status": ("iteration", _text([i.solver_status.value for i in iterations]), {}),
+        "solver_iterations": (
+            "iteration",
+            np.array([i.solver_iterations for i in iterations], dtype=np.int64),
+            _attrs("dimensionless", "interior-point iterations"),
+        ),
+        "solver_time": (
+            "iteration",
+            stacked([i.solver_time for i in iterations]),
+            _attrs("time", "time in the solver"),
+        ),
+    }
+    coords = {
+        "iteration": ("iteration", np.arange(n), {}),
+        "stage": ("iteration", _text([i.stage.value for i in iterations]), {}),
+        "component": ("component", _text(COMPONENTS), {}),
+        "dof": ("dof", _text(DOFS), {}),
+        "axis": ("axis", _text(AXES), {}),
+        "block": ("block", _text([b.name for b in model.blocks]), {}),
+        "interface": ("interface", _text([i.name for i in model.interfaces]), {}),
+        "block_position": (
+            ("block", "axis"),
+            np.array([b.centroid for b in model.blocks]),
+            _attrs("length", "centroid"),
+        ),
+        "contact_position": (("contact_point", "axis"), points.position, _attrs("length", "contact point")),
+        "interface_of_contact_point": ("contact_point", points.interface, {}),
+        "friction_coefficient": (
+            "contact_point",
+            points.friction,
+            _attrs("dimensionless", "friction coefficient μ"),
+        ),
+        "interface_area": ("interface", points.area, _attrs("area", "area")),
+        "interface_position": (("interface", "axis"), points.centroid, _attrs("length", "centroid")),
+        "interface_frame": (
+            ("interface", "component", "axis"),
+            points.frame,
+            _attrs("dimensionless", "unit vectors n (from minus to plus), s (horizontal) and t = n × s"),
+        ),
+    }
+    attrs = {"unit_of_force": force, "unit_of_length": length, "long_name": "iteration history"}
+    return xr.Dataset(variables, coords=coords, attrs=attrs)
+
+
+def _attrs(dimension: str, long_name: str) -> dict[str, str]:
+    return {"units": SI_UNITS[dimension], "long_name": long_name}
+
+
+def _number(values: list[float], long_name: str) -> tuple[str, Array, dict[str, str]]:
+    return "iteration", np.array(values, dtype=float), _attrs("dimensionless", long_name)
+
+
+def _text(values: Sequence[str]) -> NDArray[np.object_]:
+    # Object strings are what a netCDF file gives back, whatever their lengths.
+    return np.array(values, dtype=object)

@@ -1,0 +1,31 @@
+"""The JSON schemas that ship with blockstruct, and what an instance violates."""
+
+import json
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+
+
+@cache
+def schema_text(name: str) -> str:
+    """Text of a schema: ``"model-1"`` or ``"analysis-1"``."""
+    shipped = resources.files("blockstruct") / "schemas" / f"{name}.json"
+    if shipped.is_file():
+        return shipped.read_text(encoding="utf-8")
+    # An editable install reads the working tree, where schemas/ stands beside src/.
+    return (Path(__file__).parents[2] / "schemas" / f"{name}.json").read_text(encoding="utf-8")
+
+
+def violations(instance: Any, name: str) -> list[tuple[str, str]]:
+    """Each violation of a schema as (path inside the instance, message), in the order of the paths."""
+    validator = jsonschema.Draft202012Validator(json.loads(schema_text(name)))
+    found = []
+    for error in validator.iter_errors(instance):
+        best = jsonschema.exceptions.best_match([error]) or error
+        path = "/" + "/".join(str(p) for p in best.absolute_path)
+        message = best.message if len(best.message) < 300 else f"{best.message[:300]} …"
+        found.append((path, message))
+    return sorted(found)

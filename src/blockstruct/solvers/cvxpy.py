@@ -1,0 +1,84 @@
+"""Any conic solver CVXPY has: the readable reference for cross-checks."""
+
+import time
+import warnings
+
+import cvxpy as cp
+import numpy as np
+import scipy.sparse as sp
+
+from blockstruct.errors import SolverError
+from blockstruct.limit import ConicProgram, Numbers, Solution
+from blockstruct.vocabulary import SolverStatus
+
+_STATUS = {
+    cp.OPTIMAL: SolverStatus.SOLVED,
+    cp.OPTIMAL_INACCURATE: SolverStatus.ALMOST_SOLVED,
+    cp.INFEASIBLE: SolverStatus.INFEASIBLE,
+    cp.INFEASIBLE_INACCURATE: SolverStatus.INFEASIBLE,
+    cp.UNBOUNDED: SolverStatus.UNBOUNDED,
+    cp.UNBOUNDED_INACCURATE: SolverStatus.UNBOUNDED,
+}
+_OPTIONS = {
+    "CLARABEL": lambda tol: {"tol_gap_abs": tol, "tol_gap_rel": tol, "tol_feas": tol},
+    "SCS": lambda tol: {"eps_abs": tol, "eps_rel": tol, "max_iters": 1_000_000},
+    "ECOS": lambda tol: {"abstol": tol, "reltol": tol, "feastol": tol},
+}
+
+
+class CvxpySolver:
+    """Builds the program anew for every step.
+
+    CVXPY reports no ray of an unbounded program, so such a program ends without one.
+
+    Parameters
+    ----------
+    name
+        A solver of ``cvxpy.installed_solvers()`` that takes second-order cones.
+    tolerance
+        Asked of CLARABEL, SCS and ECOS; other solvers run with their own.
+    """
+
+    def __init__(self, name: str, tolerance: float) -> None:
+        self.name = name.upper()
+        if self.name not in cp.installed_solvers():
+            msg = f"solver {name!r} is not installed; CVXPY has {', '.join(cp.installed_solvers())}"
+            raise SolverError(msg)
+        self.options = _OPTIONS.get(self.name, lambda _: {})(tolerance)
+
+    def solve(self, program: ConicProgram, numbers: Numbers) -> Solution:
+        """Solve one program."""
+        rows, columns = program.G.shape
+        G = sp.csr_array(sp.csc_array((numbers.G, program.G.indices, program.G.indptr), shape=(rows, columns)))
+        first, second = program.zero_rows, program.zero_rows + program.nonnegative_rows
+        y = cp.Variable(columns)
+        cone = G[second:] @ y
+        slack = cp.reshape(numbers.h[second:] - cone, (program.cones, 3), order="C")
+        equality = G[:first] @ y == numbers.h[:first]
+        inequality = G[first:second] @ y <= numbers.h[first:second]
+        sliding = cp.SOC(slack[:, 0], slack[:, 1:], axis=1)
+        problem = cp.Problem(cp.Minimize(numbers.q @ y), [equality, inequality, sliding])
+        start = time.perf_counter()
+        try:
+            with warnings.catch_warnings():
+                # An inaccurate solution is judged by its certificate.
+                warnings.simplefilter("ignore")
+                problem.solve(solver=self.name, **self.options)
+            claim = str(problem.status)
+        except cp.SolverError as error:
+            claim = str(error)
+        status = _STATUS.get(claim, SolverStatus.FAILED)
+        z = np.full(rows, np.nan)
+        if y.value is not None and equality.dual_value is not None:
+            heads, tails = sliding.dual_value
+            z = np.concatenate(
+                [equality.dual_value, inequality.dual_value, np.column_stack([heads.ravel(), tails]).ravel()]
+            )
+        return Solution(
+            status=status,
+            claim=claim,
+            y=np.full(columns, np.nan) if y.value is None else y.value,
+            z=z,
+            iterations=int(problem.solver_stats.num_iters or 0) if problem.solver_stats else 0,
+            time=time.perf_counter() - start,
+        )

@@ -1,0 +1,23 @@
+"""The solver that the settings name."""
+
+from blockstruct.errors import SolverError
+from blockstruct.limit import ProcedureSettings, Solver
+from blockstruct.solvers.clarabel import ClarabelSolver
+from blockstruct.solvers.cvxpy import CvxpySolver
+
+
+def solver_of(settings: ProcedureSettings) -> Solver:
+    """Solver named by the settings: ``"clarabel"`` or ``"cvxpy:NAME"``.
+
+    Raises
+    ------
+    SolverError
+        A name that no solver has, or a solver that is not installed.
+    """
+    if settings.solver == "clarabel":
+        return ClarabelSolver(settings.solver_tolerance)
+    layer, _, name = settings.solver.partition(":")
+    if layer == "cvxpy" and name:
+        return CvxpySolver(name, settings.solver_tolerance)
+    msg = f"solver {settings.solver!r}: give 'clarabel', or 'cvxpy:NAME' such as 'cvxpy:SCS'"
+    raise SolverError(msg)

@@ -1,0 +1,22 @@
+"""Model to arrays, once: contact points, equilibrium matrix, wrenches.
+
+>>> import blockstruct as bs
+>>> tuff, dry = bs.Material("tuff", "12 kN/m^3"), bs.JointMaterial("dry", 0.65)
+>>> blocks = bs.courses([[1, 1]], unit_length="0.4 m", unit_height="0.2 m", depth="0.1 m", material=tuff)
+>>> model = bs.Model("row", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
+>>> statics = Statics.of(model)
+>>> statics.A.shape
+(12, 36)
+"""
+
+from blockstruct.statics.contacts import ContactPoints
+from blockstruct.statics.equilibrium import equilibrium_matrix
+from blockstruct.statics.statics import Statics
+from blockstruct.statics.wrenches import wrenches
+
+__all__ = [
+    "ContactPoints",
+    "Statics",
+    "equilibrium_matrix",
+    "wrenches",
+]

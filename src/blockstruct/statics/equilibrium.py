@@ -1,0 +1,52 @@
+"""The equilibrium matrix A."""
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from blockstruct.statics.contacts import ContactPoints
+
+Array = NDArray[np.float64]
+
+
+def equilibrium_matrix(points: ContactPoints, centroids: Array, free: NDArray[np.int64], length: float) -> sp.csc_array:
+    """Equilibrium matrix: ``A x + w_D + α w_L = 0``.
+
+    Column 3k + v of A is the wrench of a unit force at contact point k along axis v of (n, s, t): on the plus
+    block ``[v; (p − c) × v]``, on the minus block its negative.
+
+    Parameters
+    ----------
+    points
+        The K contact points.
+    centroids : (B, 3) array, m
+        Reference points of the moments.
+    free : (F,) array
+        Indices of the free blocks, in the order of the rows, six a block; rows of supports are dropped.
+    length
+        Characteristic length, m: moments are divided by it.
+
+    Returns
+    -------
+    (6 F, 3 K) sparse array
+    """
+    n_points = len(points)
+    row_of = np.full(len(centroids), -1)
+    row_of[free] = 6 * np.arange(len(free))
+    axes = points.frame[points.interface]
+    column = 3 * np.arange(n_points)[:, None] + np.arange(3)
+    rows, columns, values = [], [], []
+    for sign, block in ((1.0, points.plus), (-1.0, points.minus)):
+        on = row_of[block] >= 0
+        arm = (points.position[on] - centroids[block[on]]) / length
+        force = sign * axes[on]
+        wrench = np.concatenate([force, np.cross(arm[:, None], force)], axis=2)
+        shape = wrench.shape
+        rows.append(np.broadcast_to(row_of[block[on]][:, None, None] + np.arange(6), shape).ravel())
+        columns.append(np.broadcast_to(column[on][:, :, None], shape).ravel())
+        values.append(wrench.ravel())
+    value = np.concatenate(values)
+    # Products of unit vectors that are zero but for rounding would only fill the factorisation.
+    keep = np.abs(value) > 1e-12
+    entries = (value[keep], (np.concatenate(rows)[keep], np.concatenate(columns)[keep]))
+    return sp.csc_array(entries, shape=(6 * len(free), 3 * n_points))

@@ -1,0 +1,46 @@
+"""Everything the method needs to know of a model, as arrays."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from blockstruct.model import Model
+from blockstruct.statics.contacts import ContactPoints
+from blockstruct.statics.equilibrium import equilibrium_matrix
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Statics:
+    """Contact points and equilibrium matrix of a model, assembled once for all its cases.
+
+    Attributes
+    ----------
+    model : Model
+    points : ContactPoints
+    A : (6 F, 3 K) sparse array
+        Equilibrium of the F free blocks; moments divided by ``length``.
+    free : (F,) array
+        Indices of the free blocks.
+    length : float
+        Characteristic length, m.
+    """
+
+    model: Model
+    points: ContactPoints
+    A: sp.csc_array
+    free: NDArray[np.int64]
+    length: float
+
+    @classmethod
+    def of(cls, model: Model) -> Self:
+        """Assemble the statics of a model."""
+        points = ContactPoints.of(model)
+        free = np.flatnonzero([not b.fixed for b in model.blocks])
+        centroids = np.array([b.centroid for b in model.blocks])
+        length = model.characteristic_length
+        return cls(model, points, equilibrium_matrix(points, centroids, free, length), free, length)

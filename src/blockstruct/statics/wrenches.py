@@ -1,0 +1,61 @@
+"""Wrenches of load patterns."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.errors import ModelError, UnknownNameError
+from blockstruct.model import BodyForce, FaceLoad, LoadPattern, Model, Moment, PointLoad, SelfWeight
+
+Array = NDArray[np.float64]
+
+
+def wrenches(model: Model, pattern: LoadPattern) -> Array:
+    """Force (N) and moment about the centroid (N·m) of a load pattern on every block, shape (B, 6).
+
+    Raises
+    ------
+    UnknownNameError
+        A load on a block that the model does not have.
+    ModelError
+        A face load on a face that its block does not have.
+    """
+    weight = np.array([b.weight for b in model.blocks])
+    index = {b.name: i for i, b in enumerate(model.blocks)}
+    w = np.zeros((len(model.blocks), 6))
+
+    def at(load: PointLoad | FaceLoad | Moment) -> int:
+        if load.block not in index:
+            names = list(index)
+            msg = (
+                f"load pattern {pattern.name!r}: {type(load).__name__} on block {load.block!r}, which model "
+                f"{model.name!r} does not have; it has {', '.join(names[:10])}{', …' if len(names) > 10 else ''}"
+            )
+            raise UnknownNameError(msg)
+        return index[load.block]
+
+    def add_force(i: int, point: Array, force: Array) -> None:
+        w[i, :3] += force
+        w[i, 3:] += np.cross(point - model.blocks[i].centroid, force)
+
+    for load in pattern.loads:
+        match load:
+            case SelfWeight():
+                w[:, 2] -= weight
+            case BodyForce(direction=direction):
+                w[:, :3] += weight[:, None] * np.array(direction)
+            case Moment(moment=moment):
+                w[at(load), 3:] += moment
+            case PointLoad(point=point, force=force):
+                add_force(at(load), np.array(point), np.array(force))
+            case FaceLoad(face=face, traction=traction):
+                i = at(load)
+                shape = model.blocks[i].shape
+                if face >= len(shape.faces):
+                    msg = (
+                        f"load pattern {pattern.name!r}: FaceLoad on face {face} of block {load.block!r}, "
+                        f"which has faces 0..{len(shape.faces) - 1}"
+                    )
+                    raise ModelError(msg)
+                centre = shape.face_centroid(face)
+                add_force(i, centre, shape.areas[face] * np.array(traction))
+    return w

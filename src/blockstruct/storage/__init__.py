@@ -1,0 +1,17 @@
+"""One analysis, one netCDF-4/HDF5 file, readable without blockstruct.
+
+``/model`` holds the structure, ``/cases/<name>`` a result and ``/cases/<name>/history`` its iterations. The contract
+is ``schemas/analysis-1.json``, checked on writing and on reading, and embedded in every file.
+"""
+
+from blockstruct.storage.check import check_file
+from blockstruct.storage.reader import open_analysis
+from blockstruct.storage.writer import claim, patterns, save_analysis
+
+__all__ = [
+    "check_file",
+    "claim",
+    "open_analysis",
+    "patterns",
+    "save_analysis",
+]

@@ -1,0 +1,58 @@
+"""The result of a case as a Dataset, and back."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+import xarray as xr
+
+from blockstruct.model import LimitCase, LoadPattern
+from blockstruct.results import CERTIFICATE_MEASURES, CaseResult
+from blockstruct.units import SI_UNITS
+
+
+def group_of(name: str) -> str:
+    """Group name of a case: what HDF5 cannot hold in a name is escaped, and the escape character itself."""
+    escaped = name.replace("%", "%25").replace("/", "%2F")
+    return escaped.replace(".", "%2E") if escaped in (".", "..") else escaped
+
+
+def case_dataset(result: CaseResult) -> xr.Dataset:
+    """Scalars of a result; texts are attributes."""
+    number = {"units": SI_UNITS["dimensionless"]}
+    variables: dict[str, Any] = {
+        "load_factor": ((), result.load_factor, number),
+        "n_iterations": ((), result.n_iterations, number),
+        "duration": ((), result.duration, {"units": SI_UNITS["time"]}),
+    }
+    if result.certificate is not None:
+        for name, value in asdict(result.certificate).items():
+            variables[name] = ((), int(value) if isinstance(value, bool) else value, number)
+    attrs = {
+        "name": result.name,
+        "status": result.status.value,
+        "message": result.message,
+        "flow": result.case.flow.value,
+        "dead": result.case.dead.name,
+        "variable": result.case.variable.name,
+        "settings": json.dumps(asdict(result.settings)),
+        "started_at": result.started_at,
+    }
+    return xr.Dataset(variables, attrs=attrs)
+
+
+def result_of(ds: xr.Dataset, history: xr.Dataset, patterns: Mapping[str, LoadPattern]) -> CaseResult:
+    """Result of a Dataset, its history and the load patterns of the model."""
+    a = ds.attrs
+    return CaseResult.restored(
+        case=LimitCase(a["name"], patterns[a["dead"]], patterns[a["variable"]], a["flow"]),
+        settings=json.loads(a["settings"]),
+        status=a["status"],
+        load_factor=float(ds["load_factor"]),
+        certificate={name: ds[name].item() for name in CERTIFICATE_MEASURES if name in ds},
+        message=a["message"],
+        history=history,
+        started_at=a["started_at"],
+        duration=float(ds["duration"]),
+    )

@@ -1,0 +1,162 @@
+"""Whether a file is what it must be: its schema, and what a schema cannot say."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pint
+
+from blockstruct.errors import FormatError, StorageError
+from blockstruct.schema import violations
+from blockstruct.storage.case_group import group_of
+from blockstruct.units import Q_
+from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
+
+#: Index variables and the dimension each must stay within; −1 means none where it is allowed.
+_INDICES = {
+    "material_of_block": ("material", 0),
+    "block_of_vertex": ("block", 0),
+    "block_of_face": ("block", 0),
+    "face_of_corner": ("face", 0),
+    "vertex_of_corner": ("vertex", 0),
+    "minus_block": ("block", 0),
+    "plus_block": ("block", 0),
+    "joint_material_of_interface": ("joint_material", 0),
+    "interface_of_contact_point": ("interface", 0),
+    "pattern_of_load": ("load_pattern", 0),
+    "block_of_load": ("block", -1),
+}
+_ASCENDING = ("block_of_vertex", "block_of_face", "face_of_corner", "interface_of_contact_point")
+
+
+def check_file(path: str | Path) -> dict[str, Any]:
+    """Check a file against ``schemas/analysis-1.json`` and give its root attributes.
+
+    Raises
+    ------
+    StorageError
+        A file that is missing or cannot be read.
+    FormatError
+        A file that is no valid analysis; every violation is listed with its HDF5 path.
+    """
+    path = Path(path)
+    if not path.is_file():
+        msg = f"{path}: no such file; give the path of a blockstruct analysis"
+        raise StorageError(msg)
+    try:
+        with h5py.File(path, "r") as file:
+            attrs = _checked_root(file, path)
+            found = violations(_skeleton(file), "analysis-1") or _inconsistencies(file)
+    except FormatError:
+        raise
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
+        msg = f"{path}: no readable HDF5 file ({error}); it is damaged or of another kind"
+        raise FormatError(msg) from error
+    if found:
+        listed = "\n".join(f"  {where}: {what}" for where, what in found)
+        msg = f"{path}: {len(found)} violations of the schema of an analysis:\n{listed}"
+        raise FormatError(msg)
+    return attrs
+
+
+def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
+    attrs = {name: _plain(value) for name, value in file.attrs.items()}
+    if attrs.get("format") != FORMAT:
+        msg = f"{path}: /: attribute format is {attrs.get('format')!r}, not {FORMAT!r}: no blockstruct analysis"
+        raise FormatError(msg)
+    version = str(attrs.get("format_version", ""))
+    major = version.partition(".")[0]
+    if not major.isdigit():
+        msg = f"{path}: /: attribute format_version is {version!r}, which is no version"
+        raise FormatError(msg)
+    if int(major) > int(FORMAT_VERSION.partition(".")[0]):
+        msg = f"{path}: /: format version {version}, this blockstruct reads up to {FORMAT_VERSION}; update blockstruct"
+        raise FormatError(msg)
+    return attrs
+
+
+def _plain(value: Any) -> Any:
+    """Attribute as plain Python: netCDF keeps a number as an array of one."""
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value.ravel()[0]
+    if isinstance(value, bytes):
+        return value.decode("utf-8", "replace")
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _skeleton(group: h5py.Group) -> dict[str, Any]:
+    """Attributes, variables and groups of a group, as the schema describes them."""
+    variables, groups = {}, {}
+    for name in group:
+        # A link out of the file, or to elsewhere in it, is nothing blockstruct writes: it is never followed.
+        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+            variables[name] = {"kind": "link"}
+        elif isinstance(group[name], h5py.Group):
+            groups[name] = _skeleton(group[name])
+        elif not _is_bare_dimension(group[name]):
+            variables[name] = _variable(group[name], name)
+    attrs = {k: _plain(v) for k, v in group.attrs.items() if not k.startswith("_")}
+    return {"attrs": attrs, "variables": variables, "groups": groups}
+
+
+def _is_bare_dimension(ds: h5py.Dataset) -> bool:
+    """Whether a dataset only stands for a netCDF dimension without coordinate values."""
+    return b"not a netCDF variable" in bytes(ds.attrs.get("NAME", b""))
+
+
+def _variable(ds: h5py.Dataset, name: str) -> dict[str, Any]:
+    kind = "text" if h5py.check_string_dtype(ds.dtype) else ds.dtype.kind
+    if ds.ndim == 1 and ds.is_scale:
+        dims = [name]
+    else:
+        scales = [ds.dims[k][0] if len(ds.dims[k]) else None for k in range(ds.ndim)]
+        dims = [
+            str(scale.name).rpartition("/")[2] if scale is not None and len(scale) == size else "?"
+            for scale, size in zip(scales, ds.shape, strict=True)
+        ]
+    variable = {"dims": dims, "kind": kind}
+    if "units" in ds.attrs:
+        units = str(_plain(ds.attrs["units"]))
+        try:
+            variable["dimension"] = str(Q_(1.0, units).dimensionality)
+        except (pint.PintError, ValueError, TypeError, AttributeError, AssertionError):
+            variable["dimension"] = f"? ({units!r} is no unit)"
+    return variable
+
+
+def _inconsistencies(file: h5py.File) -> list[tuple[str, str]]:
+    """What the schema cannot say: index ranges, sizes across groups, the list of cases."""
+    model, cases = file["model"], dict(file.get("cases", {}))
+    groups = {"/model": model} | {f"/cases/{name}/history": case["history"] for name, case in cases.items()}
+    found = []
+    listed = _case_names(file)
+    if listed is None or sorted(map(group_of, listed)) != sorted(cases):
+        found.append(("/cases", "the groups are not those that the attribute cases of / lists"))
+    for name, case in cases.items():
+        if int(case["n_iterations"][()]) != len(case["history/iteration"]):
+            found.append((f"/cases/{name}", "n_iterations is not the length of the history"))
+    for path, group in groups.items():
+        found += [
+            (path, f"{len(group[dim])} along {dim}, but /model has {len(model[dim])}")
+            for dim in ("block", "interface", "contact_point")
+            if len(group[dim]) != len(model[dim])
+        ]
+        for name, (dim, least) in _INDICES.items():
+            if name not in group:
+                continue
+            values = group[name][()]
+            if values.size and (values.min() < least or values.max() >= len(group[dim])):
+                found.append((f"{path}/{name}", f"an index is outside {least}..{len(group[dim]) - 1}"))
+            if name in _ASCENDING and np.any(np.diff(values) < 0):
+                found.append((f"{path}/{name}", "the indices are not in ascending order"))
+    return found
+
+
+def _case_names(file: h5py.File) -> list[str] | None:
+    try:
+        names = json.loads(file.attrs["cases"])
+    except (ValueError, TypeError):
+        return None
+    return names if isinstance(names, list) and all(isinstance(n, str) for n in names) else None

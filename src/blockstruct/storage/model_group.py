@@ -1,0 +1,205 @@
+"""The model as a Dataset, ragged data flat, and back."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from blockstruct.geometry import polyhedron
+from blockstruct.model import (
+    Block,
+    BodyForce,
+    FaceLoad,
+    Interface,
+    JointMaterial,
+    Load,
+    LoadPattern,
+    Material,
+    Model,
+    Moment,
+    PointLoad,
+    SelfWeight,
+)
+from blockstruct.units import SI_UNITS, to_quantity
+from blockstruct.vocabulary import AXES
+
+_KINDS = {
+    SelfWeight: "self_weight",
+    BodyForce: "body_force",
+    PointLoad: "point_load",
+    FaceLoad: "face_load",
+    Moment: "moment",
+}
+#: Variable of /model that holds each vector of a load, and its dimension.
+_VECTORS = {
+    "direction": "dimensionless",
+    "point": "length",
+    "force": "force",
+    "traction": "stress",
+    "moment": "moment",
+}
+_JOINT_VALUES = {
+    "friction_coefficient": "dimensionless",
+    "dilatancy_angle": "angle",
+    "cohesion": "stress",
+    "tensile_strength": "stress",
+    "compressive_strength": "stress",
+}
+
+
+def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
+    """Everything a model and its load patterns are made of."""
+    materials, joints = list(model.materials), list(model.joint_materials)
+    blocks, interfaces = model.blocks, model.interfaces
+    index = {b.name: i for i, b in enumerate(blocks)}
+    n_vertices = [len(b.shape.vertices) for b in blocks]
+    first_vertex = np.cumsum([0, *n_vertices[:-1]])
+    faces = [(i, face) for i, b in enumerate(blocks) for face in b.shape.faces]
+    loads = [(p, load) for p, pattern in enumerate(patterns) for load in pattern.loads]
+
+    def integers(values: Any) -> np.ndarray:
+        return np.asarray(values, dtype=np.int64)
+
+    variables: dict[str, Any] = {
+        "unit_weight": (
+            "material",
+            [m.unit_weight for m in model.materials.values()],
+            {"units": SI_UNITS["force/volume"]},
+        ),
+        "material_of_block": ("block", integers([materials.index(b.material.name) for b in blocks])),
+        "fixed": ("block", np.array([b.fixed for b in blocks], dtype=np.int8)),
+        "volume": ("block", [b.volume for b in blocks], {"units": SI_UNITS["volume"]}),
+        "centroid": (("block", "axis"), [b.centroid for b in blocks], {"units": SI_UNITS["length"]}),
+        "vertex_position": (
+            ("vertex", "axis"),
+            np.concatenate([b.shape.vertices for b in blocks]),
+            {"units": SI_UNITS["length"]},
+        ),
+        "block_of_vertex": ("vertex", np.repeat(np.arange(len(blocks)), n_vertices)),
+        "block_of_face": ("face", integers([i for i, _ in faces])),
+        "face_of_corner": ("corner", np.repeat(np.arange(len(faces)), [len(f) for _, f in faces])),
+        "vertex_of_corner": ("corner", np.concatenate([first_vertex[i] + integers(f) for i, f in faces])),
+        "minus_block": ("interface", integers([index[i.minus] for i in interfaces])),
+        "plus_block": ("interface", integers([index[i.plus] for i in interfaces])),
+        "joint_material_of_interface": (
+            "interface",
+            integers([joints.index(i.joint_material.name) for i in interfaces]),
+        ),
+        "area": ("interface", [i.area for i in interfaces], {"units": SI_UNITS["area"]}),
+        "contact_position": (
+            ("contact_point", "axis"),
+            np.concatenate([i.polygon for i in interfaces]),
+            {"units": SI_UNITS["length"]},
+        ),
+        "interface_of_contact_point": (
+            "contact_point",
+            np.repeat(np.arange(len(interfaces)), [len(i.polygon) for i in interfaces]),
+        ),
+        "pattern_of_load": ("load", integers([p for p, _ in loads])),
+        "kind_of_load": ("load", _texts([_KINDS[type(load)] for _, load in loads])),
+        "block_of_load": ("load", integers([index.get(getattr(load, "block", ""), -1) for _, load in loads])),
+        "face_of_load": ("load", integers([getattr(load, "face", -1) for _, load in loads])),
+    }
+    for name, dimension in _JOINT_VALUES.items():
+        values = [getattr(j, name) for j in model.joint_materials.values()]
+        variables[name] = ("joint_material", values, {"units": SI_UNITS[dimension]})
+    for name, dimension in _VECTORS.items():
+        vectors = np.array([getattr(load, name, (np.nan,) * 3) for _, load in loads], dtype=float).reshape(-1, 3)
+        variables[f"{name}_of_load"] = (("load", "axis"), vectors, {"units": SI_UNITS[dimension]})
+    coords = {
+        "axis": _texts(AXES),
+        "material": _texts(materials),
+        "joint_material": _texts(joints),
+        "block": _texts([b.name for b in blocks]),
+        "interface": _texts([i.name for i in interfaces]),
+        "load_pattern": _texts([p.name for p in patterns]),
+    }
+    return xr.Dataset(variables, coords=coords, attrs={"name": model.name})
+
+
+def model_of(ds: xr.Dataset) -> Model:
+    """Model of a Dataset, built through the same constructors and checks as any other."""
+    materials = [
+        Material(name, to_quantity(value, "force/volume"))
+        for name, value in zip(ds["material"].to_numpy(), ds["unit_weight"].to_numpy(), strict=True)
+    ]
+    joints = [_joint(ds, k) for k in range(ds.sizes["joint_material"])]
+    vertices = _parts(ds["vertex_position"].to_numpy(), ds["block_of_vertex"].to_numpy(), ds.sizes["block"])
+    first = np.searchsorted(ds["block_of_vertex"].to_numpy(), np.arange(ds.sizes["block"]))
+    corners = _parts(ds["vertex_of_corner"].to_numpy(), ds["face_of_corner"].to_numpy(), ds.sizes["face"])
+    faces: list[list[list[int]]] = [[] for _ in range(ds.sizes["block"])]
+    for block, corner in zip(ds["block_of_face"].to_numpy(), corners, strict=True):
+        faces[block].append((corner - first[block]).tolist())
+    blocks = [
+        Block(str(name), polyhedron(v, f, str(name)), materials[m], bool(fixed))
+        for name, v, f, m, fixed in zip(
+            ds["block"].to_numpy(),
+            vertices,
+            faces,
+            ds["material_of_block"].to_numpy(),
+            ds["fixed"].to_numpy(),
+            strict=True,
+        )
+    ]
+    polygons = _parts(
+        ds["contact_position"].to_numpy(), ds["interface_of_contact_point"].to_numpy(), ds.sizes["interface"]
+    )
+    interfaces = [
+        Interface(str(name), blocks[minus].name, blocks[plus].name, polygon, joints[joint])
+        for name, minus, plus, polygon, joint in zip(
+            ds["interface"].to_numpy(),
+            ds["minus_block"].to_numpy(),
+            ds["plus_block"].to_numpy(),
+            polygons,
+            ds["joint_material_of_interface"].to_numpy(),
+            strict=True,
+        )
+    ]
+    return Model(ds.attrs["name"], blocks, interfaces)
+
+
+def patterns_of(ds: xr.Dataset) -> dict[str, LoadPattern]:
+    """Load patterns of a Dataset by name."""
+    names = [str(name) for name in ds["load_pattern"].to_numpy()]
+    loads: list[list[Load]] = [[] for _ in names]
+    for k, pattern in enumerate(ds["pattern_of_load"].to_numpy()):
+        loads[pattern].append(_load(ds, k))
+    return {name: LoadPattern(name, items) for name, items in zip(names, loads, strict=True)}
+
+
+def _joint(ds: xr.Dataset, k: int) -> JointMaterial:
+    values = {name: float(ds[name].to_numpy()[k]) for name in _JOINT_VALUES}
+    quantities = {name: to_quantity(value, _JOINT_VALUES[name]) for name, value in values.items()}
+    if np.isposinf(values["compressive_strength"]):
+        del quantities["compressive_strength"]
+    return JointMaterial(str(ds["joint_material"].to_numpy()[k]), **quantities)
+
+
+def _load(ds: xr.Dataset, k: int) -> Load:
+    kind = str(ds["kind_of_load"].to_numpy()[k])
+    block = int(ds["block_of_load"].to_numpy()[k])
+    name = str(ds["block"].to_numpy()[block]) if block >= 0 else ""
+
+    def vector(what: str) -> Any:
+        return to_quantity(ds[f"{what}_of_load"].to_numpy()[k], _VECTORS[what])
+
+    match kind:
+        case "self_weight":
+            return SelfWeight()
+        case "body_force":
+            return BodyForce(vector("direction"))
+        case "point_load":
+            return PointLoad(name, vector("point"), vector("force"))
+        case "face_load":
+            return FaceLoad(name, int(ds["face_of_load"].to_numpy()[k]), vector("traction"))
+        case _:
+            return Moment(name, vector("moment"))
+
+
+def _parts(values: np.ndarray, owner: np.ndarray, n: int) -> list[np.ndarray]:
+    """Values of each of n owners; the owners are in ascending order."""
+    return np.split(values, np.searchsorted(owner, np.arange(1, n)))
+
+
+def _texts(values: Any) -> np.ndarray:
+    return np.array(list(values), dtype=object)

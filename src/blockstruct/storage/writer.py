@@ -1,0 +1,123 @@
+"""Write an analysis."""
+
+import contextlib
+import json
+import os
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+
+import xarray as xr
+
+from blockstruct.errors import ModelError, StorageError
+from blockstruct.model import LimitCase, LoadPattern
+from blockstruct.results import Analysis
+from blockstruct.schema import schema_text
+from blockstruct.storage.case_group import case_dataset, group_of
+from blockstruct.storage.check import check_file
+from blockstruct.storage.model_group import model_dataset
+from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
+
+SCHEMA = "analysis-1"
+
+
+def claim(path: str | Path) -> Path:
+    """Check, before any work is done, that a file can be written at a path; make its folder if it is missing.
+
+    Raises
+    ------
+    StorageError
+        A path that is a folder, or in a folder that cannot be made or written to.
+    """
+    path = Path(path)
+    if path.is_dir():
+        msg = f"{path}: is a folder; give the path of a file, such as {path / 'analysis.h5'}"
+        raise StorageError(msg)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        msg = f"{path}: cannot be written ({error.strerror}); choose a folder you can write to"
+        raise StorageError(msg) from error
+    return path
+
+
+def save_analysis(analysis: Analysis, path: str | Path) -> Path:
+    """Write an analysis to one file, in one step: readers see the whole new file or what was there before.
+
+    Parameters
+    ----------
+    analysis
+        Model and results.
+    path
+        Where; an existing file is replaced.
+
+    Raises
+    ------
+    StorageError
+        A path that cannot be written.
+    ModelError
+        Cases whose load patterns share a name but not their loads.
+    """
+    path = claim(path)
+    tree = {
+        "/": _root(analysis),
+        "/model": model_dataset(analysis.model, patterns(analysis.cases)),
+    }
+    for name, result in analysis.items():
+        tree[f"/cases/{group_of(name)}"] = case_dataset(result)
+        tree[f"/cases/{group_of(name)}/history"] = result.history
+    handle, draft = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+    os.close(handle)
+    try:
+        xr.DataTree.from_dict(tree).to_netcdf(draft, engine="h5netcdf")
+        check_file(draft)
+        _sync(draft)
+        Path(draft).replace(path)
+        _sync(path.parent)
+    except OSError as error:
+        msg = f"{path}: cannot be written ({error.strerror or error}); free some space or choose another folder"
+        raise StorageError(msg) from error
+    finally:
+        with contextlib.suppress(FileNotFoundError):
+            Path(draft).unlink()
+    return path
+
+
+def patterns(cases: Iterable[LimitCase]) -> list[LoadPattern]:
+    """The different load patterns of cases.
+
+    Raises
+    ------
+    ModelError
+        Two patterns of one name with different loads.
+    """
+    found: dict[str, LoadPattern] = {}
+    for case in cases:
+        for pattern in (case.dead, case.variable):
+            if found.setdefault(pattern.name, pattern) != pattern:
+                msg = f"load pattern {pattern.name!r}: two patterns of this name have different loads; rename one"
+                raise ModelError(msg)
+    return list(found.values())
+
+
+def _root(analysis: Analysis) -> xr.Dataset:
+    attrs = {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "created_at": analysis.created_at,
+        "versions": json.dumps(dict(analysis.versions), sort_keys=True),
+        "model_hash": analysis.model.hash,
+        "status": analysis.status,
+        "cases": json.dumps(list(analysis)),
+    }
+    return xr.Dataset({"schema": ((), schema_text(SCHEMA))}, attrs=attrs)
+
+
+def _sync(path: str | Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,151 @@
+"""The one pint registry and the passage from quantities to coherent-SI floats.
+
+>>> si(Q_(12, "kN/m^3"), "force/volume", "unit weight")
+12000.0
+>>> si("0.4 m", "length", "height")
+0.4
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+import pint
+
+from blockstruct.errors import DimensionError, UnitError
+
+ureg: pint.UnitRegistry[Any] = pint.UnitRegistry()
+Q_ = ureg.Quantity
+
+#: Coherent SI unit, spelled in full as stored on disk, of each physical dimension of the interface.
+SI_UNITS = {
+    "length": "meter",
+    "area": "meter ** 2",
+    "volume": "meter ** 3",
+    "force": "newton",
+    "moment": "newton * meter",
+    "stress": "pascal",
+    "force/volume": "newton / meter ** 3",
+    "density": "kilogram / meter ** 3",
+    "angle": "radian",
+    "dimensionless": "dimensionless",
+    "velocity": "meter / second",
+    "angular velocity": "radian / second",
+    "time": "second",
+}
+_EXAMPLES = {
+    "length": "0.4 m",
+    "force": "10 kN",
+    "moment": "5 kN*m",
+    "stress": "4 MPa",
+    "force/volume": "12 kN/m^3",
+    "density": "1800 kg/m^3",
+    "angle": "30 deg",
+}
+_FACTORS: dict[tuple[str, str], float | None] = {}
+
+
+def si(value: Any, dimension: str, what: str) -> Any:
+    """Coherent-SI float (or float array) of a quantity.
+
+    Parameters
+    ----------
+    value
+        A pint quantity of any registry, or a text such as ``"0.4 m"``. A bare number is accepted for
+        ``dimension="dimensionless"`` only.
+    dimension
+        A key of :data:`SI_UNITS`.
+    what
+        What the value is, for the message of an error.
+
+    Raises
+    ------
+    UnitError
+        A bare number where a unit is due, or a text that is no quantity.
+    DimensionError
+        A quantity of another dimension, or a value that is not finite.
+    """
+    if isinstance(value, str):
+        value = parse(value, what)
+    if hasattr(value, "magnitude") and hasattr(value, "units"):
+        magnitude, factor = value.magnitude, _factor(str(value.units), dimension, what)
+    elif dimension == "dimensionless":
+        magnitude, factor = value, 1.0
+    else:
+        msg = (
+            f"{what}: {value!r} has no unit, but a {dimension} is due; "
+            f"write Q_({np.ndarray.tolist(np.asarray(value))}, {_example_unit(dimension)!r}) "
+            f"or a text such as {_EXAMPLES[dimension]!r}"
+        )
+        raise UnitError(msg)
+    try:
+        array = np.asarray(magnitude, dtype=float) * factor
+    except (TypeError, ValueError):
+        msg = f"{what}: {value!r} is no number; give numbers with a unit, as in {_EXAMPLES.get(dimension, '0.65')!r}"
+        raise UnitError(msg) from None
+    if not np.all(np.isfinite(array)):
+        msg = f"{what}: {value!r} is not finite; give finite numbers"
+        raise DimensionError(msg)
+    return float(array) if array.ndim == 0 else array
+
+
+def si_vector(value: Any, dimension: str, what: str) -> tuple[float, float, float]:
+    """Three coherent-SI components of a vector quantity such as ``Q_([0, 0, -1], "kN")``.
+
+    A list of texts, one quantity a component, is accepted too, as model documents write it.
+    """
+    if isinstance(value, list | tuple) and any(hasattr(v, "magnitude") or isinstance(v, str) for v in value):
+        components = [si(v, dimension, what) for v in value]
+    else:
+        components = np.atleast_1d(si(value, dimension, what)).tolist()
+    if len(components) != 3:
+        msg = f"{what}: {value!r} has {len(components)} components; give three, along x, y and z"
+        raise DimensionError(msg)
+    x, y, z = components
+    return x, y, z
+
+
+def parse(text: str, what: str) -> Any:
+    """Quantity of a text such as ``"0.4 m"``, ``"-10 kN"`` or ``"[0, 0, -200] kN"``.
+
+    The number and the unit are read apart, so that a text is never evaluated as an expression.
+    """
+    number, _, unit = text.strip().partition(" ")
+    if text.strip().startswith("["):
+        number, _, unit = text.strip().partition("]")
+        number += "]"
+    try:
+        values = [float(v) for v in number.strip("[]").split(",")]
+        units = ureg.parse_units(unit.strip())
+    except Exception as error:
+        msg = f"{what}: {text!r} is no quantity; write a number, a space and a unit, as in '0.4 m'"
+        raise UnitError(msg) from error
+    return Q_(np.array(values) if number.startswith("[") else values[0], units)
+
+
+def to_quantity(value: Any, dimension: str) -> Any:
+    """Pint quantity of coherent-SI floats."""
+    return Q_(value, SI_UNITS[dimension])
+
+
+def _factor(unit: str, dimension: str, what: str) -> float:
+    key = (unit, dimension)
+    if key not in _FACTORS:
+        try:
+            # A thousand model objects share a handful of units: convert each unit once.
+            factor = float(Q_(1.0, unit).to(SI_UNITS[dimension]).magnitude)
+        except (pint.DimensionalityError, pint.UndefinedUnitError, pint.OffsetUnitCalculusError):
+            factor = None
+        _FACTORS[key] = factor if factor is None or math.isfinite(factor) else None
+    found = _FACTORS[key]
+    if found is None:
+        msg = (
+            f"{what}: the unit {unit!r} is none of {dimension}; "
+            f"give a {dimension}, as in {_EXAMPLES.get(dimension, SI_UNITS[dimension])!r}"
+        )
+        raise DimensionError(msg)
+    return found
+
+
+def _example_unit(dimension: str) -> str:
+    return _EXAMPLES[dimension].partition(" ")[2]

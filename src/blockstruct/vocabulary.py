@@ -1,0 +1,55 @@
+"""Names of statuses, dimensions and stored variables: one spelling for code, files and users."""
+
+from enum import StrEnum
+
+COMPONENTS = ("n", "s", "t")
+DOFS = ("vx", "vy", "vz", "wx", "wy", "wz")
+AXES = ("x", "y", "z")
+
+FORMAT = "blockstruct-analysis"
+FORMAT_VERSION = "1.0"
+
+
+class Flow(StrEnum):
+    """Flow rule of sliding."""
+
+    ASSOCIATIVE = "associative"
+    NONASSOCIATIVE = "nonassociative"
+
+
+class Status(StrEnum):
+    """How a limit case ended. A status is a result, not an error."""
+
+    CONVERGED = "converged"
+    UNSTABLE = "unstable_under_dead_load"
+    UNBOUNDED = "unbounded"
+    NOT_CONVERGED = "not_converged"
+    INTERRUPTED = "interrupted"
+
+
+class Stage(StrEnum):
+    """Which program of the procedure an iteration solved."""
+
+    DEAD_LOAD = "dead_load"
+    ASSOCIATIVE = "associative"
+    NONASSOCIATIVE = "nonassociative"
+    ADMISSIBLE = "admissible"
+
+
+class SolverStatus(StrEnum):
+    """What a conic solver says of one program: a claim to be checked, never a result."""
+
+    SOLVED = "solved"
+    ALMOST_SOLVED = "almost_solved"
+    INFEASIBLE = "infeasible"
+    UNBOUNDED = "unbounded"
+    FAILED = "failed"
+
+
+class ContactState(StrEnum):
+    """State of an interface in one iteration."""
+
+    OPEN = "open"
+    STICKING = "sticking"
+    SLIDING = "sliding"
+    HINGE = "hinge"
