@@ -46,10 +46,10 @@ def demo(
     """Push a wall with an opening sideways until it collapses, and keep the analysis."""
     tuff = bs.Material("tuff", unit_weight="12 kN/m^3")
     lime = bs.JointMaterial("lime mortar", friction_coefficient=0.65)
-    solid, half = [1, 1, 1, 1], [0.5, 1, 1, 1, 0.5]
-    rows = [solid, half, solid, [0.5, 1, -1, 1, 0.5], [1, 0.5, -1, 0.5, 1], [0.5, 1, -1, 1, 0.5], solid, half, solid]
-    size = {"unit_length": "0.4 m", "unit_height": "0.175 m", "depth": "0.3 m"}
-    blocks = bs.courses(rows, **size, material=tuff)
+    solid, half = [1.0, 1, 1, 1], [0.5, 1, 1, 1, 0.5]
+    jamb, toothed = [0.5, 1, -1, 1, 0.5], [1, 0.5, -1, 0.5, 1]
+    rows = [solid, half, solid, jamb, toothed, jamb, solid, half, solid]
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", depth="0.3 m", material=tuff)
     found = bs.detect_interfaces(blocks, joint_material=lime)
     model = bs.Model("wall with an opening", blocks, found.interfaces)
     dead = bs.LoadPattern("self-weight", [bs.SelfWeight()])
@@ -141,7 +141,7 @@ def _run(model: bs.Model, cases: list[bs.LimitCase], settings: bs.ProcedureSetti
         TextColumn("{task.completed:.0f}/{task.total:.0f} programs at most"),
         TimeElapsedColumn(),
     )
-    with Progress(*columns, console=err, transient=True) as progress:
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
         manager = bs.AnalysisManager(model, output, settings=settings, listeners=[_bar(progress, settings)])
         analysis = manager.run(cases)
     for result in analysis.values():

@@ -26,6 +26,10 @@ def violations(instance: Any, name: str) -> list[tuple[str, str]]:
     for error in validator.iter_errors(instance):
         best = jsonschema.exceptions.best_match([error]) or error
         path = "/" + "/".join(str(p) for p in best.absolute_path)
-        message = best.message if len(best.message) < 300 else f"{best.message[:300]} …"
+        message = best.message
+        if best.validator in ("const", "enum", "pattern"):
+            message = f"found {best.instance!r}, {message}"
+        if len(message) > 300:
+            message = f"{message[:300]} …"
         found.append((path, message))
     return sorted(found)

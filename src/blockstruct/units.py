@@ -7,6 +7,7 @@
 """
 
 import math
+import reprlib
 from typing import Any
 
 import numpy as np
@@ -72,10 +73,10 @@ def si(value: Any, dimension: str, what: str) -> Any:
     elif dimension == "dimensionless":
         magnitude, factor = value, 1.0
     else:
+        shown = " ".join(reprlib.repr(value).split())
         msg = (
-            f"{what}: {value!r} has no unit, but a {dimension} is due; "
-            f"write Q_({np.ndarray.tolist(np.asarray(value))}, {_example_unit(dimension)!r}) "
-            f"or a text such as {_EXAMPLES[dimension]!r}"
+            f"{what}: {shown} has no unit, but a {dimension} is due; "
+            f"write Q_({shown}, {_example_unit(dimension)!r}) or a text such as {_EXAMPLES[dimension]!r}"
         )
         raise UnitError(msg)
     try:

@@ -53,3 +53,4 @@ class ContactState(StrEnum):
     STICKING = "sticking"
     SLIDING = "sliding"
     HINGE = "hinge"
+    UNKNOWN = "unknown"

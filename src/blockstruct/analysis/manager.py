@@ -131,7 +131,7 @@ class AnalysisManager:
             load_factor=outcome.load_factor,
             certificate=iterations[-1].certificate if iterations else None,
             message=outcome.message,
-            history=history_of(self.model, self.statics.points, problem, iterations),
+            history=history_of(self.statics, problem, iterations),
             started_at=started_at,
             duration=perf_counter() - start,
         )

@@ -1,5 +1,6 @@
 """Pairs of faces that lie in one plane, look at each other and share an area."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from blockstruct.geometry.polyhedron import Polyhedron
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+Polygons = NDArray[np.object_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +69,13 @@ def coplanar_face_pairs(bodies: list[Polyhedron], tolerance: float) -> list[Face
     for faces in np.split(order, np.flatnonzero(np.diff(plane[order])) + 1):
         front, back = faces[sign[faces] > 0], faces[sign[faces] < 0]
         if len(front) and len(back):
-            pairs += _common_areas(front, back, turned[front[0]], offset[front[0]], middle, corners, starts, body)
+            n, d = turned[front[0]], offset[front[0]]
+            axes = np.stack(plane_axes(n))
+            front_polygons, back_polygons = (_polygons(f, corners, starts, axes, middle) for f in (front, back))
+            for i, j, ring, area in _common_areas(front_polygons, back_polygons, tolerance):
+                minus, plus = int(body[front[i]]), int(body[back[j]])
+                if minus != plus:
+                    pairs.append(FacePair(minus, plus, middle + ring @ axes + d * n, area))
     pairs.sort(key=lambda p: (p.minus, p.plus, *p.polygon[0]))
     return pairs
 
@@ -88,48 +96,22 @@ def _group(keys: Array, tolerance: float) -> Index:
     return np.asarray(labels[inverse.ravel()], dtype=np.int64)
 
 
-def _common_areas(
-    front: Index,
-    back: Index,
-    n: Array,
-    offset: float,
-    middle: Array,
-    corners: Array,
-    starts: Index,
-    body: Index,
-) -> list[FacePair]:
-    s, t = plane_axes(n)
-    axes = np.column_stack([s, t])
-    front_polygons, back_polygons = (_polygons(f, axes, middle, corners, starts) for f in (front, back))
-    i, j = shapely.STRtree(back_polygons).query(front_polygons, predicate="intersects")
-    apart = body[front[i]] != body[back[j]]
-    i, j = i[apart], j[apart]
-    common = shapely.intersection(front_polygons[i], back_polygons[j])
-    parts, of_pair = shapely.get_parts(common, return_index=True)
-    areal = shapely.get_type_id(parts) == shapely.GeometryType.POLYGON
-    pairs = []
-    for part, k in zip(parts[areal], of_pair[areal], strict=True):
-        for piece in _without_holes(part):
-            ring = shapely.get_coordinates(shapely.orient_polygons(shapely.normalize(piece)))[:-1]
-            points = middle + ring @ axes.T + offset * n
-            pairs.append(FacePair(int(body[front[i[k]]]), int(body[back[j[k]]]), points, float(piece.area)))
-    return pairs
-
-
-def _polygons(faces: Index, axes: Array, middle: Array, corners: Array, starts: Index) -> NDArray[np.object_]:
+def _polygons(faces: Index, corners: Array, starts: Index, axes: Array, middle: Array) -> Polygons:
+    """Faces as polygons in their plane, whose axes are the rows of ``axes``, shape (2, 3)."""
     lengths = starts[faces + 1] - starts[faces]
     index = np.concatenate([np.arange(starts[f], starts[f + 1]) for f in faces])
-    flat = (corners[index] - middle) @ axes
+    flat = (corners[index] - middle) @ axes.T
     rings = shapely.linearrings(flat, indices=np.repeat(np.arange(len(faces)), lengths))
     return np.asarray(shapely.polygons(rings))
 
 
-def _without_holes(polygon: shapely.Polygon) -> list[shapely.Polygon]:
-    """The polygon in parts that have no hole, cut through the middle of each hole."""
-    if not polygon.interiors:
-        return [polygon]
-    x = polygon.interiors[0].centroid.x
-    x0, y0, x1, y1 = polygon.bounds
-    halves = [polygon & shapely.box(x0, y0, x, y1), polygon & shapely.box(x, y0, x1, y1)]
-    parts = shapely.get_parts(halves)
-    return [piece for part in parts if part.geom_type == "Polygon" for piece in _without_holes(part)]
+def _common_areas(front: Polygons, back: Polygons, tolerance: float) -> Iterator[tuple[int, int, Array, float]]:
+    """Index in front and in back, corners (k, 2) counter-clockwise, and area, of every common area."""
+    i, j = shapely.STRtree(back).query(front, predicate="intersects")
+    parts, of_pair = shapely.get_parts(shapely.intersection(front[i], back[j]), return_index=True)
+    # Faces are simple polygons, so what two of them share has no holes. Where edges of the two coincide but for
+    # rounding, clipping leaves corners that are none: they would be contact points.
+    for part, k in zip(shapely.simplify(shapely.normalize(parts), tolerance), of_pair, strict=True):
+        if part.geom_type == "Polygon" and not part.is_empty:
+            ring = shapely.get_coordinates(shapely.orient_polygons(part))[:-1]
+            yield int(i[k]), int(j[k]), ring, float(part.area)

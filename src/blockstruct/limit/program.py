@@ -57,7 +57,8 @@ class Solver(Protocol):
 class ConicProgram:
     """Maximise α subject to equilibrium and the failure conditions: minimise ``q·y``, ``h − G y ∈ cones``.
 
-    The variables are ``y = (α, n_1, s_1, t_1, …)``; the rows are, in this order, the equilibrium of the free
+    The variables are ``y = (κ α, n_1, s_1, t_1, …)`` with κ the mean variable wrench, so that a multiple of the
+    variable load gives the same program; the rows are, in this order, the equilibrium of the free
     blocks (zero cone), an upper limit of α and the tension limits (nonnegative cone), and three rows of each
     contact point (second-order cones). The pattern never changes; :meth:`numbers` gives the values of a step.
 
@@ -72,11 +73,12 @@ class ConicProgram:
 
     def __init__(self, problem: LimitProblem) -> None:
         self.problem = problem
-        self.total = total(problem.w_L)
         rows, points = problem.A.shape[0], problem.n_points
+        self.total = total(problem.w_L)
+        self.unit = self.total / (rows // 6)
         n = 1 + 3 * np.arange(points)
         blocks = [
-            sp.hstack([sp.csc_array(problem.w_L[:, None]), problem.A]),
+            sp.hstack([sp.csc_array(problem.w_L[:, None] / self.unit), problem.A]),
             _entries(np.zeros(1, int), np.zeros(1, int), 1, 1 + 3 * points),
             -_entries(np.arange(points), n, points, 1 + 3 * points),
             -_entries(np.arange(3 * points), 1 + np.arange(3 * points), 3 * points, 1 + 3 * points),
@@ -101,7 +103,8 @@ class ConicProgram:
         sliding
             Sliding condition of each contact point.
         shift : (K,) array
-            The objective becomes ``α − shift·n``.
+            The objective becomes ``α − shift·n``, and a hundredth of α more: where several load factors miss the
+            flow rule equally little, the highest is taken, and not whichever the solver's path leads to.
         limit
             Upper limit of α.
         """
@@ -113,17 +116,18 @@ class ConicProgram:
         h[self._bound_rows] = sliding.bound
         # Without a limit its row reads 0 α ≤ 1: the entry stays in the pattern.
         G[self._limit_entry] = 0.0 if limit is None else 1.0
-        h[self._limit_row] = 1.0 if limit is None else limit
+        h[self._limit_row] = 1.0 if limit is None else limit * self.unit
         q = np.zeros(self.G.shape[1])
-        q[0] = -self.total
+        q[0] = -self.total / self.unit
         if shift is not None:
+            q[0] *= 1.01
             q[1::3] = self.total * shift
         return Numbers(G, h, q)
 
     def unpack(self, solution: Solution) -> tuple[float, Array, Array]:
         """Load factor α, contact forces x (K, 3) and velocities u (6 F,) with ``w_L·u = 1``."""
         return (
-            float(solution.y[0]),
+            float(solution.y[0]) / self.unit,
             solution.y[1:].reshape(-1, 3),
             solution.z[: self.zero_rows] / self.total,
         )

@@ -22,12 +22,13 @@ class ProcedureSettings:
         than the cohesion, because ``a > 0`` also caps the force on contacts that were unloaded.
     cohesion, cohesion_decay, cohesion_min
         Start, factor a step and end of ``c0``, which keeps unloaded contacts from making a program infeasible.
-    relaxation
-        Share β of the new normal forces in ``n0``.
+    relaxation, relaxation_growth, relaxation_cut, relaxation_min, relaxation_max
+        β, the share of the new normal forces in ``n0``: its start, its factor in a step that moves the load factor
+        on in the same direction, its factor in a step that turns it back, and its limits.
     load_factor_tolerance
         Relative change of the load factor, extrapolated to the end of its drift, below which it has settled.
-    patience, drift_tolerance
-        After this many steps a load factor that drifts less than the drift tolerance is certified as well.
+    patience
+        After this many steps a load factor that still moves is certified as well, if it can be.
     cohesion_limit
         Largest ``c0`` at which the iteration may end.
     max_programs
@@ -51,9 +52,12 @@ class ProcedureSettings:
     cohesion_decay: float = 0.5
     cohesion_min: float = 1e-6
     relaxation: float = 0.4
+    relaxation_growth: float = 1.15
+    relaxation_cut: float = 0.6
+    relaxation_min: float = 0.25
+    relaxation_max: float = 0.8
     load_factor_tolerance: float = 3e-4
     patience: int = 16
-    drift_tolerance: float = 5e-3
     cohesion_limit: float = 1e-3
     max_programs: int = 60
     equilibrium_tolerance: float = 1e-6
@@ -69,6 +73,10 @@ class ProcedureSettings:
             "slope_decay": (0.0, 1.0),
             "cohesion_decay": (0.0, 1.0),
             "relaxation": (1e-3, 1.0),
+            "relaxation_growth": (1.0, 10.0),
+            "relaxation_cut": (0.0, 1.0),
+            "relaxation_min": (1e-3, 1.0),
+            "relaxation_max": (1e-3, 1.0),
             "max_programs": (1, 10_000),
             "patience": (1, 10_000),
             "solver_tolerance": (1e-14, 1e-4),

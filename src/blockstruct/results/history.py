@@ -8,22 +8,19 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.limit import Iteration, LimitProblem
-from blockstruct.model import Model
-from blockstruct.statics import ContactPoints
+from blockstruct.statics import Statics
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES, COMPONENTS, DOFS
 
 Array = NDArray[np.float64]
 
 
-def history_of(
-    model: Model, points: ContactPoints, problem: LimitProblem, iterations: Sequence[Iteration]
-) -> xr.Dataset:
+def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Iteration]) -> xr.Dataset:
     """History of a case in SI units.
 
     Parameters
     ----------
-    model, points, problem
+    statics, problem
         What was solved.
     iterations
         Its iterations, in order; none is allowed.
@@ -34,15 +31,15 @@ def history_of(
         Dimensions iteration, contact_point, component (n, s, t), interface, block, dof (translations, rotations)
         and axis (x, y, z). Blocks are in the order of the model, supports have zero velocity.
     """
-    force, length = problem.force, problem.length
-    n, K, F = len(iterations), problem.n_points, problem.A.shape[0] // 6
+    model, points, force = statics.model, statics.points, problem.force
+    n, K = len(iterations), problem.n_points
 
     def stacked(values: list[Any], shape: tuple[int, ...] = ()) -> Array:
         return np.array(values, dtype=float).reshape(n, *shape)
 
     velocity = np.zeros((n, len(model.blocks), 6))
-    free = [i for i, block in enumerate(model.blocks) if not block.fixed]
-    velocity[:, free] = stacked([i.u for i in iterations], (F, 6)) / (force * np.repeat([1.0, length], 3))
+    u = stacked([i.u for i in iterations], (len(statics.free), 6))
+    velocity[:, statics.free] = u / (force * np.repeat([1.0, problem.length], 3))
     per_point = ("iteration", "contact_point")
     variables = {
         "load_factor": _number([i.load_factor for i in iterations], "load factor α"),
@@ -131,7 +128,7 @@ def history_of(
             _attrs("dimensionless", "unit vectors n (from minus to plus), s (horizontal) and t = n × s"),
         ),
     }
-    attrs = {"unit_of_force": force, "unit_of_length": length, "long_name": "iteration history"}
+    attrs = {"unit_of_force": force, "unit_of_length": problem.length, "long_name": "iteration history"}
     return xr.Dataset(variables, coords=coords, attrs=attrs)
 
 

@@ -31,12 +31,14 @@ def interface_resultants(history: xr.Dataset) -> xr.Dataset:
         np.cross(local.to_numpy(), f.to_numpy()), dims=f.dims, coords={"component": history["component"]}
     )
 
+    starts = np.searchsorted(index, np.arange(history.sizes["interface"]))
+    dims = (*f.dims[:-2], "interface", "component")
+    coords = {
+        n: history[n] for n in ("iteration", "stage", "interface", "component") if set(history[n].dims) <= set(dims)
+    }
+
     def summed(values: xr.DataArray) -> xr.DataArray:
-        out = np.zeros((*values.shape[:-2], history.sizes["interface"], 3))
-        np.add.at(out, (..., index, slice(None)), values.to_numpy())
-        dims = (*values.dims[:-2], "interface", "component")
-        keep = {name: history[name] for name in ("iteration", "stage", "interface", "component") if name in history}
-        return xr.DataArray(out, dims=dims, coords={k: v for k, v in keep.items() if set(v.dims) <= set(dims)})
+        return xr.DataArray(np.add.reduceat(values.to_numpy(), starts, axis=-2), dims=dims, coords=coords)
 
     force, moment = summed(f), summed(moment_at_point)
     normal = force.sel(component="n", drop=True)

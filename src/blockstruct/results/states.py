@@ -2,15 +2,20 @@
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from blockstruct.vocabulary import ContactState
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 
 def contact_state(history: xr.Dataset, tolerance: float = 1e-4) -> xr.DataArray:
     """State of every interface in every iteration, read from its forces and its part in the mechanism.
 
     ``open``: no contact point stays closed, or none is compressed. ``sliding``: a point that stays closed slips.
-    ``hinge``: some points open, the others stay closed. ``sticking``: no relative motion.
+    ``hinge``: some points open, the others stay closed. ``sticking``: no relative motion. ``unknown``: the solver
+    found no forces.
 
     Parameters
     ----------
@@ -25,26 +30,24 @@ def contact_state(history: xr.Dataset, tolerance: float = 1e-4) -> xr.DataArray:
         Texts, dimensions (iteration, interface).
     """
     index = history["interface_of_contact_point"].to_numpy()
+    starts = np.searchsorted(index, np.arange(history.sizes["interface"]))
     v = history["relative_velocity"].transpose(..., "contact_point", "component").to_numpy()
     n = history["contact_force"].sel(component="n").transpose(..., "contact_point").to_numpy()
 
-    def largest(values: np.ndarray) -> np.ndarray:
-        return np.maximum(np.abs(values).max(axis=-1, keepdims=True, initial=0.0), np.finfo(float).tiny)
+    def threshold(values: Array) -> Array:
+        return np.asarray(np.maximum(tolerance * values.max(axis=-1, keepdims=True), np.finfo(float).tiny))
 
-    threshold = tolerance * largest(np.linalg.norm(v, axis=-1))
-    opening = v[..., 0] > threshold
-    slipping = ~opening & (np.linalg.norm(v[..., 1:], axis=-1) > threshold)
-    pressed = n > tolerance * largest(n)
+    def any_of(points: Flags) -> Flags:
+        return np.logical_or.reduceat(points, starts, axis=-1)
 
-    def any_of(points: np.ndarray) -> np.ndarray:
-        out = np.zeros((*points.shape[:-1], history.sizes["interface"]), dtype=bool)
-        np.logical_or.at(out, (..., index), points)
-        return out
-
+    speed = np.linalg.norm(v, axis=-1)
+    opening = v[..., 0] > threshold(speed)
+    slipping = ~opening & (np.linalg.norm(v[..., 1:], axis=-1) > threshold(speed))
+    pressed = n > threshold(n)
     is_open = ~any_of(~opening) | ~any_of(pressed)
     state = np.select(
-        [is_open, any_of(slipping), any_of(opening)],
-        [ContactState.OPEN.value, ContactState.SLIDING.value, ContactState.HINGE.value],
+        [any_of(np.isnan(n)), is_open, any_of(slipping), any_of(opening)],
+        [ContactState.UNKNOWN.value, ContactState.OPEN.value, ContactState.SLIDING.value, ContactState.HINGE.value],
         ContactState.STICKING.value,
     ).astype(object)
     dims = (

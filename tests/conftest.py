@@ -1,0 +1,41 @@
+"""Structures the tests share."""
+
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+
+
+@pytest.fixture(scope="session")
+def tuff() -> bs.Material:
+    return bs.Material("tuff", unit_weight=Q_(12, "kN/m^3"))
+
+
+@pytest.fixture(scope="session")
+def dry() -> bs.JointMaterial:
+    return bs.JointMaterial("dry", friction_coefficient=0.65)
+
+
+@pytest.fixture(scope="session")
+def dead() -> bs.LoadPattern:
+    return bs.LoadPattern("dead", [bs.SelfWeight()])
+
+
+@pytest.fixture(scope="session")
+def small_model(tuff: bs.Material, dry: bs.JointMaterial) -> bs.Model:
+    rows = [[1, 1], [0.5, 1, 0.5], [1, 1]]
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    return bs.Model("small wall", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
+
+
+@pytest.fixture(scope="session")
+def small_cases(dead: bs.LoadPattern) -> list[bs.LimitCase]:
+    push = bs.LoadPattern(
+        "push", [bs.BodyForce((1, 0, 0)), bs.PointLoad("3.1", ["0.2 m", "0.1 m", "0.6 m"], ["10 N", "0 N", "0 N"])]
+    )
+    return [bs.LimitCase(f"push {flow}", dead, push, flow) for flow in bs.Flow]
+
+
+@pytest.fixture(scope="session")
+def small_analysis(small_model: bs.Model, small_cases: list[bs.LimitCase]) -> bs.Analysis:
+    return bs.AnalysisManager(small_model).run(small_cases)

@@ -1,0 +1,57 @@
+"""Builders of structures that tests vary: plain numbers in, model or load factor out."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+import blockstruct as bs
+from blockstruct import Q_
+
+SELF_WEIGHT = bs.LoadPattern("dead", [bs.SelfWeight()])
+
+
+def push(*direction: float) -> bs.LoadPattern:
+    """Mass-proportional variable load."""
+    return bs.LoadPattern("push", [bs.BodyForce(direction)])
+
+
+def rotation(axis: Sequence[float], angle: float) -> np.ndarray:
+    """Rotation matrix about an axis (Rodrigues)."""
+    x, y, z = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+
+
+def moved(blocks: Sequence[bs.Block], R: np.ndarray, shift: Sequence[float] = (0, 0, 0)) -> list[bs.Block]:
+    """Blocks after a rigid motion."""
+    return [
+        bs.Block.from_faces(
+            b.name, Q_(b.shape.vertices @ R.T + np.asarray(shift), "m"), b.shape.faces, b.material, fixed=b.fixed
+        )
+        for b in blocks
+    ]
+
+
+def single_block(b: float, h: float, t: float = 1.0, mu: float = 0.65) -> tuple[list[bs.Block], bs.JointMaterial]:
+    """A block b × t × h on a larger support."""
+    stone = bs.Material("stone", "20 kN/m^3")
+    ground = bs.Block.box("ground", Q_([-1, -1, -0.5], "m"), Q_([b + 2, t + 2, 0.5], "m"), stone, fixed=True)
+    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([b, t, h], "m"), stone)
+    return [ground, block], bs.JointMaterial("joint", mu)
+
+
+def model_of(blocks: Sequence[bs.Block], joint: bs.JointMaterial, name: str = "model") -> bs.Model:
+    """Model with all interfaces of the blocks."""
+    return bs.Model(name, blocks, bs.detect_interfaces(blocks, joint_material=joint).interfaces)
+
+
+def solve(
+    model: bs.Model,
+    variable: bs.LoadPattern,
+    flow: str = "associative",
+    dead: bs.LoadPattern = SELF_WEIGHT,
+    **settings: object,
+) -> bs.CaseResult:
+    """Result of one case."""
+    case = bs.LimitCase("case", dead, variable, flow)
+    return bs.AnalysisManager(model, settings=bs.ProcedureSettings(**settings)).run([case])["case"]

@@ -1,0 +1,51 @@
+"""The import arrows of the house: one way, from the model to the views."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+SOURCE = Path(__file__).parents[1] / "src" / "blockstruct"
+GROUND = {"errors", "units", "vocabulary", "schema"}
+MAY_IMPORT = {
+    "errors": set(),
+    "vocabulary": set(),
+    "schema": set(),
+    "units": {"errors"},
+    "geometry": {"errors"},
+    "model": {"geometry"} | GROUND,
+    "builders": {"model", "geometry"} | GROUND,
+    "statics": {"model", "geometry"} | GROUND,
+    "limit": {"statics", "model"} | GROUND,
+    "solvers": {"limit"} | GROUND,
+    "results": {"limit", "statics", "model"} | GROUND,
+    "storage": {"results", "model", "geometry"} | GROUND,
+    "analysis": {"limit", "solvers", "results", "storage", "statics", "model"} | GROUND,
+    "cli": {"analysis"},
+}
+FILES = sorted(p for p in SOURCE.rglob("*.py") if p != SOURCE / "__init__.py")
+
+
+def imported_rooms(path):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("blockstruct."):
+            yield node.module.split(".")[1]
+        if isinstance(node, ast.Import):
+            yield from (n.name.split(".")[1] for n in node.names if n.name.startswith("blockstruct."))
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(SOURCE)))
+def test_import_arrows(path):
+    room = path.relative_to(SOURCE).parts[0].removesuffix(".py")
+    assert room in MAY_IMPORT, f"{room} is no room of the house"
+    assert set(imported_rooms(path)) - {room} <= MAY_IMPORT[room]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(SOURCE)))
+def test_no_room_is_cluttered(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 400
+
+
+def test_pint_stops_at_the_model():
+    beyond = [p for p in FILES if "import pint" in p.read_text(encoding="utf-8")]
+    assert {p.relative_to(SOURCE).as_posix() for p in beyond} <= {"units.py", "storage/check.py"}

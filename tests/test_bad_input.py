@@ -1,0 +1,231 @@
+"""Bad input: every refusal names the object, the value, the limit and the remedy."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import model_of, push, single_block, solve
+
+STONE = bs.Material("stone", "20 kN/m^3")
+JOINT = bs.JointMaterial("joint", 0.65)
+CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float)
+FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+
+
+def box(name, x=0.0, z=0.0, fixed=False):
+    return bs.Block.box(name, Q_([x, 0, z], "m"), Q_([1, 1, 1], "m"), STONE, fixed=fixed)
+
+
+def refused(error, *words):
+    """Context that expects an error whose message has all words."""
+    return pytest.raises(error, match="".join(f"(?=.*{re.escape(w)})" for w in words) + "(?s:.*)")
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: bs.Material("tuff", unit_weight=12), ["'tuff'", "12", "no unit", "Q_("]),
+        (lambda: bs.Material("tuff", density=1800.0), ["'tuff'", "1800", "density"]),
+        (lambda: bs.JointMaterial("j", friction_angle=30), ["'j'", "30", "angle"]),
+        (lambda: bs.JointMaterial("j", 0.6, cohesion=0.1), ["'j'", "cohesion", "0.1"]),
+        (lambda: bs.Block.box("b", [0, 0, 0], Q_([1, 1, 1], "m"), STONE), ["'b'", "origin", "no unit"]),
+        (lambda: bs.Block.from_faces("b", CUBE, FACES, STONE), ["'b'", "vertices", "no unit"]),
+        (lambda: bs.PointLoad("b", Q_([0, 0, 0], "m"), [1, 0, 0]), ["'b'", "force", "no unit"]),
+        (lambda: bs.Moment("b", [1, 0, 0]), ["'b'", "moment", "no unit"]),
+        (lambda: bs.detect_interfaces([], JOINT, tolerance=0.001), ["tolerance", "0.001", "no unit"]),
+        (lambda: bs.Material("tuff", "heavy"), ["'tuff'", "'heavy'", "'0.4 m'"]),
+        (lambda: bs.Material("tuff", "__import__('os') kN/m^3"), ["'tuff'", "is no quantity"]),
+    ],
+)
+def test_a_unit_is_due(make, words):
+    with refused(bs.UnitError, *words):
+        make()
+    with pytest.raises(TypeError):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: bs.Material("tuff", Q_(12, "kN/m^2")), ["'tuff'", "kilonewton / meter ** 2", "force/volume"]),
+        (lambda: bs.JointMaterial("j", Q_(0.6, "m")), ["'j'", "friction coefficient", "dimensionless"]),
+        (lambda: bs.Block.box("b", Q_([0, 0, 0], "s"), Q_([1, 1, 1], "m"), STONE), ["'b'", "second", "length"]),
+        (lambda: bs.Block.box("b", Q_([0, 0], "m"), Q_([1, 1, 1], "m"), STONE), ["'b'", "2 components", "three"]),
+        (lambda: bs.Material("tuff", Q_(math.nan, "kN/m^3")), ["'tuff'", "not finite"]),
+        (lambda: bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([1, math.inf, 1], "m"), STONE), ["'b'", "not finite"]),
+        (lambda: bs.BodyForce((1, math.nan, 0)), ["direction", "not finite"]),
+        (lambda: bs.Material("tuff", Q_(12, "degC")), ["'tuff'", "force/volume"]),
+    ],
+)
+def test_wrong_dimension_or_no_number(make, words):
+    with refused(bs.DimensionError, *words):
+        make()
+    assert issubclass(bs.DimensionError, ValueError)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: bs.Material("tuff"), ["'tuff'", "either unit_weight or density"]),
+        (lambda: bs.Material("tuff", "1 N/m^3", density="1 kg/m^3"), ["'tuff'", "either"]),
+        (lambda: bs.Material("tuff", "-1 N/m^3"), ["'tuff'", "-1", "negative"]),
+        (lambda: bs.Material("", "1 N/m^3"), ["''", "name"]),
+        (lambda: bs.JointMaterial("j"), ["'j'", "friction_coefficient or friction_angle"]),
+        (lambda: bs.JointMaterial("j", -0.1), ["'j'", "-0.1", "negative"]),
+        (lambda: bs.JointMaterial("j", friction_angle="90 deg"), ["'j'", "90 degrees"]),
+        (lambda: bs.JointMaterial("j", 0.5, dilatancy_angle="40 deg"), ["'j'", "dilatancy", "friction angle"]),
+        (lambda: bs.JointMaterial("j", 0.5, tensile_strength="-1 Pa"), ["'j'", "tensile strength", "negative"]),
+        (lambda: bs.JointMaterial("j", 0.5, compressive_strength="0 MPa"), ["'j'", "compressive strength", "infinite"]),
+        (lambda: bs.BodyForce((0, 0, 0)), ["direction", "zero"]),
+        (lambda: bs.LoadPattern("p", ["weight"]), ["'p'", "'weight'", "SelfWeight"]),
+        (lambda: bs.LimitCase("c", bs.SelfWeight(), push(1, 0, 0)), ["'c'", "dead", "LoadPattern"]),
+        (lambda: bs.LimitCase("c", push(1, 0, 0), push(1, 0, 0), "dilatant"), ["'c'", "'dilatant'", "associative"]),
+        (lambda: bs.ProcedureSettings(relaxation=2.0), ["relaxation", "2.0", "1"]),
+        (lambda: bs.ProcedureSettings(max_programs=3.5), ["max_programs", "3.5", "whole"]),
+        (lambda: bs.ProcedureSettings.of({"speed": 1}), ["speed", "known are"]),
+        (lambda: bs.detect_interfaces([], JOINT, tolerance="0 m"), ["tolerance", "0 m", "above zero"]),
+        (lambda: bs.detect_interfaces([], "lime"), ["'lime'", "JointMaterial"]),
+        (lambda: bs.Block("b", box("x").shape, "tuff"), ["'b'", "'tuff'", "Material"]),
+    ],
+)
+def test_values_without_mechanical_meaning(make, words):
+    with refused(bs.ModelError, *words):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "words"),
+    [
+        (CUBE, FACES[:-1], ["'b'", "open at edge", "add the missing face"]),
+        (CUBE, [f[::-1] for f in FACES], ["'b'", "inside out", "counter-clockwise"]),
+        (CUBE, [FACES[0][::-1], *FACES[1:]], ["'b'", "edge", "same way"]),
+        (CUBE * [1, 1, 0], FACES, ["'b'", "no area"]),
+        (CUBE + np.eye(8, 3) * 0.01, FACES, ["'b'", "not planar", "m off its plane"]),
+        (CUBE, [*FACES[:-1], [3, 0, 4, 9]], ["'b'", "(3, 0, 4, 9)", "outside 0..7"]),
+        (CUBE, [*FACES[:-1], [3, 0, 0, 7]], ["'b'", "each named once"]),
+        (CUBE[:3], FACES[:1], ["'b'", "four points"]),
+        (CUBE, FACES[:3], ["'b'", "3 faces"]),
+    ],
+)
+def test_shapes_that_are_no_block(vertices, faces, words):
+    with refused(bs.GeometryError, *words):
+        bs.Block.from_faces("b", Q_(vertices, "m"), faces, STONE)
+
+
+def test_boxes_without_volume():
+    with refused(bs.GeometryError, "'b'", "above zero"):
+        bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([1, 0, 1], "m"), STONE)
+
+
+@pytest.mark.parametrize(
+    ("blocks", "error", "words"),
+    [
+        ([box("a", fixed=True), box("a", z=1)], bs.ModelError, ["more than once", "a"]),
+        ([box("a"), box("b", z=1)], bs.ModelError, ["no block is fixed", "fixed=True"]),
+        ([box("a", fixed=True)], bs.ModelError, ["every block is fixed"]),
+        ([box("a", fixed=True), box("b", z=1), box("c", x=9)], bs.ModelError, ["1 floating", "c"]),
+        ([box("a", fixed=True), box("b", z=0.9)], bs.ModelError, ["floating", "b"]),
+    ],
+)
+def test_models_that_cannot_stand(blocks, error, words):
+    with refused(error, *words):
+        model_of(blocks, JOINT)
+
+
+def test_overlapping_blocks_are_named_with_their_depth():
+    blocks = [box("a", fixed=True), box("b", z=1), box("c", x=0.25, z=1.0)]
+    with refused(bs.GeometryError, "'b'", "'c'", "0.75 m", "move or cut"):
+        model_of(blocks, JOINT)
+
+
+def test_an_interface_of_an_unknown_block():
+    polygon = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0]], dtype=float)
+    interface = bs.Interface("i", "a", "nobody", polygon, JOINT)
+    with refused(bs.UnknownNameError, "'i'", "'nobody'"):
+        bs.Model("m", [box("a", fixed=True), box("b", z=1)], [interface])
+    with pytest.raises(KeyError):
+        bs.Model("m", [box("a", fixed=True), box("b", z=1)], [interface])
+
+
+@pytest.mark.parametrize(
+    ("polygon", "words"),
+    [
+        ([[0, 0, 0], [1, 0, 0]], ["'i'", "three or more"]),
+        ([[0, 0, 0], [1, 0, 0], [2, 0, 0]], ["'i'", "no area"]),
+        ([[0, 0, 0], [1, 0, 0], [1, 1, 0.1], [0, 1, 0]], ["'i'", "off the plane"]),
+        ([[0, 0, 0], [1, 0, 0], [1, math.nan, 0]], ["'i'", "finite"]),
+    ],
+)
+def test_interfaces_that_are_no_plane_area(polygon, words):
+    with refused(bs.GeometryError, *words):
+        bs.Interface("i", "a", "b", np.array(polygon, dtype=float), JOINT)
+
+
+def test_different_materials_of_one_name():
+    other = bs.Material("stone", "21 kN/m^3")
+    odd = bs.Block.box("b", Q_([0, 0, 1], "m"), Q_([1, 1, 1], "m"), other)
+    with refused(bs.ModelError, "different materials", "stone"):
+        model_of([box("a", fixed=True), odd], JOINT)
+
+
+@pytest.mark.parametrize(
+    ("variable", "error", "words"),
+    [
+        ([], bs.ModelError, ["'case'", "'v'", "zero on every free block"]),
+        ([bs.PointLoad("ground", Q_([0, 0, 0], "m"), Q_([1, 0, 0], "N"))], bs.ModelError, ["zero on every free"]),
+        ([bs.PointLoad("nobody", Q_([0, 0, 0], "m"), Q_([1, 0, 0], "N"))], bs.UnknownNameError, ["'nobody'", "block"]),
+        ([bs.FaceLoad("block", 6, Q_([1, 0, 0], "Pa"))], bs.ModelError, ["'block'", "face 6", "0..5"]),
+    ],
+)
+def test_loads_the_model_cannot_take(variable, error, words):
+    model = model_of(*single_block(1.0, 1.0))
+    with refused(error, *words):
+        solve(model, bs.LoadPattern("v", variable))
+
+
+def test_crushing_is_refused_rather_than_ignored():
+    blocks, _ = single_block(1.0, 1.0)
+    joint = bs.JointMaterial("soft", 0.65, compressive_strength="4 MPa")
+    with refused(bs.CrushingNotAvailableError, "'soft'", "4e+06 Pa", "leave compressive_strength out"):
+        bs.AnalysisManager(model_of(blocks, joint))
+    with pytest.raises(NotImplementedError):
+        bs.AnalysisManager(model_of(blocks, joint))
+
+
+def test_cases_are_checked_before_anything_is_solved(small_model, small_cases, tmp_path):
+    manager = bs.AnalysisManager(small_model, tmp_path / "x.h5")
+    with refused(bs.ModelError, "no case"):
+        manager.run([])
+    with refused(bs.ModelError, "more than once", small_cases[0].name):
+        manager.run([small_cases[0], small_cases[0]])
+    other = bs.LimitCase("other", bs.LoadPattern("dead", [bs.BodyForce((0, 0, -2))]), push(1, 0, 0))
+    with refused(bs.ModelError, "'dead'", "different loads"):
+        manager.run([small_cases[0], other])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_unknown_solvers(small_model):
+    with refused(bs.SolverError, "'mosek'", "clarabel"):
+        bs.AnalysisManager(small_model, settings=bs.ProcedureSettings(solver="mosek"))
+    with refused(bs.SolverError, "'NOSUCH'", "not installed"):
+        bs.AnalysisManager(small_model, settings=bs.ProcedureSettings(solver="cvxpy:NOSUCH"))
+
+
+def test_unknown_cases_are_named(small_analysis):
+    with refused(bs.UnknownNameError, "'nothing'", "push associative"):
+        small_analysis["nothing"]
+    assert small_analysis.get("nothing") is None
+
+
+def test_paths_that_cannot_be_written_are_refused_before_the_run(small_model, tmp_path):
+    with refused(bs.StorageError, "is a folder"):
+        bs.AnalysisManager(small_model, tmp_path)
+    (tmp_path / "file").write_text("x")
+    with refused(bs.StorageError, "cannot be written", "choose a folder"):
+        bs.AnalysisManager(small_model, tmp_path / "file" / "x.h5")
+    with refused(OSError, "cannot be written"):
+        bs.AnalysisManager(small_model, "/proc/blockstruct/x.h5")

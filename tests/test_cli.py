@@ -1,0 +1,117 @@
+"""The console command, called as a user would."""
+
+import csv
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import blockstruct as bs
+from blockstruct import cli
+
+WALL = Path(__file__).parents[1] / "examples" / "ferris_tin_loi_wall_1.yaml"
+
+
+@pytest.fixture
+def call(monkeypatch, capsys):
+    """Call the command; gives exit code, standard output and standard error."""
+
+    def run(*words):
+        monkeypatch.setattr(sys, "argv", ["blockstruct", *map(str, words)])
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+        captured = capsys.readouterr()
+        return stop.value.code or 0, captured.out, captured.err
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def file(small_analysis, tmp_path_factory):
+    return bs.save_analysis(small_analysis, tmp_path_factory.mktemp("cli") / "small.h5")
+
+
+def test_demo(call, tmp_path):
+    code, out, err = call("demo", "-o", tmp_path / "demo.h5")
+    assert (code, err) == (0, "")
+    assert "39 blocks, 86 interfaces" in out
+    assert "certificate holds" in out
+    assert "load factor 0.49477" in out
+    assert all(len(line) <= 80 for line in out.splitlines() if line.startswith((" 1 ", "10 ")))
+    assert bs.open_analysis(tmp_path / "demo.h5")["push +x, nonassociative"].status == "converged"
+
+
+def test_run_and_show(call, tmp_path):
+    target = tmp_path / "wall.h5"
+    code, out, _ = call("run", WALL, "-o", target)
+    assert code == 0
+    assert f"written: {target}" in out
+    code, out, _ = call("show", target)
+    assert code == 0
+    assert "Ferris & Tin-Loi wall 1: 34 blocks, 83 interfaces" in out
+    for word in ("0.642859", "nonassociative", "equilibrium residual", "flow-rule gap", "tolerance"):
+        assert word in out
+
+
+def test_a_case_without_load_factor_exits_with_3(call, tmp_path):
+    document = tmp_path / "m.yaml"
+    document.write_text(WALL.read_text(encoding="utf-8").replace("[1, 0, 0]", "[0, 0, -1]"), encoding="utf-8")
+    code, out, _ = call("run", document, "-o", tmp_path / "m.h5")
+    assert code == 3
+    assert "unbounded" in out
+    assert (tmp_path / "m.h5").exists()
+
+
+def test_history(call, file, tmp_path):
+    code, out, _ = call("history", file, "push nonassociative")
+    assert code == 0
+    assert "admissible" in out
+    code, out, _ = call("history", file, "push nonassociative", "--variable", "load_factor")
+    assert code == 0
+    assert "load_factor" in out
+    table = tmp_path / "f.csv"
+    code, _, _ = call("history", file, "push nonassociative", "--variable", "contact_force", "--csv", table)
+    assert code == 0
+    with table.open(newline="", encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    history = bs.open_analysis(file)["push nonassociative"].history
+    assert len(rows) == history.contact_force.size
+    assert float(rows[0]["contact_force [newton]"]) == pytest.approx(float(history.contact_force[0, 0, 0]))
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["history", "FILE", "nothing"], "no case 'nothing'"),
+        (["history", "FILE", "push nonassociative", "--variable", "colour"], "no variable 'colour'"),
+        (["history", "FILE", "push nonassociative", "--csv", "/proc/x/y.csv"], "cannot be written"),
+        (["show", "missing.h5"], "no such file"),
+        (["show", str(WALL)], "no readable HDF5 file"),
+        (["run", "missing.yaml", "-o", "x.h5"], "cannot be read"),
+        (["run", str(WALL), "-o", "/proc/x/y.h5"], "cannot be written"),
+    ],
+)
+def test_bad_input_is_one_message_and_exit_code_2(call, file, words, expected):
+    code, _, err = call(*(file if w == "FILE" else w for w in words))
+    assert code == 2
+    assert err.startswith("error: ")
+    assert expected in err
+
+
+def test_validate(call, file, tmp_path):
+    assert call("validate", file)[0] == 0
+    assert call("validate", WALL)[0] == 0
+    broken = tmp_path / "broken.yaml"
+    broken.write_text(WALL.read_text(encoding="utf-8").replace("rows:", "lines:"), encoding="utf-8")
+    code, out, _ = call("validate", broken)
+    assert code == 4
+    assert "/courses/0" in out
+    assert call("validate", __file__)[0] == 4
+
+
+def test_the_installed_command():
+    command = Path(sys.executable).with_name("blockstruct")
+    out = subprocess.run([command, "--help"], check=True, capture_output=True, text=True, timeout=60).stdout
+    for name in ("demo", "run", "show", "history", "validate"):
+        assert name in out

@@ -1,0 +1,228 @@
+"""Load factors that statics gives by hand, to 1e-6 of their value in the associative program."""
+
+import math
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import SELF_WEIGHT, model_of, moved, push, rotation, single_block, solve
+
+REL = 1e-6
+
+
+@pytest.mark.parametrize(("b", "h", "mu"), [(0.5, 1.0, 0.65), (0.5, 1.0, 0.4), (2.0, 1.0, 0.65), (0.1, 3.0, 0.3)])
+def test_single_block_slides_or_rocks(b, h, mu):
+    result = solve(model_of(*single_block(b, h, mu=mu)), push(1, 0, 0))
+    assert result.status == "converged"
+    # Sliding with dilatancy lifts the block and costs work: α = μ holds for the associative block too.
+    assert result.load_factor == pytest.approx(min(mu, b / h), rel=REL)
+
+
+@pytest.mark.parametrize("flow", ["associative", "nonassociative"])
+@pytest.mark.parametrize(("axis", "angle"), [((0, 0, 1), 0.7), ((1, 2, 3), 2.1), ((0, 1, 0), 0.3)])
+def test_single_block_in_a_rotated_frame(axis, angle, flow):
+    blocks, joint = single_block(0.5, 1.0, mu=0.4)
+    R = rotation(axis, angle)
+    dead = bs.LoadPattern("dead", [bs.BodyForce(R @ [0, 0, -1])])
+    variable = bs.LoadPattern("push", [bs.BodyForce(R @ [1, 0, 0])])
+    result = solve(model_of(moved(blocks, R, (3, -7, 11)), joint), variable, flow, dead)
+    assert result.load_factor == pytest.approx(0.4, rel=REL)
+
+
+def test_block_on_a_tilted_plane():
+    # Plane tilted by θ, weight vertical, pushed down the slope by α W: sliding when tan θ + α / cos θ = μ.
+    blocks, joint = single_block(3.0, 1.0, mu=0.65)
+    theta = 0.3
+    R = rotation((0, 1, 0), theta)
+    variable = bs.LoadPattern("push", [bs.BodyForce(R @ [1, 0, 0])])
+    result = solve(model_of(moved(blocks, R), joint), variable)
+    assert result.load_factor == pytest.approx(0.65 * math.cos(theta) - math.sin(theta), rel=REL)
+
+
+def test_block_on_two_supports_rocks_about_the_outer_edge():
+    # Two interfaces under one block: it still turns about the edge of the outer one.
+    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.9)
+    left = bs.Block.box("left", Q_([0, 0, -1], "m"), Q_([0.3, 1, 1], "m"), stone, fixed=True)
+    right = bs.Block.box("right", Q_([0.9, 0, -1], "m"), Q_([0.3, 1, 1], "m"), stone, fixed=True)
+    beam = bs.Block.box("beam", Q_([0, 0, 0], "m"), Q_([1.2, 1, 2], "m"), stone)
+    model = model_of([left, right, beam], joint)
+    assert len(model.interfaces) == 2
+    assert solve(model, push(1, 0, 0)).load_factor == pytest.approx(0.6, rel=REL)
+
+
+def test_block_against_a_wall_is_unbounded():
+    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
+    ground = bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([2, 1, 1], "m"), stone, fixed=True)
+    wall = bs.Block.box("wall", Q_([1, 0, 0], "m"), Q_([1, 1, 1], "m"), stone, fixed=True)
+    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), stone)
+    result = solve(model_of([ground, wall, block], joint), push(1, 0, 0), "nonassociative")
+    assert result.status == "unbounded"
+    assert result.load_factor == math.inf
+
+
+@pytest.mark.parametrize("n", [1, 2, 5])
+def test_stack_of_blocks_rocks_as_one(n):
+    # n equal blocks b × h: the whole stack turns about its toe at α = b / (n h), before any part of it.
+    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
+    blocks = [bs.Block.box("ground", Q_([-1, 0, -1], "m"), Q_([3, 1, 1], "m"), stone, fixed=True)]
+    blocks += [bs.Block.box(f"{i}", Q_([0, 0, i], "m"), Q_([0.5, 1, 1], "m"), stone) for i in range(n)]
+    assert solve(model_of(blocks, joint), push(1, 0, 0)).load_factor == pytest.approx(0.5 / n, rel=REL)
+
+
+@pytest.mark.parametrize("flow", ["associative", "nonassociative"])
+def test_wall_out_of_plane_rocks_on_its_base(tuff, dry, flow):
+    rows = [[1, 1, 1], [0.5, 1, 1, 0.5]] * 3
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", depth="0.1 m", material=tuff)
+    result = solve(model_of(blocks, dry), push(0, 1, 0), flow)
+    assert result.load_factor == pytest.approx(0.1 / (6 * 0.175), rel=REL)
+
+
+def test_point_load_overturns():
+    # H at height z about the toe: α H z = W b / 2.
+    model = model_of(*single_block(0.5, 1.0, t=1.0, mu=0.9))
+    H, z = 3e3, 0.8
+    load = bs.PointLoad("block", Q_([0, 0.5, z], "m"), Q_([H, 0, 0], "N"))
+    W = 20e3 * 0.5
+    assert solve(model, bs.LoadPattern("v", [load])).load_factor == pytest.approx(W * 0.25 / (H * z), rel=REL)
+
+
+def test_point_load_under_dead_weight_slides():
+    # P downwards, dead, raises the friction: α H = μ (W + P).
+    model = model_of(*single_block(4.0, 1.0, mu=0.5))
+    P, H, W = 7e3, 2e3, 80e3
+    on_top = bs.PointLoad("block", Q_([2, 0.5, 1], "m"), Q_([0, 0, -P], "N"))
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), on_top])
+    variable = bs.LoadPattern("v", [bs.PointLoad("block", Q_([0, 0.5, 0.1], "m"), Q_([H, 0, 0], "N"))])
+    assert solve(model, variable, dead=dead).load_factor == pytest.approx(0.5 * (W + P) / H, rel=REL)
+
+
+def test_face_load_is_its_resultant():
+    # Pressure p on the side 1 m × 1 m at mid-height: α p h t · h/2 = W b / 2.
+    model = model_of(*single_block(0.5, 1.0, mu=0.9))
+    side = next(i for i, n in enumerate(model.block("block").shape.normals) if n[0] < -0.5)
+    load = bs.FaceLoad("block", side, Q_([2, 0, 0], "kPa"))
+    assert solve(model, bs.LoadPattern("v", [load])).load_factor == pytest.approx(10e3 * 0.25 / (2e3 * 0.5), rel=REL)
+
+
+def test_moment_overturns():
+    # A couple about +y turns the block over its edge at +x: α M = W b / 2.
+    model = model_of(*single_block(0.5, 1.0))
+    variable = bs.LoadPattern("v", [bs.Moment("block", Q_([0, 1, 0], "kN*m"))])
+    assert solve(model, variable).load_factor == pytest.approx(10.0 * 0.25, rel=REL)
+
+
+def test_torsion_of_a_square_interface():
+    # Four corners at distance a/√2 carry W/4 each and slide: M = μ W a / √2.
+    a, mu = 1.0, 0.5
+    model = model_of(*single_block(a, 0.5, t=a, mu=mu))
+    variable = bs.LoadPattern("v", [bs.Moment("block", Q_([0, 0, 1], "N*m"))])
+    expected = mu * 20e3 * a * a * 0.5 * a / math.sqrt(2)
+    assert solve(model, variable).load_factor == pytest.approx(expected, rel=REL)
+
+
+def test_cohesion_and_tension():
+    # Pure shear of a weightless joint: H = c A. Pure pull: T = f_t A.
+    stone = bs.Material("stone", "0 kN/m^3")
+    joint = bs.JointMaterial("mortar", 0.5, cohesion="0.2 MPa", tensile_strength="0.1 MPa")
+    ground = bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([0.4, 0.3, 1], "m"), stone, fixed=True)
+    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([0.4, 0.3, 1e-3], "m"), stone)
+    model = model_of([ground, block], joint)
+    none = bs.LoadPattern("none", [])
+    centre = Q_([0.2, 0.15, 0], "m")
+    shear = bs.LoadPattern("v", [bs.PointLoad("block", centre, Q_([1, 0, 0], "kN"))])
+    pull = bs.LoadPattern("v", [bs.PointLoad("block", centre, Q_([0, 0, 1], "kN"))])
+    assert solve(model, shear, dead=none).load_factor == pytest.approx(0.2e3 * 0.12, rel=REL)
+    assert solve(model, pull, dead=none).load_factor == pytest.approx(0.1e3 * 0.12, rel=REL)
+
+
+@pytest.mark.parametrize("psi", [0.0, 10.0, 20.0])
+def test_dilatancy_does_not_matter_to_a_free_block(psi):
+    blocks, _ = single_block(2.0, 1.0)
+    joint = bs.JointMaterial("joint", 0.5, dilatancy_angle=Q_(psi, "deg"))
+    result = solve(model_of(blocks, joint), push(1, 0, 0), "nonassociative")
+    assert result.status == "converged"
+    assert result.load_factor == pytest.approx(0.5, rel=1e-5)
+
+
+def test_wedged_block_needs_dilatancy_to_resist():
+    """A drawer between two walls of a clamp: dilatancy presses it against them, its absence does not.
+
+    The block lies between two fixed walls that it fills exactly. Pulled out along y, an associative joint would
+    have to open against the walls, so no load moves it; a non-associative one slides with μ W of the ground alone.
+    """
+    stone = bs.Material("stone", "20 kN/m^3")
+    ground = bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([3, 1, 1], "m"), stone, fixed=True)
+    walls = [bs.Block.box(f"wall {x}", Q_([x, 0, 0], "m"), Q_([1, 1, 1], "m"), stone, fixed=True) for x in (0, 2)]
+    drawer = bs.Block.box("drawer", Q_([1, 0, 0], "m"), Q_([1, 1, 1], "m"), stone)
+    model = model_of([ground, *walls, drawer], bs.JointMaterial("joint", 0.5))
+    assert solve(model, push(0, 1, 0)).status == "unbounded"
+
+
+def test_unstable_under_dead_load_names_its_share():
+    # A block whose centroid lies outside its base falls by itself.
+    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
+    ground = bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([0.4, 1, 1], "m"), stone, fixed=True)
+    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), stone)
+    result = solve(model_of([ground, block], joint), push(1, 0, 0), "nonassociative")
+    assert result.status == "unstable_under_dead_load"
+    assert math.isnan(result.load_factor)
+    assert result.n_iterations == 1
+    assert result.history.stage.item() == "dead_load"
+    # Its centroid falls.
+    assert result.mechanism.translation.sel(block="block", axis="z") < 0
+
+
+def test_load_that_only_helps_at_a_push_is_still_unstable():
+    # The same block would stand if pushed back by a certain range of loads: α = 0 is not in that range.
+    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
+    ground = bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([0.4, 1, 1], "m"), stone, fixed=True)
+    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), stone)
+    result = solve(model_of([ground, block], joint), push(-1, 0, 0))
+    assert result.status == "unstable_under_dead_load"
+
+
+def test_frictionless_block_moves_at_once():
+    result = solve(model_of(*single_block(1.0, 1.0, mu=0.0)), push(1, 0, 0), "nonassociative")
+    assert result.status == "converged"
+    assert result.load_factor == pytest.approx(0.0, abs=1e-6)
+
+
+def test_weights_that_differ_by_orders_of_magnitude():
+    # 1 g on 100 t: each slides by itself at μ.
+    heavy, light = bs.Material("heavy", density="20000 kg/m^3"), bs.Material("light", density="1 kg/m^3")
+    ground = bs.Block.box("ground", Q_([-5, -5, -1], "m"), Q_([10, 10, 1], "m"), heavy, fixed=True)
+    base = bs.Block.box("base", Q_([-1, -1, 0], "m"), Q_([2, 2, 1], "m"), heavy)
+    crumb = bs.Block.box("crumb", Q_([0, 0, 1], "m"), Q_([0.1, 0.1, 0.1], "m"), light)
+    result = solve(model_of([ground, base, crumb], bs.JointMaterial("joint", 0.3)), push(1, 0, 0))
+    assert result.load_factor == pytest.approx(0.3, rel=1e-5)
+
+
+def test_resultants_balance_the_block():
+    result = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0))
+    last = result.resultants.isel(iteration=-1, interface=0)
+    # N = W, V = α W; N acts at the toe, e = b / 2.
+    assert last.force.sel(component="n") == pytest.approx(10e3, rel=1e-6)
+    assert last.force.sel(component="s") == pytest.approx(-result.load_factor * 10e3, rel=1e-6)
+    assert last.eccentricity.sel(in_plane="s") == pytest.approx(0.25, rel=1e-5)
+    assert last.eccentricity.sel(in_plane="t") == pytest.approx(0.0, abs=1e-5)
+    # Bending about t: M_t = −N e_s, because r × N n = N (e_t s − e_s t).
+    assert last.moment.sel(component="t") == pytest.approx(-10e3 * 0.25, rel=1e-5)
+
+
+def test_states_of_rocking_and_sliding():
+    rocking = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0))
+    sliding = solve(model_of(*single_block(2.0, 1.0, mu=0.3)), push(1, 0, 0), "nonassociative")
+    assert rocking.states.isel(iteration=-1).item() == "hinge"
+    assert sliding.states.isel(iteration=-1).item() == "sliding"
+    assert np.allclose(sliding.mechanism.translation.sel(block="block"), [1, 0, 0], atol=1e-4)
+
+
+def test_dead_load_pattern_may_be_empty():
+    # A weightless, cohesionless block cannot resist anything.
+    model = model_of(*single_block(1.0, 1.0))
+    result = solve(model, push(1, 0, 0), dead=bs.LoadPattern("none", []))
+    assert result.status == "converged"
+    assert result.load_factor == pytest.approx(0.0, abs=1e-6)
+    assert SELF_WEIGHT.loads == (bs.SelfWeight(),)

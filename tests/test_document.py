@@ -1,0 +1,161 @@
+"""Model documents: what they say, and what is refused."""
+
+import copy
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+import blockstruct as bs
+from blockstruct import Q_
+
+BASIC = {
+    "blockstruct": "model-1",
+    "name": "two blocks",
+    "materials": {"stone": {"density": "2000 kg/m^3"}},
+    "joint_materials": {"dry": {"friction_angle": "30 deg", "cohesion": "0 MPa"}},
+    "blocks": [
+        {
+            "name": "base",
+            "material": "stone",
+            "fixed": True,
+            "box": {"origin": ["0 m", "0 m", "-20 cm"], "size": ["1 m", "1 m", "20 cm"]},
+        },
+        {
+            "name": "wedge",
+            "material": "stone",
+            "polyhedron": {
+                "unit": "cm",
+                "vertices": [[0, 0, 0], [100, 0, 0], [0, 0, 50], [0, 100, 0], [100, 100, 0], [0, 100, 50]],
+                "faces": [[0, 1, 2], [3, 5, 4], [0, 3, 4, 1], [1, 4, 5, 2], [2, 5, 3, 0]],
+            },
+        },
+    ],
+    "interfaces": {"joint_material": "dry", "tolerance": "0.1 mm"},
+    "load_patterns": {
+        "dead": [{"kind": "self_weight"}],
+        "push": [
+            {"kind": "body_force", "direction": [1, 0, 0]},
+            {
+                "kind": "point_load",
+                "block": "wedge",
+                "point": ["0 m", "50 cm", "25 cm"],
+                "force": ["1 kN", "0 N", "0 N"],
+            },
+            {"kind": "face_load", "block": "wedge", "face": 4, "traction": ["1 kPa", "0 Pa", "0 Pa"]},
+            {"kind": "moment", "block": "wedge", "moment": ["0 N*m", "1 N*m", "0 N*m"]},
+        ],
+    },
+    "cases": [{"name": "push", "dead": "dead", "variable": "push", "flow": "associative"}],
+    "settings": {"max_programs": 30},
+}
+
+
+def write(tmp_path, content, suffix=".yaml"):
+    path = tmp_path / f"model{suffix}"
+    text = json.dumps(content) if suffix == ".json" else yaml.safe_dump(content, sort_keys=False)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("suffix", [".yaml", ".json"])
+def test_everything_a_document_can_say(tmp_path, suffix):
+    document = bs.read_document(write(tmp_path, BASIC, suffix))
+    wedge = document.model.block("wedge")
+    assert wedge.volume == pytest.approx(0.25)
+    assert wedge.weight == pytest.approx(0.25 * 2000 * 9.80665)
+    joint = document.model.joint_materials["dry"]
+    assert joint.friction_coefficient == pytest.approx(np.tan(np.pi / 6))
+    (case,) = document.cases
+    assert case.flow is bs.Flow.ASSOCIATIVE
+    assert case.variable.loads[1] == bs.PointLoad("wedge", Q_([0, 0.5, 0.25], "m"), Q_([1, 0, 0], "kN"))
+    assert document.settings == {"max_programs": 30}
+    assert document.report.accepted == 1
+    result = bs.AnalysisManager(document.model).run(document.cases)["push"]
+    # Sliding: (W + 1 kN + 1 kPa · 0.5 m²) α = μ W; the couple takes no part in it.
+    W = wedge.weight
+    assert result.load_factor == pytest.approx(np.tan(np.pi / 6) * W / (W + 1500), rel=1e-6)
+
+
+def changed(*path, to=None, remove=False):
+    content = copy.deepcopy(BASIC)
+    *parents, last = path
+    place = content
+    for key in parents:
+        place = place[key]
+    if remove:
+        del place[last]
+    else:
+        place[last] = to
+    return content
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (changed("blockstruct", to="model-2"), ["/blockstruct", "model-1"]),
+        (changed("materials", remove=True), ["'materials' is a required property"]),
+        (changed("materials", "stone", to={}), ["/materials/stone"]),
+        (changed("joint_materials", "dry", "friction_angle", to=30), ["/joint_materials/dry/friction_angle", "30"]),
+        (changed("joint_materials", "dry", "friction_angel", to="30 deg"), ["friction_angel"]),
+        (changed("blocks", 0, "box", "size", to=["1 m", "1 m"]), ["/blocks/0"]),
+        (changed("blocks", 0, "colour", to="red"), ["/blocks/0", "colour"]),
+        (changed("load_patterns", "push", 0, "kind", to="wind"), ["/load_patterns/push/0"]),
+        (changed("cases", 0, "flow", to="dilatant"), ["/cases/0/flow", "dilatant"]),
+    ],
+)
+def test_violations_of_the_schema_name_their_place(tmp_path, content, words):
+    with pytest.raises(bs.DocumentError) as caught:
+        bs.read_document(write(tmp_path, content))
+    for word in words:
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "error", "words"),
+    [
+        (changed("blocks", 1, "material", to="glass"), bs.UnknownNameError, ["'glass'", "stone"]),
+        (changed("interfaces", "joint_material", to="glue"), bs.UnknownNameError, ["'glue'", "dry"]),
+        (changed("cases", 0, "dead", to="live"), bs.UnknownNameError, ["'push'", "'live'"]),
+        (changed("materials", "stone", to={"unit_weight": "-1 N/m^3"}), bs.ModelError, ["'stone'", "negative"]),
+        (changed("blocks", 1, "polyhedron", "unit", to="kg"), bs.DimensionError, ["'wedge'", "length"]),
+        (changed("blocks", 0, "fixed", to=False), bs.ModelError, ["no block is fixed"]),
+        (changed("blocks", 0, "box", "origin", to=["0 m", "0 m", "much"]), bs.UnitError, ["'base'", "'much'"]),
+    ],
+)
+def test_documents_that_describe_no_model(tmp_path, content, error, words):
+    with pytest.raises(error) as caught:
+        bs.read_document(write(tmp_path, content))
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_unknown_settings_are_refused(tmp_path):
+    document = bs.read_document(write(tmp_path, changed("settings", to={"speed": 3})))
+    with pytest.raises(bs.ModelError, match="speed"):
+        bs.ProcedureSettings.of(document.settings)
+
+
+@pytest.mark.parametrize("suffix", [".yaml", ".json"])
+def test_repeated_keys_are_refused(tmp_path, suffix):
+    path = tmp_path / f"m{suffix}"
+    path.write_text('{"materials": {"a": {"density": "1 kg/m^3"}, "a": {"density": "2 kg/m^3"}}}', encoding="utf-8")
+    with pytest.raises(bs.DocumentError, match=r"repeated keys \['a'\]"):
+        bs.read_document(path)
+
+
+@pytest.mark.parametrize("text", ["a: [1", "!!python/object/apply:os.system ['true']", "\x00", "- 1\n- 2"])
+def test_texts_that_are_no_document(tmp_path, text):
+    path = tmp_path / "m.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(bs.DocumentError, match=r"m\.yaml"):
+        bs.read_document(path)
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    with pytest.raises(bs.StorageError, match="cannot be read"):
+        bs.read_document(tmp_path / "missing.yaml")
+    (tmp_path / "latin.yaml").write_bytes(b"name: gr\xf6\xdfer")
+    with pytest.raises(bs.StorageError, match="cannot be read"):
+        bs.read_document(tmp_path / "latin.yaml")

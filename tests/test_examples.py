@@ -1,0 +1,48 @@
+"""Every example runs as written and gives its number."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+import blockstruct as bs
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+def load(name):
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_two_blocks(tmp_path):
+    assert load("two_blocks").main(tmp_path) == pytest.approx(0.3, rel=1e-6)
+
+
+def test_ferris_tin_loi_wall_1():
+    associative, nonassociative = load("ferris_tin_loi_wall_1").main()
+    assert associative == pytest.approx(0.643, abs=5e-4)
+    assert nonassociative == pytest.approx(0.640, rel=5e-3)
+
+
+def test_ferris_tin_loi_wall_1_as_a_document():
+    document = bs.read_document(EXAMPLES / "ferris_tin_loi_wall_1.yaml")
+    analysis = bs.AnalysisManager(document.model).run(document.cases)
+    associative, nonassociative = load("ferris_tin_loi_wall_1").main()
+    assert analysis["associative"].load_factor == pytest.approx(associative, rel=1e-9)
+    assert analysis["nonassociative"].load_factor == pytest.approx(nonassociative, rel=1e-6)
+
+
+def test_tilting_table(tmp_path):
+    angles = load("tilting_table").main(tmp_path)
+    # The lowest wall collapses just below the angle of friction, arctan 0.65 = 33.02°; the others sooner.
+    assert angles["4 courses"] == pytest.approx(32.47, abs=0.05)
+    assert angles["8 courses"] == pytest.approx(27.77, abs=0.05)
+    assert angles["12 courses"] == pytest.approx(21.69, abs=0.05)
+
+
+def test_examples_are_short():
+    for path in EXAMPLES.glob("*.py"):
+        assert len(path.read_text(encoding="utf-8").splitlines()) <= 60, path.name

@@ -1,0 +1,145 @@
+"""Volumes, centroids, contacts and overlaps of polyhedra."""
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.geometry import box, coplanar_face_pairs, overlapping_pairs, polyhedron, tributary_areas
+from structures import moved, rotation
+
+STONE = bs.Material("stone", "20 kN/m^3")
+
+
+def prism(outline, height, name="prism", z=0.0):
+    """Vertical prism over a counter-clockwise outline in the x–y plane."""
+    n = len(outline)
+    vertices = [(*p, z) for p in outline] + [(*p, z + height) for p in outline]
+    sides = [[k, (k + 1) % n, n + (k + 1) % n, n + k] for k in range(n)]
+    return polyhedron(np.array(vertices, dtype=float), [list(range(n))[::-1], list(range(n, 2 * n)), *sides], name)
+
+
+L_SHAPE = [(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)]
+
+
+def test_tetrahedron():
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
+    shape = polyhedron(vertices, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], "t")
+    assert shape.volume == pytest.approx(1 / 6)
+    assert shape.centroid == pytest.approx([0.25, 0.25, 0.25])
+
+
+def test_non_convex_prism_is_exact():
+    shape = prism(L_SHAPE, 2.0)
+    assert shape.volume == pytest.approx(10.0)
+    # Two rectangles 3 × 1 and 1 × 2: x = (3 · 1.5 + 2 · 0.5) / 5.
+    assert shape.centroid == pytest.approx([1.1, 1.1, 1.0])
+    assert shape.face_centroid(1) == pytest.approx([1.1, 1.1, 2.0])
+
+
+def test_far_from_the_origin_nothing_is_lost():
+    vertices, faces = box((1e5, -1e5, 1e5), (0.3, 0.15, 0.1))
+    shape = polyhedron(vertices, faces, "far")
+    assert shape.volume == pytest.approx(0.3 * 0.15 * 0.1, rel=1e-8)
+
+
+def test_l_shaped_contact_and_its_area():
+    lower, upper = prism(L_SHAPE, 1.0), prism(L_SHAPE, 1.0, z=1.0)
+    (pair,) = coplanar_face_pairs([lower, upper], 1e-6)
+    assert pair.area == pytest.approx(5.0)
+    assert (pair.minus, pair.plus) == (0, 1)
+    assert len(pair.polygon) == 6
+
+
+def test_u_shape_touches_twice():
+    u = prism([(0, 0), (3, 0), (3, 1), (2, 1), (2, 0.5), (1, 0.5), (1, 1), (0, 1)], 1.0)
+    vertices, faces = box((0, 1, 0), (3, 1, 1))
+    pairs = coplanar_face_pairs([u, polyhedron(vertices, faces, "beam")], 1e-6)
+    assert sorted(p.area for p in pairs) == pytest.approx([1.0, 1.0])
+
+
+def test_one_block_spanning_200_others_meets_them_all():
+    vertices, faces = box((0, 0, -1), (200, 1, 1))
+    bodies = [polyhedron(vertices, faces, "base")]
+    for i in range(200):
+        vertices, faces = box((i, 0, 0), (1, 1, 1))
+        bodies.append(polyhedron(vertices, faces, f"{i}"))
+    pairs = coplanar_face_pairs(bodies, 1e-6)
+    assert sum(p.minus == 0 or p.plus == 0 for p in pairs) == 200
+    assert len(pairs) == 200 + 199
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(3, 4), (5, 2)])
+def test_running_bond_has_the_contacts_of_its_closed_form(tuff, dry, columns, rows):
+    bond = [[1] * columns if j % 2 == 0 else [0.5] + [1] * (columns - 1) + [0.5] for j in range(rows)]
+    blocks = bs.courses(bond, unit_length="0.4 m", unit_height="0.2 m", depth="0.1 m", material=tuff)
+    found = bs.detect_interfaces(blocks, joint_material=dry)
+    heads = sum(len(row) - 1 for row in bond)
+    beds = columns + 2 * columns * (rows - 1)
+    assert found.report.accepted == heads + beds
+    assert found.report.total_area == pytest.approx(heads * 0.02 + rows * columns * 0.04)
+
+
+def test_detection_does_not_depend_on_position_or_order(tuff, dry):
+    bond = [[1, 1, 1], [0.5, 1, 1, 0.5]] * 2
+    blocks = bs.courses(bond, unit_length="0.4 m", unit_height="0.2 m", depth="0.1 m", material=tuff)
+    expected = bs.detect_interfaces(blocks, joint_material=dry).report
+    turned = moved(blocks, rotation((1, 2, -1), 1.234), (100, -50, 20))[::-1]
+    report = bs.detect_interfaces(turned, joint_material=dry).report
+    assert report.accepted == expected.accepted
+    assert report.total_area == pytest.approx(expected.total_area, rel=1e-9)
+
+
+def test_normal_points_from_minus_to_plus(small_model):
+    for interface in small_model.interfaces:
+        minus, plus = small_model.block(interface.minus), small_model.block(interface.plus)
+        assert (plus.centroid - minus.centroid) @ interface.normal > 0
+
+
+def test_slivers_and_contacts_of_supports_are_reported(dry):
+    a = bs.Block.box("a", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
+    b = bs.Block.box("b", Q_([0.9999999, 0, 1], "m"), Q_([1, 1, 1], "m"), STONE)
+    ground = [bs.Block.box(f"g{x}", Q_([x, 0, -1], "m"), Q_([1, 1, 1], "m"), STONE, fixed=True) for x in (0, 1)]
+    report = bs.detect_interfaces([a, b, *ground], joint_material=dry).report
+    assert [s[:2] for s in report.slivers] == [("a", "b")]
+    assert report.between_supports == (("g0", "g1"),)
+    assert report.untouched == ("b", "g1")
+    assert "sliver a | b" in str(report)
+
+
+def test_overlap_depth_of_convex_blocks():
+    first = polyhedron(*box((0, 0, 0), (1, 1, 1)), "a")
+    # The same cross-section, shifted along it: no corner lies inside the other block.
+    second = polyhedron(*box((0.5, 0, 0), (1, 1, 1)), "b")
+    ((i, j, depth),) = overlapping_pairs([first, second], 1e-6)
+    assert (i, j) == (0, 1)
+    assert depth == pytest.approx(0.5)
+    assert overlapping_pairs([first, polyhedron(*box((1, 0, 0), (1, 1, 1)), "c")], 1e-6) == []
+
+
+def test_rotated_neighbours_whose_boxes_overlap_do_not():
+    R = rotation((0, 0, 1), 0.6)
+    blocks = [bs.Block.box(f"{x}", Q_([x, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE) for x in range(4)]
+    shapes = [b.shape for b in moved(blocks, R)]
+    assert overlapping_pairs(shapes, 1e-6) == []
+
+
+def test_overlap_of_non_convex_blocks():
+    corner = prism(L_SHAPE, 1.0)
+    in_the_notch = polyhedron(*box((1, 1, 0), (2, 2, 1)), "free")
+    in_the_leg = polyhedron(*box((0.5, 0.2, 0.2), (0.6, 0.6, 0.6)), "inside")
+    assert overlapping_pairs([corner, in_the_notch], 1e-6) == []
+    assert [p[:2] for p in overlapping_pairs([corner, in_the_leg], 1e-6)] == [(0, 1)]
+
+
+def test_tributary_areas_sum_up():
+    square = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]], dtype=float)
+    triangle = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=float)
+    outline = np.array([(*p, 0.0) for p in L_SHAPE])
+    points = np.concatenate([square, triangle, outline])
+    centroids = np.array([[1, 0.5, 0], [1 / 3, 1 / 3, 0], [1.1, 1.1, 0]])
+    shares = tributary_areas(points, np.array([0, 4, 7]), centroids, np.array([[0, 0, 1.0]] * 3))
+    assert shares[:4] == pytest.approx([0.5] * 4)
+    assert shares[4:7] == pytest.approx([1 / 6] * 3)
+    assert shares[7:].sum() == pytest.approx(5.0)
+    assert (shares > 0).all()

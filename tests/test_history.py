@@ -1,0 +1,130 @@
+"""The history Dataset, and what is read from it."""
+
+import numpy as np
+import pint
+import pytest
+
+import blockstruct as bs
+from structures import solve
+
+
+@pytest.fixture(scope="module")
+def result(small_analysis):
+    return small_analysis["push nonassociative"]
+
+
+def test_every_iteration_is_there(result):
+    history = result.history
+    assert dict(history.sizes) == {
+        "iteration": result.n_iterations,
+        "contact_point": 4 * history.sizes["interface"],
+        "component": 3,
+        "interface": len(history.interface),
+        "block": 8,
+        "dof": 6,
+        "axis": 3,
+    }
+    assert list(history.stage.to_numpy()[[0, 1, -1]]) == ["associative", "nonassociative", "admissible"]
+    assert history.load_factor[-1] == pytest.approx(result.load_factor, rel=1e-12)
+    assert (history.solver_status == "solved").all()
+    assert (history.solver_iterations > 3).all()
+    assert (history.solver_time > 0).all()
+    for name in ("contact_force", "relative_velocity", "block_velocity", "fictitious_cohesion", "fictitious_slope"):
+        assert np.isfinite(history[name]).all(), name
+
+
+def test_units_are_units(result):
+    for name, variable in result.history.variables.items():
+        if variable.dtype.kind == "f":
+            assert pint.Unit(variable.attrs["units"]) is not None, name
+    assert result.history.contact_force.attrs["units"] == "newton"
+
+
+def test_the_schedule_is_recorded(result):
+    history, s = result.history, result.settings
+    steps = history.where(history.stage == "nonassociative", drop=True)
+    force = history.attrs["unit_of_force"]
+    expected = np.maximum(s.cohesion * s.cohesion_decay ** np.arange(steps.sizes["iteration"]), s.cohesion_min)
+    assert steps.c0.to_numpy() == pytest.approx(expected * force)
+    assert steps.a[0] == s.slope
+    # The recorded condition is the one the forces obey.
+    f = history.contact_force
+    shear = np.hypot(f.sel(component="s"), f.sel(component="t"))
+    excess = shear - history.fictitious_cohesion - history.fictitious_slope * f.sel(component="n")
+    assert float(excess.max()) < 1e-6 * force
+
+
+def test_forces_are_in_equilibrium(result, small_model):
+    """Block by block, from the history alone: weight, push and contact forces sum up to nothing."""
+    last = result.history.isel(iteration=-1)
+    index = last.interface_of_contact_point.to_numpy()
+    force = np.einsum("kc,kca->ka", last.contact_force, last.interface_frame.to_numpy()[index])
+    total = np.zeros((len(small_model.blocks), 3))
+    for i, interface in enumerate(small_model.interfaces):
+        names = [b.name for b in small_model.blocks]
+        total[names.index(interface.plus)] += force[index == i].sum(axis=0)
+        total[names.index(interface.minus)] -= force[index == i].sum(axis=0)
+    weight = np.array([b.weight for b in small_model.blocks])
+    total[:, 2] -= weight
+    total[:, 0] += result.load_factor * weight
+    total[[b.name == "3.1" for b in small_model.blocks], 0] += result.load_factor * 10
+    free = [not b.fixed for b in small_model.blocks]
+    assert np.abs(total[free]).max() < 1e-7 * weight.max()
+
+
+def test_power_of_the_variable_load_is_one_watt(result, small_model):
+    last = result.history.isel(iteration=-1)
+    weight = np.array([0 if b.fixed else b.weight for b in small_model.blocks])
+    velocity = last.block_velocity.sel(dof="vx").to_numpy()
+    at_load = last.block_velocity.sel(block="3.1")
+    # The point load acts 0.1 m above the centroid of block 3.1: v_x + ω_y · 0.1 m.
+    extra = 10 * float(at_load.sel(dof="vx") + 0.1 * at_load.sel(dof="wy"))
+    assert weight @ velocity + extra == pytest.approx(1.0, rel=1e-6)
+
+
+def test_relative_velocity_is_that_of_the_blocks(result):
+    h = result.history.isel(iteration=-1)
+    blocks = list(h.block.to_numpy())
+    k = 17
+    interface = int(h.interface_of_contact_point[k])
+    minus, plus = str(h.interface[interface].item()).split("|")
+    p, v = h.contact_position[k].to_numpy(), []
+    for name in (minus, plus):
+        u = h.block_velocity[blocks.index(name)].to_numpy()
+        v.append(u[:3] + np.cross(u[3:], p - h.block_position[blocks.index(name)].to_numpy()))
+    expected = h.interface_frame[interface].to_numpy() @ (v[1] - v[0])
+    assert h.relative_velocity[k].to_numpy() == pytest.approx(
+        expected, abs=1e-9 * float(abs(h.relative_velocity).max())
+    )
+
+
+def test_resultants_take_selections(result):
+    one = bs.interface_resultants(result.history.isel(iteration=3))
+    every = result.resultants.isel(iteration=3)
+    assert one.force.dims == ("interface", "component")
+    assert np.allclose(one.moment, every.moment)
+    states = bs.contact_state(result.history.isel(iteration=[2, 3]))
+    assert states.sizes["iteration"] == 2
+    assert states[1].equals(result.states[3])
+
+
+def test_states_are_of_the_vocabulary(result):
+    assert set(np.unique(result.states)) <= {s.value for s in bs.ContactState}
+    assert (result.states.isel(iteration=-1) == "sliding").any()
+
+
+def test_mechanism_is_normalised(result):
+    translation = result.mechanism.translation
+    assert np.linalg.norm(translation, axis=1).max() == pytest.approx(1.0)
+    assert np.allclose(translation.sel(block="base"), 0)
+    assert translation.sel(axis="x").sum() > 0
+
+
+def test_an_uplifted_interface_is_open(tuff, dry):
+    blocks = bs.courses([[1], [1]], unit_length="1 m", unit_height="1 m", depth="1 m", material=tuff)
+    model = bs.Model("stack", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
+    lift = bs.LoadPattern("lift", [bs.PointLoad("2.1", ["0.5 m", "0.5 m", "2 m"], ["0 N", "0 N", "1 kN"])])
+    result = solve(model, lift, "nonassociative")
+    assert result.load_factor == pytest.approx(12.0, rel=1e-6)
+    assert result.states.isel(iteration=-1).sel(interface="1.1|2.1") == "open"
+    assert result.states.isel(iteration=-1).sel(interface="base|1.1") == "sticking"

@@ -1,0 +1,74 @@
+"""The analysis manager: cases, listeners, interruption."""
+
+import io
+import logging
+
+import pytest
+
+import blockstruct as bs
+from blockstruct.analysis import CaseFinished, CaseStarted, IterationDone
+
+
+def test_events_come_in_order(small_model, small_cases):
+    events = []
+    analysis = bs.AnalysisManager(small_model, listeners=[events.append]).run(small_cases)
+    kinds = [type(e) for e in events]
+    assert kinds[:3] == [CaseStarted, IterationDone, CaseFinished]
+    assert kinds.count(IterationDone) == sum(r.n_iterations for r in analysis.values())
+    assert [e.index for e in events if isinstance(e, IterationDone)][1:4] == [0, 1, 2]
+
+
+def test_lines_and_logs(small_model, small_cases, caplog):
+    stream = io.StringIO()
+    logger = logging.getLogger("blockstruct.test")
+    with caplog.at_level(logging.DEBUG, logger="blockstruct.test"):
+        listeners = [bs.print_lines(stream), bs.log_to(logger)]
+        bs.AnalysisManager(small_model, listeners=listeners).run(small_cases[:1])
+    assert stream.getvalue().splitlines() == caplog.messages
+    assert "converged, load factor" in caplog.messages[-1]
+    assert [r.levelname for r in caplog.records] == ["INFO", "DEBUG", "INFO"]
+
+
+def test_nothing_is_printed_unasked(small_model, small_cases, capfd):
+    bs.AnalysisManager(small_model).run(small_cases)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_interruption_keeps_what_is_done(small_model, small_cases, tmp_path):
+    path = tmp_path / "cut.h5"
+
+    def stop(event):
+        if isinstance(event, IterationDone) and event.case is small_cases[1] and event.index == 4:
+            raise KeyboardInterrupt
+
+    cases = [*small_cases, bs.LimitCase("never", small_cases[0].dead, bs.LoadPattern("+y", [bs.BodyForce((0, 1, 0))]))]
+    analysis = bs.AnalysisManager(small_model, path, listeners=[stop]).run(cases)
+    assert [r.status for r in analysis.values()] == ["converged", "interrupted"]
+    assert analysis[small_cases[1].name].n_iterations == 5
+    assert analysis.status == "interrupted"
+    again = bs.open_analysis(path)
+    assert again.status == "interrupted"
+    assert again[small_cases[1].name].history.identical(analysis[small_cases[1].name].history)
+
+
+def test_cases_do_not_influence_each_other(small_model, small_cases):
+    together = bs.AnalysisManager(small_model).run(small_cases)
+    alone = bs.AnalysisManager(small_model).run(small_cases[1:])
+    name = small_cases[1].name
+    assert together[name].load_factor == alone[name].load_factor
+
+
+def test_a_run_repeats_itself(small_model, small_cases, small_analysis):
+    again = bs.AnalysisManager(small_model).run(small_cases)
+    for name, result in small_analysis.items():
+        timeless = [r.history.drop_vars("solver_time") for r in (result, again[name])]
+        assert timeless[0].identical(timeless[1])
+
+
+def test_an_analysis_reads_like_a_dictionary(small_analysis, small_cases):
+    assert list(small_analysis) == [c.name for c in small_cases]
+    assert small_analysis.cases == tuple(small_cases)
+    assert "converged" in str(small_analysis)
+    assert small_analysis.versions["clarabel"].count(".") == 2
+    with pytest.raises(TypeError):
+        small_analysis.results["x"] = 1

@@ -1,0 +1,129 @@
+"""The same conic program through every solver."""
+
+import cvxpy
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct.limit import (
+    ConicProgram,
+    LimitProblem,
+    ProcedureSettings,
+    certify,
+    fictitious_sliding,
+    true_sliding,
+)
+from blockstruct.solvers import ClarabelSolver, CvxpySolver
+from blockstruct.statics import Statics
+from structures import SELF_WEIGHT, model_of, push, single_block, solve
+
+
+@pytest.fixture(scope="module")
+def problem(small_model):
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0.3, 0), "nonassociative")
+    return LimitProblem.of(Statics.of(small_model), case)
+
+
+@pytest.fixture(scope="module")
+def n0(problem):
+    program = ConicProgram(problem)
+    solution = ClarabelSolver(1e-10).solve(program, program.numbers(true_sliding(problem)))
+    return program.unpack(solution)[1][:, 0]
+
+
+def programs(problem, n0):
+    """Numbers of every kind of program of the procedure."""
+    program = ConicProgram(problem)
+    shift = np.linspace(0, 0.05, problem.n_points)
+    yield program, program.numbers(true_sliding(problem))
+    yield program, program.numbers(fictitious_sliding(problem, n0, 0.1, 0.3))
+    yield program, program.numbers(fictitious_sliding(problem, n0, 1e-3, 1e-2))
+    yield program, program.numbers(true_sliding(problem), shift=shift, limit=0.3)
+
+
+def test_clarabel_updates_in_place_what_it_would_build_anew(problem, n0):
+    kept = ClarabelSolver(1e-10)
+    for program, numbers in programs(problem, n0):
+        old, new = kept.solve(program, numbers), ClarabelSolver(1e-10).solve(program, numbers)
+        assert old.y[0] == pytest.approx(new.y[0], rel=1e-7)
+
+
+@pytest.mark.parametrize("name", ["CLARABEL", "SCS"])
+def test_cvxpy_agrees(problem, n0, name):
+    assert name in cvxpy.installed_solvers()
+    for program, numbers in programs(problem, n0):
+        direct = ClarabelSolver(1e-10).solve(program, numbers)
+        layered = CvxpySolver(name, 1e-9).solve(program, numbers)
+        assert layered.y[0] == pytest.approx(direct.y[0], rel=1e-6)
+
+
+def test_multipliers_of_cvxpy_are_the_mechanism(problem):
+    program = ConicProgram(problem)
+    numbers = program.numbers(true_sliding(problem))
+    alpha, x, u = program.unpack(CvxpySolver("CLARABEL", 1e-10).solve(program, numbers))
+    assert problem.w_L @ u == pytest.approx(1.0, abs=1e-8)
+    v = (problem.A.T @ u).reshape(-1, 3)
+    # Associative flow: opening at least μ times the sliding, no work lost.
+    assert (v[:, 0] - problem.friction * np.linalg.norm(v[:, 1:], axis=1)).min() > -1e-6
+    assert abs(np.sum(x * v)) < 1e-6
+    residual = certify(problem, x, u, alpha, ProcedureSettings()).equilibrium_residual
+    assert residual < 1e-7
+
+
+def test_a_whole_case_through_cvxpy(small_model):
+    direct = solve(small_model, push(1, 0, 0), "nonassociative")
+    layered = solve(small_model, push(1, 0, 0), "nonassociative", solver="cvxpy:clarabel")
+    assert layered.status == "converged"
+    # Several courses slide at the same load, so rounding decides which: equal within the certified gap.
+    assert layered.load_factor == pytest.approx(direct.load_factor, rel=direct.settings.gap_tolerance)
+
+
+def test_unstable_through_cvxpy():
+    model = model_of(*single_block(1.0, 1.0))
+    dead = bs.LoadPattern("dead", [bs.BodyForce((2, 0, -1))])
+    result = solve(model, push(1, 0, 0), dead=dead, solver="cvxpy:clarabel")
+    assert result.status == "unstable_under_dead_load"
+
+
+def test_a_solver_that_lies_is_not_believed(small_model, monkeypatch):
+    """Statuses are claims: a solution off by a thousandth is refused by the certificate."""
+    honest = ClarabelSolver.solve
+
+    def lying(self, program, numbers):
+        solution = honest(self, program, numbers)
+        solution.y[0] *= 1.001
+        return solution
+
+    monkeypatch.setattr(ClarabelSolver, "solve", lying)
+    for flow in bs.Flow:
+        result = solve(small_model, push(1, 0, 0), flow, max_programs=20)
+        assert result.status == "not_converged"
+        assert np.isnan(result.load_factor)
+        assert not result.certificate.holds
+
+
+def test_infeasible_steps_raise_the_cohesion(small_model, monkeypatch):
+    """The infeasibility rule: the step is repeated with four times the cohesion, and the case still converges."""
+    honest, calls = ClarabelSolver.solve, []
+
+    def sometimes(self, program, numbers):
+        solution = honest(self, program, numbers)
+        calls.append(1)
+        if len(calls) == 5:
+            object.__setattr__(solution, "status", bs.SolverStatus.INFEASIBLE)
+        return solution
+
+    monkeypatch.setattr(ClarabelSolver, "solve", sometimes)
+    result = solve(small_model, push(1, 0, 0), "nonassociative")
+    history = result.history
+    assert result.status == "converged"
+    assert history.solver_status[3] == "infeasible"
+    assert np.isnan(history.load_factor[3])
+    assert history.c0[4] == pytest.approx(4 * history.c0[3])
+
+
+def test_too_few_programs_is_a_status(small_model):
+    result = solve(small_model, push(1, 0, 0), "nonassociative", max_programs=5, gap_tolerance=1e-12)
+    assert result.status == "not_converged"
+    assert "5 programs" in result.message
+    assert result.n_iterations <= 5

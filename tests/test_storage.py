@@ -1,0 +1,259 @@
+"""Files: round trips, other readers, and what is refused."""
+
+import shutil
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import push
+
+
+@pytest.fixture(scope="module")
+def path(small_analysis, tmp_path_factory):
+    return bs.save_analysis(small_analysis, tmp_path_factory.mktemp("store") / "small.h5")
+
+
+def same(one: bs.Analysis, other: bs.Analysis) -> None:
+    assert one.model.hash == other.model.hash
+    assert one.cases == other.cases
+    assert one.versions == other.versions
+    assert one.created_at == other.created_at
+    for name, result in one.items():
+        twin = other[name]
+        assert result.history.identical(twin.history)
+        assert (result.status, result.message, result.settings) == (twin.status, twin.message, twin.settings)
+        assert result.certificate == twin.certificate
+        np.testing.assert_equal(result.load_factor, twin.load_factor)
+
+
+def test_round_trip(small_analysis, path):
+    same(small_analysis, bs.open_analysis(path))
+
+
+def test_a_reloaded_analysis_can_be_run_again(small_analysis, path):
+    stored = bs.open_analysis(path)
+    again = bs.AnalysisManager(stored.model).run(stored.cases)
+    for name, result in small_analysis.items():
+        assert again[name].load_factor == pytest.approx(result.load_factor, rel=1e-12)
+
+
+def test_readable_without_blockstruct(path):
+    """In a Python that cannot import blockstruct: xarray with h5netcdf, a whole tree, and plain h5py."""
+    script = """
+import sys
+sys.modules["blockstruct"] = None
+import h5py, xarray as xr
+path = sys.argv[1]
+ds = xr.open_dataset(path, group="/cases/push nonassociative/history", engine="h5netcdf")
+assert ds.contact_force.attrs["units"] == "newton"
+assert list(ds.component.values) == ["n", "s", "t"]
+assert float(ds.load_factor[-1]) > 0
+assert set(ds.sizes) == {"iteration", "contact_point", "component", "interface", "block", "dof", "axis"}
+tree = xr.open_datatree(path, engine="h5netcdf")
+assert "/cases/push associative/history" in tree.groups
+with h5py.File(path) as file:
+    assert file.attrs["format"] == "blockstruct-analysis"
+    assert "blockstruct-analysis" in file["schema"][()].decode()
+"""
+    subprocess.run([sys.executable, "-W", "error", "-c", script, str(path)], check=True, timeout=120)
+
+
+def test_every_stored_number_has_units_or_is_an_index(path):
+    def visit(name, item):
+        if (
+            isinstance(item, h5py.Dataset)
+            and item.dtype.kind == "f"
+            and b"not a netCDF" not in item.attrs.get("NAME", b"")
+        ):
+            assert "units" in item.attrs, name
+
+    with h5py.File(path) as file:
+        file.visititems(visit)
+
+
+STONE = bs.Material("Tuff – größer", "12 kN/m^3")
+VECTORS = st.tuples(*[st.floats(-1e3, 1e3)] * 3)
+LOADS = st.lists(
+    st.one_of(
+        st.just(bs.SelfWeight()),
+        VECTORS.filter(any).map(bs.BodyForce),
+        st.builds(lambda p, f: bs.PointLoad("β/1", Q_(p, "m"), Q_(f, "kN")), VECTORS, VECTORS),
+        st.builds(lambda m: bs.Moment("β/1", Q_(m, "kN*m")), VECTORS),
+        st.builds(lambda i, t: bs.FaceLoad("β/1", i, Q_(t, "kPa")), st.integers(0, 5), VECTORS),
+    ),
+    max_size=4,
+)
+NAMES = st.text(st.characters(categories=["L", "N", "P", "S"]), min_size=1, max_size=12).filter(str.strip)
+
+
+@settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(
+    name=NAMES,
+    loads=LOADS,
+    case_name=NAMES,
+    joint=st.builds(
+        lambda mu, share, c, ft: bs.JointMaterial(
+            "γ",
+            mu,
+            dilatancy_angle=Q_(share * np.arctan(mu), "rad"),
+            cohesion=Q_(c, "kPa"),
+            tensile_strength=Q_(ft, "kPa"),
+        ),
+        st.floats(0.2, 1),
+        st.floats(0, 1),
+        st.floats(0, 10),
+        st.floats(0, 10),
+    ),
+)
+def test_round_trip_of_any_model(tmp_path_factory, name, loads, case_name, joint):
+    ground = bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([1, 1, 1], "m"), STONE, fixed=True)
+    block = bs.Block.box("β/1", Q_([0, 0, 0], "ft"), Q_([2, 2, 1], "ft"), STONE)
+    blocks = [ground, block]
+    model = bs.Model(name, blocks, bs.detect_interfaces(blocks, joint_material=joint).interfaces)
+    dead = bs.LoadPattern("dead", loads)
+    cases = [bs.LimitCase(case_name, dead, push(1, 0, 0), flow="associative")]
+    analysis = bs.AnalysisManager(model).run(cases)
+    path = tmp_path_factory.mktemp("any") / "x.h5"
+    bs.save_analysis(analysis, path)
+    same(analysis, bs.open_analysis(path))
+
+
+def test_no_iterations(small_model, small_cases, tmp_path):
+    def stop(_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        bs.AnalysisManager(small_model, tmp_path / "x.h5", listeners=[stop]).run(small_cases)
+    assert not (tmp_path / "x.h5").exists()
+
+
+def test_a_new_run_replaces_the_file_in_one_step(small_analysis, tmp_path):
+    target = tmp_path / "x.h5"
+    target.write_bytes(b"old")
+    bs.save_analysis(small_analysis, target)
+    assert [p.name for p in tmp_path.iterdir()] == ["x.h5"]
+    assert bs.check_file(target)["format"] == "blockstruct-analysis"
+
+
+def test_a_failed_write_leaves_nothing_behind(small_analysis, tmp_path, monkeypatch):
+    target = tmp_path / "x.h5"
+    target.write_bytes(b"old")
+
+    def full(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(xr.DataTree, "to_netcdf", full)
+    with pytest.raises(bs.StorageError, match=r"No space left.*free some space"):
+        bs.save_analysis(small_analysis, target)
+    assert target.read_bytes() == b"old"
+    assert [p.name for p in tmp_path.iterdir()] == ["x.h5"]
+
+
+def damage(group, name, value):
+    def change(file):
+        file[group].attrs[name] = value
+
+    return change
+
+
+def delete(name):
+    def change(file):
+        del file[name]
+
+    return change
+
+
+def overwrite(name, value):
+    def change(file):
+        file[name][...] = value
+
+    return change
+
+
+def replace_variable(name, data):
+    def change(file):
+        del file[name]
+        file[name] = data
+
+    return change
+
+
+def link(name, target):
+    def change(file):
+        if name in file:
+            del file[name]
+        file[name] = target
+
+    return change
+
+
+HISTORY = "/cases/push associative/history"
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (damage("/", "format", "other"), ["/", "'other'", "no blockstruct analysis"]),
+        (damage("/", "format_version", "2.0"), ["format version 2.0", "update blockstruct"]),
+        (damage("/", "format_version", "new"), ["'new'", "no version"]),
+        (damage("/", "cases", "[]"), ["/cases"]),
+        (damage("/", "model_hash", "0" * 64), ["/model", "model_hash"]),
+        (damage("/", "model_hash", "x"), ["model_hash"]),
+        (damage("/cases/push associative", "status", "fine"), ["push associative", "'fine'"]),
+        (damage("/cases/push associative", "settings", "{"), ["/cases/push associative"]),
+        (damage("/cases/push associative", "dead", "nobody"), ["/cases/push associative", "nobody"]),
+        (damage(f"{HISTORY}/contact_force", "units", "meter"), ["contact_force", "dimension"]),
+        (damage(f"{HISTORY}/contact_force", "units", "apples"), ["contact_force", "apples"]),
+        (delete(HISTORY), ["push associative", "'history' is a required property"]),
+        (delete(f"{HISTORY}/load_factor"), [HISTORY, "'load_factor' is a required"]),
+        (delete("/model/fixed"), ["/model", "'fixed' is a required"]),
+        (delete("/model"), ["'model' is a required"]),
+        (overwrite("/model/minus_block", 99), ["/model/minus_block", "outside 0..7"]),
+        (overwrite("/model/vertex_of_corner", -1), ["/model/vertex_of_corner", "outside"]),
+        (overwrite("/model/block_of_vertex", 0), ["/model"]),
+        (overwrite("/model/vertex_position", 0.0), ["/model", "block"]),
+        (overwrite(f"{HISTORY}/interface_of_contact_point", 1000), ["interface_of_contact_point", "outside"]),
+        (overwrite("/cases/push associative/n_iterations", 7), ["n_iterations"]),
+        (replace_variable(f"{HISTORY}/load_factor", np.array([1])), [f"{HISTORY}", "load_factor"]),
+        (link(f"{HISTORY}/load_factor", h5py.ExternalLink("/etc/passwd", "/x")), ["load_factor", "link"]),
+        (link("/model/extra", h5py.SoftLink("/model")), ["/model", "extra", "link"]),
+    ],
+)
+def test_damaged_files_are_refused_with_the_place(path, tmp_path, change, words):
+    copy = tmp_path / "copy.h5"
+    shutil.copy(path, copy)
+    with h5py.File(copy, "r+") as file:
+        change(file)
+    with pytest.raises(bs.FormatError) as caught:
+        bs.open_analysis(copy)
+    message = str(caught.value).replace("/variables", "").replace("/groups", "")
+    for word in [copy.name, *words]:
+        assert word in message
+
+
+def test_files_that_are_something_else(tmp_path):
+    with pytest.raises(bs.StorageError, match="no such file"):
+        bs.open_analysis(tmp_path / "missing.h5")
+    (tmp_path / "text.h5").write_text("not HDF5")
+    with pytest.raises(bs.FormatError, match="no readable HDF5 file"):
+        bs.open_analysis(tmp_path / "text.h5")
+    xr.Dataset({"t": ("x", [1.0])}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+    with pytest.raises(bs.FormatError, match="no blockstruct analysis"):
+        bs.open_analysis(tmp_path / "other.nc")
+
+
+def test_truncated_files_are_refused(path, tmp_path):
+    content = path.read_bytes()
+    for share in (0.01, 0.3, 0.7, 0.99):
+        cut = tmp_path / "cut.h5"
+        cut.write_bytes(content[: int(share * len(content))])
+        with pytest.raises(bs.FormatError, match=r"cut\.h5"):
+            bs.open_analysis(cut)
