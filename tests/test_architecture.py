@@ -21,7 +21,8 @@ MAY_IMPORT = {
     "results": {"limit", "statics", "model"} | GROUND,
     "storage": {"results", "model", "geometry"} | GROUND,
     "analysis": {"limit", "solvers", "results", "storage", "statics", "model"} | GROUND,
-    "cli": {"analysis"},
+    "views": set(),
+    "cli": {"analysis", "views"},
 }
 FILES = sorted(p for p in SOURCE.rglob("*.py") if p != SOURCE / "__init__.py")
 
@@ -44,6 +45,11 @@ def test_import_arrows(path):
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(SOURCE)))
 def test_no_room_is_cluttered(path):
     assert len(path.read_text(encoding="utf-8").splitlines()) <= 400
+
+
+def test_every_room_of_the_house_exists():
+    rooms = {p.stem for p in SOURCE.iterdir() if p.suffix == ".py" or (p / "__init__.py").is_file()}
+    assert rooms - {"__init__"} == set(MAY_IMPORT)
 
 
 def test_pint_stops_at_the_model():

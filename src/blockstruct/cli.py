@@ -2,15 +2,15 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
 import blockstruct as bs
 from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone
+from blockstruct.views import iteration_table, result_text, summary_table
 
 app = typer.Typer(
     help="Collapse load of masonry structures: rigid-block limit analysis in 3D.",
@@ -79,8 +79,8 @@ def show(file: FileArgument) -> None:
     out.print(f"model hash {model.hash[:16]}…, created {analysis.created_at}, {analysis.status}", markup=False)
     out.print(f"blockstruct {analysis.versions.get('blockstruct')}", markup=False)
     for result in analysis.values():
-        _print_result(result)
-    _print_summary(analysis)
+        out.print(result_text(result), soft_wrap=True)
+    out.print(summary_table(analysis))
 
 
 @app.command()
@@ -95,7 +95,7 @@ def history(
     """Print the iteration history of a case."""
     data = bs.open_analysis(file)[case].history
     if variable is None and csv is None:
-        out.print(_iteration_table(data))
+        out.print(iteration_table(data))
         return
     if variable is not None and variable not in data.data_vars:
         msg = f"history of {case!r}: no variable {variable!r}; it has {', '.join(map(str, data.data_vars))}"
@@ -145,9 +145,9 @@ def _run(model: bs.Model, cases: list[bs.LimitCase], settings: bs.ProcedureSetti
         manager = bs.AnalysisManager(model, output, settings=settings, listeners=[_bar(progress, settings)])
         analysis = manager.run(cases)
     for result in analysis.values():
-        out.print(_iteration_table(result.history))
-        _print_result(result)
-    _print_summary(analysis)
+        out.print(iteration_table(result.history))
+        out.print(result_text(result), soft_wrap=True)
+    out.print(summary_table(analysis))
     out.print(f"written: {output}", markup=False, soft_wrap=True)
     if any(r.status is not bs.Status.CONVERGED for r in analysis.values()):
         raise typer.Exit(NO_LOAD_FACTOR)
@@ -167,60 +167,3 @@ def _bar(progress: Progress, settings: bs.ProcedureSettings) -> Callable[[Event]
                 progress.update(task, completed=settings.max_programs)
 
     return listen
-
-
-def _iteration_table(history: Any) -> Table:
-    table = Table(box=None, padding=(0, 1, 0, 0), header_style="bold")
-    columns = {
-        "load_factor": ("load factor", "{:.6f}"),
-        "c0": ("c0 [N]", "{:.1e}"),
-        "a": ("a", "{:.0e}"),
-        "yield_excess": ("yield", "{:.0e}"),
-        "interpenetration": ("interp.", "{:.0e}"),
-        "flow_rule_gap": ("gap", "{:.0e}"),
-        "solver_status": ("solver", "{}"),
-        "solver_time": ("time", "{:.2f} s"),
-    }
-    table.add_column("#", justify="right")
-    table.add_column("program", no_wrap=True)
-    for title, _ in columns.values():
-        table.add_column(title, justify="right", no_wrap=True)
-    for i in range(history.sizes["iteration"]):
-        row = history.isel(iteration=i)
-        cells = [form.format(row[name].item()) for name, (_, form) in columns.items()]
-        table.add_row(str(i), str(row["stage"].item()), *cells)
-    return table
-
-
-def _print_result(result: bs.CaseResult) -> None:
-    s, c = result.settings, result.certificate
-    out.print(f"\n{result.name}", style="bold", markup=False)
-    out.print(
-        f"  {result.case.dead.name} + load factor × {result.case.variable.name}, {result.case.flow} flow", markup=False
-    )
-    out.print(f"  status {result.status}: {result.message}", markup=False, soft_wrap=True)
-    out.print(f"  load factor {result.load_factor:.6g}", style="bold", markup=False)
-    if c is None:
-        return
-    rows = (
-        ("equilibrium residual", c.equilibrium_residual, s.equilibrium_tolerance, "mean dead wrenches"),
-        ("yield excess", c.yield_excess, s.yield_tolerance, "mean dead wrenches"),
-        ("interpenetration", c.interpenetration, s.interpenetration_tolerance, "largest relative velocities"),
-        ("flow-rule gap", c.flow_rule_gap / (abs(result.load_factor) or 1.0), s.gap_tolerance, "load factors"),
-    )
-    out.print(f"  certificate {'holds' if c.holds else 'does not hold'}")
-    for name, value, limit, unit in rows:
-        out.print(f"    {name:<21}{value:9.1e} (tolerance {limit:.0e}) {unit}", markup=False)
-
-
-def _print_summary(analysis: bs.Analysis) -> None:
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for title in ("case", "flow", "status"):
-        table.add_column(title)
-    for title in ("load factor", "programs", "time [s]"):
-        table.add_column(title, justify="right")
-    for r in analysis.values():
-        numbers = (f"{r.load_factor:.6g}", str(r.n_iterations), f"{r.duration:.2f}")
-        table.add_row(r.name, r.case.flow.value, r.status.value, *numbers)
-    out.print()
-    out.print(table)

@@ -1,0 +1,21 @@
+"""What people look at. Nothing in the core imports this room; it stands on the public API.
+
+>>> import blockstruct as bs
+>>> tuff, dry = bs.Material("tuff", "12 kN/m^3"), bs.JointMaterial("dry", 0.65)
+>>> blocks = bs.courses([[1]], unit_length="0.4 m", unit_height="0.8 m", depth="1 m", material=tuff)
+>>> model = bs.Model("block", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
+>>> push = bs.LoadPattern("push", [bs.BodyForce((1, 0, 0))])
+>>> case = bs.LimitCase("rocking", bs.LoadPattern("dead", [bs.SelfWeight()]), push, "associative")
+>>> analysis = bs.AnalysisManager(model).run([case])
+>>> print(result_text(analysis["rocking"]).plain.splitlines()[4])
+  load factor 0.5
+"""
+
+from blockstruct.views.console import iteration_table, result_text, summary_table
+
+__all__ = [
+    # console
+    "iteration_table",
+    "result_text",
+    "summary_table",
+]

@@ -1,0 +1,66 @@
+"""Tables and texts for a terminal 80 columns wide."""
+
+import xarray as xr
+from rich.table import Table
+from rich.text import Text
+
+import blockstruct as bs
+
+_COLUMNS = {
+    "load_factor": ("load factor", "{:.6f}"),
+    "c0": ("c0 [N]", "{:.1e}"),
+    "a": ("a", "{:.0e}"),
+    "yield_excess": ("yield", "{:.0e}"),
+    "interpenetration": ("interp.", "{:.0e}"),
+    "flow_rule_gap": ("gap", "{:.0e}"),
+    "solver_status": ("solver", "{}"),
+    "solver_time": ("time", "{:.2f} s"),
+}
+
+
+def iteration_table(history: xr.Dataset) -> Table:
+    """Table of a history, a row an iteration: load factor, schedule, certificate and solver."""
+    table = Table(box=None, padding=(0, 1, 0, 0), header_style="bold")
+    table.add_column("#", justify="right")
+    table.add_column("program", no_wrap=True)
+    for title, _ in _COLUMNS.values():
+        table.add_column(title, justify="right", no_wrap=True)
+    for i in range(history.sizes["iteration"]):
+        row = history.isel(iteration=i)
+        cells = [form.format(row[name].item()) for name, (_, form) in _COLUMNS.items()]
+        table.add_row(str(i), str(row["stage"].item()), *cells)
+    return table
+
+
+def result_text(result: bs.CaseResult) -> Text:
+    """Status, load factor and certificate of a case, with the tolerances that make it hold."""
+    case, s, c = result.case, result.settings, result.certificate
+    text = Text("\n").append(f"{result.name}\n", style="bold")
+    text.append(f"  {case.dead.name} + load factor × {case.variable.name}, {case.flow} flow\n")
+    text.append(f"  status {result.status}: {result.message}\n")
+    text.append(f"  load factor {result.load_factor:.6g}\n", style="bold")
+    if c is None:
+        return text
+    rows = (
+        ("equilibrium residual", c.equilibrium_residual, s.equilibrium_tolerance, "mean dead wrenches"),
+        ("yield excess", c.yield_excess, s.yield_tolerance, "mean dead wrenches"),
+        ("interpenetration", c.interpenetration, s.interpenetration_tolerance, "largest relative velocities"),
+        ("flow-rule gap", c.flow_rule_gap / (abs(result.load_factor) or 1.0), s.gap_tolerance, "load factors"),
+    )
+    text.append(f"  certificate {'holds' if c.holds else 'does not hold'}\n")
+    for name, value, limit, unit in rows:
+        text.append(f"    {name:<21}{value:9.1e} (tolerance {limit:.0e}) {unit}\n")
+    return text
+
+
+def summary_table(analysis: bs.Analysis) -> Table:
+    """Table of an analysis, a row a case."""
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
+    for title in ("case", "flow", "status"):
+        table.add_column(title)
+    for title in ("load factor", "programs", "time [s]"):
+        table.add_column(title, justify="right")
+    for r in analysis.values():
+        numbers = (f"{r.load_factor:.6g}", str(r.n_iterations), f"{r.duration:.2f}")
+        table.add_row(Text(r.name), r.case.flow.value, r.status.value, *numbers)
+    return table
