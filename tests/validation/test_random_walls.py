@@ -3,6 +3,8 @@
 No published values: the associative program is the upper bound, and a rigid motion may change nothing.
 """
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -29,7 +31,7 @@ def wall_with_openings(seed):
             unit[start:stop] = 1000 + k
         unit[void[j]] = -1
         edges = [0, *(np.flatnonzero(np.diff(unit)) + 1), width]
-        rows.append([(b - a) / 2 * (-1 if unit[a] < 0 else 1) for a, b in zip(edges, edges[1:], strict=False)])
+        rows.append([(b - a) / 2 * (-1 if unit[a] < 0 else 1) for a, b in pairwise(edges)])
     return rows
 
 
