@@ -146,18 +146,30 @@ def test_dilatancy_does_not_matter_to_a_free_block(psi):
     assert result.load_factor == pytest.approx(0.5, rel=1e-5)
 
 
-def test_wedged_block_needs_dilatancy_to_resist():
-    """A drawer between two walls of a clamp: dilatancy presses it against them, its absence does not.
-
-    The block lies between two fixed walls that it fills exactly. Pulled out along y, an associative joint would
-    have to open against the walls, so no load moves it; a non-associative one slides with μ W of the ground alone.
-    """
+def drawer():
+    """A block between two fixed walls that it fills exactly, on the ground."""
     stone = bs.Material("stone", "20 kN/m^3")
     ground = bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([3, 1, 1], "m"), stone, fixed=True)
     walls = [bs.Block.box(f"wall {x}", Q_([x, 0, 0], "m"), Q_([1, 1, 1], "m"), stone, fixed=True) for x in (0, 2)]
-    drawer = bs.Block.box("drawer", Q_([1, 0, 0], "m"), Q_([1, 1, 1], "m"), stone)
-    model = model_of([ground, *walls, drawer], bs.JointMaterial("joint", 0.5))
+    return [ground, *walls, bs.Block.box("drawer", Q_([1, 0, 0], "m"), Q_([1, 1, 1], "m"), stone)]
+
+
+def test_only_dilatancy_jams_a_drawer():
+    """Pulled out along its walls, a dilatant block presses them apart and is stuck; a non-dilatant one slides.
+
+    The associative answer is no bound at all, and must not be taken for one: μ W holds the real block.
+    """
+    model = model_of(drawer(), bs.JointMaterial("joint", 0.5))
     assert solve(model, push(0, 1, 0)).status == "unbounded"
+    slides = solve(model, push(0, 1, 0), "nonassociative")
+    assert slides.status == "converged"
+    assert slides.load_factor == pytest.approx(0.5, rel=1e-3)
+    assert slides.history.load_factor[0] == math.inf
+
+
+def test_a_drawer_of_dilatant_joints_is_stuck():
+    joint = bs.JointMaterial("joint", 0.5, dilatancy_angle="10 deg")
+    assert solve(model_of(drawer(), joint), push(0, 1, 0), "nonassociative").status == "unbounded"
 
 
 def test_unstable_under_dead_load_names_its_share():

@@ -4,6 +4,7 @@ from collections.abc import Generator
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from blockstruct.limit.friction import true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome
@@ -16,7 +17,7 @@ from blockstruct.vocabulary import Stage, Status
 
 def dead_load_program(
     problem: LimitProblem, settings: ProcedureSettings, solver: Solver
-) -> Generator[Iteration, None, Outcome | None]:
+) -> Generator[Iteration, None, Outcome | NDArray[np.float64]]:
     """Find the share ρ ≤ 1 of the dead load that the joints can carry alone.
 
     Maximises ρ subject to ``A x + ρ w_D = 0`` and the true conditions. That program always has a solution, so
@@ -30,11 +31,11 @@ def dead_load_program(
 
     Returns
     -------
-    Outcome or None
-        None if the structure stands under the dead load.
+    Outcome or array
+        Normal forces (K,) under the dead load if the structure stands.
     """
     if not problem.w_D.any():
-        return None
+        return np.zeros(problem.n_points)
     own = replace(problem, w_D=np.zeros_like(problem.w_D), w_L=problem.w_D, dilatancy=problem.friction)
     program, sliding = ConicProgram(own), true_sliding(own)
     step = solve_step(program, program.numbers(sliding, limit=1.0), sliding, Stage.DEAD_LOAD, settings, solver)
@@ -45,7 +46,7 @@ def dead_load_program(
         and proof.equilibrium_residual <= settings.equilibrium_tolerance
         and proof.yield_excess <= settings.yield_tolerance
     ):
-        return None
+        return step.x[:, 0]
     yield replace(step, load_factor=np.nan)
     if proof.holds and not whole:
         return Outcome(Status.UNSTABLE, np.nan, f"the joints carry {max(share, 0.0):.3g} of the dead load at most")

@@ -12,7 +12,7 @@ from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.limit.step import solve_step
-from blockstruct.vocabulary import Flow, SolverStatus, Stage, Status
+from blockstruct.vocabulary import Flow, Stage, Status
 
 Array = NDArray[np.float64]
 Steps = Generator[Iteration, None, Outcome]
@@ -42,16 +42,24 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
     Outcome
         Value of the generator.
     """
-    unstable = yield from dead_load_program(problem, settings, solver)
-    if unstable is not None:
-        return unstable
+    dead = yield from dead_load_program(problem, settings, solver)
+    if isinstance(dead, Outcome):
+        return dead
     program, sliding = ConicProgram(problem), true_sliding(problem)
     first = solve_step(program, program.numbers(sliding), sliding, Stage.ASSOCIATIVE, settings, solver)
     yield first
-    if first.solver_status is SolverStatus.UNBOUNDED:
-        return _unbounded(problem, first, settings)
+    if first.load_factor == np.inf and flow is Flow.NONASSOCIATIVE:
+        # Dilatancy jams the blocks; without it they may slide all the same. Go on from the forces of the dead load,
+        # with sliding conditions of the slope tan ψ: they bound every load that does not jam them by itself.
+        sliding = fictitious_sliding(problem, dead, settings.cohesion, 0.0)
+        numbers = program.numbers(sliding)
+        first = solve_step(program, numbers, sliding, Stage.NONASSOCIATIVE, settings, solver, c0=settings.cohesion)
+        yield first
+    if first.load_factor == np.inf:
+        message = "the variable load never causes collapse: the joints carry any multiple of it"
+        return Outcome(Status.UNBOUNDED, np.inf, message)
     if not first.solved:
-        return _given_up(f"the solver ended the associative program as {first.solver_status}", first)
+        return _given_up(f"the solver ended the {first.stage} program as {first.solver_status}", first)
     if flow is Flow.NONASSOCIATIVE:
         return (yield from _iterate(program, first, settings, solver))
     if first.certificate.holds:
@@ -131,18 +139,6 @@ def _relaxation(beta: float, trail: list[float], settings: ProcedureSettings) ->
     if before * now >= 0:
         return min(beta * settings.relaxation_growth, settings.relaxation_max)
     return max(beta * settings.relaxation_cut, settings.relaxation_min)
-
-
-def _unbounded(problem: LimitProblem, step: Iteration, settings: ProcedureSettings) -> Outcome:
-    """Check the solver's ray: forces that balance the variable load alone, inside the cones at any size."""
-    if step.load_factor > 0:
-        x = step.x / step.load_factor
-        residual = np.abs(problem.A @ x.ravel() + problem.w_L).max()
-        excess = max((np.linalg.norm(x[:, 1:], axis=1) - problem.friction * x[:, 0]).max(), (-x[:, 0]).max())
-        if max(residual, excess) <= settings.yield_tolerance * max(1.0, np.abs(x).max()):
-            message = "the variable load never causes collapse: the joints carry any multiple of it"
-            return Outcome(Status.UNBOUNDED, np.inf, message)
-    return _given_up("the solver calls the program unbounded, but its ray does not balance the load", step)
 
 
 def _given_up(why: str, last: Iteration) -> Outcome:

@@ -1,13 +1,17 @@
 """One program: solve it, and measure what the solver gives."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import Sliding
 from blockstruct.limit.iteration import Iteration, is_solved
+from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Numbers, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.vocabulary import SolverStatus, Stage
+
+Array = NDArray[np.float64]
 
 
 def solve_step(
@@ -24,6 +28,8 @@ def solve_step(
 ) -> Iteration:
     """Solve one program and certify its state.
 
+    A program that the solver calls unbounded has the load factor ∞ if its ray proves it, and has failed otherwise.
+
     Parameters
     ----------
     program, numbers, sliding
@@ -39,9 +45,12 @@ def solve_step(
     alpha, x, u = program.unpack(solution)
     if mechanism is not None:
         u = mechanism.u
-    # The ray of an unbounded program is kept to be checked; other points without a claim mean nothing.
-    if not is_solved(solution.status) and solution.status is not SolverStatus.UNBOUNDED:
-        alpha, x, u = np.nan, np.full_like(x, np.nan), np.full_like(u, np.nan)
+    status = solution.status
+    if not is_solved(status):
+        unbounded = status is SolverStatus.UNBOUNDED
+        if unbounded and not _is_ray(program.problem, x, alpha, sliding, settings):
+            unbounded, status = False, SolverStatus.FAILED
+        alpha, x, u = np.inf if unbounded else np.nan, np.full_like(x, np.nan), np.full_like(u, np.nan)
     return Iteration(
         stage=stage,
         load_factor=alpha,
@@ -51,8 +60,18 @@ def solve_step(
         sliding=sliding,
         c0=c0,
         a=a,
-        certificate=certify(program.problem, x, u, alpha, settings),
-        solver_status=solution.status,
+        certificate=certify(program.problem, x, u, alpha if np.isfinite(alpha) else np.nan, settings),
+        solver_status=status,
         solver_iterations=solution.iterations,
         solver_time=solution.time,
     )
+
+
+def _is_ray(problem: LimitProblem, x: Array, alpha: float, sliding: Sliding, settings: ProcedureSettings) -> bool:
+    """Whether forces balance the variable load alone and stay inside the sliding condition at any size."""
+    if not alpha > 0:
+        return False
+    x = x / alpha
+    residual = np.abs(problem.A @ x.ravel() + problem.w_L).max()
+    excess = max((np.linalg.norm(x[:, 1:], axis=1) - sliding.slope * x[:, 0]).max(), (-x[:, 0]).max())
+    return bool(max(residual, excess) <= settings.yield_tolerance * max(1.0, np.abs(x).max()))
