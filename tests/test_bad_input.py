@@ -38,6 +38,7 @@ def refused(error, *words):
         (lambda: bs.Moment("b", [1, 0, 0]), ["'b'", "moment", "no unit"]),
         (lambda: bs.detect_interfaces([], JOINT, tolerance=0.001), ["tolerance", "0.001", "no unit"]),
         (lambda: bs.Material("tuff", "heavy"), ["'tuff'", "'heavy'", "'0.4 m'"]),
+        (lambda: bs.Material("tuff", "12 kN/m3"), ["'tuff'", "m3", "'12 kN/m^3'"]),
         (lambda: bs.Material("tuff", "__import__('os') kN/m^3"), ["'tuff'", "is no quantity"]),
     ],
 )
@@ -52,13 +53,19 @@ def test_a_unit_is_due(make, words):
     ("make", "words"),
     [
         (lambda: bs.Material("tuff", Q_(12, "kN/m^2")), ["'tuff'", "kilonewton / meter ** 2", "force/volume"]),
-        (lambda: bs.JointMaterial("j", Q_(0.6, "m")), ["'j'", "friction coefficient", "dimensionless"]),
+        (lambda: bs.JointMaterial("j", Q_(0.6, "m")), ["'j'", "friction coefficient", "a plain number"]),
         (lambda: bs.Block.box("b", Q_([0, 0, 0], "s"), Q_([1, 1, 1], "m"), STONE), ["'b'", "second", "length"]),
         (lambda: bs.Block.box("b", Q_([0, 0], "m"), Q_([1, 1, 1], "m"), STONE), ["'b'", "2 components", "three"]),
         (lambda: bs.Material("tuff", Q_(math.nan, "kN/m^3")), ["'tuff'", "not finite"]),
         (lambda: bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([1, math.inf, 1], "m"), STONE), ["'b'", "not finite"]),
         (lambda: bs.BodyForce((1, math.nan, 0)), ["direction", "not finite"]),
         (lambda: bs.Material("tuff", Q_(12, "degC")), ["'tuff'", "force/volume"]),
+        # To pint an angle is a number: 35 degrees would pass for a friction coefficient of 0.61.
+        (lambda: bs.JointMaterial("j", "35 deg"), ["'j'", "friction coefficient", "degree", "plain number"]),
+        (lambda: bs.JointMaterial("j", Q_(0.6, "rad")), ["'j'", "radian", "plain number"]),
+        (lambda: bs.JointMaterial("j", friction_angle="0.65"), ["'j'", "friction angle", "angle"]),
+        (lambda: bs.JointMaterial("j", friction_angle=Q_(0.65, "")), ["'j'", "friction angle", "30 deg"]),
+        (lambda: bs.JointMaterial("j", 0.5, dilatancy_angle="0.1 dimensionless"), ["'j'", "dilatancy angle"]),
     ],
 )
 def test_wrong_dimension_or_no_number(make, words):
@@ -77,6 +84,11 @@ def test_wrong_dimension_or_no_number(make, words):
         (lambda: bs.JointMaterial("j"), ["'j'", "friction_coefficient or friction_angle"]),
         (lambda: bs.JointMaterial("j", -0.1), ["'j'", "-0.1", "negative"]),
         (lambda: bs.JointMaterial("j", friction_angle="90 deg"), ["'j'", "90 degrees"]),
+        (lambda: bs.JointMaterial("j", 35), ["'j'", "35", "friction_angle with its unit"]),
+        (lambda: bs.LoadPattern("p", bs.SelfWeight()), ["'p'", "SelfWeight()", "no list"]),
+        (lambda: bs.Model("m", [box("a")], "found"), ["'m'", "interfaces", "'found'"]),
+        (lambda: bs.Model("m", bs.detect_interfaces([], JOINT), []), ["'m'", "blocks", "no list"]),
+        (lambda: bs.AnalysisManager("m"), ["'m'", "give a Model"]),
         (lambda: bs.JointMaterial("j", 0.5, dilatancy_angle="40 deg"), ["'j'", "dilatancy", "friction angle"]),
         (lambda: bs.JointMaterial("j", 0.5, tensile_strength="-1 Pa"), ["'j'", "tensile strength", "negative"]),
         (lambda: bs.JointMaterial("j", 0.5, compressive_strength="0 MPa"), ["'j'", "compressive strength", "infinite"]),
@@ -127,8 +139,13 @@ def test_boxes_without_volume():
         ([box("a", fixed=True), box("a", z=1)], bs.ModelError, ["more than once", "a"]),
         ([box("a"), box("b", z=1)], bs.ModelError, ["no block is fixed", "fixed=True"]),
         ([box("a", fixed=True)], bs.ModelError, ["every block is fixed"]),
-        ([box("a", fixed=True), box("b", z=1), box("c", x=9)], bs.ModelError, ["1 floating", "c"]),
-        ([box("a", fixed=True), box("b", z=0.9)], bs.ModelError, ["floating", "b"]),
+        (
+            [box("a", fixed=True), box("b", z=1), box("c", x=9)],
+            bs.ModelError,
+            ["floating blocks, 1 in all", "c", "tolerance"],
+        ),
+        ([box("a", fixed=True), box("b", z=1.01)], bs.ModelError, ["floating", "b"]),
+        ([box("a", fixed=True), box("b", z=0.5)], bs.GeometryError, ["'a' and 'b' by 0.5 m", "move or cut"]),
     ],
 )
 def test_models_that_cannot_stand(blocks, error, words):
@@ -178,6 +195,11 @@ def test_different_materials_of_one_name():
         ([], bs.ModelError, ["'case'", "'v'", "zero on every free block"]),
         ([bs.PointLoad("ground", Q_([0, 0, 0], "m"), Q_([1, 0, 0], "N"))], bs.ModelError, ["zero on every free"]),
         ([bs.PointLoad("nobody", Q_([0, 0, 0], "m"), Q_([1, 0, 0], "N"))], bs.UnknownNameError, ["'nobody'", "block"]),
+        (
+            [bs.PointLoad("block", Q_([50, 50, 100], "m"), Q_([1, 0, 0], "N"))],
+            bs.ModelError,
+            ["'block'", "outside", "Moment"],
+        ),
         ([bs.FaceLoad("block", 6, Q_([1, 0, 0], "Pa"))], bs.ModelError, ["'block'", "face 6", "0..5"]),
     ],
 )
@@ -205,6 +227,10 @@ def test_cases_are_checked_before_anything_is_solved(small_model, small_cases, t
     other = bs.LimitCase("other", bs.LoadPattern("dead", [bs.BodyForce((0, 0, -2))]), push(1, 0, 0))
     with refused(bs.ModelError, "'dead'", "different loads"):
         manager.run([small_cases[0], other])
+    with refused(bs.ModelError, "cases", "no list", "LimitCase"):
+        manager.run(small_cases[0])
+    with refused(bs.ModelError, "settings", "ProcedureSettings"):
+        bs.AnalysisManager(small_model, settings={"patience": 3})
     assert list(tmp_path.iterdir()) == []
 
 
@@ -225,6 +251,9 @@ def test_paths_that_cannot_be_written_are_refused_before_the_run(small_model, tm
     with refused(bs.StorageError, "is a folder"):
         bs.AnalysisManager(small_model, tmp_path)
     (tmp_path / "file").write_text("x")
+    with refused(bs.StorageError, "no blockstruct analysis", "not replaced", "another name"):
+        bs.AnalysisManager(small_model, tmp_path / "file")
+    assert (tmp_path / "file").read_text() == "x"
     with refused(bs.StorageError, "cannot be written", "choose a folder"):
         bs.AnalysisManager(small_model, tmp_path / "file" / "x.h5")
     with refused(OSError, "cannot be written"):

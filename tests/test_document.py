@@ -131,6 +131,29 @@ def test_documents_that_describe_no_model(tmp_path, content, error, words):
         assert word in str(caught.value)
 
 
+def test_numbers_without_a_point_are_numbers(tmp_path):
+    path = write(tmp_path, BASIC)
+    path.write_text(path.read_text(encoding="utf-8") + "  gap_tolerance: 1e-3\n", encoding="utf-8")
+    assert bs.read_document(path).settings["gap_tolerance"] == 1e-3
+
+
+def test_errors_of_a_document_name_the_file(tmp_path):
+    with pytest.raises(bs.UnitError) as caught:
+        bs.read_document(write(tmp_path, changed("materials", "stone", to={"density": "heavy"})))
+    assert any("model.yaml" in note for note in caught.value.__notes__)
+
+
+def test_a_number_where_a_quantity_is_due_is_told_so(tmp_path):
+    with pytest.raises(bs.DocumentError, match=r"/materials/stone/density: 2600 .* A number, a space and a unit"):
+        bs.read_document(write(tmp_path, changed("materials", "stone", to={"density": 2600})))
+
+
+def test_walls_may_stand_anywhere(tuff):
+    kwargs = {"unit_length": "1 m", "unit_height": "1 m", "depth": "1 m", "material": tuff, "base": False}
+    (unit,) = bs.courses([[1]], **kwargs, origin=["5 m", "-20 cm", "1 m"])
+    assert unit.centroid == pytest.approx([5.5, 0.3, 1.5])
+
+
 def test_unknown_settings_are_refused(tmp_path):
     document = bs.read_document(write(tmp_path, changed("settings", to={"speed": 3})))
     with pytest.raises(bs.ModelError, match="speed"):
@@ -157,5 +180,5 @@ def test_files_that_cannot_be_read(tmp_path):
     with pytest.raises(bs.StorageError, match="cannot be read"):
         bs.read_document(tmp_path / "missing.yaml")
     (tmp_path / "latin.yaml").write_bytes(b"name: gr\xf6\xdfer")
-    with pytest.raises(bs.StorageError, match="cannot be read"):
+    with pytest.raises(bs.StorageError, match="is no text"):
         bs.read_document(tmp_path / "latin.yaml")

@@ -80,12 +80,13 @@ def test_every_stored_number_has_units_or_is_an_index(path):
 
 
 STONE = bs.Material("Tuff – größer", "12 kN/m^3")
+POINTS = st.tuples(*[st.floats(0, 1)] * 3)
 VECTORS = st.tuples(*[st.floats(-1e3, 1e3)] * 3)
 LOADS = st.lists(
     st.one_of(
         st.just(bs.SelfWeight()),
         VECTORS.filter(any).map(bs.BodyForce),
-        st.builds(lambda p, f: bs.PointLoad("β/1", Q_(p, "m"), Q_(f, "kN")), VECTORS, VECTORS),
+        st.builds(lambda p, f: bs.PointLoad("β/1", Q_(p, "ft"), Q_(f, "kN")), POINTS, VECTORS),
         st.builds(lambda m: bs.Moment("β/1", Q_(m, "kN*m")), VECTORS),
         st.builds(lambda i, t: bs.FaceLoad("β/1", i, Q_(t, "kPa")), st.integers(0, 5), VECTORS),
     ),
@@ -135,17 +136,30 @@ def test_no_iterations(small_model, small_cases, tmp_path):
     assert not (tmp_path / "x.h5").exists()
 
 
-def test_a_new_run_replaces_the_file_in_one_step(small_analysis, tmp_path):
+def test_a_new_run_replaces_the_file_in_one_step(small_analysis, path, tmp_path):
     target = tmp_path / "x.h5"
-    target.write_bytes(b"old")
+    shutil.copy(path, target)
     bs.save_analysis(small_analysis, target)
     assert [p.name for p in tmp_path.iterdir()] == ["x.h5"]
     assert bs.check_file(target)["format"] == "blockstruct-analysis"
 
 
-def test_a_failed_write_leaves_nothing_behind(small_analysis, tmp_path, monkeypatch):
+def test_other_files_are_never_replaced(small_analysis, tmp_path):
+    for name, content in (("notes.txt", b"notes"), ("x.h5", b"")):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(bs.StorageError, match="not replaced"):
+            bs.save_analysis(small_analysis, tmp_path / name)
+        assert (tmp_path / name).read_bytes() == content
+
+
+def test_files_get_the_rights_new_files_get(path, tmp_path):
+    (tmp_path / "plain").write_text("x")
+    assert path.stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+def test_a_failed_write_leaves_nothing_behind(small_analysis, path, tmp_path, monkeypatch):
     target = tmp_path / "x.h5"
-    target.write_bytes(b"old")
+    shutil.copy(path, target)
 
     def full(*_, **__):
         raise OSError(28, "No space left on device")
@@ -153,7 +167,7 @@ def test_a_failed_write_leaves_nothing_behind(small_analysis, tmp_path, monkeypa
     monkeypatch.setattr(xr.DataTree, "to_netcdf", full)
     with pytest.raises(bs.StorageError, match=r"No space left.*free some space"):
         bs.save_analysis(small_analysis, target)
-    assert target.read_bytes() == b"old"
+    assert target.read_bytes() == path.read_bytes()
     assert [p.name for p in tmp_path.iterdir()] == ["x.h5"]
 
 

@@ -10,16 +10,14 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import blockstruct as bs
 from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone
-from blockstruct.views import iteration_table, result_text, summary_table
+from blockstruct.views import history_frame, iteration_table, result_text, summary_table
 
 app = typer.Typer(
-    help="Collapse load of masonry structures: rigid-block limit analysis in 3D.",
-    no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
 #: Exit codes.
-REFUSED, NO_LOAD_FACTOR, VIOLATIONS = 2, 3, 4
+REFUSED, NO_LOAD_FACTOR, VIOLATIONS, INTERRUPTED = 2, 3, 4, 130
 
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
@@ -37,6 +35,22 @@ def main() -> None:
         for note in getattr(error, "__notes__", ()):
             err.print(f"  {note}", markup=False, soft_wrap=True)
         raise SystemExit(REFUSED) from None
+    except KeyboardInterrupt:
+        err.print("interrupted; nothing was written", markup=False)
+        raise SystemExit(INTERRUPTED) from None
+
+
+@app.callback(invoke_without_command=True)
+def top(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
+) -> None:
+    """Collapse load of masonry structures: rigid-block limit analysis in 3D."""
+    if version:
+        out.print(bs.__version__)
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        out.print(context.get_help(), markup=False)
 
 
 @app.command()
@@ -55,7 +69,7 @@ def demo(
     dead = bs.LoadPattern("self-weight", [bs.SelfWeight()])
     push = bs.LoadPattern("weight sideways, +x", [bs.BodyForce((1, 0, 0))])
     cases = [bs.LimitCase(f"push +x, {flow}", dead, push, flow) for flow in bs.Flow]
-    out.print(f"{model.name}: {len(model.blocks)} blocks, {found.report}", markup=False)
+    out.print(f"{model.name}: {len(model.blocks)} blocks, {found.report}", markup=False, soft_wrap=True)
     _run(model, cases, bs.ProcedureSettings(), output)
 
 
@@ -66,7 +80,9 @@ def run(
 ) -> None:
     """Run all cases of a model document and keep the analysis."""
     document = bs.read_document(model)
-    out.print(f"{document.model.name}: {len(document.model.blocks)} blocks, {document.report}", markup=False)
+    out.print(
+        f"{document.model.name}: {len(document.model.blocks)} blocks, {document.report}", markup=False, soft_wrap=True
+    )
     _run(document.model, list(document.cases), bs.ProcedureSettings.of(document.settings), output)
 
 
@@ -88,32 +104,33 @@ def history(
     file: FileArgument,
     case: Annotated[str, typer.Argument(help="Name of a case.", show_default=False)],
     variable: Annotated[
-        str | None, typer.Option("--variable", help="Print one variable of the history.", show_default=False)
+        str | None,
+        typer.Option(
+            "--variable",
+            help="Print one variable: any of the history, or state, force, moment, eccentricity of the interfaces.",
+            show_default=False,
+        ),
     ] = None,
-    csv: Annotated[Path | None, typer.Option("--csv", help="Write a CSV file instead.", show_default=False)] = None,
+    csv: Annotated[Path | None, typer.Option("--csv", help="Write a .csv file instead.", show_default=False)] = None,
 ) -> None:
     """Print the iteration history of a case."""
-    data = bs.open_analysis(file)[case].history
+    if csv is not None and csv.suffix.lower() != ".csv":
+        msg = f"{csv}: give a name that ends in .csv"
+        raise bs.StorageError(msg)
+    result = bs.open_analysis(file)[case]
     if variable is None and csv is None:
-        out.print(iteration_table(data))
+        out.print(iteration_table(result.history))
         return
-    if variable is not None and variable not in data.data_vars:
-        msg = f"history of {case!r}: no variable {variable!r}; it has {', '.join(map(str, data.data_vars))}"
-        raise bs.UnknownNameError(msg)
-    names = [variable] if variable else [v for v in data.data_vars if data[v].dims == ("iteration",)]
-    keep = {d for name in names for d in data[name].dims} | {"stage"}
-    frame = data[names].drop_vars([c for c in data[names].coords if c not in keep]).to_dataframe()
-    units = {name: data[name].attrs.get("units") for name in names}
-    frame = frame.rename(columns={n: f"{n} [{u}]" for n, u in units.items() if u and u != "dimensionless"})
+    frame = history_frame(result, variable)
     if csv is None:
         out.print(frame.to_string(), markup=False, soft_wrap=True)
         return
     try:
         frame.to_csv(csv)
     except OSError as error:
-        msg = f"{csv}: cannot be written ({error.strerror}); choose another file"
+        msg = f"{csv}: cannot be written ({error.strerror or error}); choose another file"
         raise bs.StorageError(msg) from error
-    out.print(f"{csv}: {len(frame)} rows", markup=False)
+    out.print(f"{csv}: {len(frame)} rows", markup=False, soft_wrap=True)
 
 
 @app.command()
@@ -124,13 +141,15 @@ def validate(
     try:
         if file.suffix.lower() in (".yaml", ".yml", ".json"):
             document = bs.read_document(file)
+            settings = bs.ProcedureSettings.of(document.settings)
+            bs.AnalysisManager(document.model, settings=settings).check(document.cases)
             out.print(f"{file}: a valid model document", markup=False, soft_wrap=True)
-            out.print(f"{len(document.model.blocks)} blocks, {document.report}", markup=False)
+            out.print(f"{len(document.model.blocks)} blocks, {document.report}", markup=False, soft_wrap=True)
         else:
             analysis = bs.open_analysis(file)
             out.print(f"{file}: a valid analysis of {len(analysis)} cases", markup=False, soft_wrap=True)
     except (bs.FormatError, bs.ModelError) as error:
-        out.print(str(error), markup=False, soft_wrap=True)
+        out.print("\n".join([str(error), *getattr(error, "__notes__", ())]), markup=False, soft_wrap=True)
         raise typer.Exit(VIOLATIONS) from None
 
 
@@ -142,7 +161,8 @@ def _run(model: bs.Model, cases: list[bs.LimitCase], settings: bs.ProcedureSetti
         TimeElapsedColumn(),
     )
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
-        manager = bs.AnalysisManager(model, output, settings=settings, listeners=[_bar(progress, settings)])
+        listener = _bar(progress, settings) if err.is_terminal else bs.print_lines()
+        manager = bs.AnalysisManager(model, output, settings=settings, listeners=[listener])
         analysis = manager.run(cases)
     for result in analysis.values():
         out.print(iteration_table(result.history))

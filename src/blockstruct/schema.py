@@ -29,7 +29,15 @@ def violations(instance: Any, name: str) -> list[tuple[str, str]]:
         message = best.message
         if best.validator in ("const", "enum", "pattern"):
             message = f"found {best.instance!r}, {message}"
+        elif best.validator == "type" and "description" in best.schema:
+            message = f"{message}; {best.schema['description']}"
         if len(message) > 300:
             message = f"{message[:300]} …"
         found.append((path, message))
     return sorted(found)
+
+
+def listed_violations(found: list[tuple[str, str]]) -> str:
+    """Violations as a text, a line each."""
+    count = "a violation" if len(found) == 1 else f"{len(found)} violations"
+    return "\n".join([f"{count} of the schema:", *(f"  {where}: {what}" for where, what in found)])

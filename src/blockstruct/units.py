@@ -119,7 +119,10 @@ def parse(text: str, what: str) -> Any:
         values = [float(v) for v in number.strip("[]").split(",")]
         units = ureg.parse_units(unit.strip())
     except Exception as error:
-        msg = f"{what}: {text!r} is no quantity; write a number, a space and a unit, as in '0.4 m'"
+        msg = (
+            f"{what}: {text!r} is no quantity ({error}); "
+            "write a number, a space and a unit, as in '0.4 m' or '12 kN/m^3'"
+        )
         raise UnitError(msg) from error
     return Q_(np.array(values) if number.startswith("[") else values[0], units)
 
@@ -132,20 +135,30 @@ def to_quantity(value: Any, dimension: str) -> Any:
 def _factor(unit: str, dimension: str, what: str) -> float:
     key = (unit, dimension)
     if key not in _FACTORS:
-        try:
-            # A thousand model objects share a handful of units: convert each unit once.
-            factor = float(Q_(1.0, unit).to(SI_UNITS[dimension]).magnitude)
-        except (pint.DimensionalityError, pint.UndefinedUnitError, pint.OffsetUnitCalculusError):
-            factor = None
-        _FACTORS[key] = factor if factor is None or math.isfinite(factor) else None
+        # A thousand model objects share a handful of units: convert each unit once.
+        _FACTORS[key] = _conversion(unit, dimension)
     found = _FACTORS[key]
     if found is None:
-        msg = (
-            f"{what}: the unit {unit!r} is none of {dimension}; "
-            f"give a {dimension}, as in {_EXAMPLES.get(dimension, SI_UNITS[dimension])!r}"
-        )
+        wanted = "a plain number" if dimension == "dimensionless" else f"a {dimension}"
+        msg = f"{what}: the unit {unit!r} does not fit; give {wanted}, as in {_EXAMPLES.get(dimension, '0.65')!r}"
         raise DimensionError(msg)
     return found
+
+
+def _conversion(unit: str, dimension: str) -> float | None:
+    """Factor to the coherent SI unit, or None where a unit is of another dimension.
+
+    To pint an angle is a plain number. Here it is not: 35 degrees are no friction coefficient of 0.61.
+    """
+    try:
+        factor: Any
+        factor, root = ureg.get_root_units(unit)
+        if dimension in ("angle", "dimensionless"):
+            return float(factor) if str(root) == SI_UNITS[dimension] else None
+        factor = Q_(1.0, unit).to(SI_UNITS[dimension]).magnitude
+    except (pint.PintError, ValueError):
+        return None
+    return float(factor) if math.isfinite(factor) else None
 
 
 def _example_unit(dimension: str) -> str:

@@ -1,7 +1,8 @@
 """The analysis manager."""
 
 import platform
-from collections.abc import Iterable
+import reprlib
+from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener
 from blockstruct.errors import ModelError
 from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, solve_limit_case
-from blockstruct.model import LimitCase, Model
+from blockstruct.model import LimitCase, Model, checked_tuple
 from blockstruct.results import Analysis, CaseResult, history_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
@@ -66,6 +67,12 @@ class AnalysisManager:
         settings: ProcedureSettings | None = None,
         listeners: Iterable[Listener] = (),
     ) -> None:
+        if not isinstance(model, Model):
+            msg = f"AnalysisManager: model is {reprlib.repr(model)}; give a Model"
+            raise ModelError(msg)
+        if not isinstance(settings, ProcedureSettings | None):
+            msg = f"AnalysisManager: settings are {reprlib.repr(settings)}; give ProcedureSettings(…)"
+            raise ModelError(msg)
         self.model = model
         self.settings = settings or ProcedureSettings()
         self.listeners = tuple(listeners)
@@ -85,8 +92,8 @@ class AnalysisManager:
             No case, two cases of one name, a variable load that is zero, loads that the model cannot take:
             before anything is solved.
         """
-        cases = list(cases)
-        problems = self._problems(cases)
+        cases = checked_tuple(cases, LimitCase, "AnalysisManager.run: cases")
+        problems = self.check(cases)
         created_at = _now()
         results: dict[str, CaseResult] = {}
         for case, problem in zip(cases, problems, strict=True):
@@ -98,7 +105,8 @@ class AnalysisManager:
             save_analysis(analysis, self.store)
         return analysis
 
-    def _problems(self, cases: list[LimitCase]) -> list[LimitProblem]:
+    def check(self, cases: Sequence[LimitCase]) -> list[LimitProblem]:
+        """Check cases as :meth:`run` does before it solves anything, and give their limit problems."""
         names = [case.name for case in cases]
         if not names:
             msg = "AnalysisManager.run: no case; give at least one LimitCase"
@@ -129,7 +137,7 @@ class AnalysisManager:
             settings=self.settings,
             status=outcome.status,
             load_factor=outcome.load_factor,
-            certificate=iterations[-1].certificate if iterations else None,
+            certificate=iterations[-1].certificate if iterations and outcome.status is not Status.UNBOUNDED else None,
             message=outcome.message,
             history=history_of(self.statics, problem, iterations),
             started_at=started_at,

@@ -7,7 +7,7 @@ from typing import Any
 from blockstruct.errors import ModelError
 from blockstruct.geometry import box, polyhedron
 from blockstruct.model import Block, Material
-from blockstruct.units import si
+from blockstruct.units import si, si_vector
 
 
 def courses(
@@ -17,6 +17,7 @@ def courses(
     unit_height: Any,
     depth: Any,
     material: Material,
+    origin: Any = ("0 m", "0 m", "0 m"),
     base: bool = True,
     prefix: str = "",
 ) -> list[Block]:
@@ -31,6 +32,8 @@ def courses(
         Length of a whole unit along x, height of every course along z, thickness of the wall along y.
     material
         Material of all blocks.
+    origin : quantity, length, three components
+        Where the first course begins: least x, y and z.
     base
         Whether to add a fixed block, one course high, below the whole first course.
     prefix
@@ -45,6 +48,7 @@ def courses(
     length = si(unit_length, "length", "courses: unit_length")
     height = si(unit_height, "length", "courses: unit_height")
     thickness = si(depth, "length", "courses: depth")
+    x0, y0, z0 = si_vector(origin, "length", "courses: origin")
     for what, value in (("unit_length", length), ("unit_height", height), ("depth", thickness)):
         if value <= 0:
             msg = f"courses: {what} {value:.6g} m; give a length above zero"
@@ -55,8 +59,8 @@ def courses(
     width = math.fsum(abs(u) for u in rows[0])
 
     def unit(name: str, x: float, x_end: float, z: float, z_end: float, *, fixed: bool = False) -> Block:
-        origin = (x * length, 0.0, z * height)
-        vertices, faces = box(origin, ((x_end - x) * length, thickness, (z_end - z) * height))
+        corner = (x0 + x * length, y0, z0 + z * height)
+        vertices, faces = box(corner, ((x_end - x) * length, thickness, (z_end - z) * height))
         return Block(prefix + name, polyhedron(vertices, faces, prefix + name), material, fixed)
 
     blocks = [unit("base", 0.0, width, -1.0, 0.0, fixed=True)] if base else []

@@ -1,6 +1,7 @@
 """Model documents: a structure, its loads and its cases as YAML or JSON."""
 
 import json
+import re
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +11,7 @@ import yaml
 
 from blockstruct.builders.courses import courses
 from blockstruct.builders.detection import DetectionReport, detect_interfaces
-from blockstruct.errors import DocumentError, ModelError, StorageError, UnknownNameError
+from blockstruct.errors import BlockstructError, DocumentError, StorageError, UnknownNameError
 from blockstruct.model import (
     Block,
     BodyForce,
@@ -24,7 +25,7 @@ from blockstruct.model import (
     PointLoad,
     SelfWeight,
 )
-from blockstruct.schema import violations
+from blockstruct.schema import listed_violations, violations
 from blockstruct.units import parse, to_quantity
 
 _LOADS: dict[str, Callable[..., Any]] = {
@@ -76,18 +77,20 @@ def read_document(path: str | Path) -> Document:
     path = Path(path)
     try:
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError as error:
+        msg = f"{path}: is no text; give a YAML or JSON document (`blockstruct show` prints an analysis file)"
+        raise StorageError(msg) from error
+    except OSError as error:
         msg = f"{path}: cannot be read: {error}"
         raise StorageError(msg) from error
     content = _load(text, path)
     found = violations(content, "model-1")
     if found:
-        listed = "\n".join(f"  {where}: {what}" for where, what in found)
-        msg = f"{path}: {len(found)} violations of the model document's schema:\n{listed}"
+        msg = f"{path}: {listed_violations(found)}"
         raise DocumentError(msg)
     try:
         return _build(content, path.stem)
-    except ModelError as error:
+    except BlockstructError as error:
         error.add_note(f"in {path}")
         raise
 
@@ -113,7 +116,7 @@ def _unique_pairs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 class _UniqueKeyLoader(yaml.SafeLoader):
-    """SafeLoader that refuses a repeated key, which YAML would silently overwrite."""
+    """SafeLoader that refuses a repeated key, which YAML would silently overwrite, and reads 1e-3 as a number."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         keys = [self.construct_object(key) for key, _ in node.value]
@@ -122,6 +125,12 @@ class _UniqueKeyLoader(yaml.SafeLoader):
             msg = f"repeated keys {twice}; rename or merge them"
             raise yaml.constructor.ConstructorError(None, None, msg, node.start_mark)
         return super().construct_mapping(node, deep)
+
+
+# YAML 1.1 takes 1e-3 for a text, YAML 1.2 and everybody else for a number.
+_UniqueKeyLoader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"^[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+$"), list("-+0123456789")
+)
 
 
 def _build(content: dict[str, Any], stem: str) -> Document:

@@ -100,7 +100,7 @@ def _iterate(program: ConicProgram, first: Iteration, settings: ProcedureSetting
         n0 = relax(n0, step.x[:, 0], beta)
         c0 = max(c0 * settings.cohesion_decay, settings.cohesion_min)
         a = max(a * settings.slope_decay, settings.slope_min)
-    return _given_up(f"no certificate within {settings.max_programs} programs", last)
+    return _given_up(f"no certificate within {settings.max_programs} programs, that of the dead load counted", last)
 
 
 def _admissible(program: ConicProgram, step: Iteration, settings: ProcedureSettings, solver: Solver) -> Iteration:

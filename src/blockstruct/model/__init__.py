@@ -15,6 +15,7 @@ from blockstruct.model.load_pattern import LoadPattern
 from blockstruct.model.loads import BodyForce, FaceLoad, Load, Moment, PointLoad, SelfWeight
 from blockstruct.model.material import Material
 from blockstruct.model.model import Model
+from blockstruct.model.names import checked_tuple
 
 __all__ = [
     # materials
@@ -34,4 +35,6 @@ __all__ = [
     "SelfWeight",
     # cases
     "LimitCase",
+    # input
+    "checked_tuple",
 ]

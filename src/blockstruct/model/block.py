@@ -44,7 +44,7 @@ class Block:
 
     @classmethod
     def box(cls, name: str, origin: Any, size: Any, material: Material, *, fixed: bool = False) -> Self:
-        """Axis-parallel box.
+        """Axis-parallel box, whose faces 0 to 5 look along −z, +z, −y, +x, +y, −x.
 
         Parameters
         ----------

@@ -8,6 +8,9 @@ from blockstruct.errors import ModelError
 from blockstruct.model.names import checked_name
 from blockstruct.units import si
 
+#: Friction coefficient beyond which a number is taken for an angle by mistake.
+LARGEST_FRICTION = 10.0
+
 
 @dataclass(frozen=True, slots=True, init=False)
 class JointMaterial:
@@ -87,6 +90,12 @@ class JointMaterial:
             if value < 0:
                 msg = f"{who}: {what} {value:.6g} is negative; give zero or more"
                 raise ModelError(msg)
+        if mu > LARGEST_FRICTION:
+            msg = (
+                f"{who}: friction coefficient {mu:.6g} exceeds {LARGEST_FRICTION:g}; "
+                "give the tangent of the friction angle, or friction_angle with its unit"
+            )
+            raise ModelError(msg)
         if fc <= 0:
             msg = f"{who}: compressive strength {fc:.6g} Pa; give more than zero, or leave it out for infinite"
             raise ModelError(msg)

@@ -2,11 +2,9 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import get_args
 
-from blockstruct.errors import ModelError
 from blockstruct.model.loads import Load
-from blockstruct.model.names import checked_name
+from blockstruct.model.names import checked_name, checked_tuple
 
 
 @dataclass(frozen=True, slots=True, init=False)
@@ -32,11 +30,6 @@ class LoadPattern:
 
     def __init__(self, name: str, loads: Iterable[Load]) -> None:
         checked_name(name, "load pattern")
-        loads = tuple(loads)
-        for load in loads:
-            if not isinstance(load, get_args(Load)):
-                kinds = ", ".join(kind.__name__ for kind in get_args(Load))
-                msg = f"load pattern {name!r}: {load!r} is no load; give {kinds}"
-                raise ModelError(msg)
+        loads = checked_tuple(loads, Load, f"load pattern {name!r}: loads")
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "loads", loads)

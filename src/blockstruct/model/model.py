@@ -17,7 +17,7 @@ from blockstruct.model.block import Block
 from blockstruct.model.interface import Interface
 from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.material import Material
-from blockstruct.model.names import checked_name
+from blockstruct.model.names import checked_name, checked_tuple
 
 #: Penetration, relative to the mean block size, that still counts as touching.
 OVERLAP_TOLERANCE = 1e-4
@@ -53,8 +53,8 @@ class Model:
 
     def __init__(self, name: str, blocks: Iterable[Block], interfaces: Iterable[Interface]) -> None:
         object.__setattr__(self, "name", checked_name(name, "model"))
-        object.__setattr__(self, "blocks", tuple(blocks))
-        object.__setattr__(self, "interfaces", tuple(interfaces))
+        object.__setattr__(self, "blocks", checked_tuple(blocks, Block, f"model {name!r}: blocks"))
+        object.__setattr__(self, "interfaces", checked_tuple(interfaces, Interface, f"model {name!r}: interfaces"))
         self._check()
 
     @property
@@ -123,8 +123,9 @@ class Model:
                 if end not in known:
                     msg = f"{who}: interface {interface.name!r} joins block {end!r}, which is not in the model"
                     raise UnknownNameError(msg)
-        self._check_floating(known)
+        # Overlap first: an overlapping block has no interfaces, so it would pass for a floating one.
         self._check_overlap()
+        self._check_floating(known)
 
     def _check_floating(self, known: dict[str, int]) -> None:
         ends = np.array([(known[i.minus], known[i.plus]) for i in self.interfaces], dtype=int).reshape(-1, 2)
@@ -135,8 +136,9 @@ class Model:
         floating = [b.name for b, ok in zip(self.blocks, held, strict=True) if not ok]
         if floating:
             msg = (
-                f"model {self.name!r}: {len(floating)} floating blocks have no way to a support through interfaces: "
-                f"{_listed(floating)}; close the gaps, detect their interfaces or remove the blocks"
+                f"model {self.name!r}: floating blocks, {len(floating)} in all, have no way to a support through "
+                f"interfaces: {_listed(floating)}; close the gaps, detect interfaces with a larger tolerance or "
+                "remove the blocks"
             )
             raise ModelError(msg)
 

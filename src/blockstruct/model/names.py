@@ -1,6 +1,8 @@
-"""What a name of a model object must be."""
+"""What names and collections of model objects must be."""
 
-from typing import Any
+import reprlib
+from collections.abc import Iterable
+from typing import Any, get_args
 
 from blockstruct.errors import ModelError
 
@@ -11,3 +13,18 @@ def checked_name(name: Any, kind: str) -> str:
         msg = f"{kind} {name!r}: a name must be a text of printable characters, not blank"
         raise ModelError(msg)
     return name
+
+
+def checked_tuple(items: Any, kind: Any, what: str) -> tuple[Any, ...]:
+    """The items, if they are a collection of objects of one kind (a class or a union of classes)."""
+    kinds = get_args(kind) or (kind,)
+    names = ", ".join(k.__name__ for k in kinds)
+    if isinstance(items, str) or not isinstance(items, Iterable):
+        msg = f"{what}: {reprlib.repr(items)} is no list; give a list of {names}"
+        raise ModelError(msg)
+    found = tuple(items)
+    for item in found:
+        if not isinstance(item, kinds):
+            msg = f"{what}: {reprlib.repr(item)} is none of {names}; give a list of {names}"
+            raise ModelError(msg)
+    return found

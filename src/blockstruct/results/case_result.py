@@ -29,7 +29,8 @@ class CaseResult:
     load_factor : float
         Load factor at collapse if the status is converged; infinite if unbounded; NaN otherwise.
     certificate : Certificate or None
-        Of the last iteration; None if there is none.
+        Of the last iteration. If the status is unstable under dead load, it is the proof of that: of the state in
+        which the joints carry the largest share of the dead load. None if unbounded, or without iterations.
     message : str
         Why the case ended as it did.
     history : xarray.Dataset

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.model import BodyForce, FaceLoad, LoadPattern, Model, Moment, PointLoad, SelfWeight
+from blockstruct.model import Block, BodyForce, FaceLoad, LoadPattern, Model, Moment, PointLoad, SelfWeight
 
 Array = NDArray[np.float64]
 
@@ -17,7 +17,7 @@ def wrenches(model: Model, pattern: LoadPattern) -> Array:
     UnknownNameError
         A load on a block that the model does not have.
     ModelError
-        A face load on a face that its block does not have.
+        A face load on a face that its block does not have, or a point load away from its block.
     """
     weight = np.array([b.weight for b in model.blocks])
     index = {b.name: i for i, b in enumerate(model.blocks)}
@@ -46,7 +46,9 @@ def wrenches(model: Model, pattern: LoadPattern) -> Array:
             case Moment(moment=moment):
                 w[at(load), 3:] += moment
             case PointLoad(point=point, force=force):
-                add_force(at(load), np.array(point), np.array(force))
+                i = at(load)
+                _check_on_block(model.blocks[i], point, pattern.name)
+                add_force(i, np.array(point), np.array(force))
             case FaceLoad(face=face, traction=traction):
                 i = at(load)
                 shape = model.blocks[i].shape
@@ -59,3 +61,15 @@ def wrenches(model: Model, pattern: LoadPattern) -> Array:
                 centre = shape.face_centroid(face)
                 add_force(i, centre, shape.areas[face] * np.array(traction))
     return w
+
+
+def _check_on_block(block: Block, point: tuple[float, float, float], pattern: str) -> None:
+    low, high = block.shape.vertices.min(axis=0), block.shape.vertices.max(axis=0)
+    slack = 1e-3 * (high - low).max()
+    if np.any(point < low - slack) or np.any(point > high + slack):
+        msg = (
+            f"load pattern {pattern!r}: PointLoad on block {block.name!r} acts at {point} m, outside the block, which "
+            f"reaches from {low.round(6).tolist()} to {high.round(6).tolist()} m; correct the point, or add a Moment "
+            "for a force with a longer arm"
+        )
+        raise ModelError(msg)

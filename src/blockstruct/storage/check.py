@@ -9,7 +9,7 @@ import numpy as np
 import pint
 
 from blockstruct.errors import FormatError, StorageError
-from blockstruct.schema import violations
+from blockstruct.schema import listed_violations, violations
 from blockstruct.storage.case_group import group_of
 from blockstruct.units import Q_
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
@@ -43,7 +43,8 @@ def check_file(path: str | Path) -> dict[str, Any]:
     """
     path = Path(path)
     if not path.is_file():
-        msg = f"{path}: no such file; give the path of a blockstruct analysis"
+        what = "is a folder" if path.is_dir() else "no such file"
+        msg = f"{path}: {what}; give the path of a blockstruct analysis"
         raise StorageError(msg)
     try:
         with h5py.File(path, "r") as file:
@@ -51,14 +52,25 @@ def check_file(path: str | Path) -> dict[str, Any]:
             found = violations(_skeleton(file), "analysis-1") or _inconsistencies(file)
     except FormatError:
         raise
+    except PermissionError as error:
+        msg = f"{path}: cannot be read ({error.strerror or error}); ask its owner for the right to read it"
+        raise StorageError(msg) from error
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
         msg = f"{path}: no readable HDF5 file ({error}); it is damaged or of another kind"
         raise FormatError(msg) from error
     if found:
-        listed = "\n".join(f"  {where}: {what}" for where, what in found)
-        msg = f"{path}: {len(found)} violations of the schema of an analysis:\n{listed}"
+        msg = f"{path}: {listed_violations(found)}"
         raise FormatError(msg)
     return attrs
+
+
+def is_analysis(path: Path) -> bool:
+    """Whether a file says of itself that it is a blockstruct analysis."""
+    try:
+        with h5py.File(path, "r") as file:
+            return bool(_plain(file.attrs.get("format", "")) == FORMAT)
+    except OSError:
+        return False
 
 
 def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:

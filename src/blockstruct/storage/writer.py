@@ -6,6 +6,7 @@ import os
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
+from uuid import uuid4
 
 import xarray as xr
 
@@ -14,7 +15,7 @@ from blockstruct.model import LimitCase, LoadPattern
 from blockstruct.results import Analysis
 from blockstruct.schema import schema_text
 from blockstruct.storage.case_group import case_dataset, group_of
-from blockstruct.storage.check import check_file
+from blockstruct.storage.check import check_file, is_analysis
 from blockstruct.storage.model_group import model_dataset
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
 
@@ -27,11 +28,15 @@ def claim(path: str | Path) -> Path:
     Raises
     ------
     StorageError
-        A path that is a folder, or in a folder that cannot be made or written to.
+        A path that is a folder, that holds something else than an analysis, or in a folder that cannot be made
+        or written to.
     """
     path = Path(path)
     if path.is_dir():
         msg = f"{path}: is a folder; give the path of a file, such as {path / 'analysis.h5'}"
+        raise StorageError(msg)
+    if path.exists() and not is_analysis(path):
+        msg = f"{path}: exists and is no blockstruct analysis, so it is not replaced; choose another name"
         raise StorageError(msg)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -51,7 +56,7 @@ def save_analysis(analysis: Analysis, path: str | Path) -> Path:
     analysis
         Model and results.
     path
-        Where; an existing file is replaced.
+        Where; an existing analysis is replaced, any other existing file is refused.
 
     Raises
     ------
@@ -68,20 +73,19 @@ def save_analysis(analysis: Analysis, path: str | Path) -> Path:
     for name, result in analysis.items():
         tree[f"/cases/{group_of(name)}"] = case_dataset(result)
         tree[f"/cases/{group_of(name)}/history"] = result.history
-    handle, draft = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-    os.close(handle)
+    draft = path.with_name(f".{path.name}.{uuid4().hex}.part")
     try:
         xr.DataTree.from_dict(tree).to_netcdf(draft, engine="h5netcdf")
         check_file(draft)
         _sync(draft)
-        Path(draft).replace(path)
+        draft.replace(path)
         _sync(path.parent)
     except OSError as error:
         msg = f"{path}: cannot be written ({error.strerror or error}); free some space or choose another folder"
         raise StorageError(msg) from error
     finally:
         with contextlib.suppress(FileNotFoundError):
-            Path(draft).unlink()
+            draft.unlink()
     return path
 
 
