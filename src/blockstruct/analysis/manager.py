@@ -55,8 +55,8 @@ class AnalysisManager:
         A store that cannot be written.
     SolverError
         Settings that name no installed solver.
-    CrushingNotAvailableError
-        A joint material of finite compressive strength.
+    GeometryError
+        An interface that crushes but cannot be divided into cells.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class AnalysisManager:
         self.model = model
         self.settings = settings or ProcedureSettings()
         self.listeners = tuple(listeners)
-        self.statics = Statics.of(model)
+        self.statics = Statics.of(model, self.settings.crushing_cells)
         solver_of(self.settings)
         self.store = None if store is None else claim(store)
 

@@ -7,6 +7,7 @@
 (2.0, [1.0, 0.5, 0.5])
 """
 
+from blockstruct.geometry.cells import is_rectangle, polygon_cells
 from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs
 from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.polygon import plane_axes, polygon_area, tributary_areas
@@ -19,8 +20,10 @@ __all__ = [
     "overlapping_pairs",
     "polyhedron",
     # polygons
+    "is_rectangle",
     "plane_axes",
     "polygon_area",
+    "polygon_cells",
     "tributary_areas",
     # contacts
     "FacePair",

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from blockstruct.limit import crushing
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.settings import ProcedureSettings
 
@@ -23,12 +24,15 @@ class Certificate:
     equilibrium_residual : float
         ``‖A x + w_D + α w_L‖∞``, in multiples of the mean dead wrench.
     yield_excess : float
-        Largest of ``‖(s, t)‖ − c A_k − μ n`` and ``−f_t A_k − n``, in the same unit; negative inside.
+        Largest of ``‖(s, t)‖ − c A_k − μ n``, ``−f_t A_k − n`` and the excess over crushing, in the same unit;
+        negative inside.
     interpenetration : float
-        Largest of ``tan ψ ‖v_t‖ − v_n``, relative to the largest relative velocity.
+        Largest of ``tan ψ ‖v_t‖ − v_n`` at contact points that do not crush, relative to the largest relative
+        velocity.
     flow_rule_gap : float
-        ``Σ_k |(n + f_t A_k)(v_n − tan ψ ‖v_t‖)| + |(c A_k + μ n) ‖v_t‖ + (s, t)·v_t|``: work by which the
-        state misses the flow rule, in units of the load factor, because ``w_L·u = 1``.
+        ``Σ_k |(n + f_t A_k)(v_n − tan ψ ‖v_t‖)| + |(c A_k + μ n) ‖v_t‖ + (s, t)·v_t|``, and where joints crush the
+        work they dissipate at most less the work they do: work by which the state misses the flow rule, in units
+        of the load factor, because ``w_L·u = 1``.
     holds : bool
         Whether all four are within the tolerances of the settings.
     """
@@ -56,18 +60,36 @@ def certify(problem: LimitProblem, x: Array, u: Array, alpha: float, settings: P
     settings
         Tolerances.
     """
+    biaxial = settings.crushing_interaction == "biaxial"
     residual = float(np.abs(problem.A @ x.ravel() + problem.w_D + alpha * problem.w_L).max())
     v = (problem.A.T @ u).reshape(-1, 3)
     n, v_n = x[:, 0], v[:, 0]
     sliding = np.linalg.norm(v[:, 1:], axis=1)
     resistance = problem.cohesion + problem.friction * n
-    excess = float(max((np.linalg.norm(x[:, 1:], axis=1) - resistance).max(), (-problem.tension - n).max()))
+    corners = problem.rectangles
+    excess = float(
+        max(
+            (np.linalg.norm(x[:, 1:], axis=1) - resistance).max(),
+            (-problem.tension - n).max(),
+            (n - problem.compression).max(),
+            crushing.excess(n[corners], problem.capacity, biaxial=biaxial).max(initial=-np.inf),
+        )
+    )
     opening = v_n - problem.dilatancy * sliding
+    rigid = np.isinf(problem.compression)
+    rigid[corners] = False
     largest = float(np.linalg.norm(v, axis=1).max())
-    interpenetration = float(-opening.min() / largest) if largest > 0 else 0.0
-    separation = (n + problem.tension) * opening
+    interpenetration = float((-opening[rigid]).max(initial=0.0) / largest) if largest > 0 else 0.0
+
+    # Work each part of a joint could do at most at these velocities, less the work it does.
+    at_rigid = (n + problem.tension)[rigid] * opening[rigid]
+    cell = np.isfinite(problem.compression)
+    most = np.where(opening[cell] > 0, problem.tension[cell], -problem.compression[cell]) * opening[cell]
+    at_cells = most + n[cell] * opening[cell]
+    rates = -opening[corners]
+    at_rectangles = crushing.dissipation(rates, problem.capacity, biaxial=biaxial) - (n[corners] * rates).sum(axis=1)
     friction = resistance * sliding + np.einsum("kj,kj->k", x[:, 1:], v[:, 1:])
-    gap = float(np.abs(separation).sum() + np.abs(friction).sum())
+    gap = float(sum(np.abs(part).sum() for part in (at_rigid, at_cells, at_rectangles, friction)))
     scale = max(abs(alpha), 1e-3 * problem.load_factor_scale)
     measures = (residual, excess, interpenetration, gap)
     limits = (

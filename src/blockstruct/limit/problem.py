@@ -26,6 +26,12 @@ class LimitProblem:
         Dead and variable wrenches of the free blocks.
     friction, cohesion, tension : (K,) arrays
         Friction coefficient μ, cohesion ``c A_k`` and tensile strength ``f_t A_k``.
+    compression : (K,) array
+        Compressive strength ``f_c A_k`` of a cell; infinite at corners.
+    rectangles : (R, 4) array
+        Corners, in turn, of the interfaces that crush as rectangles.
+    capacity : (R,) array
+        Their strength in pure compression, ``f_c A``.
     dilatancy : (K,) array
         tan ψ that the case flows with: the friction coefficient if associative, the joint's own otherwise.
     length, force : float
@@ -39,6 +45,9 @@ class LimitProblem:
     dilatancy: Array
     cohesion: Array
     tension: Array
+    compression: Array
+    rectangles: NDArray[np.int64]
+    capacity: Array
     length: float
     force: float
 
@@ -72,6 +81,9 @@ class LimitProblem:
             dilatancy=points.friction if case.flow is Flow.ASSOCIATIVE else points.dilatancy,
             cohesion=points.cohesion / force,
             tension=points.tension / force,
+            compression=points.compression / force,
+            rectangles=points.rectangles,
+            capacity=(points.strength * points.area)[points.interface[points.rectangles[:, 0]]] / force,
             length=statics.length,
             force=force,
         )

@@ -7,8 +7,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from blockstruct.limit import conditions
+from blockstruct.limit.crushing import EDGE_OF_CORNER, linearised
 from blockstruct.limit.friction import Sliding
 from blockstruct.limit.problem import LimitProblem, total
+from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.vocabulary import SolverStatus
 
 Array = NDArray[np.float64]
@@ -58,9 +61,10 @@ class ConicProgram:
     """Maximise α subject to equilibrium and the failure conditions: minimise ``q·y``, ``h − G y ∈ cones``.
 
     The variables are ``y = (κ α, n_1, s_1, t_1, …)`` with κ the mean variable wrench, so that a multiple of the
-    variable load gives the same program; the rows are, in this order, the equilibrium of the free
-    blocks (zero cone), an upper limit of α and the tension limits (nonnegative cone), and three rows of each
-    contact point (second-order cones). The pattern never changes; :meth:`numbers` gives the values of a step.
+    variable load gives the same program, and then the auxiliary ones of biaxial crushing. The rows are, in this
+    order, the equilibrium of the free blocks (zero cone); an upper limit of α, the limits of tension, of cells and
+    of linearised crushing (nonnegative cone); three rows of each contact point and of each crushing cone
+    (second-order cones). The pattern never changes; :meth:`numbers` gives the values of a step.
 
     The objective is α times the total variable load, which makes the multipliers of equilibrium, the
     velocities, of order one: without it an interior-point solver stops percents short on thousands of blocks.
@@ -69,72 +73,102 @@ class ConicProgram:
     ----------
     problem
         Equilibrium and strength.
+    settings
+        How crushing enters the program.
     """
 
-    def __init__(self, problem: LimitProblem) -> None:
+    def __init__(self, problem: LimitProblem, settings: ProcedureSettings) -> None:
         self.problem = problem
-        rows, points = problem.A.shape[0], problem.n_points
+        self.is_linearised = settings.crushing != "conic" and len(problem.rectangles) > 0
+        biaxial = settings.crushing_interaction == "biaxial"
+        equilibrium = problem.A.shape[0]
         self.total = total(problem.w_L)
-        self.unit = self.total / (rows // 6)
-        n = 1 + 3 * np.arange(points)
-        blocks = [
-            sp.hstack([sp.csc_array(problem.w_L[:, None] / self.unit), problem.A]),
-            _entries(np.zeros(1, int), np.zeros(1, int), 1, 1 + 3 * points),
-            -_entries(np.arange(points), n, points, 1 + 3 * points),
-            -_entries(np.arange(3 * points), 1 + np.arange(3 * points), 3 * points, 1 + 3 * points),
-        ]
-        G = sp.vstack(blocks, format="csc")
+        self.unit = self.total / (equilibrium // 6)
+
+        n_auxiliary = conditions.n_auxiliary(problem, biaxial=biaxial)
+        n_columns = 1 + 3 * problem.n_points + n_auxiliary
+        loads = [sp.csr_array(problem.w_L[:, None] / self.unit), problem.A, sp.csr_array((equilibrium, n_auxiliary))]
+        balance = conditions.Rows(sp.hstack(loads, format="csr"), -problem.w_D)
+        limit = conditions.Rows(sp.csr_array(([1.0], ([0], [0])), shape=(1, n_columns)), np.ones(1))
+        linear = [limit, conditions.no_tension(problem, n_columns), conditions.cells(problem, n_columns)]
+        cones = [conditions.sliding(problem, n_columns)]
+        if self.is_linearised:
+            linear.append(conditions.linearised_edges(problem, n_columns))
+        elif len(problem.rectangles):
+            condition = conditions.biaxial_crushing if biaxial else conditions.crushing
+            cones.append(condition(problem, n_columns))
+
+        parts = [balance, *linear, *cones]
+        G = sp.vstack([p.G for p in parts], format="csc")
         G.sort_indices()
         self.G: sp.csc_array = G
-        self.zero_rows = rows
-        self.nonnegative_rows = 1 + points
-        self.cones = points
-        self._limit_row = rows
-        self._tension_rows = rows + 1 + np.arange(points)
-        self._bound_rows = rows + 1 + points + 3 * np.arange(points)
-        self._limit_entry = _position(G, np.array([rows]), np.array([0]))
-        self._slope_entries = _position(G, self._bound_rows, n)
+        self._h = np.concatenate([p.h for p in parts])
+        self.zero_rows = equilibrium
+        self.nonnegative_rows = sum(map(len, linear))
+        self.cones = sum(map(len, cones)) // 3
 
-    def numbers(self, sliding: Sliding, *, shift: Array | None = None, limit: float | None = None) -> Numbers:
+        first = self.zero_rows + self.nonnegative_rows
+        self._bound_rows = first + 3 * np.arange(problem.n_points)
+        self._limit_row = equilibrium
+        self._limit_entry = _position(G, np.array([equilibrium]), np.array([0]))
+        points = np.arange(problem.n_points)
+        self._slope_entries = _position(G, self._bound_rows, conditions.normal_force(points))
+        self._edge_rows = np.arange(first - 4 * len(problem.rectangles), first)
+        if self.is_linearised:
+            corners = np.repeat(conditions.normal_force(problem.rectangles), 4, axis=0)
+            self._edge_entries = _position(G, np.repeat(self._edge_rows, 4), corners.ravel()).reshape(-1, 4)
+
+    def numbers(
+        self,
+        sliding: Sliding,
+        *,
+        N0: Array | None = None,
+        secant: bool = False,
+        shift: Array | None = None,
+        limit: float | None = None,
+    ) -> Numbers:
         """Values of one step.
 
         Parameters
         ----------
         sliding
             Sliding condition of each contact point.
+        N0 : (R,) array
+            Normal forces about which crushing is linearised, if it is; zero, which bounds nothing, by default.
+        secant
+            Whether to linearise by the secant and not the tangent.
         shift : (K,) array
             The objective becomes ``α − shift·n``, and a hundredth of α more: where several load factors miss the
             flow rule equally little, the highest is taken, and not whichever the solver's path leads to.
         limit
             Upper limit of α.
         """
-        G = self.G.data.copy()
+        G, h = self.G.data.copy(), self._h.copy()
         G[self._slope_entries] = -sliding.slope
-        h = np.zeros(self.G.shape[0])
-        h[: self.zero_rows] = -self.problem.w_D
-        h[self._tension_rows] = self.problem.tension
         h[self._bound_rows] = sliding.bound
         # Without a limit its row reads 0 α ≤ 1: the entry stays in the pattern.
         G[self._limit_entry] = 0.0 if limit is None else 1.0
         h[self._limit_row] = 1.0 if limit is None else limit * self.unit
+        if self.is_linearised:
+            F = self.problem.capacity
+            slope, offset = linearised(np.zeros_like(F) if N0 is None else N0, F, secant=secant)
+            # −n_e + slope N ≤ offset, on the corners of edge e in turn.
+            G[self._edge_entries] = np.repeat(slope, 4)[:, None] - np.tile(EDGE_OF_CORNER, (len(F), 1))
+            h[self._edge_rows] = np.repeat(offset, 4)
         q = np.zeros(self.G.shape[1])
         q[0] = -self.total / self.unit
         if shift is not None:
             q[0] *= 1.01
-            q[1::3] = self.total * shift
+            q[1 : 1 + 3 * self.problem.n_points : 3] = self.total * shift
         return Numbers(G, h, q)
 
     def unpack(self, solution: Solution) -> tuple[float, Array, Array]:
         """Load factor α, contact forces x (K, 3) and velocities u (6 F,) with ``w_L·u = 1``."""
         return (
             float(solution.y[0]) / self.unit,
-            solution.y[1:].reshape(-1, 3),
+            solution.y[1 : 1 + 3 * self.problem.n_points].reshape(-1, 3),
             solution.z[: self.zero_rows] / self.total,
         )
-
-
-def _entries(rows: Index, columns: Index, n_rows: int, n_columns: int) -> sp.csc_array:
-    return sp.csc_array((np.ones(len(rows)), (rows, columns)), shape=(n_rows, n_columns))
 
 
 def _position(G: sp.csc_array, rows: Index, columns: Index) -> Index:

@@ -39,6 +39,17 @@ class ProcedureSettings:
         Largest interpenetration, in multiples of the largest relative velocity.
     gap_tolerance
         Largest flow-rule gap, relative to the load factor.
+    crushing
+        How crushing of rectangles enters the programs: ``"conic"`` exactly, by rotated cones, or ``"linearised"``
+        about the last iterate, as in the paper, in the same loop as friction.
+    crushing_line
+        ``"tangent"``, or ``"secant"`` in the first steps: the states a secant ends at satisfy the true condition,
+        but its normal is not the true one, so that the last steps take the tangent in any case.
+    crushing_interaction
+        ``"uniaxial"`` bounds bending about each axis by itself, ``"biaxial"`` by the effective rectangle, which is
+        stricter; it needs ``crushing="conic"``.
+    crushing_cells
+        Number of cells, about, of an interface that crushes and is no rectangle.
     solver
         ``"clarabel"`` (direct, reused between iterations) or ``"cvxpy:NAME"`` for any conic solver CVXPY has.
     solver_tolerance
@@ -64,6 +75,10 @@ class ProcedureSettings:
     yield_tolerance: float = 1e-5
     interpenetration_tolerance: float = 1e-4
     gap_tolerance: float = 1e-3
+    crushing: str = "conic"
+    crushing_line: str = "tangent"
+    crushing_interaction: str = "uniaxial"
+    crushing_cells: int = 64
     solver: str = "clarabel"
     solver_tolerance: float = 1e-9
 
@@ -79,6 +94,7 @@ class ProcedureSettings:
             "relaxation_max": (1e-3, 1.0),
             "max_programs": (1, 10_000),
             "patience": (1, 10_000),
+            "crushing_cells": (1, 100_000),
             "solver_tolerance": (1e-14, 1e-4),
         }
         for field in fields(self):
@@ -96,6 +112,19 @@ class ProcedureSettings:
             if not low <= value <= high:
                 msg = f"ProcedureSettings: {field.name} is {value!r}; give a value from {low:g} to {high:g}"
                 raise ModelError(msg)
+
+        choices = {
+            "crushing": ("conic", "linearised"),
+            "crushing_line": ("tangent", "secant"),
+            "crushing_interaction": ("uniaxial", "biaxial"),
+        }
+        for name, known in choices.items():
+            if getattr(self, name) not in known:
+                msg = f"ProcedureSettings: {name} is {getattr(self, name)!r}; give one of {', '.join(known)}"
+                raise ModelError(msg)
+        if self.crushing_interaction == "biaxial" and self.crushing != "conic":
+            msg = f"ProcedureSettings: crushing={self.crushing!r} has no biaxial interaction; give crushing='conic'"
+            raise ModelError(msg)
 
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> Self:

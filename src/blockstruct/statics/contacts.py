@@ -6,9 +6,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.errors import CrushingNotAvailableError
-from blockstruct.geometry import plane_axes, tributary_areas
-from blockstruct.model import Model
+from blockstruct.geometry import is_rectangle, plane_axes, polygon_cells, tributary_areas
+from blockstruct.model import Interface, Model
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -17,6 +16,9 @@ Index = NDArray[np.int64]
 @dataclass(frozen=True, slots=True)
 class ContactPoints:
     """All contact points k of a model, one interface j after the other.
+
+    Contact points are the corners of an interface. Where its joint crushes and it is no rectangle, or resists
+    tension as well, they are the centroids of cells.
 
     Attributes
     ----------
@@ -29,10 +31,16 @@ class ContactPoints:
         Rows n, s, t of each interface; n points from minus to plus, s is horizontal.
     centroid : (J, 3) array, m
     area : (J,) array, m²
+    strength : (J,) array, Pa
+        Compressive strength f_c; infinite if the joint does not crush.
     friction, dilatancy : (K,) arrays
         Friction coefficient and tangent of the dilatancy angle.
     cohesion, tension : (K,) arrays, N
         Cohesion and tensile strength times the tributary area.
+    compression : (K,) array, N
+        Compressive strength times the area of a cell; infinite at corners.
+    rectangles : (R, 4) array
+        Contact points at the corners, in turn, of the interfaces that crush as rectangles.
     """
 
     position: Array
@@ -42,59 +50,73 @@ class ContactPoints:
     frame: Array
     centroid: Array
     area: Array
+    strength: Array
     friction: Array
     dilatancy: Array
     cohesion: Array
     tension: Array
+    compression: Array
+    rectangles: Index
 
     @classmethod
-    def of(cls, model: Model) -> Self:
+    def of(cls, model: Model, cells: int) -> Self:
         """Table of a model.
 
-        Raises
-        ------
-        CrushingNotAvailableError
-            A joint material of finite compressive strength.
+        Parameters
+        ----------
+        model
+            The model.
+        cells
+            Number of cells, about, of an interface that crushes and is no rectangle.
         """
-        for joint in model.joint_materials.values():
-            if np.isfinite(joint.compressive_strength):
-                msg = (
-                    f"joint material {joint.name!r}: compressive strength {joint.compressive_strength:.6g} Pa, but "
-                    "crushing is not available in this version; leave compressive_strength out to take it as infinite"
-                )
-                raise CrushingNotAvailableError(msg)
-        index = {b.name: i for i, b in enumerate(model.blocks)}
         interfaces = model.interfaces
-        counts = np.array([len(i.polygon) for i in interfaces], dtype=np.int64)
-        position = np.concatenate([i.polygon for i in interfaces])
+        index = {b.name: i for i, b in enumerate(model.blocks)}
+        joints = [i.joint_material for i in interfaces]
+        strength = np.array([j.compressive_strength for j in joints])
+        in_cells = [_is_in_cells(i) for i in interfaces]
+        meshes = {j: polygon_cells(i.polygon, i.normal, cells, i.name) for j, i in enumerate(interfaces) if in_cells[j]}
+        points = [meshes[j][0] if in_cells[j] else i.polygon for j, i in enumerate(interfaces)]
+        counts = np.array([len(p) for p in points], dtype=np.int64)
+        first = np.cumsum(counts) - counts
+        position = np.concatenate(points)
+        of_point = np.repeat(np.arange(len(interfaces)), counts)
         centroid = np.array([i.centroid for i in interfaces])
         n = np.array([i.normal for i in interfaces])
         s, t = plane_axes(n)
-        joint_values = np.array(
-            [
-                (j.friction_coefficient, j.dilatancy, j.cohesion, j.tensile_strength)
-                for j in (i.joint_material for i in interfaces)
-            ]
-        )
-        minus, plus = (
-            np.array([index[end] for end in ends])
-            for ends in ([i.minus for i in interfaces], [i.plus for i in interfaces])
-        )
-        tributary = tributary_areas(position, np.cumsum(counts) - counts, centroid, n)
-        friction, dilatancy, c, ft = np.repeat(joint_values, counts, axis=0).T
+        tributary = tributary_areas(position, first, centroid, n)
+        compression = np.full(len(position), np.inf)
+        for j, (_, areas) in meshes.items():
+            at = slice(first[j], first[j] + counts[j])
+            tributary[at] = areas
+            compression[at] = areas * strength[j]
+        crushing = np.isfinite(strength) & ~np.array(in_cells)
+
+        def at_points(values: list[float]) -> Array:
+            return np.repeat(np.array(values, dtype=float), counts)
+
         return cls(
             position=position,
-            interface=np.repeat(np.arange(len(interfaces)), counts),
-            minus=np.repeat(minus, counts),
-            plus=np.repeat(plus, counts),
+            interface=of_point,
+            minus=np.repeat([index[i.minus] for i in interfaces], counts),
+            plus=np.repeat([index[i.plus] for i in interfaces], counts),
             frame=np.stack([n, s, t], axis=1),
             centroid=centroid,
             area=np.array([i.area for i in interfaces]),
-            friction=friction,
-            dilatancy=dilatancy,
-            cohesion=c * tributary,
-            tension=ft * tributary,
+            strength=strength,
+            friction=at_points([j.friction_coefficient for j in joints]),
+            dilatancy=at_points([j.dilatancy for j in joints]),
+            cohesion=at_points([j.cohesion for j in joints]) * tributary,
+            tension=at_points([j.tensile_strength for j in joints]) * tributary,
+            compression=compression,
+            rectangles=first[crushing][:, None] + np.arange(4),
         )
 
     def __len__(self) -> int:
         return len(self.position)
+
+
+def _is_in_cells(interface: Interface) -> bool:
+    joint = interface.joint_material
+    # The edge conditions of a rectangle hold for corners without tension.
+    plain = is_rectangle(interface.polygon) and joint.tensile_strength == 0
+    return bool(np.isfinite(joint.compressive_strength) and not plain)

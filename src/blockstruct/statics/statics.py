@@ -37,9 +37,9 @@ class Statics:
     length: float
 
     @classmethod
-    def of(cls, model: Model) -> Self:
-        """Assemble the statics of a model."""
-        points = ContactPoints.of(model)
+    def of(cls, model: Model, cells: int = 64) -> Self:
+        """Assemble the statics of a model; ``cells`` divide an interface that crushes and is no rectangle."""
+        points = ContactPoints.of(model, cells)
         free = np.flatnonzero([not b.fixed for b in model.blocks])
         centroids = np.array([b.centroid for b in model.blocks])
         length = model.characteristic_length

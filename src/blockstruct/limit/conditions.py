@@ -1,0 +1,129 @@
+"""The failure conditions as rows ``h − G y ∈ cone`` of a program, for the variables ``y = (κ α, n_1, s_1, t_1, …)``."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from blockstruct.limit.crushing import EDGES
+from blockstruct.limit.problem import LimitProblem
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """Rows of a program: sparse G and right-hand side h."""
+
+    G: sp.csr_array
+    h: Array
+
+    def __len__(self) -> int:
+        return len(self.h)
+
+
+def normal_force(points: Index) -> Index:
+    """Columns of the normal forces of contact points."""
+    return np.asarray(1 + 3 * points)
+
+
+def n_auxiliary(problem: LimitProblem, *, biaxial: bool) -> int:
+    """Number of auxiliary variables, which stand after the contact forces."""
+    return 5 * len(problem.rectangles) if biaxial else 0
+
+
+def no_tension(problem: LimitProblem, n_columns: int) -> Rows:
+    """``n_k ≥ −f_t A_k``."""
+    n = normal_force(np.arange(problem.n_points))
+    return Rows(_matrix(n_columns, (n, -1.0)), problem.tension)
+
+
+def cells(problem: LimitProblem, n_columns: int) -> Rows:
+    """``n_k ≤ f_c A_k`` at the cells of interfaces that crush."""
+    k = np.flatnonzero(np.isfinite(problem.compression))
+    return Rows(_matrix(n_columns, (normal_force(k), 1.0)), problem.compression[k])
+
+
+def linearised_edges(problem: LimitProblem, n_columns: int) -> Rows:
+    """``n_e ≥ slope N − offset`` at the four edges of each rectangle; the step gives slope and offset."""
+    corners = np.repeat(normal_force(problem.rectangles), 4, axis=0)
+    return Rows(_matrix(n_columns, *((column, 1.0) for column in corners.T)), np.zeros(len(corners)))
+
+
+def sliding(problem: LimitProblem, n_columns: int) -> Rows:
+    """``‖(s_k, t_k)‖ ≤ bound_k + slope_k n_k``; the step gives bound and slope."""
+    n = normal_force(np.arange(problem.n_points))
+    return _cones(*(Rows(_matrix(n_columns, (n + c, -1.0)), np.zeros(len(n))) for c in range(3)))
+
+
+def crushing(problem: LimitProblem, n_columns: int) -> Rows:
+    """``N² ≤ 2 F n_e`` at the four edges of each rectangle, as ``‖(n_e − 1, √(2/F) N)‖ ≤ n_e + 1``."""
+    corners, edges, F = _edges(problem)
+    scale = np.sqrt(2 / F)
+    n_e = [(column, -1.0) for column in edges.T]
+    N = [(column, -scale) for column in corners.T]
+    one = np.ones(len(F))
+    return _cones(
+        Rows(_matrix(n_columns, *n_e), one),
+        Rows(_matrix(n_columns, *n_e), -one),
+        Rows(_matrix(n_columns, *N), 0 * one),
+    )
+
+
+def biaxial_crushing(problem: LimitProblem, n_columns: int) -> Rows:
+    """``N³ ≤ 4 F n_e n_f`` for every two adjacent edges of each rectangle.
+
+    The condition is a power cone. With ``q² ≤ N``, ``p² ≤ n_e n_f`` and ``N² ≤ p q √(4 F)`` it is three second-order
+    cones, which every conic solver has: ``N⁴ ≤ 4 F p² q² ≤ 4 F n_e n_f N``.
+    """
+    corners, edges, F = _edges(problem)
+    following = np.roll(edges.reshape(-1, 4, 2), -1, axis=1).reshape(-1, 2)
+    R = len(problem.rectangles)
+    q = 1 + 3 * problem.n_points + np.arange(R)
+    p = 1 + 3 * problem.n_points + R + np.arange(4 * R)
+    n_e, n_f = ([(column, -1.0) for column in e.T] for e in (edges, following))
+    minus_n_f = [(column, 1.0) for column in following.T]
+    every = np.repeat(np.arange(R), 4)
+
+    def rows(h: float, *terms: tuple[Index, float | Array]) -> Rows:
+        return Rows(_matrix(n_columns, *terms), np.full(len(terms[0][0]), h))
+
+    N_once = [(column, -1.0) for column in corners[::4].T]
+    return _joined(
+        _cones(rows(1.0, *N_once), rows(-1.0, *N_once), rows(0.0, (q, -2.0))),
+        _cones(rows(0.0, *n_e, *n_f), rows(0.0, *n_e, *minus_n_f), rows(0.0, (p, -2.0))),
+        _cones(
+            rows(0.0, (p, -1.0), (q[every], -1.0)),
+            rows(0.0, (p, -1.0), (q[every], 1.0)),
+            rows(0.0, *((column, -2 * (4 * F) ** -0.25) for column in corners.T)),
+        ),
+    )
+
+
+def _edges(problem: LimitProblem) -> tuple[Index, Index, Array]:
+    """Columns of the four corners and of the two of the edge, and capacity, of each edge of each rectangle."""
+    n = normal_force(problem.rectangles)
+    return np.repeat(n, 4, axis=0), n[:, EDGES].reshape(-1, 2), np.repeat(problem.capacity, 4)
+
+
+def _matrix(n_columns: int, *terms: tuple[Index, float | Array]) -> sp.csr_array:
+    """Matrix whose row i holds, for every term, its value i in its column i."""
+    m = len(terms[0][0])
+    rows = np.tile(np.arange(m), len(terms))
+    columns = np.concatenate([column for column, _ in terms])
+    values = np.concatenate([np.broadcast_to(value, m) for _, value in terms])
+    return sp.csr_array((values, (rows, columns)), shape=(m, n_columns))
+
+
+def _cones(*parts: Rows) -> Rows:
+    """Rows of three-dimensional cones: row i of every part makes cone i."""
+    m = len(parts[0])
+    order = np.arange(3 * m).reshape(3, m).T.ravel()
+    joined = _joined(*parts)
+    return Rows(joined.G[order], joined.h[order])
+
+
+def _joined(*parts: Rows) -> Rows:
+    return Rows(sp.vstack([p.G for p in parts], format="csr"), np.concatenate([p.h for p in parts]))
