@@ -6,12 +6,16 @@ together bound each direction by itself. The stricter *biaxial* interaction, the
 ``N ≤ f_c (b1 − 2 |e1|) (b2 − 2 |e2|)``, is ``N³ ≤ 4 F n_e n_f`` for every two adjacent edges e, f.
 """
 
+from dataclasses import dataclass
+from typing import Self
+
 import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.limit.problem import LimitProblem
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 #: Corners of the four edges, in turn.
 EDGES = np.array([(0, 1), (1, 2), (2, 3), (3, 0)])
@@ -36,20 +40,42 @@ def excess(n: Array, capacity: Array, *, biaxial: bool) -> Array:
     return np.asarray(N - np.cbrt(4 * capacity * products.min(axis=1, initial=np.inf)))
 
 
-def pressed(problem: LimitProblem, x: Array) -> Array:
-    """Normal force N of every rectangle, (R,), at most its strength: where to linearise next."""
-    return np.asarray(np.clip(x[problem.rectangles, 0].sum(axis=1), 0, problem.capacity))
+@dataclass(frozen=True, slots=True)
+class Linearisation:
+    """Where each rectangle is linearised, (R,): at the normal force N0, by the tangent or by the secant.
 
-
-def linearised(N0: Array, capacity: Array, *, secant: bool) -> tuple[Array, Array]:
-    """Slope and offset of ``n_e ≥ slope N − offset``, each (R,), about the last N0.
-
-    The secant ``N0 / (2 F) N`` meets the condition at 0 and N0, and cuts off the states above N0. The tangent
-    ``(N0 / F) N − N0² / (2 F)`` touches it at N0 and never cuts into it: an outer bound until N = N0.
+    The condition ``n_e ≥ N² / (2 F)`` becomes ``n_e ≥ slope N − offset``. The *tangent* ``(N0 / F) N − N0² / (2 F)``
+    touches it at N0 and has its normal, but admits states beyond it elsewhere. The *secant* ``N0 / (2 F) N`` meets it
+    at 0 and N0 and admits no state beyond it in between, but its normal is another one.
     """
-    if secant:
-        return N0 / (2 * capacity), np.zeros_like(N0)
-    return N0 / capacity, N0**2 / (2 * capacity)
+
+    N0: Array
+    tangent: Flags
+
+    @classmethod
+    def none(cls, problem: LimitProblem) -> Self:
+        """No bound on any rectangle: the secant at zero."""
+        R = len(problem.rectangles)
+        return cls(np.zeros(R), np.zeros(R, dtype=bool))
+
+    def after(self, problem: LimitProblem, x: Array, v: Array, beta: float) -> Self:
+        """Linearisation about a state (x, v), of which β is taken up.
+
+        Rectangles that crush in the mechanism take the tangent: only with the true normal is the mechanism the true
+        one. The others take the secant at the largest normal force they had, since theirs is not unique: between
+        tangents it would swing for ever.
+        """
+        corners = problem.rectangles
+        N = np.clip(x[corners, 0].sum(axis=1), 0, problem.capacity)
+        penetration = problem.dilatancy * np.linalg.norm(v[:, 1:], axis=1) - v[:, 0]
+        crushes = (penetration[corners] > 1e-6 * np.abs(v).max()).any(axis=1)
+        N0 = np.where(crushes, beta * N + (1 - beta) * self.N0, np.maximum(N, self.N0))
+        return type(self)(N0, crushes)
+
+    def lines(self, capacity: Array) -> tuple[Array, Array]:
+        """Slope and offset of each rectangle, each (R,)."""
+        slope = np.where(self.tangent, 1.0, 0.5) * self.N0 / capacity
+        return slope, np.where(self.tangent, self.N0**2 / (2 * capacity), 0.0)
 
 
 def dissipation(w: Array, capacity: Array, *, biaxial: bool) -> Array:

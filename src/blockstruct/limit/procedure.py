@@ -5,7 +5,7 @@ from collections.abc import Generator
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.limit.crushing import pressed
+from blockstruct.limit.crushing import Linearisation
 from blockstruct.limit.dead_load import dead_load_program
 from blockstruct.limit.friction import fictitious_sliding, relax, true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome
@@ -17,9 +17,6 @@ from blockstruct.vocabulary import Flow, Stage, Status
 
 Array = NDArray[np.float64]
 Steps = Generator[Iteration, None, Outcome]
-
-#: Steps of a linearised associative analysis that may take the secant, and that are not damped.
-SECANT_STEPS = 6
 
 
 def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
@@ -74,34 +71,29 @@ def _associate(
     program: ConicProgram, flow: Flow, settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, Iteration]:
     """Associative program; if crushing is linearised and the flow associative, programs until it is exact."""
-    sliding = true_sliding(program.problem)
-    N0, secant, beta, last = None, settings.crushing_line == "secant", 1.0, np.inf
+    sliding, linearisation = true_sliding(program.problem), Linearisation.none(program.problem)
     for k in range(settings.max_programs - 1):
-        numbers = program.numbers(sliding, N0=N0, secant=secant and k < SECANT_STEPS)
+        numbers = program.numbers(sliding, linearisation=linearisation)
         step = solve_step(program, numbers, sliding, Stage.ASSOCIATIVE, settings, solver)
         yield step
         again = program.is_linearised and flow is Flow.ASSOCIATIVE and step.solved
         if step.certificate.holds or not again:
             break
-        N = pressed(program.problem, step.x)
-        # Newton's steps are quadratic where the normal forces are unique; elsewhere they swing, so damp them.
-        if k > SECANT_STEPS:
-            beta = min(1.0, 1.2 * beta) if step.certificate.yield_excess < 0.9 * last else 0.5 * beta
-        last = step.certificate.yield_excess
-        N0 = N if N0 is None else relax(N0, N, beta)
+        beta = 1.0 if k < 4 else 0.5
+        linearisation = linearisation.after(program.problem, step.x, step.v, beta)
     return step
 
 
 def _iterate(program: ConicProgram, first: Iteration, settings: ProcedureSettings, solver: Solver) -> Steps:
     """Non-associative iteration (Gilbert, Casapulla & Ahmed 2006; in cones: Portioli, Casapulla & Cascini 2014)."""
     n0, c0, a, beta = first.x[:, 0], settings.cohesion, settings.slope, settings.relaxation
-    N0, secant = pressed(program.problem, first.x), settings.crushing_line == "secant"
+    linearisation = Linearisation.none(program.problem).after(program.problem, first.x, first.v, 1.0)
     last, trail, settled, wait = first, [first.load_factor], 0, 0
     # The dead-load and the associative program are behind, an admissible one may follow.
     left = settings.max_programs - 2
     while left > 0:
         sliding = fictitious_sliding(program.problem, n0, c0, a)
-        numbers = program.numbers(sliding, N0=N0, secant=secant and c0 > settings.cohesion_limit)
+        numbers = program.numbers(sliding, linearisation=linearisation)
         step = solve_step(program, numbers, sliding, Stage.NONASSOCIATIVE, settings, solver, c0=c0, a=a)
         yield step
         left -= 1
@@ -116,7 +108,7 @@ def _iterate(program: ConicProgram, first: Iteration, settings: ProcedureSetting
         patient = len(trail) > settings.patience
         wait -= 1
         if left == 1 or (wait <= 0 and (settled >= 2 or patient)):
-            closing = _admissible(program, step, settings, solver)
+            closing = _admissible(program, step, linearisation, settings, solver)
             yield closing
             left -= 1
             if closing.certificate.holds:
@@ -124,13 +116,19 @@ def _iterate(program: ConicProgram, first: Iteration, settings: ProcedureSetting
             wait = 4
         beta = _relaxation(beta, trail, settings)
         n0 = relax(n0, step.x[:, 0], beta)
-        N0 = relax(N0, pressed(program.problem, step.x), beta)
+        linearisation = linearisation.after(program.problem, step.x, step.v, beta)
         c0 = max(c0 * settings.cohesion_decay, settings.cohesion_min)
         a = max(a * settings.slope_decay, settings.slope_min)
     return _given_up(f"no certificate within {settings.max_programs} programs, that of the dead load counted", last)
 
 
-def _admissible(program: ConicProgram, step: Iteration, settings: ProcedureSettings, solver: Solver) -> Iteration:
+def _admissible(
+    program: ConicProgram,
+    step: Iteration,
+    linearisation: Linearisation,
+    settings: ProcedureSettings,
+    solver: Solver,
+) -> Iteration:
     """Forces inside the true cones that miss the flow rule of a step's mechanism least, at no higher load factor.
 
     For given velocities the flow-rule gap is linear in the forces: up to a constant it is ``Σ s_k n_k − α`` with
@@ -140,8 +138,8 @@ def _admissible(program: ConicProgram, step: Iteration, settings: ProcedureSetti
     problem = program.problem
     sliding = true_sliding(problem)
     shift = (problem.friction - problem.dilatancy) * np.linalg.norm(step.v[:, 1:], axis=1)
-    N0 = pressed(problem, step.x)
-    numbers = program.numbers(sliding, N0=N0, shift=shift, limit=step.load_factor)
+    linearisation = linearisation.after(problem, step.x, step.v, 1.0)
+    numbers = program.numbers(sliding, linearisation=linearisation, shift=shift, limit=step.load_factor)
     return solve_step(program, numbers, sliding, Stage.ADMISSIBLE, settings, solver, mechanism=step)
 
 

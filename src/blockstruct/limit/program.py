@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.limit import conditions
-from blockstruct.limit.crushing import EDGE_OF_CORNER, linearised
+from blockstruct.limit.crushing import EDGE_OF_CORNER, Linearisation
 from blockstruct.limit.friction import Sliding
 from blockstruct.limit.problem import LimitProblem, total
 from blockstruct.limit.settings import ProcedureSettings
@@ -122,8 +122,7 @@ class ConicProgram:
         self,
         sliding: Sliding,
         *,
-        N0: Array | None = None,
-        secant: bool = False,
+        linearisation: Linearisation | None = None,
         shift: Array | None = None,
         limit: float | None = None,
     ) -> Numbers:
@@ -133,10 +132,8 @@ class ConicProgram:
         ----------
         sliding
             Sliding condition of each contact point.
-        N0 : (R,) array
-            Normal forces about which crushing is linearised, if it is; zero, which bounds nothing, by default.
-        secant
-            Whether to linearise by the secant and not the tangent.
+        linearisation
+            Where crushing is linearised, if it is; nowhere by default, which bounds nothing.
         shift : (K,) array
             The objective becomes ``α − shift·n``, and a hundredth of α more: where several load factors miss the
             flow rule equally little, the highest is taken, and not whichever the solver's path leads to.
@@ -150,10 +147,9 @@ class ConicProgram:
         G[self._limit_entry] = 0.0 if limit is None else 1.0
         h[self._limit_row] = 1.0 if limit is None else limit * self.unit
         if self.is_linearised:
-            F = self.problem.capacity
-            slope, offset = linearised(np.zeros_like(F) if N0 is None else N0, F, secant=secant)
+            slope, offset = (linearisation or Linearisation.none(self.problem)).lines(self.problem.capacity)
             # −n_e + slope N ≤ offset, on the corners of edge e in turn.
-            G[self._edge_entries] = np.repeat(slope, 4)[:, None] - np.tile(EDGE_OF_CORNER, (len(F), 1))
+            G[self._edge_entries] = np.repeat(slope, 4)[:, None] - np.tile(EDGE_OF_CORNER, (len(slope), 1))
             h[self._edge_rows] = np.repeat(offset, 4)
         q = np.zeros(self.G.shape[1])
         q[0] = -self.total / self.unit

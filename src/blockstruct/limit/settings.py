@@ -42,9 +42,6 @@ class ProcedureSettings:
     crushing
         How crushing of rectangles enters the programs: ``"conic"`` exactly, by rotated cones, or ``"linearised"``
         about the last iterate, as in the paper, in the same loop as friction.
-    crushing_line
-        ``"tangent"``, or ``"secant"`` in the first steps: the states a secant ends at satisfy the true condition,
-        but its normal is not the true one, so that the last steps take the tangent in any case.
     crushing_interaction
         ``"uniaxial"`` bounds bending about each axis by itself, ``"biaxial"`` by the effective rectangle, which is
         stricter; it needs ``crushing="conic"``.
@@ -76,7 +73,6 @@ class ProcedureSettings:
     interpenetration_tolerance: float = 1e-4
     gap_tolerance: float = 1e-3
     crushing: str = "conic"
-    crushing_line: str = "tangent"
     crushing_interaction: str = "uniaxial"
     crushing_cells: int = 64
     solver: str = "clarabel"
@@ -115,7 +111,6 @@ class ProcedureSettings:
 
         choices = {
             "crushing": ("conic", "linearised"),
-            "crushing_line": ("tangent", "secant"),
             "crushing_interaction": ("uniaxial", "biaxial"),
         }
         for name, known in choices.items():
