@@ -64,7 +64,7 @@ def main() -> None:
     problem = clock("statics", lambda: LimitProblem.of(statics, case))
     print(f"{len(model.blocks)} blocks, {len(model.interfaces)} interfaces, {problem.n_points} contact points")
 
-    program = clock("conic build", lambda: ConicProgram(problem))
+    program = clock("conic build", lambda: ConicProgram(problem, settings))
     numbers = clock("conic build", lambda: program.numbers(true_sliding(problem)))
     solver = ClarabelSolver(settings.solver_tolerance)
     first = clock("associative solve", lambda: solver.solve(program, numbers))
@@ -116,7 +116,7 @@ def main() -> None:
     naive, same = CvxpySolver("CLARABEL", settings.solver_tolerance), 0.0
     start = perf_counter()
     for _ in range(size.naive):
-        solution = naive.solve(ConicProgram(problem), numbers)
+        solution = naive.solve(ConicProgram(problem, settings), numbers)
         same = abs(float(solution.y[0]) / float(first.y[0]) - 1)
     if size.naive:
         each = (perf_counter() - start) / size.naive

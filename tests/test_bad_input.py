@@ -35,6 +35,10 @@ def refused(error, *words):
         (lambda: bs.Block.box("b", [0, 0, 0], Q_([1, 1, 1], "m"), STONE), ["'b'", "origin", "no unit"]),
         (lambda: bs.Block.from_faces("b", CUBE, FACES, STONE), ["'b'", "vertices", "no unit"]),
         (lambda: bs.PointLoad("b", Q_([0, 0, 0], "m"), [1, 0, 0]), ["'b'", "force", "no unit"]),
+        (lambda: bs.Interface("i", "a", "b", CUBE[:4], JOINT), ["'i'", "polygon", "no unit"]),
+        (lambda: bs.Material("tuff", Q_([1, 2], "kN/m^3")), ["'tuff'", "2 numbers", "give one"]),
+        (lambda: bs.JointMaterial("j", [0.1, 0.2]), ["'j'", "2 numbers"]),
+        (lambda: bs.JointMaterial("j", True), ["'j'", "True"]),
         (lambda: bs.Moment("b", [1, 0, 0]), ["'b'", "moment", "no unit"]),
         (lambda: bs.detect_interfaces([], JOINT, tolerance=0.001), ["tolerance", "0.001", "no unit"]),
         (lambda: bs.Material("tuff", "heavy"), ["'tuff'", "'heavy'", "'0.4 m'"]),
@@ -91,6 +95,11 @@ def test_wrong_dimension_or_no_number(make, words):
         (lambda: bs.AnalysisManager("m"), ["'m'", "give a Model"]),
         (lambda: bs.JointMaterial("j", 0.5, dilatancy_angle="40 deg"), ["'j'", "dilatancy", "friction angle"]),
         (lambda: bs.JointMaterial("j", 0.5, tensile_strength="-1 Pa"), ["'j'", "tensile strength", "negative"]),
+        (
+            lambda: bs.JointMaterial("j", 0.5, tensile_strength="1 Pa"),
+            ["'j'", "tensile strength", "raise the cohesion"],
+        ),
+        (lambda: bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE, fixed="no"), ["'b'", "'no'", "True"]),
         (lambda: bs.JointMaterial("j", 0.5, compressive_strength="0 MPa"), ["'j'", "compressive strength", "infinite"]),
         (lambda: bs.BodyForce((0, 0, 0)), ["direction", "zero"]),
         (lambda: bs.LoadPattern("p", ["weight"]), ["'p'", "'weight'", "SelfWeight"]),
@@ -120,6 +129,9 @@ def test_values_without_mechanical_meaning(make, words):
         (CUBE, [*FACES[:-1], [3, 0, 4, 9]], ["'b'", "(3, 0, 4, 9)", "outside 0..7"]),
         (CUBE, [*FACES[:-1], [3, 0, 0, 7]], ["'b'", "each named once"]),
         (CUBE[:3], FACES[:1], ["'b'", "four points"]),
+        (np.vstack([CUBE, [9, 9, 9]]), FACES, ["'b'", "no face uses", "[8]"]),
+        (CUBE, None, ["'b'", "None", "list of faces"]),
+        (CUBE, [[0.4, 3, 2, 1], *FACES[1:]], ["'b'", "whole vertex numbers"]),
         (CUBE, FACES[:3], ["'b'", "3 faces"]),
     ],
 )
@@ -161,7 +173,7 @@ def test_overlapping_blocks_are_named_with_their_depth():
 
 def test_an_interface_of_an_unknown_block():
     polygon = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0]], dtype=float)
-    interface = bs.Interface("i", "a", "nobody", polygon, JOINT)
+    interface = bs.Interface("i", "a", "nobody", Q_(polygon, "m"), JOINT)
     with refused(bs.UnknownNameError, "'i'", "'nobody'"):
         bs.Model("m", [box("a", fixed=True), box("b", z=1)], [interface])
     with pytest.raises(KeyError):
@@ -174,12 +186,51 @@ def test_an_interface_of_an_unknown_block():
         ([[0, 0, 0], [1, 0, 0]], ["'i'", "three or more"]),
         ([[0, 0, 0], [1, 0, 0], [2, 0, 0]], ["'i'", "no area"]),
         ([[0, 0, 0], [1, 0, 0], [1, 1, 0.1], [0, 1, 0]], ["'i'", "off the plane"]),
-        ([[0, 0, 0], [1, 0, 0], [1, math.nan, 0]], ["'i'", "finite"]),
     ],
 )
 def test_interfaces_that_are_no_plane_area(polygon, words):
     with refused(bs.GeometryError, *words):
-        bs.Interface("i", "a", "b", np.array(polygon, dtype=float), JOINT)
+        bs.Interface("i", "a", "b", Q_(np.array(polygon, dtype=float), "m"), JOINT)
+
+
+SQUARE = np.array([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float)
+
+
+@pytest.mark.parametrize(
+    ("polygons", "words"),
+    [
+        ([SQUARE[::-1]], ["'i0'", "does not lie on a face", "counter-clockwise"]),
+        ([np.add(SQUARE, [5, 0, 3])], ["'i0'", "does not lie on a face"]),
+        ([(SQUARE - 0.5) * [10, 10, 1] + 0.5], ["'i0'", "does not lie on a face"]),
+        ([SQUARE[:, [2, 0, 1]]], ["'i0'", "does not lie on a face"]),
+        ([SQUARE, SQUARE * [0.5, 1, 1]], ["'i0'", "'i1'", "same area", "remove one"]),
+    ],
+)
+def test_interfaces_that_do_not_fit_their_blocks(polygons, words):
+    interfaces = [bs.Interface(f"i{k}", "a", "b", Q_(p, "m"), JOINT) for k, p in enumerate(polygons)]
+    with refused(bs.GeometryError, *words):
+        bs.Model("m", [box("a", fixed=True), box("b", z=1)], interfaces)
+
+
+def test_a_polygon_in_millimetres_is_in_millimetres():
+    assert bs.Interface("i", "a", "b", Q_(1000 * SQUARE, "mm"), JOINT).area == pytest.approx(1.0)
+
+
+def test_slight_penetration_is_contact_or_an_error_but_never_nothing():
+    # 0.05 mm on blocks of 1 m: found as contact with a tolerance above it, refused as overlap below.
+    blocks = [box("a", fixed=True), box("b", z=1), box("c", x=1 - 5e-5, z=1), box("g", x=1.0, fixed=True)]
+    blocks[3] = box("g", x=1.0 + 1e-9, fixed=True)
+    with refused(bs.GeometryError, "'b' and 'c'", "tolerance above the penetration"):
+        model_of(blocks, JOINT)
+    found = bs.detect_interfaces(blocks, JOINT, tolerance="0.1 mm")
+    assert "b|c" in [i.name for i in bs.Model("m", blocks, found.interfaces).interfaces]
+
+
+def test_arrays_of_a_model_are_frozen(small_model):
+    with pytest.raises(ValueError, match="read-only"):
+        small_model.interfaces[0].polygon[0] = 0
+    with pytest.raises(ValueError, match="read-only"):
+        small_model.blocks[0].shape.vertices[0] = 0
 
 
 def test_different_materials_of_one_name():
@@ -207,15 +258,6 @@ def test_loads_the_model_cannot_take(variable, error, words):
     model = model_of(*single_block(1.0, 1.0))
     with refused(error, *words):
         solve(model, bs.LoadPattern("v", variable))
-
-
-def test_crushing_is_refused_rather_than_ignored():
-    blocks, _ = single_block(1.0, 1.0)
-    joint = bs.JointMaterial("soft", 0.65, compressive_strength="4 MPa")
-    with refused(bs.CrushingNotAvailableError, "'soft'", "4e+06 Pa", "leave compressive_strength out"):
-        bs.AnalysisManager(model_of(blocks, joint))
-    with pytest.raises(NotImplementedError):
-        bs.AnalysisManager(model_of(blocks, joint))
 
 
 def test_cases_are_checked_before_anything_is_solved(small_model, small_cases, tmp_path):

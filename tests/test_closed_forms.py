@@ -238,3 +238,27 @@ def test_dead_load_pattern_may_be_empty():
     assert result.status == "converged"
     assert result.load_factor == pytest.approx(0.0, abs=1e-6)
     assert SELF_WEIGHT.loads == (bs.SelfWeight(),)
+
+
+@pytest.mark.parametrize("size", [0.1, 0.02])
+@pytest.mark.parametrize("flow", list(bs.Flow))
+def test_a_pebble_beside_a_boulder(size, flow):
+    # Weights that differ by 1e7: the pebble of b/h = 0.4 rocks at exactly that share of its own weight.
+    blocks, joint = single_block(0.4 * size, size, t=size, mu=0.5)
+    stone = blocks[0].material
+    blocks[0] = bs.Block.box("ground", Q_([-50, -50, -1], "m"), Q_([200, 200, 1], "m"), stone, fixed=True)
+    boulder = bs.Block.box("boulder", Q_([10, 10, 0], "m"), Q_([20, 20, 10], "m"), stone)
+    at = Q_([0.2 * size, 0.5 * size, 0.5 * size], "m")
+    load = bs.LoadPattern("v", [bs.PointLoad("block", at, Q_([1, 0, 0], "N"))])
+    result = solve(model_of([*blocks, boulder], joint), load, flow)
+    assert result.load_factor == pytest.approx(0.4 * 20e3 * 0.4 * size**3, rel=REL)
+
+
+def test_an_unstable_pebble_beside_a_boulder():
+    stone, heavy = bs.Material("stone", "20 kN/m^3"), bs.Material("heavy", "2e10 kN/m^3")
+    ledge = bs.Block.box("ledge", Q_([-5, 0, -1], "m"), Q_([5.1, 1, 1], "m"), stone, fixed=True)
+    floor = bs.Block.box("floor", Q_([5, 5, -1], "m"), Q_([60, 60, 1], "m"), stone, fixed=True)
+    boulder = bs.Block.box("boulder", Q_([10, 10, 0], "m"), Q_([1, 1, 1], "m"), heavy)
+    falls = bs.Block.box("falls", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), stone)
+    model = model_of([ledge, floor, boulder, falls], bs.JointMaterial("joint", 0.5))
+    assert solve(model, push(1, 0, 0)).status == "unstable_under_dead_load"

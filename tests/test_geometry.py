@@ -143,3 +143,39 @@ def test_tributary_areas_sum_up():
     assert shares[4:7] == pytest.approx([1 / 6] * 3)
     assert shares[7:].sum() == pytest.approx(5.0)
     assert (shares > 0).all()
+
+
+def test_rounded_coordinates_of_a_long_tilted_wall_lose_nothing(tuff, dry):
+    # Normals of small faces are off by rounding; over the length of the wall that is more than any tolerance.
+    rows = [[1] * 60, [0.5] + [1] * 59 + [0.5], [1] * 60]
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.1 m", material=tuff)
+    R = rotation((1, 0.3, 0.2), 0.3)
+    exact = bs.detect_interfaces(moved(blocks, R), joint_material=dry).report.accepted
+    rounded = [
+        bs.Block.from_faces(b.name, Q_(np.round(b.shape.vertices @ R.T, 7), "m"), b.shape.faces, tuff, fixed=b.fixed)
+        for b in blocks
+    ]
+    assert bs.detect_interfaces(rounded, joint_material=dry).report.accepted == exact == 60 + 2 * 120 + 59 + 60 + 59
+
+
+@pytest.mark.parametrize(("gap", "found"), [(0.0009, 3), (0.0011, 2), (0.0024, 2), (-0.0009, 3)])
+def test_the_tolerance_is_the_largest_gap(dry, gap, found):
+    floor = bs.Block.box("floor", Q_([-2, -2, -1], "m"), Q_([9, 5, 1], "m"), STONE, fixed=True)
+    a = bs.Block.box("a", Q_([0, 0, 0], "m"), Q_([1, 1, 0.5], "m"), STONE)
+    b = bs.Block.box("b", Q_([1 + gap, 0, 0], "m"), Q_([1, 1, 0.5], "m"), STONE)
+    assert bs.detect_interfaces([floor, a, b], dry, tolerance="1 mm").report.accepted == found
+
+
+def test_no_contact_through_a_tile(dry):
+    a = bs.Block.box("a", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
+    tile = bs.Block.box("tile", Q_([0, 0, 1], "m"), Q_([1, 1, 0.02], "m"), STONE)
+    c = bs.Block.box("c", Q_([0, 0, 1.02], "m"), Q_([1, 1, 1], "m"), STONE)
+    found = bs.detect_interfaces([a, tile, c], dry, tolerance="10 mm")
+    assert [i.name for i in found.interfaces] == ["a|tile", "tile|c"]
+
+
+def test_touching_non_convex_neighbours_do_not_overlap():
+    a, z = 7 / 16, 9 / 16
+    outline = [(0, 0), (1, 0), (1, z / 2), (a, z / 2), (a, z), (0, z)]
+    complement = [(1, z / 2), (1, 1), (0, 1), (0, z), (a, z), (a, z / 2)]
+    assert overlapping_pairs([prism(outline, 1.0), prism(complement, 1.0)], 1e-6) == []

@@ -72,3 +72,22 @@ def test_an_analysis_reads_like_a_dictionary(small_analysis, small_cases):
     assert small_analysis.versions["clarabel"].count(".") == 2
     with pytest.raises(TypeError):
         small_analysis.results["x"] = 1
+
+
+@pytest.mark.parametrize("moment", [CaseStarted, CaseFinished])
+def test_interruption_between_programs_keeps_finished_cases(small_model, small_cases, tmp_path, moment):
+    path = tmp_path / "cut.h5"
+    seen = []
+
+    def stop(event):
+        seen.append(type(event))
+        if seen.count(moment) == 2:
+            raise KeyboardInterrupt
+
+    bs.AnalysisManager(small_model, path, listeners=[stop]).run(small_cases)
+    again = bs.open_analysis(path)
+    assert again[small_cases[0].name].status == "converged"
+    if moment is CaseStarted:
+        cut = again[small_cases[1].name]
+        assert (cut.status, cut.n_iterations, cut.certificate) == ("interrupted", 0, None)
+        assert cut.states.sizes["iteration"] == 0

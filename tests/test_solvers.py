@@ -26,14 +26,14 @@ def problem(small_model):
 
 @pytest.fixture(scope="module")
 def n0(problem):
-    program = ConicProgram(problem)
+    program = ConicProgram(problem, ProcedureSettings())
     solution = ClarabelSolver(1e-10).solve(program, program.numbers(true_sliding(problem)))
     return program.unpack(solution)[1][:, 0]
 
 
 def programs(problem, n0):
     """Numbers of every kind of program of the procedure."""
-    program = ConicProgram(problem)
+    program = ConicProgram(problem, ProcedureSettings())
     shift = np.linspace(0, 0.05, problem.n_points)
     yield program, program.numbers(true_sliding(problem))
     yield program, program.numbers(fictitious_sliding(problem, n0, 0.1, 0.3))
@@ -58,7 +58,7 @@ def test_cvxpy_agrees(problem, n0, name):
 
 
 def test_multipliers_of_cvxpy_are_the_mechanism(problem):
-    program = ConicProgram(problem)
+    program = ConicProgram(problem, ProcedureSettings())
     numbers = program.numbers(true_sliding(problem))
     alpha, x, u = program.unpack(CvxpySolver("CLARABEL", 1e-10).solve(program, numbers))
     assert problem.w_L @ u == pytest.approx(1.0, abs=1e-8)

@@ -42,7 +42,6 @@ from blockstruct.builders import (
 )
 from blockstruct.errors import (
     BlockstructError,
-    CrushingNotAvailableError,
     DimensionError,
     DocumentError,
     FormatError,
@@ -122,7 +121,6 @@ __all__ = [
     "save_analysis",
     # errors
     "BlockstructError",
-    "CrushingNotAvailableError",
     "DimensionError",
     "DocumentError",
     "FormatError",

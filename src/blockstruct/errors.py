@@ -33,10 +33,6 @@ class DocumentError(ModelError):
     """A model document that does not follow ``schemas/model-1.json``."""
 
 
-class CrushingNotAvailableError(BlockstructError, NotImplementedError):
-    """A finite compressive strength, which this version cannot take into account."""
-
-
 class SolverError(BlockstructError, RuntimeError):
     """A solver that is not installed or refuses the program."""
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pint
+from numpy.typing import NDArray
 
 from blockstruct.errors import DimensionError, UnitError
 
@@ -46,8 +47,8 @@ _EXAMPLES = {
 _FACTORS: dict[tuple[str, str], float | None] = {}
 
 
-def si(value: Any, dimension: str, what: str) -> Any:
-    """Coherent-SI float (or float array) of a quantity.
+def si(value: Any, dimension: str, what: str) -> float:
+    """Coherent-SI float of a quantity.
 
     Parameters
     ----------
@@ -62,32 +63,42 @@ def si(value: Any, dimension: str, what: str) -> Any:
     Raises
     ------
     UnitError
-        A bare number where a unit is due, or a text that is no quantity.
+        A bare number where a unit is due, or a value that is no single number.
     DimensionError
         A quantity of another dimension, or a value that is not finite.
     """
+    array = si_array(value, dimension, what)
+    if array.ndim:
+        msg = f"{what}: {_shown(value)} holds {array.size} numbers; give one"
+        raise UnitError(msg)
+    return float(array)
+
+
+def si_array(value: Any, dimension: str, what: str) -> NDArray[np.float64]:
+    """Coherent-SI floats of a quantity of any shape, as :func:`si`."""
     if isinstance(value, str):
         value = parse(value, what)
     if hasattr(value, "magnitude") and hasattr(value, "units"):
         magnitude, factor = value.magnitude, _factor(str(value.units), dimension, what)
-    elif dimension == "dimensionless":
+    elif dimension == "dimensionless" and not isinstance(value, bool):
         magnitude, factor = value, 1.0
     else:
-        shown = " ".join(reprlib.repr(value).split())
+        shown = _shown(value)
         msg = (
             f"{what}: {shown} has no unit, but a {dimension} is due; "
-            f"write Q_({shown}, {_example_unit(dimension)!r}) or a text such as {_EXAMPLES[dimension]!r}"
+            f"write Q_({shown}, {_example_unit(dimension)!r}) or a text such as {_EXAMPLES.get(dimension, '0.65')!r}"
         )
         raise UnitError(msg)
     try:
         array = np.asarray(magnitude, dtype=float) * factor
-    except (TypeError, ValueError):
-        msg = f"{what}: {value!r} is no number; give numbers with a unit, as in {_EXAMPLES.get(dimension, '0.65')!r}"
+    except (TypeError, ValueError, OverflowError):
+        example = _EXAMPLES.get(dimension, "0.65")
+        msg = f"{what}: {_shown(value)} is no number; give numbers with a unit, as in {example!r}"
         raise UnitError(msg) from None
     if not np.all(np.isfinite(array)):
-        msg = f"{what}: {value!r} is not finite; give finite numbers"
+        msg = f"{what}: {_shown(value)} is not finite; give finite numbers"
         raise DimensionError(msg)
-    return float(array) if array.ndim == 0 else array
+    return np.asarray(array)
 
 
 def si_vector(value: Any, dimension: str, what: str) -> tuple[float, float, float]:
@@ -98,7 +109,7 @@ def si_vector(value: Any, dimension: str, what: str) -> tuple[float, float, floa
     if isinstance(value, list | tuple) and any(hasattr(v, "magnitude") or isinstance(v, str) for v in value):
         components = [si(v, dimension, what) for v in value]
     else:
-        components = np.atleast_1d(si(value, dimension, what)).tolist()
+        components = si_array(value, dimension, what).ravel().tolist()
     if len(components) != 3:
         msg = f"{what}: {value!r} has {len(components)} components; give three, along x, y and z"
         raise DimensionError(msg)
@@ -162,4 +173,9 @@ def _conversion(unit: str, dimension: str) -> float | None:
 
 
 def _example_unit(dimension: str) -> str:
-    return _EXAMPLES[dimension].partition(" ")[2]
+    return _EXAMPLES.get(dimension, "").partition(" ")[2]
+
+
+def _shown(value: Any) -> str:
+    """Value on one line, cut short if it is long."""
+    return " ".join(reprlib.repr(value).split())

@@ -97,8 +97,12 @@ class AnalysisManager:
         created_at = _now()
         results: dict[str, CaseResult] = {}
         for case, problem in zip(cases, problems, strict=True):
-            results[case.name] = self._run_case(case, problem)
-            if results[case.name].status is Status.INTERRUPTED:
+            results[case.name] = result = self._run_case(case, problem)
+            try:
+                self._tell(CaseFinished(result))
+            except KeyboardInterrupt:
+                break
+            if result.status is Status.INTERRUPTED:
                 break
         analysis = Analysis(self.model, results, created_at, _versions())
         if self.store is not None:
@@ -120,11 +124,11 @@ class AnalysisManager:
 
     def _run_case(self, case: LimitCase, problem: LimitProblem) -> CaseResult:
         started_at, start = _now(), perf_counter()
-        self._tell(CaseStarted(case, len(self.model.blocks), problem.n_points))
         steps = solve_limit_case(problem, case.flow, self.settings, solver_of(self.settings))
         iterations: list[Iteration] = []
         outcome = Outcome(Status.INTERRUPTED, np.nan, "interrupted by the user")
         try:
+            self._tell(CaseStarted(case, len(self.model.blocks), problem.n_points))
             while True:
                 iterations.append(next(steps))
                 self._tell(IterationDone(case, len(iterations) - 1, iterations[-1]))
@@ -132,7 +136,7 @@ class AnalysisManager:
             outcome = stop.value
         except KeyboardInterrupt:
             pass
-        result = CaseResult(
+        return CaseResult(
             case=case,
             settings=self.settings,
             status=outcome.status,
@@ -143,8 +147,6 @@ class AnalysisManager:
             started_at=started_at,
             duration=perf_counter() - start,
         )
-        self._tell(CaseFinished(result))
-        return result
 
     def _tell(self, event: CaseStarted | IterationDone | CaseFinished) -> None:
         for listener in self.listeners:

@@ -10,7 +10,7 @@ import numpy as np
 from blockstruct.errors import ModelError
 from blockstruct.geometry import coplanar_face_pairs
 from blockstruct.model import Block, Interface, JointMaterial
-from blockstruct.units import si
+from blockstruct.units import si, to_quantity
 
 #: Gap between two planes, relative to the mean block size, that is still rounding.
 GAP_TOLERANCE = 1e-5
@@ -113,7 +113,7 @@ def detect_interfaces(blocks: Iterable[Block], joint_material: JointMaterial, to
         else:
             seen[ends] += 1
             name = "|".join(ends) + (f"#{seen[ends]}" if seen[ends] > 1 else "")
-            interfaces.append(Interface(name, *ends, pair.polygon, joint_material))
+            interfaces.append(Interface(name, *ends, to_quantity(pair.polygon, "length"), joint_material))
     touched = {end for i in interfaces for end in (i.minus, i.plus)}
     report = DetectionReport(
         accepted=len(interfaces),

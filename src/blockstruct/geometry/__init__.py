@@ -10,7 +10,7 @@
 from blockstruct.geometry.cells import is_rectangle, polygon_cells
 from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs
 from blockstruct.geometry.overlap import overlapping_pairs
-from blockstruct.geometry.polygon import plane_axes, polygon_area, tributary_areas
+from blockstruct.geometry.polygon import common_area, plane_axes, polygon_area, tributary_areas
 from blockstruct.geometry.polyhedron import Polyhedron, box, polyhedron
 
 __all__ = [
@@ -20,6 +20,7 @@ __all__ = [
     "overlapping_pairs",
     "polyhedron",
     # polygons
+    "common_area",
     "is_rectangle",
     "plane_axes",
     "polygon_area",

@@ -1,21 +1,17 @@
 """Pairs of faces that lie in one plane, look at each other and share an area."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from blockstruct.geometry.polygon import plane_axes
 from blockstruct.geometry.polyhedron import Polyhedron
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-Polygons = NDArray[np.object_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,80 +34,117 @@ class FacePair:
     area: float
 
 
+#: Cosine beyond which two faces look at each other; how far apart they may lie is for the tolerance to say.
+FACING = np.cos(0.02)
+
+
 def coplanar_face_pairs(bodies: list[Polyhedron], tolerance: float) -> list[FacePair]:
     """All common areas of faces of different bodies, whatever their number and size.
+
+    Every two faces are judged by themselves: they look at each other, and over the area that they share neither
+    gap nor penetration exceeds the tolerance.
 
     Parameters
     ----------
     bodies
         Polyhedra.
     tolerance
-        Distance between two planes, across the whole model, that still counts as contact.
+        Largest gap, and largest penetration, that still counts as contact.
     """
-    if not bodies:
+    if len(bodies) < 2:
         return []
-    normals = np.concatenate([b.normals for b in bodies])
-    body = np.repeat(np.arange(len(bodies)), [len(b.faces) for b in bodies])
-    loops = [body_.vertices[list(face)] for body_ in bodies for face in body_.faces]
-    starts = np.cumsum([0, *(len(loop) for loop in loops)])
-    corners = np.concatenate(loops)
-
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    middle, extent = (low + high) / 2, float(np.linalg.norm(high - low))
-    # Opposite faces of one plane get one key: the normal is turned to a half space.
-    sign = _half_space_sign(normals)
-    turned = normals * sign[:, None]
-    offset = np.einsum("ij,ij->i", corners[starts[:-1]] - middle, turned)
-    plane = _group(np.column_stack([turned * extent, offset]), tolerance)
-
-    pairs: list[FacePair] = []
-    order = np.argsort(plane, kind="stable")
-    for faces in np.split(order, np.flatnonzero(np.diff(plane[order])) + 1):
-        front, back = faces[sign[faces] > 0], faces[sign[faces] < 0]
-        if len(front) and len(back):
-            n, d = turned[front[0]], offset[front[0]]
-            axes = np.stack(plane_axes(n))
-            front_polygons, back_polygons = (_polygons(f, corners, starts, axes, middle) for f in (front, back))
-            for i, j, ring, area in _common_areas(front_polygons, back_polygons, tolerance):
-                minus, plus = int(body[front[i]]), int(body[back[j]])
-                if minus != plus:
-                    pairs.append(FacePair(minus, plus, middle + ring @ axes + d * n, area))
+    faces = _Faces.of(bodies)
+    front, back = _candidates(faces, tolerance)
+    n = faces.normal[front] - faces.normal[back]
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    middle = (faces.centre[front] + faces.centre[back]) / 2
+    axes = np.stack(plane_axes(n), axis=1)
+    outlines = [_outlines(faces, f, axes, middle) for f in (front, back)]
+    parts, of_pair = shapely.get_parts(shapely.intersection(*outlines), return_index=True)
+    # Faces are simple polygons, so what two of them share has no holes. Where edges of the two coincide but for
+    # rounding, clipping leaves corners that are none: they would be contact points.
+    parts = shapely.simplify(shapely.normalize(parts), tolerance)
+    pairs = []
+    for part, k in zip(parts, of_pair, strict=True):
+        if part.geom_type != "Polygon" or part.is_empty:
+            continue
+        ring = shapely.get_coordinates(shapely.orient_polygons(part))[:-1]
+        points = middle[k] + ring @ axes[k]
+        # Heights of the two faces over the common corners, along n: the plane between them is the interface.
+        heights = [
+            ((faces.centre[f[k]] - points) @ faces.normal[f[k]]) / (n[k] @ faces.normal[f[k]]) for f in (front, back)
+        ]
+        if np.abs(heights[1] - heights[0]).max() <= tolerance:
+            points = points + np.outer((heights[0] + heights[1]) / 2, n[k])
+            pairs.append(FacePair(int(faces.body[front[k]]), int(faces.body[back[k]]), points, float(part.area)))
     pairs.sort(key=lambda p: (p.minus, p.plus, *p.polygon[0]))
     return pairs
 
 
+@dataclass(frozen=True, slots=True)
+class _Faces:
+    """All faces of all bodies, one after the other; corners from ``start`` on, ``count`` of them."""
+
+    body: Index
+    normal: Array
+    centre: Array
+    low: Array
+    high: Array
+    corners: Array
+    start: Index
+    count: Index
+
+    @classmethod
+    def of(cls, bodies: list[Polyhedron]) -> Self:
+        loops = [b.vertices[list(face)] for b in bodies for face in b.faces]
+        count = np.array([len(loop) for loop in loops])
+        start = np.cumsum(count) - count
+        corners = np.concatenate(loops)
+        return cls(
+            body=np.repeat(np.arange(len(bodies)), [len(b.faces) for b in bodies]),
+            normal=np.concatenate([b.normals for b in bodies]),
+            centre=np.add.reduceat(corners, start) / count[:, None],
+            low=np.minimum.reduceat(corners, start),
+            high=np.maximum.reduceat(corners, start),
+            corners=corners,
+            start=start,
+            count=count,
+        )
+
+
+def _candidates(faces: _Faces, tolerance: float) -> tuple[Index, Index]:
+    """Pairs of faces (front, back) of different bodies that look at each other and whose boxes meet.
+
+    The front face looks up (or, if level, along +y or +x). The search tree has two axes, those along which the
+    structure is longest; the third is tested afterwards.
+    """
+    extent = faces.high.max(axis=0) - faces.low.min(axis=0)
+    x, y, z = np.argsort(-extent)
+    low, high = faces.low - tolerance, faces.high + tolerance
+    boxes = shapely.box(low[:, x], low[:, y], high[:, x], high[:, y])
+    i, j = shapely.STRtree(boxes).query(boxes)
+    keep = (i < j) & (faces.body[i] != faces.body[j])
+    i, j = i[keep], j[keep]
+    keep = (low[i, z] <= high[j, z]) & (low[j, z] <= high[i, z])
+    i, j = i[keep], j[keep]
+    keep = np.einsum("ij,ij->i", faces.normal[i], faces.normal[j]) < -FACING
+    i, j = i[keep], j[keep]
+    up = _half_space_sign(faces.normal[i] - faces.normal[j]) > 0
+    return np.where(up, i, j), np.where(up, j, i)
+
+
 def _half_space_sign(normals: Array) -> Array:
     """+1 where a normal points up (or, if level, along +y, then +x), else −1."""
-    x, y, z = np.where(np.abs(normals) < 1e-6, 0.0, normals).T
+    x, y, z = np.where(np.abs(normals) < 1e-3, 0.0, normals).T
     lead = np.where(z != 0, z, np.where(y != 0, y, x))
     return np.where(lead > 0, 1.0, -1.0)
 
 
-def _group(keys: Array, tolerance: float) -> Index:
-    """Label of each key such that keys nearer than the tolerance share one."""
-    rounded, inverse = np.unique(np.round(keys / tolerance), axis=0, return_inverse=True)
-    near = cKDTree(rounded).query_pairs(2.0, output_type="ndarray")
-    graph = coo_array((np.ones(len(near)), (near[:, 0], near[:, 1])), shape=(len(rounded), len(rounded)))
-    labels = connected_components(graph, directed=False)[1]
-    return np.asarray(labels[inverse.ravel()], dtype=np.int64)
-
-
-def _polygons(faces: Index, corners: Array, starts: Index, axes: Array, middle: Array) -> Polygons:
-    """Faces as polygons in their plane, whose axes are the rows of ``axes``, shape (2, 3)."""
-    lengths = starts[faces + 1] - starts[faces]
-    index = np.concatenate([np.arange(starts[f], starts[f + 1]) for f in faces])
-    flat = (corners[index] - middle) @ axes.T
-    rings = shapely.linearrings(flat, indices=np.repeat(np.arange(len(faces)), lengths))
-    return np.asarray(shapely.polygons(rings))
-
-
-def _common_areas(front: Polygons, back: Polygons, tolerance: float) -> Iterator[tuple[int, int, Array, float]]:
-    """Index in front and in back, corners (k, 2) counter-clockwise, and area, of every common area."""
-    i, j = shapely.STRtree(back).query(front, predicate="intersects")
-    parts, of_pair = shapely.get_parts(shapely.intersection(front[i], back[j]), return_index=True)
-    # Faces are simple polygons, so what two of them share has no holes. Where edges of the two coincide but for
-    # rounding, clipping leaves corners that are none: they would be contact points.
-    for part, k in zip(shapely.simplify(shapely.normalize(parts), tolerance), of_pair, strict=True):
-        if part.geom_type == "Polygon" and not part.is_empty:
-            ring = shapely.get_coordinates(shapely.orient_polygons(part))[:-1]
-            yield int(i[k]), int(j[k]), ring, float(part.area)
+def _outlines(faces: _Faces, index: Index, axes: Array, middle: Array) -> NDArray[np.object_]:
+    """Outline of the faces, each in its own plane of axes (m, 2, 3) about its own middle (m, 3)."""
+    count = faces.count[index]
+    of_corner = np.repeat(np.arange(len(index)), count)
+    offset = np.arange(len(of_corner)) - np.repeat(np.cumsum(count) - count, count)
+    points = faces.corners[np.repeat(faces.start[index], count) + offset] - middle[of_corner]
+    flat = np.einsum("kaj,kj->ka", axes[of_corner], points)
+    return np.asarray(shapely.polygons(shapely.linearrings(flat, indices=of_corner)))

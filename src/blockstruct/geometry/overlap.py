@@ -12,7 +12,7 @@ def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[
     """Pairs of bodies whose interiors meet, with a penetration depth.
 
     Convex pairs are decided exactly, by separating axes. Where a body is not convex, a regular grid of points
-    in the common bounding box is tested instead: an overlap smaller than an eighth of that box may escape.
+    in the common bounding box is tested instead: an overlap smaller than a twelfth of that box may escape.
 
     Parameters
     ----------
@@ -86,7 +86,8 @@ def _convex_depth(a: Polyhedron, b: Polyhedron) -> float:
 
 
 def _sampled_depth(a: Polyhedron, b: Polyhedron, low: Array, high: Array) -> float:
-    steps = (np.arange(8) + 0.5) / 8
+    # Off the regular points, where faces of neat blocks lie: a point on a face is neither inside nor outside.
+    steps = (np.arange(12) + 0.5 + 0.013 * np.sqrt(2)) / 12.1
     grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     points = low + grid * (high - low)
     points = points[_inside(a, points)]

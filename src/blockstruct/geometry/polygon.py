@@ -1,6 +1,7 @@
 """Plane polygons in space: axes, area, tributary areas."""
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -59,3 +60,12 @@ def tributary_areas(points: Array, starts: Index, centroids: Array, normals: Arr
     triangles = np.abs(signed)
     scale = np.add.reduceat(signed, starts) / np.add.reduceat(triangles, starts)
     return np.asarray((triangles + triangles[previous]) / 2 * scale[polygon])
+
+
+def common_area(one: Array, other: Array, normal: Array, tolerance: float) -> float:
+    """Area that two polygons, shapes (k, 3), share in a plane; zero if they lie further apart than the tolerance."""
+    if abs((one.mean(axis=0) - other.mean(axis=0)) @ normal) > tolerance:
+        return 0.0
+    axes = np.stack(plane_axes(normal))
+    a, b = (shapely.Polygon((p - one[0]) @ axes.T) for p in (one, other))
+    return float(a.intersection(b).area) if a.is_valid and b.is_valid else 0.0

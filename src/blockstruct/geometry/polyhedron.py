@@ -1,5 +1,7 @@
 """Closed polyhedra with planar polygon faces, convex or not."""
 
+import operator
+import reprlib
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -76,7 +78,11 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
     if vertices.ndim != 2 or vertices.shape[1:] != (3,) or len(vertices) < 4:
         msg = f"block {name!r}: vertices of shape {vertices.shape}; give at least four points, shape (n, 3)"
         raise GeometryError(msg)
-    loops = tuple(tuple(int(i) for i in face) for face in faces)
+    try:
+        loops = tuple(tuple(operator.index(i) for i in face) for face in faces)
+    except TypeError:
+        msg = f"block {name!r}: faces {reprlib.repr(faces)}; give a list of faces, each a list of whole vertex numbers"
+        raise GeometryError(msg) from None
     _check_faces(loops, len(vertices), name)
 
     # Fan triangles from the first vertex of each face: exact for any planar polygon, convex or not,
@@ -111,6 +117,8 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
         )
         raise GeometryError(msg)
     centroid = origin + (tetrahedra @ (a + b + c)) / (4 * volume)
+    for array in (vertices, centroid, normals, areas):
+        array.setflags(write=False)
     return Polyhedron(vertices, loops, volume, centroid, normals, areas)
 
 
@@ -125,6 +133,10 @@ def _check_faces(loops: tuple[tuple[int, ...], ...], n_vertices: int, name: str)
         if min(loop) < 0 or max(loop) >= n_vertices:
             msg = f"block {name!r}: face {index} {loop} names a vertex outside 0..{n_vertices - 1}"
             raise GeometryError(msg)
+    unused = sorted(set(range(n_vertices)).difference(*loops))
+    if unused:
+        msg = f"block {name!r}: no face uses the vertices {unused[:10]}; remove them, or add the missing faces"
+        raise GeometryError(msg)
 
 
 def _check_planar(vertices: Array, loops: tuple[tuple[int, ...], ...], normals: Array, size: float, name: str) -> None:

@@ -22,17 +22,17 @@ class Certificate:
     Attributes
     ----------
     equilibrium_residual : float
-        ``‖A x + w_D + α w_L‖∞``, in multiples of the mean dead wrench.
+        ``‖A x + w_D + α w_L‖∞``, for each block in multiples of its own dead wrench.
     yield_excess : float
-        Largest of ``‖(s, t)‖ − c A_k − μ n``, ``−f_t A_k − n`` and the excess over crushing, in the same unit;
-        negative inside.
+        Largest of ``‖(s, t)‖ − c A_k − μ n``, ``−f_t A_k − n`` and the excess over crushing, in multiples of the dead
+        wrench of the lighter of the two blocks; negative inside.
     interpenetration : float
         Largest of ``tan ψ ‖v_t‖ − v_n`` at contact points that do not crush, relative to the largest relative
         velocity.
     flow_rule_gap : float
         ``Σ_k |(n + f_t A_k)(v_n − tan ψ ‖v_t‖)| + |(c A_k + μ n) ‖v_t‖ + (s, t)·v_t|``, and where joints crush the
-        work they dissipate at most less the work they do: work by which the state misses the flow rule, in units
-        of the load factor, because ``w_L·u = 1``.
+        work they dissipate at most less the work they do; and the work ``Σ |u_i r_i|`` of the equilibrium residual r.
+        It is the work by which the state misses the flow rule, in units of the load factor, because ``w_L·u = 1``.
     holds : bool
         Whether all four are within the tolerances of the settings.
     """
@@ -61,7 +61,8 @@ def certify(problem: LimitProblem, x: Array, u: Array, alpha: float, settings: P
         Tolerances.
     """
     biaxial = settings.crushing_interaction == "biaxial"
-    residual = float(np.abs(problem.A @ x.ravel() + problem.w_D + alpha * problem.w_L).max())
+    unbalanced = problem.A @ x.ravel() + problem.w_D + alpha * problem.w_L
+    residual = float(np.abs(unbalanced).max())
     v = (problem.A.T @ u).reshape(-1, 3)
     n, v_n = x[:, 0], v[:, 0]
     sliding = np.linalg.norm(v[:, 1:], axis=1)
@@ -78,8 +79,11 @@ def certify(problem: LimitProblem, x: Array, u: Array, alpha: float, settings: P
     opening = v_n - problem.dilatancy * sliding
     rigid = np.isinf(problem.compression)
     rigid[corners] = False
-    largest = float(np.linalg.norm(v, axis=1).max())
-    interpenetration = float((-opening[rigid]).max(initial=0.0) / largest) if largest > 0 else 0.0
+    # Velocities are relative to local units of force; what penetrates is measured against the fastest point.
+    speed = np.linalg.norm(v, axis=1) / problem.force_unit
+    largest = float(speed.max())
+    penetration = (-opening / problem.force_unit)[rigid].max(initial=0.0)
+    interpenetration = float(penetration / largest) if largest > 0 else 0.0
 
     # Work each part of a joint could do at most at these velocities, less the work it does.
     at_rigid = (n + problem.tension)[rigid] * opening[rigid]
@@ -89,8 +93,9 @@ def certify(problem: LimitProblem, x: Array, u: Array, alpha: float, settings: P
     rates = -opening[corners]
     at_rectangles = crushing.dissipation(rates, problem.capacity, biaxial=biaxial) - (n[corners] * rates).sum(axis=1)
     friction = resistance * sliding + np.einsum("kj,kj->k", x[:, 1:], v[:, 1:])
-    gap = float(sum(np.abs(part).sum() for part in (at_rigid, at_cells, at_rectangles, friction)))
-    scale = max(abs(alpha), 1e-3 * problem.load_factor_scale)
+    missed = (at_rigid, at_cells, at_rectangles, friction, unbalanced * u)
+    gap = float(sum(np.abs(part).sum() for part in missed))
+    scale = max(abs(alpha), 1e-3 * problem.work_scale(u))
     measures = (residual, excess, interpenetration, gap)
     limits = (
         settings.equilibrium_tolerance,

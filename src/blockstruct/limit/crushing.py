@@ -53,10 +53,9 @@ class Linearisation:
     tangent: Flags
 
     @classmethod
-    def none(cls, problem: LimitProblem) -> Self:
-        """No bound on any rectangle: the secant at zero."""
-        R = len(problem.rectangles)
-        return cls(np.zeros(R), np.zeros(R, dtype=bool))
+    def first(cls, problem: LimitProblem) -> Self:
+        """Before any state is known: the tangent at the full strength, which bounds N and cuts off nothing."""
+        return cls(problem.capacity, np.ones(len(problem.capacity), dtype=bool))
 
     def after(self, problem: LimitProblem, x: Array, v: Array, beta: float) -> Self:
         """Linearisation about a state (x, v), of which β is taken up.
@@ -68,8 +67,10 @@ class Linearisation:
         corners = problem.rectangles
         N = np.clip(x[corners, 0].sum(axis=1), 0, problem.capacity)
         penetration = problem.dilatancy * np.linalg.norm(v[:, 1:], axis=1) - v[:, 0]
-        crushes = (penetration[corners] > 1e-6 * np.abs(v).max()).any(axis=1)
-        N0 = np.where(crushes, beta * N + (1 - beta) * self.N0, np.maximum(N, self.N0))
+        speed = np.linalg.norm(v, axis=1) / problem.force_unit
+        crushes = ((penetration / problem.force_unit)[corners] > 1e-6 * speed.max()).any(axis=1)
+        secant = np.where(self.tangent, N, np.maximum(N, self.N0))
+        N0 = np.where(crushes, beta * N + (1 - beta) * self.N0, secant)
         return type(self)(N0, crushes)
 
     def lines(self, capacity: Array) -> tuple[Array, Array]:

@@ -19,6 +19,10 @@ Array = NDArray[np.float64]
 class LimitProblem:
     """Equilibrium, loads and strength of one limit case, non-dimensional.
 
+    Lengths are in multiples of one characteristic length. Forces have local units, so that a pebble is solved and
+    certified as exactly as a boulder beside it: the wrench of a block is in multiples of its own dead wrench, a
+    contact force in multiples of that of the lighter of its two blocks.
+
     Attributes
     ----------
     A : (6 F, 3 K) sparse array
@@ -26,16 +30,20 @@ class LimitProblem:
         Dead and variable wrenches of the free blocks.
     friction, cohesion, tension : (K,) arrays
         Friction coefficient μ, cohesion ``c A_k`` and tensile strength ``f_t A_k``.
+    dilatancy : (K,) array
+        tan ψ that the case flows with: the friction coefficient if associative, the joint's own otherwise.
     compression : (K,) array
         Compressive strength ``f_c A_k`` of a cell; infinite at corners.
     rectangles : (R, 4) array
         Corners, in turn, of the interfaces that crush as rectangles.
     capacity : (R,) array
         Their strength in pure compression, ``f_c A``.
-    dilatancy : (K,) array
-        tan ψ that the case flows with: the friction coefficient if associative, the joint's own otherwise.
-    length, force : float
-        Units of length (m) and force (N).
+    length : float
+        Unit of length, m.
+    wrench_unit : (F,) array
+        Unit of the wrenches of each free block, N.
+    force_unit : (K,) array
+        Unit of the force at each contact point, N.
     """
 
     A: sp.csc_array
@@ -49,7 +57,8 @@ class LimitProblem:
     rectangles: NDArray[np.int64]
     capacity: Array
     length: float
-    force: float
+    wrench_unit: Array
+    force_unit: Array
 
     @classmethod
     def of(cls, statics: Statics, case: LimitCase) -> Self:
@@ -70,22 +79,31 @@ class LimitProblem:
                 "give it a load that acts, and blocks of weight above zero if it is mass-proportional"
             )
             raise ModelError(msg)
-        governing = dead if dead.any() else variable
-        force = float(np.linalg.norm(governing, axis=1).mean())
+        governing = np.linalg.norm(dead if dead.any() else variable, axis=1)
+        # Blocks without load of their own count as average ones.
+        wrench_unit = np.where(governing > 0, governing, governing[governing > 0].mean())
+
         points = statics.points
+        unit_of_block = np.full(len(statics.model.blocks), np.inf)
+        unit_of_block[statics.free] = wrench_unit
+        force_unit = np.minimum(unit_of_block[points.minus], unit_of_block[points.plus])
+        rows, columns = sp.diags_array(np.repeat(1 / wrench_unit, 6)), sp.diags_array(np.repeat(force_unit, 3))
+        of_rectangle = points.rectangles[:, 0]
+        strength = (points.strength * points.area)[points.interface[of_rectangle]]
         return cls(
-            A=statics.A,
-            w_D=dead.ravel() / force,
-            w_L=variable.ravel() / force,
+            A=sp.csc_array(rows @ statics.A @ columns),
+            w_D=(dead / wrench_unit[:, None]).ravel(),
+            w_L=(variable / wrench_unit[:, None]).ravel(),
             friction=points.friction,
             dilatancy=points.friction if case.flow is Flow.ASSOCIATIVE else points.dilatancy,
-            cohesion=points.cohesion / force,
-            tension=points.tension / force,
-            compression=points.compression / force,
+            cohesion=points.cohesion / force_unit,
+            tension=points.tension / force_unit,
+            compression=points.compression / force_unit,
             rectangles=points.rectangles,
-            capacity=(points.strength * points.area)[points.interface[points.rectangles[:, 0]]] / force,
+            capacity=strength / force_unit[of_rectangle],
             length=statics.length,
-            force=force,
+            wrench_unit=wrench_unit,
+            force_unit=force_unit,
         )
 
     @property
@@ -93,10 +111,14 @@ class LimitProblem:
         """Number K of contact points."""
         return len(self.friction)
 
-    @property
-    def load_factor_scale(self) -> float:
-        """Ratio of the total dead to the total variable load, a load factor in size; 1 without dead load."""
-        return total(self.w_D) / total(self.w_L) or 1.0
+    def work_scale(self, u: Array) -> float:
+        """Size of the work of the dead load in a mechanism, in units of the load factor: ``Σ |w_D| |u|``.
+
+        Without dead load it is that of the variable load.
+        """
+        w = self.w_D if self.w_D.any() else self.w_L
+        of_load, of_u = (np.linalg.norm(a.reshape(-1, 6), axis=1) for a in (w, u))
+        return float(of_load @ of_u)
 
 
 def total(w: Array) -> float:

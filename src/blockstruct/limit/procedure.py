@@ -1,6 +1,7 @@
 """The procedure: dead load, associative program, non-associative iteration, admissible state."""
 
 from collections.abc import Generator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from blockstruct.vocabulary import Flow, Stage, Status
 
 Array = NDArray[np.float64]
 Steps = Generator[Iteration, None, Outcome]
+
+#: Programs after which a linearised associative analysis turns to the exact cones.
+LINEARISED_PROGRAMS = 12
 
 
 def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
@@ -70,9 +74,15 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
 def _associate(
     program: ConicProgram, flow: Flow, settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, Iteration]:
-    """Associative program; if crushing is linearised and the flow associative, programs until it is exact."""
-    sliding, linearisation = true_sliding(program.problem), Linearisation.none(program.problem)
-    for k in range(settings.max_programs - 1):
+    """Associative program; if crushing is linearised and the flow associative, programs until it is exact.
+
+    Where the normal forces of many joints are not unique, the lines swing between them for ever. After a dozen
+    programs the exact cones settle it.
+    """
+    sliding, linearisation = true_sliding(program.problem), Linearisation.first(program.problem)
+    for k in range(LINEARISED_PROGRAMS + 1):
+        if k == LINEARISED_PROGRAMS:
+            program = ConicProgram(program.problem, replace(settings, crushing="conic"))
         numbers = program.numbers(sliding, linearisation=linearisation)
         step = solve_step(program, numbers, sliding, Stage.ASSOCIATIVE, settings, solver)
         yield step
@@ -87,8 +97,10 @@ def _associate(
 def _iterate(program: ConicProgram, first: Iteration, settings: ProcedureSettings, solver: Solver) -> Steps:
     """Non-associative iteration (Gilbert, Casapulla & Ahmed 2006; in cones: Portioli, Casapulla & Cascini 2014)."""
     n0, c0, a, beta = first.x[:, 0], settings.cohesion, settings.slope, settings.relaxation
-    linearisation = Linearisation.none(program.problem).after(program.problem, first.x, first.v, 1.0)
+    linearisation = Linearisation.first(program.problem).after(program.problem, first.x, first.v, 1.0)
     last, trail, settled, wait = first, [first.load_factor], 0, 0
+    # The closing state is found inside the exact conditions, whatever the steps use.
+    exact = program if not program.is_linearised else ConicProgram(program.problem, replace(settings, crushing="conic"))
     # The dead-load and the associative program are behind, an admissible one may follow.
     left = settings.max_programs - 2
     while left > 0:
@@ -102,13 +114,13 @@ def _iterate(program: ConicProgram, first: Iteration, settings: ProcedureSetting
             continue
         last = step
         trail.append(step.load_factor)
-        drift = _drift(trail, program.problem)
+        drift = _drift(trail, program.problem.work_scale(step.u))
         calm = drift <= settings.load_factor_tolerance and c0 <= settings.cohesion_limit
         settled = settled + 1 if calm else 0
         patient = len(trail) > settings.patience
         wait -= 1
         if left == 1 or (wait <= 0 and (settled >= 2 or patient)):
-            closing = _admissible(program, step, linearisation, settings, solver)
+            closing = _admissible(exact, step, settings, solver)
             yield closing
             left -= 1
             if closing.certificate.holds:
@@ -125,7 +137,6 @@ def _iterate(program: ConicProgram, first: Iteration, settings: ProcedureSetting
 def _admissible(
     program: ConicProgram,
     step: Iteration,
-    linearisation: Linearisation,
     settings: ProcedureSettings,
     solver: Solver,
 ) -> Iteration:
@@ -138,18 +149,17 @@ def _admissible(
     problem = program.problem
     sliding = true_sliding(problem)
     shift = (problem.friction - problem.dilatancy) * np.linalg.norm(step.v[:, 1:], axis=1)
-    linearisation = linearisation.after(problem, step.x, step.v, 1.0)
-    numbers = program.numbers(sliding, linearisation=linearisation, shift=shift, limit=step.load_factor)
+    numbers = program.numbers(sliding, shift=shift, limit=step.load_factor)
     return solve_step(program, numbers, sliding, Stage.ADMISSIBLE, settings, solver, mechanism=step)
 
 
-def _drift(trail: list[float], problem: LimitProblem) -> float:
+def _drift(trail: list[float], work_scale: float) -> float:
     """Change still to come, relative to α, if the last changes go on as a geometric series."""
     if len(trail) < 3:
         return np.inf
     before, now = np.diff(trail[-3:])
     ratio = min(max(now / before, 0.0), 0.99) if before != 0 else 0.0
-    scale = max(abs(trail[-1]), 1e-3 * problem.load_factor_scale)
+    scale = max(abs(trail[-1]), 1e-3 * work_scale)
     return float(abs(now) * max(1.0, ratio / (1 - ratio)) / scale)
 
 

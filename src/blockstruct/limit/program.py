@@ -133,7 +133,7 @@ class ConicProgram:
         sliding
             Sliding condition of each contact point.
         linearisation
-            Where crushing is linearised, if it is; nowhere by default, which bounds nothing.
+            Where crushing is linearised, if it is; at the full strength by default.
         shift : (K,) array
             The objective becomes ``α − shift·n``, and a hundredth of α more: where several load factors miss the
             flow rule equally little, the highest is taken, and not whichever the solver's path leads to.
@@ -147,7 +147,7 @@ class ConicProgram:
         G[self._limit_entry] = 0.0 if limit is None else 1.0
         h[self._limit_row] = 1.0 if limit is None else limit * self.unit
         if self.is_linearised:
-            slope, offset = (linearisation or Linearisation.none(self.problem)).lines(self.problem.capacity)
+            slope, offset = (linearisation or Linearisation.first(self.problem)).lines(self.problem.capacity)
             # −n_e + slope N ≤ offset, on the corners of edge e in turn.
             G[self._edge_entries] = np.repeat(slope, 4)[:, None] - np.tile(EDGE_OF_CORNER, (len(slope), 1))
             h[self._edge_rows] = np.repeat(offset, 4)

@@ -13,7 +13,8 @@ class ProcedureSettings:
 
     The non-associative iteration replaces the friction cone by a fictitious condition
     ``‖(s, t)‖ ≤ c0 + (1 + a) μ n0 − a μ n`` (for zero dilatancy) that is moved along with the solution
-    (Gilbert, Casapulla & Ahmed 2006; Portioli et al. 2014). Forces are in multiples of the mean dead wrench.
+    (Gilbert, Casapulla & Ahmed 2006; Portioli et al. 2014). Forces at a contact are in multiples of the dead wrench of
+    the lighter of its two blocks.
 
     Parameters
     ----------
@@ -34,11 +35,12 @@ class ProcedureSettings:
     max_programs
         Programs solved before the case is given up.
     equilibrium_tolerance, yield_tolerance
-        Largest residual and yield excess, in multiples of the mean dead wrench.
+        Largest residual and yield excess, in multiples of the dead wrench of the block, and of the lighter block.
     interpenetration_tolerance
         Largest interpenetration, in multiples of the largest relative velocity.
     gap_tolerance
-        Largest flow-rule gap, relative to the load factor.
+        Largest flow-rule gap, relative to the load factor; or, where that is smaller, to a thousandth of the work
+        scale of the mechanism, the sum of weight times velocity over the blocks.
     crushing
         How crushing of rectangles enters the programs: ``"conic"`` exactly, by rotated cones, or ``"linearised"``
         about the last iterate, as in the paper, in the same loop as friction.

@@ -11,7 +11,7 @@ from blockstruct.errors import GeometryError, ModelError
 from blockstruct.geometry import Polyhedron, box, polyhedron
 from blockstruct.model.material import Material
 from blockstruct.model.names import checked_name
-from blockstruct.units import si, si_vector
+from blockstruct.units import si_array, si_vector
 
 Array = NDArray[np.float64]
 
@@ -40,6 +40,9 @@ class Block:
         checked_name(self.name, "block")
         if not isinstance(self.material, Material):
             msg = f"block {self.name!r}: material is {self.material!r}; give a Material"
+            raise ModelError(msg)
+        if not isinstance(self.fixed, bool):
+            msg = f"block {self.name!r}: fixed is {self.fixed!r}; give True or False"
             raise ModelError(msg)
 
     @classmethod
@@ -95,8 +98,8 @@ class Block:
         GeometryError
             A surface that is open, inside out, not planar or without volume.
         """
-        points = si(vertices, "length", f"block {name!r}: vertices")
-        return cls(name, polyhedron(np.asarray(points), faces, name), material, fixed)
+        points = si_array(vertices, "length", f"block {name!r}: vertices")
+        return cls(name, polyhedron(points, faces, name), material, fixed)
 
     @property
     def volume(self) -> float:

@@ -1,6 +1,7 @@
 """Interfaces between blocks."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from blockstruct.errors import GeometryError, ModelError
 from blockstruct.geometry import polygon_area
 from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.names import checked_name
+from blockstruct.units import si_array
 
 Array = NDArray[np.float64]
 
@@ -23,13 +25,15 @@ class Interface:
         Unique in the model.
     minus, plus
         Names of the two blocks. The normal points from the minus block to the plus block.
-    polygon : (k, 3) array, m
-        Corners, counter-clockwise about the normal: they are the contact points.
+    polygon : quantity, length, shape (k, 3)
+        Corners, counter-clockwise seen from the plus block, about the normal: they are the contact points.
     joint_material
         Strength of the joint.
 
     Attributes
     ----------
+    polygon : (k, 3) array
+        m.
     area : float
         m².
     centroid : (3,) array
@@ -41,7 +45,7 @@ class Interface:
     name: str
     minus: str
     plus: str
-    polygon: Array = field(repr=False)
+    polygon: Any = field(repr=False)
     joint_material: JointMaterial
     area: float = field(init=False)
     centroid: Array = field(init=False, repr=False)
@@ -49,10 +53,10 @@ class Interface:
 
     def __post_init__(self) -> None:
         checked_name(self.name, "interface")
-        polygon = np.array(self.polygon, dtype=float)
         who = f"interface {self.name!r}"
+        polygon = np.array(si_array(self.polygon, "length", f"{who}: polygon"))
         if polygon.ndim != 2 or polygon.shape[1:] != (3,) or len(polygon) < 3 or not np.isfinite(polygon).all():
-            msg = f"{who}: polygon of shape {polygon.shape}; give three or more finite points, shape (k, 3), in metres"
+            msg = f"{who}: polygon of shape {polygon.shape}; give three or more points, shape (k, 3)"
             raise GeometryError(msg)
         if self.minus == self.plus:
             msg = f"{who}: joins block {self.minus!r} with itself; name two blocks"
@@ -76,3 +80,5 @@ class Interface:
             ("normal", normal),
         ):
             object.__setattr__(self, attribute, value)
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)

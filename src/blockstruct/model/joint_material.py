@@ -99,15 +99,21 @@ class JointMaterial:
         if fc <= 0:
             msg = f"{who}: compressive strength {fc:.6g} Pa; give more than zero, or leave it out for infinite"
             raise ModelError(msg)
+        if mu * ft > c * (1 + 1e-12):
+            msg = (
+                f"{who}: tensile strength {ft:.6g} Pa exceeds cohesion / friction coefficient, {c / mu:.6g} Pa, where "
+                "the friction cone ends; raise the cohesion or lower the tensile strength"
+            )
+            raise ModelError(msg)
         if math.tan(psi) > mu * (1 + 1e-12):
             msg = (
                 f"{who}: tangent of the dilatancy angle {math.tan(psi):.6g} exceeds the friction coefficient {mu:.6g}; "
                 "give a dilatancy angle between zero and the friction angle"
             )
             raise ModelError(msg)
-        values = (name, mu, psi, c, ft, fc)
-        for attribute, value in zip(self.__slots__, values, strict=True):
-            object.__setattr__(self, attribute, value)
+        values: tuple[object, ...] = (name, mu, psi, c, ft, fc)
+        for attribute, field in zip(self.__slots__, values, strict=True):
+            object.__setattr__(self, attribute, field)
 
     @property
     def dilatancy(self) -> float:

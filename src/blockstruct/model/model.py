@@ -12,15 +12,17 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from blockstruct.errors import GeometryError, ModelError, UnknownNameError
-from blockstruct.geometry import overlapping_pairs
+from blockstruct.geometry import common_area, overlapping_pairs
 from blockstruct.model.block import Block
 from blockstruct.model.interface import Interface
 from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.material import Material
 from blockstruct.model.names import checked_name, checked_tuple
 
-#: Penetration, relative to the mean block size, that still counts as touching.
-OVERLAP_TOLERANCE = 1e-4
+#: Penetration, relative to the mean block size, that is rounding, and that blocks joined by an interface may have.
+OVERLAP_TOLERANCE, JOINED_OVERLAP = 1e-5, 1e-2
+#: Share of an interface that another of the same blocks may cover.
+AREA_SHARE = 1e-3
 
 
 @dataclass(frozen=True, slots=True, init=False, eq=False)
@@ -42,7 +44,8 @@ class Model:
     ModelError
         Duplicate names, different materials of one name, no fixed or no free block, floating blocks.
     GeometryError
-        Blocks that overlap.
+        Blocks that overlap (where one is not convex, small overlaps may escape), interfaces that do not lie on
+        their blocks or cover each other.
     UnknownNameError
         An interface of a block that the model does not have.
     """
@@ -74,7 +77,7 @@ class Model:
 
     @property
     def hash(self) -> str:
-        """SHA-256 of the content: equal for equal models, whatever units they were written in."""
+        """SHA-256 of the content, to the last bit of the SI numbers: kept by storing and reloading."""
         digest = hashlib.sha256()
         header = {
             "name": self.name,
@@ -123,6 +126,7 @@ class Model:
                 if end not in known:
                     msg = f"{who}: interface {interface.name!r} joins block {end!r}, which is not in the model"
                     raise UnknownNameError(msg)
+        self._check_interfaces(known)
         # Overlap first: an overlapping block has no interfaces, so it would pass for a floating one.
         self._check_overlap()
         self._check_floating(known)
@@ -143,15 +147,53 @@ class Model:
             raise ModelError(msg)
 
     def _check_overlap(self) -> None:
-        tolerance = OVERLAP_TOLERANCE * self.characteristic_length
-        pairs = overlapping_pairs([b.shape for b in self.blocks], tolerance)
+        size = self.characteristic_length
+        joined = {frozenset((i.minus, i.plus)) for i in self.interfaces}
+        pairs = [
+            (self.blocks[i].name, self.blocks[j].name, depth)
+            for i, j, depth in overlapping_pairs([b.shape for b in self.blocks], OVERLAP_TOLERANCE * size)
+        ]
+        # Faces found in contact within a tolerance may penetrate by it.
+        pairs = [p for p in pairs if frozenset(p[:2]) not in joined or p[2] > JOINED_OVERLAP * size]
         if pairs:
-            named = [f"{self.blocks[i].name!r} and {self.blocks[j].name!r} by {d:.3g} m" for i, j, d in pairs]
+            named = [f"{a!r} and {b!r} by {d:.3g} m" for a, b, d in pairs]
             msg = (
-                f"model {self.name!r}: {len(pairs)} pairs of blocks overlap (limit {tolerance:.3g} m): "
-                f"{_listed(named)}; move or cut the blocks"
+                f"model {self.name!r}: overlapping blocks, {len(pairs)} pairs in all (limit "
+                f"{OVERLAP_TOLERANCE * size:.3g} m): {_listed(named)}; move or cut the blocks, or detect interfaces "
+                "with a tolerance above the penetration"
             )
             raise GeometryError(msg)
+
+    def _check_interfaces(self, known: dict[str, int]) -> None:
+        """Every polygon lies on a face of its minus block that looks along its normal, and of its plus block."""
+        limit = JOINED_OVERLAP * self.characteristic_length
+        for interface in self.interfaces:
+            for name, sense in ((interface.minus, 1.0), (interface.plus, -1.0)):
+                shape = self.blocks[known[name]].shape
+                facing = shape.normals @ interface.normal * sense > 0.99
+                first = shape.vertices[[face[0] for face, ok in zip(shape.faces, facing, strict=True) if ok]]
+                heights = (interface.polygon[None] - first[:, None]) @ interface.normal
+                low, high = shape.vertices.min(axis=0) - limit, shape.vertices.max(axis=0) + limit
+                inside = np.all((interface.polygon >= low) & (interface.polygon <= high))
+                if not (inside and np.any(np.abs(heights).max(axis=1, initial=0.0) <= limit)):
+                    side = "looks along its normal" if sense > 0 else "looks against its normal"
+                    msg = (
+                        f"model {self.name!r}: interface {interface.name!r} does not lie on a face of block {name!r} "
+                        f"that {side} (limit {limit:.3g} m); give a polygon on both blocks, counter-clockwise seen "
+                        "from the plus block"
+                    )
+                    raise GeometryError(msg)
+        ends = Counter(frozenset((i.minus, i.plus)) for i in self.interfaces)
+        several = [i for i in self.interfaces if ends[frozenset((i.minus, i.plus))] > 1]
+        for k, one in enumerate(several):
+            for other in several[k + 1 :]:
+                same = {one.minus, one.plus} == {other.minus, other.plus} and abs(one.normal @ other.normal) > 0.99
+                if same and common_area(one.polygon, other.polygon, one.normal, limit) > AREA_SHARE * one.area:
+                    msg = (
+                        f"model {self.name!r}: interfaces {one.name!r} and {other.name!r} cover the same area of one "
+                        "joint; remove one of them"
+                    )
+                    raise GeometryError(msg)
 
 
 def _fields(material: Material | JointMaterial) -> list[Any]:

@@ -6,6 +6,7 @@ from typing import Any, Self
 
 import xarray as xr
 
+from blockstruct.errors import ModelError
 from blockstruct.limit import Certificate, ProcedureSettings
 from blockstruct.model import LimitCase
 from blockstruct.results.mechanism import mechanism
@@ -88,6 +89,9 @@ class CaseResult:
     ) -> Self:
         """Result of plain values, as a file keeps them."""
         measures = {name: float(value) for name, value in certificate.items() if name != "holds"}
+        if not isinstance(settings, Mapping):
+            msg = f"case {case.name!r}: settings {settings!r} are no names and values"
+            raise ModelError(msg)
         return cls(
             case=case,
             settings=ProcedureSettings.of(settings),

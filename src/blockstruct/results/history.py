@@ -31,7 +31,7 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
         Dimensions iteration, contact_point, component (n, s, t), interface, block, dof (translations, rotations)
         and axis (x, y, z). Blocks are in the order of the model, supports have zero velocity.
     """
-    model, points, force = statics.model, statics.points, problem.force
+    model, points, force = statics.model, statics.points, problem.force_unit
     n, K = len(iterations), problem.n_points
 
     def stacked(values: list[Any], shape: tuple[int, ...] = ()) -> Array:
@@ -39,18 +39,18 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
 
     velocity = np.zeros((n, len(model.blocks), 6))
     u = stacked([i.u for i in iterations], (len(statics.free), 6))
-    velocity[:, statics.free] = u / (force * np.repeat([1.0, problem.length], 3))
+    velocity[:, statics.free] = u / np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))
     per_point = ("iteration", "contact_point")
     variables = {
         "load_factor": _number([i.load_factor for i in iterations], "load factor α"),
         "contact_force": (
             (*per_point, "component"),
-            stacked([i.x for i in iterations], (K, 3)) * force,
+            stacked([i.x for i in iterations], (K, 3)) * force[:, None],
             _attrs("force", "contact force on the plus block, compression positive"),
         ),
         "relative_velocity": (
             (*per_point, "component"),
-            stacked([i.v for i in iterations], (K, 3)) / force,
+            stacked([i.v for i in iterations], (K, 3)) / force[:, None],
             _attrs("velocity", "velocity of the plus block relative to the minus block, opening positive, at 1 W"),
         ),
         "block_velocity": (
@@ -68,18 +68,14 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
             stacked([i.sliding.slope for i in iterations], (K,)),
             _attrs("dimensionless", "m of the sliding condition of the program, |(s, t)| <= b + m n"),
         ),
-        "c0": (
-            "iteration",
-            stacked([i.c0 for i in iterations]) * force,
-            _attrs("force", "cohesion c0 of the schedule"),
-        ),
+        "c0": _number([i.c0 for i in iterations], "cohesion c0 of the schedule, in units of force of the contact"),
         "a": _number([i.a for i in iterations], "slope a of the schedule"),
         "equilibrium_residual": _number(
-            [i.certificate.equilibrium_residual for i in iterations], "in multiples of the mean dead wrench"
+            [i.certificate.equilibrium_residual for i in iterations], "in multiples of the dead wrench of the block"
         ),
         "yield_excess": _number(
             [i.certificate.yield_excess for i in iterations],
-            "beyond the true conditions, in the same multiples",
+            "beyond the true conditions, in multiples of the dead wrench of the lighter block",
         ),
         "interpenetration": _number(
             [i.certificate.interpenetration for i in iterations], "relative to the largest relative velocity"
@@ -115,6 +111,7 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
         ),
         "contact_position": (("contact_point", "axis"), points.position, _attrs("length", "contact point")),
         "interface_of_contact_point": ("contact_point", points.interface, {}),
+        "unit_of_force": ("contact_point", force, _attrs("force", "unit in which forces at the contact are solved")),
         "friction_coefficient": (
             "contact_point",
             points.friction,
@@ -128,8 +125,7 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
             _attrs("dimensionless", "unit vectors n (from minus to plus), s (horizontal) and t = n × s"),
         ),
     }
-    attrs = {"unit_of_force": force, "unit_of_length": problem.length, "long_name": "iteration history"}
-    return xr.Dataset(variables, coords=coords, attrs=attrs)
+    return xr.Dataset(variables, coords=coords, attrs={"long_name": "iteration history"})
 
 
 def _attrs(dimension: str, long_name: str) -> dict[str, str]:
@@ -140,6 +136,6 @@ def _number(values: list[float], long_name: str) -> tuple[str, Array, dict[str, 
     return "iteration", np.array(values, dtype=float), _attrs("dimensionless", long_name)
 
 
-def _text(values: Sequence[str]) -> NDArray[np.object_]:
-    # Object strings are what a netCDF file gives back, whatever their lengths.
-    return np.array(values, dtype=object)
+def _text(values: Sequence[str]) -> NDArray[Any]:
+    # Object strings are what a netCDF file gives back, whatever their lengths; without any, their kind must be told.
+    return np.array(values, dtype=object) if len(values) else np.array([], dtype="U1")

@@ -1,17 +1,16 @@
 """Whether a file is what it must be: its schema, and what a schema cannot say."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
-import pint
 
 from blockstruct.errors import FormatError, StorageError
 from blockstruct.schema import listed_violations, violations
 from blockstruct.storage.case_group import group_of
-from blockstruct.units import Q_
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
 
 #: Index variables and the dimension each must stay within; −1 means none where it is allowed.
@@ -55,7 +54,7 @@ def check_file(path: str | Path) -> dict[str, Any]:
     except PermissionError as error:
         msg = f"{path}: cannot be read ({error.strerror or error}); ask its owner for the right to read it"
         raise StorageError(msg) from error
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:
         msg = f"{path}: no readable HDF5 file ({error}); it is damaged or of another kind"
         raise FormatError(msg) from error
     if found:
@@ -79,6 +78,9 @@ def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
         msg = f"{path}: /: attribute format is {attrs.get('format')!r}, not {FORMAT!r}: no blockstruct analysis"
         raise FormatError(msg)
     version = str(attrs.get("format_version", ""))
+    if not _is_object(attrs.get("versions")):
+        msg = f"{path}: /: attribute versions is no JSON object"
+        raise FormatError(msg)
     major = version.partition(".")[0]
     if not major.isdigit():
         msg = f"{path}: /: attribute format_version is {version!r}, which is no version"
@@ -87,6 +89,13 @@ def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
         msg = f"{path}: /: format version {version}, this blockstruct reads up to {FORMAT_VERSION}; update blockstruct"
         raise FormatError(msg)
     return attrs
+
+
+def _is_object(text: Any) -> bool:
+    try:
+        return isinstance(json.loads(text), dict)
+    except (TypeError, ValueError):
+        return False
 
 
 def _plain(value: Any) -> Any:
@@ -130,11 +139,10 @@ def _variable(ds: h5py.Dataset, name: str) -> dict[str, Any]:
         ]
     variable = {"dims": dims, "kind": kind}
     if "units" in ds.attrs:
-        units = str(_plain(ds.attrs["units"]))
-        try:
-            variable["dimension"] = str(Q_(1.0, units).dimensionality)
-        except (pint.PintError, ValueError, TypeError, AttributeError, AssertionError):
-            variable["dimension"] = f"? ({units!r} is no unit)"
+        # Compared as it stands: a text from a file is never given to a parser.
+        variable["units"] = str(_plain(ds.attrs["units"]))
+    if ds.size * ds.dtype.itemsize > 100 * ds.file.id.get_filesize():
+        variable["kind"] = f"of an absurd size, {ds.shape}"
     return variable
 
 
@@ -147,12 +155,11 @@ def _inconsistencies(file: h5py.File) -> list[tuple[str, str]]:
     if listed is None or sorted(map(group_of, listed)) != sorted(cases):
         found.append(("/cases", "the groups are not those that the attribute cases of / lists"))
     for name, case in cases.items():
-        if int(case["n_iterations"][()]) != len(case["history/iteration"]):
-            found.append((f"/cases/{name}", "n_iterations is not the length of the history"))
+        found += [(f"/cases/{name}", what) for what in _contradictions(name, case, model)]
     for path, group in groups.items():
         found += [
             (path, f"{len(group[dim])} along {dim}, but /model has {len(model[dim])}")
-            for dim in ("block", "interface", "contact_point")
+            for dim in ("block", "interface")
             if len(group[dim]) != len(model[dim])
         ]
         for name, (dim, least) in _INDICES.items():
@@ -164,6 +171,22 @@ def _inconsistencies(file: h5py.File) -> list[tuple[str, str]]:
             if name in _ASCENDING and np.any(np.diff(values) < 0):
                 found.append((f"{path}/{name}", "the indices are not in ascending order"))
     return found
+
+
+def _contradictions(name: str, case: h5py.Group, model: h5py.Group) -> Iterator[str]:
+    """What a result says against its own history, its name or the model."""
+    history = case["history"]
+    if int(case["n_iterations"][()]) != len(history["iteration"]):
+        yield "n_iterations is not the length of the history"
+    if group_of(str(_plain(case.attrs["name"]))) != name:
+        yield "the attribute name is not that of the group"
+    if _plain(case.attrs["status"]) == "converged":
+        last = history["load_factor"][-1] if len(history["load_factor"]) else np.nan
+        if "holds" not in case or not int(case["holds"][()]) or float(case["load_factor"][()]) != last:
+            yield "converged, but the certificate does not hold or the load factor is not the last of the history"
+    for names in ("block", "interface"):
+        if history[names].shape == model[names].shape and np.any(history[names][()] != model[names][()]):
+            yield f"the {names} names of the history are not those of /model"
 
 
 def _case_names(file: h5py.File) -> list[str] | None:

@@ -145,7 +145,7 @@ def model_of(ds: xr.Dataset) -> Model:
         ds["contact_position"].to_numpy(), ds["interface_of_contact_point"].to_numpy(), ds.sizes["interface"]
     )
     interfaces = [
-        Interface(str(name), blocks[minus].name, blocks[plus].name, polygon, joints[joint])
+        Interface(str(name), blocks[minus].name, blocks[plus].name, to_quantity(polygon, "length"), joints[joint])
         for name, minus, plus, polygon, joint in zip(
             ds["interface"].to_numpy(),
             ds["minus_block"].to_numpy(),

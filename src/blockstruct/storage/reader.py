@@ -5,11 +5,14 @@ from pathlib import Path
 
 import xarray as xr
 
-from blockstruct.errors import FormatError, ModelError
+from blockstruct.errors import BlockstructError, FormatError
 from blockstruct.results import Analysis
 from blockstruct.storage.case_group import group_of, result_of
 from blockstruct.storage.check import check_file
 from blockstruct.storage.model_group import model_of, patterns_of
+
+#: What contents that satisfy the schema can still make of constructors.
+DAMAGE = (BlockstructError, ArithmeticError, IndexError, KeyError, TypeError, ValueError)
 
 
 def open_analysis(path: str | Path) -> Analysis:
@@ -28,10 +31,10 @@ def open_analysis(path: str | Path) -> Analysis:
         A file that is no blockstruct analysis, comes from a newer major version, or violates its schema.
     """
     attrs = check_file(path)
-    ds = _load(path, "/model")
     try:
+        ds = _load(path, "/model")
         model, patterns = model_of(ds), patterns_of(ds)
-    except ModelError as error:
+    except DAMAGE as error:
         msg = f"{path}: /model: {error}"
         raise FormatError(msg) from error
     if model.hash != attrs["model_hash"]:
@@ -42,7 +45,7 @@ def open_analysis(path: str | Path) -> Analysis:
         group = f"/cases/{group_of(name)}"
         try:
             results[name] = result_of(_load(path, group), _load(path, f"{group}/history"), patterns)
-        except (ModelError, ValueError, KeyError) as error:
+        except DAMAGE as error:
             msg = f"{path}: {group}: {error}"
             raise FormatError(msg) from error
     return Analysis(model, results, attrs["created_at"], json.loads(attrs["versions"]))

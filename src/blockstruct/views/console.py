@@ -9,7 +9,7 @@ import blockstruct as bs
 
 _COLUMNS = {
     "load_factor": ("load factor", "{:.6f}"),
-    "c0": ("c0 [N]", "{:.1e}"),
+    "c0": ("c0", "{:.0e}"),
     "a": ("a", "{:.0e}"),
     "yield_excess": ("yield", "{:.0e}"),
     "interpenetration": ("interp.", "{:.0e}"),
@@ -46,8 +46,8 @@ def result_text(result: bs.CaseResult) -> Text:
         return text.append(f"  proof of the mechanism {'holds' if c.holds else 'does not hold'}\n")
     last = result.history["load_factor"].to_numpy()[-1]
     rows = (
-        ("equilibrium residual", c.equilibrium_residual, s.equilibrium_tolerance, "mean dead wrenches"),
-        ("yield excess", c.yield_excess, s.yield_tolerance, "mean dead wrenches"),
+        ("equilibrium residual", c.equilibrium_residual, s.equilibrium_tolerance, "dead wrenches of the block"),
+        ("yield excess", c.yield_excess, s.yield_tolerance, "dead wrenches of the lighter block"),
         ("interpenetration", c.interpenetration, s.interpenetration_tolerance, "largest relative velocities"),
         ("flow-rule gap", c.flow_rule_gap, s.gap_tolerance * abs(last), "in units of the load factor"),
     )

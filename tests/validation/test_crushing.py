@@ -1,0 +1,175 @@
+"""Crushing of joints: closed forms, equivalent programs, and the walls of Ferris & Tin-Loi.
+
+F. Portioli, C. Casapulla, L. Cascini (2015), "An efficient solution procedure for crushing failure in 3D limit analysis
+of masonry block structures with non-associative frictional joints", Int. J. Solids Struct. 69–70: 252–266. A
+rectangular stress block of strength f_c on b × t gives ``α = (b / h) (1 − W / (f_c b t))`` for a block that rocks under
+its weight turned sideways. Wall 1 at f_c = 10 × unit weight × 1 m: 0.59879 by an independent program with exact edge
+conditions.
+"""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from test_ferris_tin_loi_walls import WALLS
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.limit import crushing
+from structures import model_of, push, single_block, solve
+
+EXACT = {"crushing": "conic"}, {"crushing": "linearised"}, {"crushing_interaction": "biaxial"}
+
+
+def block(b, h, t, fc, mu=0.9):
+    blocks, _ = single_block(b, h, t=t, mu=mu)
+    return model_of(blocks, bs.JointMaterial("soft", mu, compressive_strength=Q_(fc, "Pa")))
+
+
+@pytest.mark.parametrize("settings", EXACT, ids=str)
+@pytest.mark.parametrize("flow", list(bs.Flow))
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.95])
+def test_block_rocks_about_both_axes(share, flow, settings):
+    b, h, t, W = 0.5, 1.5, 0.8, 20e3 * 0.5 * 1.5 * 0.8
+    model = block(b, h, t, fc=W / (b * t) / share)
+    for direction, width in (((1, 0, 0), b), ((0, 1, 0), t)):
+        result = solve(model, push(*direction), flow, **settings)
+        assert result.status == "converged"
+        assert result.load_factor == pytest.approx(width / h * (1 - share), rel=1e-6)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.6])
+def test_block_pushed_at_45_degrees(share):
+    """Square block, push α W along (1, 1) / √2, so both eccentricities are e = α h / (2 √2).
+
+    Effective rectangle: ``W = f_c (b − 2 e)²`` gives ``α = √2 (b / h) (1 − √share)``. The edges alone bound each
+    direction by itself, ``e = (b / 2) (1 − share)``, and ``α = √2 (b / h) (1 − share)``: less strict.
+    """
+    b, h, W = 0.5, 1.0, 20e3 * 0.5 * 0.5
+    model = block(b, h, b, fc=W / b**2 / share)
+    root = math.sqrt(0.5)
+    uniaxial, biaxial = (solve(model, push(root, root, 0), crushing_interaction=i) for i in ("uniaxial", "biaxial"))
+    assert uniaxial.load_factor == pytest.approx(math.sqrt(2) * b / h * (1 - share), rel=1e-6)
+    assert biaxial.load_factor == pytest.approx(math.sqrt(2) * b / h * (1 - math.sqrt(share)), rel=1e-6)
+    assert biaxial.certificate.holds
+
+
+@pytest.mark.parametrize("settings", EXACT, ids=str)
+def test_pure_compression(settings):
+    # W + α P = f_c A.
+    model = block(0.5, 1.0, 1.0, fc=1e5)
+    load = bs.LoadPattern("v", [bs.PointLoad("block", Q_([0.25, 0.5, 1.0], "m"), Q_([0, 0, -1], "kN"))])
+    assert solve(model, load, **settings).load_factor == pytest.approx((1e5 * 0.5 - 10e3) / 1e3, rel=1e-6)
+
+
+def test_preloaded_pier():
+    # N = W + P on the base; horizontal force H at the top: α H h = (N b / 2) (1 − N / (f_c A)).
+    b, h, fc, P, H = 0.5, 1.0, 2e5, 30e3, 1e3
+    at = Q_([b / 2, 0.5, h], "m")
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.PointLoad("block", at, Q_([0, 0, -P], "N"))])
+    load = bs.LoadPattern("v", [bs.PointLoad("block", at, Q_([H, 0, 0], "N"))])
+    N = 20e3 * b * h + P
+    expected = N * b / 2 * (1 - N / (fc * b)) / (H * h)
+    assert solve(block(b, h, 1.0, fc), load, dead=dead).load_factor == pytest.approx(expected, rel=1e-6)
+
+
+def test_strength_below_the_weight_is_unstable():
+    result = solve(block(0.5, 1.0, 1.0, fc=0.8 * 20e3), push(1, 0, 0), "nonassociative")
+    assert result.status == "unstable_under_dead_load"
+    assert "0.8 of the dead load" in result.message
+
+
+def test_cells_approach_the_closed_form_from_below():
+    # Tensile strength puts the joint in cells; so small that it does not count.
+    exact, errors = 0.5 * (1 - 0.4), []
+    joint = bs.JointMaterial(
+        "cells", 0.9, compressive_strength=Q_(20e3 / 0.4, "Pa"), cohesion="9e-7 Pa", tensile_strength="1e-6 Pa"
+    )
+    blocks, _ = single_block(0.5, 1.0)
+    for cells in (10, 100, 1000):
+        result = solve(model_of(blocks, joint), push(1, 0, 0), crushing_cells=cells)
+        assert result.certificate.holds
+        errors.append(1 - result.load_factor / exact)
+    assert 0 <= errors[2] < errors[1] < errors[0] < 0.2
+    assert errors[2] < 0.01
+
+
+def test_a_triangular_joint_crushes_towards_its_corner():
+    """Prism on an isosceles triangle, pushed so that it rocks towards a corner: the stress block is a small triangle.
+
+    Base on x = 0 of width B, apex at x = D, weight W at D / 3. The stressed tip of length d has the area
+    ``B d² / (2 D) = W / f_c`` and its centroid at ``D − 2 d / 3``.
+    """
+    B, D, h, share = 0.6, 0.5, 0.8, 0.25
+    stone = bs.Material("stone", "20 kN/m^3")
+    outline = [(0, -B / 2), (D, 0), (0, B / 2)]
+    vertices = [(x, y, z) for z in (0, h) for x, y in outline]
+    faces = [[0, 2, 1], [3, 4, 5], [0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]]
+    wedge = bs.Block.from_faces("wedge", Q_(vertices, "m"), faces, stone)
+    ground = bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([3, 3, 1], "m"), stone, fixed=True)
+    joint = bs.JointMaterial("soft", 0.9, compressive_strength=Q_(20e3 * h / share, "Pa"))
+    d = D * math.sqrt(share)
+    exact = (D - 2 * d / 3 - D / 3) / (h / 2)
+    model = model_of([ground, wedge], joint)
+    loads = [solve(model, push(1, 0, 0), crushing_cells=c).load_factor for c in (50, 400, 3000)]
+    assert loads[0] < loads[1] < loads[2] < exact * (1 + 1e-7)
+    assert loads[2] == pytest.approx(exact, rel=0.01)
+
+
+def wall(number, fc, tuff):
+    rows = WALLS[number][0]
+    strength = None if fc is None else Q_(fc * 12e3, "Pa")
+    joint = bs.JointMaterial("soft", 0.65, compressive_strength=strength)
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", depth="0.1 m", material=tuff)
+    return model_of(blocks, joint)
+
+
+@pytest.mark.parametrize("number", WALLS)
+@pytest.mark.parametrize("fc", [20, 10, 5])
+def test_linearised_is_exact_on_walls(number, fc, tuff):
+    model = wall(number, fc, tuff)
+    exact, lines = (solve(model, push(1, 0, 0), crushing=c) for c in ("conic", "linearised"))
+    assert exact.status == lines.status == "converged"
+    assert lines.load_factor == pytest.approx(exact.load_factor, rel=1e-4)
+
+
+def test_wall_1_published_strength(tuff):
+    assert solve(wall(1, 10, tuff), push(1, 0, 0)).load_factor == pytest.approx(0.59879, abs=1e-5)
+
+
+@pytest.mark.parametrize("number", WALLS)
+def test_load_factor_grows_with_strength_up_to_the_infinite(number, tuff):
+    strengths = [5, 10, 20, 100, 1e4, None]
+    loads = [solve(wall(number, fc, tuff), push(1, 0, 0)).load_factor for fc in strengths]
+    assert all(a <= b * (1 + 1e-7) for a, b in pairwise(loads))
+    assert loads[-2] == pytest.approx(loads[-1], rel=1e-3)
+
+
+@pytest.mark.parametrize("number", WALLS)
+@pytest.mark.parametrize("settings", [{"crushing": "conic"}, {"crushing": "linearised"}], ids=str)
+def test_friction_and_crushing_in_one_loop(number, settings, tuff):
+    model = wall(number, 10, tuff)
+    upper = solve(model, push(1, 0, 0)).load_factor
+    result = solve(model, push(1, 0, 0), "nonassociative", **settings)
+    assert result.status == "converged"
+    assert result.load_factor < upper
+    assert result.n_iterations <= 24
+
+
+def test_dissipation_is_the_largest_work():
+    """Against a search over admissible corner forces: never less, and reached."""
+    rng = np.random.default_rng(0)
+    n = rng.exponential(size=(200_000, 4)) * rng.random((200_000, 1))
+    n *= rng.random((200_000, 4)) ** 3
+    F = np.ones(len(n))
+    for biaxial in (False, True):
+        inside = n[crushing.excess(n, F, biaxial=biaxial) <= 0]
+        for _ in range(10):
+            # Rates of a plane motion: a + b x + c y at the corners.
+            a, b, c = rng.normal(size=3)
+            w = np.array([a - b - c, a + b - c, a + b + c, a - b + c])
+            most = crushing.dissipation(w[None], F[:1], biaxial=biaxial)[0]
+            found = max((inside @ w).max(), 0.0)
+            assert found <= most + 1e-9
+            assert found >= 0.9 * most - 0.02
