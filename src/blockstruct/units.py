@@ -7,7 +7,9 @@
 """
 
 import math
+import re
 import reprlib
+from tokenize import TokenError
 from typing import Any
 
 import numpy as np
@@ -44,6 +46,9 @@ _EXAMPLES = {
     "density": "1800 kg/m^3",
     "angle": "30 deg",
 }
+#: Names of units with small powers, multiplied and divided: nothing that a parser could make an expression of.
+_FACTOR = r"[^\W\d]+((\*\*|\^)-?\d)?"
+_UNIT = re.compile(rf"(1/)?({_FACTOR}((\s*[*/]\s*|\s+){_FACTOR}){{0,9}})?")
 _FACTORS: dict[tuple[str, str], float | None] = {}
 
 
@@ -128,8 +133,11 @@ def parse(text: str, what: str) -> Any:
         number += "]"
     try:
         values = [float(v) for v in number.strip("[]").split(",")]
+        if not _UNIT.fullmatch(unit.strip()):
+            msg = f"{unit.strip()!r} is no unit"
+            raise ValueError(msg)
         units = ureg.parse_units(unit.strip())
-    except Exception as error:
+    except (pint.PintError, ArithmeticError, LookupError, SyntaxError, TypeError, ValueError, TokenError) as error:
         msg = (
             f"{what}: {text!r} is no quantity ({error}); "
             "write a number, a space and a unit, as in '0.4 m' or '12 kN/m^3'"
