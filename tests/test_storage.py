@@ -199,6 +199,11 @@ def link(name, target):
     return change
 
 
+def newer_without_versions(file):
+    file.attrs["format_version"] = "2.0"
+    del file.attrs["versions"]
+
+
 HISTORY = "/cases/push associative/history"
 
 
@@ -207,6 +212,7 @@ HISTORY = "/cases/push associative/history"
     [
         (damage("/", "format", "other"), ["/", "'other'", "no blockstruct analysis"]),
         (damage("/", "format_version", "2.0"), ["format version 2.0", "update blockstruct"]),
+        (newer_without_versions, ["format version 2.0", "update blockstruct"]),
         (damage("/", "format_version", "new"), ["'new'", "no version"]),
         (damage("/", "cases", "[]"), ["/cases"]),
         (damage("/", "model_hash", "0" * 64), ["/model", "model_hash"]),

@@ -36,7 +36,7 @@ def main() -> None:
             err.print(f"  {note}", markup=False, soft_wrap=True)
         raise SystemExit(REFUSED) from None
     except KeyboardInterrupt:
-        err.print("interrupted; nothing was written", markup=False)
+        err.print("interrupted", markup=False)
         raise SystemExit(INTERRUPTED) from None
 
 

@@ -95,6 +95,13 @@ def test_cells_approach_the_closed_form_from_below():
     assert errors[2] < 0.01
 
 
+def test_a_single_cell_carries_no_moment():
+    joint = bs.JointMaterial("cell", 0.9, compressive_strength="50 kPa", cohesion="9e-7 Pa", tensile_strength="1e-6 Pa")
+    blocks, _ = single_block(0.5, 1.0)
+    result = solve(model_of(blocks, joint), push(1, 0, 0), crushing_cells=1)
+    assert result.load_factor == pytest.approx(0.0, abs=1e-6)
+
+
 def test_a_triangular_joint_crushes_towards_its_corner():
     """Prism on an isosceles triangle, pushed so that it rocks towards a corner: the stress block is a small triangle.
 

@@ -4,7 +4,8 @@ The symbols are those of F. Portioli, C. Casapulla, L. Cascini, "An efficient so
 failure in 3D limit analysis of masonry block structures with non-associative frictional joints", Int. J. Solids
 Struct. 69–70 (2015) 252–266: contact forces ``x = (n_k, s_k, t_k)``, load factor ``α``, equilibrium
 ``A x + w_D + α w_L = 0``, block velocities ``u`` with ``w_L·u = 1``, relative velocities ``v = Aᵀu``.
-Everything in this room is non-dimensional: lengths by a characteristic block size, forces by the mean dead wrench.
+Everything in this room is non-dimensional: lengths by a characteristic block size, forces by local units, the dead
+wrench of each block and, at a contact, of the lighter of its two blocks.
 """
 
 from blockstruct.limit.certificate import Certificate, certify

@@ -77,8 +77,7 @@ def certify(problem: LimitProblem, x: Array, u: Array, alpha: float, settings: P
         )
     )
     opening = v_n - problem.dilatancy * sliding
-    rigid = np.isinf(problem.compression)
-    rigid[corners] = False
+    rigid = ~problem.crushes
     # Velocities are relative to local units of force; what penetrates is measured against the fastest point.
     speed = np.linalg.norm(v, axis=1) / problem.force_unit
     largest = float(speed.max())

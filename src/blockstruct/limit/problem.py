@@ -47,8 +47,8 @@ class LimitProblem:
     """
 
     A: sp.csc_array
-    w_D: Array  # noqa: N815 (the symbols of the formulation)
-    w_L: Array  # noqa: N815
+    w_D: Array
+    w_L: Array
     friction: Array
     dilatancy: Array
     cohesion: Array
@@ -110,6 +110,13 @@ class LimitProblem:
     def n_points(self) -> int:
         """Number K of contact points."""
         return len(self.friction)
+
+    @property
+    def crushes(self) -> NDArray[np.bool_]:
+        """Whether the joint crushes, at each contact point, (K,)."""
+        mask = np.isfinite(self.compression)
+        mask[self.rectangles] = True
+        return mask
 
     def work_scale(self, u: Array) -> float:
         """Size of the work of the dead load in a mechanism, in units of the load factor: ``Σ |w_D| |u|``.

@@ -75,7 +75,5 @@ def _is_ray(problem: LimitProblem, x: Array, alpha: float, sliding: Sliding, set
     residual = np.abs(problem.A @ x.ravel() + problem.w_L).max()
     excess = max((np.linalg.norm(x[:, 1:], axis=1) - sliding.slope * x[:, 0]).max(), (-x[:, 0]).max())
     # What crushes carries no force at any size.
-    crushes = np.isfinite(problem.compression)
-    crushes[problem.rectangles] = True
-    excess = max(excess, np.abs(x[crushes, 0]).max(initial=0.0))
+    excess = max(excess, np.abs(x[problem.crushes, 0]).max(initial=0.0))
     return bool(max(residual, excess) <= settings.yield_tolerance * max(1.0, np.abs(x).max()))

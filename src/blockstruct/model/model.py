@@ -5,6 +5,7 @@ import json
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import chain, combinations
 from typing import Any
 
 import numpy as np
@@ -183,17 +184,17 @@ class Model:
                         "from the plus block"
                     )
                     raise GeometryError(msg)
-        ends = Counter(frozenset((i.minus, i.plus)) for i in self.interfaces)
-        several = [i for i in self.interfaces if ends[frozenset((i.minus, i.plus))] > 1]
-        for k, one in enumerate(several):
-            for other in several[k + 1 :]:
-                same = {one.minus, one.plus} == {other.minus, other.plus} and abs(one.normal @ other.normal) > 0.99
-                if same and common_area(one.polygon, other.polygon, one.normal, limit) > AREA_SHARE * one.area:
-                    msg = (
-                        f"model {self.name!r}: interfaces {one.name!r} and {other.name!r} cover the same area of one "
-                        "joint; remove one of them"
-                    )
-                    raise GeometryError(msg)
+        of_pair: dict[frozenset[str], list[Interface]] = {}
+        for interface in self.interfaces:
+            of_pair.setdefault(frozenset((interface.minus, interface.plus)), []).append(interface)
+        for one, other in chain.from_iterable(combinations(several, 2) for several in of_pair.values()):
+            parallel = abs(one.normal @ other.normal) > 0.99
+            if parallel and common_area(one.polygon, other.polygon, one.normal, limit) > AREA_SHARE * one.area:
+                msg = (
+                    f"model {self.name!r}: interfaces {one.name!r} and {other.name!r} cover the same area of one "
+                    "joint; remove one of them"
+                )
+                raise GeometryError(msg)
 
 
 def _fields(material: Material | JointMaterial) -> list[Any]:

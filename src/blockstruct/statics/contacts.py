@@ -75,20 +75,18 @@ class ContactPoints:
         strength = np.array([j.compressive_strength for j in joints])
         in_cells = [_is_in_cells(i) for i in interfaces]
         meshes = {j: polygon_cells(i.polygon, i.normal, cells, i.name) for j, i in enumerate(interfaces) if in_cells[j]}
-        points = [meshes[j][0] if in_cells[j] else i.polygon for j, i in enumerate(interfaces)]
-        counts = np.array([len(p) for p in points], dtype=np.int64)
-        first = np.cumsum(counts) - counts
-        position = np.concatenate(points)
-        of_point = np.repeat(np.arange(len(interfaces)), counts)
+        corners = [i.polygon for i in interfaces]
         centroid = np.array([i.centroid for i in interfaces])
         n = np.array([i.normal for i in interfaces])
         s, t = plane_axes(n)
-        tributary = tributary_areas(position, first, centroid, n)
-        compression = np.full(len(position), np.inf)
-        for j, (_, areas) in meshes.items():
-            at = slice(first[j], first[j] + counts[j])
-            tributary[at] = areas
-            compression[at] = areas * strength[j]
+        starts = np.cumsum([0, *map(len, corners[:-1])])
+        of_corners = np.split(tributary_areas(np.concatenate(corners), starts, centroid, n), starts[1:])
+        parts = [meshes.get(j, part) for j, part in enumerate(zip(corners, of_corners, strict=True))]
+        position, tributary = (np.concatenate(column) for column in zip(*parts, strict=True))
+        counts = np.array([len(areas) for _, areas in parts])
+        first = np.cumsum(counts) - counts
+        of_point = np.repeat(np.arange(len(interfaces)), counts)
+        compression = np.where(np.array(in_cells)[of_point], tributary * strength[of_point], np.inf)
         crushing = np.isfinite(strength) & ~np.array(in_cells)
 
         def at_points(values: list[float]) -> Array:

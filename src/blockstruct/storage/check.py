@@ -78,15 +78,15 @@ def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
         msg = f"{path}: /: attribute format is {attrs.get('format')!r}, not {FORMAT!r}: no blockstruct analysis"
         raise FormatError(msg)
     version = str(attrs.get("format_version", ""))
-    if not _is_object(attrs.get("versions")):
-        msg = f"{path}: /: attribute versions is no JSON object"
-        raise FormatError(msg)
     major = version.partition(".")[0]
     if not major.isdigit():
         msg = f"{path}: /: attribute format_version is {version!r}, which is no version"
         raise FormatError(msg)
     if int(major) > int(FORMAT_VERSION.partition(".")[0]):
         msg = f"{path}: /: format version {version}, this blockstruct reads up to {FORMAT_VERSION}; update blockstruct"
+        raise FormatError(msg)
+    if not _is_object(attrs.get("versions")):
+        msg = f"{path}: /: attribute versions is no JSON object"
         raise FormatError(msg)
     return attrs
 
