@@ -66,12 +66,12 @@ def main() -> None:
 
     program = clock("conic build", lambda: ConicProgram(problem, settings))
     numbers = clock("conic build", lambda: program.numbers(true_sliding(problem)))
-    solver = ClarabelSolver(settings.solver_tolerance)
-    first = clock("associative solve", lambda: solver.solve(program, numbers))
+    solver = ClarabelSolver()
+    first = clock("associative solve", lambda: solver.solve(program, numbers, settings.solver_tolerance))
     solve = clock.seconds["associative solve"]
     print(f"associative: {first.claim}, load factor {-(numbers.q @ first.y) / program.total:.8f}, {solve:.1f} s")
 
-    steps = solve_limit_case(problem, case.flow, settings, ClarabelSolver(settings.solver_tolerance))
+    steps = solve_limit_case(problem, case.flow, settings, ClarabelSolver())
     iterations = []
     start = perf_counter()
     while True:
@@ -113,10 +113,10 @@ def main() -> None:
     print(f"  {len(iterations)} iterations and the dead-load program, {whole:.1f} s, {in_solver:.1f} s in their solver")
     print(f"  {whole / solve:.1f} associative solves (limit 20)")
 
-    naive, same = CvxpySolver("CLARABEL", settings.solver_tolerance), 0.0
+    naive, same = CvxpySolver("CLARABEL"), 0.0
     start = perf_counter()
     for _ in range(size.naive):
-        solution = naive.solve(ConicProgram(problem, settings), numbers)
+        solution = naive.solve(ConicProgram(problem, settings), numbers, settings.solver_tolerance)
         same = abs(float(solution.y[0]) / float(first.y[0]) - 1)
     if size.naive:
         each = (perf_counter() - start) / size.naive

@@ -27,7 +27,7 @@ def problem(small_model):
 @pytest.fixture(scope="module")
 def n0(problem):
     program = ConicProgram(problem, ProcedureSettings())
-    solution = ClarabelSolver(1e-10).solve(program, program.numbers(true_sliding(problem)))
+    solution = ClarabelSolver().solve(program, program.numbers(true_sliding(problem)), 1e-10)
     return program.unpack(solution)[1][:, 0]
 
 
@@ -42,9 +42,9 @@ def programs(problem, n0):
 
 
 def test_clarabel_updates_in_place_what_it_would_build_anew(problem, n0):
-    kept = ClarabelSolver(1e-10)
+    kept = ClarabelSolver()
     for program, numbers in programs(problem, n0):
-        old, new = kept.solve(program, numbers), ClarabelSolver(1e-10).solve(program, numbers)
+        old, new = kept.solve(program, numbers, 1e-10), ClarabelSolver().solve(program, numbers, 1e-10)
         assert old.y[0] == pytest.approx(new.y[0], rel=1e-7)
 
 
@@ -52,15 +52,15 @@ def test_clarabel_updates_in_place_what_it_would_build_anew(problem, n0):
 def test_cvxpy_agrees(problem, n0, name):
     assert name in cvxpy.installed_solvers()
     for program, numbers in programs(problem, n0):
-        direct = ClarabelSolver(1e-10).solve(program, numbers)
-        layered = CvxpySolver(name, 1e-9).solve(program, numbers)
+        direct = ClarabelSolver().solve(program, numbers, 1e-10)
+        layered = CvxpySolver(name).solve(program, numbers, 1e-9)
         assert layered.y[0] == pytest.approx(direct.y[0], rel=1e-6)
 
 
 def test_multipliers_of_cvxpy_are_the_mechanism(problem):
     program = ConicProgram(problem, ProcedureSettings())
     numbers = program.numbers(true_sliding(problem))
-    alpha, x, u = program.unpack(CvxpySolver("CLARABEL", 1e-10).solve(program, numbers))
+    alpha, x, u = program.unpack(CvxpySolver("CLARABEL").solve(program, numbers, 1e-10))
     assert problem.w_L @ u == pytest.approx(1.0, abs=1e-8)
     v = (problem.A.T @ u).reshape(-1, 3)
     # Associative flow: opening at least μ times the sliding, no work lost.
@@ -89,8 +89,8 @@ def test_a_solver_that_lies_is_not_believed(small_model, monkeypatch):
     """Statuses are claims: a solution off by a thousandth is refused by the certificate."""
     honest = ClarabelSolver.solve
 
-    def lying(self, program, numbers):
-        solution = honest(self, program, numbers)
+    def lying(self, program, numbers, tolerance):
+        solution = honest(self, program, numbers, tolerance)
         solution.y[0] *= 1.001
         return solution
 
@@ -106,8 +106,8 @@ def test_infeasible_steps_raise_the_cohesion(small_model, monkeypatch):
     """The infeasibility rule: the step is repeated with four times the cohesion, and the case still converges."""
     honest, calls = ClarabelSolver.solve, []
 
-    def sometimes(self, program, numbers):
-        solution = honest(self, program, numbers)
+    def sometimes(self, program, numbers, tolerance):
+        solution = honest(self, program, numbers, tolerance)
         calls.append(1)
         if len(calls) == 5:
             object.__setattr__(solution, "status", bs.SolverStatus.INFEASIBLE)

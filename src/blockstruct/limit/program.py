@@ -53,8 +53,8 @@ class Solution:
 class Solver(Protocol):
     """Solves programs of one pattern after another."""
 
-    def solve(self, program: "ConicProgram", numbers: Numbers) -> Solution:
-        """Minimise ``q·y`` subject to ``h − G y`` in the cones of the program."""
+    def solve(self, program: "ConicProgram", numbers: Numbers, tolerance: float) -> Solution:
+        """Minimise ``q·y`` subject to ``h − G y`` in the cones of the program, to a feasibility and duality gap."""
 
 
 class ConicProgram:

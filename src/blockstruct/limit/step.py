@@ -41,7 +41,7 @@ def solve_step(
     mechanism
         A step whose velocities belong to the state instead of the solver's own.
     """
-    solution = solver.solve(program, numbers)
+    solution = solver.solve(program, numbers, max(settings.solver_tolerance, settings.step_tolerance * c0))
     alpha, x, u = program.unpack(solution)
     if mechanism is not None:
         u = mechanism.u

@@ -25,17 +25,14 @@ class ClarabelSolver:
 
     Parameters
     ----------
-    tolerance
-        Feasibility and duality gap.
     max_iterations
         Interior-point iterations of one program.
     """
 
-    def __init__(self, tolerance: float, max_iterations: int = 200) -> None:
+    def __init__(self, max_iterations: int = 200) -> None:
         self.settings = clarabel.DefaultSettings()
         self.settings.verbose = False
         self.settings.max_iter = max_iterations
-        self.settings.tol_gap_abs = self.settings.tol_gap_rel = self.settings.tol_feas = tolerance
         # Measured on 2,400 blocks: up to twice as fast as the supernodal factorisation.
         self.settings.direct_solve_method = "qdldl"
         # The program comes scaled. Row and column scaling on top would depend on the directions of the global axes,
@@ -47,11 +44,12 @@ class ClarabelSolver:
         self._program: ConicProgram | None = None
         self._solver: Any = None
 
-    def solve(self, program: ConicProgram, numbers: Numbers) -> Solution:
+    def solve(self, program: ConicProgram, numbers: Numbers, tolerance: float) -> Solution:
         """Solve one program; the factorisation's pattern is kept while the program is the same object."""
         start = perf_counter()
+        self.settings.tol_gap_abs = self.settings.tol_gap_rel = self.settings.tol_feas = tolerance
         if program is self._program:
-            self._solver.update(A=numbers.G, b=numbers.h, q=numbers.q)
+            self._solver.update(A=numbers.G, b=numbers.h, q=numbers.q, settings=self.settings)
         else:
             rows, columns = program.G.shape
             cones = [

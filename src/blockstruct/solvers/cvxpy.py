@@ -29,24 +29,22 @@ _OPTIONS = {
 class CvxpySolver:
     """Builds the program anew for every step.
 
-    CVXPY reports no ray of an unbounded program, so such a program ends without one.
+    CLARABEL, SCS and ECOS are asked for the tolerance of the program; other solvers run with their own. CVXPY reports
+    no ray of an unbounded program, so such a program ends without one.
 
     Parameters
     ----------
     name
         A solver of ``cvxpy.installed_solvers()`` that takes second-order cones.
-    tolerance
-        Asked of CLARABEL, SCS and ECOS; other solvers run with their own.
     """
 
-    def __init__(self, name: str, tolerance: float) -> None:
+    def __init__(self, name: str) -> None:
         self.name = name.upper()
         if self.name not in cp.installed_solvers():
             msg = f"solver {name!r} is not installed; CVXPY has {', '.join(cp.installed_solvers())}"
             raise SolverError(msg)
-        self.options = _OPTIONS.get(self.name, lambda _: {})(tolerance)
 
-    def solve(self, program: ConicProgram, numbers: Numbers) -> Solution:
+    def solve(self, program: ConicProgram, numbers: Numbers, tolerance: float) -> Solution:
         """Solve one program."""
         rows, columns = program.G.shape
         G = sp.csr_array(sp.csc_array((numbers.G, program.G.indices, program.G.indptr), shape=(rows, columns)))
@@ -63,7 +61,7 @@ class CvxpySolver:
             with warnings.catch_warnings():
                 # An inaccurate solution is judged by its certificate.
                 warnings.simplefilter("ignore")
-                problem.solve(solver=self.name, **self.options)
+                problem.solve(solver=self.name, **_OPTIONS.get(self.name, lambda _: {})(tolerance))
             claim = str(problem.status)
         except cp.SolverError as error:
             claim = str(error)

@@ -15,9 +15,9 @@ def solver_of(settings: ProcedureSettings) -> Solver:
         A name that no solver has, or a solver that is not installed.
     """
     if settings.solver == "clarabel":
-        return ClarabelSolver(settings.solver_tolerance)
+        return ClarabelSolver()
     layer, _, name = settings.solver.partition(":")
     if layer == "cvxpy" and name:
-        return CvxpySolver(name, settings.solver_tolerance)
+        return CvxpySolver(name)
     msg = f"solver {settings.solver!r}: give 'clarabel', or 'cvxpy:NAME' such as 'cvxpy:SCS'"
     raise SolverError(msg)
