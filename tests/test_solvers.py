@@ -8,6 +8,7 @@ import blockstruct as bs
 from blockstruct.limit import (
     ConicProgram,
     LimitProblem,
+    Objective,
     ProcedureSettings,
     certify,
     fictitious_sliding,
@@ -38,7 +39,7 @@ def programs(problem, n0):
     yield program, program.numbers(true_sliding(problem))
     yield program, program.numbers(fictitious_sliding(problem, n0, 0.1, 0.3))
     yield program, program.numbers(fictitious_sliding(problem, n0, 1e-3, 1e-2))
-    yield program, program.numbers(true_sliding(problem), shift=shift, limit=0.3)
+    yield program, program.numbers(true_sliding(problem), objective=Objective(shift, 1.01), limit=0.3)
 
 
 def test_clarabel_updates_in_place_what_it_would_build_anew(problem, n0):

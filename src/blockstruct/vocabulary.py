@@ -34,6 +34,7 @@ class Stage(StrEnum):
     ASSOCIATIVE = "associative"
     NONASSOCIATIVE = "nonassociative"
     ADMISSIBLE = "admissible"
+    SHIFTED = "shifted"
 
 
 class SolverStatus(StrEnum):
@@ -47,10 +48,12 @@ class SolverStatus(StrEnum):
 
 
 class ContactState(StrEnum):
-    """State of an interface in one iteration."""
+    """State of an interface in one iteration. Hinge, sliding, twisting and crushing combine: ``"hinge + sliding"``."""
 
     OPEN = "open"
     STICKING = "sticking"
     SLIDING = "sliding"
     HINGE = "hinge"
+    TWISTING = "twisting"
+    CRUSHING = "crushing"
     UNKNOWN = "unknown"

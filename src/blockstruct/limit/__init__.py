@@ -13,16 +13,20 @@ from blockstruct.limit.friction import Sliding, fictitious_sliding, relax, true_
 from blockstruct.limit.iteration import Iteration, Outcome
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.procedure import solve_limit_case
-from blockstruct.limit.program import ConicProgram, Numbers, Solution, Solver
+from blockstruct.limit.program import ConicProgram, Numbers, Objective, Solution, Solver
+from blockstruct.limit.schedules import SCHEDULES, schedules_of
 from blockstruct.limit.settings import ProcedureSettings
 
 __all__ = [
     # the question
     "LimitProblem",
     "ProcedureSettings",
+    "SCHEDULES",
+    "schedules_of",
     # the programs
     "ConicProgram",
     "Numbers",
+    "Objective",
     "Sliding",
     "Solution",
     "Solver",

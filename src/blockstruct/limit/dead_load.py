@@ -39,7 +39,7 @@ def dead_load_program(
     own = replace(problem, w_D=np.zeros_like(problem.w_D), w_L=problem.w_D, dilatancy=problem.friction)
     # Crushing enters exactly, whatever the settings: one program has no iterate to linearise about.
     program, sliding = ConicProgram(own, replace(settings, crushing="conic")), true_sliding(own)
-    step = solve_step(program, program.numbers(sliding, limit=1.0), sliding, Stage.DEAD_LOAD, settings, solver)
+    step = solve_step(program, sliding, Stage.DEAD_LOAD, settings, solver, limit=1.0)
     share, proof = step.load_factor, step.certificate
     whole = share >= 1 - settings.equilibrium_tolerance
     if (

@@ -32,6 +32,11 @@ def fictitious_sliding(problem: LimitProblem, n0: Array, c0: float, a: float) ->
     return Sliding(problem.cohesion + c0 + (problem.friction - slope) * n0, slope)
 
 
+def shift_of(problem: LimitProblem, v: Array) -> Array:
+    """Shift ``(μ − tan ψ) ‖v_t,k‖`` of De Saxcé & Feng (1998) at relative velocities v, (K,)."""
+    return np.asarray((problem.friction - problem.dilatancy) * np.linalg.norm(v[:, 1:], axis=1))
+
+
 def relax(n0: Array, n: Array, beta: float) -> Array:
     """``β n + (1 − β) n0``."""
     return beta * n + (1 - beta) * n0

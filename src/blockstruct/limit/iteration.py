@@ -1,5 +1,6 @@
 """What one program of the procedure found, and how the procedure ended."""
 
+from collections.abc import Generator
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +32,8 @@ class Iteration:
         The sliding condition of the program.
     c0, a : float
         Cohesion and slope of the schedule.
+    linearised_at : (R,) array or None
+        Normal force N0 about which the crushing of each rectangle is linearised, if it is.
     certificate : Certificate
         Against the true conditions.
     solver_status : SolverStatus
@@ -47,6 +50,7 @@ class Iteration:
     sliding: Sliding
     c0: float
     a: float
+    linearised_at: Array | None
     certificate: Certificate
     solver_status: SolverStatus
     solver_iterations: int
@@ -70,3 +74,19 @@ class Outcome:
     status: Status
     load_factor: float
     message: str
+
+
+#: A procedure: gives its iterations as they are solved, and returns how it ended.
+Steps = Generator[Iteration, None, Outcome]
+
+
+def given_up(why: str, last: Iteration) -> Outcome:
+    """Outcome without a load factor, with the certificate of the last program that was solved."""
+    c = last.certificate
+    return Outcome(
+        Status.NOT_CONVERGED,
+        np.nan,
+        f"{why}; last load factor {last.load_factor:.6g} with equilibrium residual {c.equilibrium_residual:.1e}, "
+        f"yield excess {c.yield_excess:.1e}, interpenetration {c.interpenetration:.1e}, "
+        f"flow-rule gap {c.flow_rule_gap:.1e}",
+    )

@@ -28,6 +28,14 @@ class Numbers:
 
 
 @dataclass(frozen=True, slots=True)
+class Objective:
+    """Maximise ``weight α − shift·n`` instead of α; ``shift`` is (K,)."""
+
+    shift: Array
+    weight: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
 class Solution:
     """What a solver says of one program.
 
@@ -123,7 +131,7 @@ class ConicProgram:
         sliding: Sliding,
         *,
         linearisation: Linearisation | None = None,
-        shift: Array | None = None,
+        objective: Objective | None = None,
         limit: float | None = None,
     ) -> Numbers:
         """Values of one step.
@@ -134,9 +142,8 @@ class ConicProgram:
             Sliding condition of each contact point.
         linearisation
             Where crushing is linearised, if it is; at the full strength by default.
-        shift : (K,) array
-            The objective becomes ``α − shift·n``, and a hundredth of α more: where several load factors miss the
-            flow rule equally little, the highest is taken, and not whichever the solver's path leads to.
+        objective
+            α by default.
         limit
             Upper limit of α.
         """
@@ -153,9 +160,9 @@ class ConicProgram:
             h[self._edge_rows] = np.repeat(offset, 4)
         q = np.zeros(self.G.shape[1])
         q[0] = -self.total / self.unit
-        if shift is not None:
-            q[0] *= 1.01
-            q[1 : 1 + 3 * self.problem.n_points : 3] = self.total * shift
+        if objective is not None:
+            q[0] *= objective.weight
+            q[1 : 1 + 3 * self.problem.n_points : 3] = self.total * objective.shift
         return Numbers(G, h, q)
 
     def unpack(self, solution: Solution) -> tuple[float, Array, Array]:

@@ -32,8 +32,13 @@ class ProcedureSettings:
         After this many steps a load factor that still moves is certified as well, if it can be.
     cohesion_limit
         Largest ``c0`` at which the iteration may end.
+    procedure
+        Non-associative sliding by ``"fictitious"`` conditions, or by the ``"shifted"`` objective of De Saxcé & Feng
+        (1998), which is never infeasible and often ends higher.
     max_programs
         Programs solved before the case is given up.
+    fallback_after
+        Programs after which the fictitious conditions give way to the shifted objective.
     equilibrium_tolerance, yield_tolerance
         Largest residual and yield excess, in multiples of the dead wrench of the block, and of the lighter block.
     interpenetration_tolerance
@@ -63,7 +68,7 @@ class ProcedureSettings:
     slope: float = 0.3
     slope_decay: float = 0.35
     slope_min: float = 1e-6
-    cohesion: float = 0.1
+    cohesion: float = 0.01
     cohesion_decay: float = 0.5
     cohesion_min: float = 1e-6
     relaxation: float = 0.4
@@ -74,7 +79,9 @@ class ProcedureSettings:
     load_factor_tolerance: float = 3e-4
     patience: int = 16
     cohesion_limit: float = 1e-3
-    max_programs: int = 60
+    procedure: str = "fictitious"
+    max_programs: int = 120
+    fallback_after: int = 60
     equilibrium_tolerance: float = 1e-6
     yield_tolerance: float = 1e-5
     interpenetration_tolerance: float = 1e-4
@@ -97,6 +104,7 @@ class ProcedureSettings:
             "relaxation_min": (1e-3, 1.0),
             "relaxation_max": (1e-3, 1.0),
             "max_programs": (1, 10_000),
+            "fallback_after": (3, 10_000),
             "patience": (1, 10_000),
             "crushing_cells": (1, 100_000),
             "solver_tolerance": (1e-14, 1e-4),
@@ -119,6 +127,7 @@ class ProcedureSettings:
                 raise ModelError(msg)
 
         choices = {
+            "procedure": ("fictitious", "shifted"),
             "crushing": ("conic", "linearised"),
             "crushing_interaction": ("uniaxial", "biaxial"),
         }

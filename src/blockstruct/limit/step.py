@@ -4,10 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.limit.certificate import certify
+from blockstruct.limit.crushing import Linearisation
 from blockstruct.limit.friction import Sliding
 from blockstruct.limit.iteration import Iteration, is_solved
 from blockstruct.limit.problem import LimitProblem
-from blockstruct.limit.program import ConicProgram, Numbers, Solver
+from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.vocabulary import SolverStatus, Stage
 
@@ -16,7 +17,6 @@ Array = NDArray[np.float64]
 
 def solve_step(
     program: ConicProgram,
-    numbers: Numbers,
     sliding: Sliding,
     stage: Stage,
     settings: ProcedureSettings,
@@ -24,6 +24,9 @@ def solve_step(
     *,
     c0: float = 0.0,
     a: float = 0.0,
+    linearisation: Linearisation | None = None,
+    objective: Objective | None = None,
+    limit: float | None = None,
     mechanism: Iteration | None = None,
 ) -> Iteration:
     """Solve one program and certify its state.
@@ -32,15 +35,18 @@ def solve_step(
 
     Parameters
     ----------
-    program, numbers, sliding
+    program, sliding
         The program and its sliding condition.
     stage, c0, a
         Where it stands in the procedure.
     settings, solver
         Tolerances of the certificate, and the solver.
+    linearisation, objective, limit
+        Numbers of the program: :meth:`ConicProgram.numbers`.
     mechanism
         A step whose velocities belong to the state instead of the solver's own.
     """
+    numbers = program.numbers(sliding, linearisation=linearisation, objective=objective, limit=limit)
     solution = solver.solve(program, numbers, max(settings.solver_tolerance, settings.step_tolerance * c0))
     alpha, x, u = program.unpack(solution)
     if mechanism is not None:
@@ -60,6 +66,7 @@ def solve_step(
         sliding=sliding,
         c0=c0,
         a=a,
+        linearised_at=linearisation.N0 if linearisation is not None and program.is_linearised else None,
         certificate=certify(program.problem, x, u, alpha if np.isfinite(alpha) else np.nan, settings),
         solver_status=status,
         solver_iterations=solution.iterations,
