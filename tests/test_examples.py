@@ -43,6 +43,15 @@ def test_tilting_table(tmp_path):
     assert angles["12 courses"] == pytest.approx(21.69, abs=0.05)
 
 
+def test_pier_and_spandrel(capsys):
+    shear = load("pier_spandrel").main()
+    # An experiment of this type reached about 180 kN: the scale, no validation.
+    assert shear["inf MPa"] == pytest.approx(202.2, rel=5e-3)
+    assert shear["4 MPa"] == pytest.approx(181.6, rel=5e-3)
+    assert shear["2 MPa"] == pytest.approx(156.8, rel=5e-3)
+    assert "base shear" in capsys.readouterr().out
+
+
 def test_examples_are_short():
     for path in EXAMPLES.glob("*.py"):
         assert len(path.read_text(encoding="utf-8").splitlines()) <= 60, path.name

@@ -56,7 +56,7 @@ ds = xr.open_dataset(path, group="/cases/push nonassociative/history", engine="h
 assert ds.contact_force.attrs["units"] == "newton"
 assert list(ds.component.values) == ["n", "s", "t"]
 assert float(ds.load_factor[-1]) > 0
-assert set(ds.sizes) == {"iteration", "contact_point", "component", "interface", "block", "dof", "axis"}
+assert set(ds.sizes) == {"iteration", "contact_point", "component", "interface", "block", "dof", "axis", "corner"}
 tree = xr.open_datatree(path, engine="h5netcdf")
 assert "/cases/push associative/history" in tree.groups
 with h5py.File(path) as file:

@@ -26,7 +26,7 @@ converged 0.1429
 Look at every iteration:
 
 >>> sorted(result.history.sizes)
-['axis', 'block', 'component', 'contact_point', 'dof', 'interface', 'iteration']
+['axis', 'block', 'component', 'contact_point', 'corner', 'dof', 'interface', 'iteration']
 >>> result.certificate.holds
 True
 """
@@ -52,7 +52,7 @@ from blockstruct.errors import (
     UnitError,
     UnknownNameError,
 )
-from blockstruct.limit import Certificate, ProcedureSettings
+from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
 from blockstruct.model import (
     Block,
     BodyForce,
@@ -67,7 +67,15 @@ from blockstruct.model import (
     PointLoad,
     SelfWeight,
 )
-from blockstruct.results import Analysis, CaseResult, contact_state, interface_resultants, mechanism
+from blockstruct.results import (
+    Analysis,
+    CaseResult,
+    Spread,
+    contact_state,
+    interface_resultants,
+    mechanism,
+    utilisation,
+)
 from blockstruct.storage import check_file, open_analysis, save_analysis
 from blockstruct.units import Q_, ureg
 from blockstruct.vocabulary import ContactState, Flow, SolverStatus, Stage, Status
@@ -101,18 +109,21 @@ __all__ = [
     # analysis
     "AnalysisManager",
     "Flow",
+    "SCHEDULES",
     "ProcedureSettings",
     "log_to",
     "print_lines",
     # results
     "Analysis",
     "CaseResult",
+    "Spread",
     "Certificate",
     "ContactState",
     "SolverStatus",
     "Stage",
     "Status",
     "contact_state",
+    "utilisation",
     "interface_resultants",
     "mechanism",
     # storage

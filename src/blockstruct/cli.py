@@ -77,13 +77,14 @@ def demo(
 def run(
     model: Annotated[Path, typer.Argument(help="A model document, YAML or JSON.", show_default=False)],
     output: Annotated[Path, typer.Option("--output", "-o", help="File to write.", show_default=False)],
+    spread: Annotated[bool, typer.Option("--spread", help="Also run the other schedules, and their spread.")] = False,
 ) -> None:
     """Run all cases of a model document and keep the analysis."""
     document = bs.read_document(model)
     out.print(
         f"{document.model.name}: {len(document.model.blocks)} blocks, {document.report}", markup=False, soft_wrap=True
     )
-    _run(document.model, list(document.cases), bs.ProcedureSettings.of(document.settings), output)
+    _run(document.model, list(document.cases), bs.ProcedureSettings.of(document.settings), output, spread=spread)
 
 
 @app.command()
@@ -97,6 +98,7 @@ def show(file: FileArgument) -> None:
     for result in analysis.values():
         out.print(result_text(result), soft_wrap=True)
     out.print(summary_table(analysis))
+    _print_spreads(analysis)
 
 
 @app.command()
@@ -153,7 +155,9 @@ def validate(
         raise typer.Exit(VIOLATIONS) from None
 
 
-def _run(model: bs.Model, cases: list[bs.LimitCase], settings: bs.ProcedureSettings, output: Path) -> None:
+def _run(
+    model: bs.Model, cases: list[bs.LimitCase], settings: bs.ProcedureSettings, output: Path, *, spread: bool = False
+) -> None:
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -163,14 +167,21 @@ def _run(model: bs.Model, cases: list[bs.LimitCase], settings: bs.ProcedureSetti
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
         listener = _bar(progress, settings) if err.is_terminal else bs.print_lines()
         manager = bs.AnalysisManager(model, output, settings=settings, listeners=[listener])
-        analysis = manager.run(cases)
+        analysis = manager.run(cases, spread=spread)
     for result in analysis.values():
         out.print(iteration_table(result.history))
         out.print(result_text(result), soft_wrap=True)
     out.print(summary_table(analysis))
+    _print_spreads(analysis)
     out.print(f"written: {output}", markup=False, soft_wrap=True)
     if any(r.status is not bs.Status.CONVERGED for r in analysis.values()):
         raise typer.Exit(NO_LOAD_FACTOR)
+
+
+def _print_spreads(analysis: bs.Analysis) -> None:
+    for name in analysis:
+        if any(other.startswith(f"{name} [") for other in analysis):
+            out.print(f"{name}: {analysis.spread(name)}", markup=False, soft_wrap=True)
 
 
 def _bar(progress: Progress, settings: bs.ProcedureSettings) -> Callable[[Event], None]:

@@ -25,7 +25,8 @@ class Certificate:
         ``‖A x + w_D + α w_L‖∞``, for each block in multiples of its own dead wrench.
     yield_excess : float
         Largest of ``‖(s, t)‖ − c A_k − μ n``, ``−f_t A_k − n`` and the excess over crushing, in multiples of the dead
-        wrench of the lighter of the two blocks; negative inside.
+        wrench of the lighter of the two blocks or, where that is larger, of the normal force there: of the contact
+        point, or of the rectangle that crushes. Negative inside.
     interpenetration : float
         Largest of ``tan ψ ‖v_t‖ − v_n`` at contact points that do not crush, relative to the largest relative
         velocity.
@@ -68,12 +69,14 @@ def certify(problem: LimitProblem, x: Array, u: Array, alpha: float, settings: P
     sliding = np.linalg.norm(v[:, 1:], axis=1)
     resistance = problem.cohesion + problem.friction * n
     corners = problem.rectangles
+    beyond_crushing = crushing.excess(n[corners], problem.capacity, biaxial=biaxial)
+    at_point, at_rectangle = np.maximum(n, 1.0), np.maximum(n[corners].sum(axis=1), 1.0)
     excess = float(
         max(
-            (np.linalg.norm(x[:, 1:], axis=1) - resistance).max(),
-            (-problem.tension - n).max(),
-            (n - problem.compression).max(),
-            crushing.excess(n[corners], problem.capacity, biaxial=biaxial).max(initial=-np.inf),
+            ((np.linalg.norm(x[:, 1:], axis=1) - resistance) / at_point).max(),
+            ((-problem.tension - n) / at_point).max(),
+            ((n - problem.compression) / at_point).max(),
+            (beyond_crushing / at_rectangle).max(initial=-np.inf),
         )
     )
     opening = v_n - problem.dilatancy * sliding

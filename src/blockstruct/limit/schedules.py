@@ -7,10 +7,9 @@ from typing import Any
 from blockstruct.errors import ModelError
 
 #: Settings that each schedule changes. Measured on 36 walls with openings (default settings: 0.2 % above the lowest
-#: on average, 7 % at most): each of the first four finds the lowest load factor of some, the shift the highest.
+#: on average, 7 % at most): each of these finds the lowest load factor of some, the shift the highest.
 SCHEDULES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
-        "default": {},
         "steep": {"slope": 0.6},
         "low cohesion": {"cohesion": 0.001, "slope": 0.5},
         "slow": {"cohesion": 0.1, "cohesion_decay": 0.7, "slope_decay": 0.6, "patience": 24},

@@ -6,7 +6,7 @@ from typing import Any
 
 from blockstruct.errors import ModelError
 from blockstruct.model.names import checked_name
-from blockstruct.units import si
+from blockstruct.units import si, to_quantity
 
 #: Friction coefficient beyond which a number is taken for an angle by mistake.
 LARGEST_FRICTION = 10.0
@@ -114,6 +114,23 @@ class JointMaterial:
         values: tuple[object, ...] = (name, mu, psi, c, ft, fc)
         for attribute, field in zip(self.__slots__, values, strict=True):
             object.__setattr__(self, attribute, field)
+
+    def varied(self, **values: Any) -> "JointMaterial":
+        """The same joint with other values, given as to the constructor.
+
+        >>> JointMaterial("lime", 0.6, cohesion="50 kPa").varied(compressive_strength="4 MPa").cohesion
+        50000.0
+        """
+        own: dict[str, Any] = {
+            "friction_coefficient": self.friction_coefficient,
+            "dilatancy_angle": to_quantity(self.dilatancy_angle, "angle"),
+            "cohesion": to_quantity(self.cohesion, "stress"),
+            "tensile_strength": to_quantity(self.tensile_strength, "stress"),
+            "compressive_strength": None,
+        }
+        if math.isfinite(self.compressive_strength):
+            own["compressive_strength"] = to_quantity(self.compressive_strength, "stress")
+        return type(self)(self.name, **(own | values))
 
     @property
     def dilatancy(self) -> float:

@@ -10,16 +10,23 @@ from blockstruct.results.case_result import CERTIFICATE_MEASURES, CaseResult
 from blockstruct.results.history import history_of
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.resultants import interface_resultants
+from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import contact_state
+from blockstruct.results.sweep import sweep_of
+from blockstruct.results.utilisation import utilisation
 
 __all__ = [
     # results
     "CERTIFICATE_MEASURES",
     "Analysis",
     "CaseResult",
+    "Spread",
+    "run_name",
+    "sweep_of",
     # histories
     "contact_state",
     "history_of",
     "interface_resultants",
     "mechanism",
+    "utilisation",
 ]

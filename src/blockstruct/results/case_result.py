@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Self
 
+import numpy as np
 import xarray as xr
 
 from blockstruct.errors import ModelError
@@ -12,6 +13,7 @@ from blockstruct.model import LimitCase
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import contact_state
+from blockstruct.results.utilisation import utilisation
 from blockstruct.vocabulary import Status
 
 #: Names of the measures of a certificate, as stored.
@@ -76,6 +78,22 @@ class CaseResult:
     def states(self) -> xr.DataArray:
         """Interface states of every iteration: :func:`blockstruct.contact_state`."""
         return contact_state(self.history)
+
+    @property
+    def utilisation(self) -> xr.Dataset:
+        """Utilisation and neutral-axis depth of every iteration: :func:`blockstruct.utilisation`."""
+        return utilisation(self.history)
+
+    @property
+    def last_feasible(self) -> int | None:
+        """Last iteration whose forces are in equilibrium inside the true conditions, whatever its mechanism.
+
+        None if there is none. Where a case has not converged, its last iteration may well be another one.
+        """
+        residual, excess = (self.history[name].to_numpy() for name in ("equilibrium_residual", "yield_excess"))
+        s = self.settings
+        found = np.flatnonzero((residual <= s.equilibrium_tolerance) & (excess <= s.yield_tolerance))
+        return int(found[-1]) if len(found) else None
 
     @classmethod
     def restored(

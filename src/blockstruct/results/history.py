@@ -68,6 +68,11 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
             stacked([i.sliding.slope for i in iterations], (K,)),
             _attrs("dimensionless", "m of the sliding condition of the program, |(s, t)| <= b + m n"),
         ),
+        "crushing_linearisation": (
+            ("iteration", "interface"),
+            _linearised_at(statics, problem, iterations),
+            _attrs("force", "normal force N0 about which crushing is linearised in the program, if it is"),
+        ),
         "c0": _number([i.c0 for i in iterations], "cohesion c0 of the schedule, in units of force of the contact"),
         "a": _number([i.a for i in iterations], "slope a of the schedule"),
         "equilibrium_residual": _number(
@@ -75,7 +80,7 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
         ),
         "yield_excess": _number(
             [i.certificate.yield_excess for i in iterations],
-            "beyond the true conditions, in multiples of the dead wrench of the lighter block",
+            "beyond the true conditions, in multiples of the dead wrench of the lighter block or of the normal force",
         ),
         "interpenetration": _number(
             [i.certificate.interpenetration for i in iterations], "relative to the largest relative velocity"
@@ -117,6 +122,29 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
             points.friction,
             _attrs("dimensionless", "friction coefficient μ"),
         ),
+        "dilatancy": ("contact_point", problem.dilatancy, _attrs("dimensionless", "tan ψ that the case flows with")),
+        "cohesion": ("contact_point", points.cohesion, _attrs("force", "cohesion, c times the tributary area")),
+        "tensile_strength": (
+            "contact_point",
+            points.tension,
+            _attrs("force", "tensile strength, f_t times the tributary area"),
+        ),
+        "cell_strength": (
+            "contact_point",
+            points.compression,
+            _attrs("force", "f_c times the area of a cell; infinite where the contact point is a corner"),
+        ),
+        "compressive_strength": ("interface", points.strength, _attrs("stress", "compressive strength f_c")),
+        "corner_position": (
+            ("corner", "axis"),
+            np.concatenate([i.polygon for i in model.interfaces]),
+            _attrs("length", "corner of an interface"),
+        ),
+        "interface_of_corner": (
+            "corner",
+            np.repeat(np.arange(len(model.interfaces)), [len(i.polygon) for i in model.interfaces]),
+            {},
+        ),
         "interface_area": ("interface", points.area, _attrs("area", "area")),
         "interface_position": (("interface", "axis"), points.centroid, _attrs("length", "centroid")),
         "interface_frame": (
@@ -126,6 +154,15 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
         ),
     }
     return xr.Dataset(variables, coords=coords, attrs={"long_name": "iteration history"})
+
+
+def _linearised_at(statics: Statics, problem: LimitProblem, iterations: Sequence[Iteration]) -> Array:
+    N0 = np.full((len(iterations), len(statics.points.area)), np.nan)
+    corner = problem.rectangles[:, 0]
+    for row, iteration in zip(N0, iterations, strict=True):
+        if iteration.linearised_at is not None:
+            row[statics.points.interface[corner]] = iteration.linearised_at * problem.force_unit[corner]
+    return N0
 
 
 def _attrs(dimension: str, long_name: str) -> dict[str, str]:

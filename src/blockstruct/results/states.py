@@ -1,4 +1,4 @@
-"""State of the interfaces: open, hinge, sliding or sticking."""
+"""How the interfaces fail: open, hinge, sliding, twisting, crushing."""
 
 import numpy as np
 import xarray as xr
@@ -9,13 +9,29 @@ from blockstruct.vocabulary import ContactState
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
+#: Parts of a state, in the order in which they are written.
+_PARTS = (ContactState.HINGE, ContactState.SLIDING, ContactState.TWISTING, ContactState.CRUSHING)
+_NAMES = np.array(
+    [
+        " + ".join(p.value for bit, p in enumerate(_PARTS) if code >> bit & 1) or ContactState.STICKING.value
+        for code in range(2 ** len(_PARTS))
+    ],
+    dtype=object,
+)
+
 
 def contact_state(history: xr.Dataset, tolerance: float = 1e-4) -> xr.DataArray:
     """State of every interface in every iteration, read from its forces and its part in the mechanism.
 
-    ``open``: no contact point stays closed, or none is compressed. ``sliding``: a point that stays closed slips.
-    ``hinge``: some points open, the others stay closed. ``sticking``: no relative motion. ``unknown``: the solver
-    found no forces.
+    ``open``: no contact point stays closed, or none is compressed. ``sticking``: no relative motion. ``unknown``: the
+    solver found no forces. Any other state has one part or several, joined by `` + ``:
+
+    - ``hinge``: some points open, the others do not;
+    - ``sliding``: points that stay closed slip, and the mean velocity of the interface along its plane is not zero;
+    - ``twisting``: points that stay closed slip, and the interface turns about its normal;
+    - ``crushing``: the blocks move into each other, where the joint has a compressive strength.
+
+    A point opens where it moves apart faster than its dilatancy makes it.
 
     Parameters
     ----------
@@ -31,6 +47,7 @@ def contact_state(history: xr.Dataset, tolerance: float = 1e-4) -> xr.DataArray:
     """
     index = history["interface_of_contact_point"].to_numpy()
     starts = np.searchsorted(index, np.arange(history.sizes["interface"]))
+    counts = np.diff([*starts, len(index)])[:, None]
     v = history["relative_velocity"].transpose(..., "contact_point", "component").to_numpy()
     n = history["contact_force"].sel(component="n").transpose(..., "contact_point").to_numpy()
 
@@ -40,20 +57,32 @@ def contact_state(history: xr.Dataset, tolerance: float = 1e-4) -> xr.DataArray:
     def any_of(points: Flags) -> Flags:
         return np.logical_or.reduceat(points, starts, axis=-1)
 
-    speed = np.linalg.norm(v, axis=-1)
-    opening = v[..., 0] > threshold(speed)
-    slipping = ~opening & (np.linalg.norm(v[..., 1:], axis=-1) > threshold(speed))
-    pressed = n > threshold(n)
-    is_open = ~any_of(~opening) | ~any_of(pressed)
-    state = np.select(
-        [any_of(np.isnan(n)), is_open, any_of(slipping), any_of(opening)],
-        [ContactState.UNKNOWN.value, ContactState.OPEN.value, ContactState.SLIDING.value, ContactState.HINGE.value],
-        ContactState.STICKING.value,
-    ).astype(object)
-    dims = (
-        *(d for d in history["contact_force"].dims if d not in ("contact_point", "component")),
-        "interface",
-    )
+    def sum_of(values: Array) -> Array:
+        return np.asarray(np.add.reduceat(values, starts, axis=-1))
+
+    zero = threshold(np.linalg.norm(v, axis=-1))
+    slip = np.linalg.norm(v[..., 1:], axis=-1)
+    apart = v[..., 0] - history["dilatancy"].to_numpy() * slip
+    opening = apart > zero
+    soft = np.isfinite(history["compressive_strength"].to_numpy())[index]
+    is_open = ~any_of(~opening) | ~any_of(n > threshold(n))
+    slips = any_of(~opening & (slip > zero))
+
+    # The velocity along the plane is that of a rigid motion: a mean and a turn about the mean of the points.
+    counts = np.diff([*starts, len(index)])
+    axes = history["interface_frame"].to_numpy()[:, 1:][index]
+    along = np.einsum("kca,ka->ck", axes, history["contact_position"].to_numpy())
+    s, t = along - (sum_of(along) / counts)[:, index]
+    distance = np.hypot(s, t)
+    turn = sum_of(s * v[..., 2] - t * v[..., 1]) / sum_of(distance**2) * np.maximum.reduceat(distance, starts)
+    mean = np.hypot(sum_of(v[..., 1]), sum_of(v[..., 2])) / counts
+
+    parts = (any_of(opening), slips & (mean > zero), slips & (np.abs(turn) > zero), any_of(soft & (apart < -zero)))
+    code = np.sum([part.astype(int) << bit for bit, part in enumerate(parts)], axis=0)
+    state = _NAMES[code]
+    state[is_open] = ContactState.OPEN.value
+    state[any_of(np.isnan(n))] = ContactState.UNKNOWN.value
+    dims = (*(d for d in history["contact_force"].dims if d not in ("contact_point", "component")), "interface")
     coords = {
         name: history[name] for name in ("iteration", "stage", "interface") if set(history[name].dims) <= set(dims)
     }

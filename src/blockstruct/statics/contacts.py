@@ -1,5 +1,6 @@
 """The contact-point table of a model."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -7,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.geometry import is_rectangle, plane_axes, polygon_cells, tributary_areas
-from blockstruct.model import Interface, Model
+from blockstruct.model import Interface, JointMaterial, Model
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -59,7 +60,7 @@ class ContactPoints:
     rectangles: Index
 
     @classmethod
-    def of(cls, model: Model, cells: int) -> Self:
+    def of(cls, model: Model, cells: int, joints: Sequence[JointMaterial] | None = None) -> Self:
         """Table of a model.
 
         Parameters
@@ -68,12 +69,14 @@ class ContactPoints:
             The model.
         cells
             Number of cells, about, of an interface that crushes and is no rectangle.
+        joints
+            Joint material of each interface, if it is not the model's.
         """
         interfaces = model.interfaces
         index = {b.name: i for i, b in enumerate(model.blocks)}
-        joints = [i.joint_material for i in interfaces]
+        joints = joints or [i.joint_material for i in interfaces]
         strength = np.array([j.compressive_strength for j in joints])
-        in_cells = [_is_in_cells(i) for i in interfaces]
+        in_cells = [_is_in_cells(i, joint) for i, joint in zip(interfaces, joints, strict=True)]
         meshes = {j: polygon_cells(i.polygon, i.normal, cells, i.name) for j, i in enumerate(interfaces) if in_cells[j]}
         corners = [i.polygon for i in interfaces]
         centroid = np.array([i.centroid for i in interfaces])
@@ -113,8 +116,7 @@ class ContactPoints:
         return len(self.position)
 
 
-def _is_in_cells(interface: Interface) -> bool:
-    joint = interface.joint_material
+def _is_in_cells(interface: Interface, joint: JointMaterial) -> bool:
     # The edge conditions of a rectangle hold for corners without tension.
     plain = is_rectangle(interface.polygon) and joint.tensile_strength == 0
     return bool(np.isfinite(joint.compressive_strength) and not plain)

@@ -1,13 +1,14 @@
 """Everything the method needs to know of a model, as arrays."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from blockstruct.model import Model
+from blockstruct.model import JointMaterial, Model
 from blockstruct.statics.contacts import ContactPoints
 from blockstruct.statics.equilibrium import equilibrium_matrix
 
@@ -44,3 +45,14 @@ class Statics:
         centroids = np.array([b.centroid for b in model.blocks])
         length = model.characteristic_length
         return cls(model, points, equilibrium_matrix(points, centroids, free, length), free, length)
+
+    def varied(self, joints: Sequence[JointMaterial], cells: int = 64) -> Self:
+        """The same structure with another joint material at each interface.
+
+        Equilibrium is assembled anew only if an interface begins, or ceases, to be divided into cells.
+        """
+        points = ContactPoints.of(self.model, cells, joints)
+        if len(points) == len(self.points) and np.array_equal(points.position, self.points.position):
+            return replace(self, points=points)
+        centroids = np.array([b.centroid for b in self.model.blocks])
+        return replace(self, points=points, A=equilibrium_matrix(points, centroids, self.free, self.length))

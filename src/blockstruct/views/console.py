@@ -47,7 +47,7 @@ def result_text(result: bs.CaseResult) -> Text:
     last = result.history["load_factor"].to_numpy()[-1]
     rows = (
         ("equilibrium residual", c.equilibrium_residual, s.equilibrium_tolerance, "dead wrenches of the block"),
-        ("yield excess", c.yield_excess, s.yield_tolerance, "dead wrenches of the lighter block"),
+        ("yield excess", c.yield_excess, s.yield_tolerance, "of the lighter block's dead wrench, or of n"),
         ("interpenetration", c.interpenetration, s.interpenetration_tolerance, "largest relative velocities"),
         ("flow-rule gap", c.flow_rule_gap, s.gap_tolerance * abs(last), "in units of the load factor"),
     )

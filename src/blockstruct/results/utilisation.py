@@ -1,0 +1,104 @@
+"""How much of its strength an interface uses."""
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from blockstruct.results.resultants import interface_resultants
+from blockstruct.units import SI_UNITS
+
+Array = NDArray[np.float64]
+
+
+def utilisation(history: xr.Dataset) -> xr.Dataset:
+    """Utilisation of sliding and crushing, and neutral-axis depth, of every interface in every iteration.
+
+    Parameters
+    ----------
+    history
+        History of a case, or a selection of its iterations.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions (iteration, interface):
+
+        - ``sliding``: ``Σ ‖(s, t)‖ / Σ (c A_k + μ n)`` over the contact points; 1 where all of them slide, whether the
+          interface slips or twists. NaN where nothing resists to speak of.
+        - ``crushing``: N over the largest N that the joint takes at the same eccentricity. For a rectangle it is
+          ``N² / (2 f_c A n_e)`` at the weakest edge e (with biaxial interaction the limit is lower: there it is no
+          proof); for cells it is N over the strength of the cells that are pressed by more than 1e-6 of theirs. 0 where
+          the strength is infinite, NaN where N is no compression.
+        - ``neutral_axis_depth`` (m): depth of the uniform stress block about the resultant, ``2 (b / 2 − |e|)``, from
+          the edge that leaves least; at most the depth of the interface, 0 at a hinge of infinite strength. NaN where N
+          is no compression.
+    """
+    index = history["interface_of_contact_point"].to_numpy()
+    starts = np.searchsorted(index, np.arange(history.sizes["interface"]))
+    f = history["contact_force"].transpose(..., "contact_point", "component").to_numpy()
+    n = f[..., 0]
+
+    def sum_of(values: Array) -> Array:
+        return np.asarray(np.add.reduceat(values, starts, axis=-1))
+
+    # Forces as small as the tolerance of the certificate say nothing of the joint.
+    floor = 1e-4 * sum_of(history["unit_of_force"].to_numpy())
+    N = sum_of(n)
+    compressed = np.where(floor < N, N, np.nan)
+    resistance = sum_of(history["cohesion"].to_numpy() + history["friction_coefficient"].to_numpy() * n)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sliding = sum_of(np.linalg.norm(f[..., 1:], axis=-1)) / np.where(resistance > floor, resistance, np.nan)
+
+    strength, area = history["compressive_strength"].to_numpy(), history["interface_area"].to_numpy()
+    cell = history["cell_strength"].to_numpy()
+    in_cells = np.isfinite(cell[starts])
+    corners = np.flatnonzero(np.isfinite(strength) & ~in_cells)
+    of_corner = n[..., starts[corners][:, None] + np.arange(4)]
+    least = (of_corner + np.roll(of_corner, -1, axis=-1)).min(axis=-1)
+    crushing = np.where(np.isnan(compressed), np.nan, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crushing[..., corners] = compressed[..., corners] ** 2 / (2 * (strength * area)[corners] * least)
+        pressed = sum_of(np.where(np.isfinite(cell) & (n > 1e-6 * cell), cell, 0.0))
+        crushing[..., in_cells] = (compressed / pressed)[..., in_cells]
+
+    resultants = interface_resultants(history)
+    coords = resultants["force"].isel(component=0, drop=True).coords
+    dims = resultants["force"].isel(component=0, drop=True).dims
+    depth = _depth(history, resultants["eccentricity"].transpose(..., "interface", "in_plane").to_numpy())
+
+    def variable(values: Array, dimension: str, long_name: str) -> xr.DataArray:
+        return xr.DataArray(
+            values, dims=dims, coords=coords, attrs={"units": SI_UNITS[dimension], "long_name": long_name}
+        )
+
+    return xr.Dataset(
+        {
+            "sliding": variable(sliding, "dimensionless", "utilisation of the sliding strength"),
+            "crushing": variable(crushing, "dimensionless", "utilisation of the compressive strength"),
+            "neutral_axis_depth": variable(depth, "length", "depth of the compressed zone"),
+        }
+    )
+
+
+def _depth(history: xr.Dataset, eccentricity: Array) -> Array:
+    """Least over the edges of each interface: twice the distance from N to the edge, at most that of the far corner."""
+    index = history["interface_of_corner"].to_numpy()
+    J = history.sizes["interface"]
+    starts = np.searchsorted(index, np.arange(J))
+    counts = np.diff([*starts, len(index)])
+    frame, centre = history["interface_frame"].to_numpy()[:, 1:], history["interface_position"].to_numpy()
+    corner = np.einsum("kca,ka->kc", frame[index], history["corner_position"].to_numpy() - centre[index])
+    following = np.arange(len(index)) + 1
+    following[starts + counts - 1] = starts
+    edge = corner[following] - corner
+    normal = np.column_stack([edge[:, 1], -edge[:, 0]]) / np.linalg.norm(edge, axis=1)[:, None]
+
+    # All corners of an interface against all its edges, in a table as wide as the largest interface.
+    width = counts.max(initial=0)
+    column = np.minimum(np.arange(width), counts[:, None] - 1)
+    table = corner[starts[:, None] + column]
+    height = np.einsum("kc,kmc->km", normal, table[index])
+    high, low = height.max(axis=1), height.min(axis=1)
+    at = np.einsum("kc,...kc->...k", normal, eccentricity[..., index, :])
+    depth = np.minimum(2 * (high - at), high - low)
+    return np.asarray(np.minimum.reduceat(np.maximum(depth, 0.0), starts, axis=-1))

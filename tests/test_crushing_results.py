@@ -1,0 +1,135 @@
+"""What an engineer reads of a joint: its state, its utilisation, its neutral axis; spreads and sweeps."""
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import SELF_WEIGHT, model_of, push, single_block, solve
+
+
+def block(share, mu=0.9, b=0.5, h=1.0):
+    blocks, _ = single_block(b, h, mu=mu)
+    return model_of(blocks, bs.JointMaterial("soft", mu, compressive_strength=Q_(20e3 * h / share, "Pa")))
+
+
+def test_a_crushing_hinge():
+    """Rocking under share = W / (f_c A): the stress block is share × b deep, and full."""
+    result = solve(block(0.4), push(1, 0, 0))
+    assert result.states[-1].item() == "hinge + crushing"
+    used = result.utilisation.isel(iteration=-1)
+    assert used.crushing.item() == pytest.approx(1.0, abs=1e-5)
+    assert used.neutral_axis_depth.item() == pytest.approx(0.4 * 0.5, rel=1e-5)
+    assert used.neutral_axis_depth.units == "meter"
+    # V / (μ N) = α / μ.
+    assert used.sliding.item() == pytest.approx(result.load_factor / 0.9, rel=1e-5)
+
+
+def test_no_crushing_no_depth():
+    used = solve(model_of(*single_block(0.5, 1.0, mu=0.9)), push(1, 0, 0)).utilisation.isel(iteration=-1)
+    assert used.crushing.item() == 0.0
+    assert used.neutral_axis_depth.item() == pytest.approx(0.0, abs=1e-6)
+
+
+def test_sliding_associative_or_not():
+    for flow in bs.Flow:
+        result = solve(model_of(*single_block(1.0, 0.5, mu=0.3)), push(1, 0, 0), flow)
+        assert result.states[-1].item() == "sliding"
+        assert result.utilisation.sliding[-1].item() == pytest.approx(1.0, rel=1e-6)
+
+
+def test_twisting():
+    # A couple about the vertical axis turns a square block on its base about its centre.
+    load = bs.LoadPattern("twist", [bs.Moment("block", Q_([0, 0, 1], "kN*m"))])
+    result = solve(model_of(*single_block(1.0, 0.5, mu=0.3)), load, "nonassociative")
+    assert result.states[-1].item() == "twisting"
+
+
+def test_cells_say_the_same():
+    joint = bs.JointMaterial(
+        "cells", 0.9, compressive_strength="50 kPa", cohesion="9e-7 Pa", tensile_strength="1e-6 Pa"
+    )
+    result = solve(model_of(single_block(0.5, 1.0)[0], joint), push(1, 0, 0), crushing_cells=400)
+    used = result.utilisation.isel(iteration=-1)
+    assert result.states[-1].item() == "hinge + crushing"
+    assert used.crushing.item() == pytest.approx(1.0, abs=0.1)
+    assert used.neutral_axis_depth.item() == pytest.approx(0.2, rel=0.1)
+
+
+def test_the_interface_that_crushes_under_dead_load_is_named():
+    result = solve(block(1.25), push(1, 0, 0), "nonassociative")
+    assert result.status == "unstable_under_dead_load"
+    assert "ground|block (crushing)" in result.message
+
+
+@pytest.fixture(scope="module")
+def small(small_model, tmp_path_factory):
+    manager = bs.AnalysisManager(small_model, tmp_path_factory.mktemp("spread") / "spread.h5")
+    return manager, manager.run([bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))], spread=True)
+
+
+def test_spread(small):
+    manager, analysis = small
+    for spread in (analysis.spread("push"), bs.open_analysis(manager.store).spread("push")):
+        assert set(spread.runs) == {"as given", *bs.SCHEDULES}
+        factors = [r.load_factor for r in spread.runs.values() if r.status == "converged"]
+        assert (spread.lowest.load_factor, spread.highest.load_factor) == (min(factors), max(factors))
+        assert spread.highest.load_factor <= spread.upper_bound.load_factor * (1 + 1e-6)
+        assert all(r.certificate.holds and r.n_iterations > 0 for r in (spread.lowest, spread.highest))
+        assert spread.runs["shift"].settings.procedure == "shifted"
+        assert (spread.runs["shift"].history.stage[1:] == "shifted").all()
+
+
+def test_spread_by_name_and_none(small_model):
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
+    manager = bs.AnalysisManager(small_model)
+    assert set(manager.run([case], spread="steep")) == {"push", "push [steep]", "push [associative]"}
+    with pytest.raises(bs.ModelError, match="unknown schedule 'gentle'; known are steep"):
+        manager.run([case], spread=["gentle"])
+    with pytest.raises(bs.ModelError, match="run it again with spread=True"):
+        manager.run([case]).spread("push")
+
+
+def test_the_shift_takes_over(small_model):
+    result = solve(small_model, push(1, 0, 0), "nonassociative", fallback_after=4)
+    assert result.status == "converged"
+    assert result.certificate.holds
+    assert "De Saxcé" in result.message
+    assert list(np.unique(result.history.stage)) == ["admissible", "associative", "nonassociative", "shifted"]
+
+
+def test_last_feasible(small_model):
+    result = solve(small_model, push(1, 0, 0), "nonassociative", max_programs=5, gap_tolerance=1e-12)
+    assert result.status == "not_converged"
+    last = result.history.isel(iteration=result.last_feasible)
+    assert last.yield_excess <= result.settings.yield_tolerance
+    assert not (result.history.yield_excess[result.last_feasible + 1 :] <= result.settings.yield_tolerance).any()
+
+
+def test_sweep():
+    """α = (b / h) (1 − W / (f_c A)) at every strength, and the model's own joints are left as they are."""
+    model = model_of(*single_block(0.5, 1.0, mu=0.9))
+    analysis = bs.AnalysisManager(model).run([bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))])
+    curve = analysis.sweep("compressive_strength", [None, "200 kPa", "50 kPa", "10 kPa"])
+    assert list(curve.compressive_strength) == [np.inf, 200e3, 50e3, 10e3]
+    assert curve.load_factor[:3].to_numpy() == pytest.approx([0.5, 0.5 * 0.9, 0.5 * 0.6], rel=1e-6)
+    assert curve.status[3] == "unstable_under_dead_load"
+    assert np.isnan(curve.load_factor[3])
+    assert curve.compressive_strength.units == "pascal"
+    friction = analysis.sweep("friction_coefficient", [0.2, 0.4, 0.8])
+    assert friction.load_factor.to_numpy() == pytest.approx([0.2, 0.4, 0.5], rel=1e-6)
+
+
+def test_sweep_refuses():
+    manager = bs.AnalysisManager(model_of(*single_block(0.5, 1.0)))
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
+    for quantity, values, match in (
+        ("strength", ["1 MPa"], "joints have no 'strength'"),
+        ("compressive_strength", [], "no value"),
+        ("compressive_strength", ["0 MPa"], "compressive strength 0 Pa"),
+        ("friction_coefficient", [-1.0], "negative"),
+    ):
+        with pytest.raises(bs.ModelError, match=match):
+            manager.sweep(quantity, values, case)
+    with pytest.raises(bs.UnitError):
+        manager.sweep("compressive_strength", [4.0], case)
