@@ -12,6 +12,9 @@
 from blockstruct.builders.courses import courses
 from blockstruct.builders.detection import Detection, DetectionReport, detect_interfaces
 from blockstruct.builders.document import Document, read_document
+from blockstruct.builders.import_report import Imported, ImportReport, Repair
+from blockstruct.builders.mesh import read_mesh
+from blockstruct.builders.obj import write_obj
 
 __all__ = [
     # interfaces
@@ -20,6 +23,12 @@ __all__ = [
     "detect_interfaces",
     # structures
     "courses",
+    # files of geometry
+    "ImportReport",
+    "Imported",
+    "Repair",
+    "read_mesh",
+    "write_obj",
     # documents
     "Document",
     "read_document",

@@ -12,6 +12,8 @@ from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs
 from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.polygon import common_area, plane_axes, polygon_area, tributary_areas
 from blockstruct.geometry.polyhedron import Polyhedron, box, polyhedron
+from blockstruct.geometry.soup import closed_bodies, gathered, welded
+from blockstruct.geometry.surface import Surface, closed_surface
 
 __all__ = [
     # polyhedra
@@ -19,6 +21,12 @@ __all__ = [
     "box",
     "overlapping_pairs",
     "polyhedron",
+    # surfaces
+    "Surface",
+    "closed_bodies",
+    "closed_surface",
+    "gathered",
+    "welded",
     # polygons
     "common_area",
     "is_rectangle",

@@ -1,0 +1,122 @@
+"""Faces made planar: vertices moved into the planes, or polygons divided into triangles."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.geometry.merge import EXACT
+from blockstruct.geometry.polygon import polygon_area
+
+Array = NDArray[np.float64]
+Face = tuple[int, ...]
+
+#: Rounds of moving vertices into planes fitted anew; one is enough where three faces meet at every vertex.
+ROUNDS = 50
+#: Sine of the angle between planes below which they do not tell where their common point lies.
+SHALLOW = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Flattened:
+    """Planar faces; the largest move of a vertex, and the number of polygons divided into triangles."""
+
+    vertices: Array
+    faces: list[Face]
+    move: float
+    split: int
+
+
+def flattened(vertices: Array, faces: list[Face], tolerance: float, size: float) -> Flattened:
+    """Make every face planar to rounding.
+
+    Polygons within the tolerance get a plane each, and every vertex moves to the nearest point that all its planes
+    share; two blocks with one face in common so keep it in common. Polygons further from plane are divided into
+    triangles, by their shortest diagonals: two blocks with one warped face in common divide it alike.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array
+    faces
+        Vertex indices of each face.
+    tolerance
+        Deviation from a plane up to which a polygon is flattened.
+    size
+        Largest extent of the body.
+    """
+    off = np.array([_deviation(vertices, f) for f in faces])
+    limit = EXACT * size
+    if np.all(off <= limit):
+        return Flattened(vertices, faces, 0.0, 0)
+    warped = off > tolerance
+    kept = [f for f, bad in zip(faces, warped, strict=True) if not bad]
+    points = _moved(vertices, kept, limit)
+    move = float(np.linalg.norm(points - vertices, axis=1).max())
+    if move > 2 * tolerance or any(_deviation(points, f) > limit for f in kept):
+        points, move, warped = vertices, 0.0, off > limit
+    loops = [t for f, bad in zip(faces, warped, strict=True) for t in (triangulated(points, f) if bad else [f])]
+    return Flattened(points, loops, move, int(warped.sum()))
+
+
+def _deviation(vertices: Array, face: Face) -> float:
+    """Largest distance of the corners from the mean plane; zero for a triangle."""
+    if len(face) == 3:
+        return 0.0
+    points = vertices[list(face)]
+    return float(np.abs((points - points.mean(axis=0)) @ polygon_area(points)[2]).max())
+
+
+def _moved(vertices: Array, faces: list[Face], limit: float) -> Array:
+    """Vertices moved to the nearest common point of the planes of their polygons, until all are planar."""
+    polygons = [f for f in faces if len(f) > 3]
+    points = vertices.copy()
+    if not polygons:
+        return points
+    corner = np.concatenate([np.array(f) for f in polygons])
+    of_face = np.repeat(np.arange(len(polygons)), [len(f) for f in polygons])
+    order = np.argsort(corner, kind="stable")
+    vertex, count = np.unique(corner, return_counts=True)
+    slot = np.arange(len(corner)) - np.repeat(np.cumsum(count) - count, count)
+    row = np.repeat(np.arange(len(vertex)), count)
+    for _ in range(ROUNDS):
+        loops = [points[list(f)] for f in polygons]
+        normals = np.array([polygon_area(loop)[2] for loop in loops])
+        centres = np.array([loop.mean(axis=0) for loop in loops])
+        height = np.einsum("ij,ij->i", points[corner] - centres[of_face], normals[of_face])
+        if np.abs(height).max() <= limit:
+            break
+        planes = np.zeros((len(vertex), count.max(), 3))
+        offset = np.zeros((len(vertex), count.max(), 1))
+        planes[row, slot] = normals[of_face[order]]
+        offset[row, slot, 0] = -height[order]
+        points[vertex] += (np.linalg.pinv(planes, rcond=SHALLOW) @ offset)[:, :, 0]
+    return points
+
+
+def triangulated(vertices: Array, face: Face) -> list[Face]:
+    """Triangles of a polygon, convex or not, cut off at its shortest diagonals first."""
+    loop = list(face)
+    normal = polygon_area(vertices[loop])[2]
+    triangles: list[Face] = []
+    while len(loop) > 3:
+        ears = []
+        for k in range(len(loop)):
+            a, b, c = loop[k - 1], loop[k], loop[(k + 1) % len(loop)]
+            corners = vertices[[a, b, c]]
+            others = vertices[[i for i in loop if i not in (a, b, c)]]
+            turn = np.cross(corners[1] - corners[0], corners[2] - corners[1]) @ normal
+            if turn > 0 and not _covers(corners, others, normal):
+                # Among diagonals of one length the least corner decides, whichever block asks.
+                length = round(float(np.linalg.norm(corners[2] - corners[0])), 9)
+                ears.append((length, min(vertices[a].tolist(), vertices[c].tolist()), k))
+        k = min(ears)[2] if ears else 0
+        triangles.append((loop[k - 1], loop[k], loop[(k + 1) % len(loop)]))
+        del loop[k]
+    return [*triangles, (loop[0], loop[1], loop[2])]
+
+
+def _covers(triangle: Array, points: Array, normal: Array) -> bool:
+    """Whether a triangle, seen along the normal, covers one of the points."""
+    edges = np.roll(triangle, -1, axis=0) - triangle
+    side = np.cross(edges[None], points[:, None] - triangle[None]) @ normal
+    return bool(np.any(np.all(side >= 0, axis=1)))
