@@ -42,7 +42,10 @@ from blockstruct.builders import (
     courses,
     detect_interfaces,
     read_document,
+    read_drawing,
     read_mesh,
+    write_document,
+    write_draft,
     write_obj,
 )
 from blockstruct.errors import (
@@ -106,10 +109,13 @@ __all__ = [
     "courses",
     "detect_interfaces",
     "read_document",
+    "write_document",
+    "write_draft",
     # files of geometry
     "ImportReport",
     "Imported",
     "Repair",
+    "read_drawing",
     "read_mesh",
     "write_obj",
     # analysis

@@ -1,5 +1,6 @@
 """The console command ``blockstruct``."""
 
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
@@ -10,7 +11,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import blockstruct as bs
 from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone
-from blockstruct.views import history_frame, iteration_table, result_text, summary_table
+from blockstruct.views import history_frame, iteration_table, model_text, result_text, summary_table
 
 app = typer.Typer(
     pretty_exceptions_enable=False,
@@ -151,6 +152,49 @@ def validate(
     except (bs.FormatError, bs.ModelError) as error:
         out.print("\n".join([str(error), *getattr(error, "__notes__", ())]), markup=False, soft_wrap=True)
         raise typer.Exit(VIOLATIONS) from None
+
+
+@app.command("import")
+def import_(
+    files: Annotated[list[Path], typer.Argument(help="OBJ, STL or PLY meshes.", show_default=False)],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Model document to write.", show_default=False)],
+    unit: Annotated[str, typer.Option(help="Unit of the coordinates: mm, or '0.025 m'.", show_default=False)],
+    unit_weight: Annotated[str, typer.Option(help="Of all blocks, as in '20 kN/m^3'.", show_default=False)],
+    friction: Annotated[float, typer.Option(help="Friction coefficient of all joints.", show_default=False)],
+    fix: Annotated[
+        list[str] | None,
+        typer.Option(help="A support: the name of a block, or lowest. Repeat it for more.", show_default=False),
+    ] = None,
+    tolerance: Annotated[
+        str | None, typer.Option(help="Largest gap in a joint, as in '1 mm'.", show_default=False)
+    ] = None,
+) -> None:
+    """Write a model document from blocks drawn elsewhere, then check it."""
+    stone, joint = bs.Material("stone", unit_weight), bs.JointMaterial("joint", friction)
+    fixed = "lowest" if fix == ["lowest"] else fix or ()
+    with warnings.catch_warnings():
+        # The report that is printed says the same.
+        warnings.simplefilter("ignore", bs.RepairWarning)
+        found = bs.read_mesh(files, unit=unit, material=stone, fixed=fixed)
+    out.print(str(found.report), markup=False, soft_wrap=True)
+    dead = bs.LoadPattern("self-weight", [bs.SelfWeight()])
+    push = bs.LoadPattern("weight sideways, +x", [bs.BodyForce((1, 0, 0))])
+    case = bs.LimitCase("push +x", dead, push)
+    bs.write_draft(output, output.stem, found.blocks, joint, [case], tolerance=tolerance)
+    out.print(f"written: {output}, with the case 'push +x'; edit its loads and cases", markup=False, soft_wrap=True)
+    check(output)
+
+
+@app.command()
+def check(
+    model: Annotated[Path, typer.Argument(help="A model document, YAML or JSON.", show_default=False)],
+) -> None:
+    """Print the blocks and the interfaces of a model document, with what was left out."""
+    document = bs.read_document(model)
+    bs.AnalysisManager(document.model, settings=bs.ProcedureSettings.of(document.settings)).check(document.cases)
+    out.print(model_text(document.model), markup=False, soft_wrap=True)
+    out.print(str(document.report), markup=False, soft_wrap=True)
+    out.print(f"ready to run: {', '.join(case.name for case in document.cases)}", markup=False, soft_wrap=True)
 
 
 def _run(model: bs.Model, cases: list[bs.LimitCase], settings: bs.ProcedureSettings, output: Path) -> None:

@@ -12,6 +12,8 @@
 from blockstruct.builders.courses import courses
 from blockstruct.builders.detection import Detection, DetectionReport, detect_interfaces
 from blockstruct.builders.document import Document, read_document
+from blockstruct.builders.document_writer import write_document, write_draft
+from blockstruct.builders.drawing import read_drawing
 from blockstruct.builders.import_report import Imported, ImportReport, Repair
 from blockstruct.builders.mesh import read_mesh
 from blockstruct.builders.obj import write_obj
@@ -27,9 +29,12 @@ __all__ = [
     "ImportReport",
     "Imported",
     "Repair",
+    "read_drawing",
     "read_mesh",
     "write_obj",
     # documents
     "Document",
     "read_document",
+    "write_document",
+    "write_draft",
 ]

@@ -144,7 +144,12 @@ def _build(content: dict[str, Any], stem: str) -> Document:
     detection = content["interfaces"]
     joint = _named(joints, detection["joint_material"], "joint material")
     found = detect_interfaces(blocks, joint, detection.get("tolerance"))
-    model = Model(content.get("name", stem), blocks, found.interfaces)
+    try:
+        model = Model(content.get("name", stem), blocks, found.interfaces)
+    except BlockstructError as error:
+        # What was found and what was left out mostly tells why.
+        error.add_note(f"{len(blocks)} blocks, {found.report}")
+        raise
 
     patterns = {
         name: LoadPattern(name, [_load_of(entry) for entry in loads])

@@ -11,20 +11,23 @@ from blockstruct.model import Block
 
 #: Mean block sizes, m, between which masonry is found; a wrong unit leads out of them.
 SMALLEST, LARGEST = 5e-3, 20.0
-#: What was done to a body, in words; a figure is a number of faces or corners unless said otherwise.
+#: What was done to a body, in words.
 KINDS = {
     "welded": "corners joined with others close by",
     "no area": "faces without area dropped",
     "twin": "faces given twice dropped",
     "turned": "faces turned to look outward",
     "merged": "faces joined with neighbours in one plane",
-    "flattened": "vertices moved into the planes of their faces, by m",
+    "flattened": "vertices moved into the planes of their faces",
     "split": "warped faces divided into triangles",
     "divided": "more bodies than one in a solid, each a block",
+    "arcs": "arcs taken as straight pieces, which they exceed",
     "renamed": "name used twice",
 }
 #: Part of most imports of triangles: reported, not warned of.
 _ROUTINE = ("merged", "divided")
+#: Kinds whose amount is a length.
+_LENGTHS = ("flattened", "arcs")
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,10 +145,10 @@ class ImportReport:
     def _line(self, kind: str) -> str:
         found = self._of(kind)
         amounts = [r.amount for r in found]
-        figure = f"up to {max(amounts):.3g}" if kind == "flattened" else f"{sum(amounts):.0f}"
+        figure = f"by up to {max(amounts):.3g} m" if kind in _LENGTHS else f"{sum(amounts):.0f}"
         names = list(Counter(r.block for r in found))
         more = f" and {len(names) - 5} more" if len(names) > 5 else ""
-        return f"{KINDS[kind]}: {figure} ({', '.join(names[:5])}{more})"
+        return f"{KINDS[kind]}{' ' if kind in _LENGTHS else ': '}{figure} ({', '.join(names[:5])}{more})"
 
 
 @dataclass(frozen=True, slots=True)

@@ -66,6 +66,7 @@ def blocks_of(
     fixed: str | Iterable[str],
     tolerance: Any,
     left_out: Iterable[str] = (),
+    repairs: Iterable[Repair] = (),
 ) -> Imported:
     """Blocks of solids, each body a block, with the report on what was repaired.
 
@@ -81,10 +82,11 @@ def blocks_of(
     if flat is not None and flat <= 0:
         msg = f"{source}: tolerance {flat:.6g} m; give a length above zero"
         raise ModelError(msg)
-    repairs: list[Repair] = []
+    left_out, repairs = tuple(left_out), list(repairs)
     bodies = _renamed([body for solid in solids for body in _bodies(solid, scale, source, repairs)], repairs)
     if not bodies:
-        msg = f"{source}: holds no solid; give a file with closed bodies"
+        others = f" (left out: {'; '.join(left_out)})" if left_out else ""
+        msg = f"{source}: holds no solid{others}; give a file with closed bodies"
         raise GeometryFileError(msg)
     blocks, refused = [], []
     for body in bodies:
@@ -103,7 +105,7 @@ def blocks_of(
         msg = f"{source}: {len(refused)} of {len(bodies)} bodies are no blocks:\n  {listed}{rest}"
         raise GeometryFileError(msg)
     blocks = _supported(blocks, fixed, source)
-    report = ImportReport.of(blocks, source, scale, tuple(repairs), tuple(left_out))
+    report = ImportReport.of(blocks, source, scale, tuple(repairs), left_out)
     if report.warnings:
         warnings.warn(f"{source}: {'; '.join(report.warnings)}", RepairWarning, stacklevel=3)
     return Imported(tuple(blocks), report)

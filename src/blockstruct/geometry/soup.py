@@ -35,14 +35,19 @@ def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
     pairs = cKDTree(points).query_pairs(distance, output_type="ndarray")
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
     clusters, label = connected_components(graph, directed=False)
-    first = np.full(clusters, len(points))
-    np.minimum.at(first, label, np.arange(len(points)))
-
-    new = label[of_corner.ravel()]
+    # One vertex a cluster, the first in the file, and in the order of the file.
+    cluster = label[of_corner.ravel()]
+    first = np.full(clusters, len(vertices))
+    np.minimum.at(first, cluster, corner)
+    new = np.argsort(np.argsort(first))[cluster]
     kept = new != new[following]
     ends = np.cumsum(np.add.reduceat(kept.astype(int), np.cumsum(count) - count))
     loops = new[kept].tolist()
-    return points[first], [tuple(loops[a:b]) for a, b in pairwise([0, *ends.tolist()])], len(points) - clusters
+    return (
+        vertices[np.sort(first)],
+        [tuple(loops[a:b]) for a, b in pairwise([0, *ends.tolist()])],
+        len(points) - clusters,
+    )
 
 
 def gathered(faces: list[Face]) -> list[Face]:
