@@ -9,6 +9,7 @@
 (6, 9)
 """
 
+from blockstruct.builders.assembly import read_assembly
 from blockstruct.builders.courses import courses
 from blockstruct.builders.detection import Detection, DetectionReport, detect_interfaces
 from blockstruct.builders.document import Document, read_document
@@ -29,6 +30,7 @@ __all__ = [
     "ImportReport",
     "Imported",
     "Repair",
+    "read_assembly",
     "read_drawing",
     "read_mesh",
     "write_obj",
