@@ -7,7 +7,8 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.geometry.flatten import triangulated
-from blockstruct.geometry.polygon import plane_axes, polygon_area
+from blockstruct.geometry.planes import Planes
+from blockstruct.geometry.polygon import plane_axes
 
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
@@ -30,13 +31,13 @@ def first_crossing(vertices: Array, faces: list[Face], size: float) -> Array | N
     size
         Largest extent of the body.
     """
-    for face in faces:
-        if len(face) > 3:
-            points = vertices[list(face)]
-            flat = (points - points[0]) @ np.stack(plane_axes(polygon_area(points)[2])).T
-            if not shapely.Polygon(flat).is_valid:
-                return np.asarray(points.mean(axis=0))
-    if _is_convex(vertices, faces, 1e-7 * size):
+    planes = Planes.of(vertices, faces)
+    axes = np.stack(plane_axes(planes.normal), axis=1)[planes.face]
+    flat = np.einsum("kaj,kj->ka", axes, vertices[planes.corner] - planes.centre[planes.face])
+    simple = shapely.is_valid(shapely.polygons(shapely.linearrings(flat, indices=planes.face)))
+    if not simple.all():
+        return np.asarray(planes.centre[np.argmin(simple)])
+    if planes.heights(vertices).max() <= 1e-7 * size:
         return None
     triangles = np.array([t for f in faces for t in triangulated(vertices, f)])
     edges = np.array(sorted({(min(a, b), max(a, b)) for f in faces for a, b in pairwise((*f, f[0]))}))
@@ -53,14 +54,6 @@ def first_crossing(vertices: Array, faces: list[Face], size: float) -> Array | N
         if point is not None:
             return point
     return None
-
-
-def _is_convex(vertices: Array, faces: list[Face], tolerance: float) -> bool:
-    for face in faces:
-        points = vertices[list(face)]
-        if ((vertices - points[0]) @ polygon_area(points)[2]).max() > tolerance:
-            return False
-    return True
 
 
 def _passage(vertices: Array, edges: NDArray[np.int64], triangles: NDArray[np.int64], size: float) -> Array | None:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.geometry.merge import EXACT
+from blockstruct.geometry.planes import Planes
 from blockstruct.geometry.polygon import polygon_area
 
 Array = NDArray[np.float64]
@@ -44,7 +45,7 @@ def flattened(vertices: Array, faces: list[Face], tolerance: float, size: float)
     size
         Largest extent of the body.
     """
-    off = np.array([_deviation(vertices, f) for f in faces])
+    off = Planes.of(vertices, faces).deviation
     limit = EXACT * size
     if np.all(off <= limit):
         return Flattened(vertices, faces, 0.0, 0)
@@ -52,18 +53,10 @@ def flattened(vertices: Array, faces: list[Face], tolerance: float, size: float)
     kept = [f for f, bad in zip(faces, warped, strict=True) if not bad]
     points = _moved(vertices, kept, limit)
     move = float(np.linalg.norm(points - vertices, axis=1).max())
-    if move > 2 * tolerance or any(_deviation(points, f) > limit for f in kept):
+    if move > 2 * tolerance or (kept and Planes.of(points, kept).deviation.max() > limit):
         points, move, warped = vertices, 0.0, off > limit
     loops = [t for f, bad in zip(faces, warped, strict=True) for t in (triangulated(points, f) if bad else [f])]
     return Flattened(points, loops, move, int(warped.sum()))
-
-
-def _deviation(vertices: Array, face: Face) -> float:
-    """Largest distance of the corners from the mean plane; zero for a triangle."""
-    if len(face) == 3:
-        return 0.0
-    points = vertices[list(face)]
-    return float(np.abs((points - points.mean(axis=0)) @ polygon_area(points)[2]).max())
 
 
 def _moved(vertices: Array, faces: list[Face], limit: float) -> Array:
@@ -72,24 +65,22 @@ def _moved(vertices: Array, faces: list[Face], limit: float) -> Array:
     points = vertices.copy()
     if not polygons:
         return points
-    corner = np.concatenate([np.array(f) for f in polygons])
-    of_face = np.repeat(np.arange(len(polygons)), [len(f) for f in polygons])
+    planes = Planes.of(points, polygons)
+    corner, of_face = planes.corner, planes.face
     order = np.argsort(corner, kind="stable")
     vertex, count = np.unique(corner, return_counts=True)
     slot = np.arange(len(corner)) - np.repeat(np.cumsum(count) - count, count)
     row = np.repeat(np.arange(len(vertex)), count)
     for _ in range(ROUNDS):
-        loops = [points[list(f)] for f in polygons]
-        normals = np.array([polygon_area(loop)[2] for loop in loops])
-        centres = np.array([loop.mean(axis=0) for loop in loops])
-        height = np.einsum("ij,ij->i", points[corner] - centres[of_face], normals[of_face])
-        if np.abs(height).max() <= limit:
+        if planes.deviation.max() <= limit:
             break
-        planes = np.zeros((len(vertex), count.max(), 3))
-        offset = np.zeros((len(vertex), count.max(), 1))
-        planes[row, slot] = normals[of_face[order]]
-        offset[row, slot, 0] = -height[order]
-        points[vertex] += (np.linalg.pinv(planes, rcond=SHALLOW) @ offset)[:, :, 0]
+        height = np.einsum("ij,ij->i", points[corner] - planes.centre[of_face], planes.normal[of_face])
+        normals = np.zeros((len(vertex), count.max(), 3))
+        offsets = np.zeros((len(vertex), count.max(), 1))
+        normals[row, slot] = planes.normal[of_face[order]]
+        offsets[row, slot, 0] = -height[order]
+        points[vertex] += (np.linalg.pinv(normals, rcond=SHALLOW) @ offsets)[:, :, 0]
+        planes = Planes.of(points, polygons)
     return points
 
 

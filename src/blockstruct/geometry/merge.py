@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from blockstruct.geometry.planes import Planes
 from blockstruct.geometry.polygon import plane_axes
 
 Array = NDArray[np.float64]
@@ -41,24 +42,23 @@ def merged_faces(vertices: Array, faces: list[Face], tolerance: float, size: flo
     faces, int
         The faces, without vertices in the middle of straight edges, and the number of faces without area.
     """
-    area = np.array([_area_vector(vertices[list(f)]) for f in faces])
-    magnitude = np.linalg.norm(area, axis=1)
-    longest = np.array([np.linalg.norm(vertices[list(f)] - vertices[[*f[1:], f[0]]], axis=1).max() for f in faces])
-    empty = magnitude <= NO_AREA * longest**2
-    normals = area / np.where(empty, 1.0, magnitude)[:, None]
+    planes = Planes.of(vertices, faces)
+    empty = planes.area <= NO_AREA * planes.longest**2
+    normals = np.where(empty[:, None], 0.0, planes.normal)
     pairs = _neighbours(faces)
     if empty.any():
         _lend_normals(vertices, faces, normals, empty)
     merged: list[Face] = []
     left = np.arange(len(faces))
     for limit in (tolerance, EXACT * size):
-        close = _in_one_plane(vertices, faces, normals, empty, pairs, limit) & np.isin(pairs, left).all(axis=1)
+        close = _in_one_plane(vertices, planes, normals, empty, pairs, limit) & np.isin(pairs, left).all(axis=1)
         graph = coo_array((np.ones(close.sum()), tuple(pairs[close].T)), shape=(len(faces), len(faces)))
         label = connected_components(graph, directed=False)[1]
         order = left[np.argsort(label[left], kind="stable")]
         refused = []
         for group in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
-            face = faces[group[0]] if len(group) == 1 else _outline(vertices, [faces[i] for i in group], limit)
+            whole = (planes.area[group, None] * planes.normal[group]).sum(axis=0)
+            face = faces[group[0]] if len(group) == 1 else _outline(vertices, [faces[i] for i in group], whole, limit)
             if face is None:
                 refused.extend(group.tolist())
             else:
@@ -68,11 +68,6 @@ def merged_faces(vertices: Array, faces: list[Face], tolerance: float, size: flo
             break
     merged += [faces[i] for i in left]
     return _without_middles(vertices, merged, tolerance), int(empty.sum())
-
-
-def _area_vector(points: Array) -> Array:
-    arms = points - points[0]
-    return np.asarray(np.cross(arms[1:-1], arms[2:]).sum(axis=0) / 2)
 
 
 def _neighbours(faces: list[Face]) -> Index:
@@ -97,26 +92,24 @@ def _lend_normals(vertices: Array, faces: list[Face], normals: Array, empty: NDA
 
 
 def _in_one_plane(
-    vertices: Array, faces: list[Face], normals: Array, empty: NDArray[np.bool_], pairs: Index, limit: float
+    vertices: Array, planes: Planes, normals: Array, empty: NDArray[np.bool_], pairs: Index, limit: float
 ) -> NDArray[np.bool_]:
     """Whether the vertices of each of two neighbours lie in the plane of the other."""
-    count = np.array([len(f) for f in faces])
-    start = np.cumsum(count) - count
-    corners = vertices[np.concatenate([np.array(f) for f in faces])]
-    centres = np.add.reduceat(corners, start) / count[:, None]
     close = np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]]) > 0.99
+    count = np.bincount(planes.face)
     for one, other in (pairs.T, pairs.T[::-1]):
         of_pair = np.repeat(np.arange(len(pairs)), count[other])
         offset = np.arange(len(of_pair)) - np.repeat(np.cumsum(count[other]) - count[other], count[other])
-        arms = corners[np.repeat(start[other], count[other]) + offset] - centres[one][of_pair]
+        corner = planes.corner[np.repeat(planes.start[other], count[other]) + offset]
+        arms = vertices[corner] - planes.centre[one][of_pair]
         far = np.zeros(len(pairs))
         np.maximum.at(far, of_pair, np.abs(np.einsum("ij,ij->i", arms, normals[one][of_pair])))
         close &= far <= np.where(empty[one], np.inf, limit)
     return np.asarray(close)
 
 
-def _outline(vertices: Array, group: list[Face], limit: float) -> Face | None:
-    """Outline of a group of faces, if it lies in one plane and is one simple polygon."""
+def _outline(vertices: Array, group: list[Face], area: Array, limit: float) -> Face | None:
+    """Outline of a group of faces of a common area vector, if it lies in one plane and is one simple polygon."""
     edges = {edge for face in group for edge in pairwise((*face, face[0]))}
     following: dict[int, int] = {}
     for a, b in edges:
@@ -131,12 +124,13 @@ def _outline(vertices: Array, group: list[Face], limit: float) -> Face | None:
         loop.append(vertex)
     if len(loop) < max(3, len(following)):
         return None
-    area = sum((_area_vector(vertices[list(f)]) for f in group), np.zeros(3))
     normal = area / np.linalg.norm(area)
     points = vertices[loop] - vertices[loop].mean(axis=0)
     if np.abs(points @ normal).max() > limit:
         return None
-    return tuple(loop) if shapely.Polygon(points @ np.stack(plane_axes(normal)).T).is_valid else None
+    # Two triangles that look the same way cannot cover each other.
+    simple = len(loop) == 4 or shapely.Polygon(points @ np.stack(plane_axes(normal)).T).is_valid
+    return tuple(loop) if simple else None
 
 
 def _without_middles(vertices: Array, faces: list[Face], tolerance: float) -> list[Face]:
