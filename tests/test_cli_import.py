@@ -79,7 +79,7 @@ def test_moved_vertices_widen_the_joints_and_say_so(call, tmp_path):
     warped = obj_text([*CUBE[:6], (1, 1, 1.002), CUBE[7]])
     (tmp_path / "a.obj").write_text(warped, encoding="utf-8")
     _, out, _ = call("import", tmp_path / "a.obj", "-o", tmp_path / "m.yaml", "--unit", "m", *STONE)
-    assert "gap in joints: 0.005 m, ten times the largest move (--gap)" in out
+    assert "coordinates are rounded: allow a gap of 0.005 m in joints" in out
     assert "tolerance: 0.005 m" in (tmp_path / "m.yaml").read_text(encoding="utf-8")
 
 

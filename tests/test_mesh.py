@@ -144,7 +144,9 @@ def test_rounded_coordinates_give_plane_faces_and_the_same_contact(tmp_path):
     with pytest.warns(bs.RepairWarning, match="moved into the planes"):
         found = bs.read_mesh(saved(tmp_path, "two.obj", text), unit="m", material=STONE)
     assert 0 < found.report.largest_move < 1e-3
-    contact = bs.detect_interfaces(found.blocks, joint_material=JOINT, tolerance=Q_(2e-3, "m"))
+    gap = found.report.joint_gap
+    assert gap == max(10 * found.report.largest_move, 1e-3 * found.report.mean_size)
+    contact = bs.detect_interfaces(found.blocks, joint_material=JOINT, tolerance=Q_(gap, "m"))
     assert contact.report.accepted == 1
 
 

@@ -175,7 +175,9 @@ def import_(
         str | None, typer.Option(help="Of a wall drawn in DXF, as in '30 cm'.", show_default=False)
     ] = None,
     segments: Annotated[int | None, typer.Option(help="Straight pieces of a DXF arc.", show_default=False)] = None,
-    gap: Annotated[str | None, typer.Option(help="Largest gap in a joint, as in '1 mm'.", show_default=False)] = None,
+    gap: Annotated[
+        str | None, typer.Option(help="Largest gap in a joint, as in '1 mm'.", show_default="what rounding needs")
+    ] = None,
 ) -> None:
     """Write a model document from blocks drawn elsewhere, then check it."""
     fixed = "lowest" if fix == ["lowest"] else fix or ()
@@ -205,9 +207,8 @@ def import_(
         else:
             found = bs.read_mesh(files, unit=unit, material=material, fixed=fixed)
     out.print(str(found.report), markup=False, soft_wrap=True)
-    if gap is None and found.report.largest_move > 0:
-        gap = f"{10 * found.report.largest_move:.2g} m"
-        out.print(f"gap in joints: {gap}, ten times the largest move (--gap)", markup=False, soft_wrap=True)
+    if gap is None and found.report.joint_gap:
+        gap = f"{found.report.joint_gap:.2g} m"
     dead = bs.LoadPattern("self-weight", [bs.SelfWeight()])
     push = bs.LoadPattern("weight sideways, +x", [bs.BodyForce((1, 0, 0))])
     case = bs.LimitCase("push +x", dead, push)

@@ -11,6 +11,8 @@ from blockstruct.model import Block
 
 #: Mean block sizes, m, between which masonry is found; a wrong unit leads out of them.
 SMALLEST, LARGEST = 5e-3, 20.0
+#: Gap in joints, relative to the mean block size, of blocks with rounded coordinates.
+ROUNDED_GAP = 1e-3
 #: What was done to a body, in words.
 KINDS = {
     "welded": "corners joined with others close by",
@@ -111,6 +113,15 @@ class ImportReport:
         return max((r.amount for r in self.repairs if r.kind == "flattened"), default=0.0)
 
     @property
+    def joint_gap(self) -> float:
+        """Gap, m, to allow in joints because coordinates were rounded: zero if no vertex had to move.
+
+        Ten times the largest move, and no less than a thousandth of the mean block size.
+        """
+        move = self.largest_move
+        return max(ROUNDED_GAP * self.mean_size, 10 * move) if move > 0 else 0.0
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """What to look at before going on, a text each."""
         found = []
@@ -137,6 +148,8 @@ class ImportReport:
         ]
         lines += [self._line(kind) for kind in _ROUTINE if self._of(kind)]
         lines += [f"warning: {text}" for text in self.warnings]
+        if self.joint_gap:
+            lines.append(f"coordinates are rounded: allow a gap of {self.joint_gap:.2g} m in joints")
         return "\n".join(lines)
 
     def _of(self, kind: str) -> list[Repair]:
