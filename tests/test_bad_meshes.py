@@ -12,6 +12,7 @@ from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, ply_text, stl_bytes
 
 STONE = bs.Material("stone", "20 kN/m^3")
 BLOCK = [bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)]
+TWO = [*BLOCK, bs.Block.box("c", Q_([2, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)]
 NOISE = np.random.default_rng(1).integers(0, 256, 4000, dtype=np.uint8).tobytes()
 STL, PLY = stl_bytes(BLOCK), ply_text(BLOCK)
 
@@ -55,7 +56,8 @@ def sphere(n):
         ("a.stl", STL[:60], "cut short"),
         ("a.stl", ascii_stl(BLOCK)[:-300], "'endsolid' is missing"),
         ("a.stl", ascii_stl(BLOCK).replace("vertex 0.0 0.0 0.0", "vertex 0.0 zero 0.0", 1), "no readable STL"),
-        ("a.ply", PLY[:-10], "a.ply"),
+        ("a.ply", PLY[:-10], "states 14 vertices and faces and has 13 lines"),
+        ("a.ply", ply_text(TWO)[:-60], "states 28 vertices and faces"),
         ("a.ply", PLY.replace("4 0 3 2 1", "4 0 3 2 99"), "a face names vertex 99, there are 8"),
         ("a.ply", PLY.replace("element vertex 8", "element vertex 800000000000"), "a.ply"),
         ("a.ply", PLY.replace("element face 6", "element face 6000000"), "6000000 faces, the limit is 500000"),

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.builders.profile import prism
 from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, ply_text, stl_bytes
 from structures import moved, rotation
 
@@ -128,6 +129,24 @@ def test_a_hole_keeps_its_triangles(tmp_path):
     (tube,) = bs.read_mesh(path, unit="m", material=STONE).blocks
     assert tube.volume == pytest.approx(8)
     assert sorted(map(len, tube.shape.faces)) == [3] * 16 + [4] * 8
+
+
+def test_tolerances_are_those_of_the_body_not_of_the_file(tmp_path):
+    # A cube whose top is bent by a thousandth, in one file with another cube ten kilometres away.
+    bent = [*CUBE[:6], (1, 1, 1.001), CUBE[7]]
+    far = [(x + 1e4, y, z) for x, y, z in CUBE]
+    text = obj_text(bent, fans(QUADS)) + obj_text(far, [[i - 9 for i in f] for f in fans(QUADS)])
+    blocks = bs.read_mesh(saved(tmp_path, "two.obj", text), unit="m", material=STONE).blocks
+    assert [len(b.shape.faces) for b in blocks] == [7, 6]
+
+
+def test_polygons_of_a_ply_file_need_not_be_convex(tmp_path):
+    outline = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)], dtype=float)
+    vertices, faces = prism(outline, 0.0, 1.0, standing=False)
+    block = bs.Block.from_faces("L", Q_(vertices, "m"), faces, STONE)
+    (found,) = bs.read_mesh(saved(tmp_path, "L.ply", ply_text([block])), unit="m", material=STONE).blocks
+    assert found.volume == pytest.approx(5)
+    assert sorted(map(len, found.shape.faces)) == [4] * 6 + [6] * 2
 
 
 def test_rounded_coordinates_give_plane_faces_and_the_same_contact(tmp_path):

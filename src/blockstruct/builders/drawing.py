@@ -100,14 +100,18 @@ def read_drawing(
         raise ModelError(msg)
     drawing = _opened(path)
     _check_unit(drawing, scale, path)
+    reading = _Reading(path, depth, plane == "elevation", segments)
     layers = {layer.dxf.name: layer for layer in drawing.layers}
+    # DXF does not tell layers apart by case, and entities may lie on layers that no table lists.
+    listed = {name.lower(): name for name in layers}
+    entities = [(e, listed.get(name.lower(), name)) for e, name in _entities(drawing.modelspace(), reading.left_out)]
+    known = {*layers, *(layer for _, layer in entities)}
     materials = material if isinstance(material, Mapping) else None
     fixed_layers = set(supports)
-    for name in sorted({*(materials or ()), *fixed_layers} - layers.keys()):
-        msg = f"{path}: has no layer {name!r}; it has {', '.join(sorted(layers))}"
+    for name in sorted({*(materials or ()), *fixed_layers} - known):
+        msg = f"{path}: has no layer {name!r}; it has {', '.join(sorted(known))}"
         raise UnknownNameError(msg)
-    reading = _Reading(path, depth, plane == "elevation", segments)
-    for entity, layer in _entities(drawing.modelspace(), reading.left_out):
+    for entity, layer in entities:
         if layer in layers and (layers[layer].is_off() or layers[layer].is_frozen()):
             reading.left_out[f"{entity.dxftype()} on layer {layer}, which is off or frozen"] += 1
         elif materials is not None and layer not in materials:

@@ -94,7 +94,7 @@ def _triangles(path: Path, material: Material) -> list[Solid]:
     """Solids of an STL or PLY file."""
     suffix = _suffix(path)
     content = content_of(path)
-    stated = checked_count((_stated_stl if suffix == ".stl" else _stated_ply)(content, path), path)
+    stated = (_stated_stl if suffix == ".stl" else _stated_ply)(content, path)
     trimesh = package("trimesh", "mesh", f"{path}: reading {suffix[1:].upper()}")
     try:
         # Unprocessed: trimesh would otherwise drop and join corners and faces without a word.
@@ -124,7 +124,7 @@ def _stated_stl(content: bytes, path: Path) -> int:
     if len(content) >= _STL_HEADER:
         count = int.from_bytes(content[80:84], "little")
         if len(content) == _STL_HEADER + _STL_TRIANGLE * count:
-            return count
+            return checked_count(count, path)
     text = content.lower()
     if not text.lstrip().startswith(b"solid") or b"\0" in content:
         msg = (
@@ -136,14 +136,21 @@ def _stated_stl(content: bytes, path: Path) -> int:
     if ended < begun:
         msg = f"{path}: 'endsolid' is missing, the file is cut short; export it again"
         raise GeometryFileError(msg)
-    return len(re.findall(rb"^\s*facet\b", text, re.MULTILINE))
+    return checked_count(len(re.findall(rb"^\s*facet\b", text, re.MULTILINE)), path)
 
 
 def _stated_ply(content: bytes, path: Path) -> int:
     """Number of faces that a PLY file says it has."""
-    header, end, _ = content.partition(b"end_header")
+    header, end, body = content.partition(b"end_header")
     faces = re.search(rb"^element\s+face\s+(\d{1,12})\s*$", header, re.MULTILINE)
     if not header.startswith(b"ply") or not end or faces is None:
         msg = f"{path}: no PLY file with faces; export it again as a mesh"
         raise GeometryFileError(msg)
-    return int(faces[1])
+    count = checked_count(int(faces[1]), path)
+    if re.search(rb"^format\s+ascii", header, re.MULTILINE):
+        items = sum(map(int, re.findall(rb"^element\s+\w+\s+(\d{1,12})\s*$", header, re.MULTILINE)))
+        lines = sum(bool(line.strip()) for line in body.splitlines())
+        if lines < items:
+            msg = f"{path}: states {items} vertices and faces and has {lines} lines; it is cut short, export it again"
+            raise GeometryFileError(msg)
+    return count

@@ -4,7 +4,7 @@ import warnings
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from itertools import chain, pairwise
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from blockstruct.builders.import_report import Imported, ImportReport, Repair
 from blockstruct.errors import GeometryError, GeometryFileError, ModelError, RepairWarning, UnknownNameError
-from blockstruct.geometry import closed_bodies, closed_surface, gathered, welded
+from blockstruct.geometry import closed_bodies, closed_surface, compact, gathered, welded
 from blockstruct.model import Block, Material
 from blockstruct.units import parse, si, to_quantity
 
@@ -113,32 +113,27 @@ def blocks_of(
 
 def _bodies(solid: Solid, scale: float, source: str, repairs: list[Repair]) -> list[Solid]:
     """Closed bodies of a solid in m, with welded corners."""
-    if not solid.faces:
+    given = [f for f in solid.faces if len(f) > 2]
+    if not given:
         return []
-    count = np.array([len(f) for f in solid.faces])
-    index = np.fromiter(chain.from_iterable(solid.faces), dtype=int, count=count.sum())
-    if index.min() < 0 or index.max() >= len(solid.vertices):
-        wrong = int(index.min() if index.min() < 0 else index.max())
-        known = len(solid.vertices)
+    known, named = len(solid.vertices), list(chain.from_iterable(given))
+    if min(named) < 0 or max(named) >= known:
+        wrong = min(named) if min(named) < 0 else max(named)
         msg = f"{source}: {solid.name!r}: a face names vertex {wrong}, there are {known}; the file is damaged"
         raise GeometryFileError(msg)
-    used, number = np.unique(index, return_inverse=True)
-    if not np.all(np.isfinite(solid.vertices[used])):
+    points, loops = compact(solid.vertices, given)
+    if not np.all(np.isfinite(points)):
         msg = f"{source}: {solid.name!r}: a vertex has a coordinate that is not finite; correct the file"
         raise GeometryFileError(msg)
-    corners = number.ravel().tolist()
-    loops = [tuple(corners[a:b]) for a, b in pairwise([0, *np.cumsum(count).tolist()])]
-    vertices, faces, moved = welded(solid.vertices[used] * scale, gathered(loops))
+    vertices, faces, moved = welded(points * scale, gathered(loops))
     proper = [f for f in faces if len(f) > 2]
     parts, twins = closed_bodies(proper)
-    dropped = len(faces) - len(proper)
+    dropped = len(solid.faces) - len(proper)
     done = {"welded": moved, "no area": dropped, "twin": twins, "divided": len(parts) - 1}
     repairs += [Repair(solid.name, kind, amount) for kind, amount in done.items() if amount > 0]
     names = [solid.name] if len(parts) == 1 else [f"{solid.name}.{k}" for k in range(1, len(parts) + 1)]
-    return [
-        replace(solid, name=name, vertices=vertices, faces=[proper[i] for i in part])
-        for name, part in zip(names, parts, strict=True)
-    ]
+    bodies = [compact(vertices, [proper[i] for i in part]) for part in parts]
+    return [replace(solid, name=n, vertices=v, faces=f) for n, (v, f) in zip(names, bodies, strict=True)]
 
 
 def _renamed(bodies: list[Solid], repairs: list[Repair]) -> list[Solid]:

@@ -12,7 +12,7 @@ from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs
 from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.polygon import common_area, plane_axes, polygon_area, tributary_areas
 from blockstruct.geometry.polyhedron import Polyhedron, box, polyhedron
-from blockstruct.geometry.soup import closed_bodies, gathered, welded
+from blockstruct.geometry.soup import closed_bodies, compact, gathered, welded
 from blockstruct.geometry.surface import Surface, closed_surface
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "Surface",
     "closed_bodies",
     "closed_surface",
+    "compact",
     "gathered",
     "welded",
     # polygons

@@ -57,8 +57,10 @@ def merged_faces(vertices: Array, faces: list[Face], tolerance: float, size: flo
         order = left[np.argsort(label[left], kind="stable")]
         refused = []
         for group in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
-            whole = (planes.area[group, None] * planes.normal[group]).sum(axis=0)
-            face = faces[group[0]] if len(group) == 1 else _outline(vertices, [faces[i] for i in group], whole, limit)
+            face: Face | None = faces[group[0]]
+            if len(group) > 1:
+                vectors = planes.area[group, None] * planes.normal[group]
+                face = _outline(vertices, [faces[i] for i in group], vectors, limit)
             if face is None:
                 refused.extend(group.tolist())
             else:
@@ -95,7 +97,8 @@ def _in_one_plane(
     vertices: Array, planes: Planes, normals: Array, empty: NDArray[np.bool_], pairs: Index, limit: float
 ) -> NDArray[np.bool_]:
     """Whether the vertices of each of two neighbours lie in the plane of the other."""
-    close = np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]]) > 0.99
+    # Fans over polygons that are not convex, as some readers make them, hold triangles that look the other way.
+    close = np.abs(np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]])) > 0.99
     count = np.bincount(planes.face)
     for one, other in (pairs.T, pairs.T[::-1]):
         of_pair = np.repeat(np.arange(len(pairs)), count[other])
@@ -108,8 +111,8 @@ def _in_one_plane(
     return np.asarray(close)
 
 
-def _outline(vertices: Array, group: list[Face], area: Array, limit: float) -> Face | None:
-    """Outline of a group of faces of a common area vector, if it lies in one plane and is one simple polygon."""
+def _outline(vertices: Array, group: list[Face], vectors: Array, limit: float) -> Face | None:
+    """Outline of a group of faces with their area vectors, if it lies in one plane and is one simple polygon."""
     edges = {edge for face in group for edge in pairwise((*face, face[0]))}
     following: dict[int, int] = {}
     for a, b in edges:
@@ -124,13 +127,14 @@ def _outline(vertices: Array, group: list[Face], area: Array, limit: float) -> F
         loop.append(vertex)
     if len(loop) < max(3, len(following)):
         return None
-    normal = area / np.linalg.norm(area)
+    area = vectors.sum(axis=0)
+    normal = area / max(np.linalg.norm(area), np.finfo(float).tiny)
     points = vertices[loop] - vertices[loop].mean(axis=0)
-    if np.abs(points @ normal).max() > limit:
+    if not np.any(area) or np.abs(points @ normal).max() > limit:
         return None
     # Two triangles that look the same way cannot cover each other.
-    simple = len(loop) == 4 or shapely.Polygon(points @ np.stack(plane_axes(normal)).T).is_valid
-    return tuple(loop) if simple else None
+    simple = len(loop) == 4 and bool(np.all(vectors @ normal >= 0))
+    return tuple(loop) if simple or shapely.Polygon(points @ np.stack(plane_axes(normal)).T).is_valid else None
 
 
 def _without_middles(vertices: Array, faces: list[Face], tolerance: float) -> list[Face]:

@@ -1,6 +1,6 @@
 """Loose faces, as meshes and drawings hold them: welded corners, closed bodies."""
 
-from itertools import chain, pairwise
+from itertools import accumulate, chain, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,15 @@ Face = tuple[int, ...]
 
 #: Distance, relative to the median edge, below which two corners are one.
 WELD = 1e-4
+
+
+def compact(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face]]:
+    """The vertices of some faces only, in their order, and the faces that name them."""
+    count = [len(f) for f in faces]
+    corner = np.fromiter(chain.from_iterable(faces), dtype=int, count=sum(count))
+    used, number = np.unique(corner, return_inverse=True)
+    loops = number.ravel().tolist()
+    return vertices[used], [tuple(loops[a:b]) for a, b in pairwise(accumulate(count, initial=0))]
 
 
 def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:

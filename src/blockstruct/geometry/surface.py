@@ -11,6 +11,7 @@ from blockstruct.errors import GeometryError
 from blockstruct.geometry.crossing import first_crossing
 from blockstruct.geometry.flatten import Flattened, flattened
 from blockstruct.geometry.merge import merged_faces
+from blockstruct.geometry.soup import compact
 
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
@@ -51,6 +52,7 @@ def closed_surface(vertices: Array, faces: list[Face], name: str, tolerance: flo
     Parameters
     ----------
     vertices : (n, 3) array
+        All of them belong to the body.
     faces
         Vertex indices of the faces of one body, in any orientation.
     name
@@ -86,10 +88,7 @@ def closed_surface(vertices: Array, faces: list[Face], name: str, tolerance: flo
     repairs["merged"] = len(outward) - len(whole) - repairs["no area"]
     done: Flattened = flattened(vertices, whole, tolerance or POLYGON_TOLERANCE * size, size)
     repairs["flattened"], repairs["split"] = done.move, done.split
-    used, renumbered = np.unique(np.concatenate([np.array(f) for f in done.faces]), return_inverse=True)
-    points = done.vertices[used]
-    ends = np.cumsum([len(f) for f in done.faces])
-    loops = [tuple(f.tolist()) for f in np.split(renumbered.ravel(), ends[:-1])]
+    points, loops = compact(done.vertices, done.faces)
     crossing = first_crossing(points, loops, size)
     if crossing is not None:
         x, y, z = crossing
