@@ -35,7 +35,9 @@ from blockstruct.analysis import AnalysisManager, log_to, print_lines
 from blockstruct.builders import (
     Detection,
     DetectionReport,
+    DetectionTolerances,
     Document,
+    FoundContact,
     courses,
     detect_interfaces,
     read_document,
@@ -70,7 +72,7 @@ from blockstruct.model import (
 from blockstruct.results import Analysis, CaseResult, contact_state, interface_resultants, mechanism
 from blockstruct.storage import check_file, open_analysis, save_analysis
 from blockstruct.units import Q_, ureg
-from blockstruct.vocabulary import ContactState, Flow, SolverStatus, Stage, Status
+from blockstruct.vocabulary import ContactState, Flow, JointOrientation, SolverStatus, Stage, Status
 
 __version__ = "0.1.0"
 
@@ -84,6 +86,7 @@ __all__ = [
     "FaceLoad",
     "Interface",
     "JointMaterial",
+    "JointOrientation",
     "LimitCase",
     "LoadPattern",
     "Material",
@@ -94,7 +97,9 @@ __all__ = [
     # builders
     "Detection",
     "DetectionReport",
+    "DetectionTolerances",
     "Document",
+    "FoundContact",
     "courses",
     "detect_interfaces",
     "read_document",

@@ -10,13 +10,16 @@
 """
 
 from blockstruct.builders.courses import courses
-from blockstruct.builders.detection import Detection, DetectionReport, detect_interfaces
+from blockstruct.builders.detection import Detection, detect_interfaces
+from blockstruct.builders.detection_report import DetectionReport, DetectionTolerances, FoundContact
 from blockstruct.builders.document import Document, read_document
 
 __all__ = [
     # interfaces
     "Detection",
     "DetectionReport",
+    "DetectionTolerances",
+    "FoundContact",
     "detect_interfaces",
     # structures
     "courses",

@@ -10,7 +10,8 @@ from typing import Any
 import yaml
 
 from blockstruct.builders.courses import courses
-from blockstruct.builders.detection import DetectionReport, detect_interfaces
+from blockstruct.builders.detection import detect_interfaces
+from blockstruct.builders.detection_report import DetectionReport
 from blockstruct.errors import BlockstructError, DocumentError, StorageError, UnknownNameError
 from blockstruct.model import (
     Block,
