@@ -9,10 +9,17 @@
 (6, 9)
 """
 
+from blockstruct.builders.arch import arch, arch_on_piers, barrel_vault
+from blockstruct.builders.column import column, stack, tilted
 from blockstruct.builders.courses import courses
+from blockstruct.builders.cross_vault import cross_vault
 from blockstruct.builders.detection import Detection, detect_interfaces
 from blockstruct.builders.detection_report import DetectionReport, DetectionTolerances, FoundContact
 from blockstruct.builders.document import Document, read_document
+from blockstruct.builders.dome import dome
+from blockstruct.builders.openings import Opening
+from blockstruct.builders.pier_spandrel import pier_spandrel
+from blockstruct.builders.wall import Sidewall, wall
 
 __all__ = [
     # interfaces
@@ -22,7 +29,19 @@ __all__ = [
     "FoundContact",
     "detect_interfaces",
     # structures
+    "Opening",
+    "Sidewall",
+    "arch",
+    "arch_on_piers",
+    "barrel_vault",
+    "column",
     "courses",
+    "cross_vault",
+    "dome",
+    "pier_spandrel",
+    "stack",
+    "tilted",
+    "wall",
     # documents
     "Document",
     "read_document",

@@ -178,6 +178,7 @@ class DetectionReport:
         t = self.tolerances
         joints = [f"{orientation} {area:.6g} m^2" for orientation, area in self.area_by_orientation.items()]
         other = [c for c in self.rejected if c.reason != "area"]
+        apart = [c for c in self.close if c[2] > t.gap]
         lines = [
             f"{self.accepted} interfaces, {self.total_area:.6g} m^2 (gap tolerance {t.gap:.3g} m)",
             f"{len(self.slivers)} slivers left out",
@@ -187,7 +188,8 @@ class DetectionReport:
             f"{len(other)} contacts rejected by gap or angle ({math.degrees(t.angle):.3g} deg)",
             f"{len(self.near_misses)} near misses within twice the tolerances",
             f"{len(self.overlaps)} overlaps, {len(self.nonplanar_faces)} non-planar faces",
-            f"{len(self.floating)} floating blocks, {len(self.close)} pairs within {t.close:.3g} m without contact",
+            f"{len(self.floating)} floating blocks",
+            f"{len(apart)} pairs without contact up to {t.close:.3g} m apart, {len(self.close) - len(apart)} on a line",
         ]
         lines += _listed("sliver", [f"{a} | {b}: {area:.3g} m^2" for a, b, area in self.slivers])
         lines += _listed("untouched", self.untouched)
@@ -204,7 +206,7 @@ class DetectionReport:
             "non-planar", [f"{b} face {f}: {off:.3g} m off its plane" for b, f, off in self.nonplanar_faces]
         )
         lines += _listed("floating", [b for b in self.floating if b not in set(self.untouched)])
-        lines += _listed("close", [f"{a} | {b}: {distance:.3g} m apart" for a, b, distance in self.close])
+        lines += _listed("close", [f"{a} | {b}: {distance:.3g} m apart" for a, b, distance in apart])
         return "\n".join(lines)
 
 
