@@ -16,7 +16,7 @@ from blockstruct.geometry.polygon import polygon_area
 Array = NDArray[np.float64]
 
 #: Deviation of a face from its mean plane, relative to the size of the block: what is rounding, and what is no face.
-ROUNDING, PLANARITY = 1e-6, 2e-3
+PLANARITY, LARGEST_DEVIATION = 1e-6, 2e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ class Polyhedron:
     def nonplanar_faces(self) -> list[int]:
         """Faces that deviate from a plane by more than rounding."""
         size = float(np.ptp(self.vertices, axis=0).max())
-        return [int(f) for f in np.flatnonzero(self.deviations > ROUNDING * size)]
+        return [int(f) for f in np.flatnonzero(self.deviations > PLANARITY * size)]
 
     def face_centroid(self, face: int) -> Array:
         """Centroid (3,) of a face."""
@@ -158,11 +158,11 @@ def _checked_deviations(
     of_face = np.repeat(np.arange(len(loops)), count)
     centres = np.add.reduceat(vertices[index], start) / count[:, None]
     heights = np.abs(np.einsum("ij,ij->i", vertices[index] - centres[of_face], normals[of_face]))
-    if heights.max() > PLANARITY * size:
+    if heights.max() > LARGEST_DEVIATION * size:
         worst = int(np.argmax(heights))
         msg = (
             f"block {name!r}: face {of_face[worst]} is not planar, vertex {index[worst]} lies "
-            f"{heights[worst]:.3g} m off its plane (limit {PLANARITY * size:.3g} m); "
+            f"{heights[worst]:.3g} m off its plane (limit {LARGEST_DEVIATION * size:.3g} m); "
             "split the face into triangles or correct the vertex"
         )
         raise GeometryError(msg)
