@@ -78,11 +78,26 @@ def test_the_area_that_is_a_line_is_for_the_user_to_say():
 
 
 def test_a_wall_drawn_with_open_joints_says_how_wide_they_are():
+    apart = detect(FLOOR, box("a", [0, 0, 0.025]), box("b", [1.03, 0, 0.025])).report
+    assert {c[:2]: round(c[2], 6) for c in apart.close} == {
+        ("floor", "a"): 0.025,
+        ("floor", "b"): 0.025,
+        ("a", "b"): 0.03,
+    }
+    assert "close a | b: 0.03 m apart" in str(apart)
     report = detect(FLOOR, box("a", [0, 0, 0.004]), box("b", [0, 0, 1.004])).report
     assert report.accepted == 1
     assert report.floating == ("a", "b")
     assert report.untouched == ("floor",)
     assert judged(report, "floor", "a").gap == pytest.approx(0.004)
+    assert "a tolerance of 0.00404 m would take the 1 rejected by gap or penetration" in str(report)
+
+
+def test_stones_in_wide_rough_joints_make_a_model():
+    # A joint of 2 cm between stones of half a metre: the interface lies halfway between the faces.
+    stones = FLOOR, box("a", [0, 0, 0.02], [0.5, 0.5, 0.5]), box("b", [0, 0, 0.54], [0.5, 0.5, 0.5])
+    found = detect(*stones, tolerance="2.1 cm")
+    assert bs.Model("rough", stones, found.interfaces).interfaces[0].centroid[2] == pytest.approx(0.01)
 
 
 def test_blocks_that_touch_along_a_line_are_close():
@@ -213,6 +228,7 @@ def test_detection_is_invariant_to_rigid_motion_and_block_order(axis, angle, shi
     here, there = (bs.detect_interfaces(b, DRY).report for b in (PUZZLE, shuffled))
     assert summary(there) == summary(here)
     assert sorted(map(sorted, (c[:2] for c in there.close))) == sorted(map(sorted, (c[:2] for c in here.close)))
+    assert len(here.close) > 0
     assert {c.reason for c in here.contacts} == {"", "gap"}
 
 

@@ -31,8 +31,9 @@ GAP_TOLERANCE = 1e-5
 #: Area, relative to the square of the mean block size, below which a contact is a line or a point, and below which it
 #: is nothing but the rounding of a line.
 AREA_TOLERANCE, AREA_ROUNDING = 1e-6, 1e-9
-#: Distance, relative to the mean block size, up to which blocks without a contact are worth a word.
-CLOSE = 1e-2
+#: Distance, relative to the mean block size, up to which two faces are judged, and up to which blocks without a contact
+#: are worth a word: the width of a mortar joint.
+REACH, CLOSE = 1e-2, 0.1
 #: Angle up to which faces that look at each other are judged at all, and that of a contact by default.
 ANGLE_REACH, ANGLE_TOLERANCE = math.radians(10), "1 deg"
 #: Angle, in radians, beyond which two faces do not look at each other.
@@ -111,7 +112,7 @@ def detect_interfaces(
     seen: Counter[tuple[str, str]] = Counter()
     for pair in coplanar_face_pairs(
         shapes,
-        limits.close,
+        max(2 * limits.gap, REACH * size),
         angle=max(2 * limits.angle, ANGLE_REACH),
         rounding=min(limits.gap, GAP_TOLERANCE * size),
     ):

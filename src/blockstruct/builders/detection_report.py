@@ -185,12 +185,17 @@ class DetectionReport:
             f"{len(self.between_supports)} contacts between supports left out",
             f"{len(self.untouched)} blocks without interface",
             f"joints: {', '.join(joints) or 'none'}",
-            f"{len(other)} contacts rejected by gap or angle ({math.degrees(t.angle):.3g} deg)",
+            f"{len(other)} contacts rejected by gap, penetration or angle ({math.degrees(t.angle):.3g} deg)",
             f"{len(self.near_misses)} near misses within twice the tolerances",
             f"{len(self.overlaps)} overlaps, {len(self.nonplanar_faces)} non-planar faces",
             f"{len(self.floating)} floating blocks",
             f"{len(apart)} pairs without contact up to {t.close:.3g} m apart, {len(self.close) - len(apart)} on a line",
         ]
+        wider = [abs(c.gap) for c in other if c.reason != "angle"]
+        if wider:
+            lines.append(
+                f"a tolerance of {1.01 * max(wider):.3g} m would take the {len(wider)} rejected by gap or penetration"
+            )
         lines += _listed("sliver", [f"{a} | {b}: {area:.3g} m^2" for a, b, area in self.slivers])
         lines += _listed("untouched", self.untouched)
         lines += _listed(

@@ -25,7 +25,8 @@ def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[
     Returns
     -------
     list of (i, j, depth)
-        ``i < j``. The depth is that of the shallowest direction (convex) or of the common bounding box.
+        ``i < j``. The depth is that of the convex hulls in the shallowest direction; where a body is not convex, at
+        most the least extent of the common bounding box.
     """
     if len(bodies) < 2:
         return []
@@ -41,7 +42,9 @@ def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[
         for k in (one, other):
             if k not in convex:
                 convex[k] = bool(_hull_faces(bodies[k], tolerance).all())
-        depth = _convex_depth(a, b) if convex[one] and convex[other] else _sampled_depth(a, b, tolerance)
+        depth = _hull_depth(a, b)
+        if depth > tolerance and not (convex[one] and convex[other]):
+            depth = min(depth, _sampled_depth(a, b, tolerance))
         if depth > tolerance:
             found.append((one, other, depth))
     return found
@@ -61,7 +64,7 @@ def _directions(body: Polyhedron) -> Array:
     return np.unique(np.round(edges * sign[:, None], 9), axis=0)
 
 
-def _convex_depth(a: Polyhedron, b: Polyhedron) -> float:
+def _hull_depth(a: Polyhedron, b: Polyhedron) -> float:
     cross = np.cross(_directions(a)[:, None], _directions(b)[None]).reshape(-1, 3)
     length = np.linalg.norm(cross, axis=1)
     axes = np.concatenate([a.normals, b.normals, cross[length > 1e-6] / length[length > 1e-6, None]])

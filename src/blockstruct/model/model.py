@@ -22,6 +22,8 @@ from blockstruct.model.names import checked_name, checked_tuple
 
 #: Penetration, relative to the mean block size, that is rounding, and that blocks joined by an interface may have.
 OVERLAP_TOLERANCE, JOINED_OVERLAP = 1e-5, 1e-2
+#: Distance of an interface from the faces it lies on, relative to the mean block size: half of a wide, rough joint.
+OFF_FACE = 5e-2
 #: Share of an interface that another of the same blocks may cover.
 AREA_SHARE = 1e-3
 
@@ -170,7 +172,7 @@ class Model:
 
         The faces under a polygon that is not plane may be several, each looking another way.
         """
-        slack = JOINED_OVERLAP * self.characteristic_length
+        slack = OFF_FACE * self.characteristic_length
         for interface in self.interfaces:
             limit = slack + 2 * interface.deviation
             for name, sense in ((interface.minus, 1.0), (interface.plus, -1.0)):
