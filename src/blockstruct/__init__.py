@@ -35,16 +35,30 @@ from blockstruct.analysis import AnalysisManager, log_to, print_lines
 from blockstruct.builders import (
     Detection,
     DetectionReport,
+    DetectionTolerances,
     Document,
+    FoundContact,
     Imported,
     ImportReport,
+    Opening,
     Repair,
+    Sidewall,
+    arch,
+    arch_on_piers,
+    barrel_vault,
+    column,
     courses,
+    cross_vault,
     detect_interfaces,
+    dome,
+    pier_spandrel,
     read_assembly,
     read_document,
     read_drawing,
     read_mesh,
+    stack,
+    tilted,
+    wall,
     write_document,
     write_draft,
     write_obj,
@@ -82,7 +96,7 @@ from blockstruct.model import (
 from blockstruct.results import Analysis, CaseResult, contact_state, interface_resultants, mechanism
 from blockstruct.storage import check_file, open_analysis, save_analysis
 from blockstruct.units import Q_, ureg
-from blockstruct.vocabulary import ContactState, Flow, SolverStatus, Stage, Status
+from blockstruct.vocabulary import ContactState, Flow, JointOrientation, SolverStatus, Stage, Status
 
 __version__ = "0.1.0"
 
@@ -96,6 +110,7 @@ __all__ = [
     "FaceLoad",
     "Interface",
     "JointMaterial",
+    "JointOrientation",
     "LimitCase",
     "LoadPattern",
     "Material",
@@ -106,8 +121,9 @@ __all__ = [
     # builders
     "Detection",
     "DetectionReport",
+    "DetectionTolerances",
     "Document",
-    "courses",
+    "FoundContact",
     "detect_interfaces",
     "read_document",
     "write_document",
@@ -120,6 +136,20 @@ __all__ = [
     "read_drawing",
     "read_mesh",
     "write_obj",
+    # structures
+    "Opening",
+    "Sidewall",
+    "arch",
+    "arch_on_piers",
+    "barrel_vault",
+    "column",
+    "courses",
+    "cross_vault",
+    "dome",
+    "pier_spandrel",
+    "stack",
+    "tilted",
+    "wall",
     # analysis
     "AnalysisManager",
     "Flow",

@@ -10,12 +10,14 @@ from typing import Any
 import yaml
 
 from blockstruct.builders.courses import courses
-from blockstruct.builders.detection import DetectionReport, detect_interfaces
+from blockstruct.builders.detection import Detection, detect_interfaces
+from blockstruct.builders.detection_report import DetectionReport
 from blockstruct.errors import BlockstructError, DocumentError, StorageError, UnknownNameError
 from blockstruct.model import (
     Block,
     BodyForce,
     FaceLoad,
+    Interface,
     JointMaterial,
     LimitCase,
     LoadPattern,
@@ -141,9 +143,7 @@ def _build(content: dict[str, Any], stem: str) -> Document:
         blocks += courses(**entry | {"material": _named(materials, entry["material"], "material")})
     for entry in content.get("blocks", []):
         blocks.append(_block(entry, _named(materials, entry["material"], "material")))
-    detection = content["interfaces"]
-    joint = _named(joints, detection["joint_material"], "joint material")
-    found = detect_interfaces(blocks, joint, detection.get("tolerance"))
+    found = _detection(blocks, content["interfaces"], joints)
     try:
         model = Model(content.get("name", stem), blocks, found.interfaces)
     except BlockstructError as error:
@@ -168,19 +168,39 @@ def _build(content: dict[str, Any], stem: str) -> Document:
     return Document(model, cases, content.get("settings", {}), found.report)
 
 
+def _detection(blocks: list[Block], entry: dict[str, Any], joints: dict[str, JointMaterial]) -> Detection:
+    limits = {key: entry[key] for key in ("tolerance", "angle_tolerance", "area_tolerance") if key in entry}
+    names = entry["joint_material"]
+    rule: Any = (
+        {pattern: _named(joints, name, "joint material") for pattern, name in names.items()}
+        if isinstance(names, dict)
+        else _named(joints, names, "joint material")
+    )
+    explicit = [
+        Interface(
+            given.get("name", f"{given['minus']}|{given['plus']}"),
+            given["minus"],
+            given["plus"],
+            _points(given["polygon"], given["unit"], f"interface of {given['minus']!r} and {given['plus']!r}"),
+            _named(joints, given["joint_material"], "joint material"),
+        )
+        for given in entry.get("explicit", [])
+    ]
+    return detect_interfaces(blocks, rule, **limits, explicit=explicit)
+
+
+def _points(values: Any, unit: str, who: str) -> Any:
+    """Quantity of points, which state their unit once."""
+    return to_quantity(values, "dimensionless") * parse(f"1 {unit}", f"{who}: unit of the vertices")
+
+
 def _block(entry: dict[str, Any], material: Material) -> Block:
     fixed = entry.get("fixed", False)
     if "box" in entry:
         return Block.box(entry["name"], entry["box"]["origin"], entry["box"]["size"], material, fixed=fixed)
     shape = entry["polyhedron"]
-    metre = parse(f"1 {shape['unit']}", f"block {entry['name']!r}: unit of the vertices")
-    return Block.from_faces(
-        entry["name"],
-        to_quantity(shape["vertices"], "dimensionless") * metre,
-        shape["faces"],
-        material,
-        fixed=fixed,
-    )
+    vertices = _points(shape["vertices"], shape["unit"], f"block {entry['name']!r}")
+    return Block.from_faces(entry["name"], vertices, shape["faces"], material, fixed=fixed)
 
 
 def _load_of(entry: dict[str, Any]) -> Any:

@@ -8,7 +8,8 @@
 """
 
 from blockstruct.geometry.cells import is_rectangle, polygon_cells
-from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs
+from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs, crossed_faces
+from blockstruct.geometry.neighbours import box_pairs, separations
 from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.polygon import common_area, plane_axes, polygon_area, tributary_areas
 from blockstruct.geometry.polyhedron import Polyhedron, box, polyhedron
@@ -38,4 +39,8 @@ __all__ = [
     # contacts
     "FacePair",
     "coplanar_face_pairs",
+    "crossed_faces",
+    # neighbours
+    "box_pairs",
+    "separations",
 ]

@@ -22,6 +22,8 @@ from blockstruct.model.names import checked_name, checked_tuple
 
 #: Penetration, relative to the mean block size, that is rounding, and that blocks joined by an interface may have.
 OVERLAP_TOLERANCE, JOINED_OVERLAP = 1e-5, 1e-2
+#: Distance of an interface from the faces it lies on, relative to the mean block size: half of a wide, rough joint.
+OFF_FACE = 5e-2
 #: Share of an interface that another of the same blocks may cover.
 AREA_SHARE = 1e-3
 
@@ -166,12 +168,16 @@ class Model:
             raise GeometryError(msg)
 
     def _check_interfaces(self, known: dict[str, int]) -> None:
-        """Every polygon lies on a face of its minus block that looks along its normal, and of its plus block."""
-        limit = JOINED_OVERLAP * self.characteristic_length
+        """Every polygon lies on a face of its minus block that looks along its normal, and of its plus block.
+
+        The faces under a polygon that is not plane may be several, each looking another way.
+        """
+        slack = OFF_FACE * self.characteristic_length
         for interface in self.interfaces:
+            limit = slack + 2 * interface.deviation
             for name, sense in ((interface.minus, 1.0), (interface.plus, -1.0)):
                 shape = self.blocks[known[name]].shape
-                facing = shape.normals @ interface.normal * sense > 0.99
+                facing = shape.normals @ interface.normal * sense > (0.99 if interface.is_planar else 0.5)
                 first = shape.vertices[[face[0] for face, ok in zip(shape.faces, facing, strict=True) if ok]]
                 heights = (interface.polygon[None] - first[:, None]) @ interface.normal
                 low, high = shape.vertices.min(axis=0) - limit, shape.vertices.max(axis=0) + limit
@@ -189,7 +195,7 @@ class Model:
             of_pair.setdefault(frozenset((interface.minus, interface.plus)), []).append(interface)
         for one, other in chain.from_iterable(combinations(several, 2) for several in of_pair.values()):
             parallel = abs(one.normal @ other.normal) > 0.99
-            if parallel and common_area(one.polygon, other.polygon, one.normal, limit) > AREA_SHARE * one.area:
+            if parallel and common_area(one.polygon, other.polygon, one.normal, slack) > AREA_SHARE * one.area:
                 msg = (
                     f"model {self.name!r}: interfaces {one.name!r} and {other.name!r} cover the same area of one "
                     "joint; remove one of them"
