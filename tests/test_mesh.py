@@ -131,6 +131,36 @@ def test_a_hole_keeps_its_triangles(tmp_path):
     assert sorted(map(len, tube.shape.faces)) == [3] * 16 + [4] * 8
 
 
+@given(data=st.data())
+@settings(max_examples=15, derandomize=True, deadline=None)
+def test_order_and_sense_of_the_faces_do_not_matter(tmp_path_factory, data):
+    # Two cubes, one upon the other, as triangles: any order within a cube, any of them turned.
+    soup = []
+    for level in (0, 1):
+        triangles = data.draw(st.permutations(fans(QUADS)))
+        turned = data.draw(st.lists(st.booleans(), min_size=12, max_size=12))
+        soup += [
+            [(*CUBE[i][:2], CUBE[i][2] + level) for i in (t[::-1] if back else t)]
+            for t, back in zip(triangles, turned, strict=True)
+        ]
+    corners = [corner for triangle in soup for corner in triangle]
+    text = obj_text(corners, [(i, i + 1, i + 2) for i in range(0, len(corners), 3)])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", bs.RepairWarning)
+        found = bs.read_mesh(saved(tmp_path_factory.mktemp("soup"), "s.obj", text), unit="m", material=STONE)
+    assert [b.volume for b in found.blocks] == pytest.approx([1, 1])
+    assert [len(b.shape.faces) for b in found.blocks] == [6, 6]
+    assert bs.detect_interfaces(found.blocks, joint_material=JOINT).report.accepted == 1
+
+
+def test_the_tolerance_decides_what_is_plane(tmp_path):
+    path = saved(tmp_path, "bent.obj", obj_text([*CUBE[:6], (1, 1, 1.001), CUBE[7]], fans(QUADS)))
+    (exact,) = bs.read_mesh(path, unit="m", material=STONE).blocks
+    with pytest.warns(bs.RepairWarning, match="moved into the planes"):
+        (coarse,) = bs.read_mesh(path, unit="m", material=STONE, tolerance="2 mm").blocks
+    assert (len(exact.shape.faces), len(coarse.shape.faces)) == (7, 6)
+
+
 def test_tolerances_are_those_of_the_body_not_of_the_file(tmp_path):
     # A cube whose top is bent by a thousandth, in one file with another cube ten kilometres away.
     bent = [*CUBE[:6], (1, 1, 1.001), CUBE[7]]

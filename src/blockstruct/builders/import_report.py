@@ -69,6 +69,8 @@ class ImportReport:
         Size of the whole along x, y and z, m.
     mean_size : float
         Cube root of the mean volume of the blocks, m.
+    sizes : (float, float)
+        Cube roots of the least and the largest volume, m.
     volume : float
         Of all blocks, m³.
     repairs : tuple of Repair
@@ -83,6 +85,7 @@ class ImportReport:
     supports: tuple[str, ...]
     extent: tuple[float, ...]
     mean_size: float
+    sizes: tuple[float, float]
     volume: float
     repairs: tuple[Repair, ...]
     left_out: tuple[str, ...]
@@ -93,7 +96,8 @@ class ImportReport:
     ) -> Self:
         """Report on blocks that were made."""
         points = np.concatenate([b.shape.vertices for b in blocks])
-        volume = float(sum(b.volume for b in blocks))
+        volumes = [b.volume for b in blocks]
+        volume = sum(volumes)
         return cls(
             source=source,
             scale=scale,
@@ -101,7 +105,8 @@ class ImportReport:
             faces=sum(len(b.shape.faces) for b in blocks),
             supports=tuple(b.name for b in blocks if b.fixed),
             extent=tuple(np.ptp(points, axis=0).tolist()),
-            mean_size=float((volume / len(blocks)) ** (1 / 3)),
+            mean_size=(volume / len(blocks)) ** (1 / 3),
+            sizes=(min(volumes) ** (1 / 3), max(volumes) ** (1 / 3)),
             volume=volume,
             repairs=repairs,
             left_out=left_out,
@@ -141,10 +146,10 @@ class ImportReport:
         return pd.DataFrame(rows, columns=["block", "kind", "amount", "meaning"])
 
     def __str__(self) -> str:
-        x, y, z = self.extent
+        (x, y, z), (least, most) = self.extent, self.sizes
         lines = [
             f"{self.source}: {self.blocks} blocks of {self.faces} faces, {len(self.supports)} of them fixed",
-            f"1 unit is {self.scale:g} m; {x:.4g} × {y:.4g} × {z:.4g} m, mean block size {self.mean_size:.3g} m",
+            f"1 unit is {self.scale:g} m; {x:.4g} × {y:.4g} × {z:.4g} m, block sizes {least:.3g} to {most:.3g} m",
         ]
         lines += [self._line(kind) for kind in _ROUTINE if self._of(kind)]
         lines += [f"warning: {text}" for text in self.warnings]
