@@ -71,7 +71,7 @@ def read_assembly(
 
     Warns
     -----
-    RepairWarning
+    GeometryWarning
         Whatever was left out or repaired.
     """
     path = Path(file)

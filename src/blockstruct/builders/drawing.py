@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 #: Metres of the units that a drawing may state ($INSUNITS).
 _STATED_UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1}
+#: Bodies that only the program that made them can divide into faces.
+_SOLID_MODELS = ("3DSOLID", "BODY", "EXTRUDEDSURFACE", "LOFTEDSURFACE", "REVOLVEDSURFACE", "SURFACE", "SWEPTSURFACE")
 #: Levels of blocks inside blocks of a drawing that are followed.
 _DEPTH = 16
 
@@ -83,7 +85,7 @@ def read_drawing(
 
     Warns
     -----
-    RepairWarning
+    GeometryWarning
         Whatever was left out or repaired.
     """
     path = Path(file)
@@ -171,7 +173,8 @@ class _Reading:
         elif kind == "3DFACE":
             self.loose.setdefault(layer, []).append(np.array([tuple(v) for v in entity.wcs_vertices()], dtype=float))
         else:
-            self.left_out[f"{kind} on layer {layer}"] += 1
+            remedy = ", to be exported as a mesh" if kind in _SOLID_MODELS else ""
+            self.left_out[f"{kind} on layer {layer}{remedy}"] += 1
 
     def _polyline(
         self, entity: Any, layer: str, corners: list[tuple[float, float, float, float]], closed: bool

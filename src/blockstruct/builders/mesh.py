@@ -65,7 +65,7 @@ def read_mesh(
 
     Warns
     -----
-    RepairWarning
+    GeometryWarning
         Repairs beyond the joining of coplanar faces, or blocks of an unlikely size.
     """
     paths = [Path(f) for f in ([files] if isinstance(files, str | Path) else files)]
