@@ -123,6 +123,7 @@ def without(content, *path):
         ("", "is empty"),
         ('{"dtype": "compas', "no valid JSON"),
         ("[" * 100_000, "no valid JSON|nested"),
+        ('{"node": {"0": {}, "0": {}}}', "repeated keys .'0'."),
         ("3", "no COMPAS assembly, model or list of meshes"),
         ({"a": 1}, "found a"),
         ({"blocks": {"0": {}}, "assembly": []}, "block 0 has no readable mesh"),

@@ -215,6 +215,9 @@ def test_damaged_drawings_are_refused(draw, tmp_path, monkeypatch):
     with pytest.raises(bs.GeometryFileError, match=r"'0.1': its surface crosses itself"):
         read()
     space.delete_entity(bow_tie)
+    space.add_polyline2d([(0, 0), (1, 0), (1, 1)], close=True).vertices[0].dxf.discard("location")
+    with pytest.raises(bs.GeometryFileError, match="POLYLINE on layer '0' is damaged"):
+        read()
     content = (tmp_path / "drawing.dxf").read_bytes()
     for name, bad in [
         ("empty", b""),

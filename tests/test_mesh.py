@@ -206,6 +206,16 @@ def test_what_is_no_face_is_reported(tmp_path):
     assert [b.name for b in found.blocks] == ["cube"]
 
 
+@pytest.mark.parametrize("name", ["a.obj", "a.ply"])
+def test_vertices_of_no_face_are_reported(tmp_path, name):
+    # What is left of a second body after its faces were lost.
+    block = bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
+    ply = ply_text([block]).replace("vertex 8", "vertex 9").replace("\n4 0 3", "\n5 5 5\n4 0 3", 1)
+    text = obj_text([*CUBE, (5, 5, 5)]) if name == "a.obj" else ply
+    with pytest.warns(bs.GeometryWarning, match="left out: 1 vertices of no face"):
+        assert len(bs.read_mesh(saved(tmp_path, name, text), unit="m", material=STONE).blocks) == 1
+
+
 def test_names_used_twice_are_numbered(tmp_path):
     path = saved(tmp_path, "a.obj", "o stone\n" + obj_text())
     other = saved(tmp_path, "b.obj", "o stone\n" + obj_text([(x + 2, y, z) for x, y, z in CUBE]))
