@@ -105,7 +105,7 @@ def test_supports_add_up(tmp_path):
 
 def test_interfaces_of_the_file_are_left_out_with_a_warning(tmp_path):
     edges = {"0": {"1": {"interfaces": [typed("Interface", {})]}}, "1": {"2": {"interfaces": [typed("Interface", {})]}}}
-    with pytest.warns(bs.RepairWarning, match="left out: the interfaces of 2 pairs of blocks, to be detected anew"):
+    with pytest.warns(bs.GeometryWarning, match="left out: the interfaces of 2 pairs of blocks, to be detected anew"):
         assert len(read(tmp_path, assembly(edge=edges)).blocks) == 3
 
 
@@ -123,6 +123,7 @@ def without(content, *path):
         ("", "is empty"),
         ('{"dtype": "compas', "no valid JSON"),
         ("[" * 100_000, "no valid JSON|nested"),
+        ('{"node": {"0": {}, "0": {}}}', "repeated keys .'0'."),
         ("3", "no COMPAS assembly, model or list of meshes"),
         ({"a": 1}, "found a"),
         ({"blocks": {"0": {}}, "assembly": []}, "block 0 has no readable mesh"),

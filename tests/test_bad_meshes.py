@@ -57,6 +57,7 @@ def sphere(n):
         ("a.stl", ascii_stl(BLOCK)[:-300], "'endsolid' is missing"),
         ("a.stl", ascii_stl(BLOCK).replace("vertex 0.0 0.0 0.0", "vertex 0.0 zero 0.0", 1), "no readable STL"),
         ("a.ply", PLY[:-10], "states 14 vertices and faces and has 13 lines"),
+        ("a.ply", PLY + "0 0 0\n", "states 14 vertices and faces and has 15 lines"),
         ("a.ply", ply_text(TWO)[:-60], "states 28 vertices and faces"),
         ("a.ply", PLY.replace("4 0 3 2 1", "4 0 3 2 99"), "a face names vertex 99, there are 8"),
         ("a.ply", PLY.replace("element vertex 8", "element vertex 800000000000"), "a.ply"),

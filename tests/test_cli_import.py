@@ -72,7 +72,7 @@ def test_repairs_are_printed_once(call, tmp_path):
         scan.write_bytes(stl_bytes([block], inward=True))
     _, out, err = call("import", *scans, "-o", tmp_path / "m.yaml", "--unit", "m", *STONE)
     assert out.count("faces turned to look outward: 24 (a, b)") == 1
-    assert "RepairWarning" not in err
+    assert "GeometryWarning" not in err
 
 
 def test_moved_vertices_widen_the_joints_and_say_so(call, tmp_path):

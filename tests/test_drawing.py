@@ -108,7 +108,7 @@ def test_arcs_are_refused_unless_their_segments_are_stated(draw):
     voussoirs(space, 9, 1900, 2100)
     with pytest.raises(bs.GeometryFileError, match="has arcs; give segments"):
         read()
-    with pytest.warns(bs.RepairWarning, match="arcs taken as straight pieces, which they exceed by up to"):
+    with pytest.warns(bs.GeometryWarning, match="arcs taken as straight pieces, which they exceed by up to"):
         found = read(segments=6)
     rise = 2.1 * (1 - np.cos(np.pi / 9 / 12))
     assert found.report.table().query("kind == 'arcs'").amount.max() == pytest.approx(rise)
@@ -151,12 +151,12 @@ def test_layers_give_materials_and_what_is_left_out_is_reported(draw):
     space.add_text("elevation", dxfattribs={"layer": "NOTES"})
     space.add_lwpolyline([(0, 0), (1, 0), (1, 1)], dxfattribs={"layer": "STONE"})
     space.add_circle((0, 0), 100, dxfattribs={"layer": "STONE"})
-    with pytest.warns(bs.RepairWarning, match="left out: 1 CIRCLE on layer STONE; 1 LWPOLYLINE on layer NOTES"):
+    with pytest.warns(bs.GeometryWarning, match="left out: 1 CIRCLE on layer STONE; 1 LWPOLYLINE on layer NOTES"):
         found = read(material={"STONE": TUFF, "GROUND": STONE})
     assert {b.name: b.material.name for b in found.blocks} == {"STONE.1": "tuff", "GROUND.1": "stone"}
     assert "1 open polyline on layer STONE" in found.report.left_out
     space.doc.layers.get("GROUND").off()
-    with pytest.warns(bs.RepairWarning, match="LWPOLYLINE on layer GROUND, which is off or frozen"):
+    with pytest.warns(bs.GeometryWarning, match="LWPOLYLINE on layer GROUND, which is off or frozen"):
         assert len(read(material={"STONE": TUFF, "GROUND": STONE}).blocks) == 1
 
 
@@ -205,13 +205,19 @@ def test_options_are_checked(draw, options, error, expected):
 def test_damaged_drawings_are_refused(draw, tmp_path, monkeypatch):
     space, read = draw
     space.add_circle((0, 0), 100)
-    with pytest.raises(bs.GeometryFileError, match=r"holds no solid \(left out: 1 CIRCLE on layer 0\)"):
+    space.add_3dsolid().sat = ["700 0 1 0", "End-of-ACIS-data"]
+    left = r"left out: 1 3DSOLID on layer 0, to be exported as a mesh; 1 CIRCLE on layer 0"
+    with pytest.raises(bs.GeometryFileError, match=rf"holds no solid \({left}\)"):
         read()
+    space.delete_all_entities()
     rectangle(space, 0, 0, 500, 250)
     bow_tie = space.add_lwpolyline([(0, 0), (100, 100), (100, 0), (0, 300)], close=True)
     with pytest.raises(bs.GeometryFileError, match=r"'0.1': its surface crosses itself"):
         read()
     space.delete_entity(bow_tie)
+    space.add_polyline2d([(0, 0), (1, 0), (1, 1)], close=True).vertices[0].dxf.discard("location")
+    with pytest.raises(bs.GeometryFileError, match="POLYLINE on layer '0' is damaged"):
+        read()
     content = (tmp_path / "drawing.dxf").read_bytes()
     for name, bad in [
         ("empty", b""),

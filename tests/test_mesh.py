@@ -75,7 +75,7 @@ def test_units_and_orientation_do_not_matter(tmp_path_factory, unit, turn):
 
 def test_inward_normals_are_turned_with_a_warning(tmp_path, wall):
     path = saved(tmp_path, "scan.stl", stl_bytes(wall, inward=True))
-    with pytest.warns(bs.RepairWarning, match=r"faces turned to look outward: 132 \(scan.1, scan.2"):
+    with pytest.warns(bs.GeometryWarning, match=r"faces turned to look outward: 132 \(scan.1, scan.2"):
         found = bs.read_mesh(path, unit="m", material=STONE)
     same_bodies(found.blocks, wall)
     assert "warning: faces turned to look outward: 132" in str(found.report)
@@ -146,7 +146,7 @@ def test_order_and_sense_of_the_faces_do_not_matter(tmp_path_factory, data):
     corners = [corner for triangle in soup for corner in triangle]
     text = obj_text(corners, [(i, i + 1, i + 2) for i in range(0, len(corners), 3)])
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", bs.RepairWarning)
+        warnings.simplefilter("ignore", bs.GeometryWarning)
         found = bs.read_mesh(saved(tmp_path_factory.mktemp("soup"), "s.obj", text), unit="m", material=STONE)
     assert [b.volume for b in found.blocks] == pytest.approx([1, 1])
     assert [len(b.shape.faces) for b in found.blocks] == [6, 6]
@@ -156,7 +156,7 @@ def test_order_and_sense_of_the_faces_do_not_matter(tmp_path_factory, data):
 def test_the_tolerance_decides_what_is_plane(tmp_path):
     path = saved(tmp_path, "bent.obj", obj_text([*CUBE[:6], (1, 1, 1.001), CUBE[7]], fans(QUADS)))
     (exact,) = bs.read_mesh(path, unit="m", material=STONE).blocks
-    with pytest.warns(bs.RepairWarning, match="moved into the planes"):
+    with pytest.warns(bs.GeometryWarning, match="moved into the planes"):
         (coarse,) = bs.read_mesh(path, unit="m", material=STONE, tolerance="2 mm").blocks
     assert (len(exact.shape.faces), len(coarse.shape.faces)) == (7, 6)
 
@@ -190,7 +190,7 @@ def test_rounded_coordinates_give_plane_faces_and_the_same_contact(tmp_path):
         f"o {name}\n" + obj_text(v, [[i - 1 for i in f] for f in faces])
         for name, v in zip("ab", (lower, upper), strict=True)
     )
-    with pytest.warns(bs.RepairWarning, match="moved into the planes"):
+    with pytest.warns(bs.GeometryWarning, match="moved into the planes"):
         found = bs.read_mesh(saved(tmp_path, "two.obj", text), unit="m", material=STONE)
     assert 0 < found.report.largest_move < 1e-3
     gap = found.report.joint_gap
@@ -201,22 +201,32 @@ def test_rounded_coordinates_give_plane_faces_and_the_same_contact(tmp_path):
 
 def test_what_is_no_face_is_reported(tmp_path):
     text = "o empty\no cube\n" + obj_text().replace("f", "l 1 2\nf", 1)
-    with pytest.warns(bs.RepairWarning, match="1 statements 'l', which are no faces; object 'empty' without faces"):
+    with pytest.warns(bs.GeometryWarning, match="1 statements 'l', which are no faces; object 'empty' without faces"):
         found = bs.read_mesh(saved(tmp_path, "cube.obj", text), unit="m", material=STONE)
     assert [b.name for b in found.blocks] == ["cube"]
+
+
+@pytest.mark.parametrize("name", ["a.obj", "a.ply"])
+def test_vertices_of_no_face_are_reported(tmp_path, name):
+    # What is left of a second body after its faces were lost.
+    block = bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
+    ply = ply_text([block]).replace("vertex 8", "vertex 9").replace("\n4 0 3", "\n5 5 5\n4 0 3", 1)
+    text = obj_text([*CUBE, (5, 5, 5)]) if name == "a.obj" else ply
+    with pytest.warns(bs.GeometryWarning, match="left out: 1 vertices of no face"):
+        assert len(bs.read_mesh(saved(tmp_path, name, text), unit="m", material=STONE).blocks) == 1
 
 
 def test_names_used_twice_are_numbered(tmp_path):
     path = saved(tmp_path, "a.obj", "o stone\n" + obj_text())
     other = saved(tmp_path, "b.obj", "o stone\n" + obj_text([(x + 2, y, z) for x, y, z in CUBE]))
-    with pytest.warns(bs.RepairWarning, match="name used twice"):
+    with pytest.warns(bs.GeometryWarning, match="name used twice"):
         found = bs.read_mesh([path, other], unit="m", material=STONE)
     assert [b.name for b in found.blocks] == ["stone", "stone#2"]
 
 
 @pytest.mark.parametrize("unit", ["mm", "km"])
 def test_wrong_units_are_warned_of(tmp_path, unit):
-    with pytest.warns(bs.RepairWarning, match="is the unit right"):
+    with pytest.warns(bs.GeometryWarning, match="is the unit right"):
         bs.read_mesh(saved(tmp_path, "cube.obj", obj_text()), unit=unit, material=STONE)
 
 

@@ -191,7 +191,7 @@ def import_(
     material = _materials(unit_weight)
     with warnings.catch_warnings():
         # The report that is printed says the same.
-        warnings.simplefilter("ignore", bs.RepairWarning)
+        warnings.simplefilter("ignore", bs.GeometryWarning)
         if drawn:
             found = bs.read_drawing(
                 files[0],

@@ -53,5 +53,5 @@ class MissingExtraError(BlockstructError, ImportError):
     """A package that only some file formats need and that is not installed."""
 
 
-class RepairWarning(UserWarning):
+class GeometryWarning(UserWarning):
     """Geometry from a file was repaired or left out; the report says what."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from blockstruct.builders.import_report import Imported
 from blockstruct.builders.solid import Face, Solid, blocks_of
-from blockstruct.builders.source import checked_count, text_of
+from blockstruct.builders.source import checked_count, text_of, unique_pairs
 from blockstruct.errors import GeometryFileError
 from blockstruct.model import Material
 
@@ -71,12 +71,12 @@ def read_assembly(
 
     Warns
     -----
-    RepairWarning
+    GeometryWarning
         Whatever was left out or repaired.
     """
     path = Path(file)
     try:
-        content = json.loads(text_of(path))
+        content = json.loads(text_of(path), object_pairs_hook=unique_pairs)
     except (ValueError, RecursionError) as error:
         msg = f"{path}: no valid JSON ({error}); export it again with compas.json_dump"
         raise GeometryFileError(msg) from error

@@ -12,6 +12,7 @@ import yaml
 from blockstruct.builders.courses import courses
 from blockstruct.builders.detection import Detection, detect_interfaces
 from blockstruct.builders.detection_report import DetectionReport
+from blockstruct.builders.source import unique_pairs
 from blockstruct.errors import BlockstructError, DocumentError, StorageError, UnknownNameError
 from blockstruct.model import (
     Block,
@@ -100,21 +101,12 @@ def read_document(path: str | Path) -> Document:
 def _load(text: str, path: Path) -> Any:
     try:
         if path.suffix.lower() == ".json":
-            return json.loads(text, object_pairs_hook=_unique_pairs)
+            return json.loads(text, object_pairs_hook=unique_pairs)
         # The subclass of SafeLoader below only adds a check.
         return yaml.load(text, Loader=_UniqueKeyLoader)
     except (ValueError, yaml.YAMLError, RecursionError) as error:
         msg = f"{path}: no valid {'JSON' if path.suffix.lower() == '.json' else 'YAML'}: {error}"
         raise DocumentError(msg) from error
-
-
-def _unique_pairs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    keys = [key for key, _ in pairs]
-    twice = {key for key in keys if keys.count(key) > 1}
-    if twice:
-        msg = f"repeated keys {sorted(twice)}; rename or merge them"
-        raise ValueError(msg)
-    return dict(pairs)
 
 
 class _UniqueKeyLoader(yaml.SafeLoader):

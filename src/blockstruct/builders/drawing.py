@@ -14,7 +14,7 @@ from blockstruct.builders.import_report import Imported, Repair
 from blockstruct.builders.profile import divided_arcs, prism
 from blockstruct.builders.solid import Face, Solid, blocks_of, scale_of
 from blockstruct.builders.source import checked_count, content_of, package
-from blockstruct.errors import GeometryFileError, ModelError, UnknownNameError
+from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, UnknownNameError
 from blockstruct.model import Material
 from blockstruct.units import si
 
@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 #: Metres of the units that a drawing may state ($INSUNITS).
 _STATED_UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1}
+#: Bodies that only the program that made them can divide into faces.
+_SOLID_MODELS = ("3DSOLID", "BODY", "EXTRUDEDSURFACE", "LOFTEDSURFACE", "REVOLVEDSURFACE", "SURFACE", "SWEPTSURFACE")
 #: Levels of blocks inside blocks of a drawing that are followed.
 _DEPTH = 16
 
@@ -83,7 +85,7 @@ def read_drawing(
 
     Warns
     -----
-    RepairWarning
+    GeometryWarning
         Whatever was left out or repaired.
     """
     path = Path(file)
@@ -117,7 +119,7 @@ def read_drawing(
         elif materials is not None and layer not in materials:
             reading.left_out[f"{entity.dxftype()} on layer {layer}, which has no material"] += 1
         else:
-            reading.take(entity, layer)
+            reading.add(entity, layer)
     bodies = reading.bodies + [
         (layer, np.concatenate(corners), [tuple(range(k, k + len(c))) for k, c in _numbered(corners)])
         for layer, corners in reading.loose.items()
@@ -153,8 +155,17 @@ class _Reading:
     arcs: dict[str, float] = field(default_factory=dict)
     left_out: Counter[str] = field(default_factory=Counter)
 
-    def take(self, entity: Any, layer: str) -> None:
+    def add(self, entity: Any, layer: str) -> None:
         """Add an entity, or note that it is left out."""
+        try:
+            self._add(entity, layer)
+        except BlockstructError:
+            raise
+        except Exception as error:  # Data of a damaged entity are missing or of any kind.
+            msg = f"{self.path}: {entity.dxftype()} on layer {layer!r} is damaged ({error}); draw it again"
+            raise GeometryFileError(msg) from error
+
+    def _add(self, entity: Any, layer: str) -> None:
         kind = entity.dxftype()
         if kind == "LWPOLYLINE":
             corners = [(x, y, entity.dxf.elevation, bulge) for x, y, bulge in entity.get_points("xyb")]
@@ -171,7 +182,8 @@ class _Reading:
         elif kind == "3DFACE":
             self.loose.setdefault(layer, []).append(np.array([tuple(v) for v in entity.wcs_vertices()], dtype=float))
         else:
-            self.left_out[f"{kind} on layer {layer}"] += 1
+            remedy = ", to be exported as a mesh" if kind in _SOLID_MODELS else ""
+            self.left_out[f"{kind} on layer {layer}{remedy}"] += 1
 
     def _polyline(
         self, entity: Any, layer: str, corners: list[tuple[float, float, float, float]], closed: bool
@@ -239,7 +251,8 @@ def _entities(
 ) -> Iterator[tuple[Any, str]]:
     """Entities with their layers, those inside blocks too: on layer 0 there, they take the layer of the block."""
     for entity in layout:
-        layer = entity.dxf.layer if depth == 0 or entity.dxf.layer != "0" else parent
+        layer = entity.dxf.layer if entity.dxf.hasattr("layer") else "0"
+        layer = parent if layer == "0" else layer
         if entity.dxftype() != "INSERT":
             yield entity, layer
         elif depth == _DEPTH:

@@ -65,7 +65,7 @@ def read_mesh(
 
     Warns
     -----
-    RepairWarning
+    GeometryWarning
         Repairs beyond the joining of coplanar faces, or blocks of an unlikely size.
     """
     paths = [Path(f) for f in ([files] if isinstance(files, str | Path) else files)]
@@ -75,7 +75,7 @@ def read_mesh(
     solids: list[Solid] = []
     left_out: list[str] = []
     for path in paths:
-        found, other = read_obj(path, material) if _suffix(path) == ".obj" else (_triangles(path, material), [])
+        found, other = (read_obj if _suffix(path) == ".obj" else _read_triangles)(path, material)
         solids += found
         left_out += other
     source = ", ".join(map(str, paths[:3])) + (" …" if len(paths) > 3 else "")
@@ -90,8 +90,8 @@ def _suffix(path: Path) -> str:
     return suffix
 
 
-def _triangles(path: Path, material: Material) -> list[Solid]:
-    """Solids of an STL or PLY file."""
+def _read_triangles(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
+    """Solids of an STL or PLY file, and what else it holds."""
     suffix = _suffix(path)
     content = content_of(path)
     stated = (_stated_stl if suffix == ".stl" else _stated_ply)(content, path)
@@ -116,7 +116,8 @@ def _triangles(path: Path, material: Material) -> list[Solid]:
     if count < stated or count == 0:
         msg = f"{path}: states {stated} faces, {count} can be read; it is cut short or damaged, export it again"
         raise GeometryFileError(msg)
-    return solids
+    unused = sum(len(s.vertices) - len({i for face in s.faces for i in face}) for s in solids)
+    return solids, [f"{unused} vertices of no face"] if unused > 0 else []
 
 
 def _stated_stl(content: bytes, path: Path) -> int:
@@ -150,7 +151,7 @@ def _stated_ply(content: bytes, path: Path) -> int:
     if re.search(rb"^format\s+ascii", header, re.MULTILINE):
         items = sum(map(int, re.findall(rb"^element\s+\w+\s+(\d{1,12})\s*$", header, re.MULTILINE)))
         lines = sum(bool(line.strip()) for line in body.splitlines())
-        if lines < items:
-            msg = f"{path}: states {items} vertices and faces and has {lines} lines; it is cut short, export it again"
+        if lines != items:
+            msg = f"{path}: states {items} vertices and faces and has {lines} lines; it is damaged, export it again"
             raise GeometryFileError(msg)
     return count

@@ -75,6 +75,9 @@ def read_obj(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
     points = np.array(vertices, dtype=float).reshape(-1, 3)
     named = objects or list(groups.items())
     left_out = [f"{count} statements {keyword!r}, which are no faces" for keyword, count in sorted(other.items())]
+    unused = len(points) - len({i for _, faces in named for face in faces for i in face})
+    if unused:
+        left_out.append(f"{unused} vertices of no face")
     left_out += [f"object {name!r} without faces" for name, faces in named if not faces]
     return [Solid(name, points, faces, material) for name, faces in named if faces], left_out
 

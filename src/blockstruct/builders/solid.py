@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.builders.import_report import Imported, ImportReport, Repair
-from blockstruct.errors import GeometryError, GeometryFileError, ModelError, RepairWarning, UnknownNameError
+from blockstruct.errors import GeometryError, GeometryFileError, GeometryWarning, ModelError, UnknownNameError
 from blockstruct.geometry import closed_bodies, closed_surface, compact, gathered, welded
 from blockstruct.model import Block, Material
 from blockstruct.units import parse, si, to_quantity
@@ -107,7 +107,7 @@ def blocks_of(
     blocks = _supported(blocks, fixed, source)
     report = ImportReport.of(blocks, source, scale, tuple(repairs), left_out)
     if report.warnings:
-        warnings.warn(f"{source}: {'; '.join(report.warnings)}", RepairWarning, stacklevel=3)
+        warnings.warn(f"{source}: {'; '.join(report.warnings)}", GeometryWarning, stacklevel=3)
     return Imported(tuple(blocks), report)
 
 

@@ -1,5 +1,6 @@
-"""Geometry files: their content, new ones, and the packages that some formats need."""
+"""Files that builders read and write: their content, and the packages that some formats need."""
 
+from collections import Counter
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -54,6 +55,16 @@ def text_of(path: Path) -> str:
     except UnicodeDecodeError:
         # Older programs write names in their own alphabet; numbers read the same in all of them.
         return content.decode("latin-1")
+
+
+def unique_pairs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Object of JSON, refused with a ValueError if it repeats a key, of which the last would silently win."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        twice = sorted(key for key, count in Counter(key for key, _ in pairs).items() if count > 1)
+        msg = f"repeated keys {twice[:10]}; rename or merge them"
+        raise ValueError(msg)
+    return found
 
 
 def package(name: str, extra: str, needed_for: str) -> Any:
