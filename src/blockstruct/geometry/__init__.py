@@ -11,7 +11,7 @@ from blockstruct.geometry.cells import is_rectangle, polygon_cells
 from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs, crossed_faces
 from blockstruct.geometry.neighbours import box_pairs, separations
 from blockstruct.geometry.overlap import overlapping_pairs
-from blockstruct.geometry.polygon import common_area, plane_axes, polygon_area, tributary_areas
+from blockstruct.geometry.polygon import common_areas, plane_axes, polygon_area, tributary_areas
 from blockstruct.geometry.polyhedron import Polyhedron, box, polyhedron
 
 __all__ = [
@@ -21,7 +21,7 @@ __all__ = [
     "overlapping_pairs",
     "polyhedron",
     # polygons
-    "common_area",
+    "common_areas",
     "is_rectangle",
     "plane_axes",
     "polygon_area",
