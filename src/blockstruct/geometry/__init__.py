@@ -9,6 +9,7 @@
 
 from blockstruct.geometry.cells import is_rectangle, polygon_cells
 from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs, crossed_faces
+from blockstruct.geometry.joined import joined_pairs
 from blockstruct.geometry.neighbours import box_pairs, separations
 from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.polygon import common_areas, plane_axes, polygon_area, tributary_areas
@@ -31,6 +32,7 @@ __all__ = [
     "FacePair",
     "coplanar_face_pairs",
     "crossed_faces",
+    "joined_pairs",
     # neighbours
     "box_pairs",
     "separations",
