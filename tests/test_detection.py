@@ -266,6 +266,62 @@ def test_a_solid_of_cubes_has_the_contacts_of_its_closed_form():
     assert len(report.close) == lines + 4 * (n - 1) ** 3
 
 
+def faceted(name, origin, n, *, rough=0.0, flip=False, fixed=False):
+    """Unit cube whose faces are n × n squares of two triangles each, with displaced corners."""
+    corners, triangles = {}, []
+    for axis in range(3):
+        for side in (0, n):
+            for a in range(n):
+                for b in range(n):
+                    square = []
+                    for da, db in ((0, 0), (1, 0), (1, 1), (0, 1)):
+                        point = [side] * 3
+                        point[(axis + 1) % 3], point[(axis + 2) % 3] = a + da, b + db
+                        square.append(corners.setdefault(tuple(point), len(corners)))
+                    square = square[flip:] + square[:flip]
+                    square = square if side else square[::-1]
+                    triangles += [square[:3], [square[0], *square[2:]]]
+    noise = np.random.default_rng(len(name)).uniform(-rough, rough, (len(corners), 3))
+    points = np.array(list(corners)) / n + noise + np.asarray(origin)
+    return bs.Block.from_faces(name, Q_(points, "m"), triangles, STONE, fixed=fixed)
+
+
+@pytest.mark.parametrize("R", [np.eye(3), rotation((1, 2, 3), 0.7)], ids=["straight", "turned"])
+def test_a_contact_of_triangulated_faces_is_one_interface(R):
+    # The diagonals of the faces cross: they share quarters of their squares.
+    blocks = [FLOOR, faceted("a", [0, 0, 0], 3), faceted("b", [0, 0, 1], 3, flip=True), faceted("c", [1, 0, 0.5], 2)]
+    report = bs.detect_interfaces(moved(blocks, R), DRY).report
+    areas = {tuple(sorted((c.minus, c.plus))): c.area for c in report.contacts}
+    assert areas == pytest.approx({("a", "floor"): 1, ("a", "b"): 1, ("a", "c"): 0.5, ("b", "c"): 0.5})
+    assert report.accepted == 4
+
+
+def test_a_rough_joint_of_scanned_stones_is_one_interface():
+    stones = faceted("a", [0, 0, 0], 4, rough=5e-4, fixed=True), faceted("bb", [1, 0, 0], 4, rough=5e-4)
+    found = detect(*stones, tolerance="3 mm", angle_tolerance="5 deg")
+    (joint,) = found.interfaces
+    assert joint.area == pytest.approx(1.0, abs=5e-3)
+    assert abs(joint.normal[0]) == pytest.approx(1.0, abs=1e-4)
+    bs.Model("stones", stones, found.interfaces)
+
+
+def test_contacts_on_the_steps_of_a_stair_stay_apart():
+    outline = [(0, 0), (2, 0), (2, 1.0), (1, 1.0), (1, 1.004), (0, 1.004)]
+    n = len(outline)
+    vertices = [(x, y, z) for y in (1, 0) for x, z in outline]
+    sides = [[k, (k + 1) % n, n + (k + 1) % n, n + k] for k in range(n)]
+    stair = bs.Block.from_faces(
+        "stair", Q_(vertices, "m"), [list(range(n))[::-1], list(range(n, 2 * n)), *sides], STONE
+    )
+    top = [(0, 1.004), (1, 1.004), (1, 1.0), (2, 1.0), (2, 2), (0, 2)]
+    vertices = [(x, y, z) for y in (1, 0) for x, z in top]
+    above = bs.Block.from_faces(
+        "above", Q_(vertices, "m"), [list(range(n))[::-1], list(range(n, 2 * n)), *sides], STONE
+    )
+    found = detect(stair, above)
+    assert sorted(round(i.area, 9) for i in found.interfaces) == [0.004, 1.0, 1.0]
+
+
 def test_an_explicit_interface_is_kept_and_not_found_again():
     square = Q_([[0, 0, 0], [0.5, 0, 0], [0.5, 1, 0], [0, 1, 0]], "m")
     given = bs.Interface("half a bed", "floor", "a", square, LIME)

@@ -16,9 +16,11 @@ from blockstruct.builders.joint_rules import UNRULED, joint_rule
 from blockstruct.errors import GeometryError, ModelError, UnknownNameError
 from blockstruct.geometry import (
     FacePair,
+    Polyhedron,
     box_pairs,
     coplanar_face_pairs,
     crossed_faces,
+    joined_pairs,
     overlapping_pairs,
     separations,
 )
@@ -59,7 +61,8 @@ def detect_interfaces(
 ) -> Detection:
     """Find every area that the faces of two blocks share.
 
-    All faces take part, whatever the size and number of the blocks; several interfaces a pair are possible.
+    All faces take part, whatever the size and number of the blocks; several interfaces a pair are possible. Pieces in
+    one plane, as triangulated faces leave them, become one interface.
     Contacts between two fixed blocks are left out. The normal of an interface points up or, if level, along
     +y or +x. Whatever is left out, close or overlapping is in the report.
 
@@ -97,8 +100,7 @@ def detect_interfaces(
     known = checked_tuple(explicit, Interface, f"{who}: explicit")
     rule = joint_rule(joint_material, who)
     _check_names(blocks, known)
-    shapes = [b.shape for b in blocks]
-    for body, face in crossed_faces(shapes):
+    for body, face in crossed_faces([b.shape for b in blocks]):
         msg = (
             f"block {blocks[body].name!r}: the outline of face {face} crosses itself; correct the order of its vertices"
         )
@@ -110,15 +112,10 @@ def detect_interfaces(
     interfaces: list[Interface] = list(known)
     contacts = [FoundContact(i.minus, i.plus, i.name, "", 0.0, 0.0, i.area, i.orientation, False) for i in known]
     seen: Counter[tuple[str, str]] = Counter()
-    for pair in coplanar_face_pairs(
-        shapes,
-        max(2 * limits.gap, REACH * size),
-        angle=max(2 * limits.angle, ANGLE_REACH),
-        rounding=min(limits.gap, GAP_TOLERANCE * size),
-    ):
+    for pair in _face_pairs([b.shape for b in blocks], size, limits):
         minus, plus = blocks[pair.minus], blocks[pair.plus]
         ends = (minus.name, plus.name)
-        if pair.area <= AREA_ROUNDING * size**2 or frozenset(ends) in given:
+        if frozenset(ends) in given:
             continue
         name, reason, near_miss = "", _reason(pair, limits), False
         orientation = JointOrientation.of(float(pair.normal[2]))
@@ -137,6 +134,17 @@ def detect_interfaces(
             FoundContact(*ends, name, reason, pair.gap, pair.angle, pair.area, orientation, near_miss),
         )
     return Detection(tuple(interfaces), _report(blocks, limits, contacts))
+
+
+def _face_pairs(shapes: list[Polyhedron], size: float, limits: DetectionTolerances) -> list[FacePair]:
+    """Faces that look at each other and come close; those in contact with their pieces made whole."""
+    rounding = min(limits.gap, GAP_TOLERANCE * size)
+    reach, angle = max(2 * limits.gap, REACH * size), max(2 * limits.angle, ANGLE_REACH)
+    pairs = coplanar_face_pairs(shapes, reach, angle=angle, rounding=rounding)
+    pairs = [p for p in pairs if p.area > AREA_ROUNDING * size**2]
+    apart = [p for p in pairs if _reason(p, limits) not in ("", "area")]
+    met = joined_pairs([p for p in pairs if _reason(p, limits) in ("", "area")], limits.gap, limits.angle, rounding)
+    return sorted(met + apart, key=lambda p: (p.minus, p.plus, *p.polygon[0]))
 
 
 def _reason(pair: FacePair, limits: DetectionTolerances, factor: float = 1.0) -> str:

@@ -8,6 +8,11 @@ from blockstruct.geometry.polyhedron import Polyhedron
 
 Array = NDArray[np.float64]
 
+#: Pairs of edges that are tried for an axis between two bodies.
+MOST_CROSSINGS = 20_000
+#: Points times faces worked on at once: bounds the memory, not the result.
+CHUNK = 500_000
+
 
 def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[int, int, float]]:
     """Pairs of bodies whose interiors meet, with a penetration depth.
@@ -65,10 +70,15 @@ def _directions(body: Polyhedron) -> Array:
 
 
 def _hull_depth(a: Polyhedron, b: Polyhedron) -> float:
-    cross = np.cross(_directions(a)[:, None], _directions(b)[None]).reshape(-1, 3)
-    length = np.linalg.norm(cross, axis=1)
-    axes = np.concatenate([a.normals, b.normals, cross[length > 1e-6] / length[length > 1e-6, None]])
-    pa, pb = a.vertices @ axes.T, b.vertices @ axes.T
+    axes = [a.normals, b.normals]
+    edges, others = _directions(a), _directions(b)
+    # The normals of a finely faceted body leave little for its edges to say.
+    if len(edges) * len(others) <= MOST_CROSSINGS:
+        cross = np.cross(edges[:, None], others[None]).reshape(-1, 3)
+        length = np.linalg.norm(cross, axis=1)
+        axes.append(cross[length > 1e-6] / length[length > 1e-6, None])
+    directions = np.concatenate(axes).T
+    pa, pb = a.vertices @ directions, b.vertices @ directions
     return float(np.minimum(pa.max(axis=0) - pb.min(axis=0), pb.max(axis=0) - pa.min(axis=0)).min())
 
 
@@ -85,7 +95,8 @@ def _sampled_depth(a: Polyhedron, b: Polyhedron, tolerance: float) -> float:
         heights = points @ body.normals[hull].T - np.einsum("ij,ij->i", body.normals, on_face)[hull]
         points = points[np.all(heights < 0, axis=1)]
     for body in (a, b):
-        points = points[_inside(body, points)]
+        parts = np.array_split(points, len(points) * len(body.faces) // CHUNK + 1)
+        points = np.concatenate([part[_inside(body, part)] for part in parts])
     return float((high - low).min()) if len(points) else 0.0
 
 
