@@ -190,10 +190,10 @@ def test_an_interface_of_an_unknown_block():
     [
         ([[0, 0, 0], [1, 0, 0]], ["'i'", "three or more"]),
         ([[0, 0, 0], [1, 0, 0], [2, 0, 0]], ["'i'", "no area"]),
-        ([[0, 0, 0], [1, 0, 0], [1, 1, 0.1], [0, 1, 0]], ["'i'", "off the plane"]),
+        ([[0, 0, 0.3], [1, 0, -0.3], [1, 1, 0.3], [0, 1, -0.3]], ["'i'", "off the plane fitted", "divide the contact"]),
     ],
 )
-def test_interfaces_that_are_no_plane_area(polygon, words):
+def test_interfaces_without_area_or_plane(polygon, words):
     with refused(bs.GeometryError, *words):
         bs.Interface("i", "a", "b", Q_(np.array(polygon, dtype=float), "m"), JOINT)
 

@@ -154,5 +154,5 @@ def test_validate(call, file, tmp_path):
 def test_the_installed_command():
     command = Path(sys.executable).with_name("blockstruct")
     out = subprocess.run([command, "--help"], check=True, capture_output=True, text=True, timeout=60).stdout
-    for name in ("demo", "run", "show", "history", "validate"):
+    for name in ("demo", "run", "show", "history", "validate", "import", "check"):
         assert name in out

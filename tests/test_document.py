@@ -78,6 +78,51 @@ def test_everything_a_document_can_say(tmp_path, suffix):
     assert result.load_factor == pytest.approx(np.tan(np.pi / 6) * W / (W + 1500), rel=1e-6)
 
 
+def test_joints_by_rule_with_tolerances_and_explicit_interfaces(tmp_path):
+    content = copy.deepcopy(BASIC)
+    content["joint_materials"]["lime"] = {"friction_coefficient": 0.7}
+    box = {"material": "stone", "box": {"origin": ["1 m", "0 m", "0 m"], "size": ["1 m", "1 m", "20 cm"]}}
+    content["blocks"] += [box | {"name": "side", "fixed": True}]
+    content["blocks"][0]["box"]["size"] = ["2 m", "1 m", "20 cm"]
+    content["blocks"][1] = {
+        "name": "wedge",
+        "material": "stone",
+        "box": {"origin": ["0.2 mm", "0 m", "0 m"], "size": ["1 m", "1 m", "50 cm"]},
+    }
+    content["load_patterns"]["push"].pop(2)
+    content["interfaces"] = {
+        "joint_material": {"base|*": "lime", "*": "dry"},
+        "tolerance": "1 mm",
+        "angle_tolerance": "2 deg",
+        "area_tolerance": "1 cm^2",
+    }
+    document = bs.read_document(write(tmp_path, content))
+    assert {i.name: i.joint_material.name for i in document.model.interfaces} == {
+        "base|wedge": "lime",
+        "wedge|side": "dry",
+    }
+    limits = document.report.tolerances
+    assert (limits.gap, limits.angle, limits.area) == pytest.approx((1e-3, np.radians(2), 1e-4))
+    content["interfaces"]["explicit"] = [
+        {
+            "minus": "base",
+            "plus": "wedge",
+            "unit": "cm",
+            "polygon": [[0, 0, 0], [50, 0, 0], [50, 100, 0], [0, 100, 0]],
+            "joint_material": "dry",
+        }
+    ]
+    document = bs.read_document(write(tmp_path, content))
+    assert {i.name: i.joint_material.name for i in document.model.interfaces} == {
+        "base|wedge": "dry",
+        "wedge|side": "dry",
+    }
+    assert document.model.interfaces[0].area == pytest.approx(0.5)
+    content["interfaces"]["joint_material"] = {"beds": "dry"}
+    with pytest.raises(bs.ModelError, match="'beds' is no pattern"):
+        bs.read_document(write(tmp_path, content))
+
+
 def changed(*path, to=None, remove=False):
     content = copy.deepcopy(BASIC)
     *parents, last = path

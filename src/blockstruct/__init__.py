@@ -35,10 +35,32 @@ from blockstruct.analysis import AnalysisManager, log_to, print_lines
 from blockstruct.builders import (
     Detection,
     DetectionReport,
+    DetectionTolerances,
     Document,
+    FoundContact,
+    Imported,
+    ImportReport,
+    Opening,
+    Sidewall,
+    arch,
+    arch_on_piers,
+    barrel_vault,
+    column,
     courses,
+    cross_vault,
     detect_interfaces,
+    dome,
+    pier_spandrel,
+    read_assembly,
     read_document,
+    read_drawing,
+    read_mesh,
+    stack,
+    tilted,
+    wall,
+    write_document,
+    write_draft,
+    write_obj,
 )
 from blockstruct.errors import (
     BlockstructError,
@@ -46,6 +68,9 @@ from blockstruct.errors import (
     DocumentError,
     FormatError,
     GeometryError,
+    GeometryFileError,
+    GeometryWarning,
+    MissingExtraError,
     ModelError,
     SolverError,
     StorageError,
@@ -78,7 +103,7 @@ from blockstruct.results import (
 )
 from blockstruct.storage import check_file, open_analysis, save_analysis
 from blockstruct.units import Q_, ureg
-from blockstruct.vocabulary import ContactState, Flow, SolverStatus, Stage, Status
+from blockstruct.vocabulary import ContactState, Flow, JointOrientation, SolverStatus, Stage, Status
 
 __version__ = "0.1.0"
 
@@ -92,6 +117,7 @@ __all__ = [
     "FaceLoad",
     "Interface",
     "JointMaterial",
+    "JointOrientation",
     "LimitCase",
     "LoadPattern",
     "Material",
@@ -102,10 +128,34 @@ __all__ = [
     # builders
     "Detection",
     "DetectionReport",
+    "DetectionTolerances",
     "Document",
-    "courses",
+    "FoundContact",
     "detect_interfaces",
     "read_document",
+    "write_document",
+    "write_draft",
+    # files of geometry
+    "ImportReport",
+    "Imported",
+    "read_assembly",
+    "read_drawing",
+    "read_mesh",
+    "write_obj",
+    # structures
+    "Opening",
+    "Sidewall",
+    "arch",
+    "arch_on_piers",
+    "barrel_vault",
+    "column",
+    "courses",
+    "cross_vault",
+    "dome",
+    "pier_spandrel",
+    "stack",
+    "tilted",
+    "wall",
     # analysis
     "AnalysisManager",
     "Flow",
@@ -136,7 +186,10 @@ __all__ = [
     "DocumentError",
     "FormatError",
     "GeometryError",
+    "GeometryFileError",
+    "MissingExtraError",
     "ModelError",
+    "GeometryWarning",
     "SolverError",
     "StorageError",
     "UnitError",

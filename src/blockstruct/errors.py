@@ -21,6 +21,10 @@ class GeometryError(ModelError):
     """A shape that is no block or no interface."""
 
 
+class GeometryFileError(GeometryError):
+    """A mesh, drawing or assembly that cannot be read as blocks."""
+
+
 class UnknownNameError(ModelError, KeyError):
     """A name that nothing in the model carries."""
 
@@ -43,3 +47,11 @@ class StorageError(BlockstructError, OSError):
 
 class FormatError(BlockstructError, ValueError):
     """A file that is no valid blockstruct analysis."""
+
+
+class MissingExtraError(BlockstructError, ImportError):
+    """A package that only some file formats need and that is not installed."""
+
+
+class GeometryWarning(UserWarning):
+    """Geometry from a file was repaired or left out; the report says what."""

@@ -57,3 +57,21 @@ class ContactState(StrEnum):
     TWISTING = "twisting"
     CRUSHING = "crushing"
     UNKNOWN = "unknown"
+
+
+class JointOrientation(StrEnum):
+    """How a joint lies, by the angle of its normal to the vertical."""
+
+    #: Up to 30 degrees: under the courses of a wall.
+    BED = "bed"
+    #: Between the two: most joints of an arch.
+    INCLINED = "inclined"
+    #: 60 degrees and more: between the units of a course.
+    HEAD = "head"
+
+    @classmethod
+    def of(cls, vertical: float) -> "JointOrientation":
+        """Orientation of a joint by the vertical component of its unit normal."""
+        if abs(vertical) > 0.5 * 3**0.5 - 1e-9:
+            return cls.BED
+        return cls.HEAD if abs(vertical) < 0.5 + 1e-9 else cls.INCLINED

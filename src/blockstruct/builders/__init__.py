@@ -9,18 +9,56 @@
 (6, 9)
 """
 
+from blockstruct.builders.arch import arch, arch_on_piers, barrel_vault
+from blockstruct.builders.assembly import read_assembly
+from blockstruct.builders.column import column, stack, tilted
 from blockstruct.builders.courses import courses
-from blockstruct.builders.detection import Detection, DetectionReport, detect_interfaces
+from blockstruct.builders.cross_vault import cross_vault
+from blockstruct.builders.detection import Detection, detect_interfaces
+from blockstruct.builders.detection_report import DetectionReport, DetectionTolerances, FoundContact
 from blockstruct.builders.document import Document, read_document
+from blockstruct.builders.document_writer import write_document, write_draft
+from blockstruct.builders.dome import dome
+from blockstruct.builders.drawing import read_drawing
+from blockstruct.builders.import_report import Imported, ImportReport, Repair
+from blockstruct.builders.mesh import read_mesh
+from blockstruct.builders.obj import write_obj
+from blockstruct.builders.openings import Opening
+from blockstruct.builders.pier_spandrel import pier_spandrel
+from blockstruct.builders.wall import Sidewall, wall
 
 __all__ = [
     # interfaces
     "Detection",
     "DetectionReport",
+    "DetectionTolerances",
+    "FoundContact",
     "detect_interfaces",
     # structures
+    "Opening",
+    "Sidewall",
+    "arch",
+    "arch_on_piers",
+    "barrel_vault",
+    "column",
     "courses",
+    # files of geometry
+    "ImportReport",
+    "Imported",
+    "Repair",
+    "read_assembly",
+    "read_drawing",
+    "read_mesh",
+    "write_obj",
+    "cross_vault",
+    "dome",
+    "pier_spandrel",
+    "stack",
+    "tilted",
+    "wall",
     # documents
     "Document",
     "read_document",
+    "write_document",
+    "write_draft",
 ]

@@ -10,12 +10,15 @@ from typing import Any
 import yaml
 
 from blockstruct.builders.courses import courses
-from blockstruct.builders.detection import DetectionReport, detect_interfaces
+from blockstruct.builders.detection import Detection, detect_interfaces
+from blockstruct.builders.detection_report import DetectionReport
+from blockstruct.builders.source import unique_pairs
 from blockstruct.errors import BlockstructError, DocumentError, StorageError, UnknownNameError
 from blockstruct.model import (
     Block,
     BodyForce,
     FaceLoad,
+    Interface,
     JointMaterial,
     LimitCase,
     LoadPattern,
@@ -98,21 +101,12 @@ def read_document(path: str | Path) -> Document:
 def _load(text: str, path: Path) -> Any:
     try:
         if path.suffix.lower() == ".json":
-            return json.loads(text, object_pairs_hook=_unique_pairs)
+            return json.loads(text, object_pairs_hook=unique_pairs)
         # The subclass of SafeLoader below only adds a check.
         return yaml.load(text, Loader=_UniqueKeyLoader)
     except (ValueError, yaml.YAMLError, RecursionError) as error:
         msg = f"{path}: no valid {'JSON' if path.suffix.lower() == '.json' else 'YAML'}: {error}"
         raise DocumentError(msg) from error
-
-
-def _unique_pairs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    keys = [key for key, _ in pairs]
-    twice = {key for key in keys if keys.count(key) > 1}
-    if twice:
-        msg = f"repeated keys {sorted(twice)}; rename or merge them"
-        raise ValueError(msg)
-    return dict(pairs)
 
 
 class _UniqueKeyLoader(yaml.SafeLoader):
@@ -141,10 +135,13 @@ def _build(content: dict[str, Any], stem: str) -> Document:
         blocks += courses(**entry | {"material": _named(materials, entry["material"], "material")})
     for entry in content.get("blocks", []):
         blocks.append(_block(entry, _named(materials, entry["material"], "material")))
-    detection = content["interfaces"]
-    joint = _named(joints, detection["joint_material"], "joint material")
-    found = detect_interfaces(blocks, joint, detection.get("tolerance"))
-    model = Model(content.get("name", stem), blocks, found.interfaces)
+    found = _detection(blocks, content["interfaces"], joints)
+    try:
+        model = Model(content.get("name", stem), blocks, found.interfaces)
+    except BlockstructError as error:
+        # What was found and what was left out mostly tells why.
+        error.add_note(f"{len(blocks)} blocks, {found.report}")
+        raise
 
     patterns = {
         name: LoadPattern(name, [_load_of(entry) for entry in loads])
@@ -163,19 +160,39 @@ def _build(content: dict[str, Any], stem: str) -> Document:
     return Document(model, cases, content.get("settings", {}), found.report)
 
 
+def _detection(blocks: list[Block], entry: dict[str, Any], joints: dict[str, JointMaterial]) -> Detection:
+    limits = {key: entry[key] for key in ("tolerance", "angle_tolerance", "area_tolerance") if key in entry}
+    names = entry["joint_material"]
+    rule: Any = (
+        {pattern: _named(joints, name, "joint material") for pattern, name in names.items()}
+        if isinstance(names, dict)
+        else _named(joints, names, "joint material")
+    )
+    explicit = [
+        Interface(
+            given.get("name", f"{given['minus']}|{given['plus']}"),
+            given["minus"],
+            given["plus"],
+            _points(given["polygon"], given["unit"], f"interface of {given['minus']!r} and {given['plus']!r}"),
+            _named(joints, given["joint_material"], "joint material"),
+        )
+        for given in entry.get("explicit", [])
+    ]
+    return detect_interfaces(blocks, rule, **limits, explicit=explicit)
+
+
+def _points(values: Any, unit: str, who: str) -> Any:
+    """Quantity of points, which state their unit once."""
+    return to_quantity(values, "dimensionless") * parse(f"1 {unit}", f"{who}: unit of the vertices")
+
+
 def _block(entry: dict[str, Any], material: Material) -> Block:
     fixed = entry.get("fixed", False)
     if "box" in entry:
         return Block.box(entry["name"], entry["box"]["origin"], entry["box"]["size"], material, fixed=fixed)
     shape = entry["polyhedron"]
-    metre = parse(f"1 {shape['unit']}", f"block {entry['name']!r}: unit of the vertices")
-    return Block.from_faces(
-        entry["name"],
-        to_quantity(shape["vertices"], "dimensionless") * metre,
-        shape["faces"],
-        material,
-        fixed=fixed,
-    )
+    vertices = _points(shape["vertices"], shape["unit"], f"block {entry['name']!r}")
+    return Block.from_faces(entry["name"], vertices, shape["faces"], material, fixed=fixed)
 
 
 def _load_of(entry: dict[str, Any]) -> Any:

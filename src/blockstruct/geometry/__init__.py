@@ -8,10 +8,14 @@
 """
 
 from blockstruct.geometry.cells import is_rectangle, polygon_cells
-from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs
+from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs, crossed_faces
+from blockstruct.geometry.joined import joined_pairs
+from blockstruct.geometry.neighbours import box_pairs, separations
 from blockstruct.geometry.overlap import overlapping_pairs
-from blockstruct.geometry.polygon import common_area, plane_axes, polygon_area, tributary_areas
+from blockstruct.geometry.polygon import common_areas, plane_axes, polygon_area, tributary_areas
 from blockstruct.geometry.polyhedron import Polyhedron, box, polyhedron
+from blockstruct.geometry.soup import closed_bodies, compact, gathered, welded
+from blockstruct.geometry.surface import Surface, closed_surface
 
 __all__ = [
     # polyhedra
@@ -19,8 +23,15 @@ __all__ = [
     "box",
     "overlapping_pairs",
     "polyhedron",
+    # surfaces
+    "Surface",
+    "closed_bodies",
+    "closed_surface",
+    "compact",
+    "gathered",
+    "welded",
     # polygons
-    "common_area",
+    "common_areas",
     "is_rectangle",
     "plane_axes",
     "polygon_area",
@@ -29,4 +40,9 @@ __all__ = [
     # contacts
     "FacePair",
     "coplanar_face_pairs",
+    "crossed_faces",
+    "joined_pairs",
+    # neighbours
+    "box_pairs",
+    "separations",
 ]

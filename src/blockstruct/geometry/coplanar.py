@@ -1,4 +1,4 @@
-"""Pairs of faces that lie in one plane, look at each other and share an area."""
+"""Pairs of faces that look at each other and share an area."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -7,6 +7,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from blockstruct.geometry.neighbours import box_pairs
 from blockstruct.geometry.polygon import plane_axes
 from blockstruct.geometry.polyhedron import Polyhedron
 
@@ -23,62 +24,107 @@ class FacePair:
     minus, plus
         Indices of the two bodies; the normal points from minus to plus.
     polygon : (k, 3) array
-        Corners of the common area, counter-clockwise about the normal.
+        Corners of the common area, midway between the faces, counter-clockwise about the normal.
+    normal : (3,) array
+        Unit normal midway between those of the faces.
     area
-        Area of the polygon; it may be below the limit that makes it an interface.
+        Area of the polygon.
+    gap
+        Distance of the faces along the normal where it is largest over the polygon; negative for a penetration.
+    closest
+        Where the faces come closest over the polygon; zero where one crosses the other.
+    angle
+        Between the planes of the faces, radians.
     """
 
     minus: int
     plus: int
     polygon: Array
+    normal: Array
     area: float
+    gap: float
+    closest: float
+    angle: float
 
 
-#: Cosine beyond which two faces look at each other; how far apart they may lie is for the tolerance to say.
-FACING = np.cos(0.02)
+#: Angle, in radians, between two faces that look at each other.
+FACING = 0.02
 
 
-def coplanar_face_pairs(bodies: list[Polyhedron], tolerance: float) -> list[FacePair]:
+def coplanar_face_pairs(
+    bodies: list[Polyhedron], reach: float, *, angle: float = FACING, rounding: float | None = None
+) -> list[FacePair]:
     """All common areas of faces of different bodies, whatever their number and size.
 
-    Every two faces are judged by themselves: they look at each other, and over the area that they share neither
-    gap nor penetration exceeds the tolerance.
+    Every two faces are judged by themselves, by their mean planes: they look at each other, and somewhere over the
+    area that they share they come as close as the reach.
 
     Parameters
     ----------
     bodies
         Polyhedra.
-    tolerance
-        Largest gap, and largest penetration, that still counts as contact.
+    reach
+        Largest gap, and largest penetration, at the closest place.
+    angle
+        Largest angle between two faces, radians.
+    rounding
+        Deviation from a straight outline that is rounding; the reach by default.
     """
     if len(bodies) < 2:
         return []
     faces = _Faces.of(bodies)
-    front, back = _candidates(faces, tolerance)
+    front, back = _candidates(faces, reach, angle)
     n = faces.normal[front] - faces.normal[back]
     n /= np.linalg.norm(n, axis=1, keepdims=True)
     middle = (faces.centre[front] + faces.centre[back]) / 2
     axes = np.stack(plane_axes(n), axis=1)
-    outlines = [_outlines(faces, f, axes, middle) for f in (front, back)]
+    outlines = [faces.outlines(f, axes, middle) for f in (front, back)]
     parts, of_pair = shapely.get_parts(shapely.intersection(*outlines), return_index=True)
     # Faces are simple polygons, so what two of them share has no holes. Where edges of the two coincide but for
     # rounding, clipping leaves corners that are none: they would be contact points.
-    parts = shapely.simplify(shapely.normalize(parts), tolerance)
-    pairs = []
-    for part, k in zip(parts, of_pair, strict=True):
-        if part.geom_type != "Polygon" or part.is_empty:
-            continue
-        ring = shapely.get_coordinates(shapely.orient_polygons(part))[:-1]
-        points = middle[k] + ring @ axes[k]
-        # Heights of the two faces over the common corners, along n: the plane between them is the interface.
-        heights = [
-            ((faces.centre[f[k]] - points) @ faces.normal[f[k]]) / (n[k] @ faces.normal[f[k]]) for f in (front, back)
-        ]
-        if np.abs(heights[1] - heights[0]).max() <= tolerance:
-            points = points + np.outer((heights[0] + heights[1]) / 2, n[k])
-            pairs.append(FacePair(int(faces.body[front[k]]), int(faces.body[back[k]]), points, float(part.area)))
+    parts = shapely.simplify(shapely.normalize(parts), reach if rounding is None else rounding)
+    keep = (shapely.get_type_id(parts) == shapely.GeometryType.POLYGON) & ~shapely.is_empty(parts)
+    parts, of_pair = shapely.orient_polygons(parts[keep]), of_pair[keep]
+    if not len(parts):
+        return []
+    rings, of_part = shapely.get_coordinates(parts, return_index=True)
+    # Rings of shapely end where they begin.
+    last = np.append(np.diff(of_part) > 0, [True])
+    rings, of_part = rings[~last], of_part[~last]
+    start = np.flatnonzero(np.append([True], np.diff(of_part) > 0))
+    k = of_pair[of_part]
+    points = middle[k] + np.einsum("ia,iaj->ij", rings, axes[k])
+    # Heights of the two faces over the common corners, along n: the plane between them is the interface.
+    low, high = (
+        np.einsum("ij,ij->i", faces.centre[f[k]] - points, faces.normal[f[k]])
+        / np.einsum("ij,ij->i", n[k], faces.normal[f[k]])
+        for f in (front, back)
+    )
+    least, most = np.minimum.reduceat(high - low, start), np.maximum.reduceat(high - low, start)
+    gap = np.where(np.abs(least) > np.abs(most), least, most)
+    closest = np.where(least * most < 0, 0.0, np.minimum(np.abs(least), np.abs(most)))
+    points = points + ((low + high) / 2)[:, None] * n[k]
+    polygons = np.split(points, start[1:])
+    angles = _angle(faces.normal[front], faces.normal[back])[of_pair]
+    measures = np.column_stack([shapely.area(parts), gap, closest, angles])
+    pairs = [
+        FacePair(int(faces.body[front[k]]), int(faces.body[back[k]]), polygon, n[k], *numbers)
+        for k, polygon, numbers in zip(of_pair, polygons, measures.tolist(), strict=True)
+        if numbers[2] <= reach
+    ]
     pairs.sort(key=lambda p: (p.minus, p.plus, *p.polygon[0]))
     return pairs
+
+
+def crossed_faces(bodies: list[Polyhedron]) -> list[tuple[int, int]]:
+    """Faces whose outline crosses itself, as (body, face): no area that they share with others is defined."""
+    if not bodies:
+        return []
+    faces = _Faces.of(bodies)
+    every = np.arange(len(faces.body))
+    bad = ~shapely.is_valid(faces.outlines(every, np.stack(plane_axes(faces.normal), axis=1), faces.centre))
+    first = np.searchsorted(faces.body, faces.body)
+    return [(int(faces.body[f]), int(f - first[f])) for f in np.flatnonzero(bad)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,26 +157,33 @@ class _Faces:
             count=count,
         )
 
+    def outlines(self, index: Index, axes: Array, middle: Array) -> NDArray[np.object_]:
+        """Outline of the faces, each in its own plane of axes (m, 2, 3) about its own middle (m, 3)."""
+        count = self.count[index]
+        of_corner = np.repeat(np.arange(len(index)), count)
+        offset = np.arange(len(of_corner)) - np.repeat(np.cumsum(count) - count, count)
+        points = self.corners[np.repeat(self.start[index], count) + offset] - middle[of_corner]
+        flat = np.einsum("kaj,kj->ka", axes[of_corner], points)
+        return np.asarray(shapely.polygons(shapely.linearrings(flat, indices=of_corner)))
 
-def _candidates(faces: _Faces, tolerance: float) -> tuple[Index, Index]:
+
+def _candidates(faces: _Faces, reach: float, angle: float) -> tuple[Index, Index]:
     """Pairs of faces (front, back) of different bodies that look at each other and whose boxes meet.
 
-    The front face looks up (or, if level, along +y or +x). The search tree has two axes, those along which the
-    structure is longest; the third is tested afterwards.
+    The front face looks up (or, if level, along +y or +x).
     """
-    extent = faces.high.max(axis=0) - faces.low.min(axis=0)
-    x, y, z = np.argsort(-extent)
-    low, high = faces.low - tolerance, faces.high + tolerance
-    boxes = shapely.box(low[:, x], low[:, y], high[:, x], high[:, y])
-    i, j = shapely.STRtree(boxes).query(boxes)
-    keep = (i < j) & (faces.body[i] != faces.body[j])
+    i, j = box_pairs(faces.low - reach, faces.high + reach)
+    keep = faces.body[i] != faces.body[j]
     i, j = i[keep], j[keep]
-    keep = (low[i, z] <= high[j, z]) & (low[j, z] <= high[i, z])
-    i, j = i[keep], j[keep]
-    keep = np.einsum("ij,ij->i", faces.normal[i], faces.normal[j]) < -FACING
+    keep = _angle(faces.normal[i], faces.normal[j]) <= angle
     i, j = i[keep], j[keep]
     up = _half_space_sign(faces.normal[i] - faces.normal[j]) > 0
     return np.where(up, i, j), np.where(up, j, i)
+
+
+def _angle(one: Array, other: Array) -> Array:
+    """Angle between planes that look at each other, from unit normals (m, 3): exact for small angles too."""
+    return np.asarray(2 * np.arcsin(np.minimum(np.linalg.norm(one + other, axis=1) / 2, 1.0)))
 
 
 def _half_space_sign(normals: Array) -> Array:
@@ -138,13 +191,3 @@ def _half_space_sign(normals: Array) -> Array:
     x, y, z = np.where(np.abs(normals) < 1e-3, 0.0, normals).T
     lead = np.where(z != 0, z, np.where(y != 0, y, x))
     return np.where(lead > 0, 1.0, -1.0)
-
-
-def _outlines(faces: _Faces, index: Index, axes: Array, middle: Array) -> NDArray[np.object_]:
-    """Outline of the faces, each in its own plane of axes (m, 2, 3) about its own middle (m, 3)."""
-    count = faces.count[index]
-    of_corner = np.repeat(np.arange(len(index)), count)
-    offset = np.arange(len(of_corner)) - np.repeat(np.cumsum(count) - count, count)
-    points = faces.corners[np.repeat(faces.start[index], count) + offset] - middle[of_corner]
-    flat = np.einsum("kaj,kj->ka", axes[of_corner], points)
-    return np.asarray(shapely.polygons(shapely.linearrings(flat, indices=of_corner)))

@@ -3,9 +3,15 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from blockstruct.geometry.neighbours import box_pairs, separations
 from blockstruct.geometry.polyhedron import Polyhedron
 
 Array = NDArray[np.float64]
+
+#: Pairs of edges that are tried for an axis between two bodies.
+MOST_CROSSINGS = 20_000
+#: Points times faces worked on at once: bounds the memory, not the result.
+CHUNK = 500_000
 
 
 def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[int, int, float]]:
@@ -24,50 +30,36 @@ def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[
     Returns
     -------
     list of (i, j, depth)
-        ``i < j``. The depth is that of the shallowest direction (convex) or of the common bounding box.
+        ``i < j``. The depth is that of the convex hulls in the shallowest direction; where a body is not convex, at
+        most the least extent of the common bounding box.
     """
     if len(bodies) < 2:
         return []
     low = np.array([b.vertices.min(axis=0) for b in bodies])
     high = np.array([b.vertices.max(axis=0) for b in bodies])
+    i, j = box_pairs(low + tolerance / 2, high - tolerance / 2)
+    # Nearly all neighbours are kept apart by a plane along a face of one of them: the rest is looked at one by one.
+    close = separations(bodies, i, j) < -tolerance
     found = []
-    convex = [_is_convex(b, tolerance) for b in bodies]
-    for i, j in _box_pairs(low, high, tolerance):
-        a, b = bodies[i], bodies[j]
-        if convex[i] and convex[j]:
-            depth = _convex_depth(a, b)
-        else:
-            depth = _sampled_depth(a, b, np.maximum(low[i], low[j]), np.minimum(high[i], high[j]))
+    convex: dict[int, bool] = {}
+    for one, other in zip(i[close].tolist(), j[close].tolist(), strict=True):
+        a, b = bodies[one], bodies[other]
+        for k in (one, other):
+            if k not in convex:
+                convex[k] = bool(_hull_faces(bodies[k], tolerance).all())
+        depth = _hull_depth(a, b)
+        if depth > tolerance and not (convex[one] and convex[other]):
+            depth = min(depth, _sampled_depth(a, b, tolerance))
         if depth > tolerance:
-            found.append((int(i), int(j), depth))
+            found.append((one, other, depth))
     return found
 
 
-def _box_pairs(low: Array, high: Array, tolerance: float) -> NDArray[np.int64]:
-    """Index pairs (m, 2) of axis-parallel boxes that share more than the tolerance in every direction.
-
-    Sweeps along the axis with the most distinct positions, then tests the other two for all candidates at once.
-    """
-    axis = int(np.argmax([len(np.unique(np.round(low[:, k], 9))) for k in range(3)]))
-    order = np.argsort(low[:, axis], kind="stable")
-    low, high = low[order], high[order]
-    stop = np.searchsorted(low[:, axis], high[:, axis] - tolerance)
-    found = []
-    for chunk in np.array_split(np.arange(len(low)), max(1, len(low) // 512)):
-        count = np.maximum(stop[chunk] - chunk - 1, 0)
-        i = np.repeat(chunk, count)
-        j = i + 1 + np.arange(len(i)) - np.repeat(np.cumsum(count) - count, count)
-        shared = np.minimum(high[i], high[j]) - np.maximum(low[i], low[j])
-        hit = np.all(shared > tolerance, axis=1)
-        found.append(np.column_stack([order[i[hit]], order[j[hit]]]))
-    pairs = np.sort(np.concatenate(found), axis=1)
-    return pairs[np.lexsort(pairs.T[::-1])]
-
-
-def _is_convex(body: Polyhedron, tolerance: float) -> bool:
+def _hull_faces(body: Polyhedron, tolerance: float) -> NDArray[np.bool_]:
+    """Which faces have the whole body on one side; all of them if it is convex."""
     on_face = body.vertices[[face[0] for face in body.faces]]
-    heights = np.einsum("fk,fvk->fv", body.normals, body.vertices[None] - on_face[:, None])
-    return bool(heights.max() <= tolerance)
+    heights = body.normals @ body.vertices.T - np.einsum("ij,ij->i", body.normals, on_face)[:, None]
+    return np.asarray(heights.max(axis=1) <= tolerance)
 
 
 def _directions(body: Polyhedron) -> Array:
@@ -77,23 +69,35 @@ def _directions(body: Polyhedron) -> Array:
     return np.unique(np.round(edges * sign[:, None], 9), axis=0)
 
 
-def _convex_depth(a: Polyhedron, b: Polyhedron) -> float:
-    cross = np.cross(_directions(a)[:, None], _directions(b)[None]).reshape(-1, 3)
-    length = np.linalg.norm(cross, axis=1)
-    axes = np.concatenate([a.normals, b.normals, cross[length > 1e-6] / length[length > 1e-6, None]])
-    pa, pb = a.vertices @ axes.T, b.vertices @ axes.T
+def _hull_depth(a: Polyhedron, b: Polyhedron) -> float:
+    axes = [a.normals, b.normals]
+    edges, others = _directions(a), _directions(b)
+    # The normals of a finely faceted body leave little for its edges to say.
+    if len(edges) * len(others) <= MOST_CROSSINGS:
+        cross = np.cross(edges[:, None], others[None]).reshape(-1, 3)
+        length = np.linalg.norm(cross, axis=1)
+        axes.append(cross[length > 1e-6] / length[length > 1e-6, None])
+    directions = np.concatenate(axes).T
+    pa, pb = a.vertices @ directions, b.vertices @ directions
     return float(np.minimum(pa.max(axis=0) - pb.min(axis=0), pb.max(axis=0) - pa.min(axis=0)).min())
 
 
-def _sampled_depth(a: Polyhedron, b: Polyhedron, low: Array, high: Array) -> float:
+def _sampled_depth(a: Polyhedron, b: Polyhedron, tolerance: float) -> float:
+    low = np.maximum(a.vertices.min(axis=0), b.vertices.min(axis=0))
+    high = np.minimum(a.vertices.max(axis=0), b.vertices.max(axis=0))
     # Off the regular points, where faces of neat blocks lie: a point on a face is neither inside nor outside.
     steps = (np.arange(12) + 0.5 + 0.013 * np.sqrt(2)) / 12.1
     grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     points = low + grid * (high - low)
-    points = points[_inside(a, points)]
-    if len(points) and _inside(b, points).any():
-        return float((high - low).min())
-    return 0.0
+    for body in (a, b):
+        hull = _hull_faces(body, tolerance)
+        on_face = body.vertices[[face[0] for face in body.faces]]
+        heights = points @ body.normals[hull].T - np.einsum("ij,ij->i", body.normals, on_face)[hull]
+        points = points[np.all(heights < 0, axis=1)]
+    for body in (a, b):
+        parts = np.array_split(points, len(points) * len(body.faces) // CHUNK + 1)
+        points = np.concatenate([part[_inside(body, part)] for part in parts])
+    return float((high - low).min()) if len(points) else 0.0
 
 
 def _inside(body: Polyhedron, points: Array) -> NDArray[np.bool_]:

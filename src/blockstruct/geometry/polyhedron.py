@@ -15,8 +15,8 @@ from blockstruct.geometry.polygon import polygon_area
 
 Array = NDArray[np.float64]
 
-#: Deviation from a plane, relative to the size of the block, that is still rounding.
-PLANARITY = 1e-6
+#: Deviation of a face from its mean plane, relative to the size of the block: what is rounding, and what is no face.
+PLANARITY, LARGEST_DEVIATION = 1e-6, 2e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,10 +29,12 @@ class Polyhedron:
     faces
         Vertex indices of each face, counter-clockwise seen from outside.
     volume, centroid
-        Exact for planar faces (divergence theorem).
+        Exact for planar faces (divergence theorem); any other is taken for triangles about its first vertex.
     normals : (f, 3) array
-        Outward unit normals.
+        Outward unit normals of the mean planes.
     areas : (f,) array
+    deviations : (f,) array
+        Largest distance of a vertex of each face from the mean plane.
     """
 
     vertices: Array
@@ -41,6 +43,13 @@ class Polyhedron:
     centroid: Array
     normals: Array
     areas: Array
+    deviations: Array
+
+    @property
+    def nonplanar_faces(self) -> list[int]:
+        """Faces that deviate from a plane by more than rounding."""
+        size = float(np.ptp(self.vertices, axis=0).max())
+        return [int(f) for f in np.flatnonzero(self.deviations > PLANARITY * size)]
 
     def face_centroid(self, face: int) -> Array:
         """Centroid (3,) of a face."""
@@ -65,14 +74,15 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
     ----------
     vertices : (n, 3) array
     faces
-        Vertex indices of each planar face, counter-clockwise seen from outside.
+        Vertex indices of each face, counter-clockwise seen from outside; plane but for a slight deviation.
     name
         Name of the block, for the message of an error.
 
     Raises
     ------
     GeometryError
-        Faces that name no vertex, are degenerate or not planar; a surface that is open, inside out or without volume.
+        Faces that name no vertex, are degenerate or far from planar; a surface that is open, inside out or
+        without volume.
     """
     vertices = np.array(vertices, dtype=float)
     if vertices.ndim != 2 or vertices.shape[1:] != (3,) or len(vertices) < 4:
@@ -102,7 +112,7 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
         raise GeometryError(msg)
     normals = area_vectors / areas[:, None]
 
-    _check_planar(vertices, loops, normals, size, name)
+    deviations = _checked_deviations(vertices, loops, normals, size, name)
     _check_closed(loops, name)
 
     tetrahedra = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
@@ -117,9 +127,9 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
         )
         raise GeometryError(msg)
     centroid = origin + (tetrahedra @ (a + b + c)) / (4 * volume)
-    for array in (vertices, centroid, normals, areas):
+    for array in (vertices, centroid, normals, areas, deviations):
         array.setflags(write=False)
-    return Polyhedron(vertices, loops, volume, centroid, normals, areas)
+    return Polyhedron(vertices, loops, volume, centroid, normals, areas, deviations)
 
 
 def _check_faces(loops: tuple[tuple[int, ...], ...], n_vertices: int, name: str) -> None:
@@ -139,19 +149,24 @@ def _check_faces(loops: tuple[tuple[int, ...], ...], n_vertices: int, name: str)
         raise GeometryError(msg)
 
 
-def _check_planar(vertices: Array, loops: tuple[tuple[int, ...], ...], normals: Array, size: float, name: str) -> None:
+def _checked_deviations(
+    vertices: Array, loops: tuple[tuple[int, ...], ...], normals: Array, size: float, name: str
+) -> Array:
     index = np.concatenate([np.asarray(f) for f in loops])
-    of_face = np.repeat(np.arange(len(loops)), [len(f) for f in loops])
-    first = np.array([f[0] for f in loops])
-    heights = np.einsum("ij,ij->i", vertices[index] - vertices[first][of_face], normals[of_face])
-    if np.abs(heights).max() > PLANARITY * size:
-        worst = int(np.argmax(np.abs(heights)))
+    count = np.array([len(f) for f in loops])
+    start = np.cumsum(count) - count
+    of_face = np.repeat(np.arange(len(loops)), count)
+    centres = np.add.reduceat(vertices[index], start) / count[:, None]
+    heights = np.abs(np.einsum("ij,ij->i", vertices[index] - centres[of_face], normals[of_face]))
+    if heights.max() > LARGEST_DEVIATION * size:
+        worst = int(np.argmax(heights))
         msg = (
             f"block {name!r}: face {of_face[worst]} is not planar, vertex {index[worst]} lies "
-            f"{abs(heights[worst]):.3g} m off its plane (limit {PLANARITY * size:.3g} m); "
+            f"{heights[worst]:.3g} m off its plane (limit {LARGEST_DEVIATION * size:.3g} m); "
             "split the face into triangles or correct the vertex"
         )
         raise GeometryError(msg)
+    return np.asarray(np.maximum.reduceat(heights, start))
 
 
 def _check_closed(loops: tuple[tuple[int, ...], ...], name: str) -> None:

@@ -1,5 +1,6 @@
 """Interfaces between blocks."""
 
+from copy import copy
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,13 +12,18 @@ from blockstruct.geometry import polygon_area
 from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.names import checked_name
 from blockstruct.units import si_array
+from blockstruct.vocabulary import JointOrientation
 
 Array = NDArray[np.float64]
 
 
+#: Deviation of a corner from the plane of an interface, relative to its size: what is rounding, and what no plane fits.
+PLANARITY, LARGEST_DEVIATION = 1e-5, 0.2
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Interface:
-    """A plane contact between two blocks.
+    """A contact between two blocks: plane, or fitted by a plane.
 
     Parameters
     ----------
@@ -26,7 +32,9 @@ class Interface:
     minus, plus
         Names of the two blocks. The normal points from the minus block to the plus block.
     polygon : quantity, length, shape (k, 3)
-        Corners, counter-clockwise seen from the plus block, about the normal: they are the contact points.
+        Corners, counter-clockwise seen from the plus block, about the normal: they are the contact points. They need
+        not lie in one plane: the contact then has the area, the normal and the axes of the plane fitted to them
+        (through their centroid, along the area vector of the polygon), while each force acts at its own corner.
     joint_material
         Strength of the joint.
 
@@ -40,6 +48,15 @@ class Interface:
         m.
     normal : (3,) array
         Unit normal from minus to plus.
+    deviation : float
+        Largest distance of a corner from the fitted plane, m; rounding in a plane contact.
+
+    Raises
+    ------
+    GeometryError
+        A polygon without area, or one that deviates from a plane by more than a fifth of its size.
+    ModelError
+        An interface of a block with itself, or without a joint material.
     """
 
     name: str
@@ -50,6 +67,7 @@ class Interface:
     area: float = field(init=False)
     centroid: Array = field(init=False, repr=False)
     normal: Array = field(init=False, repr=False)
+    deviation: float = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         checked_name(self.name, "interface")
@@ -70,15 +88,35 @@ class Interface:
             msg = f"{who}: the polygon has no area; remove the interface or correct its corners"
             raise GeometryError(msg)
         deviation = float(np.abs((polygon - centroid) @ normal).max())
-        if deviation > 1e-5 * size:
-            msg = f"{who}: a corner lies {deviation:.3g} m off the plane of the polygon; give a plane polygon"
+        if deviation > LARGEST_DEVIATION * size:
+            msg = (
+                f"{who}: a corner lies {deviation:.3g} m off the plane fitted to the polygon (limit "
+                f"{LARGEST_DEVIATION * size:.3g} m); divide the contact into interfaces that are closer to planes"
+            )
             raise GeometryError(msg)
         for attribute, value in (
             ("polygon", polygon),
             ("area", area),
             ("centroid", centroid),
             ("normal", normal),
+            ("deviation", deviation),
         ):
             object.__setattr__(self, attribute, value)
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether the corners lie in one plane but for rounding."""
+        return self.deviation <= PLANARITY * float(np.ptp(self.polygon, axis=0).max())
+
+    @property
+    def orientation(self) -> JointOrientation:
+        """Bed, head or inclined, by the angle of the normal to the vertical."""
+        return JointOrientation.of(float(self.normal[2]))
+
+    def with_joint_material(self, joint_material: JointMaterial) -> "Interface":
+        """The same contact of another joint material."""
+        other = copy(self)
+        object.__setattr__(other, "joint_material", joint_material)
+        return other

@@ -5,7 +5,6 @@ import json
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import chain, combinations
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from blockstruct.errors import GeometryError, ModelError, UnknownNameError
-from blockstruct.geometry import common_area, overlapping_pairs
+from blockstruct.geometry import box_pairs, common_areas, overlapping_pairs
 from blockstruct.model.block import Block
 from blockstruct.model.interface import Interface
 from blockstruct.model.joint_material import JointMaterial
@@ -22,6 +21,8 @@ from blockstruct.model.names import checked_name, checked_tuple
 
 #: Penetration, relative to the mean block size, that is rounding, and that blocks joined by an interface may have.
 OVERLAP_TOLERANCE, JOINED_OVERLAP = 1e-5, 1e-2
+#: Distance of an interface from the faces it lies on, relative to the mean block size: half of a wide, rough joint.
+OFF_FACE = 5e-2
 #: Share of an interface that another of the same blocks may cover.
 AREA_SHARE = 1e-3
 
@@ -166,12 +167,16 @@ class Model:
             raise GeometryError(msg)
 
     def _check_interfaces(self, known: dict[str, int]) -> None:
-        """Every polygon lies on a face of its minus block that looks along its normal, and of its plus block."""
-        limit = JOINED_OVERLAP * self.characteristic_length
+        """Every polygon lies on a face of its minus block that looks along its normal, and of its plus block.
+
+        The faces under a polygon that is not plane may be several, each looking another way.
+        """
+        slack = OFF_FACE * self.characteristic_length
         for interface in self.interfaces:
+            limit = slack + 2 * interface.deviation
             for name, sense in ((interface.minus, 1.0), (interface.plus, -1.0)):
                 shape = self.blocks[known[name]].shape
-                facing = shape.normals @ interface.normal * sense > 0.99
+                facing = shape.normals @ interface.normal * sense > (0.99 if interface.is_planar else 0.5)
                 first = shape.vertices[[face[0] for face, ok in zip(shape.faces, facing, strict=True) if ok]]
                 heights = (interface.polygon[None] - first[:, None]) @ interface.normal
                 low, high = shape.vertices.min(axis=0) - limit, shape.vertices.max(axis=0) + limit
@@ -184,17 +189,29 @@ class Model:
                         "from the plus block"
                     )
                     raise GeometryError(msg)
-        of_pair: dict[frozenset[str], list[Interface]] = {}
-        for interface in self.interfaces:
-            of_pair.setdefault(frozenset((interface.minus, interface.plus)), []).append(interface)
-        for one, other in chain.from_iterable(combinations(several, 2) for several in of_pair.values()):
-            parallel = abs(one.normal @ other.normal) > 0.99
-            if parallel and common_area(one.polygon, other.polygon, one.normal, limit) > AREA_SHARE * one.area:
-                msg = (
-                    f"model {self.name!r}: interfaces {one.name!r} and {other.name!r} cover the same area of one "
-                    "joint; remove one of them"
-                )
-                raise GeometryError(msg)
+        self._check_covered(known, slack)
+
+    def _check_covered(self, known: dict[str, int], slack: float) -> None:
+        """No area of a joint belongs to two interfaces of the same blocks."""
+        if not self.interfaces:
+            return
+        polygons = [interface.polygon for interface in self.interfaces]
+        low, high = (np.array([f(p, axis=0) for p in polygons]) for f in (np.min, np.max))
+        i, j = box_pairs(low - slack / 2, high + slack / 2)
+        ends = np.sort([(known[interface.minus], known[interface.plus]) for interface in self.interfaces], axis=1)
+        same = np.all(ends[i] == ends[j], axis=1)
+        i, j = i[same], j[same]
+        normals = np.array([interface.normal for interface in self.interfaces])
+        parallel = np.abs(np.einsum("ij,ij->i", normals[i], normals[j])) > 0.99
+        i, j = i[parallel], j[parallel]
+        areas = np.array([interface.area for interface in self.interfaces])
+        covered = np.flatnonzero(common_areas(polygons, normals, i, j, slack) > AREA_SHARE * areas[i])
+        for k in covered[:1]:
+            msg = (
+                f"model {self.name!r}: interfaces {self.interfaces[i[k]].name!r} and {self.interfaces[j[k]].name!r} "
+                "cover the same area of one joint; remove one of them"
+            )
+            raise GeometryError(msg)
 
 
 def _fields(material: Material | JointMaterial) -> list[Any]:

@@ -11,12 +11,13 @@
   load factor 0.5
 """
 
-from blockstruct.views.console import history_frame, iteration_table, result_text, summary_table
+from blockstruct.views.console import history_frame, iteration_table, model_text, result_text, summary_table
 
 __all__ = [
     # console
     "history_frame",
     "iteration_table",
+    "model_text",
     "result_text",
     "summary_table",
 ]

@@ -1,5 +1,6 @@
 """Tables and texts for a terminal 80 columns wide."""
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 from rich.table import Table
@@ -31,6 +32,20 @@ def iteration_table(history: xr.Dataset) -> Table:
         cells = [form.format(row[name].item()) for name, (_, form) in _COLUMNS.items()]
         table.add_row(str(i), str(row["stage"].item()), *cells)
     return table
+
+
+def model_text(model: bs.Model) -> str:
+    """Name, supports, size and weight of a model."""
+    points = np.concatenate([b.shape.vertices for b in model.blocks])
+    x, y, z = np.ptp(points, axis=0)
+    fixed = [b.name for b in model.blocks if b.fixed]
+    more = f" and {len(fixed) - 5} more" if len(fixed) > 5 else ""
+    weight = sum(b.weight for b in model.blocks if not b.fixed)
+    return (
+        f"{model.name}: {len(model.blocks)} blocks, {len(fixed)} of them fixed ({', '.join(fixed[:5])}{more})\n"
+        f"{x:.4g} × {y:.4g} × {z:.4g} m, mean size of the free blocks {model.characteristic_length:.3g} m, "
+        f"their weight {weight / 1e3:.4g} kN"
+    )
 
 
 def result_text(result: bs.CaseResult) -> Text:

@@ -1,0 +1,222 @@
+"""What a detection of interfaces found, and what it left out."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from blockstruct.vocabulary import JointOrientation
+
+#: Findings of one kind that a printed report lists; the table has them all.
+LISTED = 20
+
+
+@dataclass(frozen=True, slots=True)
+class DetectionTolerances:
+    """Limits of what counts as contact.
+
+    Attributes
+    ----------
+    gap : float
+        Largest gap, and largest penetration, between two faces over the area they share, m.
+    angle : float
+        Largest angle between two faces, radians.
+    area : float
+        Area up to which a contact is a line or a point, m².
+    close : float
+        Distance up to which blocks without a contact are reported as close, m.
+    """
+
+    gap: float
+    angle: float
+    area: float
+    close: float
+
+
+@dataclass(frozen=True, slots=True)
+class FoundContact:
+    """Two faces that look at each other, and how they were judged.
+
+    Attributes
+    ----------
+    minus, plus : str
+        Blocks; the normal points from minus to plus.
+    interface : str
+        Name of the interface; empty if the contact was left out.
+    reason : str
+        Why it was left out: ``angle``, ``gap``, ``penetration``, ``area`` or ``supports`` (both blocks are fixed).
+        Empty if it was accepted.
+    gap : float
+        Where it is largest over the shared area, m; negative for a penetration.
+    angle : float
+        Between the faces, radians.
+    area : float
+        m².
+    orientation : JointOrientation
+    near_miss : bool
+        Left out, but within twice every tolerance.
+    """
+
+    minus: str
+    plus: str
+    interface: str
+    reason: str
+    gap: float
+    angle: float
+    area: float
+    orientation: JointOrientation
+    near_miss: bool
+
+
+@dataclass(frozen=True, slots=True)
+class DetectionReport:
+    """What a detection accepted and what it left out.
+
+    Attributes
+    ----------
+    tolerances : DetectionTolerances
+    contacts : tuple of FoundContact
+        Every two faces that look at each other and come close: accepted or left out with the reason.
+    overlaps : tuple of (block, block, depth in m)
+        Blocks that share space deeper than the tolerance of the gap.
+    nonplanar_faces : tuple of (block, face, deviation in m)
+        Faces that are not plane; contacts are found on their mean planes.
+    floating : tuple of str
+        Blocks without a way to a support through interfaces.
+    untouched : tuple of str
+        Blocks without any interface.
+    close : tuple of (block, block, distance in m)
+        Blocks without any contact that are close or touch along a line only. The distance is along a face.
+    """
+
+    tolerances: DetectionTolerances
+    contacts: tuple[FoundContact, ...]
+    overlaps: tuple[tuple[str, str, float], ...]
+    nonplanar_faces: tuple[tuple[str, int, float], ...]
+    floating: tuple[str, ...]
+    untouched: tuple[str, ...]
+    close: tuple[tuple[str, str, float], ...]
+
+    @property
+    def accepted(self) -> int:
+        """Number of interfaces found."""
+        return sum(not c.reason for c in self.contacts)
+
+    @property
+    def total_area(self) -> float:
+        """Area of the interfaces, m²."""
+        return math.fsum(c.area for c in self.contacts if not c.reason)
+
+    @property
+    def tolerance(self) -> float:
+        """Largest gap taken for contact, m."""
+        return self.tolerances.gap
+
+    @property
+    def rejected(self) -> tuple[FoundContact, ...]:
+        """Contacts left out, but for those between supports."""
+        return tuple(c for c in self.contacts if c.reason not in ("", "supports"))
+
+    @property
+    def near_misses(self) -> tuple[FoundContact, ...]:
+        """Contacts left out that are within twice every tolerance."""
+        return tuple(c for c in self.contacts if c.near_miss)
+
+    @property
+    def slivers(self) -> tuple[tuple[str, str, float], ...]:
+        """Contacts left out because their area is that of a line or a point: minus, plus, area in m²."""
+        return tuple((c.minus, c.plus, c.area) for c in self.contacts if c.reason == "area")
+
+    @property
+    def between_supports(self) -> tuple[tuple[str, str], ...]:
+        """Contacts left out because both blocks are fixed."""
+        return tuple((c.minus, c.plus) for c in self.contacts if c.reason == "supports")
+
+    @property
+    def area_by_orientation(self) -> dict[JointOrientation, float]:
+        """Area of the interfaces by how the joints lie, m²."""
+        return {
+            o: math.fsum(c.area for c in self.contacts if not c.reason and c.orientation == o)
+            for o in JointOrientation
+            if any(c.orientation == o and not c.reason for c in self.contacts)
+        }
+
+    def table(self) -> pd.DataFrame:
+        """Everything found, one row each.
+
+        Returns
+        -------
+        DataFrame
+            ``finding`` is ``accepted``, ``rejected``, ``near miss``, ``overlap``, ``close``, ``non-planar face`` or
+            ``floating``; ``gap`` (negative for a penetration), ``deviation``, ``angle`` and ``area`` have the units
+            of ``table.attrs["units"]``.
+        """
+        texts, numbers = ["minus", "plus", "interface", "reason", "orientation"], ["gap", "angle", "area", "deviation"]
+        rows: list[dict[str, object]] = [
+            {
+                "finding": "near miss" if c.near_miss else "rejected" if c.reason else "accepted",
+                "orientation": str(c.orientation),
+                **{name: getattr(c, name) for name in ("minus", "plus", "interface", "reason", "gap", "angle", "area")},
+            }
+            for c in self.contacts
+        ]
+        rows += [{"finding": "overlap", "minus": a, "plus": b, "gap": -depth} for a, b, depth in self.overlaps]
+        rows += [{"finding": "close", "minus": a, "plus": b, "gap": distance} for a, b, distance in self.close]
+        rows += [
+            {"finding": "non-planar face", "minus": block, "face": face, "deviation": deviation}
+            for block, face, deviation in self.nonplanar_faces
+        ]
+        rows += [{"finding": "floating", "minus": block} for block in self.floating]
+        rows = [dict.fromkeys(texts, "") | row for row in rows]
+        table = pd.DataFrame(rows, columns=["finding", *texts, *numbers, "face"])
+        table = table.astype(dict.fromkeys(numbers, float) | {"face": "Int64"})
+        table.attrs["units"] = {"gap": "meter", "angle": "radian", "area": "meter ** 2", "deviation": "meter"}
+        return table
+
+    def __str__(self) -> str:
+        t = self.tolerances
+        joints = [f"{orientation} {area:.6g} m^2" for orientation, area in self.area_by_orientation.items()]
+        other = [c for c in self.rejected if c.reason != "area"]
+        apart = [c for c in self.close if c[2] > t.gap]
+        lines = [
+            f"{self.accepted} interfaces, {self.total_area:.6g} m^2 (gap tolerance {t.gap:.3g} m)",
+            f"{len(self.slivers)} slivers left out",
+            f"{len(self.between_supports)} contacts between supports left out",
+            f"{len(self.untouched)} blocks without interface",
+            f"joints: {', '.join(joints) or 'none'}",
+            f"{len(other)} contacts rejected by gap, penetration or angle ({math.degrees(t.angle):.3g} deg)",
+            f"{len(self.near_misses)} near misses within twice the tolerances",
+            f"{len(self.overlaps)} overlaps, {len(self.nonplanar_faces)} non-planar faces",
+            f"{len(self.floating)} floating blocks",
+            f"{len(apart)} pairs without contact up to {t.close:.3g} m apart, {len(self.close) - len(apart)} on a line",
+        ]
+        wider = [abs(c.gap) for c in other if c.reason != "angle"]
+        if wider:
+            lines.append(
+                f"a tolerance of {1.01 * max(wider):.3g} m would take the {len(wider)} rejected by gap or penetration"
+            )
+        lines += _listed("sliver", [f"{a} | {b}: {area:.3g} m^2" for a, b, area in self.slivers])
+        lines += _listed("untouched", self.untouched)
+        lines += _listed(
+            "rejected",
+            [
+                f"{c.minus} | {c.plus}: {c.reason}, gap {c.gap:.3g} m, angle {math.degrees(c.angle):.3g} deg, "
+                f"area {c.area:.3g} m^2{' (near miss)' if c.near_miss else ''}"
+                for c in other
+            ],
+        )
+        lines += _listed("overlap", [f"{a} | {b}: {depth:.3g} m deep" for a, b, depth in self.overlaps])
+        lines += _listed(
+            "non-planar", [f"{b} face {f}: {off:.3g} m off its plane" for b, f, off in self.nonplanar_faces]
+        )
+        lines += _listed("floating", [b for b in self.floating if b not in set(self.untouched)])
+        lines += _listed("close", [f"{a} | {b}: {distance:.3g} m apart" for a, b, distance in apart])
+        return "\n".join(lines)
+
+
+def _listed(kind: str, findings: Sequence[str]) -> list[str]:
+    lines = [f"  {kind} {finding}" for finding in findings[:LISTED]]
+    if len(findings) > LISTED:
+        lines.append(f"  {kind}: {len(findings) - LISTED} more, all in report.table()")
+    return lines

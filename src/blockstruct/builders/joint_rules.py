@@ -1,0 +1,89 @@
+"""Rules that tell which joint is of which material."""
+
+from collections.abc import Callable, Mapping
+from fnmatch import fnmatchcase
+from typing import Any
+
+from blockstruct.errors import ModelError
+from blockstruct.model import Interface, JointMaterial
+from blockstruct.vocabulary import JointOrientation
+
+Rule = Callable[[Interface], JointMaterial]
+#: Stands in for the material that a rule has yet to give.
+UNRULED = JointMaterial("without a rule", 0.0)
+
+
+def joint_rule(given: Any, who: str) -> Rule:
+    """Function from an interface to its joint material.
+
+    Parameters
+    ----------
+    given
+        A joint material for all; a function from an interface to its joint material; or a mapping from patterns to
+        joint materials, of which the first that fits counts: ``"bed"``, ``"head"`` or ``"inclined"``
+        (:class:`blockstruct.JointOrientation`), the names of two blocks in any order with ``*`` for any text, as
+        ``"base|*"``, and ``"*"`` for all the rest.
+    who
+        Who asks, for the message of an error.
+
+    Raises
+    ------
+    ModelError
+        What is none of these; and, when the rule is applied, a joint that no pattern fits.
+
+    Examples
+    --------
+    >>> from blockstruct.model import JointMaterial
+    >>> lime, dry = JointMaterial("lime", 0.7), JointMaterial("dry", 0.6)
+    >>> rule = joint_rule({"base|*": dry, "bed": lime, "*": dry}, "wall")
+    >>> square = "m", [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    >>> from blockstruct.units import Q_
+    >>> polygon = Q_(square[1], square[0])
+    >>> [rule(Interface("i", "1.1", plus, polygon, dry)).name for plus in ("2.1", "base")]
+    ['lime', 'dry']
+    """
+    if isinstance(given, JointMaterial):
+        return lambda interface: given
+    if isinstance(given, Mapping) and given:
+        for pattern, material in given.items():
+            _check_pattern(pattern, material, who)
+        return lambda interface: _first_that_fits(given, interface, who)
+    if callable(given) and not isinstance(given, type):
+        return lambda interface: _given_by_function(given, interface, who)
+    msg = (
+        f"{who}: joint_material is {given!r}; give a JointMaterial, a mapping such as "
+        "{'bed': mortar, '*': dry}, or a function from an interface to its JointMaterial"
+    )
+    raise ModelError(msg)
+
+
+def _check_pattern(pattern: Any, material: Any, who: str) -> None:
+    if not isinstance(pattern, str) or not (pattern in {*JointOrientation, "*"} or pattern.count("|") == 1):
+        msg = (
+            f"{who}: {pattern!r} is no pattern of joints; write {', '.join(map(repr, JointOrientation))}, "
+            "two block names as in 'base|*', or '*' for all the rest"
+        )
+        raise ModelError(msg)
+    if not isinstance(material, JointMaterial):
+        msg = f"{who}: the pattern {pattern!r} gives {material!r}; give a JointMaterial"
+        raise ModelError(msg)
+
+
+def _first_that_fits(rules: Mapping[str, JointMaterial], interface: Interface, who: str) -> JointMaterial:
+    there, back = f"{interface.minus}|{interface.plus}", f"{interface.plus}|{interface.minus}"
+    for pattern, material in rules.items():
+        if pattern == interface.orientation or fnmatchcase(there, pattern) or fnmatchcase(back, pattern):
+            return material
+    msg = (
+        f"{who}: no pattern of joint_material fits interface {interface.name!r} ({interface.orientation}); "
+        f"the patterns are {', '.join(map(repr, rules))}; add '*' for all the rest"
+    )
+    raise ModelError(msg)
+
+
+def _given_by_function(function: Callable[[Interface], Any], interface: Interface, who: str) -> JointMaterial:
+    material = function(interface)
+    if not isinstance(material, JointMaterial):
+        msg = f"{who}: the function for joint_material gives {material!r} for {interface.name!r}; give a JointMaterial"
+        raise ModelError(msg)
+    return material

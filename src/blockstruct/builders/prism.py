@@ -1,0 +1,39 @@
+"""Blocks of a plane outline extruded along y."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from blockstruct.geometry import polyhedron
+from blockstruct.model import Block, Material
+
+
+def prism(name: str, outline: ArrayLike, y: tuple[float, float], material: Material, *, fixed: bool = False) -> Block:
+    """Block over an outline in the x–z plane, between two values of y.
+
+    Parameters
+    ----------
+    name
+        Unique in the model.
+    outline : (k, 2) array
+        Corners (x, z) in either sense, m.
+    y
+        Least and greatest y, m.
+    material
+        Material of the block.
+    fixed
+        Whether the block is a support.
+    """
+    corners = np.asarray(outline, dtype=float)
+    x, z = corners.T
+    # Counter-clockwise seen from −y, where x points right and z up.
+    if np.sum(x * np.roll(z, -1) - z * np.roll(x, -1)) < 0:
+        corners = corners[::-1]
+    n = len(corners)
+    vertices = np.concatenate([_at(corners, y[0]), _at(corners, y[1])])
+    sides = [(n + k, n + (k + 1) % n, (k + 1) % n, k) for k in range(n)]
+    faces = [tuple(range(n)), tuple(range(2 * n - 1, n - 1, -1)), *sides]
+    return Block(name, polyhedron(vertices, faces, name), material, fixed)
+
+
+def _at(corners: NDArray[np.float64], y: float) -> NDArray[np.float64]:
+    return np.column_stack([corners[:, 0], np.full(len(corners), y), corners[:, 1]])

@@ -1,0 +1,99 @@
+"""Neighbours among many boxes and bodies: which meet, and how far apart they lie."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from blockstruct.geometry.polyhedron import Polyhedron
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: Products of a normal and a vertex worked on at once: bounds the memory, not the result.
+CHUNK = 2_000_000
+
+
+def box_pairs(low: Array, high: Array) -> tuple[Index, Index]:
+    """Index pairs (i, j), i < j, of axis-parallel boxes that meet.
+
+    A search tree over the two longest axes of the structure. Along the third it is cut into slabs, laid out side by
+    side in the tree, so that solid structures cost no more than walls.
+
+    Parameters
+    ----------
+    low, high : (n, 3) arrays
+        Least and greatest corners. A box with ``low > high`` along some axis meets none.
+    """
+    real = np.flatnonzero(np.all(low <= high, axis=1))
+    if len(real) < 2:
+        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
+    low, high = low[real], high[real]
+    start, extent = low.min(axis=0), high.max(axis=0) - low.min(axis=0)
+    x, y, z = np.argsort(-extent)
+    thickness = max(2.0 * float(np.mean(high[:, z] - low[:, z])), float(extent[z]) / 1000.0) or 1.0
+    first, last = (np.floor((h[:, z] - start[z]) / thickness).astype(np.int64) for h in (low, high))
+    count = last - first + 1
+    box = np.repeat(np.arange(len(low)), count)
+    slab = first[box] + np.arange(len(box)) - np.repeat(np.cumsum(count) - count, count)
+    shift = slab * (1.5 * extent[y] + 1e-300) - start[y]
+    tree_boxes = shapely.box(low[box, x] - start[x], low[box, y] + shift, high[box, x] - start[x], high[box, y] + shift)
+    one, other = shapely.STRtree(tree_boxes).query(tree_boxes)
+    i, j = box[one], box[other]
+    # Two boxes that share several slabs are met in the first of these only.
+    keep = (
+        (i < j) & (slab[one] == np.maximum(first[i], first[j])) & (low[i, z] <= high[j, z]) & (low[j, z] <= high[i, z])
+    )
+    i, j = real[i[keep]], real[j[keep]]
+    order = np.lexsort((j, i))
+    return i[order], j[order]
+
+
+def separations(bodies: list[Polyhedron], i: Index, j: Index) -> Array:
+    """Distances (m,) of the bodies i (m,) from the bodies j (m,) along the normals of their faces.
+
+    A distance above zero is a lower bound of the true one, and exact where a face of one looks at the other. It is
+    zero or negative where no plane along a face keeps the two apart: they then overlap, or touch with edges only, or
+    one reaches into a hollow of the other.
+    """
+    if not len(i):
+        return np.empty(0)
+    normals = _Packed.of([b.normals for b in bodies])
+    vertices = _Packed.of([b.vertices for b in bodies])
+    support = np.concatenate([(b.normals @ b.vertices.T).max(axis=1) for b in bodies])
+
+    def beyond(i: Index, j: Index) -> Array:
+        """How far the bodies j lie beyond all of a body i, along the best of its normals."""
+        pair, face, first_face = _expanded(normals.start[i], normals.count[i])
+        row, vertex, first_vertex = _expanded(vertices.start[j][pair], vertices.count[j][pair])
+        heights = np.einsum("ij,ij->i", normals.values[face[row]], vertices.values[vertex])
+        gaps = np.minimum.reduceat(heights, first_vertex) - support[face]
+        return np.asarray(np.maximum.reduceat(gaps, first_face))
+
+    work = np.cumsum(np.maximum(normals.count[i] * vertices.count[j], normals.count[j] * vertices.count[i]))
+    cuts = np.flatnonzero(np.diff(work // CHUNK)) + 1
+    chunks = zip(np.split(i, cuts), np.split(j, cuts), strict=True)
+    return np.concatenate([np.maximum(beyond(a, b), beyond(b, a)) for a, b in chunks])
+
+
+@dataclass(frozen=True, slots=True)
+class _Packed:
+    """Arrays of several bodies, one after the other."""
+
+    values: Array
+    start: Index
+    count: Index
+
+    @classmethod
+    def of(cls, arrays: list[Array]) -> Self:
+        count = np.array([len(a) for a in arrays])
+        return cls(np.concatenate(arrays), np.cumsum(count) - count, count)
+
+
+def _expanded(start: Index, count: Index) -> tuple[Index, Index, Index]:
+    """All members of the ranges ``start + (0 … count − 1)``: the range of each, the member, the first of each range."""
+    first = np.cumsum(count) - count
+    of = np.repeat(np.arange(len(count)), count)
+    return of, start[of] + np.arange(len(of)) - first[of], first

@@ -1,0 +1,79 @@
+"""The mean planes of all faces of a body at once."""
+
+from dataclasses import dataclass
+from itertools import chain
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Face = tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Planes:
+    """Mean planes of faces, and their corners one face after the other.
+
+    Attributes
+    ----------
+    corner : (k,) array
+        Vertex of each corner.
+    face : (k,) array
+        Face of each corner.
+    following : (k,) array
+        The next corner of the same face.
+    start : (f,) array
+        First corner of each face.
+    centre : (f, 3) array
+        Mean of the corners.
+    area : (f,) array
+    normal : (f, 3) array
+        Unit normals; zero for a face without area.
+    longest : (f,) array
+        Longest edge.
+    deviation : (f,) array
+        Largest distance of a corner from the plane.
+    """
+
+    corner: Index
+    face: Index
+    following: Index
+    start: Index
+    centre: Array
+    area: Array
+    normal: Array
+    longest: Array
+    deviation: Array
+
+    @classmethod
+    def of(cls, vertices: Array, faces: list[Face]) -> Self:
+        """Planes of faces (at least one), given by their vertices (n, 3)."""
+        count = np.array([len(f) for f in faces])
+        corner = np.fromiter(chain.from_iterable(faces), dtype=np.int64, count=int(count.sum()))
+        start = np.cumsum(count) - count
+        face = np.repeat(np.arange(len(faces)), count)
+        following = np.arange(1, len(corner) + 1)
+        following[start + count - 1] = start
+        points = vertices[corner]
+        centre = np.add.reduceat(points, start) / count[:, None]
+        arms = points - centre[face]
+        vector = np.add.reduceat(np.cross(arms, arms[following]) / 2, start)
+        area = np.linalg.norm(vector, axis=1)
+        normal = vector / np.where(area > 0, area, 1.0)[:, None]
+        return cls(
+            corner=corner,
+            face=face,
+            following=following,
+            start=start,
+            centre=centre,
+            area=area,
+            normal=normal,
+            longest=np.maximum.reduceat(np.linalg.norm(arms[following] - arms, axis=1), start),
+            deviation=np.maximum.reduceat(np.abs(np.einsum("ij,ij->i", arms, normal[face])), start),
+        )
+
+    def heights(self, points: Array) -> Array:
+        """Height (m, f) of points (m, 3) over each plane."""
+        return np.asarray(points @ self.normal.T - np.einsum("ij,ij->i", self.centre, self.normal))

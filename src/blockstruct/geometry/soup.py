@@ -1,0 +1,132 @@
+"""Loose faces, as meshes and drawings hold them: welded corners, closed bodies."""
+
+from itertools import accumulate, chain, pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+Array = NDArray[np.float64]
+Face = tuple[int, ...]
+
+#: Distance, relative to the median edge, below which two corners are one.
+WELD = 1e-4
+
+
+def compact(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face]]:
+    """The vertices of some faces only, in their order, and the faces that name them."""
+    count = [len(f) for f in faces]
+    corner = np.fromiter(chain.from_iterable(faces), dtype=int, count=sum(count))
+    used, number = np.unique(corner, return_inverse=True)
+    loops = number.ravel().tolist()
+    return vertices[used], [tuple(loops[a:b]) for a, b in pairwise(accumulate(count, initial=0))]
+
+
+def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
+    """One vertex for all corners within a ten-thousandth of the median edge; vertices of no face go.
+
+    Returns
+    -------
+    vertices, faces, int
+        Faces lose corners that have become one with the next; the number tells how many corners became one with
+        another that did not have their very coordinates.
+    """
+    count = np.array([len(f) for f in faces])
+    corner = np.fromiter(chain.from_iterable(faces), dtype=int, count=count.sum())
+    following = np.arange(1, len(corner) + 1)
+    following[np.cumsum(count) - 1] = np.cumsum(count) - count
+    edges = vertices[corner] - vertices[corner[following]]
+    distance = WELD * float(np.median(np.linalg.norm(edges, axis=1)))
+
+    points, of_corner = np.unique(vertices[corner], axis=0, return_inverse=True)
+    pairs = cKDTree(points).query_pairs(distance, output_type="ndarray")
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
+    clusters, label = connected_components(graph, directed=False)
+    # One vertex a cluster, the first in the file, and in the order of the file.
+    cluster = label[of_corner.ravel()]
+    first = np.full(clusters, len(vertices))
+    np.minimum.at(first, cluster, corner)
+    new = np.argsort(np.argsort(first))[cluster]
+    kept = new != new[following]
+    ends = np.cumsum(np.add.reduceat(kept.astype(int), np.cumsum(count) - count))
+    loops = new[kept].tolist()
+    return (
+        vertices[np.sort(first)],
+        [tuple(loops[a:b]) for a, b in pairwise([0, *ends.tolist()])],
+        len(points) - clusters,
+    )
+
+
+def gathered(faces: list[Face]) -> list[Face]:
+    """Faces in the order of the file, but what hangs together by common vertices in a row.
+
+    Readers of meshes sort faces by their number of corners; bodies that do not share vertices are told apart anyway.
+    """
+    count = [len(f) for f in faces]
+    corner = np.fromiter(chain.from_iterable(faces), dtype=int, count=sum(count))
+    row = np.repeat(np.arange(len(faces)), count)
+    graph = coo_array((np.ones(len(row)), (row, len(faces) + corner)), shape=(len(faces) + corner.max() + 1,) * 2)
+    label = connected_components(graph, directed=False)[1][: len(faces)]
+    first = np.unique(label, return_index=True)[1]
+    return [faces[i] for i in np.argsort(first[np.searchsorted(np.unique(label), label)], kind="stable")]
+
+
+def closed_bodies(faces: list[Face]) -> tuple[list[list[int]], int]:
+    """Indices of the faces of each body, and how many faces were given twice and are in none.
+
+    Files list one body after the other: a body ends where its surface closes, whichever way its faces look.
+    Blocks that touch, and so share corners, stay apart thereby. What then holds several pieces without a common
+    edge is divided into these.
+    """
+    # Two blocks of which one is inside out have a face in common as if given twice: compare within a body first.
+    for whole_file in (False, True):
+        bodies, closed, twins = _scanned(faces, whole_file)
+        if closed:
+            break
+    return [piece for body in bodies for piece in _pieces(faces, body)], twins
+
+
+def _scanned(faces: list[Face], whole_file: bool) -> tuple[list[list[int]], bool, int]:
+    """Bodies in the order of the file, whether the last is closed too, and how many faces were left out as twins."""
+    bodies: list[list[int]] = [[]]
+    loose: set[tuple[int, int]] = set()
+    seen: set[Face] = set()
+    twins = 0
+    for index, face in enumerate(faces):
+        start = face.index(min(face))
+        key = face[start:] + face[:start]
+        if key in seen:
+            twins += 1
+            continue
+        seen.add(key)
+        bodies[-1].append(index)
+        for edge in _edges(face):
+            if edge in loose:
+                loose.remove(edge)
+            else:
+                loose.add(edge)
+        if not loose:
+            bodies.append([])
+            if not whole_file:
+                seen.clear()
+    return [body for body in bodies if body], not bodies[-1], twins
+
+
+def _edges(face: Face) -> list[tuple[int, int]]:
+    return [(a, b) if a < b else (b, a) for a, b in pairwise((*face, face[0]))]
+
+
+def _pieces(faces: list[Face], members: list[int]) -> list[list[int]]:
+    number: dict[tuple[int, int], int] = {}
+    edges = [[number.setdefault(edge, len(number)) for edge in _edges(faces[index])] for index in members]
+    n = len(members)
+    row = np.repeat(np.arange(n), [len(e) for e in edges])
+    column = n + np.fromiter(chain.from_iterable(edges), dtype=int, count=len(row))
+    graph = coo_array((np.ones(len(row)), (row, column)), shape=(n + len(number),) * 2)
+    label = connected_components(graph, directed=False)[1][:n]
+    pieces: dict[int, list[int]] = {}
+    for index, piece in zip(members, label.tolist(), strict=True):
+        pieces.setdefault(piece, []).append(index)
+    return list(pieces.values())

@@ -1,0 +1,153 @@
+"""Blocks from COMPAS JSON files, in the layouts that its packages have written over the years."""
+
+import json
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from meshes import CUBE, QUADS
+
+STONE = bs.Material("stone", "20 kN/m^3")
+JOINT = bs.JointMaterial("joint", 0.6)
+
+
+def mesh(level, keys=int, name="Mesh"):
+    """Data of a cube at a level, with vertices keyed by text and faces of keys."""
+    return {
+        "attributes": {"name": name},
+        "vertex": {str(i): {"x": x, "y": y, "z": z + level} for i, (x, y, z) in enumerate(CUBE)},
+        "face": {str(i): [keys(k) for k in face] for i, face in enumerate(QUADS)},
+    }
+
+
+def typed(dtype, data):
+    return {"dtype": dtype, "data": data, "guid": "0"}
+
+
+def assembly(kind="block", **graph):
+    """The layout of compas 1 and 2: a graph whose nodes hold blocks."""
+    nodes = {str(i): {kind: typed("compas_assembly.datastructures/Block", mesh(i))} for i in range(3)}
+    nodes["0"]["is_support"] = True
+    data = {"node": nodes, "edge": {}, "default_node_attributes": {"is_support": False}} | graph
+    return typed(
+        "compas_assembly.datastructures/Assembly",
+        {"attributes": {"name": "Assembly"}, "graph": typed("compas.datastructures/Graph", data)},
+    )
+
+
+def network():
+    """The layout of compas 0: nodes of the assembly itself, data below a value."""
+    nodes = {str(i): {"block": {"dtype": "Block", "value": {"data": mesh(i), "compas": "0.18"}}} for i in range(3)}
+    return {"dtype": "Assembly", "value": {"data": {"node": nodes, "dna": {}}, "compas": "0.18"}}
+
+
+def first():
+    """The oldest layout: blocks beside a network whose vertices tell the supports."""
+    vertices = {str(i): {"is_support": i == 0} for i in range(3)}
+    return {"assembly": {"vertex": vertices}, "blocks": {str(i): mesh(i, str) for i in range(3)}}
+
+
+def model(**changes):
+    """The layout of compas_model and compas_dem: elements, each with a place."""
+    elements = {}
+    for i in range(3):
+        lift = {"matrix": np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, i], [0, 0, 0, 1]]).tolist()}
+        data = {
+            "geometry": typed("compas.datastructures/Mesh", mesh(0)),
+            "transformation": typed("compas.geometry/Translation", lift),
+            "is_support": i == 0,
+            "features": [],
+            "name": f"stone {i}",
+        }
+        elements[f"guid-{i}"] = typed("compas_dem.elements/Block", data | changes)
+    return typed("compas_dem.models/BlockModel", {"transformation": None, "elements": elements})
+
+
+def polyhedra():
+    points = [[typed("compas.geometry/Point", [x, y, z + i]) for x, y, z in CUBE] for i in range(3)]
+    return [[typed("compas.geometry/Polyhedron", {"vertices": p, "faces": QUADS}) for p in points]]
+
+
+def read(tmp_path, content, **options):
+    path = tmp_path / "assembly.json"
+    path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
+    return bs.read_assembly(path, **{"unit": "m", "material": STONE} | options)
+
+
+@pytest.mark.parametrize(
+    ("content", "names", "supports"),
+    [
+        (assembly(), ["0", "1", "2"], 1),
+        (assembly("part"), ["0", "1", "2"], 1),
+        (network(), ["0", "1", "2"], 0),
+        (first(), ["0", "1", "2"], 1),
+        (model(), ["stone 0", "stone 1", "stone 2"], 1),
+        (model(name="Block"), ["0", "1", "2"], 1),
+        ([typed("Mesh", mesh(i, name=f"m{i}")) for i in range(3)], ["m0", "m1", "m2"], 0),
+        (polyhedra(), ["0", "1", "2"], 0),
+    ],
+)
+def test_every_layout(tmp_path, content, names, supports):
+    found = read(tmp_path, content)
+    assert [b.name for b in found.blocks] == names
+    assert [b.fixed for b in found.blocks] == [supports > 0, False, False]
+    for i, block in enumerate(found.blocks):
+        assert block.centroid == pytest.approx((0.5, 0.5, i + 0.5))
+    assert found.report.warnings == ()
+    assert bs.detect_interfaces(found.blocks, joint_material=JOINT).report.accepted == 2
+
+
+def test_supports_add_up(tmp_path):
+    found = read(tmp_path, assembly(), fixed=["2"])
+    assert found.report.supports == ("0", "2")
+
+
+def test_interfaces_of_the_file_are_left_out_with_a_warning(tmp_path):
+    edges = {"0": {"1": {"interfaces": [typed("Interface", {})]}}, "1": {"2": {"interfaces": [typed("Interface", {})]}}}
+    with pytest.warns(bs.GeometryWarning, match="left out: the interfaces of 2 pairs of blocks, to be detected anew"):
+        assert len(read(tmp_path, assembly(edge=edges)).blocks) == 3
+
+
+def without(content, *path):
+    place = content
+    for key in path[:-1]:
+        place = place[key]
+    del place[path[-1]]
+    return content
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        ("", "is empty"),
+        ('{"dtype": "compas', "no valid JSON"),
+        ("[" * 100_000, "no valid JSON|nested"),
+        ('{"node": {"0": {}, "0": {}}}', "repeated keys .'0'."),
+        ("3", "no COMPAS assembly, model or list of meshes"),
+        ({"a": 1}, "found a"),
+        ({"blocks": {"0": {}}, "assembly": []}, "block 0 has no readable mesh"),
+        ({"blocks": {"0": {}}, "assembly": [1]}, "no COMPAS assembly"),
+        ({"graph": {"node": [1, 2]}}, "no COMPAS assembly"),
+        ({"node": {"0": {"x": 1}}}, "node 0 has none of block, part"),
+        ({"elements": [1]}, "no COMPAS assembly"),
+        (model(features=[{}]), "element 0 has features, which only COMPAS can apply"),
+        (model(transformation=[[1, 0], [0, 1]]), "no matrix of 4 × 4"),
+        (model(geometry={"xsize": 1}), "block 0 has no readable mesh"),
+        ([mesh(0) | {"face": {"0": [0, 1]}}], "fewer than three corners"),
+        ([mesh(0) | {"face": {"0": [0, 1, 99]}}], "block 0 has no readable mesh .KeyError: '99'"),
+        (without([mesh(0)], 0, "vertex", "3", "z"), "KeyError: 'z'"),
+        (without([mesh(0)], 0, "face", "3"), "the surface is open at 4 edges"),
+        ([], "holds no solid"),
+    ],
+)
+def test_other_files_are_refused(tmp_path, content, expected):
+    with pytest.raises(bs.GeometryFileError, match=expected):
+        read(tmp_path, content)
+
+
+def test_a_transformation_inside_a_group_is_refused(tmp_path):
+    grouped = model()
+    grouped["data"]["tree"] = {"root": {"children": [{"children": [{"element": "guid-0"}]}]}}
+    with pytest.raises(bs.GeometryFileError, match="element 1 has a transformation inside a group"):
+        read(tmp_path, grouped)

@@ -1,0 +1,164 @@
+"""Damaged and hostile meshes: one clear refusal each, that names the file and the remedy."""
+
+import sys
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.geometry import closed_surface
+from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, ply_text, stl_bytes
+
+STONE = bs.Material("stone", "20 kN/m^3")
+BLOCK = [bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)]
+TWO = [*BLOCK, bs.Block.box("c", Q_([2, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)]
+NOISE = np.random.default_rng(1).integers(0, 256, 4000, dtype=np.uint8).tobytes()
+STL, PLY = stl_bytes(BLOCK), ply_text(BLOCK)
+
+
+def read(tmp_path, name, content, **options):
+    path = tmp_path / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return bs.read_mesh(path, **{"unit": "m", "material": STONE} | options)
+
+
+def sphere(n):
+    """Vertices and triangles of a sphere of n bands of n triangles and two caps."""
+    z, a = np.linspace(-0.9, 0.9, n + 1), np.linspace(0, 2 * np.pi, n, endpoint=False)
+    ring = np.array([(np.sqrt(1 - h * h) * np.cos(t), np.sqrt(1 - h * h) * np.sin(t), h) for h in z for t in a])
+    faces = []
+    for band in range(n):
+        for k in range(n):
+            i, j = band * n + k, band * n + (k + 1) % n
+            faces += [(i, j, j + n), (i, j + n, i + n)]
+    top, bottom = len(ring), len(ring) + 1
+    faces += [(k, bottom, (k + 1) % n) for k in range(n)] + [(n * n + k, n * n + (k + 1) % n, top) for k in range(n)]
+    return np.vstack([ring, [(0, 0, 1), (0, 0, -1)]]), faces
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "expected"),
+    [
+        ("a.obj", "", "is empty"),
+        ("a.stl", b"", "is empty"),
+        ("a.obj", NOISE, "is no text"),
+        ("a.stl", NOISE, "are no STL file, or one cut short"),
+        ("a.ply", NOISE, "no PLY file with faces"),
+        ("a.obj", "hello world\n", "line 1: 'hello world' is no OBJ statement"),
+        ("a.obj", obj_text()[:-4], "line 14: face '4 1'"),
+        ("a.obj", obj_text()[:-12], "open at 7 edges"),
+        ("a.obj", obj_text().replace("v 1 1 1", "v 1 1"), "line 7: vertex '1 1'; give three finite numbers"),
+        ("a.obj", obj_text().replace("v 1 1 1", "v 1 1 nan"), "line 7: vertex '1 1 nan'"),
+        ("a.obj", obj_text().replace("f 5 6 7 8", "f 5 6 7 9"), "names a vertex outside 1..8"),
+        ("a.obj", "v 0 0 0\n", "holds no solid"),
+        ("a.stl", STL[:-7], "cut short"),
+        ("a.stl", STL[:60], "cut short"),
+        ("a.stl", ascii_stl(BLOCK)[:-300], "'endsolid' is missing"),
+        ("a.stl", ascii_stl(BLOCK).replace("vertex 0.0 0.0 0.0", "vertex 0.0 zero 0.0", 1), "no readable STL"),
+        ("a.ply", PLY[:-10], "states 14 vertices and faces and has 13 lines"),
+        ("a.ply", PLY + "0 0 0\n", "states 14 vertices and faces and has 15 lines"),
+        ("a.ply", ply_text(TWO)[:-60], "states 28 vertices and faces"),
+        ("a.ply", PLY.replace("4 0 3 2 1", "4 0 3 2 99"), "a face names vertex 99, there are 8"),
+        ("a.ply", PLY.replace("element vertex 8", "element vertex 800000000000"), "a.ply"),
+        ("a.ply", PLY.replace("element face 6", "element face 6000000"), "6000000 faces, the limit is 500000"),
+        ("a.obj", obj_text(faces=QUADS[:-1]), "open at 4 edges: edge .* belongs to one face; add the missing faces"),
+        ("a.obj", obj_text(faces=[*QUADS, (0, 1, 6, 7)]), "'a.2': the surface is open at 4 edges"),
+        ("a.obj", obj_text(vertices=[(x, y, 0) for x, y, _ in CUBE]), "'a'"),
+        ("a.obj", obj_text(faces=[*QUADS[:5], (4, 0, 3, 7, 3, 7)]), "meets one of its corners twice"),
+    ],
+)
+def test_what_is_no_mesh_of_blocks_is_refused(tmp_path, name, content, expected):
+    with pytest.raises(bs.GeometryFileError, match=expected) as refusal:
+        read(tmp_path, name, content)
+    assert str(tmp_path / name) in str(refusal.value)
+
+
+def test_all_bad_bodies_are_named_at_once(tmp_path):
+    text = "o good\n" + obj_text()
+    for name in ("left", "right"):
+        text += f"o {name}\n" + obj_text(CUBE, [[i - 9 for i in f] for f in QUADS[:-1]])
+    with pytest.raises(bs.GeometryFileError, match=r"2 of 3 bodies are no blocks(.|\n)*'left'(.|\n)*'right'"):
+        read(tmp_path, "a.obj", text)
+
+
+def test_two_bodies_grown_together_are_no_block():
+    # Two cubes with one edge in common, as one body.
+    vertices = np.array([*CUBE, *((x + 1, y + 1, z) for x, y, z in CUBE)])
+    second = [tuple({0: 2, 4: 6}.get(i, i + 8) for i in f) for f in QUADS]
+    with pytest.raises(bs.GeometryError, match=r"belongs to 4 .*each block as a body of its own"):
+        closed_surface(vertices, [*QUADS, *second], "pair")
+
+
+def test_a_surface_of_one_side_is_refused():
+    # The projective plane on six vertices: every edge belongs to two triangles.
+    faces = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5), (0, 5, 1)]
+    faces += [(1, 2, 4), (2, 3, 5), (3, 4, 1), (4, 5, 2), (5, 1, 3)]
+    points = np.random.default_rng(0).normal(size=(6, 3))
+    with pytest.raises(bs.GeometryError, match="only one side"):
+        closed_surface(points, faces, "plane")
+
+
+@pytest.mark.parametrize("aside", [0, 0.01])
+def test_a_surface_that_crosses_itself_is_refused(tmp_path, aside):
+    vertices, faces = sphere(12)
+    (ball,) = read(tmp_path, "ball.obj", obj_text(vertices, faces)).blocks
+    assert ball.volume == pytest.approx(4 / 3 * np.pi, rel=0.1)
+    vertices[-2] = (aside, aside / 3, -1.5)  # the top pushed through the bottom
+    with pytest.raises(bs.GeometryFileError, match="crosses itself near"):
+        read(tmp_path, "spike.obj", obj_text(vertices, faces))
+
+
+def test_an_outline_that_crosses_itself_is_refused(tmp_path):
+    # The corners of top and bottom in the order of a bow tie.
+    faces = [(0, 2, 1, 3)[::-1], (4, 6, 5, 7), (0, 2, 6, 4), (2, 1, 5, 6), (1, 3, 7, 5), (3, 0, 4, 7)]
+    with pytest.raises(bs.GeometryFileError, match=r"crosses itself|volume"):
+        read(tmp_path, "tie.obj", obj_text(faces=faces))
+
+
+def test_a_scan_is_no_block(tmp_path):
+    vertices, faces = sphere(101)
+    with pytest.raises(bs.GeometryFileError, match="20604 faces, the limit is 20000; simplify the mesh"):
+        read(tmp_path, "scan.obj", obj_text(vertices, faces))
+
+
+def test_a_million_faces_are_refused_before_they_are_read(tmp_path, monkeypatch):
+    header = bytes(80) + (1_000_000).to_bytes(4, "little")
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    with pytest.raises(bs.GeometryFileError, match="1000000 faces, the limit is 500000"):
+        read(tmp_path, "million.stl", header + bytes(50 * 1_000_000))
+
+
+def test_without_trimesh_the_message_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    with pytest.raises(bs.MissingExtraError, match=r'pip install "blockstruct\[mesh\]"'):
+        read(tmp_path, "a.stl", STL)
+    assert len(read(tmp_path, "a.obj", obj_text()).blocks) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "expected"),
+    [
+        ({"unit": 1}, bs.UnitError, "has no unit, but a length is due"),
+        ({"unit": "kg"}, bs.DimensionError, "does not fit; give a length"),
+        ({"unit": "0 m"}, bs.ModelError, "give a length above zero"),
+        ({"unit": "furlongs per"}, bs.UnitError, "is no quantity"),
+        ({"tolerance": "-1 mm"}, bs.ModelError, "give a length above zero"),
+        ({"tolerance": 1}, bs.UnitError, "has no unit"),
+        ({"fixed": "highest"}, bs.ModelError, "give 'lowest' or a list of block names"),
+        ({"fixed": ["base"]}, bs.UnknownNameError, "no block 'base' to fix; there are a"),
+        ({"material": None}, bs.ModelError, "give a Material"),
+    ],
+)
+def test_options_are_checked(tmp_path, options, error, expected):
+    with pytest.raises(error, match=expected):
+        read(tmp_path, "a.obj", obj_text(faces=fans(QUADS)), **options)
+
+
+def test_files_are_checked(tmp_path):
+    with pytest.raises(bs.StorageError, match="cannot be read"):
+        bs.read_mesh(tmp_path / "none.obj", unit="m", material=STONE)
+    with pytest.raises(bs.ModelError, match=r"ends in .obj, .stl or .ply"):
+        bs.read_mesh(tmp_path / "wall.3dm", unit="m", material=STONE)
+    with pytest.raises(bs.ModelError, match="give at least one"):
+        bs.read_mesh([], unit="m", material=STONE)

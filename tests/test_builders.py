@@ -1,0 +1,238 @@
+"""Shapes of the builders: volumes, contacts and masses in closed form, and what they refuse."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+
+STONE, DRY = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("dry", 0.65)
+BRICK = {"unit_length": "40 cm", "unit_height": "20 cm", "depth": "20 cm", "material": STONE}
+ARCH = {"span": "4 m", "thickness": "0.5 m", "depth": "1 m", "material": STONE}
+
+
+def checked(blocks):
+    """Report on blocks that are well named, fit exactly and make a model."""
+    assert len({b.name for b in blocks}) == len(blocks)
+    found = bs.detect_interfaces(blocks, DRY)
+    assert found.report.rejected == found.report.overlaps == found.report.floating == ()
+    bs.Model("built", blocks, found.interfaces)
+    return found.report
+
+
+def volume(blocks):
+    return math.fsum(b.volume for b in blocks if not b.fixed)
+
+
+def by_name(blocks, name):
+    return next(b for b in blocks if b.name == name)
+
+
+@pytest.mark.parametrize("rise", [None, "1 m", "0 m"])
+@pytest.mark.parametrize("voussoirs", [2, 9])
+def test_an_arch_is_a_chain_of_wedges(rise, voussoirs):
+    blocks = bs.arch(**ARCH, rise=rise, voussoirs=voussoirs)
+    report = checked(blocks)
+    assert report.accepted == voussoirs + 1
+    chain = ["left", *(str(k + 1) for k in range(voussoirs)), "right"]
+    assert [{c.minus, c.plus} for c in report.contacts] == [{a, b} for a, b in pairwise(chain)]
+
+
+def test_a_semicircular_arch_tends_to_its_ring():
+    # Straight-sided wedges: each is the sector times sin(β)/β.
+    n, r1, r2 = 27, 2.0, 2.5
+    blocks = bs.arch(**ARCH, voussoirs=n)
+    assert volume(blocks) == pytest.approx(n * math.sin(math.pi / n) * (r2**2 - r1**2) / 2, rel=1e-12)
+    assert checked(blocks).total_area == pytest.approx((n + 1) * 0.5)
+
+
+def test_the_crown_of_each_arch_is_where_it_should_be():
+    for rise in (1.0, 2.0, 3.0):
+        blocks = bs.arch(**ARCH, rise=f"{rise} m", voussoirs=10)
+        joint = by_name(blocks, "5").shape.vertices
+        assert joint[np.isclose(joint[:, 0], 0)][:, 2].min() == pytest.approx(rise)
+    flat = bs.arch(**ARCH, rise="0 m", skewback="15 deg", voussoirs=5)
+    ends = by_name(flat, "5").shape.vertices
+    assert ends[:, 0].max() == pytest.approx(2 + 0.5 * math.tan(math.radians(15)))
+
+
+def test_arches_of_piers_and_springers():
+    size = ARCH | {"pier_width": "1 m", "pier_height": "2 m", "pier_courses": 3, "voussoirs": 10}
+    for rise, springers in (("1 m", 2), (None, 0), ("3 m", 0), ("0 m", 2)):
+        blocks = bs.arch_on_piers(**size, rise=rise)
+        assert sum("springer" in b.name for b in blocks) == springers
+        assert checked(blocks).accepted == 2 * 3 + springers + 11
+    with pytest.raises(bs.ModelError, match=r"pier_width 0\.4 m is less than the springing, 0\.5 m"):
+        bs.arch_on_piers(**size | {"pier_width": "0.4 m"})
+
+
+def test_a_barrel_vault_is_its_arch_times_its_length():
+    size = {"span": "4 m", "thickness": "0.5 m", "material": STONE, "voussoirs": 9}
+    vault = bs.barrel_vault(**size, length="3 m", units=4)
+    assert volume(vault) == pytest.approx(3 * volume(bs.arch(**size, depth="1 m")), rel=1e-12)
+    heads = 5 * 3 + 4 * 4
+    beds = 8 * 8 + 4 + 4
+    assert checked(vault).accepted == heads + beds
+
+
+@pytest.mark.parametrize(("staggered", "a_unit"), [(True, 2), (False, 1)])
+@pytest.mark.parametrize("keystone", [True, False])
+@pytest.mark.parametrize("rise", [None, "5 m"])
+def test_a_dome_has_the_contacts_of_its_closed_form(staggered, a_unit, keystone, rise):
+    rings, n = 4, 8
+    blocks = bs.dome(
+        span="8 m", thickness="0.8 m", courses=rings, units=n, oculus="2 m", material=STONE,
+        staggered=staggered, keystone=keystone, rise=rise,
+    )  # fmt: skip
+    report = checked(blocks)
+    # Side joints, facets between courses, the springing (one plane), the seat of the keystone.
+    assert report.accepted == rings * n + (rings - 1) * a_unit * n + n + keystone * a_unit * n
+    top = by_name(blocks, f"{rings}.1").shape.vertices
+    assert np.linalg.norm(top[:, :2], axis=1).min() == pytest.approx(1.0)
+
+
+def test_a_fine_dome_tends_to_its_shell():
+    blocks = bs.dome(span="8 m", thickness="1 m", courses=24, units=40, oculus="2 m", material=STONE, staggered=False)
+    # A spherical shell from the springing up to a cone with its apex at the centre.
+    exact = 2 / 3 * math.pi * (5**3 - 4**3) * math.sqrt(1 - (1 / 4) ** 2)
+    assert volume(blocks) == pytest.approx(exact, rel=6e-3)
+    assert volume(blocks) < exact
+
+
+def test_a_cross_vault_is_symmetric_and_closed():
+    blocks = bs.cross_vault(span="4 m", thickness="0.5 m", courses=6, units=4, material=STONE)
+    checked(blocks)
+    free = [b for b in blocks if not b.fixed]
+    centre = sum(b.volume * b.centroid for b in free) / volume(free)
+    assert centre[:2] == pytest.approx([0, 0], abs=1e-12)
+    webs = [volume([b for b in free if b.name.startswith(f"{w}.")]) for w in range(1, 9)]
+    assert webs == pytest.approx([webs[0]] * 8, rel=1e-12)
+    # Half webs of the first quarter lie on +x at +y and, mirrored in the groin, on +y at +x.
+    assert all(b.centroid[0] > b.centroid[1] > 0 for b in free if b.name.startswith("1."))
+    assert all(b.centroid[1] > b.centroid[0] > 0 for b in free if b.name.startswith("2."))
+
+
+def test_a_column_tapers():
+    blocks = bs.column(height="6 m", diameter="1 m", top_diameter="0.8 m", drums=5, sides=24, material=STONE)
+    assert checked(blocks).accepted == 5
+    area = 24 / 2 * math.sin(2 * math.pi / 24)
+    assert volume(blocks) == pytest.approx(area * 6 * (0.5**2 + 0.5 * 0.4 + 0.4**2) / 3, rel=1e-3)
+
+
+def test_a_stack_leans_and_tilts():
+    straight = bs.stack(3, size=["0.4 m", "0.3 m", "0.2 m"], shift=["5 cm", "-1 cm"], material=STONE)
+    assert checked(straight).total_area == pytest.approx(0.4 * 0.3 + 2 * 0.35 * 0.29)
+    there = bs.tilted(straight, "20 deg", axis=(1, 2, 0), about=["1 m", "0 m", "0 m"])
+    assert checked(there).total_area == pytest.approx(0.4 * 0.3 + 2 * 0.35 * 0.29)
+    back = bs.tilted(there, "-20 deg", axis=(1, 2, 0), about=["1 m", "0 m", "0 m"])
+    for one, other in zip(straight, back, strict=True):
+        assert other.shape.vertices == pytest.approx(one.shape.vertices, abs=1e-12)
+    # About +y the top moves towards +x.
+    assert bs.tilted(straight, "5 deg")[3].centroid[0] > straight[3].centroid[0]
+
+
+def test_a_plain_wall_is_the_wall_of_its_courses():
+    rows = [[1] * 6 if j % 2 == 0 else [0.5, *[1] * 5, 0.5] for j in range(5)]
+    here = bs.wall(length="2.4 m", courses=5, **BRICK)
+    there = bs.courses(rows, **BRICK)
+    assert [b.name for b in here] == [b.name for b in there]
+    for one, other in zip(here, there, strict=True):
+        assert one.shape.vertices == pytest.approx(other.shape.vertices, abs=1e-12)
+
+
+DOOR = bs.Opening("1.2 m", "0 m", "0.8 m", "1.6 m")
+RETURNS = [
+    bs.Sidewall("left", "0 m", "2 m"),
+    bs.Sidewall("right", "3 m", "2 m"),
+    bs.Sidewall("cross", "2.2 m", "1.1 m"),
+]
+
+
+def test_a_facade_with_sidewalls_is_whole():
+    blocks = bs.wall(length="3.2 m", courses=12, openings=[DOOR], sidewalls=RETURNS, **BRICK)
+    report = checked(blocks)
+    assert volume(blocks) == pytest.approx(0.2 * (3.2 * 2.4 - 0.8 * 1.6 + 2.4 * (2 + 2 + 1.1)))
+    # Every bed is full but above and below the opening, where the lintel spans.
+    plan = 0.2 * (3.2 + 2 + 2 + 1.1)
+    assert report.area_by_orientation["bed"] == pytest.approx(12 * plan - 9 * 0.2 * 0.8)
+    lintel = by_name(blocks, "9.lintel1")
+    assert np.ptp(lintel.shape.vertices[:, 0]) == pytest.approx(0.8 + 2 * 0.2)
+
+
+def test_bonded_sidewalls_run_through_every_other_course():
+    for bonded, reach in ((True, 0.0), (False, 0.2)):
+        sides = [bs.Sidewall("side", "0 m", "2 m", bonded=bonded)]
+        blocks = bs.wall(length="3.2 m", courses=4, sidewalls=sides, **BRICK)
+        least = [by_name(blocks, f"side.{j}.1").shape.vertices[:, 1].min() for j in (1, 2)]
+        assert least == pytest.approx([0.2, reach])
+        checked(blocks)
+
+
+def test_no_piece_of_a_wall_is_shorter_than_a_quarter_of_a_unit():
+    odd = bs.wall(length="3.33 m", courses=6, openings=[bs.Opening("0.97 m", "0.4 m", "0.5 m", "0.4 m")], **BRICK)
+    checked(odd)
+    assert min(np.ptp(b.shape.vertices[:, 0]) for b in odd) >= 0.1
+    assert volume(odd) == pytest.approx(0.2 * (3.33 * 1.2 - 0.5 * 0.4))
+
+
+def test_leaves_are_tied_by_headers():
+    size = BRICK | {"depth": "40 cm"}
+    blocks = bs.wall(length="3.2 m", courses=8, leaves=2, header_every=4, **size)
+    checked(blocks)
+    assert {b.name[-1] for b in blocks if b.name.startswith("3.")} == {"a", "b"}
+    headers = [b for b in blocks if b.name.startswith("4.")]
+    assert all(np.ptp(b.shape.vertices[:, 1]) == pytest.approx(0.4) for b in headers)
+    assert volume(blocks) == pytest.approx(3.2 * 1.6 * 0.4)
+
+
+def test_piers_and_spandrels_count_in_whole_courses():
+    size = {"pier_width": "1 m", "opening_width": "0.8 m", "opening_height": "1.2 m", "spandrel_height": "0.6 m"}
+    blocks = bs.pier_spandrel(bays=3, storeys=2, **size, **BRICK)
+    checked(blocks)
+    assert volume(blocks) == pytest.approx(0.2 * ((4 * 1 + 3 * 0.8) * 3.6 - 6 * 0.8 * 1.2))
+    with pytest.raises(bs.ModelError, match=r"spandrel_height 0\.5 m is not of whole courses of 0\.2 m"):
+        bs.pier_spandrel(bays=3, storeys=2, **size | {"spandrel_height": "0.5 m"}, **BRICK)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: bs.arch(**ARCH, voussoirs=9, rise="3 m"), ["pointed", "even"]),
+        (lambda: bs.arch(**ARCH, voussoirs=9, rise="-1 m"), ["rise", "-1 m"]),
+        (lambda: bs.arch(**ARCH, voussoirs=1), ["voussoirs 1", "at least 2"]),
+        (lambda: bs.arch(**ARCH, voussoirs=4.5), ["voussoirs 4.5", "whole number"]),
+        (lambda: bs.arch(**ARCH | {"span": 4}, voussoirs=5), ["span", "no unit"]),
+        (lambda: bs.arch(**ARCH, voussoirs=5, rise="0 m", skewback="80 deg"), ["skewback", "80 deg"]),
+        (lambda: dome(rise="3 m"), ["rise 3 m", "4 m"]),
+        (lambda: dome(oculus="8 m"), ["oculus", "span"]),
+        (lambda: dome(units=2), ["units 2", "at least 3"]),
+        (
+            lambda: wall(openings=[bs.Opening("3 m", "0 m", "0.8 m", "0.4 m")]),
+            ["opening 1", "beyond the wall of 3.2 m"],
+        ),
+        (lambda: wall(openings=[bs.Opening("1 m", "0.3 m", "0.8 m", "0.4 m")]), ["sill at 0.3 m", "nearest is at"]),
+        (lambda: wall(openings=[DOOR, bs.Opening("1 m", "0 m", "0.8 m", "0.4 m")]), ["overlaps the one at 1.2 m"]),
+        (lambda: wall(openings=[bs.Opening("-1 m", "0 m", "0.8 m", "0.4 m")]), ["start -1 m"]),
+        (lambda: wall(sidewalls=[bs.Sidewall("s", "3.1 m", "1 m")]), ["'s'", "not behind the wall"]),
+        (lambda: wall(sidewalls=[bs.Sidewall("s", "1.3 m", "1 m")], openings=[DOOR]), ["'s'", "behind the opening"]),
+        (lambda: wall(sidewalls=[bs.Sidewall(n, "0.1 m", "1 m") for n in "ab"]), ["'b'", "place of another"]),
+        (lambda: bs.tilted([], "5 deg", axis=(0, 0, 0)), ["axis", "direction"]),
+        (lambda: bs.stack(0, size=["1 m", "1 m", "1 m"], material=STONE), ["count 0", "at least 1"]),
+    ],
+)
+def test_builders_refuse_with_a_remedy(make, words):
+    with pytest.raises(bs.BlockstructError) as error:
+        make()
+    assert all(word in str(error.value) for word in words), str(error.value)
+
+
+def dome(**sizes):
+    return bs.dome(
+        **{"span": "8 m", "thickness": "1 m", "courses": 4, "units": 8, "oculus": "2 m", "material": STONE} | sizes
+    )
+
+
+def wall(**parts):
+    return bs.wall(length="3.2 m", courses=12, **BRICK, **parts)

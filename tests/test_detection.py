@@ -1,0 +1,364 @@
+"""What the detection of interfaces finds, what it reports, and what it does not depend on."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import moved, rotation, solve
+
+few = settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+STONE, DRY, LIME = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("dry", 0.65), bs.JointMaterial("lime", 0.75)
+FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float)
+
+
+def box(name, origin, size=(1, 1, 1), *, fixed=False):
+    return bs.Block.box(name, Q_(origin, "m"), Q_(size, "m"), STONE, fixed=fixed)
+
+
+def hexahedron(name, vertices, *, fixed=False):
+    return bs.Block.from_faces(name, Q_(vertices, "m"), FACES, STONE, fixed=fixed)
+
+
+FLOOR = box("floor", [-1, -1, -1], [9, 3, 1], fixed=True)
+
+
+def detect(*blocks, joint=DRY, **limits):
+    return bs.detect_interfaces(blocks, joint, **limits)
+
+
+def judged(report, minus, plus):
+    (contact,) = (c for c in report.contacts if {c.minus, c.plus} == {minus, plus})
+    return contact
+
+
+@pytest.mark.parametrize(
+    ("gap", "reason", "near_miss"),
+    [(0.0005, "", False), (0.0015, "gap", True), (0.0025, "gap", False), (-0.0015, "penetration", True)],
+)
+def test_a_gap_is_accepted_a_near_miss_or_rejected(gap, reason, near_miss):
+    report = detect(FLOOR, box("a", [0, 0, 0]), box("b", [1 + gap, 0, 0]), tolerance="1 mm").report
+    contact = judged(report, "a", "b")
+    assert (contact.reason, contact.near_miss) == (reason, near_miss)
+    assert contact.gap == pytest.approx(gap)
+    assert contact.area == pytest.approx(1.0)
+    assert contact.orientation == bs.JointOrientation.HEAD
+    assert [o[:2] for o in report.overlaps] == ([("a", "b")] if gap < -0.001 else [])
+
+
+def test_a_penetration_is_an_overlap_with_its_depth():
+    ((one, other, depth),) = detect(FLOOR, box("a", [0, 0, 0]), box("b", [0.97, 0, 0])).report.overlaps
+    assert (one, other) == ("a", "b")
+    assert depth == pytest.approx(0.03)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "reason", "near_miss"), [(0.5, "", False), (1.5, "angle", True), (5, "angle", False)]
+)
+def test_an_angle_is_accepted_a_near_miss_or_rejected(degrees, reason, near_miss):
+    # A wedge of air between two blocks that touch along an edge.
+    leaning = CUBE + np.array([1, 0, 0])
+    leaning[[4, 7], 0] += np.tan(np.radians(degrees))
+    report = detect(FLOOR, box("a", [0, 0, 0]), hexahedron("b", leaning), tolerance="50 mm").report
+    contact = judged(report, "a", "b")
+    assert (contact.reason, contact.near_miss) == (reason, near_miss)
+    assert np.degrees(contact.angle) == pytest.approx(degrees)
+
+
+def test_the_area_that_is_a_line_is_for_the_user_to_say():
+    blocks = FLOOR, box("a", [0, 0, 0]), box("b", [0.99, 0, 1])
+    assert judged(detect(*blocks).report, "a", "b").area == pytest.approx(0.01)
+    report = detect(*blocks, area_tolerance="150 cm^2").report
+    assert judged(report, "a", "b").reason == "area"
+    assert [c.plus for c in report.near_misses] == ["b"]
+    assert report.floating == report.untouched == ("b",)
+
+
+def test_a_wall_drawn_with_open_joints_says_how_wide_they_are():
+    apart = detect(FLOOR, box("a", [0, 0, 0.025]), box("b", [1.03, 0, 0.025])).report
+    assert {c[:2]: round(c[2], 6) for c in apart.close} == {
+        ("floor", "a"): 0.025,
+        ("floor", "b"): 0.025,
+        ("a", "b"): 0.03,
+    }
+    assert "close a | b: 0.03 m apart" in str(apart)
+    report = detect(FLOOR, box("a", [0, 0, 0.004]), box("b", [0, 0, 1.004])).report
+    assert report.accepted == 1
+    assert report.floating == ("a", "b")
+    assert report.untouched == ("floor",)
+    assert judged(report, "floor", "a").gap == pytest.approx(0.004)
+    assert "a tolerance of 0.00404 m would take the 1 rejected by gap or penetration" in str(report)
+
+
+def test_stones_in_wide_rough_joints_make_a_model():
+    # A joint of 2 cm between stones of half a metre: the interface lies halfway between the faces.
+    stones = FLOOR, box("a", [0, 0, 0.02], [0.5, 0.5, 0.5]), box("b", [0, 0, 0.54], [0.5, 0.5, 0.5])
+    found = detect(*stones, tolerance="2.1 cm")
+    assert bs.Model("rough", stones, found.interfaces).interfaces[0].centroid[2] == pytest.approx(0.01)
+
+
+def test_blocks_that_touch_along_a_line_are_close():
+    report = detect(FLOOR, box("a", [0, 0, 0]), box("b", [1, 1, 0])).report
+    assert [c[:2] for c in report.close] == [("a", "b")]
+    assert report.close[0][2] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_slightly_warped_face_is_reported_and_found():
+    warped = CUBE.copy()
+    warped[6, 2] += 0.002
+    lower, upper = hexahedron("lower", warped), box("upper", [0, 0, 1.0])
+    strict, loose = (detect(FLOOR, lower, upper, tolerance=t).report for t in ("0.01 mm", "1.6 mm"))
+    # A corner 2 mm high twists the mean plane: each corner lies a quarter of that off it.
+    for report in (strict, loose):
+        ((block, face, deviation),) = report.nonplanar_faces
+        assert (block, face) == ("lower", 1)
+        assert deviation == pytest.approx(0.0005, rel=1e-3)
+    assert judged(strict, "lower", "upper").reason == "penetration"
+    assert judged(loose, "lower", "upper").reason == ""
+
+
+def test_the_report_prints_what_it_left_out_and_tables_everything():
+    report = detect(
+        FLOOR, box("a", [0, 0, 0]), box("b", [1.0003, 0, 0]), box("c", [4, 0, 3]), tolerance="0.2 mm"
+    ).report
+    text = str(report)
+    assert text.startswith("2 interfaces, 2 m^2 (gap tolerance 0.0002 m)")
+    assert "rejected a | b: gap, gap 0.0003 m, angle 0 deg, area 1 m^2 (near miss)" in text
+    assert "joints: bed 2 m^2" in text
+    table = report.table()
+    assert table["finding"].tolist() == ["accepted", "accepted", "near miss", "floating"]
+    assert table.loc[table["finding"] == "near miss", "gap"].item() == pytest.approx(0.0003)
+    assert table.attrs["units"]["area"] == "meter ** 2"
+
+
+def test_a_long_list_is_cut_short_in_print_but_not_in_the_table():
+    blocks = [FLOOR, *(box(f"{k}", [0, 0, 2 + 2 * k]) for k in range(30))]
+    report = detect(*blocks).report
+    assert "untouched: 11 more, all in report.table()" in str(report)
+    assert (report.table()["finding"] == "floating").sum() == 30
+
+
+WALL = [[1, 1, 1], [0.5, 1, 1, 0.5], [1, 1, 1]]
+
+
+def wall(length="0.4 m", height="0.2 m", depth="0.1 m"):
+    return bs.courses(WALL, unit_length=length, unit_height=height, depth=depth, material=STONE)
+
+
+def test_joint_materials_by_how_the_joint_lies_and_by_names():
+    found = bs.detect_interfaces(wall(), {"base|*": LIME, "bed": DRY, "head": bs.JointMaterial("open", 0.0)})
+    materials = {i.name: i.joint_material.name for i in found.interfaces}
+    assert materials["base|1.1"] == "lime"
+    assert materials["1.1|2.1"] == "dry"
+    assert materials["1.1|1.2"] == "open"
+    assert found.report.area_by_orientation == pytest.approx({"bed": 9 * 0.04, "head": 7 * 0.02})
+
+
+def test_joint_materials_by_a_function():
+    found = bs.detect_interfaces(wall(), lambda joint: LIME if joint.centroid[2] > 0.3 else DRY)
+    assert {(i.joint_material.name, bool(i.centroid[2] > 0.3)) for i in found.interfaces} == {
+        ("lime", True),
+        ("dry", False),
+    }
+
+
+@pytest.mark.parametrize(
+    ("rules", "words"),
+    [
+        ({}, ["JointMaterial", "mapping"]),
+        ({"beds": DRY}, ["'beds'", "'bed'", "'base|*'"]),
+        ({"bed": "dry"}, ["'bed'", "'dry'"]),
+        ({"head": DRY}, ["'base|1.1'", "bed", "add '*'"]),
+        (lambda joint: None, ["function", "None"]),
+    ],
+)
+def test_rules_that_do_not_say_a_material(rules, words):
+    with pytest.raises(bs.ModelError) as error:
+        bs.detect_interfaces(wall(), rules)
+    assert all(word in str(error.value) for word in words)
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        ({"angle_tolerance": "0 deg"}, ["angle_tolerance", "above zero"]),
+        ({"angle_tolerance": "60 deg"}, ["60 deg", "45 deg"]),
+        ({"area_tolerance": "1 mm"}, ["area_tolerance", "area"]),
+        ({"area_tolerance": 1e-6}, ["area_tolerance", "no unit"]),
+    ],
+)
+def test_tolerances_that_are_none(limits, words):
+    with pytest.raises(bs.BlockstructError) as error:
+        detect(FLOOR, **limits)
+    assert all(word in str(error.value) for word in words)
+
+
+def test_a_face_that_crosses_itself_is_refused():
+    # Ten corners of a pentagram, so that the area is not zero; a prism over it is closed but no body.
+    star = [(np.cos(a), np.sin(a)) for a in np.arange(5) * 0.8 * np.pi]
+    vertices = [(x, y, z) for z in (0, 1) for x, y in star]
+    sides = [[k, (k + 1) % 5, 5 + (k + 1) % 5, 5 + k] for k in range(5)]
+    block = bs.Block.from_faces("star", Q_(vertices, "m"), [[4, 3, 2, 1, 0], [5, 6, 7, 8, 9], *sides], STONE)
+    with pytest.raises(bs.GeometryError, match=r"'star': the outline of face 0 crosses itself"):
+        detect(FLOOR, block)
+
+
+def summary(report):
+    """What a report says but for the order and the direction of the normals, lengths in block sizes."""
+    size = report.tolerances.gap / 1e-5
+    return sorted((*sorted((c.minus, c.plus)), c.reason, round(c.area / size**2, 6)) for c in report.contacts)
+
+
+PUZZLE = [*wall(), box("lintel", [0, 0, 0.6], [1.2, 0.1, 0.1]), box("near", [0, 0.1002, 0], [1.2, 0.3, 0.2])]
+
+
+@few
+@given(
+    axis=st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda a: np.linalg.norm(a) > 0.1),
+    angle=st.floats(-3, 3),
+    shift=st.tuples(*[st.floats(-50, 50)] * 3),
+    seed=st.integers(0, 1000),
+)
+def test_detection_is_invariant_to_rigid_motion_and_block_order(axis, angle, shift, seed):
+    turned = moved(PUZZLE, rotation(axis, angle), shift)
+    shuffled = [turned[k] for k in np.random.default_rng(seed).permutation(len(turned))]
+    here, there = (bs.detect_interfaces(b, DRY).report for b in (PUZZLE, shuffled))
+    assert summary(there) == summary(here)
+    assert sorted(map(sorted, (c[:2] for c in there.close))) == sorted(map(sorted, (c[:2] for c in here.close)))
+    assert len(here.close) > 0
+    assert {c.reason for c in here.contacts} == {"", "gap"}
+
+
+@few
+@given(scale=st.floats(1e-3, 1e3), unit=st.sampled_from(["m", "mm", "ft", "in"]))
+def test_detection_is_invariant_to_scale_and_units(scale, unit):
+    def scaled(unit_length):
+        return [
+            bs.Block.from_faces(
+                b.name, Q_(b.shape.vertices * scale, "m").to(unit_length), b.shape.faces, STONE, fixed=b.fixed
+            )
+            for b in PUZZLE
+        ]
+
+    assert summary(bs.detect_interfaces(scaled(unit), DRY).report) == summary(bs.detect_interfaces(PUZZLE, DRY).report)
+
+
+def test_one_block_under_200_others_meets_them_all_wherever_it_lies():
+    blocks = [box("beam", [0, 0, -1], [100, 1, 1], fixed=True)]
+    blocks += [box(f"{k}", [0.5 * k, 0, 0], [0.5, 1, 0.3]) for k in range(200)]
+    for R in (np.eye(3), rotation((1, 2, 3), 0.7)):
+        found = bs.detect_interfaces(moved(blocks, R, (5, -7, 11)), DRY)
+        assert sum("beam" in (i.minus, i.plus) for i in found.interfaces) == 200
+        assert found.report.accepted == 200 + 199
+
+
+def test_a_solid_of_cubes_has_the_contacts_of_its_closed_form():
+    n = 6
+    cubes = [box(f"{x}.{y}.{z}", [x, y, z], fixed=z == 0) for x in range(n) for y in range(n) for z in range(n)]
+    report = bs.detect_interfaces(cubes, DRY).report
+    assert report.accepted == 3 * n * n * (n - 1) - 2 * n * (n - 1)
+    assert len(report.between_supports) == 2 * n * (n - 1)
+    # Each inner edge of the lattice is shared by four cubes, two pairs of them touch along it only.
+    lines = 3 * n * (n - 1) ** 2 * 2 - 2 * (n - 1) ** 2
+    assert len(report.close) == lines + 4 * (n - 1) ** 3
+
+
+def faceted(name, origin, n, *, rough=0.0, flip=False, fixed=False):
+    """Unit cube whose faces are n × n squares of two triangles each, with displaced corners."""
+    corners, triangles = {}, []
+    for axis in range(3):
+        for side in (0, n):
+            for a in range(n):
+                for b in range(n):
+                    square = []
+                    for da, db in ((0, 0), (1, 0), (1, 1), (0, 1)):
+                        point = [side] * 3
+                        point[(axis + 1) % 3], point[(axis + 2) % 3] = a + da, b + db
+                        square.append(corners.setdefault(tuple(point), len(corners)))
+                    square = square[flip:] + square[:flip]
+                    square = square if side else square[::-1]
+                    triangles += [square[:3], [square[0], *square[2:]]]
+    noise = np.random.default_rng(len(name)).uniform(-rough, rough, (len(corners), 3))
+    points = np.array(list(corners)) / n + noise + np.asarray(origin)
+    return bs.Block.from_faces(name, Q_(points, "m"), triangles, STONE, fixed=fixed)
+
+
+@pytest.mark.parametrize("R", [np.eye(3), rotation((1, 2, 3), 0.7)], ids=["straight", "turned"])
+def test_a_contact_of_triangulated_faces_is_one_interface(R):
+    # The diagonals of the faces cross: they share quarters of their squares.
+    blocks = [FLOOR, faceted("a", [0, 0, 0], 3), faceted("b", [0, 0, 1], 3, flip=True), faceted("c", [1, 0, 0.5], 2)]
+    report = bs.detect_interfaces(moved(blocks, R), DRY).report
+    areas = {tuple(sorted((c.minus, c.plus))): c.area for c in report.contacts}
+    assert areas == pytest.approx({("a", "floor"): 1, ("a", "b"): 1, ("a", "c"): 0.5, ("b", "c"): 0.5})
+    assert report.accepted == 4
+
+
+def test_a_rough_joint_of_scanned_stones_is_one_interface():
+    stones = faceted("a", [0, 0, 0], 4, rough=5e-4, fixed=True), faceted("bb", [1, 0, 0], 4, rough=5e-4)
+    found = detect(*stones, tolerance="3 mm", angle_tolerance="5 deg")
+    (joint,) = found.interfaces
+    assert joint.area == pytest.approx(1.0, abs=5e-3)
+    assert abs(joint.normal[0]) == pytest.approx(1.0, abs=1e-4)
+    bs.Model("stones", stones, found.interfaces)
+
+
+def test_contacts_on_the_steps_of_a_stair_stay_apart():
+    outline = [(0, 0), (2, 0), (2, 1.0), (1, 1.0), (1, 1.004), (0, 1.004)]
+    n = len(outline)
+    vertices = [(x, y, z) for y in (1, 0) for x, z in outline]
+    sides = [[k, (k + 1) % n, n + (k + 1) % n, n + k] for k in range(n)]
+    stair = bs.Block.from_faces(
+        "stair", Q_(vertices, "m"), [list(range(n))[::-1], list(range(n, 2 * n)), *sides], STONE
+    )
+    top = [(0, 1.004), (1, 1.004), (1, 1.0), (2, 1.0), (2, 2), (0, 2)]
+    vertices = [(x, y, z) for y in (1, 0) for x, z in top]
+    above = bs.Block.from_faces(
+        "above", Q_(vertices, "m"), [list(range(n))[::-1], list(range(n, 2 * n)), *sides], STONE
+    )
+    found = detect(stair, above)
+    assert sorted(round(i.area, 9) for i in found.interfaces) == [0.004, 1.0, 1.0]
+
+
+def test_an_explicit_interface_is_kept_and_not_found_again():
+    square = Q_([[0, 0, 0], [0.5, 0, 0], [0.5, 1, 0], [0, 1, 0]], "m")
+    given = bs.Interface("half a bed", "floor", "a", square, LIME)
+    found = bs.detect_interfaces([FLOOR, box("a", [0, 0, 0]), box("b", [1, 0, 0])], DRY, explicit=[given])
+    assert [i.name for i in found.interfaces] == ["half a bed", "floor|b", "a|b"]
+    with pytest.raises(bs.UnknownNameError, match="'floor', which is not given"):
+        bs.detect_interfaces([box("a", [0, 0, 0])], DRY, explicit=[given])
+
+
+def test_a_contact_that_is_not_plane_is_fitted_by_a_plane():
+    # Two blocks that meet in a saddle of four corners: the fitted plane is level, the forces stay at the corners.
+    saddle = np.array([[0, 0, 0.05], [1, 0, -0.05], [1, 1, 0.05], [0, 1, -0.05]])
+    contact = bs.Interface("saddle", "a", "b", Q_(saddle, "m"), DRY)
+    assert contact.normal == pytest.approx([0, 0, 1])
+    assert contact.deviation == pytest.approx(0.05)
+    assert contact.area == pytest.approx(1.0)
+    assert not contact.is_planar
+    assert contact.polygon == pytest.approx(saddle)
+
+
+@pytest.mark.parametrize("rough", [0.0, 0.05])
+def test_a_block_on_a_contact_that_is_not_plane_rocks_about_its_own_corners(rough):
+    tops = np.array([rough, -rough, rough, -rough])
+    triangles = [[4, 5, 6], [4, 6, 7], *FACES[2:], FACES[0]]
+    lower = CUBE - [0, 0, 1.0]
+    lower[4:, 2] += tops
+    upper = CUBE * [1, 1, 2]
+    upper[:4, 2] += tops
+    below = bs.Block.from_faces("a", Q_(lower, "m"), triangles, STONE, fixed=True)
+    above = bs.Block.from_faces("b", Q_(upper, "m"), [[0, 2, 1], [0, 3, 2], *FACES[1:]], STONE)
+    corners = lower[4:]
+    contact = bs.Interface("rough", "a", "b", Q_(corners, "m"), bs.JointMaterial("rough", 2.0))
+    found = bs.detect_interfaces([below, above], DRY, explicit=[contact])
+    result = solve(bs.Model("rough", [below, above], found.interfaces), bs.LoadPattern("p", [bs.BodyForce((1, 0, 0))]))
+    assert result.status == "converged"
+    # It turns about the line through the corners at x = 1, whose heights are −rough and +rough.
+    axis, arm = corners[2] - corners[1], above.centroid - corners[1]
+    assert result.load_factor == pytest.approx(
+        (np.cross(arm, [0, 0, 1]) @ axis) / (np.cross(arm, [1, 0, 0]) @ axis), rel=1e-6
+    )

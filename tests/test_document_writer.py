@@ -1,0 +1,98 @@
+"""Model documents written and read back."""
+
+import pytest
+import yaml
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import moved, rotation
+
+TUFF = bs.Material("tuff", "12.3 kN/m^3")
+LIME = bs.JointMaterial(
+    "lime: mortar",
+    friction_angle="33 deg",
+    dilatancy_angle="4.5 deg",
+    cohesion="0.11 MPa",
+    tensile_strength="0.1 MPa",
+    compressive_strength="4.7 MPa",
+)
+
+
+@pytest.fixture
+def model():
+    blocks = bs.courses(
+        [[1, 1], [0.5, 1, 0.5]], unit_length="37 cm", unit_height="17.5 cm", depth="0.3333 m", material=TUFF
+    )
+    # Turned, so that no coordinate is a round number.
+    blocks = moved(blocks, rotation((0, 0, 1), 0.3))
+    return bs.Model("wall: turned", blocks, bs.detect_interfaces(blocks, joint_material=LIME).interfaces)
+
+
+@pytest.fixture
+def cases():
+    dead = bs.LoadPattern("dead", [bs.SelfWeight()])
+    push = bs.LoadPattern(
+        "push",
+        [
+            bs.BodyForce((1 / 3, 0, 0.1)),
+            bs.PointLoad("2.1", Q_([1, 2, 3], "cm"), Q_([0, 0, -1 / 7], "kN")),
+            bs.FaceLoad("2.2", 1, Q_([0, 0, -0.3], "kPa")),
+            bs.Moment("1.1", Q_([0, 1e-5, 0], "kN*m")),
+        ],
+    )
+    return [bs.LimitCase(f"push {flow}", dead, push, flow) for flow in bs.Flow]
+
+
+@pytest.mark.parametrize("suffix", ["yaml", "yml", "json"])
+def test_a_document_keeps_model_and_cases_to_the_last_bit(tmp_path, model, cases, suffix):
+    path = bs.write_document(tmp_path / f"m.{suffix}", model, cases, settings={"max_programs": 33})
+    back = bs.read_document(path)
+    assert back.model.hash == model.hash
+    assert back.cases == tuple(cases)
+    assert back.settings == {"max_programs": 33}
+
+
+def test_the_tolerance_is_kept(tmp_path, model, cases):
+    apart = [b if b.name != "2.2" else moved([b], rotation((0, 0, 1), 0), (0, 0, 1e-4))[0] for b in model.blocks]
+    found = bs.detect_interfaces(apart, joint_material=LIME, tolerance="0.2 mm")
+    loose = bs.Model("loose", apart, found.interfaces)
+    path = bs.write_document(tmp_path / "m.yaml", loose, cases, tolerance=Q_(0.2, "mm"))
+    assert bs.read_document(path).model.hash == loose.hash
+    with pytest.raises(bs.ModelError, match=r"does not give its interface .*; give the tolerance"):
+        bs.write_document(tmp_path / "other.yaml", loose, cases)
+
+
+def test_interfaces_of_your_own_have_no_place(tmp_path, model, cases):
+    fewer = bs.Model("fewer", model.blocks, model.interfaces[1:])
+    with pytest.raises(bs.ModelError, match=r"\(1 differ\).*save_analysis keeps them"):
+        bs.write_document(tmp_path / "m.yaml", fewer, cases)
+    other = bs.JointMaterial("other", 0.5)
+    first = model.interfaces[0]
+    mixed = bs.Interface(first.name, first.minus, first.plus, Q_(first.polygon, "m"), other)
+    with pytest.raises(bs.ModelError, match="2 joint materials, a document has room for one"):
+        bs.write_document(tmp_path / "m.yaml", bs.Model("mixed", model.blocks, [mixed, *model.interfaces[1:]]), cases)
+
+
+def test_a_draft_may_lack_supports(tmp_path, model, cases):
+    free = [bs.Block(b.name, b.shape, b.material) for b in model.blocks]
+    path = bs.write_draft(tmp_path / "m.yaml", "free", free, LIME, cases)
+    with pytest.raises(bs.ModelError, match="no block is fixed") as refusal:
+        bs.read_document(path)
+    assert "6 blocks, 9 interfaces" in "".join(refusal.value.__notes__)
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    content["blocks"][0]["fixed"] = True
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    assert bs.read_document(path).model.block("base").fixed
+
+
+def test_bad_documents_are_not_written(tmp_path, model, cases):
+    with pytest.raises(bs.DocumentError, match="/cases"):
+        bs.write_document(tmp_path / "m.yaml", model, [])
+    with pytest.raises(bs.ModelError, match=r"ends in .yaml, .yml or .json"):
+        bs.write_document(tmp_path / "m.txt", model, cases)
+    other = bs.LimitCase("other", bs.LoadPattern("dead", []), cases[0].variable)
+    with pytest.raises(bs.ModelError, match="different load patterns share a name"):
+        bs.write_document(tmp_path / "m.yaml", model, [*cases, other])
+    with pytest.raises(bs.StorageError, match="cannot be written"):
+        bs.write_document(tmp_path / "none" / "m.yaml", model, cases)
+    assert list(tmp_path.iterdir()) == []

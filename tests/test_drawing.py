@@ -1,0 +1,236 @@
+"""Blocks from DXF drawings."""
+
+import sys
+from itertools import pairwise
+
+import ezdxf
+import numpy as np
+import pytest
+from ezdxf.render import MeshBuilder
+
+import blockstruct as bs
+from blockstruct.builders.profile import divided_arcs, prism
+
+STONE = bs.Material("stone", "20 kN/m^3")
+TUFF = bs.Material("tuff", "12 kN/m^3")
+JOINT = bs.JointMaterial("joint", 0.6)
+MM = 4
+
+
+@pytest.fixture
+def draw(tmp_path):
+    """A drawing in mm with layers, and a function that saves and reads it."""
+    document = ezdxf.new("R2010")
+    document.header["$INSUNITS"] = MM
+    for layer in ("STONE", "GROUND", "NOTES"):
+        document.layers.add(layer)
+
+    def read(**options):
+        path = tmp_path / "drawing.dxf"
+        document.saveas(path)
+        return bs.read_drawing(path, **{"unit": "mm", "material": STONE, "thickness": "0.3 m"} | options)
+
+    return document.modelspace(), read
+
+
+def rectangle(space, x, y, width, height, layer="STONE", **attributes):
+    corners = [(x, y), (x + width, y), (x + width, y + height), (x, y + height)]
+    return space.add_lwpolyline(corners, close=True, dxfattribs={"layer": layer} | attributes)
+
+
+def test_an_elevation_in_millimetres(draw):
+    space, read = draw
+    rectangle(space, 0, -200, 1000, 200, "GROUND")
+    for row in range(4):
+        for x, width in [(0, 500), (500, 500)] if row % 2 == 0 else [(0, 250), (250, 500), (750, 250)]:
+            rectangle(space, x, 200 * row, width, 200)
+    found = read(supports=["GROUND"])
+    assert [b.name for b in found.blocks[:3]] == ["GROUND.1", "STONE.1", "STONE.2"]
+    assert found.report.supports == ("GROUND.1",)
+    assert found.report.extent == pytest.approx((1, 0.3, 1))
+    assert found.report.repairs == ()
+    stones = bs.courses(
+        [[1, 1], [0.5, 1, 0.5]] * 2, unit_length="0.5 m", unit_height="0.2 m", depth="0.3 m", material=STONE
+    )
+    for a, b in zip(found.blocks, stones, strict=True):
+        assert a.centroid == pytest.approx(b.centroid)
+        assert a.volume == pytest.approx(b.volume)
+    reports = [bs.detect_interfaces(blocks, joint_material=JOINT).report for blocks in (found.blocks, stones)]
+    assert reports[0].accepted == reports[1].accepted
+    assert reports[0].total_area == pytest.approx(reports[1].total_area)
+
+
+def test_a_plan_rises(draw):
+    space, read = draw
+    rectangle(space, 0, 0, 500, 250, elevation=100)
+    (block,) = read(plane="plan").blocks
+    assert block.shape.vertices.min(axis=0) == pytest.approx((0, 0, 0.1))
+    assert block.shape.vertices.max(axis=0) == pytest.approx((0.5, 0.25, 0.4))
+
+
+@pytest.mark.parametrize("standing", [True, False])
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_prism_looks_outward_whichever_way_its_outline_runs(standing, order):
+    outline = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)], dtype=float)[::order]
+    vertices, faces = prism(outline, 0.5, 2.0, standing=standing)
+    shape = bs.Block.from_faces("L", bs.Q_(vertices, "m"), faces, STONE).shape
+    assert shape.volume == pytest.approx(10)
+    assert np.ptp(vertices, axis=0) == pytest.approx((3, 2, 3) if standing else (3, 3, 2))
+
+
+@pytest.mark.parametrize("bulge", [1, -1, np.tan(np.pi / 8), 0.1, 3])
+def test_arcs_keep_to_their_circle(bulge):
+    # Over the chord from (0, 0) to (2, 0) the arc rises by the bulge, to the right of it if positive.
+    points, rise = divided_arcs(np.array([(0.0, 0.0), (2.0, 0.0)]), np.array([bulge, 0.0]), 10)
+    assert points[0] == pytest.approx((0, 0))
+    assert points[5] == pytest.approx((1, -bulge))
+    assert points[10] == pytest.approx((2, 0))
+    radius = (1 + bulge**2) / (2 * abs(bulge))
+    assert rise == pytest.approx(radius * (1 - np.cos(4 * np.arctan(abs(bulge)) / 20)))
+
+
+def voussoirs(space, n, inner, outer):
+    """A semicircular arch of n voussoirs between true arcs."""
+    angles = np.linspace(0, np.pi, n + 1)
+    bulge = np.tan(np.pi / n / 4)
+    for a, b in pairwise(angles):
+        corners = [(r * np.cos(t), r * np.sin(t)) for r, t in ((outer, a), (outer, b), (inner, b), (inner, a))]
+        space.add_lwpolyline(
+            [(x, y, turn) for (x, y), turn in zip(corners, (bulge, 0, -bulge, 0), strict=True)],
+            format="xyb",
+            close=True,
+            dxfattribs={"layer": "STONE"},
+        )
+
+
+def test_arcs_are_refused_unless_their_segments_are_stated(draw):
+    space, read = draw
+    voussoirs(space, 9, 1900, 2100)
+    with pytest.raises(bs.GeometryFileError, match="has arcs; give segments"):
+        read()
+    with pytest.warns(bs.GeometryWarning, match="arcs taken as straight pieces, which they exceed by up to"):
+        found = read(segments=6)
+    rise = 2.1 * (1 - np.cos(np.pi / 9 / 12))
+    assert found.report.table().query("kind == 'arcs'").amount.max() == pytest.approx(rise)
+    # Of a polygon between the arcs: r² sin(θ)/2 for each of 54 pieces of θ = 180°/54.
+    area = 54 * (2.1**2 - 1.9**2) * np.sin(np.pi / 54) / 2
+    assert found.report.volume == pytest.approx(0.3 * area)
+    assert bs.detect_interfaces(found.blocks, joint_material=JOINT).report.accepted == 8
+
+
+def cube_at(x):
+    corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]) * 400
+    faces = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+    return [tuple(c) for c in (corners + np.array([x, 0, 0])).tolist()], faces
+
+
+def test_bodies_in_three_dimensions(draw):
+    space, read = draw
+    vertices, faces = cube_at(0)
+    with space.add_mesh(dxfattribs={"layer": "GROUND"}).edit_data() as mesh:
+        mesh.vertices, mesh.faces = vertices, faces
+    for x in (400, 800):
+        vertices, faces = cube_at(x)
+        for face in faces:
+            space.add_3dface([vertices[i] for i in face], dxfattribs={"layer": "STONE"})
+
+    builder = MeshBuilder()
+    builder.add_mesh(vertices=cube_at(1200)[0], faces=cube_at(1200)[1])
+    builder.render_polyface(space, dxfattribs={"layer": "STONE"})
+    found = read(supports=["GROUND"], thickness=None)
+    assert [b.volume for b in found.blocks] == pytest.approx([0.4**3] * 4)
+    assert sorted(b.centroid[0] for b in found.blocks) == pytest.approx([0.2, 0.6, 1.0, 1.4])
+    assert bs.detect_interfaces(found.blocks, joint_material=JOINT).report.accepted == 3
+
+
+def test_layers_give_materials_and_what_is_left_out_is_reported(draw):
+    space, read = draw
+    rectangle(space, 0, 0, 500, 250)
+    rectangle(space, 0, -250, 500, 250, "GROUND")
+    rectangle(space, 900, 0, 100, 100, "NOTES")
+    space.add_text("elevation", dxfattribs={"layer": "NOTES"})
+    space.add_lwpolyline([(0, 0), (1, 0), (1, 1)], dxfattribs={"layer": "STONE"})
+    space.add_circle((0, 0), 100, dxfattribs={"layer": "STONE"})
+    with pytest.warns(bs.GeometryWarning, match="left out: 1 CIRCLE on layer STONE; 1 LWPOLYLINE on layer NOTES"):
+        found = read(material={"STONE": TUFF, "GROUND": STONE})
+    assert {b.name: b.material.name for b in found.blocks} == {"STONE.1": "tuff", "GROUND.1": "stone"}
+    assert "1 open polyline on layer STONE" in found.report.left_out
+    space.doc.layers.get("GROUND").off()
+    with pytest.warns(bs.GeometryWarning, match="LWPOLYLINE on layer GROUND, which is off or frozen"):
+        assert len(read(material={"STONE": TUFF, "GROUND": STONE}).blocks) == 1
+
+
+def test_blocks_of_the_drawing_are_followed(draw):
+    space, read = draw
+    unit = space.doc.blocks.new("UNIT")
+    rectangle(unit, 0, 0, 500, 250, "0")
+    for x in (0, 500):
+        space.add_blockref("UNIT", (x, 0), dxfattribs={"layer": "STONE"})
+    # Mirrored: what was seen from above is seen from below.
+    space.add_blockref("UNIT", (1500, 0), dxfattribs={"layer": "GROUND", "xscale": -1})
+    found = read(material={"STONE": STONE, "GROUND": TUFF})
+    assert [b.name for b in found.blocks] == ["STONE.1", "STONE.2", "GROUND.1"]
+    assert [b.centroid[0] for b in found.blocks] == pytest.approx([0.25, 0.75, 1.25])
+
+
+def test_a_polyline_may_have_its_own_thickness(draw):
+    space, read = draw
+    rectangle(space, 0, 0, 500, 250, thickness=120)
+    (block,) = read(thickness=None).blocks
+    assert np.ptp(block.shape.vertices, axis=0) == pytest.approx((0.5, 0.12, 0.25))
+    rectangle(space, 0, 250, 500, 250)
+    with pytest.raises(bs.GeometryFileError, match=r"polyline from \(0, 250\) on layer 'STONE' is flat; give a thick"):
+        read(thickness=None)
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "expected"),
+    [
+        ({"unit": "m"}, bs.GeometryFileError, r"its unit is 0.001 m \(\$INSUNITS\), unit= says 1 m"),
+        ({"thickness": "-1 m"}, bs.ModelError, "give a length above zero"),
+        ({"thickness": 300}, bs.UnitError, "has no unit"),
+        ({"plane": "section"}, bs.ModelError, "give 'elevation' or 'plan'"),
+        ({"segments": 0}, bs.ModelError, "one or more"),
+        ({"supports": ["GROND"]}, bs.UnknownNameError, "no layer 'GROND'; it has 0, Defpoints, GROUND, NOTES, STONE"),
+        ({"material": {"MARBLE": STONE}}, bs.UnknownNameError, "no layer 'MARBLE'"),
+    ],
+)
+def test_options_are_checked(draw, options, error, expected):
+    space, read = draw
+    rectangle(space, 0, 0, 500, 250)
+    with pytest.raises(error, match=expected):
+        read(**options)
+
+
+def test_damaged_drawings_are_refused(draw, tmp_path, monkeypatch):
+    space, read = draw
+    space.add_circle((0, 0), 100)
+    space.add_3dsolid().sat = ["700 0 1 0", "End-of-ACIS-data"]
+    left = r"left out: 1 3DSOLID on layer 0, to be exported as a mesh; 1 CIRCLE on layer 0"
+    with pytest.raises(bs.GeometryFileError, match=rf"holds no solid \({left}\)"):
+        read()
+    space.delete_all_entities()
+    rectangle(space, 0, 0, 500, 250)
+    bow_tie = space.add_lwpolyline([(0, 0), (100, 100), (100, 0), (0, 300)], close=True)
+    with pytest.raises(bs.GeometryFileError, match=r"'0.1': its surface crosses itself"):
+        read()
+    space.delete_entity(bow_tie)
+    space.add_polyline2d([(0, 0), (1, 0), (1, 1)], close=True).vertices[0].dxf.discard("location")
+    with pytest.raises(bs.GeometryFileError, match="POLYLINE on layer '0' is damaged"):
+        read()
+    content = (tmp_path / "drawing.dxf").read_bytes()
+    for name, bad in [
+        ("empty", b""),
+        ("cut", content[: len(content) // 2]),
+        ("end", content[:-40]),
+        ("noise", bytes(range(256)) * 20),
+        ("text", b"no drawing\n"),
+        ("dwg", b"AC1032" + bytes(100)),
+    ]:
+        path = tmp_path / f"{name}.dxf"
+        path.write_bytes(bad)
+        with pytest.raises(bs.GeometryFileError, match=f"{name}.dxf"):
+            bs.read_drawing(path, unit="mm", material=STONE, thickness="0.3 m")
+    monkeypatch.setitem(sys.modules, "ezdxf", None)
+    with pytest.raises(bs.MissingExtraError, match=r'pip install "blockstruct\[cad\]"'):
+        bs.read_drawing(tmp_path / "drawing.dxf", unit="mm", material=STONE, thickness="0.3 m")

@@ -1,0 +1,241 @@
+"""Blocks from OBJ, STL and PLY files, and back to OBJ."""
+
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.builders.profile import prism
+from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, ply_text, stl_bytes
+from structures import moved, rotation
+
+STONE = bs.Material("stone", "20 kN/m^3")
+JOINT = bs.JointMaterial("joint", 0.6)
+
+
+@pytest.fixture
+def wall():
+    rows = [[1, 1, 1], [0.5, 1, 1, 0.5], [1, 1, 1]]
+    return bs.courses(rows, unit_length="0.5 m", unit_height="0.25 m", depth="0.25 m", material=STONE)
+
+
+def saved(tmp_path, name, content):
+    path = tmp_path / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+def same_bodies(one, other, rel=1e-9):
+    """Blocks of the same places and sizes, in the same order."""
+    assert len(one) == len(other)
+    for a, b in zip(one, other, strict=True):
+        assert a.volume == pytest.approx(b.volume, rel=rel)
+        assert a.centroid == pytest.approx(b.centroid, abs=rel)
+        assert sorted(map(len, a.shape.faces)) == sorted(map(len, b.shape.faces))
+
+
+@pytest.mark.parametrize(
+    ("name", "write"),
+    [("wall.stl", stl_bytes), ("ascii.stl", ascii_stl), ("wall.ply", ply_text)],
+)
+def test_a_wall_comes_back_from_triangles_with_all_its_interfaces(tmp_path, wall, name, write):
+    found = bs.read_mesh(saved(tmp_path, name, write(wall)), unit="m", material=STONE, fixed="lowest")
+    same_bodies(found.blocks, wall)
+    assert [b.fixed for b in found.blocks] == [b.fixed for b in wall]
+    assert found.report.warnings == ()
+    before, after = (bs.detect_interfaces(blocks, joint_material=JOINT) for blocks in (wall, found.blocks))
+    assert after.report.accepted == before.report.accepted
+    assert after.report.total_area == pytest.approx(before.report.total_area, rel=1e-9)
+
+
+def test_obj_keeps_blocks_to_the_last_digit(tmp_path, wall):
+    path = bs.write_obj(tmp_path / "wall.obj", moved(wall, rotation((1, 2, 3), 0.7), (0.1, 0.2, 0.3)))
+    found = bs.read_mesh(path, unit="m", material=STONE, fixed=["base"])
+    for a, b in zip(found.blocks, moved(wall, rotation((1, 2, 3), 0.7), (0.1, 0.2, 0.3)), strict=True):
+        assert (a.name, a.fixed) == (b.name, b.fixed)
+        assert a.shape.vertices.tolist() == b.shape.vertices.tolist()
+        assert a.shape.faces == b.shape.faces
+    assert found.report.repairs == ()
+    assert found.report.supports == ("base",)
+
+
+@given(unit=st.sampled_from(["mm", "cm", "inch", "0.025 m"]), turn=st.floats(0, 3))
+@settings(max_examples=8, derandomize=True, deadline=None)
+def test_units_and_orientation_do_not_matter(tmp_path_factory, unit, turn):
+    rows = [[1, 2], [0.5, 1, 1.5]]
+    blocks = bs.courses(rows, unit_length="40 cm", unit_height="20 cm", depth="30 cm", material=STONE)
+    blocks = moved(blocks, rotation((1, 1, 0.3), turn))
+    path = bs.write_obj(tmp_path_factory.mktemp("obj") / "wall.obj", blocks, unit=unit)
+    same_bodies(bs.read_mesh(path, unit=unit, material=STONE).blocks, blocks)
+
+
+def test_inward_normals_are_turned_with_a_warning(tmp_path, wall):
+    path = saved(tmp_path, "scan.stl", stl_bytes(wall, inward=True))
+    with pytest.warns(bs.GeometryWarning, match=r"faces turned to look outward: 132 \(scan.1, scan.2"):
+        found = bs.read_mesh(path, unit="m", material=STONE)
+    same_bodies(found.blocks, wall)
+    assert "warning: faces turned to look outward: 132" in str(found.report)
+    assert set(found.report.table().query("kind == 'turned'").amount) == {12.0}
+
+
+def cube(**changes):
+    return obj_text(**{"vertices": CUBE, "faces": QUADS} | changes)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "faces"),
+    [
+        (cube(faces=[*QUADS[:3], QUADS[3][::-1], *QUADS[4:]]), "turned", 6),
+        (cube(faces=[*QUADS, QUADS[2][2:] + QUADS[2][:2]]), "twin", 6),
+        (cube(faces=[*QUADS[:3], QUADS[1], *QUADS[3:]]), "twin", 6),
+        (cube(faces=[*QUADS, (4, 4, 5)]), "no area", 6),
+        (cube(faces=fans(QUADS)), "merged", 6),
+        # A corner in the middle of an edge of one face only, closed by a triangle without area.
+        (
+            cube(vertices=[*CUBE, (0.5, 0, 1)], faces=[(4, 8, 6, 7), (8, 5, 6), (4, 5, 8), *QUADS[:1], *QUADS[2:]]),
+            "no area",
+            6,
+        ),
+        (cube(vertices=[*CUBE[:6], (1, 1, 1.002), CUBE[7]]), "flattened", 6),
+        (cube(vertices=[*CUBE[:6], (1, 1, 1.1), CUBE[7]]), "split", 7),
+        # Two corners a hair apart.
+        (cube(vertices=[*CUBE, (1, 1, 1 + 1e-6)], faces=[(4, 5, 8, 7), *QUADS[:1], *QUADS[2:]]), "welded", 6),
+    ],
+)
+def test_every_repair_is_reported(tmp_path, text, kind, faces):
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        found = bs.read_mesh(saved(tmp_path, "cube.obj", text), unit="m", material=STONE)
+    (block,) = found.blocks
+    assert kind in {r.kind for r in found.report.repairs}
+    assert len(block.shape.faces) == faces
+    assert block.volume == pytest.approx(1, abs=0.04)
+    assert len(said) == (kind != "merged")
+
+
+def test_a_hole_keeps_its_triangles(tmp_path):
+    # A square tube: the ends are rings, which no single polygon can be.
+    outer = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (3, 0), (3, 3), (0, 3))]
+    inner = [(x, y, z) for z in (0, 1) for x, y in ((1, 1), (2, 1), (2, 2), (1, 2))]
+    sides = [(i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) for i in range(4)]
+    holes = [tuple(8 + j for j in side[::-1]) for side in sides]
+    ends = [(i + 4, (i + 1) % 4 + 4, (i + 1) % 4 + 12, i + 12) for i in range(4)]
+    ends += [((i + 1) % 4, i, i + 8, (i + 1) % 4 + 8) for i in range(4)]
+    path = saved(tmp_path, "tube.obj", obj_text(outer + inner, fans(sides + holes + ends)))
+    (tube,) = bs.read_mesh(path, unit="m", material=STONE).blocks
+    assert tube.volume == pytest.approx(8)
+    assert sorted(map(len, tube.shape.faces)) == [3] * 16 + [4] * 8
+
+
+@given(data=st.data())
+@settings(max_examples=15, derandomize=True, deadline=None)
+def test_order_and_sense_of_the_faces_do_not_matter(tmp_path_factory, data):
+    # Two cubes, one upon the other, as triangles: any order within a cube, any of them turned.
+    soup = []
+    for level in (0, 1):
+        triangles = data.draw(st.permutations(fans(QUADS)))
+        turned = data.draw(st.lists(st.booleans(), min_size=12, max_size=12))
+        soup += [
+            [(*CUBE[i][:2], CUBE[i][2] + level) for i in (t[::-1] if back else t)]
+            for t, back in zip(triangles, turned, strict=True)
+        ]
+    corners = [corner for triangle in soup for corner in triangle]
+    text = obj_text(corners, [(i, i + 1, i + 2) for i in range(0, len(corners), 3)])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", bs.GeometryWarning)
+        found = bs.read_mesh(saved(tmp_path_factory.mktemp("soup"), "s.obj", text), unit="m", material=STONE)
+    assert [b.volume for b in found.blocks] == pytest.approx([1, 1])
+    assert [len(b.shape.faces) for b in found.blocks] == [6, 6]
+    assert bs.detect_interfaces(found.blocks, joint_material=JOINT).report.accepted == 1
+
+
+def test_the_tolerance_decides_what_is_plane(tmp_path):
+    path = saved(tmp_path, "bent.obj", obj_text([*CUBE[:6], (1, 1, 1.001), CUBE[7]], fans(QUADS)))
+    (exact,) = bs.read_mesh(path, unit="m", material=STONE).blocks
+    with pytest.warns(bs.GeometryWarning, match="moved into the planes"):
+        (coarse,) = bs.read_mesh(path, unit="m", material=STONE, tolerance="2 mm").blocks
+    assert (len(exact.shape.faces), len(coarse.shape.faces)) == (7, 6)
+
+
+def test_tolerances_are_those_of_the_body_not_of_the_file(tmp_path):
+    # A cube whose top is bent by a thousandth, in one file with another cube ten kilometres away.
+    bent = [*CUBE[:6], (1, 1, 1.001), CUBE[7]]
+    far = [(x + 1e4, y, z) for x, y, z in CUBE]
+    text = obj_text(bent, fans(QUADS)) + obj_text(far, [[i - 9 for i in f] for f in fans(QUADS)])
+    blocks = bs.read_mesh(saved(tmp_path, "two.obj", text), unit="m", material=STONE).blocks
+    assert [len(b.shape.faces) for b in blocks] == [7, 6]
+
+
+def test_polygons_of_a_ply_file_need_not_be_convex(tmp_path):
+    outline = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)], dtype=float)
+    vertices, faces = prism(outline, 0.0, 1.0, standing=False)
+    block = bs.Block.from_faces("L", Q_(vertices, "m"), faces, STONE)
+    (found,) = bs.read_mesh(saved(tmp_path, "L.ply", ply_text([block])), unit="m", material=STONE).blocks
+    assert found.volume == pytest.approx(5)
+    assert sorted(map(len, found.shape.faces)) == [4] * 6 + [6] * 2
+
+
+def test_rounded_coordinates_give_plane_faces_and_the_same_contact(tmp_path):
+    # Two blocks of general shape with one face in common, written to three decimals.
+    lower = np.round(np.array(CUBE) @ rotation((1, 2, 0.5), 0.4).T * [1, 1.2, 0.9], 3)
+    shift = lower[4:] - lower[:4]
+    upper = np.concatenate([lower[4:], np.round(lower[4:] + 0.8 * shift, 3)])
+    faces = [tuple(i - 8 for i in f) for f in QUADS]
+    # Vertices counted from the end, which OBJ allows: -8 is the first of the eight above.
+    text = "".join(
+        f"o {name}\n" + obj_text(v, [[i - 1 for i in f] for f in faces])
+        for name, v in zip("ab", (lower, upper), strict=True)
+    )
+    with pytest.warns(bs.GeometryWarning, match="moved into the planes"):
+        found = bs.read_mesh(saved(tmp_path, "two.obj", text), unit="m", material=STONE)
+    assert 0 < found.report.largest_move < 1e-3
+    gap = found.report.joint_gap
+    assert gap == max(10 * found.report.largest_move, 1e-3 * found.report.mean_size)
+    contact = bs.detect_interfaces(found.blocks, joint_material=JOINT, tolerance=Q_(gap, "m"))
+    assert contact.report.accepted == 1
+
+
+def test_what_is_no_face_is_reported(tmp_path):
+    text = "o empty\no cube\n" + obj_text().replace("f", "l 1 2\nf", 1)
+    with pytest.warns(bs.GeometryWarning, match="1 statements 'l', which are no faces; object 'empty' without faces"):
+        found = bs.read_mesh(saved(tmp_path, "cube.obj", text), unit="m", material=STONE)
+    assert [b.name for b in found.blocks] == ["cube"]
+
+
+@pytest.mark.parametrize("name", ["a.obj", "a.ply"])
+def test_vertices_of_no_face_are_reported(tmp_path, name):
+    # What is left of a second body after its faces were lost.
+    block = bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
+    ply = ply_text([block]).replace("vertex 8", "vertex 9").replace("\n4 0 3", "\n5 5 5\n4 0 3", 1)
+    text = obj_text([*CUBE, (5, 5, 5)]) if name == "a.obj" else ply
+    with pytest.warns(bs.GeometryWarning, match="left out: 1 vertices of no face"):
+        assert len(bs.read_mesh(saved(tmp_path, name, text), unit="m", material=STONE).blocks) == 1
+
+
+def test_names_used_twice_are_numbered(tmp_path):
+    path = saved(tmp_path, "a.obj", "o stone\n" + obj_text())
+    other = saved(tmp_path, "b.obj", "o stone\n" + obj_text([(x + 2, y, z) for x, y, z in CUBE]))
+    with pytest.warns(bs.GeometryWarning, match="name used twice"):
+        found = bs.read_mesh([path, other], unit="m", material=STONE)
+    assert [b.name for b in found.blocks] == ["stone", "stone#2"]
+
+
+@pytest.mark.parametrize("unit", ["mm", "km"])
+def test_wrong_units_are_warned_of(tmp_path, unit):
+    with pytest.warns(bs.GeometryWarning, match="is the unit right"):
+        bs.read_mesh(saved(tmp_path, "cube.obj", obj_text()), unit=unit, material=STONE)
+
+
+def test_obj_is_written_once_and_only_with_names_that_come_back(tmp_path, wall):
+    path = bs.write_obj(tmp_path / "wall.obj", wall)
+    with pytest.raises(bs.StorageError, match="exists and is not replaced"):
+        bs.write_obj(path, wall)
+    odd = bs.Block.box("a  b", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
+    with pytest.raises(bs.ModelError, match="does not survive OBJ"):
+        bs.write_obj(tmp_path / "odd.obj", [odd])
+    with pytest.raises(bs.ModelError, match="no blocks to write"):
+        bs.write_obj(tmp_path / "none.obj", [])
