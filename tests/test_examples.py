@@ -66,8 +66,11 @@ def test_dome():
 
 def test_facade_with_sidewalls():
     factors = load("facade_with_sidewalls").main()
-    # Alone the façade would rock at depth / height, 0.2 / 2.4, less what the door takes; bonded it drags its sidewalls.
-    assert factors == pytest.approx({"bonded": 0.156, "butted": 0.078}, rel=1e-2)
+    # Associative values are unique; those without dilatancy depend on the schedule, but not on which side they lie.
+    for name, associative in (("bonded", 0.3029), ("butted", 0.1003)):
+        assert factors[name, "associative"] == pytest.approx(associative, rel=1e-3)
+        assert 0 < factors[name, "nonassociative"] < associative
+    assert factors["bonded", "nonassociative"] > 1.5 * factors["butted", "nonassociative"]
 
 
 def test_examples_are_short():

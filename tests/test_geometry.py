@@ -5,7 +5,16 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.geometry import box, coplanar_face_pairs, overlapping_pairs, polyhedron, tributary_areas
+from blockstruct.geometry import (
+    box,
+    box_pairs,
+    common_areas,
+    coplanar_face_pairs,
+    overlapping_pairs,
+    polyhedron,
+    separations,
+    tributary_areas,
+)
 from structures import moved, rotation
 
 STONE = bs.Material("stone", "20 kN/m^3")
@@ -179,3 +188,32 @@ def test_touching_non_convex_neighbours_do_not_overlap():
     outline = [(0, 0), (1, 0), (1, z / 2), (a, z / 2), (a, z), (0, z)]
     complement = [(1, z / 2), (1, 1), (0, 1), (0, z), (a, z), (a, z / 2)]
     assert overlapping_pairs([prism(outline, 1.0), prism(complement, 1.0)], 1e-6) == []
+
+
+@pytest.mark.parametrize("stretch", [(1, 1, 1), (30, 1, 0.1), (1, 30, 30), (0, 5, 5)])
+def test_pairs_of_boxes_are_those_of_all_comparisons(stretch):
+    rng = np.random.default_rng(3)
+    low = rng.uniform(0, 10, (200, 3)) * stretch
+    high = low + rng.uniform(0, 1, (200, 3))
+    # One box through all the others, and one that is none.
+    low[7], high[7] = low.min(axis=0), high.max(axis=0)
+    low[9], high[9] = 1.0, 0.0
+    meet = np.all((low[:, None] <= high[None]) & (low[None] <= high[:, None]), axis=2)
+    meet[9] = meet[:, 9] = False
+    i, j = box_pairs(low, high)
+    assert list(zip(i.tolist(), j.tolist(), strict=True)) == [tuple(p) for p in np.argwhere(np.triu(meet, 1))]
+
+
+def test_separations_along_faces():
+    bodies = [polyhedron(*box((x, 0, 0), (1, 1, 1)), str(x)) for x in (0.0, 1.25, 1.0, 0.5)]
+    first, second = np.array([0, 0, 0]), np.array([1, 2, 3])
+    assert separations(bodies, first, second) == pytest.approx([0.25, 0.0, -0.5])
+
+
+def test_common_areas_of_polygons():
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+    polygons = [square, square + np.array([0.25, 0.5, 0.001]), square + np.array([0, 0, 0.5]), square[[0, 2, 1, 3]]]
+    up = np.array([[0, 0, 1.0]] * 4)
+    # Half covered a little above, too far above, and an outline that crosses itself.
+    shared = common_areas(polygons, up, np.array([0, 0, 0]), np.array([1, 2, 3]), 0.01)
+    assert shared == pytest.approx([0.375, 0, 0])

@@ -62,9 +62,9 @@ def detect_interfaces(
     """Find every area that the faces of two blocks share.
 
     All faces take part, whatever the size and number of the blocks; several interfaces a pair are possible. Pieces in
-    one plane, as triangulated faces leave them, become one interface.
-    Contacts between two fixed blocks are left out. The normal of an interface points up or, if level, along
-    +y or +x. Whatever is left out, close or overlapping is in the report.
+    one plane, as triangulated faces leave them, become one interface. Contacts between two fixed blocks are left out.
+    The normal of an interface points up or, if level, along +y or +x. Whatever is left out, close or overlapping is in
+    the report.
 
     Parameters
     ----------
@@ -130,9 +130,7 @@ def detect_interfaces(
             name = "|".join(ends) + (f"#{seen[ends]}" if seen[ends] > 1 else "")
             interface = Interface(name, *ends, to_quantity(pair.polygon, "length"), UNRULED)
             interfaces.append(interface.with_joint_material(rule(interface)))
-        contacts.append(
-            FoundContact(*ends, name, reason, pair.gap, pair.angle, pair.area, orientation, near_miss),
-        )
+        contacts.append(FoundContact(*ends, name, reason, pair.gap, pair.angle, pair.area, orientation, near_miss))
     return Detection(tuple(interfaces), _report(blocks, limits, contacts))
 
 

@@ -210,7 +210,8 @@ class DetectionReport:
         lines += _listed(
             "non-planar", [f"{b} face {f}: {off:.3g} m off its plane" for b, f, off in self.nonplanar_faces]
         )
-        lines += _listed("floating", [b for b in self.floating if b not in set(self.untouched)])
+        untouched = set(self.untouched)
+        lines += _listed("floating", [b for b in self.floating if b not in untouched])
         lines += _listed("close", [f"{a} | {b}: {distance:.3g} m apart" for a, b, distance in apart])
         return "\n".join(lines)
 

@@ -78,7 +78,7 @@ class Block:
         *,
         fixed: bool = False,
     ) -> Self:
-        """General polyhedron with planar polygon faces, convex or not.
+        """General polyhedron with polygon faces, convex or not, each plane but for 0.2 % of the size of the block.
 
         Parameters
         ----------
@@ -96,7 +96,7 @@ class Block:
         Raises
         ------
         GeometryError
-            A surface that is open, inside out, not planar or without volume.
+            A surface that is open, inside out, far from planar or without volume.
         """
         points = si_array(vertices, "length", f"block {name!r}: vertices")
         return cls(name, polyhedron(points, faces, name), material, fixed)

@@ -206,7 +206,8 @@ class Model:
         i, j = i[parallel], j[parallel]
         areas = np.array([interface.area for interface in self.interfaces])
         covered = np.flatnonzero(common_areas(polygons, normals, i, j, slack) > AREA_SHARE * areas[i])
-        for k in covered[:1]:
+        if len(covered):
+            k = covered[0]
             msg = (
                 f"model {self.name!r}: interfaces {self.interfaces[i[k]].name!r} and {self.interfaces[j[k]].name!r} "
                 "cover the same area of one joint; remove one of them"
