@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -147,7 +148,7 @@ def test_a_failed_write_leaves_nothing_behind(small_analysis, path, tmp_path, mo
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(xr.DataTree, "to_netcdf", full)
+    monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(bs.StorageError, match=r"No space left.*free some space"):
         bs.save_analysis(small_analysis, target)
     assert target.read_bytes() == path.read_bytes()

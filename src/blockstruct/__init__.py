@@ -68,7 +68,7 @@ from blockstruct.model import (
     SelfWeight,
 )
 from blockstruct.results import Analysis, CaseResult, contact_state, interface_resultants, mechanism
-from blockstruct.storage import check_file, open_analysis, save_analysis
+from blockstruct.storage import check_file, open_analysis, recover, save_analysis
 from blockstruct.units import Q_, ureg
 from blockstruct.vocabulary import ContactState, Flow, SolverStatus, Stage, Status
 
@@ -118,6 +118,7 @@ __all__ = [
     # storage
     "check_file",
     "open_analysis",
+    "recover",
     "save_analysis",
     # errors
     "BlockstructError",

@@ -3,21 +3,25 @@
 import platform
 import reprlib
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from time import perf_counter
+from typing import Self
 
 import numpy as np
 
-from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener
+from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, Listener
+from blockstruct.analysis.recorder import Recorder
+from blockstruct.analysis.replay import ReplaySolver, followed
 from blockstruct.errors import ModelError
 from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, solve_limit_case
 from blockstruct.model import LimitCase, Model, checked_tuple
 from blockstruct.results import Analysis, CaseResult, history_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
-from blockstruct.storage import claim, patterns, save_analysis
+from blockstruct.storage import WorkingData, claim, is_unfinished, open_analysis, patterns
 from blockstruct.vocabulary import Status
 
 _PACKAGES = (
@@ -42,8 +46,8 @@ class AnalysisManager:
     model
         The structure.
     store
-        Path of the file to write; None keeps the analysis in memory. It is checked at once and written when the
-        last case has ended, or the run was interrupted.
+        Path of the file to write; None keeps the analysis in memory. It is checked at once and put in place when the
+        last case has ended, or the run was interrupted; until then the run is kept beside it, in ``NAME.partial``.
     settings
         Schedule and tolerances of the procedure.
     listeners
@@ -84,30 +88,74 @@ class AnalysisManager:
         """Run cases, one after the other.
 
         A KeyboardInterrupt ends the run; the case at work gets the status ``interrupted`` and keeps the
-        iterations it has, the cases before it are complete, the cases after it are missing.
+        iterations it has, as do the cases after it, without any; the cases before it are complete.
+
+        With a store every iteration is committed as it is solved: after the process was killed, :meth:`resume` and
+        :func:`blockstruct.recover` find all but the one in flight.
 
         Raises
         ------
         ModelError
             No case, two cases of one name, a variable load that is zero, loads that the model cannot take:
             before anything is solved.
+        StorageError
+            A store that another run writes to, or that holds the iterations of a killed one: before anything is
+            solved. A disk that is full: what is committed is kept.
         """
         cases = checked_tuple(cases, LimitCase, "AnalysisManager.run: cases")
-        problems = self.check(cases)
-        created_at = _now()
-        results: dict[str, CaseResult] = {}
-        for case, problem in zip(cases, problems, strict=True):
-            results[case.name] = result = self._run_case(case, problem)
-            try:
-                self._tell(CaseFinished(result))
-            except KeyboardInterrupt:
-                break
-            if result.status is Status.INTERRUPTED:
-                break
-        analysis = Analysis(self.model, results, created_at, _versions())
-        if self.store is not None:
-            save_analysis(analysis, self.store)
-        return analysis
+        now = _now()
+        planned = {
+            case.name: CaseResult(
+                case=case,
+                settings=self.settings,
+                status=Status.INTERRUPTED,
+                load_factor=np.nan,
+                certificate=None,
+                message="interrupted before its first program was solved",
+                history=history_of(self.statics, problem, []),
+                started_at=now,
+                duration=0.0,
+            )
+            for case, problem in zip(cases, self.check(cases), strict=True)
+        }
+        analysis = Analysis(self.model, planned, now, _versions())
+        if self.store is None:
+            return self._conduct(analysis, self.listeners)
+        with WorkingData.begin(self.store, analysis) as working:
+            return self._record(analysis, working)
+
+    @classmethod
+    def resume(cls, path: str | Path, *, listeners: Iterable[Listener] = ()) -> Analysis:
+        """Go on with a run that was killed or interrupted, from its last committed iteration.
+
+        Cases that have ended are kept. The programs that are already solved are not solved again, except for the
+        one under dead load; the case ends where it would have ended without the interruption. A finished analysis
+        is given back as it is.
+
+        Parameters
+        ----------
+        path
+            The store of the run.
+        listeners
+            As of the manager; they hear of the iterations that are replayed, too.
+
+        Raises
+        ------
+        StorageError
+            Nothing to resume, or a run that is still under way.
+        FormatError
+            A damaged file, or one whose iterations are not those of this version of blockstruct.
+        """
+        if is_unfinished(path):
+            with WorkingData.reopen(path) as working:
+                analysis = working.analysis()
+                return cls._resuming(analysis, path, listeners)._record(analysis, working)
+        analysis = open_analysis(path)
+        if analysis.status == "finished":
+            return analysis
+        manager = cls._resuming(analysis, path, listeners)
+        with WorkingData.begin(Path(path), analysis) as working:
+            return manager._record(analysis, working)
 
     def check(self, cases: Sequence[LimitCase]) -> list[LimitProblem]:
         """Check cases as :meth:`run` does before it solves anything, and give their limit problems."""
@@ -122,35 +170,72 @@ class AnalysisManager:
         patterns(cases)
         return [LimitProblem.of(self.statics, case) for case in cases]
 
-    def _run_case(self, case: LimitCase, problem: LimitProblem) -> CaseResult:
-        started_at, start = _now(), perf_counter()
-        steps = solve_limit_case(problem, case.flow, self.settings, solver_of(self.settings))
+    @classmethod
+    def _resuming(cls, analysis: Analysis, path: str | Path, listeners: Iterable[Listener]) -> Self:
+        settings = next(iter(analysis.values())).settings
+        return cls(analysis.model, path, settings=settings, listeners=listeners)
+
+    def _record(self, analysis: Analysis, working: WorkingData) -> Analysis:
+        done = self._conduct(analysis, (Recorder(working), *self.listeners))
+        working.finish(done)
+        return done
+
+    def _conduct(self, analysis: Analysis, listeners: Sequence[Listener]) -> Analysis:
+        """Run what an analysis has left to run: its interrupted cases."""
+        results = dict(analysis)
+        versions = analysis.versions
+        for name, before in analysis.items():
+            if before.status is not Status.INTERRUPTED:
+                continue
+            versions = _versions()
+            try:
+                results[name] = result = self._run_case(before, listeners)
+                _tell(listeners, CaseFinished(result))
+            except KeyboardInterrupt:
+                break
+            if result.status is Status.INTERRUPTED:
+                break
+        return replace(analysis, results=results, versions=versions)
+
+    def _run_case(self, before: CaseResult, listeners: Sequence[Listener]) -> CaseResult:
+        case, settings, start = before.case, before.settings, perf_counter()
+        statics = self._statics_of(settings)
+        problem = LimitProblem.of(statics, case)
+        solver = ReplaySolver(statics, problem, before.history, solver_of(settings))
+        steps = followed(solve_limit_case(problem, case.flow, settings, solver), before.history)
         iterations: list[Iteration] = []
         outcome = Outcome(Status.INTERRUPTED, np.nan, "interrupted by the user")
+        started_at = before.started_at if before.n_iterations else _now()
         try:
-            self._tell(CaseStarted(case, len(self.model.blocks), problem.n_points))
+            _tell(listeners, CaseStarted(case, len(self.model.blocks), problem.n_points, statics, problem))
             while True:
                 iterations.append(next(steps))
-                self._tell(IterationDone(case, len(iterations) - 1, iterations[-1]))
+                _tell(listeners, IterationDone(case, len(iterations) - 1, iterations[-1]))
         except StopIteration as stop:
             outcome = stop.value
         except KeyboardInterrupt:
-            pass
-        return CaseResult(
-            case=case,
-            settings=self.settings,
+            if len(iterations) < before.n_iterations:
+                return before
+        return replace(
+            before,
             status=outcome.status,
             load_factor=outcome.load_factor,
             certificate=iterations[-1].certificate if iterations and outcome.status is not Status.UNBOUNDED else None,
             message=outcome.message,
-            history=history_of(self.statics, problem, iterations),
+            history=history_of(statics, problem, iterations),
             started_at=started_at,
-            duration=perf_counter() - start,
+            duration=before.duration + perf_counter() - start,
         )
 
-    def _tell(self, event: CaseStarted | IterationDone | CaseFinished) -> None:
-        for listener in self.listeners:
-            listener(event)
+    def _statics_of(self, settings: ProcedureSettings) -> Statics:
+        if settings.crushing_cells == self.settings.crushing_cells:
+            return self.statics
+        return Statics.of(self.model, settings.crushing_cells)
+
+
+def _tell(listeners: Sequence[Listener], event: Event) -> None:
+    for listener in listeners:
+        listener(event)
 
 
 def _now() -> str:

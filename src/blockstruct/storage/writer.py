@@ -5,6 +5,7 @@ import json
 import os
 import tempfile
 from collections.abc import Iterable
+from io import BytesIO
 from pathlib import Path
 from uuid import uuid4
 
@@ -16,6 +17,7 @@ from blockstruct.results import Analysis
 from blockstruct.schema import schema_text
 from blockstruct.storage.case_group import case_dataset, group_of
 from blockstruct.storage.check import check_file, is_analysis
+from blockstruct.storage.lock import WriterLock
 from blockstruct.storage.model_group import model_dataset
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
 
@@ -61,11 +63,17 @@ def save_analysis(analysis: Analysis, path: str | Path) -> Path:
     Raises
     ------
     StorageError
-        A path that cannot be written.
+        A path that cannot be written, or that another process is writing.
     ModelError
         Cases whose load patterns share a name but not their loads.
     """
     path = claim(path)
+    with WriterLock(path):
+        return write_file(analysis, path)
+
+
+def write_file(analysis: Analysis, path: Path) -> Path:
+    """Write an analysis to a path that is claimed and held."""
     tree = {
         "/": _root(analysis),
         "/model": model_dataset(analysis.model, patterns(analysis.cases)),
@@ -74,8 +82,11 @@ def save_analysis(analysis: Analysis, path: str | Path) -> Path:
         tree[f"/cases/{group_of(name)}"] = case_dataset(result)
         tree[f"/cases/{group_of(name)}/history"] = result.history
     draft = path.with_name(f".{path.name}.{uuid4().hex}.part")
+    # Made in memory: libhdf5 crashes the process on a disk that is full.
+    image = BytesIO()
+    xr.DataTree.from_dict(tree).to_netcdf(image, engine="h5netcdf")
     try:
-        xr.DataTree.from_dict(tree).to_netcdf(draft, engine="h5netcdf")
+        draft.write_bytes(image.getbuffer())
         check_file(draft)
         _sync(draft)
         draft.replace(path)
