@@ -1,5 +1,9 @@
 """Files: round trips, other readers, and what is refused."""
 
+import contextlib
+import multiprocessing
+import random
+import resource
 import shutil
 import subprocess
 import sys
@@ -200,6 +204,20 @@ def link(name, target):
     return change
 
 
+def hard_link_loop(file):
+    file["/model/extra"] = file["/model"]
+
+
+def virtual(file):
+    layout = h5py.VirtualLayout(shape=file[f"{HISTORY}/load_factor"].shape, dtype="f8")
+    layout[:] = h5py.VirtualSource("/etc/passwd", "x", shape=layout.shape)
+    file.create_virtual_dataset("/model/extra", layout)
+
+
+def external(file):
+    file["/model"].create_dataset("extra", (10,), "f8", external=[("/etc/passwd", 0, 80)])
+
+
 def newer_without_versions(file):
     file.attrs["format_version"] = "2.0"
     del file.attrs["versions"]
@@ -247,6 +265,15 @@ HISTORY = "/cases/push associative/history"
         (replace_variable(f"{HISTORY}/load_factor", np.array([1])), [f"{HISTORY}", "load_factor"]),
         (link(f"{HISTORY}/load_factor", h5py.ExternalLink("/etc/passwd", "/x")), ["load_factor", "link"]),
         (link("/model/extra", h5py.SoftLink("/model")), ["/model", "extra", "link"]),
+        (hard_link_loop, ["/model", "extra"]),
+        (virtual, ["/model/extra", "stored in another file"]),
+        (external, ["/model/extra", "stored in another file"]),
+        (damage("/", "content_hash", "{"), ["/", "content_hash"]),
+        (damage("/", "created_at", "1999-01-01"), ["/:", "content_hash"]),
+        (damage("/cases/push associative", "started_at", "1999-01-01"), ["/cases/push associative:", "content_hash"]),
+        (overwrite(f"{HISTORY}/contact_force", 1.0), [f"{HISTORY}:", "content_hash", "use the original"]),
+        (overwrite("/model/force_of_load", 1.0), ["/model:", "content_hash"]),
+        (replace_variable("/model/unit_weight", np.array([b"heavy"])), ["/model/unit_weight"]),
     ],
 )
 def test_damaged_files_are_refused_with_the_place(path, tmp_path, change, words):
@@ -273,12 +300,61 @@ def test_files_that_are_something_else(tmp_path):
 
 
 def test_truncated_files_are_refused(path, tmp_path):
-    content = path.read_bytes()
-    for share in (0.01, 0.3, 0.7, 0.99):
-        cut = tmp_path / "cut.h5"
-        cut.write_bytes(content[: int(share * len(content))])
+    """At every object header and at every dataset's data, just before and just behind."""
+    content, places = path.read_bytes(), {0, 8, 96, len(path.read_bytes())}
+
+    def visit(_, item):
+        places.add(h5py.h5o.get_info(item.id).addr)
+        if isinstance(item, h5py.Dataset) and (start := item.id.get_offset()):
+            places.update((start, start + item.id.get_storage_size()))
+
+    with h5py.File(path) as file:
+        file.visititems(visit)
+    assert len(places) > 100
+    cut = tmp_path / "cut.h5"
+    for size in sorted({p + d for p in places for d in (-1, 0, 1)} & set(range(len(content)))):
+        cut.write_bytes(content[:size])
         with pytest.raises(bs.FormatError, match=r"cut\.h5"):
             bs.open_analysis(cut)
+
+
+def corrupt(path, copy, seeds):
+    """Change bytes of a file at random: it opens as it was, the bytes being of no use, or is refused."""
+    content, original = path.read_bytes(), bs.open_analysis(path)
+    for seed in seeds:
+        chance, damaged = random.Random(seed), bytearray(content)
+        for _ in range(chance.choice([1, 1, 1, 4, 16])):
+            damaged[chance.randrange(len(damaged))] = chance.randrange(256)
+        copy.write_bytes(damaged)
+        with contextlib.suppress(bs.FormatError):
+            same(original, bs.open_analysis(copy))
+
+
+def one_block(folder):
+    ground = bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([1, 1, 1], "m"), STONE, fixed=True)
+    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([0.5, 1, 1], "m"), STONE)
+    blocks = [ground, block]
+    found = bs.detect_interfaces(blocks, joint_material=bs.JointMaterial("dry", 0.65))
+    model = bs.Model("one", blocks, found.interfaces)
+    case = bs.LimitCase("push", bs.LoadPattern("dead", [bs.SelfWeight()]), push(1, 0, 0))
+    bs.AnalysisManager(model, folder / "one.h5").run([case])
+    return folder / "one.h5"
+
+
+def limited(seeds, folder):
+    """Corrupt in a process that may not take more than 4 GB, so that a crash or a blow-up of memory is seen."""
+    resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
+    corrupt(folder / "one.h5", folder / f"{seeds.start}.h5", seeds)
+
+
+@pytest.mark.parametrize("seeds", [range(80), pytest.param(range(80, 1500), marks=pytest.mark.slow)], ids=str)
+def test_corrupt_files_are_never_half_read(tmp_path, seeds):
+    one_block(tmp_path)
+    context = multiprocessing.get_context("forkserver")
+    process = context.Process(target=limited, args=(seeds, tmp_path))
+    process.start()
+    process.join(10 + len(seeds))
+    assert process.exitcode == 0
 
 
 def test_joints_in_cells_are_stored_with_their_cells(tmp_path):

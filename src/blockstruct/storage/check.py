@@ -85,9 +85,10 @@ def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
     if int(major) > int(FORMAT_VERSION.partition(".")[0]):
         msg = f"{path}: /: format version {version}, this blockstruct reads up to {FORMAT_VERSION}; update blockstruct"
         raise FormatError(msg)
-    if not _is_object(attrs.get("versions")):
-        msg = f"{path}: /: attribute versions is no JSON object"
-        raise FormatError(msg)
+    for name in ("versions", "content_hash"):
+        if not _is_object(attrs.get(name)):
+            msg = f"{path}: /: attribute {name} is no JSON object"
+            raise FormatError(msg)
     return attrs
 
 
@@ -107,15 +108,18 @@ def _plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def _skeleton(group: h5py.Group) -> dict[str, Any]:
+def _skeleton(group: h5py.Group, seen: set[int] | None = None) -> dict[str, Any]:
     """Attributes, variables and groups of a group, as the schema describes them."""
+    seen = set() if seen is None else seen
+    seen.add(h5py.h5o.get_info(group.id).addr)
     variables, groups = {}, {}
     for name in group:
         # A link out of the file, or to elsewhere in it, is nothing blockstruct writes: it is never followed.
         if not isinstance(group.get(name, getlink=True), h5py.HardLink):
             variables[name] = {"kind": "link"}
         elif isinstance(group[name], h5py.Group):
-            groups[name] = _skeleton(group[name])
+            twice = h5py.h5o.get_info(group[name].id).addr in seen
+            groups[name] = {"variables": {name: {"kind": "link"}}} if twice else _skeleton(group[name], seen)
         elif not _is_bare_dimension(group[name]):
             variables[name] = _variable(group[name], name)
     attrs = {k: _plain(v) for k, v in group.attrs.items() if not k.startswith("_")}
@@ -141,6 +145,8 @@ def _variable(ds: h5py.Dataset, name: str) -> dict[str, Any]:
     if "units" in ds.attrs:
         # Compared as it stands: a text from a file is never given to a parser.
         variable["units"] = str(_plain(ds.attrs["units"]))
+    if ds.is_virtual or ds.external:
+        variable["kind"] = "stored in another file"
     if ds.size * ds.dtype.itemsize > 100 * ds.file.id.get_filesize():
         variable["kind"] = f"of an absurd size, {ds.shape}"
     return variable

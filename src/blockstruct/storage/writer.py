@@ -17,6 +17,7 @@ from blockstruct.results import Analysis
 from blockstruct.schema import schema_text
 from blockstruct.storage.case_group import case_dataset, group_of
 from blockstruct.storage.check import check_file, is_analysis
+from blockstruct.storage.content import content_hash
 from blockstruct.storage.lock import WriterLock
 from blockstruct.storage.model_group import model_dataset
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
@@ -74,14 +75,14 @@ def save_analysis(analysis: Analysis, path: str | Path) -> Path:
 
 def write_file(analysis: Analysis, path: Path) -> Path:
     """Write an analysis to a path that is claimed and held."""
-    tree = {
-        "/": _root(analysis),
-        "/model": model_dataset(analysis.model, patterns(analysis.cases)),
-    }
+    tree = {"/model": model_dataset(analysis.model, patterns(analysis.cases))}
     for name, result in analysis.items():
         tree[f"/cases/{group_of(name)}"] = case_dataset(result)
         tree[f"/cases/{group_of(name)}/history"] = result.history
     draft = path.with_name(f".{path.name}.{uuid4().hex}.part")
+    root = _root(analysis)
+    hashes = {group: content_hash(ds) for group, ds in {"/": root, **tree}.items()}
+    tree["/"] = root.assign_attrs(content_hash=json.dumps(hashes))
     # Made in memory: libhdf5 crashes the process on a disk that is full.
     image = BytesIO()
     xr.DataTree.from_dict(tree).to_netcdf(image, engine="h5netcdf")
