@@ -31,6 +31,8 @@ def same(one: bs.Analysis, other: bs.Analysis) -> None:
     assert one.cases == other.cases
     assert one.versions == other.versions
     assert one.created_at == other.created_at
+    assert one.solver_options == other.solver_options
+    assert (one.document_hash, one.tags) == (other.document_hash, other.tags)
     for name, result in one.items():
         twin = other[name]
         assert result.history.identical(twin.history)

@@ -68,7 +68,7 @@ from blockstruct.model import (
     SelfWeight,
 )
 from blockstruct.results import Analysis, CaseResult, contact_state, interface_resultants, mechanism
-from blockstruct.storage import check_file, open_analysis, recover, save_analysis
+from blockstruct.storage import Archive, check_file, open_analysis, recover, save_analysis
 from blockstruct.units import Q_, ureg
 from blockstruct.vocabulary import ContactState, Flow, SolverStatus, Stage, Status
 
@@ -116,6 +116,7 @@ __all__ = [
     "interface_resultants",
     "mechanism",
     # storage
+    "Archive",
     "check_file",
     "open_analysis",
     "recover",

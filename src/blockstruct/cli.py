@@ -83,7 +83,7 @@ def run(
     out.print(
         f"{document.model.name}: {len(document.model.blocks)} blocks, {document.report}", markup=False, soft_wrap=True
     )
-    _run(document.model, list(document.cases), bs.ProcedureSettings.of(document.settings), output)
+    _run(document.model, list(document.cases), bs.ProcedureSettings.of(document.settings), output, document.hash)
 
 
 @app.command()
@@ -153,7 +153,9 @@ def validate(
         raise typer.Exit(VIOLATIONS) from None
 
 
-def _run(model: bs.Model, cases: list[bs.LimitCase], settings: bs.ProcedureSettings, output: Path) -> None:
+def _run(
+    model: bs.Model, cases: list[bs.LimitCase], settings: bs.ProcedureSettings, output: Path, document_hash: str = ""
+) -> None:
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -162,7 +164,9 @@ def _run(model: bs.Model, cases: list[bs.LimitCase], settings: bs.ProcedureSetti
     )
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
         listener = _bar(progress, settings) if err.is_terminal else bs.print_lines()
-        manager = bs.AnalysisManager(model, output, settings=settings, listeners=[listener])
+        manager = bs.AnalysisManager(
+            model, output, settings=settings, listeners=[listener], document_hash=document_hash
+        )
         analysis = manager.run(cases)
     for result in analysis.values():
         out.print(iteration_table(result.history))

@@ -1,11 +1,8 @@
 """The analysis manager."""
 
-import platform
 import reprlib
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from time import perf_counter
 from typing import Self
@@ -13,6 +10,7 @@ from typing import Self
 import numpy as np
 
 from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, Listener
+from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.replay import ReplaySolver, followed
 from blockstruct.errors import ModelError
@@ -23,19 +21,6 @@ from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
 from blockstruct.storage import WorkingData, claim, is_unfinished, open_analysis, patterns
 from blockstruct.vocabulary import Status
-
-_PACKAGES = (
-    "blockstruct",
-    "clarabel",
-    "cvxpy",
-    "h5netcdf",
-    "h5py",
-    "numpy",
-    "pint",
-    "scipy",
-    "shapely",
-    "xarray",
-)
 
 
 class AnalysisManager:
@@ -52,6 +37,10 @@ class AnalysisManager:
         Schedule and tolerances of the procedure.
     listeners
         Called with every :class:`~blockstruct.analysis.Event`, in order.
+    tags
+        Words to find the analysis by: :meth:`blockstruct.Archive.select`.
+    document_hash
+        Of the document that describes the model: :attr:`blockstruct.Document.hash`.
 
     Raises
     ------
@@ -70,6 +59,8 @@ class AnalysisManager:
         *,
         settings: ProcedureSettings | None = None,
         listeners: Iterable[Listener] = (),
+        tags: Iterable[str] = (),
+        document_hash: str = "",
     ) -> None:
         if not isinstance(model, Model):
             msg = f"AnalysisManager: model is {reprlib.repr(model)}; give a Model"
@@ -80,6 +71,8 @@ class AnalysisManager:
         self.model = model
         self.settings = settings or ProcedureSettings()
         self.listeners = tuple(listeners)
+        self.tags = checked_tuple(tags, str, "AnalysisManager: tags")
+        self.document_hash = document_hash
         self.statics = Statics.of(model, self.settings.crushing_cells)
         solver_of(self.settings)
         self.store = None if store is None else claim(store)
@@ -103,7 +96,7 @@ class AnalysisManager:
             solved. A disk that is full: what is committed is kept.
         """
         cases = checked_tuple(cases, LimitCase, "AnalysisManager.run: cases")
-        now = _now()
+        started_at = now()
         planned = {
             case.name: CaseResult(
                 case=case,
@@ -113,12 +106,20 @@ class AnalysisManager:
                 certificate=None,
                 message="interrupted before its first program was solved",
                 history=history_of(self.statics, problem, []),
-                started_at=now,
+                started_at=started_at,
                 duration=0.0,
             )
             for case, problem in zip(cases, self.check(cases), strict=True)
         }
-        analysis = Analysis(self.model, planned, now, _versions())
+        analysis = Analysis(
+            self.model,
+            planned,
+            started_at,
+            versions(),
+            solver_options=solver_options([self.settings]),
+            document_hash=self.document_hash,
+            tags=self.tags,
+        )
         if self.store is None:
             return self._conduct(analysis, self.listeners)
         with WorkingData.begin(self.store, analysis) as working:
@@ -183,11 +184,11 @@ class AnalysisManager:
     def _conduct(self, analysis: Analysis, listeners: Sequence[Listener]) -> Analysis:
         """Run what an analysis has left to run: its interrupted cases."""
         results = dict(analysis)
-        versions = analysis.versions
+        of_numbers = analysis.versions
         for name, before in analysis.items():
             if before.status is not Status.INTERRUPTED:
                 continue
-            versions = _versions()
+            of_numbers = versions()
             try:
                 results[name] = result = self._run_case(before, listeners)
                 _tell(listeners, CaseFinished(result))
@@ -195,7 +196,7 @@ class AnalysisManager:
                 break
             if result.status is Status.INTERRUPTED:
                 break
-        return replace(analysis, results=results, versions=versions)
+        return replace(analysis, results=results, versions=of_numbers)
 
     def _run_case(self, before: CaseResult, listeners: Sequence[Listener]) -> CaseResult:
         case, settings, start = before.case, before.settings, perf_counter()
@@ -205,7 +206,7 @@ class AnalysisManager:
         steps = followed(solve_limit_case(problem, case.flow, settings, solver), before.history)
         iterations: list[Iteration] = []
         outcome = Outcome(Status.INTERRUPTED, np.nan, "interrupted by the user")
-        started_at = before.started_at if before.n_iterations else _now()
+        started_at = before.started_at if before.n_iterations else now()
         try:
             _tell(listeners, CaseStarted(case, len(self.model.blocks), problem.n_points, statics, problem))
             while True:
@@ -236,12 +237,3 @@ class AnalysisManager:
 def _tell(listeners: Sequence[Listener], event: Event) -> None:
     for listener in listeners:
         listener(event)
-
-
-def _now() -> str:
-    return datetime.now(UTC).isoformat(timespec="milliseconds")
-
-
-def _versions() -> dict[str, str]:
-    found = {package: version(package) for package in _PACKAGES}
-    return {**found, "python": platform.python_version(), "platform": platform.platform()}

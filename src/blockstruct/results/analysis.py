@@ -1,11 +1,12 @@
 """An analysis: a model and the results of its cases."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 from blockstruct.errors import UnknownNameError
-from blockstruct.model import LimitCase, Model
+from blockstruct.model import LimitCase, Model, checked_tuple
 from blockstruct.results.case_result import CaseResult
 from blockstruct.vocabulary import Status
 
@@ -21,20 +22,39 @@ class Analysis(Mapping[str, CaseResult]):
         UTC, ISO 8601.
     versions : mapping
         Version of blockstruct and of every package that made the numbers.
+    solver_options : mapping
+        Options of each solver beyond the settings of the cases.
+    document_hash : str
+        SHA-256 of the document that described the model; empty without one.
+    tags : tuple of str
     """
 
     model: Model
     results: Mapping[str, CaseResult]
     created_at: str
     versions: Mapping[str, str]
+    solver_options: Mapping[str, Any]
+    document_hash: str
+    tags: tuple[str, ...]
 
     def __init__(
-        self, model: Model, results: Mapping[str, CaseResult], created_at: str, versions: Mapping[str, str]
+        self,
+        model: Model,
+        results: Mapping[str, CaseResult],
+        created_at: str,
+        versions: Mapping[str, str],
+        *,
+        solver_options: Mapping[str, Any] = MappingProxyType({}),
+        document_hash: str = "",
+        tags: Iterable[str] = (),
     ) -> None:
         object.__setattr__(self, "model", model)
         object.__setattr__(self, "results", MappingProxyType(dict(results)))
         object.__setattr__(self, "created_at", created_at)
         object.__setattr__(self, "versions", MappingProxyType(dict(versions)))
+        object.__setattr__(self, "solver_options", MappingProxyType(dict(solver_options)))
+        object.__setattr__(self, "document_hash", document_hash)
+        object.__setattr__(self, "tags", checked_tuple(tags, str, "Analysis: tags"))
 
     @property
     def cases(self) -> tuple[LimitCase, ...]:

@@ -47,7 +47,7 @@ def check_file(path: str | Path) -> dict[str, Any]:
         raise StorageError(msg)
     try:
         with h5py.File(path, "r") as file:
-            attrs = _checked_root(file, path)
+            attrs = checked_root(file, path)
             found = violations(_skeleton(file), "analysis-1") or _inconsistencies(file)
     except FormatError:
         raise
@@ -67,13 +67,14 @@ def is_analysis(path: Path) -> bool:
     """Whether a file says of itself that it is a blockstruct analysis."""
     try:
         with h5py.File(path, "r") as file:
-            return bool(_plain(file.attrs.get("format", "")) == FORMAT)
+            return bool(plain(file.attrs.get("format", "")) == FORMAT)
     except OSError:
         return False
 
 
-def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
-    attrs = {name: _plain(value) for name, value in file.attrs.items()}
+def checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
+    """Root attributes of a file that is an analysis of a version that can be read."""
+    attrs = {name: plain(value) for name, value in file.attrs.items()}
     if attrs.get("format") != FORMAT:
         msg = f"{path}: /: attribute format is {attrs.get('format')!r}, not {FORMAT!r}: no blockstruct analysis"
         raise FormatError(msg)
@@ -85,10 +86,13 @@ def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
     if int(major) > int(FORMAT_VERSION.partition(".")[0]):
         msg = f"{path}: /: format version {version}, this blockstruct reads up to {FORMAT_VERSION}; update blockstruct"
         raise FormatError(msg)
-    for name in ("versions", "content_hash"):
+    for name in ("versions", "content_hash", "solver_options"):
         if not _is_object(attrs.get(name)):
             msg = f"{path}: /: attribute {name} is no JSON object"
             raise FormatError(msg)
+    if _texts(attrs.get("tags")) is None:
+        msg = f"{path}: /: attribute tags is no JSON list of texts"
+        raise FormatError(msg)
     return attrs
 
 
@@ -99,7 +103,7 @@ def _is_object(text: Any) -> bool:
         return False
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Attribute as plain Python: netCDF keeps a number as an array of one."""
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.ravel()[0]
@@ -122,7 +126,7 @@ def _skeleton(group: h5py.Group, seen: set[int] | None = None) -> dict[str, Any]
             groups[name] = {"variables": {name: {"kind": "link"}}} if twice else _skeleton(group[name], seen)
         elif not _is_bare_dimension(group[name]):
             variables[name] = _variable(group[name], name)
-    attrs = {k: _plain(v) for k, v in group.attrs.items() if not k.startswith("_")}
+    attrs = {k: plain(v) for k, v in group.attrs.items() if not k.startswith("_")}
     return {"attrs": attrs, "variables": variables, "groups": groups}
 
 
@@ -144,7 +148,7 @@ def _variable(ds: h5py.Dataset, name: str) -> dict[str, Any]:
     variable = {"dims": dims, "kind": kind}
     if "units" in ds.attrs:
         # Compared as it stands: a text from a file is never given to a parser.
-        variable["units"] = str(_plain(ds.attrs["units"]))
+        variable["units"] = str(plain(ds.attrs["units"]))
     if ds.is_virtual or ds.external:
         variable["kind"] = "stored in another file"
     if ds.size * ds.dtype.itemsize > 100 * ds.file.id.get_filesize():
@@ -157,7 +161,7 @@ def _inconsistencies(file: h5py.File) -> list[tuple[str, str]]:
     model, cases = file["model"], dict(file.get("cases", {}))
     groups = {"/model": model} | {f"/cases/{name}/history": case["history"] for name, case in cases.items()}
     found = []
-    listed = _case_names(file)
+    listed = case_names(file)
     if listed is None or sorted(map(group_of, listed)) != sorted(cases):
         found.append(("/cases", "the groups are not those that the attribute cases of / lists"))
     for name, case in cases.items():
@@ -184,9 +188,9 @@ def _contradictions(name: str, case: h5py.Group, model: h5py.Group) -> Iterator[
     history = case["history"]
     if int(case["n_iterations"][()]) != len(history["iteration"]):
         yield "n_iterations is not the length of the history"
-    if group_of(str(_plain(case.attrs["name"]))) != name:
+    if group_of(str(plain(case.attrs["name"]))) != name:
         yield "the attribute name is not that of the group"
-    if _plain(case.attrs["status"]) == "converged":
+    if plain(case.attrs["status"]) == "converged":
         last = history["load_factor"][-1] if len(history["load_factor"]) else np.nan
         if "holds" not in case or not int(case["holds"][()]) or float(case["load_factor"][()]) != last:
             yield "converged, but the certificate does not hold or the load factor is not the last of the history"
@@ -195,9 +199,14 @@ def _contradictions(name: str, case: h5py.Group, model: h5py.Group) -> Iterator[
             yield f"the {names} names of the history are not those of /model"
 
 
-def _case_names(file: h5py.File) -> list[str] | None:
+def case_names(file: h5py.File) -> list[str] | None:
+    """Names of the cases that a file lists, in order; None where it lists none."""
+    return _texts(file.attrs.get("cases"))
+
+
+def _texts(text: Any) -> list[str] | None:
     try:
-        names = json.loads(file.attrs["cases"])
+        texts = json.loads(text)
     except (ValueError, TypeError):
         return None
-    return names if isinstance(names, list) and all(isinstance(n, str) for n in names) else None
+    return texts if isinstance(texts, list) and all(isinstance(t, str) for t in texts) else None

@@ -23,6 +23,7 @@ def content_hash(ds: xr.Dataset) -> str:
             values = np.frombuffer(json.dumps(values.tolist()).encode(), dtype=np.uint8)
         else:
             values = np.ascontiguousarray(values, dtype="<f8" if values.dtype.kind == "f" else "<i8")
-        digest.update(json.dumps([name, variable.dims, variable.shape, of_variable], sort_keys=True).encode())
+        header = [name, name in ds.coords, variable.dims, variable.shape, of_variable]
+        digest.update(json.dumps(header, sort_keys=True).encode())
         digest.update(values.data)
     return digest.hexdigest()

@@ -58,7 +58,15 @@ def open_analysis(path: str | Path) -> Analysis:
         if content_hash(ds) != hashes.get(group):
             msg = f"{path}: {group}: its content does not match content_hash; {_CHANGED}"
             raise FormatError(msg)
-    return Analysis(model, results, attrs["created_at"], json.loads(attrs["versions"]))
+    return Analysis(
+        model,
+        results,
+        attrs["created_at"],
+        json.loads(attrs["versions"]),
+        solver_options=json.loads(attrs["solver_options"]),
+        document_hash=attrs["document_hash"],
+        tags=json.loads(attrs["tags"]),
+    )
 
 
 def _load(path: str | Path, group: str) -> xr.Dataset:

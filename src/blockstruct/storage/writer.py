@@ -127,6 +127,9 @@ def _root(analysis: Analysis) -> xr.Dataset:
         "model_hash": analysis.model.hash,
         "status": analysis.status,
         "cases": json.dumps(list(analysis)),
+        "solver_options": json.dumps(dict(analysis.solver_options), sort_keys=True),
+        "document_hash": analysis.document_hash,
+        "tags": json.dumps(list(analysis.tags)),
     }
     return xr.Dataset({"schema": ((), schema_text(SCHEMA))}, attrs=attrs)
 
