@@ -19,7 +19,7 @@ def folder(small_analysis, tmp_path_factory):
     """Two walls, and in a subfolder a block that rocks at b / h = 0.5."""
     folder = tmp_path_factory.mktemp("archive")
     for name, day, tags in (("wall", "2025-03-01", ["north"]), ("wall-2", "2026-03-01", ["north", "survey 2"])):
-        dated = dataclasses.replace(small_analysis, created_at=f"{day}T10:00:00.000+00:00", tags=tags)
+        dated = small_analysis.replaced(created_at=f"{day}T10:00:00.000+00:00", tags=tags)
         bs.save_analysis(dated, folder / f"{name}.h5")
     model = model_of(*single_block(0.5, 1.0), name="block")
     case = bs.LimitCase("rocks / x", SELF_WEIGHT, push(1, 0, 0))
@@ -131,7 +131,7 @@ def test_tables_follow_the_files(folder, tmp_path, small_analysis):
     shutil.copytree(folder, tmp_path / "a")
     archive = bs.Archive(tmp_path / "a")
     archive.table()
-    bs.save_analysis(dataclasses.replace(small_analysis, tags=["new"]), tmp_path / "a" / "wall.h5")
+    bs.save_analysis(small_analysis.replaced(tags=["new"]), tmp_path / "a" / "wall.h5")
     (tmp_path / "a" / "wall-2.h5").unlink()
     assert archive.select(tags="new")["path"].tolist() == ["wall.h5"] * 2
     assert "wall-2.h5" not in set(archive.table()["path"])
@@ -184,9 +184,7 @@ def test_the_difference_of_two_archives(folder, tmp_path, small_analysis):
         load_factor=float(history.load_factor[-1] * 1.01),
         history=history.assign(load_factor=history.load_factor * 1.01),
     )
-    bs.save_analysis(
-        dataclasses.replace(small_analysis, results={**small_analysis, name: higher}), tmp_path / "a" / "wall.h5"
-    )
+    bs.save_analysis(small_analysis.replaced(results={**small_analysis, name: higher}), tmp_path / "a" / "wall.h5")
     (tmp_path / "a" / "wall-2.h5").unlink()
     found = bs.Archive(folder).difference(bs.Archive(tmp_path / "a"))
     assert len(found) == 5

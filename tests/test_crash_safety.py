@@ -203,7 +203,7 @@ def test_iterations_of_another_procedure_are_not_gone_on_with(tmp_path):
     stored = bs.open_analysis(path)
     other = stored["sideways"].history.assign(c0=stored["sideways"].history.c0 * 2)
     results = {**stored, "sideways": dataclasses.replace(stored["sideways"], history=other)}
-    bs.save_analysis(dataclasses.replace(stored, results=results), path)
+    bs.save_analysis(stored.replaced(results=results), path)
     with pytest.raises(bs.FormatError, match=r"iteration 1 of the history.*run the case anew"):
         bs.AnalysisManager.resume(path)
 

@@ -98,17 +98,7 @@ class AnalysisManager:
         cases = checked_tuple(cases, LimitCase, "AnalysisManager.run: cases")
         started_at = now()
         planned = {
-            case.name: CaseResult(
-                case=case,
-                settings=self.settings,
-                status=Status.INTERRUPTED,
-                load_factor=np.nan,
-                certificate=None,
-                message="interrupted before its first program was solved",
-                history=history_of(self.statics, problem, []),
-                started_at=started_at,
-                duration=0.0,
-            )
+            case.name: _planned(case, self.settings, self.statics, problem, started_at)
             for case, problem in zip(cases, self.check(cases), strict=True)
         }
         analysis = Analysis(
@@ -190,18 +180,20 @@ class AnalysisManager:
                 continue
             of_numbers = versions()
             try:
-                results[name] = result = self._run_case(before, listeners)
+                statics = self._statics_of(before.settings)
+                problem = LimitProblem.of(statics, before.case)
+                results[name] = result = self._run_case(before, statics, problem, listeners)
                 _tell(listeners, CaseFinished(result))
             except KeyboardInterrupt:
                 break
             if result.status is Status.INTERRUPTED:
                 break
-        return replace(analysis, results=results, versions=of_numbers)
+        return analysis.replaced(results=results, versions=of_numbers)
 
-    def _run_case(self, before: CaseResult, listeners: Sequence[Listener]) -> CaseResult:
+    def _run_case(
+        self, before: CaseResult, statics: Statics, problem: LimitProblem, listeners: Sequence[Listener]
+    ) -> CaseResult:
         case, settings, start = before.case, before.settings, perf_counter()
-        statics = self._statics_of(settings)
-        problem = LimitProblem.of(statics, case)
         solver = ReplaySolver(statics, problem, before.history, solver_of(settings))
         steps = followed(solve_limit_case(problem, case.flow, settings, solver), before.history)
         iterations: list[Iteration] = []
@@ -232,6 +224,23 @@ class AnalysisManager:
         if settings.crushing_cells == self.settings.crushing_cells:
             return self.statics
         return Statics.of(self.model, settings.crushing_cells)
+
+
+def _planned(
+    case: LimitCase, settings: ProcedureSettings, statics: Statics, problem: LimitProblem, started_at: str
+) -> CaseResult:
+    """Result of a case that is still to be run."""
+    return CaseResult(
+        case=case,
+        settings=settings,
+        status=Status.INTERRUPTED,
+        load_factor=np.nan,
+        certificate=None,
+        message="interrupted before its first program was solved",
+        history=history_of(statics, problem, []),
+        started_at=started_at,
+        duration=0.0,
+    )
 
 
 def _tell(listeners: Sequence[Listener], event: Event) -> None:

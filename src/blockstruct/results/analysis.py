@@ -1,9 +1,9 @@
 """An analysis: a model and the results of its cases."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 from blockstruct.errors import UnknownNameError
 from blockstruct.model import LimitCase, Model, checked_tuple
@@ -66,6 +66,11 @@ class Analysis(Mapping[str, CaseResult]):
         """``"interrupted"`` if a case was, ``"finished"`` otherwise."""
         cut = any(r.status is Status.INTERRUPTED for r in self.results.values())
         return "interrupted" if cut else "finished"
+
+    def replaced(self, **changes: Any) -> Self:
+        """The same analysis, but for some of its attributes."""
+        kept = {f.name: getattr(self, f.name) for f in fields(self)}
+        return type(self)(**{**kept, **changes})
 
     def __getitem__(self, name: str) -> CaseResult:
         if name not in self.results:

@@ -109,7 +109,7 @@ class WorkingData:
     def analysis(self) -> Analysis:
         """The analysis as far as it is committed; a case that has not ended is interrupted."""
         results = {name: self._result(result) for name, result in self.planned.items()}
-        return replace(self.planned, results=results)
+        return self.planned.replaced(results=results)
 
     def finish(self, analysis: Analysis) -> None:
         """Write the finished file, then remove the working data."""
