@@ -31,7 +31,7 @@ Look at every iteration:
 True
 """
 
-from blockstruct.analysis import AnalysisManager, log_to, print_lines
+from blockstruct.analysis import AnalysisManager, log_to, print_lines, reproduce
 from blockstruct.builders import (
     Detection,
     DetectionReport,
@@ -67,7 +67,16 @@ from blockstruct.model import (
     PointLoad,
     SelfWeight,
 )
-from blockstruct.results import Analysis, CaseResult, contact_state, interface_resultants, mechanism
+from blockstruct.results import (
+    Analysis,
+    CaseResult,
+    Comparison,
+    HistoryAccessor,
+    compare,
+    contact_state,
+    interface_resultants,
+    mechanism,
+)
 from blockstruct.storage import Archive, check_file, open_analysis, recover, save_analysis
 from blockstruct.units import Q_, ureg
 from blockstruct.vocabulary import ContactState, Flow, SolverStatus, Stage, Status
@@ -104,14 +113,18 @@ __all__ = [
     "ProcedureSettings",
     "log_to",
     "print_lines",
+    "reproduce",
     # results
     "Analysis",
     "CaseResult",
     "Certificate",
+    "Comparison",
     "ContactState",
+    "HistoryAccessor",
     "SolverStatus",
     "Stage",
     "Status",
+    "compare",
     "contact_state",
     "interface_resultants",
     "mechanism",

@@ -10,7 +10,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import blockstruct as bs
 from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone
-from blockstruct.views import history_frame, iteration_table, result_text, summary_table
+from blockstruct.views import iteration_table, result_text, summary_table
 
 app = typer.Typer(
     pretty_exceptions_enable=False,
@@ -121,7 +121,7 @@ def history(
     if variable is None and csv is None:
         out.print(iteration_table(result.history))
         return
-    frame = history_frame(result, variable)
+    frame = result.history.blockstruct.frame(variable)
     if csv is None:
         out.print(frame.to_string(), markup=False, soft_wrap=True)
         return

@@ -148,6 +148,17 @@ class AnalysisManager:
         with WorkingData.begin(Path(path), analysis) as working:
             return manager._record(analysis, working)
 
+    @classmethod
+    def again(cls, analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Analysis:
+        """Run the model and the cases of an analysis anew, each with its own settings, in memory."""
+        manager = cls._resuming(analysis, None, listeners)
+        planned, started_at = {}, now()
+        for name, result in analysis.items():
+            statics = manager._statics_of(result.settings)
+            problem = LimitProblem.of(statics, result.case)
+            planned[name] = _planned(result.case, result.settings, statics, problem, started_at)
+        return manager._conduct(analysis.replaced(results=planned, created_at=started_at), manager.listeners)
+
     def check(self, cases: Sequence[LimitCase]) -> list[LimitProblem]:
         """Check cases as :meth:`run` does before it solves anything, and give their limit problems."""
         names = [case.name for case in cases]
@@ -162,8 +173,8 @@ class AnalysisManager:
         return [LimitProblem.of(self.statics, case) for case in cases]
 
     @classmethod
-    def _resuming(cls, analysis: Analysis, path: str | Path, listeners: Iterable[Listener]) -> Self:
-        settings = next(iter(analysis.values())).settings
+    def _resuming(cls, analysis: Analysis, path: str | Path | None, listeners: Iterable[Listener]) -> Self:
+        settings = next((result.settings for result in analysis.values()), None)
         return cls(analysis.model, path, settings=settings, listeners=listeners)
 
     def _record(self, analysis: Analysis, working: WorkingData) -> Analysis:

@@ -11,11 +11,10 @@
   load factor 0.5
 """
 
-from blockstruct.views.console import history_frame, iteration_table, result_text, summary_table
+from blockstruct.views.console import iteration_table, result_text, summary_table
 
 __all__ = [
     # console
-    "history_frame",
     "iteration_table",
     "result_text",
     "summary_table",
