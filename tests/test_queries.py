@@ -64,6 +64,24 @@ def test_a_block_that_rocks_never_slides():
     assert forces[..., 0].sum().to("kN").magnitude == pytest.approx(20, rel=1e-6)
 
 
+def test_the_most_used_interfaces():
+    """A block on a table tilted to 0.4 of its weight, μ = 0.65: 0.4 / 0.65 of the friction is used before it rocks."""
+    case = bs.LimitCase("rocks", SELF_WEIGHT, push(1, 0, 0), "associative")
+    history = bs.AnalysisManager(model_of(*single_block(0.4, 1.0))).run([case])["rocks"].history
+    assert history.blockstruct.top()["ground|block"] == pytest.approx(0.4 / 0.65, rel=1e-5)
+
+
+def test_top_is_ranked(history, small_analysis):
+    top = history.blockstruct.top(5)
+    assert len(top) == 5
+    assert top.is_monotonic_decreasing
+    sliding = set(history.blockstruct.interfaces("sliding"))
+    assert sliding & set(top.index)
+    N = small_analysis[NAME].resultants.force.sel(component="n")
+    pressed = history.blockstruct.top(3, by=N, iteration=0)
+    assert pressed.tolist() == sorted(N[0].to_numpy(), reverse=True)[:3]
+
+
 def test_forces_and_resultants_of_an_interface(history, small_analysis):
     name = str(history.interface.values[3])
     index = np.flatnonzero(history.interface_of_contact_point.values == 3)

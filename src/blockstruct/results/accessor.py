@@ -83,6 +83,30 @@ class HistoryAccessor:
         index = pd.Index(self._ds["interface"].to_numpy()[ever], name="interface")
         return pd.Series(first, index=index, name="iteration").sort_values(kind="stable")
 
+    def top(self, n: int = 10, *, by: xr.DataArray | None = None, iteration: int = -1) -> pd.Series:
+        """The interfaces of the largest values in one iteration.
+
+        Parameters
+        ----------
+        n
+            How many.
+        by
+            What they are ranked by, with the dimensions of iteration and interface. By default the share of the
+            friction resistance that is used, ``Σ ‖(s, t)‖ / Σ μ n``: 1 where an interface without cohesion slides.
+        iteration
+            Which iteration.
+
+        Returns
+        -------
+        pandas.Series
+            Values, indexed by the name of the interface, the largest first; those without a value are left out.
+        """
+        ranked = self._used_friction() if by is None else by
+        values = ranked.isel(iteration=self._position(iteration)).to_numpy()
+        index = pd.Index(self._ds["interface"].to_numpy(), name="interface")
+        series = pd.Series(values, index=index, name=ranked.name)
+        return series.dropna().sort_values(ascending=False, kind="stable").head(n)
+
     def contact_forces(self, interface: str, *, plain: bool = False) -> Any:
         """Forces at the contact points of an interface in every iteration.
 
@@ -226,6 +250,15 @@ class HistoryAccessor:
             msg = f"history: no iteration {iteration}; it has {n}, from 0"
             raise UnknownNameError(msg)
         return iteration % n
+
+    def _used_friction(self) -> xr.DataArray:
+        index = self._ds["interface_of_contact_point"].to_numpy()
+        starts = np.searchsorted(index, np.arange(self._ds.sizes["interface"]))
+        f = self._ds["contact_force"].transpose("iteration", "contact_point", "component").to_numpy()
+        shear = np.add.reduceat(np.linalg.norm(f[..., 1:], axis=-1), starts, axis=-1)
+        friction = np.add.reduceat(self._ds["friction_coefficient"].to_numpy() * f[..., 0], starts, axis=-1)
+        used = shear / np.where(friction > 0, friction, np.nan)
+        return xr.DataArray(used, dims=("iteration", "interface"), name="used friction")
 
     def _index_of(self, interface: str) -> int:
         names = self._ds["interface"].to_numpy()

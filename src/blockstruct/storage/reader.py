@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from blockstruct.errors import BlockstructError, FormatError
@@ -37,7 +38,8 @@ def open_analysis(path: str | Path) -> Analysis:
     hashes = json.loads(attrs["content_hash"])
     ds = _load(path, "/model")
     try:
-        model, patterns = model_of(ds), patterns_of(ds)
+        with np.errstate(all="ignore"):  # Numbers that overflow end in an error below.
+            model, patterns = model_of(ds), patterns_of(ds)
     except DAMAGE as error:
         msg = f"{path}: /model: {error}"
         raise FormatError(msg) from error

@@ -11,10 +11,11 @@
   load factor 0.5
 """
 
-from blockstruct.views.console import iteration_table, result_text, summary_table
+from blockstruct.views.console import archive_table, iteration_table, result_text, summary_table
 
 __all__ = [
     # console
+    "archive_table",
     "iteration_table",
     "result_text",
     "summary_table",

@@ -1,5 +1,6 @@
 """Tables and texts for a terminal 80 columns wide."""
 
+import pandas as pd
 import xarray as xr
 from rich.table import Table
 from rich.text import Text
@@ -66,4 +67,18 @@ def summary_table(analysis: bs.Analysis) -> Table:
     for r in analysis.values():
         numbers = (f"{r.load_factor:.6g}", str(r.n_iterations), f"{r.duration:.2f}")
         table.add_row(Text(r.name), r.case.flow.value, r.status.value, *numbers)
+    return table
+
+
+def archive_table(rows: pd.DataFrame) -> Table:
+    """Table of rows of :meth:`blockstruct.Archive.table`, without those of files that cannot be read."""
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
+    for title in ("path", "case"):
+        table.add_column(title, overflow="fold")
+    table.add_column("status")
+    for title in ("load factor", "programs"):
+        table.add_column(title, justify="right")
+    for row in rows[rows["problem"] == ""].to_dict("records"):
+        numbers = (f"{row['load_factor']:.6g}", f"{row['n_iterations']:.0f}")
+        table.add_row(Text(row["path"]), Text(row["case"]), row["status"], *numbers)
     return table
