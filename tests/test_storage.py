@@ -18,6 +18,8 @@ from hypothesis import strategies as st
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.storage import reader
+from blockstruct.storage.migration import MIGRATIONS
 from structures import push
 
 
@@ -285,9 +287,56 @@ def test_damaged_files_are_refused_with_the_place(path, tmp_path, change, words)
         change(file)
     with pytest.raises(bs.FormatError) as caught:
         bs.open_analysis(copy)
-    message = str(caught.value).replace("/variables", "").replace("/groups", "")
+    message = str(caught.value)
     for word in [copy.name, *words]:
         assert word in message
+
+
+def test_validation_lists_each_violation_with_its_path(path, tmp_path):
+    copy = tmp_path / "copy.h5"
+    shutil.copy(path, copy)
+    with h5py.File(copy, "r+") as file:
+        file["/model/unit_weight"].attrs["units"] = "kg"
+        del file[f"{HISTORY}/load_factor"], file["/cases/push associative"].attrs["flow"]
+        file.attrs["status"] = "fine"
+    with pytest.raises(bs.FormatError) as caught:
+        bs.check_file(copy)
+    assert str(caught.value).splitlines() == [
+        f"{copy}: 4 violations of the schema:",
+        "  /: attribute status: found 'fine', 'fine' is not one of ['finished', 'interrupted']",
+        "  /cases/push associative: attrs: 'flow' is a required property",
+        f"  {HISTORY}: variables: 'load_factor' is a required property",
+        "  /model/unit_weight: units: found 'kg', 'newton / meter ** 3' was expected",
+    ]
+
+
+DATA = Path(__file__).parent / "data"
+
+
+@pytest.mark.parametrize("version", ["1.0"])
+def test_files_of_every_version_are_read_for_ever(version, tmp_path):
+    found = bs.open_analysis(DATA / f"analysis-{version}.h5")
+    assert found["rocking"].load_factor == pytest.approx(0.5, rel=1e-6)
+    assert found["rocking"].certificate.holds
+    assert found.tags == ("kept",)
+    assert found.document_hash == "0" * 64
+    assert found["sliding"].status == "converged"
+    assert bs.reproduce(found).agrees(1e-3)
+    same(found, bs.open_analysis(bs.save_analysis(found, tmp_path / "again.h5")))
+
+
+def test_older_versions_migrate_step_by_step(path, monkeypatch):
+    """As if this file were of an older version that had no tags."""
+
+    def rename(groups):
+        return {**groups, "/": groups["/"].assign_attrs(tags='["migrated"]')}
+
+    monkeypatch.setattr(reader, "FORMAT_VERSION", "3.0")
+    with pytest.raises(bs.FormatError, match="format version 1: no migration to 2"):
+        bs.open_analysis(path)
+    monkeypatch.setitem(MIGRATIONS, (1, 2), lambda groups: groups)
+    monkeypatch.setitem(MIGRATIONS, (2, 3), rename)
+    assert bs.open_analysis(path).tags == ("migrated",)
 
 
 def test_files_that_are_something_else(tmp_path):

@@ -1,6 +1,7 @@
 """Whether a file is what it must be: its schema, and what a schema cannot say."""
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -48,7 +49,9 @@ def check_file(path: str | Path) -> dict[str, Any]:
     try:
         with h5py.File(path, "r") as file:
             attrs = checked_root(file, path)
-            found = violations(_skeleton(file), "analysis-1") or _inconsistencies(file)
+            schema = f"analysis-{major(attrs['format_version'])}"
+            found = [(_place(where), what) for where, what in violations(_skeleton(file), schema)]
+            found = found or _inconsistencies(file)
     except FormatError:
         raise
     except PermissionError as error:
@@ -61,6 +64,11 @@ def check_file(path: str | Path) -> dict[str, Any]:
         msg = f"{path}: {listed_violations(found)}"
         raise FormatError(msg)
     return attrs
+
+
+def major(version: str) -> int:
+    """Major number of a format version."""
+    return int(version.partition(".")[0])
 
 
 def is_analysis(path: Path) -> bool:
@@ -79,11 +87,10 @@ def checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
         msg = f"{path}: /: attribute format is {attrs.get('format')!r}, not {FORMAT!r}: no blockstruct analysis"
         raise FormatError(msg)
     version = str(attrs.get("format_version", ""))
-    major = version.partition(".")[0]
-    if not major.isdigit():
+    if not re.fullmatch(r"[1-9][0-9]{0,3}\.[0-9]{1,4}", version):
         msg = f"{path}: /: attribute format_version is {version!r}, which is no version"
         raise FormatError(msg)
-    if int(major) > int(FORMAT_VERSION.partition(".")[0]):
+    if major(version) > major(FORMAT_VERSION):
         msg = f"{path}: /: format version {version}, this blockstruct reads up to {FORMAT_VERSION}; update blockstruct"
         raise FormatError(msg)
     for name in ("versions", "content_hash", "solver_options"):
@@ -94,6 +101,18 @@ def checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
         msg = f"{path}: /: attribute tags is no JSON list of texts"
         raise FormatError(msg)
     return attrs
+
+
+def _place(where: str) -> str:
+    """HDF5 path of a place in the skeleton, ``/groups/model/variables/fixed/kind``, with what is wrong there."""
+    parts, path = where.strip("/").split("/"), ""
+    while len(parts) > 1 and parts[0] == "groups":
+        path, parts = f"{path}/{parts[1]}", parts[2:]
+    if len(parts) > 1 and parts[0] == "variables":
+        path, parts = f"{path}/{parts[1]}", parts[2:]
+    if len(parts) > 1 and parts[0] == "attrs":
+        parts = [f"attribute {parts[1]}"]
+    return ": ".join([path or "/", *filter(None, parts)])
 
 
 def _is_object(text: Any) -> bool:
