@@ -222,6 +222,27 @@ def external(file):
     file["/model"].create_dataset("extra", (10,), "f8", external=[("/etc/passwd", 0, 80)])
 
 
+def absurd_together(file):
+    size = 20 * file.id.get_filesize()
+    for k in range(6):
+        file.create_dataset(f"/model/extra{k}", shape=(size,), dtype="i1", chunks=(1000,))
+
+
+def one_text_many_times(file):
+    """Every element points to the same long text in the heap of the file, as h5py would never write it."""
+    text = "x" * (file.id.get_filesize() // 4)
+    ds = file.create_dataset("/model/extra", (1000,), h5py.string_dtype())
+    ds[0] = text
+    # The reference of the first element, copied to all: length, address and index in the heap, 16 bytes.
+    place = ds.id.get_offset()
+    file.flush()
+    name = file.filename
+    file.close()
+    content = bytearray(Path(name).read_bytes())
+    content[place : place + 16_000] = content[place : place + 16] * 1000
+    Path(name).write_bytes(content)
+
+
 def newer_without_versions(file):
     file.attrs["format_version"] = "2.0"
     del file.attrs["versions"]
@@ -269,6 +290,8 @@ HISTORY = "/cases/push associative/history"
         (replace_variable(f"{HISTORY}/load_factor", np.array([1])), [f"{HISTORY}", "load_factor"]),
         (link(f"{HISTORY}/load_factor", h5py.ExternalLink("/etc/passwd", "/x")), ["load_factor", "link"]),
         (link("/model/extra", h5py.SoftLink("/model")), ["/model", "extra", "link"]),
+        (absurd_together, ["/model/extra", "absurd"]),
+        (one_text_many_times, ["/model/extra", "absurd"]),
         (hard_link_loop, ["/model", "extra"]),
         (virtual, ["/model/extra", "stored in another file"]),
         (external, ["/model/extra", "stored in another file"]),

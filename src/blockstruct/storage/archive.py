@@ -13,7 +13,8 @@ import xarray as xr
 from blockstruct.errors import BlockstructError, FormatError, StorageError
 from blockstruct.results import CERTIFICATE_MEASURES
 from blockstruct.storage.case_group import group_of
-from blockstruct.storage.check import case_names, check_file, checked_root, plain
+from blockstruct.storage.check import case_names, check_file, checked_root
+from blockstruct.storage.skeleton import plain
 
 _NUMBERS = ("load_factor", "n_iterations", "duration", *CERTIFICATE_MEASURES)
 _TEXTS = ("status", "flow", "dead", "variable", "message", "started_at")

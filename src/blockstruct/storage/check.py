@@ -12,6 +12,7 @@ import numpy as np
 from blockstruct.errors import FormatError, StorageError
 from blockstruct.schema import listed_violations, violations
 from blockstruct.storage.case_group import group_of
+from blockstruct.storage.skeleton import plain, skeleton
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
 
 #: Index variables and the dimension each must stay within; −1 means none where it is allowed.
@@ -50,7 +51,7 @@ def check_file(path: str | Path) -> dict[str, Any]:
         with h5py.File(path, "r") as file:
             attrs = checked_root(file, path)
             schema = f"analysis-{major(attrs['format_version'])}"
-            found = [(_place(where), what) for where, what in violations(_skeleton(file), schema)]
+            found = [(_place(where), what) for where, what in violations(skeleton(file), schema)]
             found = found or _inconsistencies(file)
     except FormatError:
         raise
@@ -120,59 +121,6 @@ def _is_object(text: Any) -> bool:
         return isinstance(json.loads(text), dict)
     except (TypeError, ValueError):
         return False
-
-
-def plain(value: Any) -> Any:
-    """Attribute as plain Python: netCDF keeps a number as an array of one."""
-    if isinstance(value, np.ndarray) and value.size == 1:
-        value = value.ravel()[0]
-    if isinstance(value, bytes):
-        return value.decode("utf-8", "replace")
-    return value.item() if isinstance(value, np.generic) else value
-
-
-def _skeleton(group: h5py.Group, seen: set[int] | None = None) -> dict[str, Any]:
-    """Attributes, variables and groups of a group, as the schema describes them."""
-    seen = set() if seen is None else seen
-    seen.add(h5py.h5o.get_info(group.id).addr)
-    variables, groups = {}, {}
-    for name in group:
-        # A link out of the file, or to elsewhere in it, is nothing blockstruct writes: it is never followed.
-        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-            variables[name] = {"kind": "link"}
-        elif isinstance(group[name], h5py.Group):
-            twice = h5py.h5o.get_info(group[name].id).addr in seen
-            groups[name] = {"variables": {name: {"kind": "link"}}} if twice else _skeleton(group[name], seen)
-        elif not _is_bare_dimension(group[name]):
-            variables[name] = _variable(group[name], name)
-    attrs = {k: plain(v) for k, v in group.attrs.items() if not k.startswith("_")}
-    return {"attrs": attrs, "variables": variables, "groups": groups}
-
-
-def _is_bare_dimension(ds: h5py.Dataset) -> bool:
-    """Whether a dataset only stands for a netCDF dimension without coordinate values."""
-    return b"not a netCDF variable" in bytes(ds.attrs.get("NAME", b""))
-
-
-def _variable(ds: h5py.Dataset, name: str) -> dict[str, Any]:
-    kind = "text" if h5py.check_string_dtype(ds.dtype) else ds.dtype.kind
-    if ds.ndim == 1 and ds.is_scale:
-        dims = [name]
-    else:
-        scales = [ds.dims[k][0] if len(ds.dims[k]) else None for k in range(ds.ndim)]
-        dims = [
-            str(scale.name).rpartition("/")[2] if scale is not None and len(scale) == size else "?"
-            for scale, size in zip(scales, ds.shape, strict=True)
-        ]
-    variable = {"dims": dims, "kind": kind}
-    if "units" in ds.attrs:
-        # Compared as it stands: a text from a file is never given to a parser.
-        variable["units"] = str(plain(ds.attrs["units"]))
-    if ds.is_virtual or ds.external:
-        variable["kind"] = "stored in another file"
-    if ds.size * ds.dtype.itemsize > 100 * ds.file.id.get_filesize():
-        variable["kind"] = f"of an absurd size, {ds.shape}"
-    return variable
 
 
 def _inconsistencies(file: h5py.File) -> list[tuple[str, str]]:
