@@ -9,11 +9,16 @@ import resource
 import shutil
 import time
 
+import numpy as np
 import pytest
 
 import blockstruct as bs
 from blockstruct.analysis import CaseFinished, CaseStarted, IterationDone
+from blockstruct.analysis.replay import ReplaySolver
+from blockstruct.limit import LimitProblem, solve_limit_case
+from blockstruct.results import history_of
 from blockstruct.solvers import ClarabelSolver
+from blockstruct.statics import Statics
 from blockstruct.storage import is_unfinished
 from structures import SELF_WEIGHT, model_of, push
 
@@ -144,6 +149,64 @@ def interrupt_after(path, at, *, error=RuntimeError):
 
     with contextlib.suppress(RuntimeError):
         bs.AnalysisManager(wall(), path, listeners=[stop]).run(cases())
+
+
+class Unreliable(ClarabelSolver):
+    """Fails at some programs, as solvers do; the first it solves is that of the dead load."""
+
+    def __init__(self, done=0):
+        super().__init__()
+        self.next = iter([True, *(k not in (2, 5) for k in range(done, 1000))])
+
+    def solve(self, program, numbers, tolerance):
+        solution = super().solve(program, numbers, tolerance)
+        return solution if next(self.next) else dataclasses.replace(solution, status=bs.SolverStatus.INFEASIBLE)
+
+
+@pytest.mark.parametrize(
+    ("settings", "solver"),
+    [
+        ({"procedure": "shifted"}, ClarabelSolver),
+        ({"crushing": "linearised"}, ClarabelSolver),
+        ({"crushing_interaction": "biaxial"}, ClarabelSolver),
+        ({"fallback_after": 8, "max_programs": 30}, ClarabelSolver),
+        ({}, Unreliable),
+    ],
+    ids=str,
+)
+def test_every_procedure_is_replayed(settings, solver):
+    """Whatever the first iterations were, the others follow from them as without the interruption."""
+    rows = [[1, 1], [0.5, 1, 0.5], [1, 1]]
+    tuff = bs.Material("tuff", "12 kN/m^3")
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    model = model_of(blocks, bs.JointMaterial("soft", 0.65, compressive_strength="60 kPa"))
+    case = bs.LimitCase("sideways", SELF_WEIGHT, push(1, 0, 0))
+    settings = bs.ProcedureSettings(**settings)
+    statics = Statics.of(model)
+    problem = LimitProblem.of(statics, case)
+
+    def solved(solver):
+        steps = solve_limit_case(problem, case.flow, settings, solver)
+        iterations = []
+        while True:
+            try:
+                iterations.append(next(steps))
+            except StopIteration as stop:
+                return iterations, stop.value
+
+    iterations, outcome = solved(solver())
+    assert len(iterations) > 5
+    for at in (1, 3, 6, len(iterations)):
+        rest = solver(at) if solver is Unreliable else solver()
+        replay = ReplaySolver(statics, problem, history_of(statics, problem, iterations[:at]), rest)
+        again, same = solved(replay)
+        assert same.status == outcome.status
+        # To the tolerance of the certificate: forces go through SI units, and the last bit of a force can decide which
+        # of many equally good ones a program takes.
+        np.testing.assert_allclose(same.load_factor, outcome.load_factor, rtol=settings.gap_tolerance)
+        for before, now in zip(iterations[:at], again, strict=False):
+            assert (before.stage, before.solver_status, before.c0) == (now.stage, now.solver_status, now.c0)
+            np.testing.assert_allclose(now.x, before.x, rtol=1e-12, atol=1e-12)
 
 
 def test_resume_solves_nothing_twice(tmp_path, monkeypatch):
