@@ -120,8 +120,8 @@ class AnalysisManager:
         """Go on with a run that was killed or interrupted, from its last committed iteration.
 
         Cases that have ended are kept. The programs that are already solved are not solved again, except for the
-        one under dead load; the case ends where it would have ended without the interruption. A finished analysis
-        is given back as it is.
+        one under dead load; the case ends where it would have ended without the interruption, to the tolerance of
+        its certificate. A finished analysis is given back as it is.
 
         Parameters
         ----------

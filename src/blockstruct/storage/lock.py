@@ -68,9 +68,9 @@ class WriterLock:
 
     def release(self) -> None:
         """Let others write; remove the folder if it holds nothing but the lock."""
-        if os.listdir(self.folder) == ["lock"]:  # noqa: PTH208
-            (self.folder / "lock").unlink()
-            with contextlib.suppress(OSError):  # Another writer may be quicker than this line.
+        with contextlib.suppress(OSError):  # Another writer may be quicker than these lines.
+            if [file.name for file in self.folder.iterdir()] == ["lock"]:
+                (self.folder / "lock").unlink()
                 self.folder.rmdir()
         self._stream.close()
 

@@ -16,7 +16,7 @@ from blockstruct.errors import FormatError, StorageError
 from blockstruct.results import CERTIFICATE_MEASURES, Analysis, CaseResult
 from blockstruct.storage.lock import WriterLock, folder_of
 from blockstruct.storage.reader import DAMAGE, open_analysis
-from blockstruct.storage.writer import write_file
+from blockstruct.storage.writer import sync, write_file
 from blockstruct.vocabulary import Status
 
 #: What a damaged file of an iteration can make of its reader.
@@ -86,7 +86,7 @@ class WorkingData:
             raise StorageError(msg)
         lock = WriterLock(path)
         try:
-            return cls(path, lock, open_analysis(folder_of(Path(path)) / "plan"))
+            return cls(path, lock, open_analysis(folder_of(path) / "plan"))
         except BaseException:
             lock.release()
             raise
@@ -98,7 +98,6 @@ class WorkingData:
             for name, v in iteration.variables.items()
             if "iteration" in v.dims
         }
-        # numpy writes text of no length as an array it cannot read; there is none in an iteration.
         self._put(f"{self._number[case]}.{index}.npz", lambda stream: np.savez(stream, **arrays))
 
     def end(self, result: CaseResult) -> None:
@@ -132,6 +131,7 @@ class WorkingData:
                 stream.flush()
                 os.fsync(stream.fileno())
             draft.replace(self.folder / name)
+            sync(self.folder)
         except OSError as error:
             msg = (
                 f"{self.folder / name}: cannot be written ({error.strerror or error}); free some space, then go on by "
@@ -140,6 +140,8 @@ class WorkingData:
             raise StorageError(msg) from error
 
     def _result(self, planned: CaseResult) -> CaseResult:
+        if planned.status is not Status.INTERRUPTED:
+            return planned
         number = self._number[planned.name]
         pieces: list[dict[str, np.ndarray]] = []
         damage = ""
@@ -215,11 +217,8 @@ def _iteration(file: Path, history: xr.Dataset) -> dict[str, np.ndarray]:
     arrays = {}
     with file.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
         for name in (*expected, "holds"):
-            shape = (
-                tuple(1 if d == "iteration" else history.sizes[d] for d in expected[name].dims)
-                if name in expected
-                else (1,)
-            )
+            dims = expected[name].dims if name in expected else ("iteration",)
+            shape = tuple(1 if d == "iteration" else history.sizes[d] for d in dims)
             size = stored.zip.getinfo(f"{name}.npy").file_size
             if size > 8 * int(np.prod(shape)) + 4096:
                 msg = f"{name} is of an absurd size, {size} bytes"
@@ -249,7 +248,11 @@ def _joined(history: xr.Dataset, pieces: list[dict[str, np.ndarray]]) -> xr.Data
 
 def _clear(folder: Path) -> None:
     """Remove working data: the plan first, without which the rest counts for nothing."""
-    (folder / "plan").unlink(missing_ok=True)
-    for file in folder.iterdir():
-        if file.name != "lock":
-            file.unlink()
+    try:
+        (folder / "plan").unlink(missing_ok=True)
+        for file in folder.iterdir():
+            if file.name != "lock":
+                file.unlink()
+    except OSError as error:
+        msg = f"{folder}: cannot be emptied ({error.strerror}); delete it"
+        raise StorageError(msg) from error

@@ -89,9 +89,9 @@ def write_file(analysis: Analysis, path: Path) -> Path:
     try:
         draft.write_bytes(image.getbuffer())
         check_file(draft)
-        _sync(draft)
+        sync(draft)
         draft.replace(path)
-        _sync(path.parent)
+        sync(path.parent)
     except OSError as error:
         msg = f"{path}: cannot be written ({error.strerror or error}); free some space or choose another folder"
         raise StorageError(msg) from error
@@ -134,7 +134,8 @@ def _root(analysis: Analysis) -> xr.Dataset:
     return xr.Dataset({"schema": ((), schema_text(SCHEMA))}, attrs=attrs)
 
 
-def _sync(path: str | Path) -> None:
+def sync(path: str | Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
