@@ -11,7 +11,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct.analysis import CaseStarted
-from structures import SELF_WEIGHT, model_of, push, single_block
+from structures import SELF_WEIGHT, model_of, push, seal_again, single_block
 
 
 @pytest.fixture(scope="module")
@@ -171,6 +171,7 @@ def test_histories_of_damaged_files_are_refused(damaged):
     rows = archive.query("path == 'wall.h5'")
     with h5py.File(damaged / "wall.h5", "r+") as file:
         del file["/cases/push associative/history/contact_force"]
+    seal_again(damaged / "wall.h5")
     with pytest.raises(bs.FormatError, match=r"push associative.*contact_force"):
         archive.history(rows)
 

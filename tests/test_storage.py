@@ -20,7 +20,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.storage import reader
 from blockstruct.storage.migration import MIGRATIONS
-from structures import push
+from structures import push, seal_again
 
 
 @pytest.fixture(scope="module")
@@ -308,11 +308,22 @@ def test_damaged_files_are_refused_with_the_place(path, tmp_path, change, words)
     shutil.copy(path, copy)
     with h5py.File(copy, "r+") as file:
         change(file)
+    # Who damages a file on purpose seals it again.
+    seal_again(copy)
     with pytest.raises(bs.FormatError) as caught:
         bs.open_analysis(copy)
     message = str(caught.value)
     for word in [copy.name, *words]:
         assert word in message
+
+
+def test_a_changed_file_is_not_read(path, tmp_path):
+    copy = tmp_path / "copy.h5"
+    shutil.copy(path, copy)
+    with h5py.File(copy, "r+") as file:
+        file.attrs["note"] = "mine"
+    with pytest.raises(bs.FormatError, match=r"copy\.h5: /: its bytes do not match its seal.*use the original"):
+        bs.open_analysis(copy)
 
 
 def test_validation_lists_each_violation_with_its_path(path, tmp_path):
@@ -322,6 +333,7 @@ def test_validation_lists_each_violation_with_its_path(path, tmp_path):
         file["/model/unit_weight"].attrs["units"] = "kg"
         del file[f"{HISTORY}/load_factor"], file["/cases/push associative"].attrs["flow"]
         file.attrs["status"] = "fine"
+    seal_again(copy)
     with pytest.raises(bs.FormatError) as caught:
         bs.check_file(copy)
     assert str(caught.value).splitlines() == [

@@ -12,6 +12,7 @@ import numpy as np
 from blockstruct.errors import FormatError, StorageError
 from blockstruct.schema import listed_violations, violations
 from blockstruct.storage.case_group import group_of
+from blockstruct.storage.seal import is_intact
 from blockstruct.storage.skeleton import plain, skeleton
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
 
@@ -50,6 +51,9 @@ def check_file(path: str | Path) -> dict[str, Any]:
     try:
         with h5py.File(path, "r") as file:
             attrs = checked_root(file, path)
+            if not is_intact(path):
+                msg = f"{path}: /: its bytes do not match its seal; it was changed or is damaged, use the original"
+                raise FormatError(msg)
             schema = f"analysis-{major(attrs['format_version'])}"
             found = [(_place(where), what) for where, what in violations(skeleton(file), schema)]
             found = found or _inconsistencies(file)

@@ -20,6 +20,7 @@ from blockstruct.storage.check import check_file, is_analysis
 from blockstruct.storage.content import content_hash
 from blockstruct.storage.lock import WriterLock
 from blockstruct.storage.model_group import model_dataset
+from blockstruct.storage.seal import seal_of
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
 
 SCHEMA = "analysis-1"
@@ -86,6 +87,9 @@ def write_file(analysis: Analysis, path: Path) -> Path:
     # Made in memory: libhdf5 crashes the process on a disk that is full.
     image = BytesIO()
     xr.DataTree.from_dict(tree).to_netcdf(image, engine="h5netcdf")
+    seal = seal_of(image.getbuffer())
+    image.seek(0, os.SEEK_END)
+    image.write(seal)
     try:
         draft.write_bytes(image.getbuffer())
         check_file(draft)
