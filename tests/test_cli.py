@@ -1,6 +1,7 @@
 """The console command, called as a user would."""
 
 import csv
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import cli
+from blockstruct.analysis import IterationDone
 
 WALL = Path(__file__).parents[1] / "examples" / "ferris_tin_loi_wall_1.yaml"
 
@@ -120,6 +122,67 @@ def test_contact_points_carry_the_name_of_their_interface(call, file, tmp_path):
         assert next(csv.DictReader(stream))["interface_of_contact_point"] == "base|1.1"
 
 
+def killed_run(path, small_model, small_cases):
+    def stop(event):
+        if isinstance(event, IterationDone) and event.case is small_cases[1] and event.index == 4:
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        bs.AnalysisManager(small_model, path, listeners=[stop]).run(small_cases)
+
+
+def test_recover_and_resume(call, small_model, small_cases, small_analysis, tmp_path):
+    path = tmp_path / "x.h5"
+    killed_run(path, small_model, small_cases)
+    code, out, _ = call("recover", path)
+    assert code == 0
+    assert "interrupted: the run was killed after 5 iterations" in out
+    assert f"written: {path}" in out
+    code, out, err = call("resume", path)
+    assert code == 0
+    assert "load factor" in err
+    assert bs.compare(bs.open_analysis(path), small_analysis).agrees()
+    code, _, err = call("recover", path)
+    assert code == 2
+    assert "no working data" in err
+    killed_run(path, small_model, small_cases)
+    assert call("resume", path)[0] == 0
+
+
+def test_archive(call, file, tmp_path):
+    (tmp_path / "sub").mkdir()
+    shutil.copy(file, tmp_path / "sub" / "a.h5")
+    (tmp_path / "b.h5").write_text("notes")
+    code, out, _ = call("archive", tmp_path)
+    assert code == 0
+    for word in ("sub/a.h5", "push nonassociative", "converged", "b.h5", "no readable HDF5"):
+        assert word in out
+    code, out, _ = call("archive", tmp_path, "--query", "flow == 'associative'")
+    assert code == 0
+    assert "push associative" in out
+    assert "push nonassociative" not in out
+    assert call("archive", tmp_path, "--query", "colour == 1")[0] == 2
+    assert call("archive", tmp_path, "--csv", tmp_path / "t.csv")[0] == 0
+    with (tmp_path / "t.csv").open(newline="", encoding="utf-8") as stream:
+        assert len(list(csv.DictReader(stream))) == 3
+
+
+def test_diff(call, file, small_model, small_cases, tmp_path):
+    other = tmp_path / "b" / "small.h5"
+    bs.AnalysisManager(small_model, other).run(small_cases)
+    code, out, _ = call("diff", file, other)
+    assert code == 0
+    assert "the same model, 2 cases" in out
+    bs.AnalysisManager(small_model, other, settings=bs.ProcedureSettings(slope=0.2)).run(small_cases)
+    code, out, _ = call("diff", file, other, "--tolerance", "0")
+    assert code == 1
+    assert "slope 0.3, other 0.2" in out
+    code, out, _ = call("diff", file.parent, other.parent, "--tolerance", "1")
+    assert code == 0
+    assert "relative_difference" in out
+    assert call("diff", file, tmp_path / "none.h5")[0] == 2
+
+
 def test_version_and_help(call, capsys):
     assert call("--version")[1].strip() == bs.__version__
     assert "demo" in call()[1]
@@ -154,5 +217,6 @@ def test_validate(call, file, tmp_path):
 def test_the_installed_command():
     command = Path(sys.executable).with_name("blockstruct")
     out = subprocess.run([command, "--help"], check=True, capture_output=True, text=True, timeout=60).stdout
-    for name in ("demo", "run", "show", "history", "validate", "import", "check"):
+    names = ("demo", "run", "show", "history", "archive", "diff", "recover", "resume", "validate", "import", "check")
+    for name in names:
         assert name in out

@@ -43,7 +43,8 @@ def test_interruption_keeps_what_is_done(small_model, small_cases, tmp_path):
 
     cases = [*small_cases, bs.LimitCase("never", small_cases[0].dead, bs.LoadPattern("+y", [bs.BodyForce((0, 1, 0))]))]
     analysis = bs.AnalysisManager(small_model, path, listeners=[stop]).run(cases)
-    assert [r.status for r in analysis.values()] == ["converged", "interrupted"]
+    assert [r.status for r in analysis.values()] == ["converged", "interrupted", "interrupted"]
+    assert analysis["never"].n_iterations == 0
     assert analysis[small_cases[1].name].n_iterations == 5
     assert analysis.status == "interrupted"
     again = bs.open_analysis(path)

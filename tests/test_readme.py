@@ -34,7 +34,18 @@ def test_every_name_the_readme_uses_exists():
 def test_every_console_line_of_the_readme_is_a_command():
     text = README.read_text(encoding="utf-8")
     lines = re.findall(r"^blockstruct .*$", text, re.MULTILINE)
-    assert {line.split()[1] for line in lines} == {"run", "show", "history", "validate", "import", "check"}
+    assert {line.split()[1] for line in lines} == {
+        "run",
+        "show",
+        "history",
+        "validate",
+        "archive",
+        "diff",
+        "recover",
+        "resume",
+        "import",
+        "check",
+    }
 
 
 def test_the_yaml_of_the_readme_is_a_block():

@@ -1,8 +1,13 @@
 """Files: round trips, other readers, and what is refused."""
 
+import contextlib
+import multiprocessing
+import random
+import resource
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -13,7 +18,9 @@ from hypothesis import strategies as st
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import push
+from blockstruct.storage import reader
+from blockstruct.storage.migration import MIGRATIONS
+from structures import push, seal_again
 
 
 @pytest.fixture(scope="module")
@@ -26,6 +33,8 @@ def same(one: bs.Analysis, other: bs.Analysis) -> None:
     assert one.cases == other.cases
     assert one.versions == other.versions
     assert one.created_at == other.created_at
+    assert one.solver_options == other.solver_options
+    assert (one.document_hash, one.tags) == (other.document_hash, other.tags)
     for name, result in one.items():
         twin = other[name]
         assert result.history.identical(twin.history)
@@ -147,7 +156,7 @@ def test_a_failed_write_leaves_nothing_behind(small_analysis, path, tmp_path, mo
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(xr.DataTree, "to_netcdf", full)
+    monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(bs.StorageError, match=r"No space left.*free some space"):
         bs.save_analysis(small_analysis, target)
     assert target.read_bytes() == path.read_bytes()
@@ -199,6 +208,41 @@ def link(name, target):
     return change
 
 
+def hard_link_loop(file):
+    file["/model/extra"] = file["/model"]
+
+
+def virtual(file):
+    layout = h5py.VirtualLayout(shape=file[f"{HISTORY}/load_factor"].shape, dtype="f8")
+    layout[:] = h5py.VirtualSource("/etc/passwd", "x", shape=layout.shape)
+    file.create_virtual_dataset("/model/extra", layout)
+
+
+def external(file):
+    file["/model"].create_dataset("extra", (10,), "f8", external=[("/etc/passwd", 0, 80)])
+
+
+def absurd_together(file):
+    size = 20 * file.id.get_filesize()
+    for k in range(6):
+        file.create_dataset(f"/model/extra{k}", shape=(size,), dtype="i1", chunks=(1000,))
+
+
+def one_text_many_times(file):
+    """Every element points to the same long text in the heap of the file, as h5py would never write it."""
+    text = "x" * (file.id.get_filesize() // 4)
+    ds = file.create_dataset("/model/extra", (1000,), h5py.string_dtype())
+    ds[0] = text
+    # The reference of the first element, copied to all: length, address and index in the heap, 16 bytes.
+    place = ds.id.get_offset()
+    file.flush()
+    name = file.filename
+    file.close()
+    content = bytearray(Path(name).read_bytes())
+    content[place : place + 16_000] = content[place : place + 16] * 1000
+    Path(name).write_bytes(content)
+
+
 def newer_without_versions(file):
     file.attrs["format_version"] = "2.0"
     del file.attrs["versions"]
@@ -246,6 +290,17 @@ HISTORY = "/cases/push associative/history"
         (replace_variable(f"{HISTORY}/load_factor", np.array([1])), [f"{HISTORY}", "load_factor"]),
         (link(f"{HISTORY}/load_factor", h5py.ExternalLink("/etc/passwd", "/x")), ["load_factor", "link"]),
         (link("/model/extra", h5py.SoftLink("/model")), ["/model", "extra", "link"]),
+        (absurd_together, ["/model/extra", "absurd"]),
+        (one_text_many_times, ["/model/extra", "absurd"]),
+        (hard_link_loop, ["/model", "extra"]),
+        (virtual, ["/model/extra", "stored in another file"]),
+        (external, ["/model/extra", "stored in another file"]),
+        (damage("/", "content_hash", "{"), ["/", "content_hash"]),
+        (damage("/", "created_at", "1999-01-01"), ["/:", "content_hash"]),
+        (damage("/cases/push associative", "started_at", "1999-01-01"), ["/cases/push associative:", "content_hash"]),
+        (overwrite(f"{HISTORY}/contact_force", 1.0), [f"{HISTORY}:", "content_hash", "use the original"]),
+        (overwrite("/model/force_of_load", 1.0), ["/model:", "content_hash"]),
+        (replace_variable("/model/unit_weight", np.array([b"heavy"])), ["/model/unit_weight"]),
     ],
 )
 def test_damaged_files_are_refused_with_the_place(path, tmp_path, change, words):
@@ -253,11 +308,70 @@ def test_damaged_files_are_refused_with_the_place(path, tmp_path, change, words)
     shutil.copy(path, copy)
     with h5py.File(copy, "r+") as file:
         change(file)
+    # Who damages a file on purpose seals it again.
+    seal_again(copy)
     with pytest.raises(bs.FormatError) as caught:
         bs.open_analysis(copy)
-    message = str(caught.value).replace("/variables", "").replace("/groups", "")
+    message = str(caught.value)
     for word in [copy.name, *words]:
         assert word in message
+
+
+def test_a_changed_file_is_not_read(path, tmp_path):
+    copy = tmp_path / "copy.h5"
+    shutil.copy(path, copy)
+    with h5py.File(copy, "r+") as file:
+        file.attrs["note"] = "mine"
+    with pytest.raises(bs.FormatError, match=r"copy\.h5: /: its bytes do not match its seal.*use the original"):
+        bs.open_analysis(copy)
+
+
+def test_validation_lists_each_violation_with_its_path(path, tmp_path):
+    copy = tmp_path / "copy.h5"
+    shutil.copy(path, copy)
+    with h5py.File(copy, "r+") as file:
+        file["/model/unit_weight"].attrs["units"] = "kg"
+        del file[f"{HISTORY}/load_factor"], file["/cases/push associative"].attrs["flow"]
+        file.attrs["status"] = "fine"
+    seal_again(copy)
+    with pytest.raises(bs.FormatError) as caught:
+        bs.check_file(copy)
+    assert str(caught.value).splitlines() == [
+        f"{copy}: 4 violations of the schema:",
+        "  /: attribute status: found 'fine', 'fine' is not one of ['finished', 'interrupted']",
+        "  /cases/push associative: attrs: 'flow' is a required property",
+        f"  {HISTORY}: variables: 'load_factor' is a required property",
+        "  /model/unit_weight: units: found 'kg', 'newton / meter ** 3' was expected",
+    ]
+
+
+DATA = Path(__file__).parent / "data"
+
+
+@pytest.mark.parametrize("version", ["1.0"])
+def test_files_of_every_version_are_read_for_ever(version, tmp_path):
+    found = bs.open_analysis(DATA / f"analysis-{version}.h5")
+    assert found["rocking"].load_factor == pytest.approx(0.5, rel=1e-6)
+    assert found["rocking"].certificate.holds
+    assert found.tags == ("kept",)
+    assert found.document_hash == "0" * 64
+    assert found["sliding"].status == "converged"
+    assert bs.reproduce(found).agrees(1e-3)
+    same(found, bs.open_analysis(bs.save_analysis(found, tmp_path / "again.h5")))
+
+
+def test_older_versions_migrate_step_by_step(path, monkeypatch):
+    """As if this file were of an older version that had no tags."""
+
+    def rename(groups):
+        return {**groups, "/": groups["/"].assign_attrs(tags='["migrated"]')}
+
+    monkeypatch.setattr(reader, "FORMAT_VERSION", "3.0")
+    with pytest.raises(bs.FormatError, match="format version 1: no migration to 2"):
+        bs.open_analysis(path)
+    monkeypatch.setitem(MIGRATIONS, (1, 2), lambda groups: groups)
+    monkeypatch.setitem(MIGRATIONS, (2, 3), rename)
+    assert bs.open_analysis(path).tags == ("migrated",)
 
 
 def test_files_that_are_something_else(tmp_path):
@@ -272,12 +386,61 @@ def test_files_that_are_something_else(tmp_path):
 
 
 def test_truncated_files_are_refused(path, tmp_path):
-    content = path.read_bytes()
-    for share in (0.01, 0.3, 0.7, 0.99):
-        cut = tmp_path / "cut.h5"
-        cut.write_bytes(content[: int(share * len(content))])
+    """At every object header and at every dataset's data, just before and just behind."""
+    content, places = path.read_bytes(), {0, 8, 96, len(path.read_bytes())}
+
+    def visit(_, item):
+        places.add(h5py.h5o.get_info(item.id).addr)
+        if isinstance(item, h5py.Dataset) and (start := item.id.get_offset()):
+            places.update((start, start + item.id.get_storage_size()))
+
+    with h5py.File(path) as file:
+        file.visititems(visit)
+    assert len(places) > 100
+    cut = tmp_path / "cut.h5"
+    for size in sorted({p + d for p in places for d in (-1, 0, 1)} & set(range(len(content)))):
+        cut.write_bytes(content[:size])
         with pytest.raises(bs.FormatError, match=r"cut\.h5"):
             bs.open_analysis(cut)
+
+
+def corrupt(path, copy, seeds):
+    """Change bytes of a file at random: it opens as it was, the bytes being of no use, or is refused."""
+    content, original = path.read_bytes(), bs.open_analysis(path)
+    for seed in seeds:
+        chance, damaged = random.Random(seed), bytearray(content)
+        for _ in range(chance.choice([1, 1, 1, 4, 16])):
+            damaged[chance.randrange(len(damaged))] = chance.randrange(256)
+        copy.write_bytes(damaged)
+        with contextlib.suppress(bs.FormatError):
+            same(original, bs.open_analysis(copy))
+
+
+def one_block(folder):
+    ground = bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([1, 1, 1], "m"), STONE, fixed=True)
+    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([0.5, 1, 1], "m"), STONE)
+    blocks = [ground, block]
+    found = bs.detect_interfaces(blocks, joint_material=bs.JointMaterial("dry", 0.65))
+    model = bs.Model("one", blocks, found.interfaces)
+    case = bs.LimitCase("push", bs.LoadPattern("dead", [bs.SelfWeight()]), push(1, 0, 0))
+    bs.AnalysisManager(model, folder / "one.h5").run([case])
+    return folder / "one.h5"
+
+
+def limited(seeds, folder):
+    """Corrupt in a process that may not take more than 4 GB, so that a crash or a blow-up of memory is seen."""
+    resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
+    corrupt(folder / "one.h5", folder / f"{seeds.start}.h5", seeds)
+
+
+@pytest.mark.parametrize("seeds", [range(80), pytest.param(range(80, 1500), marks=pytest.mark.slow)], ids=str)
+def test_corrupt_files_are_never_half_read(tmp_path, seeds):
+    one_block(tmp_path)
+    context = multiprocessing.get_context("forkserver")
+    process = context.Process(target=limited, args=(seeds, tmp_path))
+    process.start()
+    process.join(10 + len(seeds))
+    assert process.exitcode == 0
 
 
 def test_joints_in_cells_are_stored_with_their_cells(tmp_path):

@@ -31,7 +31,7 @@ Look at every iteration:
 True
 """
 
-from blockstruct.analysis import AnalysisManager, log_to, print_lines
+from blockstruct.analysis import AnalysisManager, log_to, print_lines, reproduce
 from blockstruct.builders import (
     Detection,
     DetectionReport,
@@ -95,13 +95,16 @@ from blockstruct.model import (
 from blockstruct.results import (
     Analysis,
     CaseResult,
+    Comparison,
+    HistoryAccessor,
     Spread,
+    compare,
     contact_state,
     interface_resultants,
     mechanism,
     utilisation,
 )
-from blockstruct.storage import check_file, open_analysis, save_analysis
+from blockstruct.storage import Archive, check_file, open_analysis, recover, save_analysis
 from blockstruct.units import Q_, ureg
 from blockstruct.vocabulary import ContactState, Flow, JointOrientation, SolverStatus, Stage, Status
 
@@ -163,22 +166,28 @@ __all__ = [
     "ProcedureSettings",
     "log_to",
     "print_lines",
+    "reproduce",
     # results
     "Analysis",
     "CaseResult",
     "Spread",
     "Certificate",
+    "Comparison",
     "ContactState",
+    "HistoryAccessor",
     "SolverStatus",
     "Stage",
     "Status",
+    "compare",
     "contact_state",
     "utilisation",
     "interface_resultants",
     "mechanism",
     # storage
+    "Archive",
     "check_file",
     "open_analysis",
+    "recover",
     "save_analysis",
     # errors
     "BlockstructError",

@@ -1,24 +1,26 @@
 """The console command ``blockstruct``."""
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
+import pandas as pd
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import blockstruct as bs
 from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone
-from blockstruct.views import history_frame, iteration_table, model_text, result_text, summary_table
+from blockstruct.views import archive_table, iteration_table, model_text, result_text, summary_table
 
 app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
 #: Exit codes.
-REFUSED, NO_LOAD_FACTOR, VIOLATIONS, INTERRUPTED = 2, 3, 4, 130
+DIFFERENT, REFUSED, NO_LOAD_FACTOR, VIOLATIONS, INTERRUPTED = 1, 2, 3, 4, 130
 
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
@@ -85,7 +87,8 @@ def run(
     out.print(
         f"{document.model.name}: {len(document.model.blocks)} blocks, {document.report}", markup=False, soft_wrap=True
     )
-    _run(document.model, list(document.cases), bs.ProcedureSettings.of(document.settings), output, spread=spread)
+    settings = bs.ProcedureSettings.of(document.settings)
+    _run(document.model, list(document.cases), settings, output, document.hash, spread=spread)
 
 
 @app.command()
@@ -117,23 +120,70 @@ def history(
     csv: Annotated[Path | None, typer.Option("--csv", help="Write a .csv file instead.", show_default=False)] = None,
 ) -> None:
     """Print the iteration history of a case."""
-    if csv is not None and csv.suffix.lower() != ".csv":
-        msg = f"{csv}: give a name that ends in .csv"
-        raise bs.StorageError(msg)
     result = bs.open_analysis(file)[case]
     if variable is None and csv is None:
         out.print(iteration_table(result.history))
         return
-    frame = history_frame(result, variable)
+    frame = result.history.blockstruct.frame(variable)
     if csv is None:
         out.print(frame.to_string(), markup=False, soft_wrap=True)
         return
-    try:
-        frame.to_csv(csv)
-    except OSError as error:
-        msg = f"{csv}: cannot be written ({error.strerror or error}); choose another file"
-        raise bs.StorageError(msg) from error
-    out.print(f"{csv}: {len(frame)} rows", markup=False, soft_wrap=True)
+    _write_csv(frame, csv)
+
+
+@app.command()
+def archive(
+    folder: Annotated[Path, typer.Argument(help="A folder of analysis files.", show_default=False)],
+    query: Annotated[
+        str | None,
+        typer.Option("--query", help='Rows to print, such as "load_factor < 0.3".', show_default=False),
+    ] = None,
+    csv: Annotated[Path | None, typer.Option("--csv", help="Write a .csv file instead.", show_default=False)] = None,
+) -> None:
+    """Print a row for each case of the analyses in a folder and its subfolders."""
+    found = bs.Archive(folder)
+    table = found.table() if query is None else found.query(query)
+    if csv is None:
+        out.print(archive_table(table))
+        for path, problem in table.loc[table["problem"] != "", ["path", "problem"]].itertuples(index=False):
+            out.print(f"{path}: {problem}", markup=False, soft_wrap=True)
+        return
+    _write_csv(table.set_index(["path", "case"]), csv)
+
+
+@app.command()
+def diff(
+    one: Annotated[Path, typer.Argument(help="An analysis file, or a folder of them.", show_default=False)],
+    other: Annotated[Path, typer.Argument(help="Another one.", show_default=False)],
+    tolerance: Annotated[float, typer.Option("--tolerance", help="Relative tolerance of load factors.")] = 1e-6,
+) -> None:
+    """Compare two analyses, or two folders of them, case by case; exit code 1 if they differ."""
+    if one.is_dir():
+        table = bs.Archive(one).difference(bs.Archive(other))
+        same = bool((table["relative_difference"].abs() <= tolerance).all())
+        out.print(table.drop(columns=["model_hash", "model_hash_other"]).to_string(), markup=False, soft_wrap=True)
+    else:
+        found = bs.compare(bs.open_analysis(one), bs.open_analysis(other))
+        same = found.agrees(tolerance)
+        out.print(str(found), markup=False, soft_wrap=True)
+    if not same:
+        raise typer.Exit(DIFFERENT)
+
+
+@app.command()
+def recover(file: FileArgument) -> None:
+    """Make the file of a run that was killed, with every iteration that it committed."""
+    analysis = bs.recover(file)
+    out.print(str(analysis), markup=False, soft_wrap=True)
+    out.print(f"written: {file}", markup=False, soft_wrap=True)
+
+
+@app.command()
+def resume(file: FileArgument) -> None:
+    """Go on with a run that was killed or interrupted, from its last committed iteration."""
+    with _followed() as listener:
+        analysis = bs.AnalysisManager.resume(file, listeners=[listener])
+    _report(analysis, file)
 
 
 @app.command()
@@ -244,18 +294,23 @@ def check(
 
 
 def _run(
-    model: bs.Model, cases: list[bs.LimitCase], settings: bs.ProcedureSettings, output: Path, *, spread: bool = False
+    model: bs.Model,
+    cases: list[bs.LimitCase],
+    settings: bs.ProcedureSettings,
+    output: Path,
+    document_hash: str = "",
+    *,
+    spread: bool = False,
 ) -> None:
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed:.0f}/{task.total:.0f} programs at most"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
-        listener = _bar(progress, settings) if err.is_terminal else bs.print_lines()
-        manager = bs.AnalysisManager(model, output, settings=settings, listeners=[listener])
+    with _followed() as listener:
+        manager = bs.AnalysisManager(
+            model, output, settings=settings, listeners=[listener], document_hash=document_hash
+        )
         analysis = manager.run(cases, spread=spread)
+    _report(analysis, output)
+
+
+def _report(analysis: bs.Analysis, output: Path) -> None:
     for result in analysis.values():
         out.print(iteration_table(result.history))
         out.print(result_text(result), soft_wrap=True)
@@ -272,17 +327,43 @@ def _print_spreads(analysis: bs.Analysis) -> None:
             out.print(f"{name}: {analysis.spread(name)}", markup=False, soft_wrap=True)
 
 
-def _bar(progress: Progress, settings: bs.ProcedureSettings) -> Callable[[Event], None]:
-    task = progress.add_task("", total=settings.max_programs)
+def _write_csv(frame: pd.DataFrame, path: Path) -> None:
+    if path.suffix.lower() != ".csv":
+        msg = f"{path}: give a name that ends in .csv"
+        raise bs.StorageError(msg)
+    try:
+        frame.to_csv(path)
+    except OSError as error:
+        msg = f"{path}: cannot be written ({error.strerror or error}); choose another file"
+        raise bs.StorageError(msg) from error
+    out.print(f"{path}: {len(frame)} rows", markup=False, soft_wrap=True)
+
+
+@contextmanager
+def _followed() -> Iterator[Callable[[Event], None]]:
+    """Listener that shows how a run goes on: a bar on a terminal, a line an event elsewhere."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f}/{task.total:.0f} programs at most"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
+        yield _bar(progress) if err.is_terminal else bs.print_lines()
+
+
+def _bar(progress: Progress) -> Callable[[Event], None]:
+    most = bs.ProcedureSettings().max_programs
+    task = progress.add_task("", total=most)
 
     def listen(event: Event) -> None:
         match event:
             case CaseStarted(case):
-                progress.reset(task, description=case.name, total=settings.max_programs)
+                progress.reset(task, description=case.name, total=most)
             case IterationDone(case, index, iteration):
                 text = f"{case.name}: load factor {iteration.load_factor:.4f}"
                 progress.update(task, completed=index + 1, description=text)
             case CaseFinished():
-                progress.update(task, completed=settings.max_programs)
+                progress.update(task, completed=most)
 
     return listen

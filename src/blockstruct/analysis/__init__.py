@@ -24,10 +24,12 @@ from blockstruct.analysis.events import (
     print_lines,
 )
 from blockstruct.analysis.manager import AnalysisManager
+from blockstruct.analysis.reproduction import reproduce
 
 __all__ = [
     # running
     "AnalysisManager",
+    "reproduce",
     # events
     "CaseFinished",
     "CaseStarted",

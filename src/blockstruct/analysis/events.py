@@ -3,21 +3,28 @@
 import logging
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TextIO
 
-from blockstruct.limit import Iteration
+from blockstruct.limit import Iteration, LimitProblem
 from blockstruct.model import LimitCase
 from blockstruct.results import CaseResult
+from blockstruct.statics import Statics
 
 
 @dataclass(frozen=True, slots=True)
 class CaseStarted:
-    """A case begins; ``blocks`` and ``contact_points`` tell its size."""
+    """A case begins.
+
+    ``blocks`` and ``contact_points`` tell its size; ``statics`` and ``problem`` make a history of its iterations:
+    :func:`blockstruct.results.history_of`.
+    """
 
     case: LimitCase
     blocks: int
     contact_points: int
+    statics: Statics = field(repr=False)
+    problem: LimitProblem = field(repr=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,19 +1,19 @@
 """The analysis manager."""
 
-import platform
 import reprlib
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
 
-from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener
+from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, Listener
+from blockstruct.analysis.provenance import now, solver_options, versions
+from blockstruct.analysis.recorder import Recorder
+from blockstruct.analysis.replay import ReplaySolver, followed
 from blockstruct.errors import ModelError
 from blockstruct.limit import (
     SCHEDULES,
@@ -28,21 +28,8 @@ from blockstruct.model import LimitCase, Model, checked_tuple
 from blockstruct.results import Analysis, CaseResult, contact_state, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
-from blockstruct.storage import claim, patterns, save_analysis
+from blockstruct.storage import WorkingData, claim, is_unfinished, open_analysis, patterns
 from blockstruct.vocabulary import ContactState, Flow, Status
-
-_PACKAGES = (
-    "blockstruct",
-    "clarabel",
-    "cvxpy",
-    "h5netcdf",
-    "h5py",
-    "numpy",
-    "pint",
-    "scipy",
-    "shapely",
-    "xarray",
-)
 
 #: Properties of joints that a sweep varies, with their dimensions.
 SWEPT = {
@@ -62,12 +49,16 @@ class AnalysisManager:
     model
         The structure.
     store
-        Path of the file to write; None keeps the analysis in memory. It is checked at once and written when the
-        last case has ended, or the run was interrupted.
+        Path of the file to write; None keeps the analysis in memory. It is checked at once and put in place when the
+        last case has ended, or the run was interrupted; until then the run is kept beside it, in ``NAME.partial``.
     settings
         Schedule and tolerances of the procedure.
     listeners
         Called with every :class:`~blockstruct.analysis.Event`, in order.
+    tags
+        Words to find the analysis by: :meth:`blockstruct.Archive.select`.
+    document_hash
+        Of the document that describes the model: :attr:`blockstruct.Document.hash`.
 
     Raises
     ------
@@ -86,6 +77,8 @@ class AnalysisManager:
         *,
         settings: ProcedureSettings | None = None,
         listeners: Iterable[Listener] = (),
+        tags: Iterable[str] = (),
+        document_hash: str = "",
     ) -> None:
         if not isinstance(model, Model):
             msg = f"AnalysisManager: model is {reprlib.repr(model)}; give a Model"
@@ -96,6 +89,8 @@ class AnalysisManager:
         self.model = model
         self.settings = settings or ProcedureSettings()
         self.listeners = tuple(listeners)
+        self.tags = checked_tuple(tags, str, "AnalysisManager: tags")
+        self.document_hash = document_hash
         self.statics = Statics.of(model, self.settings.crushing_cells)
         solver_of(self.settings)
         self.store = None if store is None else claim(store)
@@ -113,30 +108,84 @@ class AnalysisManager:
             :meth:`Analysis.spread` then tells the lowest and the highest certified load factor.
 
         A KeyboardInterrupt ends the run; the case at work gets the status ``interrupted`` and keeps the
-        iterations it has, the cases before it are complete, the cases after it are missing.
+        iterations it has, as do the cases after it, without any; the cases before it are complete.
+
+        With a store every iteration is committed as it is solved: after the process was killed, :meth:`resume` and
+        :func:`blockstruct.recover` find all but the one in flight.
 
         Raises
         ------
         ModelError
             No case, two cases of one name, a variable load that is zero, loads that the model cannot take, an unknown
             schedule: before anything is solved.
+        StorageError
+            A store that another run writes to, or that holds the iterations of a killed one: before anything is
+            solved. A disk that is full: what is committed is kept.
         """
         runs = self._runs(checked_tuple(cases, LimitCase, "AnalysisManager.run: cases"), schedules_of(spread))
-        problems = self.check([case for case, _ in runs])
-        created_at = _now()
-        results: dict[str, CaseResult] = {}
-        for (case, settings), problem in zip(runs, problems, strict=True):
-            results[case.name] = result = self._run_case(case, settings, self.statics, problem)
-            try:
-                self._tell(CaseFinished(result))
-            except KeyboardInterrupt:
-                break
-            if result.status is Status.INTERRUPTED:
-                break
-        analysis = Analysis(self.model, results, created_at, _versions(), self.sweep)
-        if self.store is not None:
-            save_analysis(analysis, self.store)
-        return analysis
+        started_at = now()
+        planned = {
+            case.name: _planned(case, settings, self.statics, problem, started_at)
+            for (case, settings), problem in zip(runs, self.check([case for case, _ in runs]), strict=True)
+        }
+        analysis = Analysis(
+            self.model,
+            planned,
+            started_at,
+            versions(),
+            solver_options=solver_options([settings for _, settings in runs]),
+            document_hash=self.document_hash,
+            tags=self.tags,
+            conductor=self.sweep,
+        )
+        if self.store is None:
+            return self._conduct(analysis, self.listeners)
+        with WorkingData.begin(self.store, analysis) as working:
+            return self._record(analysis, working)
+
+    @classmethod
+    def resume(cls, path: str | Path, *, listeners: Iterable[Listener] = ()) -> Analysis:
+        """Go on with a run that was killed or interrupted, from its last committed iteration.
+
+        Cases that have ended are kept. The programs that are already solved are not solved again, except for the
+        one under dead load; the case ends where it would have ended without the interruption, to the tolerance of
+        its certificate. A finished analysis is given back as it is.
+
+        Parameters
+        ----------
+        path
+            The store of the run.
+        listeners
+            As of the manager; they hear of the iterations that are replayed, too.
+
+        Raises
+        ------
+        StorageError
+            Nothing to resume, or a run that is still under way.
+        FormatError
+            A damaged file, or one whose iterations are not those of this version of blockstruct.
+        """
+        if is_unfinished(path):
+            with WorkingData.reopen(path) as working:
+                analysis = working.analysis()
+                return cls._resuming(analysis, path, listeners)._record(analysis, working)
+        analysis = open_analysis(path)
+        if analysis.status == "finished":
+            return analysis
+        manager = cls._resuming(analysis, path, listeners)
+        with WorkingData.begin(Path(path), analysis) as working:
+            return manager._record(analysis, working)
+
+    @classmethod
+    def again(cls, analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Analysis:
+        """Run the model and the cases of an analysis anew, each with its own settings, in memory."""
+        manager = cls._resuming(analysis, None, listeners)
+        planned, started_at = {}, now()
+        for name, result in analysis.items():
+            statics = manager._statics_of(result.settings)
+            problem = LimitProblem.of(statics, result.case)
+            planned[name] = _planned(result.case, result.settings, statics, problem, started_at)
+        return manager._conduct(analysis.replaced(results=planned, created_at=started_at), manager.listeners)
 
     def check(self, cases: Sequence[LimitCase]) -> list[LimitProblem]:
         """Check cases as :meth:`run` does before it solves anything, and give their limit problems."""
@@ -187,7 +236,8 @@ class AnalysisManager:
         for one in varied:
             statics = statics.varied(one, self.settings.crushing_cells)
             problem = LimitProblem.of(statics, case)
-            results.append(self._run_case(case, self.settings, statics, problem))
+            planned = _planned(case, self.settings, statics, problem, now())
+            results.append(self._run_case(planned, statics, problem, self.listeners))
             if results[-1].status is Status.INTERRUPTED:
                 break
         found = [float(getattr(one[0], quantity)) for one in varied[: len(results)]]
@@ -206,38 +256,70 @@ class AnalysisManager:
                 runs.append((bound, self.settings))
         return runs
 
+    @classmethod
+    def _resuming(cls, analysis: Analysis, path: str | Path | None, listeners: Iterable[Listener]) -> Self:
+        settings = next((result.settings for result in analysis.values()), None)
+        return cls(analysis.model, path, settings=settings, listeners=listeners)
+
+    def _record(self, analysis: Analysis, working: WorkingData) -> Analysis:
+        done = self._conduct(analysis, (Recorder(working), *self.listeners))
+        working.finish(done)
+        return done
+
+    def _conduct(self, analysis: Analysis, listeners: Sequence[Listener]) -> Analysis:
+        """Run what an analysis has left to run: its interrupted cases."""
+        results = dict(analysis)
+        of_numbers = analysis.versions
+        for name, before in analysis.items():
+            if before.status is not Status.INTERRUPTED:
+                continue
+            of_numbers = versions()
+            try:
+                statics = self._statics_of(before.settings)
+                problem = LimitProblem.of(statics, before.case)
+                results[name] = result = self._run_case(before, statics, problem, listeners)
+                _tell(listeners, CaseFinished(result))
+            except KeyboardInterrupt:
+                break
+            if result.status is Status.INTERRUPTED:
+                break
+        return analysis.replaced(results=results, versions=of_numbers)
+
     def _run_case(
-        self, case: LimitCase, settings: ProcedureSettings, statics: Statics, problem: LimitProblem
+        self, before: CaseResult, statics: Statics, problem: LimitProblem, listeners: Sequence[Listener]
     ) -> CaseResult:
-        started_at, start = _now(), perf_counter()
-        steps = solve_limit_case(problem, case.flow, settings, solver_of(settings))
+        case, settings, start = before.case, before.settings, perf_counter()
+        solver = ReplaySolver(statics, problem, before.history, solver_of(settings))
+        steps = followed(solve_limit_case(problem, case.flow, settings, solver), before.history)
         iterations: list[Iteration] = []
         outcome = Outcome(Status.INTERRUPTED, np.nan, "interrupted by the user")
+        started_at = before.started_at if before.n_iterations else now()
         try:
-            self._tell(CaseStarted(case, len(self.model.blocks), problem.n_points))
+            _tell(listeners, CaseStarted(case, len(self.model.blocks), problem.n_points, statics, problem))
             while True:
                 iterations.append(next(steps))
-                self._tell(IterationDone(case, len(iterations) - 1, iterations[-1]))
+                _tell(listeners, IterationDone(case, len(iterations) - 1, iterations[-1]))
         except StopIteration as stop:
             outcome = stop.value
         except KeyboardInterrupt:
-            pass
+            if len(iterations) < before.n_iterations:
+                return before
         history = history_of(statics, problem, iterations)
-        return CaseResult(
-            case=case,
-            settings=settings,
+        return replace(
+            before,
             status=outcome.status,
             load_factor=outcome.load_factor,
             certificate=iterations[-1].certificate if iterations and outcome.status is not Status.UNBOUNDED else None,
             message=outcome.message + (_where(history) if outcome.status is Status.UNSTABLE else ""),
             history=history,
             started_at=started_at,
-            duration=perf_counter() - start,
+            duration=before.duration + perf_counter() - start,
         )
 
-    def _tell(self, event: CaseStarted | IterationDone | CaseFinished) -> None:
-        for listener in self.listeners:
-            listener(event)
+    def _statics_of(self, settings: ProcedureSettings) -> Statics:
+        if settings.crushing_cells == self.settings.crushing_cells:
+            return self.statics
+        return Statics.of(self.model, settings.crushing_cells)
 
 
 def _where(history: xr.Dataset) -> str:
@@ -253,10 +335,23 @@ def _where(history: xr.Dataset) -> str:
     return "; it fails at " + ", ".join(f"{names[j]} ({state[j]})" for j in order) if order else ""
 
 
-def _now() -> str:
-    return datetime.now(UTC).isoformat(timespec="milliseconds")
+def _planned(
+    case: LimitCase, settings: ProcedureSettings, statics: Statics, problem: LimitProblem, started_at: str
+) -> CaseResult:
+    """Result of a case that is still to be run."""
+    return CaseResult(
+        case=case,
+        settings=settings,
+        status=Status.INTERRUPTED,
+        load_factor=np.nan,
+        certificate=None,
+        message="interrupted before its first program was solved",
+        history=history_of(statics, problem, []),
+        started_at=started_at,
+        duration=0.0,
+    )
 
 
-def _versions() -> dict[str, str]:
-    found = {package: version(package) for package in _PACKAGES}
-    return {**found, "python": platform.python_version(), "platform": platform.platform()}
+def _tell(listeners: Sequence[Listener], event: Event) -> None:
+    for listener in listeners:
+        listener(event)

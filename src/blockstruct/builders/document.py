@@ -1,5 +1,6 @@
 """Model documents: a structure, its loads and its cases as YAML or JSON."""
 
+import hashlib
 import json
 import re
 from collections.abc import Callable, Hashable
@@ -52,12 +53,15 @@ class Document:
         Settings of the procedure, as :class:`blockstruct.ProcedureSettings` takes them.
     report : DetectionReport
         How the interfaces were found.
+    hash : str
+        SHA-256 of the file.
     """
 
     model: Model
     cases: tuple[LimitCase, ...]
     settings: dict[str, Any]
     report: DetectionReport
+    hash: str
 
 
 def read_document(path: str | Path) -> Document:
@@ -79,7 +83,8 @@ def read_document(path: str | Path) -> Document:
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        stored = path.read_bytes()
+        text = stored.decode("utf-8")
     except UnicodeDecodeError as error:
         msg = f"{path}: is no text; give a YAML or JSON document (`blockstruct show` prints an analysis file)"
         raise StorageError(msg) from error
@@ -92,7 +97,7 @@ def read_document(path: str | Path) -> Document:
         msg = f"{path}: {listed_violations(found)}"
         raise DocumentError(msg)
     try:
-        return _build(content, path.stem)
+        return _build(content, path.stem, hashlib.sha256(stored).hexdigest())
     except BlockstructError as error:
         error.add_note(f"in {path}")
         raise
@@ -127,7 +132,7 @@ _UniqueKeyLoader.add_implicit_resolver(
 )
 
 
-def _build(content: dict[str, Any], stem: str) -> Document:
+def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
     materials = {name: Material(name, **values) for name, values in content["materials"].items()}
     joints = {name: JointMaterial(name, **values) for name, values in content["joint_materials"].items()}
     blocks: list[Block] = []
@@ -157,7 +162,7 @@ def _build(content: dict[str, Any], stem: str) -> Document:
         )
         for entry in content["cases"]
     )
-    return Document(model, cases, content.get("settings", {}), found.report)
+    return Document(model, cases, content.get("settings", {}), found.report, digest)
 
 
 def _detection(blocks: list[Block], entry: dict[str, Any], joints: dict[str, JointMaterial]) -> Detection:

@@ -5,8 +5,11 @@ points, interfaces and blocks are coordinates, every variable carries ``units``,
 compression positive, and velocities belong to one watt of variable load (``w_L·u = 1 W``).
 """
 
+from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CERTIFICATE_MEASURES, CaseResult
+from blockstruct.results.comparison import Comparison, compare
+from blockstruct.results.frame import history_frame
 from blockstruct.results.history import history_of
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.resultants import interface_resultants
@@ -23,8 +26,12 @@ __all__ = [
     "Spread",
     "run_name",
     "sweep_of",
+    "Comparison",
+    "compare",
     # histories
+    "HistoryAccessor",
     "contact_state",
+    "history_frame",
     "history_of",
     "interface_resultants",
     "mechanism",

@@ -1,14 +1,14 @@
 """An analysis: a model and the results of its cases."""
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, fields
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 import xarray as xr
 
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.model import LimitCase, Model
+from blockstruct.model import LimitCase, Model, checked_tuple
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.spread import Spread
 from blockstruct.vocabulary import Status
@@ -27,13 +27,21 @@ class Analysis(Mapping[str, CaseResult]):
         UTC, ISO 8601.
     versions : mapping
         Version of blockstruct and of every package that made the numbers.
+    solver_options : mapping
+        Options of each solver beyond the settings of the cases.
+    document_hash : str
+        SHA-256 of the document that described the model; empty without one.
+    tags : tuple of str
     """
 
     model: Model
     results: Mapping[str, CaseResult]
     created_at: str
     versions: Mapping[str, str]
-    _sweep: Sweep | None
+    solver_options: Mapping[str, Any]
+    document_hash: str
+    tags: tuple[str, ...]
+    conductor: Sweep | None
 
     def __init__(
         self,
@@ -41,13 +49,20 @@ class Analysis(Mapping[str, CaseResult]):
         results: Mapping[str, CaseResult],
         created_at: str,
         versions: Mapping[str, str],
-        sweep: Sweep | None = None,
+        *,
+        solver_options: Mapping[str, Any] = MappingProxyType({}),
+        document_hash: str = "",
+        tags: Iterable[str] = (),
+        conductor: Sweep | None = None,
     ) -> None:
         object.__setattr__(self, "model", model)
         object.__setattr__(self, "results", MappingProxyType(dict(results)))
         object.__setattr__(self, "created_at", created_at)
         object.__setattr__(self, "versions", MappingProxyType(dict(versions)))
-        object.__setattr__(self, "_sweep", sweep)
+        object.__setattr__(self, "solver_options", MappingProxyType(dict(solver_options)))
+        object.__setattr__(self, "document_hash", document_hash)
+        object.__setattr__(self, "tags", checked_tuple(tags, str, "Analysis: tags"))
+        object.__setattr__(self, "conductor", conductor)
 
     @property
     def cases(self) -> tuple[LimitCase, ...]:
@@ -92,7 +107,7 @@ class Analysis(Mapping[str, CaseResult]):
             No case named where there are several, or an analysis that was read from a file: nothing there can solve
             it, give its model to an AnalysisManager.
         """
-        if self._sweep is None:
+        if self.conductor is None:
             msg = (
                 f"analysis of {self.model.name!r}: was read from a file; sweep with "
                 "AnalysisManager(analysis.model).sweep(quantity, values, case)"
@@ -102,7 +117,12 @@ class Analysis(Mapping[str, CaseResult]):
             msg = f"analysis of {self.model.name!r}: name the case to sweep: {', '.join(self)}"
             raise ModelError(msg)
         result = self[next(iter(self)) if case is None else case]
-        return self._sweep(quantity, values, result.case)
+        return self.conductor(quantity, values, result.case)
+
+    def replaced(self, **changes: Any) -> Self:
+        """The same analysis, but for some of its attributes."""
+        kept = {f.name: getattr(self, f.name) for f in fields(self)}
+        return type(self)(**{**kept, **changes})
 
     def __getitem__(self, name: str) -> CaseResult:
         if name not in self.results:

@@ -4,14 +4,20 @@
 is ``schemas/analysis-1.json``, checked on writing and on reading, and embedded in every file.
 """
 
+from blockstruct.storage.archive import Archive
 from blockstruct.storage.check import check_file
 from blockstruct.storage.reader import open_analysis
+from blockstruct.storage.working_data import WorkingData, is_unfinished, recover
 from blockstruct.storage.writer import claim, patterns, save_analysis
 
 __all__ = [
+    "Archive",
+    "WorkingData",
     "check_file",
     "claim",
+    "is_unfinished",
     "open_analysis",
     "patterns",
+    "recover",
     "save_analysis",
 ]

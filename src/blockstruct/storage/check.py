@@ -1,6 +1,7 @@
 """Whether a file is what it must be: its schema, and what a schema cannot say."""
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,8 @@ import numpy as np
 from blockstruct.errors import FormatError, StorageError
 from blockstruct.schema import listed_violations, violations
 from blockstruct.storage.case_group import group_of
+from blockstruct.storage.seal import is_intact
+from blockstruct.storage.skeleton import plain, skeleton
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
 
 #: Index variables and the dimension each must stay within; −1 means none where it is allowed.
@@ -47,8 +50,13 @@ def check_file(path: str | Path) -> dict[str, Any]:
         raise StorageError(msg)
     try:
         with h5py.File(path, "r") as file:
-            attrs = _checked_root(file, path)
-            found = violations(_skeleton(file), "analysis-1") or _inconsistencies(file)
+            attrs = checked_root(file, path)
+            if not is_intact(path):
+                msg = f"{path}: /: its bytes do not match its seal; it was changed or is damaged, use the original"
+                raise FormatError(msg)
+            schema = f"analysis-{major(attrs['format_version'])}"
+            found = [(_place(where), what) for where, what in violations(skeleton(file), schema)]
+            found = found or _inconsistencies(file)
     except FormatError:
         raise
     except PermissionError as error:
@@ -63,32 +71,53 @@ def check_file(path: str | Path) -> dict[str, Any]:
     return attrs
 
 
+def major(version: str) -> int:
+    """Major number of a format version."""
+    return int(version.partition(".")[0])
+
+
 def is_analysis(path: Path) -> bool:
     """Whether a file says of itself that it is a blockstruct analysis."""
     try:
         with h5py.File(path, "r") as file:
-            return bool(_plain(file.attrs.get("format", "")) == FORMAT)
+            return bool(plain(file.attrs.get("format", "")) == FORMAT)
     except OSError:
         return False
 
 
-def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
-    attrs = {name: _plain(value) for name, value in file.attrs.items()}
+def checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
+    """Root attributes of a file that is an analysis of a version that can be read."""
+    attrs = {name: plain(value) for name, value in file.attrs.items()}
     if attrs.get("format") != FORMAT:
         msg = f"{path}: /: attribute format is {attrs.get('format')!r}, not {FORMAT!r}: no blockstruct analysis"
         raise FormatError(msg)
     version = str(attrs.get("format_version", ""))
-    major = version.partition(".")[0]
-    if not major.isdigit():
+    if not re.fullmatch(r"[1-9][0-9]{0,3}\.[0-9]{1,4}", version):
         msg = f"{path}: /: attribute format_version is {version!r}, which is no version"
         raise FormatError(msg)
-    if int(major) > int(FORMAT_VERSION.partition(".")[0]):
+    if major(version) > major(FORMAT_VERSION):
         msg = f"{path}: /: format version {version}, this blockstruct reads up to {FORMAT_VERSION}; update blockstruct"
         raise FormatError(msg)
-    if not _is_object(attrs.get("versions")):
-        msg = f"{path}: /: attribute versions is no JSON object"
+    for name in ("versions", "content_hash", "solver_options"):
+        if not _is_object(attrs.get(name)):
+            msg = f"{path}: /: attribute {name} is no JSON object"
+            raise FormatError(msg)
+    if _texts(attrs.get("tags")) is None:
+        msg = f"{path}: /: attribute tags is no JSON list of texts"
         raise FormatError(msg)
     return attrs
+
+
+def _place(where: str) -> str:
+    """HDF5 path of a place in the skeleton, ``/groups/model/variables/fixed/kind``, with what is wrong there."""
+    parts, path = where.strip("/").split("/"), ""
+    while len(parts) > 1 and parts[0] == "groups":
+        path, parts = f"{path}/{parts[1]}", parts[2:]
+    if len(parts) > 1 and parts[0] == "variables":
+        path, parts = f"{path}/{parts[1]}", parts[2:]
+    if len(parts) > 1 and parts[0] == "attrs":
+        parts = [f"attribute {parts[1]}"]
+    return ": ".join([path or "/", *filter(None, parts)])
 
 
 def _is_object(text: Any) -> bool:
@@ -98,60 +127,12 @@ def _is_object(text: Any) -> bool:
         return False
 
 
-def _plain(value: Any) -> Any:
-    """Attribute as plain Python: netCDF keeps a number as an array of one."""
-    if isinstance(value, np.ndarray) and value.size == 1:
-        value = value.ravel()[0]
-    if isinstance(value, bytes):
-        return value.decode("utf-8", "replace")
-    return value.item() if isinstance(value, np.generic) else value
-
-
-def _skeleton(group: h5py.Group) -> dict[str, Any]:
-    """Attributes, variables and groups of a group, as the schema describes them."""
-    variables, groups = {}, {}
-    for name in group:
-        # A link out of the file, or to elsewhere in it, is nothing blockstruct writes: it is never followed.
-        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-            variables[name] = {"kind": "link"}
-        elif isinstance(group[name], h5py.Group):
-            groups[name] = _skeleton(group[name])
-        elif not _is_bare_dimension(group[name]):
-            variables[name] = _variable(group[name], name)
-    attrs = {k: _plain(v) for k, v in group.attrs.items() if not k.startswith("_")}
-    return {"attrs": attrs, "variables": variables, "groups": groups}
-
-
-def _is_bare_dimension(ds: h5py.Dataset) -> bool:
-    """Whether a dataset only stands for a netCDF dimension without coordinate values."""
-    return b"not a netCDF variable" in bytes(ds.attrs.get("NAME", b""))
-
-
-def _variable(ds: h5py.Dataset, name: str) -> dict[str, Any]:
-    kind = "text" if h5py.check_string_dtype(ds.dtype) else ds.dtype.kind
-    if ds.ndim == 1 and ds.is_scale:
-        dims = [name]
-    else:
-        scales = [ds.dims[k][0] if len(ds.dims[k]) else None for k in range(ds.ndim)]
-        dims = [
-            str(scale.name).rpartition("/")[2] if scale is not None and len(scale) == size else "?"
-            for scale, size in zip(scales, ds.shape, strict=True)
-        ]
-    variable = {"dims": dims, "kind": kind}
-    if "units" in ds.attrs:
-        # Compared as it stands: a text from a file is never given to a parser.
-        variable["units"] = str(_plain(ds.attrs["units"]))
-    if ds.size * ds.dtype.itemsize > 100 * ds.file.id.get_filesize():
-        variable["kind"] = f"of an absurd size, {ds.shape}"
-    return variable
-
-
 def _inconsistencies(file: h5py.File) -> list[tuple[str, str]]:
     """What the schema cannot say: index ranges, sizes across groups, the list of cases."""
     model, cases = file["model"], dict(file.get("cases", {}))
     groups = {"/model": model} | {f"/cases/{name}/history": case["history"] for name, case in cases.items()}
     found = []
-    listed = _case_names(file)
+    listed = case_names(file)
     if listed is None or sorted(map(group_of, listed)) != sorted(cases):
         found.append(("/cases", "the groups are not those that the attribute cases of / lists"))
     for name, case in cases.items():
@@ -178,9 +159,9 @@ def _contradictions(name: str, case: h5py.Group, model: h5py.Group) -> Iterator[
     history = case["history"]
     if int(case["n_iterations"][()]) != len(history["iteration"]):
         yield "n_iterations is not the length of the history"
-    if group_of(str(_plain(case.attrs["name"]))) != name:
+    if group_of(str(plain(case.attrs["name"]))) != name:
         yield "the attribute name is not that of the group"
-    if _plain(case.attrs["status"]) == "converged":
+    if plain(case.attrs["status"]) == "converged":
         last = history["load_factor"][-1] if len(history["load_factor"]) else np.nan
         if "holds" not in case or not int(case["holds"][()]) or float(case["load_factor"][()]) != last:
             yield "converged, but the certificate does not hold or the load factor is not the last of the history"
@@ -189,9 +170,14 @@ def _contradictions(name: str, case: h5py.Group, model: h5py.Group) -> Iterator[
             yield f"the {names} names of the history are not those of /model"
 
 
-def _case_names(file: h5py.File) -> list[str] | None:
+def case_names(file: h5py.File) -> list[str] | None:
+    """Names of the cases that a file lists, in order; None where it lists none."""
+    return _texts(file.attrs.get("cases"))
+
+
+def _texts(text: Any) -> list[str] | None:
     try:
-        names = json.loads(file.attrs["cases"])
+        texts = json.loads(text)
     except (ValueError, TypeError):
         return None
-    return names if isinstance(names, list) and all(isinstance(n, str) for n in names) else None
+    return texts if isinstance(texts, list) and all(isinstance(t, str) for t in texts) else None

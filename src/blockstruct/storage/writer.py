@@ -5,6 +5,7 @@ import json
 import os
 import tempfile
 from collections.abc import Iterable
+from io import BytesIO
 from pathlib import Path
 from uuid import uuid4
 
@@ -16,7 +17,10 @@ from blockstruct.results import Analysis
 from blockstruct.schema import schema_text
 from blockstruct.storage.case_group import case_dataset, group_of
 from blockstruct.storage.check import check_file, is_analysis
+from blockstruct.storage.content import content_hash
+from blockstruct.storage.lock import WriterLock
 from blockstruct.storage.model_group import model_dataset
+from blockstruct.storage.seal import seal_of
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
 
 SCHEMA = "analysis-1"
@@ -61,25 +65,37 @@ def save_analysis(analysis: Analysis, path: str | Path) -> Path:
     Raises
     ------
     StorageError
-        A path that cannot be written.
+        A path that cannot be written, or that another process is writing.
     ModelError
         Cases whose load patterns share a name but not their loads.
     """
     path = claim(path)
-    tree = {
-        "/": _root(analysis),
-        "/model": model_dataset(analysis.model, patterns(analysis.cases)),
-    }
+    with WriterLock(path):
+        return write_file(analysis, path)
+
+
+def write_file(analysis: Analysis, path: Path) -> Path:
+    """Write an analysis to a path that is claimed and held."""
+    tree = {"/model": model_dataset(analysis.model, patterns(analysis.cases))}
     for name, result in analysis.items():
         tree[f"/cases/{group_of(name)}"] = case_dataset(result)
         tree[f"/cases/{group_of(name)}/history"] = result.history
     draft = path.with_name(f".{path.name}.{uuid4().hex}.part")
+    root = _root(analysis)
+    hashes = {group: content_hash(ds) for group, ds in {"/": root, **tree}.items()}
+    tree["/"] = root.assign_attrs(content_hash=json.dumps(hashes))
+    # Made in memory: libhdf5 crashes the process on a disk that is full.
+    image = BytesIO()
+    xr.DataTree.from_dict(tree).to_netcdf(image, engine="h5netcdf")
+    seal = seal_of(image.getbuffer())
+    image.seek(0, os.SEEK_END)
+    image.write(seal)
     try:
-        xr.DataTree.from_dict(tree).to_netcdf(draft, engine="h5netcdf")
+        draft.write_bytes(image.getbuffer())
         check_file(draft)
-        _sync(draft)
+        sync(draft)
         draft.replace(path)
-        _sync(path.parent)
+        sync(path.parent)
     except OSError as error:
         msg = f"{path}: cannot be written ({error.strerror or error}); free some space or choose another folder"
         raise StorageError(msg) from error
@@ -115,11 +131,15 @@ def _root(analysis: Analysis) -> xr.Dataset:
         "model_hash": analysis.model.hash,
         "status": analysis.status,
         "cases": json.dumps(list(analysis)),
+        "solver_options": json.dumps(dict(analysis.solver_options), sort_keys=True),
+        "document_hash": analysis.document_hash,
+        "tags": json.dumps(list(analysis.tags)),
     }
     return xr.Dataset({"schema": ((), schema_text(SCHEMA))}, attrs=attrs)
 
 
-def _sync(path: str | Path) -> None:
+def sync(path: str | Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)

@@ -11,11 +11,11 @@
   load factor 0.5
 """
 
-from blockstruct.views.console import history_frame, iteration_table, model_text, result_text, summary_table
+from blockstruct.views.console import archive_table, iteration_table, model_text, result_text, summary_table
 
 __all__ = [
     # console
-    "history_frame",
+    "archive_table",
     "iteration_table",
     "model_text",
     "result_text",

@@ -85,39 +85,15 @@ def summary_table(analysis: bs.Analysis) -> Table:
     return table
 
 
-def history_frame(result: bs.CaseResult, variable: str | None) -> pd.DataFrame:
-    """History of a case as a pandas table, units in the column names.
-
-    Parameters
-    ----------
-    result
-        Result of the case.
-    variable
-        Any variable of the history, or ``state``, ``force``, ``moment`` or ``eccentricity`` of the interfaces. None
-        gives all variables that have one value an iteration.
-
-    Raises
-    ------
-    UnknownNameError
-        A variable that is none of these.
-    """
-    history = result.history
-    if variable is None:
-        data = history[[name for name in history.data_vars if history[name].dims == ("iteration",)]]
-    elif variable in history.data_vars:
-        data = history[[variable]]
-    elif variable == "state":
-        data = result.states.to_dataset(name="state")
-    elif variable in ("force", "moment", "eccentricity"):
-        data = result.resultants[[variable]]
-    else:
-        known = [*map(str, history.data_vars), "state", "force", "moment", "eccentricity"]
-        msg = f"history of {result.name!r}: no variable {variable!r}; it has {', '.join(known)}"
-        raise bs.UnknownNameError(msg)
-    units = {str(name): data[name].attrs.get("units", "dimensionless") for name in data.data_vars}
-    if "contact_point" in data.dims:
-        of_point = history["interface"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
-        data = data.assign_coords(interface_of_contact_point=("contact_point", of_point))
-    keep = {*data.dims, "stage", "interface_of_contact_point"}
-    frame = data.drop_vars([c for c in data.coords if c not in keep]).to_dataframe()
-    return frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit != "dimensionless"})
+def archive_table(rows: pd.DataFrame) -> Table:
+    """Table of rows of :meth:`blockstruct.Archive.table`, without those of files that cannot be read."""
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
+    for title in ("path", "case"):
+        table.add_column(title, overflow="fold")
+    table.add_column("status")
+    for title in ("load factor", "programs"):
+        table.add_column(title, justify="right")
+    for row in rows[rows["problem"] == ""].to_dict("records"):
+        numbers = (f"{row['load_factor']:.6g}", f"{row['n_iterations']:.0f}")
+        table.add_row(Text(row["path"]), Text(row["case"]), row["status"], *numbers)
+    return table

@@ -1,0 +1,45 @@
+"""Where the numbers of an analysis come from."""
+
+import platform
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from importlib.metadata import version
+from typing import Any
+
+from blockstruct.limit import ProcedureSettings
+from blockstruct.solvers import solver_of
+
+_PACKAGES = (
+    "blockstruct",
+    "clarabel",
+    "cvxpy",
+    "h5netcdf",
+    "h5py",
+    "numpy",
+    "pint",
+    "scipy",
+    "shapely",
+    "xarray",
+)
+
+
+def now() -> str:
+    """The time, UTC, ISO 8601."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
+
+
+def versions() -> dict[str, str]:
+    """Version of every package that makes the numbers, of Python, and the platform."""
+    found = {package: version(package) for package in _PACKAGES}
+    return {**found, "python": platform.python_version(), "platform": platform.platform()}
+
+
+def solver_options(settings: Iterable[ProcedureSettings]) -> dict[str, dict[str, Any]]:
+    """Options of each solver that settings name, beyond the tolerances, which the settings tell."""
+    return {name: _options(solver_of(ProcedureSettings(solver=name))) for name in sorted({s.solver for s in settings})}
+
+
+def _options(solver: Any) -> dict[str, Any]:
+    settings = getattr(solver, "settings", None)
+    plain = {name: getattr(settings, name) for name in dir(settings) if not name.startswith("_")}
+    return {name: value for name, value in plain.items() if isinstance(value, bool | int | float | str)}

@@ -1,0 +1,90 @@
+"""Resuming a case: the programs that are already solved are answered from its history.
+
+The procedure is deterministic: what it does next depends on its problem, its settings and the solutions so far. So it
+is run again from its start, with a solver that knows the first solutions.
+"""
+
+import numpy as np
+import xarray as xr
+
+from blockstruct.errors import FormatError
+from blockstruct.limit import ConicProgram, Iteration, LimitProblem, Numbers, Outcome, Solution, Solver
+from blockstruct.limit.iteration import Steps
+from blockstruct.statics import Statics
+from blockstruct.vocabulary import SolverStatus, Stage
+
+
+class ReplaySolver:
+    """Answers the first programs of a case from its history, and leaves the others to a solver.
+
+    The dead-load program, which is no part of the history of a structure that stands, is solved anew, and so is a
+    program that was found unbounded, because a history keeps no ray.
+
+    Parameters
+    ----------
+    statics, problem
+        What the history is of.
+    history
+        Iterations to replay; none is allowed.
+    solver
+        Solves what follows.
+    """
+
+    def __init__(self, statics: Statics, problem: LimitProblem, history: xr.Dataset, solver: Solver) -> None:
+        self._problem, self._solver = problem, solver
+        self._history = history.isel(iteration=history["stage"].to_numpy() != Stage.DEAD_LOAD.value)
+        unit_of_u = np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))
+        velocity = self._history["block_velocity"].to_numpy()[:, statics.free]
+        self._x = self._history["contact_force"].to_numpy() / problem.force_unit[:, None]
+        self._u = (velocity * unit_of_u).reshape(len(velocity), problem.A.shape[0])
+        self._next = 0
+
+    def solve(self, program: ConicProgram, numbers: Numbers, tolerance: float) -> Solution:
+        """Solution of one program."""
+        if program.problem is not self._problem or self._next == len(self._u):
+            return self._solver.solve(program, numbers, tolerance)
+        k = self._next
+        self._next += 1
+        alpha = float(self._history["load_factor"][k])
+        if np.isposinf(alpha):
+            return self._solver.solve(program, numbers, tolerance)
+        y, z = np.zeros(program.G.shape[1]), np.zeros(program.G.shape[0])
+        y[0] = alpha * program.unit
+        y[1 : 1 + self._x[k].size] = self._x[k].ravel()
+        z[: program.zero_rows] = self._u[k] * program.total
+        status = SolverStatus(str(self._history["solver_status"].to_numpy()[k]))
+        iterations, time = (self._history[name].to_numpy()[k] for name in ("solver_iterations", "solver_time"))
+        return Solution(status, f"replayed {status}", y, z, int(iterations), float(time))
+
+
+def followed(steps: Steps, history: xr.Dataset) -> Steps:
+    """Steps of a case, as long as they are those of a history.
+
+    Raises
+    ------
+    FormatError
+        A history whose programs are not those that this version of blockstruct would solve.
+    """
+    k = 0
+    while True:
+        try:
+            step = next(steps)
+        except StopIteration as stop:
+            outcome: Outcome = stop.value
+            return outcome
+        if k < history.sizes["iteration"]:
+            _compare(step, history.isel(iteration=k), k)
+        yield step
+        k += 1
+
+
+def _compare(step: Iteration, stored: xr.Dataset, k: int) -> None:
+    ours = (step.stage.value, step.c0, step.a)
+    theirs = (str(stored["stage"].item()), float(stored["c0"]), float(stored["a"]))
+    if ours[0] != theirs[0] or not np.allclose(ours[1:], theirs[1:], rtol=1e-9, atol=0):
+        msg = (
+            f"iteration {k} of the history is the {theirs[0]} program with c0 = {theirs[1]:g} and a = {theirs[2]:g}, "
+            f"but this version of blockstruct solves the {ours[0]} program with c0 = {ours[1]:g} and a = {ours[2]:g}; "
+            "run the case anew"
+        )
+        raise FormatError(msg)

@@ -1,0 +1,277 @@
+"""Questions to a history: ``history.blockstruct``."""
+
+import importlib.util
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from blockstruct.errors import ModelError, StorageError, UnknownNameError
+from blockstruct.results.frame import history_frame
+from blockstruct.results.resultants import interface_resultants
+from blockstruct.results.states import contact_state
+from blockstruct.results.utilisation import utilisation
+from blockstruct.units import Q_
+from blockstruct.vocabulary import ContactState
+
+#: Variables that two histories are compared by.
+_COMPARED = ("load_factor", "contact_force", "relative_velocity", "block_velocity")
+
+
+@xr.register_dataset_accessor("blockstruct")  # type: ignore[no-untyped-call]
+class HistoryAccessor:
+    """Questions to the history of a case, in memory or lazily on disk.
+
+    It is there on every Dataset as ``ds.blockstruct`` once blockstruct is imported.
+
+    >>> import xarray as xr
+    >>> xr.Dataset({"x": 1.0}).blockstruct
+    Traceback (most recent call last):
+        ...
+    blockstruct.errors.ModelError: no history of a case: it has no contact_force; give CaseResult.history
+    """
+
+    def __init__(self, ds: xr.Dataset) -> None:
+        if "contact_force" not in ds:
+            msg = "no history of a case: it has no contact_force; give CaseResult.history"
+            raise ModelError(msg)
+        self._ds = ds
+
+    def convergence(self) -> pd.DataFrame:
+        """Load factor of each iteration, its relative change, and the certificate.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Indexed by iteration: ``stage``, ``load_factor``, ``change`` relative to the last load factor before it,
+            ``equilibrium_residual``, ``yield_excess``, ``interpenetration``, ``flow_rule_gap``.
+        """
+        names = ("load_factor", "equilibrium_residual", "yield_excess", "interpenetration", "flow_rule_gap")
+        frame = self._ds[["stage", *names]].to_dataframe()[["stage", *names]]
+        solved = frame["load_factor"].replace([np.inf, -np.inf], np.nan)
+        frame.insert(2, "change", solved / solved.ffill().shift() - 1)
+        return frame
+
+    def interfaces(self, state: str, iteration: int = -1) -> list[str]:
+        """Names of the interfaces in a state in one iteration, alone or with another: ``"sliding"`` or ``"open"``.
+
+        Raises
+        ------
+        UnknownNameError
+            No such state or iteration.
+        """
+        history = self._ds.isel(iteration=[self._position(iteration)])
+        return [str(name) for name in history["interface"].to_numpy()[self._in_state(history, state)[0]]]
+
+    def first(self, state: str) -> pd.Series:
+        """Iteration in which each interface was first in a state; interfaces that never were are left out.
+
+        Returns
+        -------
+        pandas.Series
+            Iterations, indexed by the name of the interface, the earliest first.
+
+        Raises
+        ------
+        UnknownNameError
+            No such state.
+        """
+        within = self._in_state(self._ds, state)
+        ever = within.any(axis=0)
+        first = self._ds["iteration"].to_numpy()[within.argmax(axis=0)[ever]] if len(within) else np.zeros(0, int)
+        index = pd.Index(self._ds["interface"].to_numpy()[ever], name="interface")
+        return pd.Series(first, index=index, name="iteration").sort_values(kind="stable")
+
+    def top(self, n: int = 10, *, by: xr.DataArray | None = None, iteration: int = -1) -> pd.Series:
+        """The interfaces of the largest values in one iteration.
+
+        Parameters
+        ----------
+        n
+            How many.
+        by
+            What they are ranked by, with the dimensions of iteration and interface. By default the
+            utilisation of sliding, :func:`blockstruct.utilisation`.
+        iteration
+            Which iteration.
+
+        Returns
+        -------
+        pandas.Series
+            Values, indexed by the name of the interface, the largest first; those without a value are left out.
+        """
+        ranked = utilisation(self._ds)["sliding"].transpose("iteration", "interface") if by is None else by
+        values = ranked.isel(iteration=self._position(iteration)).to_numpy()
+        index = pd.Index(self._ds["interface"].to_numpy(), name="interface")
+        series = pd.Series(values, index=index, name=ranked.name)
+        return series.dropna().sort_values(ascending=False, kind="stable").head(n)
+
+    def contact_forces(self, interface: str, *, plain: bool = False) -> Any:
+        """Forces at the contact points of an interface in every iteration.
+
+        Parameters
+        ----------
+        interface
+            Its name.
+        plain
+            Floats in newton instead of a quantity.
+
+        Returns
+        -------
+        pint.Quantity or array
+            (iteration, contact point of the interface, component n, s, t); on the plus block, compression positive.
+        """
+        points = self._ds["interface_of_contact_point"].to_numpy() == self._index_of(interface)
+        force = self._ds["contact_force"].isel(contact_point=np.flatnonzero(points))
+        return _given(force.transpose("iteration", "contact_point", "component"), plain=plain)
+
+    def resultants(self, interface: str, *, plain: bool = False) -> dict[str, Any]:
+        """Resultants of the forces on an interface in every iteration.
+
+        Returns
+        -------
+        dict
+            ``force`` (N, V_s, V_t) and ``moment`` (torsion M_n, bending M_s, M_t), each (iteration, component), and
+            ``eccentricity`` (e_s, e_t) of N, (iteration, 2), as quantities or plain SI floats.
+        """
+        index = self._index_of(interface)
+        points = np.flatnonzero(self._ds["interface_of_contact_point"].to_numpy() == index)
+        alone = self._ds.isel(contact_point=points, interface=[index])
+        alone = alone.assign_coords(interface_of_contact_point=("contact_point", np.zeros(len(points), dtype=int)))
+        found = interface_resultants(alone).isel(interface=0)
+        return {str(name): _given(found[name], plain=plain) for name in found.data_vars}
+
+    def quantity(self, variable: str, **selection: Any) -> Any:
+        """A variable of the history as a quantity: ``quantity("contact_force", iteration=-1, component="n")``.
+
+        Parameters
+        ----------
+        variable
+            Its name.
+        **selection
+            Positions, or names where the dimension has names.
+
+        Raises
+        ------
+        UnknownNameError
+            A variable or a name that the history does not have.
+        """
+        if variable not in self._ds:
+            msg = f"history: no variable {variable!r}; it has {', '.join(map(str, self._ds.data_vars))}"
+            raise UnknownNameError(msg)
+        array = self._ds[variable]
+        try:
+            names = {d: v for d, v in selection.items() if isinstance(v, str)}
+            array = array.sel(names).isel({d: v for d, v in selection.items() if d not in names})
+        except (KeyError, ValueError, IndexError) as error:
+            msg = f"history: {variable} has no {selection} ({error}); its dimensions are {dict(array.sizes)}"
+            raise UnknownNameError(msg) from error
+        return _given(array, plain=False)
+
+    def difference(self, other: xr.Dataset | None = None, *, iteration: int = -1, before: int = -1) -> xr.Dataset:
+        """What differs between two iterations, of this history or of two.
+
+        Parameters
+        ----------
+        other
+            History of another case of the same interfaces; this one by default.
+        iteration
+            Iteration of this history; negative ones count from the end.
+        before
+            Iteration of the other one that is subtracted.
+
+        Returns
+        -------
+        xarray.Dataset
+            Load factor, contact forces and velocities of this iteration less those of the other, in their units.
+
+        Raises
+        ------
+        ModelError
+            Histories of different contact points or blocks.
+        """
+        other = self._ds if other is None else other
+        for name in ("contact_position", "block_position"):
+            one, two = self._ds[name].to_numpy(), other[name].to_numpy()
+            if one.shape != two.shape or not np.allclose(one, two, rtol=0, atol=1e-9 * np.ptp(one, axis=0).max()):
+                msg = f"difference: the histories have different {name.replace('_', ' ')}s; compare cases of one model"
+                raise ModelError(msg)
+        here = self._ds.isel(iteration=self._position(iteration), drop=True)
+        there = other.isel(iteration=other.blockstruct._position(before), drop=True)
+        found = xr.Dataset(
+            {name: (here[name] - there[name].variable).assign_attrs(here[name].attrs) for name in _COMPARED}
+        )
+        return found.drop_vars("stage", errors="ignore")
+
+    def frame(self, variable: str | None = None) -> pd.DataFrame:
+        """A variable as a pandas table: :func:`blockstruct.results.history_frame`."""
+        return history_frame(self._ds, variable)
+
+    def export(self, path: str | Path, variable: str | None = None) -> Path:
+        """Write the history to a ``.csv``, ``.parquet`` or ``.nc`` file.
+
+        Parameters
+        ----------
+        path
+            Its name tells the format. Parquet needs the package pyarrow.
+        variable
+            As of :meth:`frame`; a ``.nc`` file holds the whole history without one.
+
+        Raises
+        ------
+        StorageError
+            Another ending, a package that is missing, or a file that cannot be written.
+        """
+        path = Path(path)
+        kind = path.suffix.lower()
+        if kind not in (".csv", ".parquet", ".nc"):
+            msg = f"{path}: give a name that ends in .csv, .parquet or .nc"
+            raise StorageError(msg)
+        if kind == ".parquet" and importlib.util.find_spec("pyarrow") is None:
+            msg = f"{path}: Parquet needs the package pyarrow; install it by `pip install pyarrow`, or give a .csv file"
+            raise StorageError(msg)
+        try:
+            if kind == ".nc":
+                ds = self._ds if variable is None else self._ds[[variable]]
+                path.write_bytes(ds.to_netcdf(engine="h5netcdf"))
+            elif kind == ".csv":
+                self.frame(variable).to_csv(path)
+            else:
+                self.frame(variable).to_parquet(path)
+        except OSError as error:
+            msg = f"{path}: cannot be written ({error.strerror or error}); choose another file"
+            raise StorageError(msg) from error
+        return path
+
+    def _position(self, iteration: int) -> int:
+        n = self._ds.sizes["iteration"]
+        if not -n <= iteration < n:
+            msg = f"history: no iteration {iteration}; it has {n}, from 0"
+            raise UnknownNameError(msg)
+        return iteration % n
+
+    def _index_of(self, interface: str) -> int:
+        names = self._ds["interface"].to_numpy()
+        found = np.flatnonzero(names == interface)
+        if not len(found):
+            msg = f"history: no interface {interface!r}; it has {len(names)}, such as {', '.join(map(str, names[:5]))}"
+            raise UnknownNameError(msg)
+        return int(found[0])
+
+    @staticmethod
+    def _in_state(history: xr.Dataset, state: str) -> np.ndarray:
+        """Whether each interface is in a state, (iteration, interface): parts of a state are joined by `` + ``."""
+        known = [s.value for s in ContactState]
+        if state not in known:
+            msg = f"history: no state {state!r}; give one of {', '.join(known)}"
+            raise UnknownNameError(msg)
+        states = contact_state(history).transpose("iteration", "interface").to_numpy()
+        values, index = np.unique(states.astype(str), return_inverse=True)
+        of_value = np.array([state in value.split(" + ") for value in values], dtype=bool)
+        return of_value[index].reshape(states.shape)
+
+
+def _given(array: xr.DataArray, *, plain: bool) -> Any:
+    return array.to_numpy() if plain else Q_(array.to_numpy(), array.attrs.get("units", "dimensionless"))

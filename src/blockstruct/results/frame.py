@@ -1,0 +1,45 @@
+"""Histories as pandas tables."""
+
+import pandas as pd
+import xarray as xr
+
+from blockstruct.errors import UnknownNameError
+from blockstruct.results.resultants import interface_resultants
+from blockstruct.results.states import contact_state
+
+
+def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFrame:
+    """History of a case as a pandas table, units in the column names.
+
+    Parameters
+    ----------
+    history
+        History of a case, or a selection of its iterations.
+    variable
+        Any variable of the history, or ``state``, ``force``, ``moment`` or ``eccentricity`` of the interfaces. None
+        gives all variables that have one value an iteration.
+
+    Raises
+    ------
+    UnknownNameError
+        A variable that is none of these.
+    """
+    if variable is None:
+        data = history[[name for name in history.data_vars if history[name].dims == ("iteration",)]]
+    elif variable in history.data_vars:
+        data = history[[variable]]
+    elif variable == "state":
+        data = contact_state(history).to_dataset(name="state")
+    elif variable in ("force", "moment", "eccentricity"):
+        data = interface_resultants(history)[[variable]]
+    else:
+        known = [*map(str, history.data_vars), "state", "force", "moment", "eccentricity"]
+        msg = f"history: no variable {variable!r}; it has {', '.join(known)}"
+        raise UnknownNameError(msg)
+    units = {str(name): data[name].attrs.get("units", "dimensionless") for name in data.data_vars}
+    if "contact_point" in data.dims:
+        of_point = history["interface"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
+        data = data.assign_coords(interface_of_contact_point=("contact_point", of_point))
+    keep = {*data.dims, "stage", "interface_of_contact_point"}
+    frame = data.drop_vars([c for c in data.coords if c not in keep]).to_dataframe()
+    return frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit != "dimensionless"})

@@ -1,0 +1,257 @@
+"""Many analysis files as one table."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from blockstruct.errors import BlockstructError, FormatError, StorageError
+from blockstruct.results import CERTIFICATE_MEASURES
+from blockstruct.storage.case_group import group_of
+from blockstruct.storage.check import case_names, check_file, checked_root
+from blockstruct.storage.skeleton import plain
+
+_NUMBERS = ("load_factor", "n_iterations", "duration", *CERTIFICATE_MEASURES)
+_TEXTS = ("status", "flow", "dead", "variable", "message", "started_at")
+#: Units of the columns that have one.
+_UNITS = {"load_factor": "dimensionless", "duration": "second"}
+
+
+class Archive:
+    """The analysis files of a folder and of its subfolders.
+
+    Nothing is read before it is asked for, and of a table only attributes and scalars. Files are found anew at every
+    question; what was read of a file is kept as long as the file does not change.
+
+    Parameters
+    ----------
+    folder
+        Folder of files ``*.h5``.
+
+    Raises
+    ------
+    StorageError
+        No such folder.
+
+    Examples
+    --------
+    >>> archive = Archive(".")
+    >>> weakest = archive.query("status == 'converged' and load_factor < 0.2")  # doctest: +SKIP
+    >>> histories = archive.history(weakest)  # doctest: +SKIP
+    """
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = Path(folder)
+        if not self.folder.is_dir():
+            msg = f"{self.folder}: no such folder; give the folder of the analysis files"
+            raise StorageError(msg)
+        self._known: dict[Path, tuple[tuple[int, int], list[dict[str, Any]]]] = {}
+
+    def __repr__(self) -> str:
+        return f"Archive({str(self.folder)!r})"
+
+    @property
+    def paths(self) -> list[Path]:
+        """All files ``*.h5``, in order."""
+        return sorted(p for p in self.folder.rglob("*.h5") if p.is_file())
+
+    def table(self) -> pd.DataFrame:
+        """One row a case.
+
+        Columns: ``path`` (relative to the folder), ``case``, ``model``, ``model_hash``, ``load_factor``, ``status``,
+        ``flow``, ``dead``, ``variable``, the measures of the certificate and whether it ``holds``, ``n_iterations``,
+        ``started_at`` and ``created_at`` (UTC), ``duration`` (s), ``version`` of blockstruct, ``tags``,
+        ``message``, a column ``settings_…`` for each setting, and ``problem``: why a file, which has one row then,
+        cannot be read. A run that is under way or was killed has a row of that kind, too. The units of columns are
+        in ``table.attrs["units"]``.
+        """
+        rows = [row for path in self.paths for row in self._rows(path)]
+        for folder in sorted(self.folder.rglob("*.partial")):
+            if (folder / "plan").is_file():
+                path = folder.with_suffix("").relative_to(self.folder).as_posix()
+                rows.append({"path": path, "problem": "a run that is under way, or was killed: recover or resume it"})
+        first = ("path", "case", "model", "model_hash", *_NUMBERS, *_TEXTS, "created_at", "version", "tags", "problem")
+        table = pd.DataFrame(rows)
+        table = table.reindex(columns=[*first, *(c for c in table.columns if c not in first)])
+        for column in ("started_at", "created_at"):
+            table[column] = pd.to_datetime(table[column], utc=True, errors="coerce", format="ISO8601")
+        table.attrs["units"] = dict(_UNITS)
+        return table
+
+    def query(self, expression: str) -> pd.DataFrame:
+        """Rows of the table by an expression of :meth:`pandas.DataFrame.query`.
+
+        Parameters
+        ----------
+        expression
+            Of column names, as in ``"status == 'converged' and load_factor < 0.3"``.
+
+        Raises
+        ------
+        StorageError
+            An expression that pandas cannot evaluate.
+        """
+        table = self.table()
+        try:
+            found = table.query(expression, engine="python", local_dict={}, global_dict={})
+        except Exception as error:  # pandas passes on whatever the expression raises.
+            known = ", ".join(c for c in table.columns if not c.startswith("settings_"))
+            msg = f"query {expression!r}: {error}; columns are {known} and settings_…"
+            raise StorageError(msg) from error
+        if not isinstance(found, pd.DataFrame):
+            msg = f'query {expression!r} selects no rows; write a comparison such as "load_factor < 0.3"'
+            raise StorageError(msg)
+        return found
+
+    def select(
+        self,
+        *,
+        model_hash: str | None = None,
+        tags: str | list[str] | tuple[str, ...] = (),
+        since: str | None = None,
+        until: str | None = None,
+    ) -> pd.DataFrame:
+        """Rows of the table by model, tags and date.
+
+        Parameters
+        ----------
+        model_hash
+            The hash, or how it begins.
+        tags
+            Tags that an analysis must all have.
+        since, until
+            Dates, or times, of creation in ISO 8601, UTC unless they say otherwise; both belong to the selection.
+
+        Raises
+        ------
+        StorageError
+            A text that is no date.
+        """
+        table = self.table()
+        wanted = {tags} if isinstance(tags, str) else set(tags)
+        keep = table["tags"].map(lambda found: wanted <= set(found) if isinstance(found, tuple) else not wanted)
+        if model_hash is not None:
+            keep &= table["model_hash"].fillna("").str.startswith(model_hash)
+        if since is not None:
+            keep &= table["created_at"] >= _time(since)
+        if until is not None:
+            # A date alone means its whole day.
+            day = pd.Timedelta(days=1) if len(until) == len("2026-01-31") else pd.Timedelta(microseconds=1)
+            keep &= table["created_at"] < _time(until) + day
+        return table[keep.astype(bool)]
+
+    def history(self, selection: pd.DataFrame | str) -> xr.DataTree:
+        """Histories of cases, as one lazy tree: a value is read from its file when it is used, and nothing else.
+
+        Parameters
+        ----------
+        selection
+            Rows of :meth:`table`, or an expression of :meth:`query`.
+
+        Returns
+        -------
+        xarray.DataTree
+            A node ``<path>/<case>`` for each case, its name escaped as in the file.
+
+        Raises
+        ------
+        FormatError
+            A selected file that violates its schema.
+        """
+        rows = self.query(selection) if isinstance(selection, str) else selection
+        rows = rows[rows["case"].notna()]
+        for path in rows["path"].unique():
+            check_file(self.folder / path)
+        nodes = {}
+        for path, case in zip(rows["path"], rows["case"], strict=True):
+            group = f"/cases/{group_of(case)}/history"
+            history = xr.open_dataset(self.folder / path, group=group, engine="h5netcdf", cache=False)
+            nodes[f"{path}/{group_of(case)}"] = history
+        return xr.DataTree.from_dict(nodes)
+
+    def difference(self, other: "Archive") -> pd.DataFrame:
+        """Cases of two archives side by side: of the same path and name, or in one of them only.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Indexed by path and case: ``load_factor``, ``status`` and ``model_hash`` of each, with ``_other`` for the
+            other one's, and ``relative_difference`` of the load factor.
+        """
+        columns = ["load_factor", "status", "model_hash"]
+        one, two = (a.table().dropna(subset="case").set_index(["path", "case"])[columns] for a in (self, other))
+        joined = one.join(two.add_suffix("_other"), how="outer")
+        joined["relative_difference"] = joined["load_factor_other"] / joined["load_factor"] - 1
+        return joined
+
+    def _rows(self, path: Path) -> list[dict[str, Any]]:
+        relative = path.relative_to(self.folder).as_posix()
+        try:
+            status = path.stat()
+            stamp = (status.st_mtime_ns, status.st_size)
+            if self._known.get(path, (None,))[0] != stamp:
+                self._known[path] = (stamp, [{"path": relative, **row} for row in _cases(path)])
+            return self._known[path][1]
+        except BlockstructError as error:
+            problem = str(error).removeprefix(f"{path}: ")
+        except Exception as error:  # Whatever the libraries make of damaged bytes.
+            problem = f"no readable HDF5 file ({error}); it is damaged or of another kind"
+        return [{"path": relative, "problem": problem}]
+
+
+def _cases(path: Path) -> Iterator[dict[str, Any]]:
+    """Rows of one file, from its attributes and scalars alone."""
+    with h5py.File(path, "r") as file:
+        attrs = checked_root(file, path)
+        names = case_names(file)
+        if names is None:
+            msg = f"{path}: /: attribute cases is no list of names"
+            raise FormatError(msg)
+        of_file = {
+            "model": plain(_inside(file, "model").attrs["name"]),
+            "model_hash": str(attrs["model_hash"]),
+            "created_at": attrs["created_at"],
+            "version": json.loads(attrs["versions"]).get("blockstruct"),
+            "tags": tuple(json.loads(attrs["tags"])),
+            "problem": "",
+        }
+        for name in names:
+            case = _inside(_inside(file, "cases"), group_of(name))
+            settings = json.loads(plain(case.attrs["settings"]))
+            yield {
+                **of_file,
+                "case": name,
+                **{number: _scalar(case, number) for number in _NUMBERS if number in case},
+                **{text: plain(case.attrs[text]) for text in _TEXTS},
+                **{f"settings_{key}": value for key, value in settings.items()},
+            }
+
+
+def _inside(group: h5py.Group, name: str) -> Any:
+    """Member of a group, never by a link."""
+    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+        msg = f"{group.file.filename}: {group.name}: no member {name!r} of its own"
+        raise FormatError(msg)
+    return group[name]
+
+
+def _scalar(case: h5py.Group, name: str) -> Any:
+    number = _inside(case, name)
+    if number.shape != () or number.dtype.kind not in "fiu":
+        msg = f"{case.file.filename}: {number.name}: {number.dtype} {number.shape} is no number"
+        raise FormatError(msg)
+    value = np.asarray(number[()]).item()
+    return bool(value) if name == "holds" else value
+
+
+def _time(text: str) -> pd.Timestamp:
+    try:
+        return pd.to_datetime(text, utc=True, format="ISO8601")
+    except (ValueError, TypeError) as error:
+        msg = f"{text!r} is no date; write ISO 8601, as in '2026-01-31' or '2026-01-31T12:00'"
+        raise StorageError(msg) from error

@@ -1,0 +1,103 @@
+"""One writer a file: a lock that dies with its process."""
+
+import contextlib
+import os
+import platform
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Self
+
+from blockstruct.errors import StorageError
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _take(stream: IO[bytes]) -> None:
+        # Far behind the text: Windows lets nobody read a locked byte.
+        os.lseek(stream.fileno(), 1 << 20, os.SEEK_SET)
+        msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
+        stream.seek(0)
+else:
+    import fcntl
+
+    def _take(stream: IO[bytes]) -> None:
+        fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def folder_of(path: Path) -> Path:
+    """Folder beside a file that holds its lock, and the working data of a run that writes to it."""
+    return path.with_name(f"{path.name}.partial")
+
+
+class WriterLock:
+    """The right to write a file, from construction to :meth:`release` or the end of the process, however it ends.
+
+    Parameters
+    ----------
+    path
+        The file; its folder is made if it is missing.
+
+    Raises
+    ------
+    StorageError
+        A file that another writer holds: the message says who.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.folder = folder_of(path)
+        lock = self.folder / "lock"
+        while True:
+            self._stream = _opened(lock, path)
+            try:
+                _take(self._stream)
+            except OSError as error:
+                self._stream.seek(0)
+                holder = self._stream.read().decode(errors="replace").strip() or f"another process ({error.strerror})"
+                self._stream.close()
+                msg = f"{path}: is being written by {holder}; wait until it has ended, or choose another name"
+                raise StorageError(msg) from error
+            if _is_in_place(self._stream, lock):
+                break
+            self._stream.close()
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        with contextlib.suppress(OSError):  # A lock on a full disk does not say whose it is.
+            self._stream.truncate(0)
+            self._stream.write(f"process {os.getpid()} on {platform.node()} since {now}\n".encode())
+
+    def release(self) -> None:
+        """Let others write; remove the folder if it holds nothing but the lock."""
+        with contextlib.suppress(OSError):  # Another writer may be quicker than these lines.
+            if [file.name for file in self.folder.iterdir()] == ["lock"]:
+                (self.folder / "lock").unlink()
+                self.folder.rmdir()
+        self._stream.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.release()
+
+
+def _opened(lock: Path, path: Path) -> IO[bytes]:
+    while True:
+        try:
+            lock.parent.mkdir(parents=True, exist_ok=True)
+            return lock.open("a+b", buffering=0)
+        except FileNotFoundError:
+            continue  # Another writer has just removed the folder.
+        except OSError as error:
+            msg = f"{path}: cannot be written ({error.strerror}); choose a folder you can write to"
+            raise StorageError(msg) from error
+
+
+def _is_in_place(stream: IO[bytes], lock: Path) -> bool:
+    """Whether the file that is held is still the one of that name, and not one that its writer has removed."""
+    try:
+        return os.path.samestat(os.fstat(stream.fileno()), lock.stat())
+    except FileNotFoundError:
+        return False

@@ -1,0 +1,200 @@
+"""Folders of analyses: tables, selections, lazy histories, damaged files."""
+
+import builtins
+import dataclasses
+import shutil
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+
+import blockstruct as bs
+from blockstruct.analysis import CaseStarted
+from structures import SELF_WEIGHT, model_of, push, seal_again, single_block
+
+
+@pytest.fixture(scope="module")
+def folder(small_analysis, tmp_path_factory):
+    """Two walls, and in a subfolder a block that rocks at b / h = 0.5."""
+    folder = tmp_path_factory.mktemp("archive")
+    for name, day, tags in (("wall", "2025-03-01", ["north"]), ("wall-2", "2026-03-01", ["north", "survey 2"])):
+        dated = small_analysis.replaced(created_at=f"{day}T10:00:00.000+00:00", tags=tags)
+        bs.save_analysis(dated, folder / f"{name}.h5")
+    model = model_of(*single_block(0.5, 1.0), name="block")
+    case = bs.LimitCase("rocks / x", SELF_WEIGHT, push(1, 0, 0))
+    bs.AnalysisManager(model, folder / "sub" / "block.h5", tags=["block"]).run([case])
+    return folder
+
+
+@pytest.fixture
+def damaged(folder, tmp_path):
+    """The folder, and files of every kind of damage."""
+    shutil.copytree(folder, tmp_path / "a")
+    content = (folder / "wall.h5").read_bytes()
+    (tmp_path / "a" / "cut.h5").write_bytes(content[:20_000])
+    (tmp_path / "a" / "text.h5").write_text("notes")
+    with h5py.File(tmp_path / "a" / "other.h5", "w") as file:
+        file["x"] = [1.0]
+    shutil.copy(folder / "wall.h5", tmp_path / "a" / "linked.h5")
+    with h5py.File(tmp_path / "a" / "linked.h5", "r+") as file:
+        del file["/cases/push associative/load_factor"]
+        file["/cases/push associative/load_factor"] = h5py.ExternalLink("wall.h5", "/cases/push associative/duration")
+    return tmp_path / "a"
+
+
+def test_one_row_a_case(folder, small_analysis):
+    table = bs.Archive(folder).table()
+    assert table["path"].tolist() == ["sub/block.h5", *["wall-2.h5"] * 2, *["wall.h5"] * 2]
+    row = table.iloc[0]
+    assert (row["case"], row["model"], row["status"], row["flow"]) == (
+        "rocks / x",
+        "block",
+        "converged",
+        "nonassociative",
+    )
+    assert row["load_factor"] == pytest.approx(0.5, rel=1e-3)
+    assert row["tags"] == ("block",)
+    assert row["holds"]
+    assert row["problem"] == ""
+    assert row["settings_crushing"] == "conic"
+    assert row["version"] == bs.__version__
+    assert row["started_at"] <= pd.Timestamp.now(tz="UTC")
+    assert table.attrs["units"]["duration"] == "second"
+    for name, result in small_analysis.items():
+        of_case = table[(table["case"] == name) & (table["path"] == "wall.h5")].iloc[0]
+        assert of_case["load_factor"] == result.load_factor
+        assert of_case["flow_rule_gap"] == result.certificate.flow_rule_gap
+        assert of_case["n_iterations"] == result.n_iterations
+        assert of_case["model_hash"] == small_analysis.model.hash
+
+
+def test_query_and_select(folder, small_analysis):
+    archive = bs.Archive(folder)
+    assert archive.query("flow == 'associative' and load_factor > 0")["path"].tolist() == ["wall-2.h5", "wall.h5"]
+    assert set(archive.select(model_hash=small_analysis.model.hash[:12])["path"]) == {"wall.h5", "wall-2.h5"}
+    assert set(archive.select(tags="north")["path"]) == {"wall.h5", "wall-2.h5"}
+    assert set(archive.select(tags=["north", "survey 2"])["path"]) == {"wall-2.h5"}
+    assert set(archive.select(until="2025-03-01")["path"]) == {"wall.h5"}
+    assert set(archive.select(since="2025-03-02", until="2026-03-01T10:00")["path"]) == {"wall-2.h5"}
+    assert archive.select(until="2025-02-28").empty
+    assert len(archive.select()) == 5
+
+
+@pytest.mark.parametrize("expression", ["load_factr < 1", "load_factor <", "@builtins", "1", "case"])
+def test_bad_queries(folder, expression):
+    assert builtins  # A name that an expression must not reach.
+    with pytest.raises(bs.StorageError, match=r"^query "):
+        bs.Archive(folder).query(expression)
+
+
+def test_bad_dates_and_folders(folder, tmp_path):
+    with pytest.raises(bs.StorageError, match="'yesterday' is no date"):
+        bs.Archive(folder).select(since="yesterday")
+    with pytest.raises(bs.StorageError, match="no such folder"):
+        bs.Archive(tmp_path / "none")
+    empty = bs.Archive(tmp_path)
+    assert empty.table().empty
+    assert "load_factor" in empty.table()
+    assert empty.query("load_factor < 1").empty
+
+
+def test_damaged_files_are_listed_with_the_reason(damaged):
+    table = bs.Archive(damaged).table().set_index("path")
+    assert table.index.nunique() == 7
+    for name, reason in {
+        "cut.h5": "no readable HDF5 file",
+        "text.h5": "no readable HDF5 file",
+        "other.h5": "no blockstruct analysis",
+        "linked.h5": "/cases/push associative: no member 'load_factor' of its own",
+    }.items():
+        assert reason in table.loc[name, "problem"]
+        assert table.loc[name, "case"] is None or pd.isna(table.loc[name, "case"])
+    assert bs.Archive(damaged).query("problem == ''").shape[0] == 5
+    assert bs.Archive(damaged).query("load_factor > 0").shape[0] == 5
+
+
+def test_runs_under_way_are_listed(folder, tmp_path, small_model, small_cases):
+    seen = []
+
+    def look(event):
+        if isinstance(event, CaseStarted):
+            seen.append(bs.Archive(tmp_path).table())
+
+    bs.AnalysisManager(small_model, tmp_path / "x.h5", listeners=[look]).run(small_cases[:1])
+    assert seen[0]["path"].tolist() == ["x.h5"]
+    assert "under way" in seen[0]["problem"][0]
+    assert bs.Archive(tmp_path).table()["problem"].tolist() == [""]
+
+
+def test_tables_follow_the_files(folder, tmp_path, small_analysis):
+    shutil.copytree(folder, tmp_path / "a")
+    archive = bs.Archive(tmp_path / "a")
+    archive.table()
+    bs.save_analysis(small_analysis.replaced(tags=["new"]), tmp_path / "a" / "wall.h5")
+    (tmp_path / "a" / "wall-2.h5").unlink()
+    assert archive.select(tags="new")["path"].tolist() == ["wall.h5"] * 2
+    assert "wall-2.h5" not in set(archive.table()["path"])
+
+
+def test_histories_are_one_lazy_tree(folder, small_analysis):
+    archive = bs.Archive(folder)
+    tree = archive.history("load_factor > 0")
+    assert len(tree.leaves) == 5
+    name = "push nonassociative"
+    history = tree[f"wall.h5/{name}"]
+    force = history["contact_force"]
+    assert not any(v.variable._in_memory for v in history.ds.data_vars.values())
+    expected = small_analysis[name].history.contact_force.isel(iteration=3, contact_point=5)
+    np.testing.assert_array_equal(force.isel(iteration=3, contact_point=5), expected)
+    assert not force.variable._in_memory
+    block = tree["sub/block.h5/rocks %2F x"]
+    assert float(block["load_factor"][-1]) == pytest.approx(0.5, rel=1e-3)
+    tree.close()
+
+
+def test_one_case_is_read_without_the_others(folder, tmp_path, small_analysis):
+    """Whatever has become of the other files: they are not opened."""
+    shutil.copytree(folder, tmp_path / "a")
+    archive = bs.Archive(tmp_path / "a")
+    one = archive.query("path == 'wall.h5' and flow == 'associative'")
+    for name in ("wall-2.h5", "sub/block.h5"):
+        (tmp_path / "a" / name).write_bytes(b"")
+    tree = archive.history(one)
+    value = tree["wall.h5/push associative"]["contact_force"].isel(iteration=-1, contact_point=0).to_numpy()
+    np.testing.assert_array_equal(value, small_analysis["push associative"].history.contact_force[-1, 0])
+    tree.close()
+
+
+def test_histories_of_damaged_files_are_refused(damaged):
+    archive = bs.Archive(damaged)
+    rows = archive.query("path == 'wall.h5'")
+    with h5py.File(damaged / "wall.h5", "r+") as file:
+        del file["/cases/push associative/history/contact_force"]
+    seal_again(damaged / "wall.h5")
+    with pytest.raises(bs.FormatError, match=r"push associative.*contact_force"):
+        archive.history(rows)
+
+
+def test_the_difference_of_two_archives(folder, tmp_path, small_analysis):
+    shutil.copytree(folder, tmp_path / "a")
+    name = "push associative"
+    history = small_analysis[name].history
+    higher = dataclasses.replace(
+        small_analysis[name],
+        load_factor=float(history.load_factor[-1] * 1.01),
+        history=history.assign(load_factor=history.load_factor * 1.01),
+    )
+    bs.save_analysis(small_analysis.replaced(results={**small_analysis, name: higher}), tmp_path / "a" / "wall.h5")
+    (tmp_path / "a" / "wall-2.h5").unlink()
+    found = bs.Archive(folder).difference(bs.Archive(tmp_path / "a"))
+    assert len(found) == 5
+    assert found.loc[("wall.h5", name), "relative_difference"] == pytest.approx(0.01)
+    assert found.loc[("sub/block.h5", "rocks / x"), "relative_difference"] == 0
+    assert np.isnan(found.loc[("wall-2.h5", name), "load_factor_other"])
+
+
+def test_tags_are_texts(small_model, small_analysis):
+    for tags in ("north", [1]):
+        with pytest.raises(bs.ModelError, match="tags"):
+            bs.AnalysisManager(small_model, tags=tags)

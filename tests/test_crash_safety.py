@@ -1,0 +1,384 @@
+"""Runs that are killed, disks that are full, writers that meet: what is committed survives, and is gone on with."""
+
+import contextlib
+import dataclasses
+import multiprocessing
+import os
+import random
+import resource
+import shutil
+import time
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct.analysis import CaseFinished, CaseStarted, IterationDone
+from blockstruct.analysis.replay import ReplaySolver
+from blockstruct.limit import LimitProblem, solve_limit_case
+from blockstruct.results import history_of
+from blockstruct.solvers import ClarabelSolver
+from blockstruct.statics import Statics
+from blockstruct.storage import is_unfinished
+from structures import SELF_WEIGHT, model_of, push
+
+FRESH = multiprocessing.get_context("forkserver")
+FRESH.set_forkserver_preload(["blockstruct", "structures", "test_crash_safety"])
+
+
+def wall() -> bs.Model:
+    rows = [[1, 1, 1], [0.5, 1, 1, 0.5], [1, 1, 1], [0.5, 1, 1, 0.5]]
+    tuff = bs.Material("tuff", "12 kN/m^3")
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    return model_of(blocks, bs.JointMaterial("dry", 0.65))
+
+
+def cases() -> list[bs.LimitCase]:
+    return [
+        bs.LimitCase("upper", SELF_WEIGHT, push(1, 0, 0), "associative"),
+        bs.LimitCase("sideways", SELF_WEIGHT, push(1, 0, 0)),
+        bs.LimitCase("lifted", SELF_WEIGHT, bs.LoadPattern("down", [bs.BodyForce((0, 0, -1))])),
+    ]
+
+
+def run(path, report, pause=0.0):
+    """Run the wall; tell of every event after it is committed."""
+
+    def tell(event):
+        match event:
+            case IterationDone(case):
+                report.send(case.name)
+        time.sleep(pause)
+
+    manager = bs.AnalysisManager(wall(), path, listeners=[tell])
+    report.send("begun")
+    manager.run(cases())
+    report.send("finished")
+
+
+def killed(path, seconds):
+    """Run the wall in a process of its own, kill it so long after it has begun, and give what it has told."""
+    here, there = FRESH.Pipe(duplex=False)
+    process = FRESH.Process(target=run, args=(path, there, 0.005))
+    process.start()
+    there.close()
+    told = [here.recv()]
+    process.join(seconds)
+    process.kill()
+    process.join()
+    with contextlib.suppress(EOFError):
+        while here.poll():
+            told.append(here.recv())
+    return told
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    return bs.AnalysisManager(wall(), tmp_path_factory.mktemp("whole") / "wall.h5").run(cases())
+
+
+def timeless(result):
+    return result.history.drop_vars("solver_time")
+
+
+def check_survivors(path, told, whole):
+    """What a killed run has left: every iteration that it told of, as it would be without the kill."""
+    if not is_unfinished(path) and not path.is_file():
+        assert told == ["begun"]
+        return
+    assert path.is_file() or "finished" not in told
+    found = bs.recover(path) if is_unfinished(path) else bs.open_analysis(path)
+    assert list(found) == list(whole)
+    for name, result in found.items():
+        n = result.n_iterations
+        assert told.count(name) <= n <= whole[name].n_iterations
+        expected = whole[name].history.isel(iteration=slice(n)).drop_vars("solver_time")
+        assert timeless(result).identical(expected)
+        if result.status == "interrupted":
+            assert (result.certificate is None) == (n == 0)
+        else:
+            assert (result.status, result.message) == (whole[name].status, whole[name].message)
+    assert bs.open_analysis(path).status == found.status
+    assert not is_unfinished(path)
+
+
+def check_resumed(path, whole):
+    again = bs.AnalysisManager.resume(path)
+    assert again.status == "finished"
+    for name, result in again.items():
+        assert result.status == whole[name].status
+        assert result.n_iterations == whole[name].n_iterations
+        assert result.load_factor == pytest.approx(whole[name].load_factor, rel=1e-6)
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
+    assert bs.open_analysis(path).status == "finished"
+
+
+def kill_at_random(folder, whole, times, seed):
+    moments = random.Random(seed)
+    for k in range(times):
+        path = folder / f"{k}" / "wall.h5"
+        path.parent.mkdir()
+        told = killed(path, moments.uniform(0.0, 0.9))
+        if k % 2:
+            check_survivors(path, told, whole)
+        if path.is_file() or is_unfinished(path):
+            check_resumed(path, whole)
+        shutil.rmtree(path.parent)
+
+
+def test_killed_at_random(tmp_path, whole):
+    kill_at_random(tmp_path, whole, 20, seed=1)
+
+
+@pytest.mark.parametrize("at", [0, 1, 2, 8, 15, 16])
+def test_resume_after_any_iteration(tmp_path, whole, at):
+    path = tmp_path / "wall.h5"
+    interrupt_after(path, at)
+    check_resumed(path, whole)
+
+
+def interrupt_after(path, at, *, error=RuntimeError):
+    """Run the wall and leave it by an error, as if killed, after so many iterations."""
+    seen = []
+
+    def stop(event):
+        if isinstance(event, IterationDone):
+            seen.append(event)
+        if len(seen) == at + 1:
+            raise error
+
+    with contextlib.suppress(RuntimeError):
+        bs.AnalysisManager(wall(), path, listeners=[stop]).run(cases())
+
+
+class Unreliable(ClarabelSolver):
+    """Fails at some programs, as solvers do; the first it solves is that of the dead load."""
+
+    def __init__(self, done=0):
+        super().__init__()
+        self.next = iter([True, *(k not in (2, 5) for k in range(done, 1000))])
+
+    def solve(self, program, numbers, tolerance):
+        solution = super().solve(program, numbers, tolerance)
+        return solution if next(self.next) else dataclasses.replace(solution, status=bs.SolverStatus.INFEASIBLE)
+
+
+@pytest.mark.parametrize(
+    ("settings", "solver"),
+    [
+        ({"procedure": "shifted"}, ClarabelSolver),
+        ({"crushing": "linearised"}, ClarabelSolver),
+        ({"crushing_interaction": "biaxial"}, ClarabelSolver),
+        ({"fallback_after": 8, "max_programs": 30}, ClarabelSolver),
+        ({}, Unreliable),
+    ],
+    ids=str,
+)
+def test_every_procedure_is_replayed(settings, solver):
+    """Whatever the first iterations were, the others follow from them as without the interruption."""
+    rows = [[1, 1], [0.5, 1, 0.5], [1, 1]]
+    tuff = bs.Material("tuff", "12 kN/m^3")
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    model = model_of(blocks, bs.JointMaterial("soft", 0.65, compressive_strength="60 kPa"))
+    case = bs.LimitCase("sideways", SELF_WEIGHT, push(1, 0, 0))
+    settings = bs.ProcedureSettings(**settings)
+    statics = Statics.of(model)
+    problem = LimitProblem.of(statics, case)
+
+    def solved(solver):
+        steps = solve_limit_case(problem, case.flow, settings, solver)
+        iterations = []
+        while True:
+            try:
+                iterations.append(next(steps))
+            except StopIteration as stop:
+                return iterations, stop.value
+
+    iterations, outcome = solved(solver())
+    assert len(iterations) > 5
+    for at in (1, 3, 6, len(iterations)):
+        rest = solver(at) if solver is Unreliable else solver()
+        replay = ReplaySolver(statics, problem, history_of(statics, problem, iterations[:at]), rest)
+        again, same = solved(replay)
+        assert same.status == outcome.status
+        # To the tolerance of the certificate: forces go through SI units, and the last bit of a force can decide which
+        # of many equally good ones a program takes.
+        np.testing.assert_allclose(same.load_factor, outcome.load_factor, rtol=settings.gap_tolerance)
+        for before, now in zip(iterations[:at], again, strict=False):
+            assert (before.stage, before.solver_status, before.c0) == (now.stage, now.solver_status, now.c0)
+            np.testing.assert_allclose(now.x, before.x, rtol=1e-12, atol=1e-12)
+
+
+def test_resume_solves_nothing_twice(tmp_path, monkeypatch):
+    path = tmp_path / "wall.h5"
+    interrupt_after(path, 6)
+    solved = []
+    solve = ClarabelSolver.solve
+    monkeypatch.setattr(ClarabelSolver, "solve", lambda *words: solved.append(words) or solve(*words))
+    heard = []
+    analysis = bs.AnalysisManager.resume(path, listeners=[heard.append])
+    # The dead load of the two cases that had not ended, and what was not solved yet.
+    assert len(solved) == 2 + (analysis["sideways"].n_iterations - 6) + analysis["lifted"].n_iterations
+    assert sum(isinstance(e, IterationDone) for e in heard) == sum(
+        analysis[name].n_iterations for name in ("sideways", "lifted")
+    )
+
+
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
+def test_a_resumed_run_can_be_interrupted_again(tmp_path, whole, error):
+    path = tmp_path / "wall.h5"
+    interrupt_after(path, 9, error=error)
+    n = 9
+
+    def stop(event):
+        if isinstance(event, IterationDone) and event.index == 3:
+            raise error
+
+    with contextlib.suppress(RuntimeError):
+        bs.AnalysisManager.resume(path, listeners=[stop])
+    found = bs.recover(path) if is_unfinished(path) else bs.open_analysis(path)
+    assert found["sideways"].n_iterations == n
+    check_resumed(path, whole)
+
+
+def test_a_finished_analysis_is_resumed_as_it_is(tmp_path, whole):
+    path = bs.save_analysis(whole, tmp_path / "wall.h5")
+    before = path.stat()
+    assert bs.AnalysisManager.resume(path)["sideways"].load_factor == whole["sideways"].load_factor
+    assert path.stat() == before
+    with pytest.raises(bs.StorageError, match="no working data"):
+        bs.recover(path)
+    with pytest.raises(bs.StorageError, match="no such file"):
+        bs.AnalysisManager.resume(tmp_path / "other.h5")
+
+
+def test_a_killed_run_is_not_replaced_unasked(tmp_path):
+    path = tmp_path / "wall.h5"
+    interrupt_after(path, 3)
+    with pytest.raises(bs.StorageError, match=r"wall\.h5\.partial.*killed.*resume.*recover"):
+        bs.AnalysisManager(wall(), path).run(cases())
+    assert bs.recover(path)["sideways"].n_iterations == 3
+
+
+def test_iterations_of_another_procedure_are_not_gone_on_with(tmp_path):
+    path = tmp_path / "wall.h5"
+    interrupt_after(path, 6, error=KeyboardInterrupt)
+    stored = bs.open_analysis(path)
+    other = stored["sideways"].history.assign(c0=stored["sideways"].history.c0 * 2)
+    results = {**stored, "sideways": dataclasses.replace(stored["sideways"], history=other)}
+    bs.save_analysis(stored.replaced(results=results), path)
+    with pytest.raises(bs.FormatError, match=r"iteration 1 of the history.*run the case anew"):
+        bs.AnalysisManager.resume(path)
+
+
+@pytest.mark.parametrize("damage", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b[:900] + b"x" + b[901:]])
+def test_a_damaged_iteration_ends_what_is_recovered(tmp_path, whole, damage):
+    path = tmp_path / "wall.h5"
+    interrupt_after(path, 8)
+    file = tmp_path / "wall.h5.partial" / "1.4.npz"
+    file.write_bytes(damage(file.read_bytes()))
+    found = bs.recover(path)["sideways"]
+    assert found.n_iterations == 4
+    assert "1.4.npz is damaged" in found.message
+    check_resumed(path, whole)
+
+
+def test_the_second_writer_is_refused(tmp_path, whole):
+    path = tmp_path / "wall.h5"
+    refused = []
+
+    def meet(event):
+        if isinstance(event, CaseFinished) and not refused:
+            for write in (
+                lambda: bs.AnalysisManager(wall(), path).run(cases()),
+                lambda: bs.save_analysis(whole, path),
+                lambda: bs.AnalysisManager.resume(path),
+                lambda: bs.recover(path),
+            ):
+                with pytest.raises(bs.StorageError, match=rf"is being written by process {os.getpid()} on .* since"):
+                    write()
+                refused.append(write)
+
+    bs.AnalysisManager(wall(), path, listeners=[meet]).run(cases())
+    assert len(refused) == 4
+    bs.save_analysis(whole, path)
+    assert [p.name for p in tmp_path.iterdir()] == ["wall.h5"]
+
+
+def write_many(path, start, done):
+    start.wait()
+    for _ in range(4):
+        with contextlib.suppress(bs.StorageError):
+            done.put(str(bs.save_analysis(bs.open_analysis(path), path)))
+
+
+def test_writers_and_readers_at_once(tmp_path, whole):
+    """Three processes replace a file again and again; a reader always sees a whole one, and no rubbish is left."""
+    path = bs.save_analysis(whole, tmp_path / "wall.h5")
+    start, done = FRESH.Event(), FRESH.Queue()
+    writers = [FRESH.Process(target=write_many, args=(path, start, done)) for _ in range(3)]
+    for writer in writers:
+        writer.start()
+    start.set()
+    reads = 0
+    while any(w.is_alive() for w in writers):
+        assert bs.open_analysis(path)["sideways"].load_factor == whole["sideways"].load_factor
+        reads += 1
+    assert reads
+    assert not done.empty()
+    assert [w.exitcode for w in writers] == [0, 0, 0]
+    assert [p.name for p in tmp_path.iterdir()] == ["wall.h5"]
+
+
+def test_a_reader_sees_the_old_file_during_a_run(tmp_path, whole):
+    path = bs.save_analysis(whole, tmp_path / "wall.h5")
+    seen = []
+
+    def read(event):
+        if isinstance(event, CaseStarted):
+            seen.append(bs.open_analysis(path).created_at)
+
+    new = bs.AnalysisManager(wall(), path, listeners=[read]).run(cases())
+    assert seen == [whole.created_at] * 3
+    assert bs.open_analysis(path).created_at == new.created_at
+
+
+def run_on_a_full_disk(path, limit, report):
+    """Run the wall where no file may grow beyond a limit; tell the message."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+    try:
+        bs.AnalysisManager(wall(), path).run(cases())
+    except bs.StorageError as error:
+        report.send(str(error))
+    report.close()
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
+def test_a_full_disk(tmp_path, whole, share):
+    """The plan, or the finished file, does not fit: one message, and what was committed is kept."""
+    path = bs.save_analysis(whole, tmp_path / "other.h5")
+    size = path.stat().st_size
+    here, there = FRESH.Pipe(duplex=False)
+    process = FRESH.Process(target=run_on_a_full_disk, args=(tmp_path / "wall.h5", int(share * size), there))
+    process.start()
+    there.close()
+    message = here.recv()
+    process.join()
+    assert process.exitcode == 0
+    assert "cannot be written" in message
+    assert "free some space" in message
+    if is_unfinished(tmp_path / "wall.h5"):
+        found = bs.recover(tmp_path / "wall.h5")
+        assert all(found[name].status == whole[name].status for name in whole)
+    else:
+        assert sorted(p.name for p in tmp_path.iterdir()) == ["other.h5"]
+
+
+def test_a_read_only_folder():
+    with pytest.raises(bs.StorageError, match="cannot be written"):
+        bs.AnalysisManager(wall(), "/proc/wall.h5")
+
+
+@pytest.mark.slow
+def test_killed_at_random_200_times(tmp_path, whole):
+    kill_at_random(tmp_path, whole, 200, seed=2)
