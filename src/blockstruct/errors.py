@@ -43,3 +43,7 @@ class StorageError(BlockstructError, OSError):
 
 class FormatError(BlockstructError, ValueError):
     """A file that is no valid blockstruct analysis."""
+
+
+class MissingExtraError(BlockstructError, ImportError):
+    """A view whose packages are not installed."""
