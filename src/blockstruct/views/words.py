@@ -22,10 +22,10 @@ def status_words(result: bs.CaseResult) -> str:
 
 
 def load_factor_words(result: bs.CaseResult) -> str:
-    """The load factor, or that there is none."""
+    """The load factor as far as it is one: a number, ``infinite`` or ``none``."""
     if result.status is bs.Status.CONVERGED:
-        return f"load factor {result.load_factor:.4g}"
-    return "load factor infinite" if result.status is bs.Status.UNBOUNDED else "no load factor"
+        return f"{result.load_factor:.4g}"
+    return "infinite" if result.status is bs.Status.UNBOUNDED else "none"
 
 
 def certificate_words(result: bs.CaseResult) -> str:

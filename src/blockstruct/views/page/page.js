@@ -116,9 +116,12 @@ const traces = [
   lines([NaN, NaN, NaN], "#d4007a", 7),
 ];
 const axis = name => ({title: {text: name + " [m]"}, showbackground: false, gridcolor: "#eee9e1", zerolinecolor: "#eee9e1", showspikes: false});
+// The longest extent fills the picture.
+const extents = ["x", "y", "z"].map((_, c) => { const v = column(blocks.vertices, c); return v.reduce((a, b) => Math.max(a, b)) - v.reduce((a, b) => Math.min(a, b)); });
+const [x, y, z] = extents.map(e => 1.35 * e / Math.max(...extents));
 const layout = {
   margin: {l: 0, r: 0, t: 0, b: 0}, showlegend: false, uirevision: "kept",
-  scene: {aspectmode: "data", xaxis: axis("x"), yaxis: axis("y"), zaxis: axis("z"), dragmode: "orbit",
+  scene: {aspectmode: "manual", aspectratio: {x, y, z}, xaxis: axis("x"), yaxis: axis("y"), zaxis: axis("z"), dragmode: "orbit",
           camera: {projection: {type: "orthographic"}, eye: {x: 0.7, y: -2, z: 0.6}}},
 };
 const config = {displaylogo: false, responsive: true};
@@ -213,6 +216,11 @@ function legend() {
   }
 }
 
+/** Powers of ten between two ticks of a logarithmic axis. */
+function decades(values) {
+  const powers = values.filter(v => v > 0).map(Math.log10);
+  return Math.max(1, Math.ceil((Math.max(...powers) - Math.min(...powers)) / 4)) || 1;
+}
 function convergence() {
   const c = current(), n = c.stage.length, numbers = [...Array(n).keys()];
   const line = (y, name, more) => ({x: numbers, y, name, mode: "lines+markers", marker: {size: 5}, line: {width: 1.2}, ...more});
@@ -226,7 +234,7 @@ function convergence() {
     margin: {l: 58, r: 8, t: 8, b: 38}, showlegend: false, font: {size: 11},
     xaxis: {title: {text: "iteration [-]"}, anchor: "y2"},
     yaxis: {title: {text: "load factor α [-]"}, domain: [0.54, 1], range: [low - margin, high + margin]},
-    yaxis2: {title: {text: "flow-rule gap [-]"}, domain: [0, 0.46], type: "log", exponentformat: "power", nticks: 5},
+    yaxis2: {title: {text: "flow-rule gap [-]"}, domain: [0, 0.46], type: "log", exponentformat: "power", dtick: decades(gap)},
     shapes: [{type: "line", x0: shown.iteration, x1: shown.iteration, y0: 0, y1: 1, yref: "paper", line: {color: "#d55e00", width: 1.5}}],
   }, {displayModeBar: false, responsive: true});
 }

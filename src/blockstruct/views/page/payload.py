@@ -96,7 +96,7 @@ def _case(model: bs.Model, result: bs.CaseResult) -> dict[str, Any]:
         "name": result.name,
         "summary": [
             f"{result.case.dead.name} + load factor × {result.case.variable.name}, {result.case.flow} flow",
-            load_factor_words(result),
+            f"load factor {load_factor_words(result)}",
             status_words(result),
         ],
         "certificate": certificate_words(result),
