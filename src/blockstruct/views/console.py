@@ -1,5 +1,9 @@
 """Tables and texts for a terminal 80 columns wide."""
 
+import math
+from dataclasses import asdict
+from typing import Any
+
 import pandas as pd
 import xarray as xr
 from rich.table import Table
@@ -106,3 +110,35 @@ def history_frame(result: bs.CaseResult, variable: str | None) -> pd.DataFrame:
     keep = {*data.dims, "stage", "interface_of_contact_point"}
     frame = data.drop_vars([c for c in data.coords if c not in keep]).to_dataframe()
     return frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit != "dimensionless"})
+
+
+def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
+    """Results of an analysis as plain values for JSON, where numbers that are not finite are None.
+
+    Load factors, the four measures of certificates and counts are dimensionless, ``duration`` is in seconds.
+    """
+    return {
+        "model": analysis.model.name,
+        "model_hash": analysis.model.hash,
+        "blocks": len(analysis.model.blocks),
+        "interfaces": len(analysis.model.interfaces),
+        "created_at": analysis.created_at,
+        "status": analysis.status,
+        "cases": [
+            {
+                "name": r.name,
+                "flow": r.case.flow.value,
+                "status": r.status.value,
+                "load_factor": r.load_factor if math.isfinite(r.load_factor) else None,
+                "iterations": r.n_iterations,
+                "duration": r.duration,
+                "message": r.message,
+                "certificate": None if r.certificate is None else _measures(r.certificate),
+            }
+            for r in analysis.values()
+        ],
+    }
+
+
+def _measures(certificate: bs.Certificate) -> dict[str, float | bool | None]:
+    return {name: value if math.isfinite(value) else None for name, value in asdict(certificate).items()}

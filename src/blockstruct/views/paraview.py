@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import blockstruct as bs
 from blockstruct.views.extras import missing
 from blockstruct.views.selection import application_points, same_model
-from blockstruct.views.solids import Solids, triangles
+from blockstruct.views.solids import Patches, Solids, triangles
 
 try:
     import pyvista as pv
@@ -88,11 +88,9 @@ class _Still:
         ]
         self.blocks.field_data["block names"] = [b.name for b in model.blocks]
 
-        polygons = [np.asarray(i.polygon) for i in model.interfaces]
-        starts = np.cumsum([0, *(len(p) for p in polygons)])
-        loops = [np.arange(a, b) for a, b in zip(starts[:-1], starts[1:], strict=True)]
-        corners, self.of_triangle = triangles(np.concatenate(polygons), loops)
-        self.interfaces = pv.PolyData.from_regular_faces(np.concatenate(polygons), corners)
+        patches = Patches.of(model)
+        self.of_triangle = patches.of_triangle
+        self.interfaces = pv.PolyData.from_regular_faces(patches.vertices, patches.corners)
         self.interfaces.cell_data["interface"] = self.of_triangle
         areas = np.array([i.area for i in model.interfaces])
         self.interfaces.cell_data["area [meter ** 2]"] = areas[self.of_triangle]

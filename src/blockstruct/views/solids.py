@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +77,37 @@ class Solids:
         turn = found["rotation"].transpose("block", "axis").to_numpy()
         k = self.block_of_vertex
         return np.asarray(shift[k] + np.cross(turn[k], self.vertices - self.centroids[k]))
+
+
+@dataclass(frozen=True, slots=True)
+class Patches:
+    """Polygons of all interfaces.
+
+    Attributes
+    ----------
+    vertices : (V, 3) array
+        m; no two interfaces share one.
+    of_vertex : (V,) array
+        Interface of each vertex.
+    corners : (T, 3) array
+        Vertices of the triangles the polygons are cut into.
+    of_triangle : (T,) array
+        Interface of each triangle.
+    """
+
+    vertices: Array
+    of_vertex: Index
+    corners: Index
+    of_triangle: Index
+
+    @classmethod
+    def of(cls, model: bs.Model) -> "Patches":
+        """Polygons of the interfaces of a model, in its order."""
+        polygons = [np.asarray(i.polygon) for i in model.interfaces]
+        ends = np.cumsum([0, *(len(p) for p in polygons)])
+        vertices = np.concatenate(polygons)
+        corners, of_triangle = triangles(vertices, [np.arange(a, b) for a, b in pairwise(ends)])
+        return cls(vertices, np.repeat(np.arange(len(polygons)), np.diff(ends)), corners, of_triangle)
 
 
 def triangles(vertices: Array, loops: Sequence[Index]) -> tuple[Index, Index]:

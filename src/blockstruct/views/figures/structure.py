@@ -98,16 +98,13 @@ def _states(canvas: Canvas, polygons: list[NDArray[np.float64]], states: NDArray
 
 
 def _utilisation(canvas: Canvas, polygons: list[NDArray[np.float64]], history: Any, kind: str) -> None:
-    found = bs.utilisation(history)
     if kind not in ("sliding", "crushing"):
         msg = f"structure: colour {kind!r}; give 'state', 'sliding' or 'crushing'"
         raise bs.ModelError(msg)
-    values = found[kind].to_numpy()[0]
+    values = bs.utilisation(history)[kind].to_numpy()[0]
     shown = np.flatnonzero(np.isfinite(values))
     style: dict[str, Any] = {"array": values[shown], "cmap": "cividis_r", "clim": (0, 1)}
     if canvas.flat:
         style |= {"facecolors": "none", "linewidths": 1.8, "zorder": 3}
     drawn = canvas.polygons([polygons[i] for i in shown], **style)
-    if canvas.flat:
-        drawn.set_facecolor("none")
     canvas.ax.figure.colorbar(drawn, ax=canvas.ax, shrink=0.7, label=f"utilisation of {kind} [-]")

@@ -20,6 +20,7 @@ for (const [bodies, kinds] of [[blocks, ["centroids", "vertices"]], [interfaces,
   for (const kind of kinds) bodies[kind] = float32(bodies[kind]);
   for (const kind of ["of_vertex", "triangles", "edges", "of_triangle"]) if (bodies[kind]) bodies[kind] = int32(bodies[kind]);
 }
+blocks.of_triangle = blocks.triangles.filter((_, t) => t % 3 === 0).map(v => blocks.of_vertex[v]);
 // An interface goes with its minus block.
 interfaces.block_of_vertex = interfaces.of_vertex.map(i => interfaces.minus[i]);
 for (const c of data.cases) {
@@ -102,14 +103,14 @@ const lines = (points, color, width, more) => ({
   type: "scatter3d", mode: "lines", ...xyz(points), line: {color, width}, hoverinfo: "skip", showlegend: false, ...more,
 });
 const outline = segments(blocks.vertices, blocks.edges);
-const stone = Array.from(blocks.triangles.filter((_, t) => t % 3 === 0), v => blocks.fixed[blocks.of_vertex[v]] ? data.look.support : data.look.stone);
+const stone = Array.from(blocks.of_triangle, b => blocks.fixed[b] ? data.look.support : data.look.stone);
 const traces = [
   lines(outline, data.look.ghost, 1, {visible: false}),
-  mesh(blocks, {facecolor: stone, hoverinfo: "text", text: Array.from(blocks.of_vertex, b => blocks.name[b]), name: "blocks"}),
+  mesh(blocks, {facecolor: stone, hoverinfo: "text", text: Array.from(blocks.of_triangle, b => blocks.name[b]), name: "blocks"}),
   lines(outline, "#8d8578", 1.5),
   mesh(interfaces, {
     intensitymode: "cell", intensity: Array.from(interfaces.of_triangle, () => 0), hoverinfo: "text", name: "interfaces",
-    text: Array.from(interfaces.of_vertex, i => interfaces.name[i]),
+    text: Array.from(interfaces.of_triangle, i => interfaces.name[i]),
     colorbar: {title: {text: "utilisation [-]"}, thickness: 12, len: 0.5, x: 0},
   }),
   lines([NaN, NaN, NaN], "#d55e00", 4, {visible: false}),
@@ -140,7 +141,7 @@ async function draw() {
   change[PICKED] = xyz(pickedOutline(moved));
   change.forEach((values, t) => Object.assign(traces[t], values));
   // Plotly sees a change where an object is a new one.
-  await Plotly.react("scene", traces.map(t => ({...t})), layout, config);
+  await Plotly.react("view", traces.map(t => ({...t})), layout, config);
 }
 let busy = false, again = false;
 /** Draw soon: while one picture is made, what the sliders ask for meanwhile becomes one more. */
@@ -278,7 +279,7 @@ async function start() {
   data.cases.forEach((c, k) => at("case").append(new Option(c.name, k)));
   for (const [value, text] of [["state", "state"], ["sliding", "utilisation of sliding"], ["crushing", "utilisation of crushing"]])
     at("colour").append(new Option(text, value));
-  await Plotly.newPlot("scene", traces, layout, config);
+  await Plotly.newPlot("view", traces, layout, config);
   await chooseCase(0);
   at("case").addEventListener("input", event => chooseCase(Number(event.target.value)));
   at("colour").addEventListener("input", event => { shown.colour = event.target.value; update(); });
@@ -287,10 +288,11 @@ async function start() {
   at("find").addEventListener("change", event => find(event.target.value));
   for (const id of ["show-blocks", "show-interfaces", "show-forces"]) at(id).addEventListener("change", redraw);
   at("convergence").on("plotly_click", event => { shown.iteration = event.points[0].pointNumber; update(); });
-  at("scene").on("plotly_click", event => {
+  at("view").on("plotly_click", event => {
+    // Where every triangle has a colour of its own, a point of a mesh is a triangle.
     const {curveNumber, pointNumber} = event.points[0];
-    if (curveNumber === BLOCKS) pick("block", blocks.of_vertex[pointNumber]);
-    if (curveNumber === INTERFACES) pick("interface", interfaces.of_vertex[pointNumber]);
+    if (curveNumber === BLOCKS) pick("block", blocks.of_triangle[pointNumber]);
+    if (curveNumber === INTERFACES) pick("interface", interfaces.of_triangle[pointNumber]);
   });
   document.body.dataset.ready = "yes";
 }

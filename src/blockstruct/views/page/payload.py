@@ -14,7 +14,7 @@ import numpy.typing as npt
 import blockstruct as bs
 from blockstruct.views.look import GHOST, MEASURES, STATE_COLOURS, STONE, SUPPORT, parts
 from blockstruct.views.selection import same_model
-from blockstruct.views.solids import Solids, triangles
+from blockstruct.views.solids import Patches, Solids, triangles
 from blockstruct.views.words import certificate_words, load_factor_words, status_words
 
 
@@ -61,12 +61,7 @@ def _blocks(model: bs.Model) -> dict[str, Any]:
 
 def _interfaces(model: bs.Model, result: bs.CaseResult) -> dict[str, Any]:
     number = {b.name: i for i, b in enumerate(model.blocks)}
-    polygons = [np.asarray(i.polygon) for i in model.interfaces]
-    counts = [len(p) for p in polygons]
-    starts = np.cumsum([0, *counts[:-1]])
-    loops = [np.arange(n) + start for n, start in zip(counts, starts, strict=True)]
-    vertices = np.concatenate(polygons)
-    corners, of_triangle = triangles(vertices, loops)
+    patches = Patches.of(model)
     return {
         "name": [i.name for i in model.interfaces],
         "joint": [i.joint_material.name for i in model.interfaces],
@@ -75,10 +70,10 @@ def _interfaces(model: bs.Model, result: bs.CaseResult) -> dict[str, Any]:
         "plus": [number[i.plus] for i in model.interfaces],
         "centroids": _packed(np.array([i.centroid for i in model.interfaces]), "<f4"),
         "frames": _packed(result.history["interface_frame"].to_numpy(), "<f4"),
-        "vertices": _packed(vertices, "<f4"),
-        "of_vertex": _packed(np.repeat(np.arange(len(counts)), counts), "<i4"),
-        "triangles": _packed(corners, "<i4"),
-        "of_triangle": _packed(of_triangle, "<i4"),
+        "vertices": _packed(patches.vertices, "<f4"),
+        "of_vertex": _packed(patches.of_vertex, "<i4"),
+        "triangles": _packed(patches.corners, "<i4"),
+        "of_triangle": _packed(patches.of_triangle, "<i4"),
     }
 
 

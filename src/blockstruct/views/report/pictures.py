@@ -1,11 +1,12 @@
 """Pictures of a case, in the text of the report itself."""
 
 import base64
+from collections.abc import Callable
 from io import BytesIO
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 import blockstruct as bs
 from blockstruct.views import figures
@@ -16,15 +17,17 @@ def pictures(model: bs.Model, result: bs.CaseResult) -> list[tuple[str, str]]:
     """Captions and ``data:`` addresses of the pictures of a case that has iterations."""
     look = best_look(model, result)
     forces = result.history["contact_force"].isel(iteration=-1)
-    captions = {
-        "Mechanism of the last iteration": figures.mechanism(model, result, look=look),
-        "State of the interfaces": figures.structure(model, result, look=look),
-        "Load factor of every iteration": figures.convergence(result),
-        "Certificate of every iteration": figures.certificate(result),
+    drawings: dict[str, Callable[[Axes], object]] = {
+        "Mechanism of the last iteration": lambda ax: figures.mechanism(model, result, look=look, ax=ax),
+        "State of the interfaces": lambda ax: figures.structure(model, result, look=look, ax=ax),
+        "Load factor of every iteration": lambda ax: figures.convergence(result, ax=ax),
+        "Certificate of every iteration": lambda ax: figures.certificate(result, ax=ax),
     }
     if np.any(np.nan_to_num(forces) != 0):
-        captions["Resultants on the interfaces and line of thrust"] = figures.forces(model, result, look=look)
-    return [(caption, _address(ax)) for caption, ax in captions.items()]
+        caption = "Resultants on the interfaces and line of thrust"
+        drawings[caption] = lambda ax: figures.forces(model, result, look=look, ax=ax)
+    diagrams = ("Load factor of every iteration", "Certificate of every iteration")
+    return [(name, _address(draw, None if name in diagrams else look)) for name, draw in drawings.items()]
 
 
 def best_look(model: bs.Model, result: bs.CaseResult) -> str:
@@ -36,8 +39,10 @@ def best_look(model: bs.Model, result: bs.CaseResult) -> str:
     return "xy"[thin] if flat else "3d"
 
 
-def _address(ax: Axes) -> str:
+def _address(draw: Callable[[Axes], object], look: str | None) -> str:
+    # A Figure of its own: pyplot would keep it, and may want a screen.
+    figure = Figure(figsize=(5, 3.4) if look is None else (7, 4.6), layout="constrained")
+    draw(figure.add_subplot(projection="3d" if look == "3d" else None))
     stream = BytesIO()
-    ax.figure.savefig(stream, format="png", dpi=150)
-    plt.close(ax.figure)  # type: ignore[arg-type]
+    figure.savefig(stream, format="png", dpi=150)
     return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode("ascii")
