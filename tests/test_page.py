@@ -82,6 +82,13 @@ def test_an_analysis_without_iterations_is_refused(small_model):
         page_html(analysis)
 
 
+def test_a_case_without_load_factor_has_a_page_too(small_model):
+    case = bs.LimitCase("down", SELF_WEIGHT, push(0, 0, -1), "associative")
+    html = page_html(bs.AnalysisManager(small_model).run([case]))
+    assert "load factor infinite" in html
+    assert '"load_factor":[null]' in html
+
+
 def chromium():
     named = os.environ.get("BLOCKSTRUCT_CHROMIUM")
     return named or next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)

@@ -34,7 +34,7 @@ def test_every_name_the_readme_uses_exists():
 def test_every_console_line_of_the_readme_is_a_command():
     text = README.read_text(encoding="utf-8")
     lines = re.findall(r"^blockstruct .*$", text, re.MULTILINE)
-    assert {line.split()[1] for line in lines} == {"run", "show", "history", "validate"}
+    assert {line.split()[1] for line in lines} == {"run", "show", "history", "view", "report", "validate"}
 
 
 def test_the_yaml_of_the_readme_is_a_block():

@@ -44,7 +44,8 @@ def convergence(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.ticklabel_format(axis="y", useOffset=False)
     low, high = ax.get_ylim()
-    least = _LEAST_SPAN * abs(load_factor[-1])
+    # An unbounded case has no last load factor.
+    least = _LEAST_SPAN * float(np.abs(load_factor[np.isfinite(load_factor)]).max(initial=0.0))
     if high - low < least:
         ax.set_ylim((low + high - least) / 2, (low + high + least) / 2)
     ax.legend(frameon=False, fontsize="small")

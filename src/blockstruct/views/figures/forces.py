@@ -84,6 +84,8 @@ def forces(
 
 def _thrust(canvas: Canvas, segments: Array) -> None:
     lines = canvas.project(segments)
+    if not len(lines):
+        return
     if canvas.flat:
         canvas.ax.add_collection(LineCollection(list(lines), colors=ACCENT, linewidths=1.4, zorder=3))
     else:

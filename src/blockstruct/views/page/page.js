@@ -234,7 +234,7 @@ function convergence() {
   ], {
     margin: {l: 58, r: 8, t: 8, b: 38}, showlegend: false, font: {size: 11},
     xaxis: {title: {text: "iteration [-]"}, anchor: "y2"},
-    yaxis: {title: {text: "load factor α [-]"}, domain: [0.54, 1], range: [low - margin, high + margin]},
+    yaxis: {title: {text: "load factor α [-]"}, domain: [0.54, 1], range: found.length ? [low - margin, high + margin] : [0, 1]},
     yaxis2: {title: {text: "flow-rule gap [-]"}, domain: [0, 0.46], type: "log", exponentformat: "power", dtick: decades(gap)},
     shapes: [{type: "line", x0: shown.iteration, x1: shown.iteration, y0: 0, y1: 1, yref: "paper", line: {color: "#d55e00", width: 1.5}}],
   }, {displayModeBar: false, responsive: true});

@@ -104,7 +104,7 @@ def _case(model: bs.Model, result: bs.CaseResult) -> dict[str, Any]:
         "states": texts.tolist(),
         "gravest": [parts(text)[0] for text in texts],
         "state": _packed(index.reshape(states.shape), "<u2"),
-        "velocity": _packed(np.array(velocity), "<f2"),
+        "velocity": _packed(np.nan_to_num(np.array(velocity)), "<f2"),
         **_utilisation(history),
     }
 
