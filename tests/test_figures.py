@@ -11,6 +11,7 @@ import xarray as xr
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
+from matplotlib.quiver import Quiver
 
 import blockstruct as bs
 from blockstruct import Q_
@@ -93,7 +94,7 @@ def test_the_mechanism_is_drawn_to_its_amplitude(rocking):
 def test_resultants_act_where_the_thrust_passes(rocking):
     model, result = rocking
     ax = figures.forces(model, result, ax=axes())
-    arrows = ax.collections[-2]
+    (arrows,) = [c for c in ax.collections if isinstance(c, Quiver)]
     np.testing.assert_allclose(arrows.get_offsets(), [[0.4, 0]], atol=1e-6)
     # α W sideways and W upwards: α = 1/2.
     assert arrows.U[0] / arrows.V[0] == pytest.approx(-0.5, rel=1e-6)
@@ -225,6 +226,15 @@ def test_a_case_without_iterations_is_refused(small_model):
             draw(small_model, result)
     with pytest.raises(bs.ModelError, match="no iteration to show"):
         figures.convergence(result)
+
+
+def test_an_unbounded_case_has_no_mechanism_to_draw(small_model):
+    result = solve(small_model, push(0, 0, -1))
+    with pytest.raises(bs.ModelError, match="no mechanism in iteration 0, unbounded"):
+        figures.mechanism(small_model, result, ax=axes())
+    with pytest.raises(bs.ModelError, match="no forces in iteration 0"):
+        figures.forces(small_model, result, ax=axes())
+    assert figures.structure(small_model, result, ax=axes()).get_legend().get_texts()[0].get_text() == "unknown"
 
 
 @pytest.mark.parametrize(

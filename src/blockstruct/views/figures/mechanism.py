@@ -46,8 +46,11 @@ def mechanism(
     index = chosen_iteration(result, iteration)
     solids = Solids.of(model)
     factor = AMPLITUDE * solids.size if amplitude is None else si(amplitude, "length", "mechanism: amplitude")
-    canvas = Canvas.of(ax, look)
     moved = solids.vertices + factor * solids.displacement(result, index)
+    if not np.isfinite(moved).all():
+        msg = f"case {result.name!r}: no mechanism in iteration {index}, {result.status}; choose another iteration"
+        raise bs.ModelError(msg)
+    canvas = Canvas.of(ax, look)
     supports = [b.fixed for b in model.blocks]
     canvas.bodies(solids, supports, solids.vertices, ghost=True)
     canvas.bodies(solids, supports, moved)

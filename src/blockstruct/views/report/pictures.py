@@ -12,29 +12,37 @@ import blockstruct as bs
 from blockstruct.views import figures
 from blockstruct.views.solids import Solids
 
+_MECHANISM = "Mechanism of the last iteration"
+_STATES = "State of the interfaces"
+_CONVERGENCE = "Load factor of every iteration"
+_CERTIFICATE = "Certificate of every iteration"
+_FORCES = "Resultants on the interfaces and line of thrust"
+
 
 def pictures(model: bs.Model, result: bs.CaseResult) -> list[tuple[str, str]]:
     """Captions and ``data:`` addresses of the pictures of a case that has iterations."""
     look = best_look(model, result)
-    forces = result.history["contact_force"].isel(iteration=-1)
-    drawings: dict[str, Callable[[Axes], object]] = {
-        "Mechanism of the last iteration": lambda ax: figures.mechanism(model, result, look=look, ax=ax),
-        "State of the interfaces": lambda ax: figures.structure(model, result, look=look, ax=ax),
-        "Load factor of every iteration": lambda ax: figures.convergence(result, ax=ax),
-        "Certificate of every iteration": lambda ax: figures.certificate(result, ax=ax),
-    }
-    if np.any(np.nan_to_num(forces) != 0):
-        caption = "Resultants on the interfaces and line of thrust"
-        drawings[caption] = lambda ax: figures.forces(model, result, look=look, ax=ax)
-    diagrams = ("Load factor of every iteration", "Certificate of every iteration")
-    return [(name, _address(draw, None if name in diagrams else look)) for name, draw in drawings.items()]
+    last = result.history.isel(iteration=-1)
+    drawings: dict[str, Callable[[Axes], object]] = {}
+    if np.isfinite(last["block_velocity"]).all():
+        drawings[_MECHANISM] = lambda ax: figures.mechanism(model, result, look=look, ax=ax)
+    drawings[_STATES] = lambda ax: figures.structure(model, result, look=look, ax=ax)
+    drawings[_CONVERGENCE] = lambda ax: figures.convergence(result, ax=ax)
+    drawings[_CERTIFICATE] = lambda ax: figures.certificate(result, ax=ax)
+    if np.any(np.nan_to_num(last["contact_force"]) != 0):
+        drawings[_FORCES] = lambda ax: figures.forces(model, result, look=look, ax=ax)
+    return [
+        (name, _address(draw, None if name in (_CONVERGENCE, _CERTIFICATE) else look))
+        for name, draw in drawings.items()
+    ]
 
 
 def best_look(model: bs.Model, result: bs.CaseResult) -> str:
     """Elevation across the thinner side of a structure that is thin and collapses in its plane; space otherwise."""
     extent = np.ptp(Solids.of(model).vertices, axis=0)
     thin = int(np.argmin(extent[:2]))
-    motion = np.abs(bs.mechanism(result.history)["translation"].transpose("block", "axis").to_numpy()).max(axis=0)
+    translation = bs.mechanism(result.history)["translation"].transpose("block", "axis").to_numpy()
+    motion = np.abs(np.nan_to_num(translation)).max(axis=0)
     flat = extent[thin] < 0.35 * extent.max() and motion[thin] <= 0.1 * motion.max()
     return "xy"[thin] if flat else "3d"
 
