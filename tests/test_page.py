@@ -5,6 +5,7 @@ import json
 import os
 import re
 import shutil
+import zlib
 
 import numpy as np
 import pytest
@@ -36,7 +37,7 @@ def data(html):
 
 
 def unpacked(text, kind, *shape):
-    return np.frombuffer(base64.b64decode(text), dtype=kind).reshape(shape).astype(float)
+    return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype=kind).reshape(shape).astype(float)
 
 
 def test_the_page_holds_the_numbers_of_every_iteration(analysis, data):
@@ -136,8 +137,8 @@ def slide(page, name, value):
 
 
 def settle(page):
-    """Wait until the picture is drawn. The page allows no eval, so it is asked, not polled."""
-    page.evaluate("() => new Promise(done => { const ask = () => busy ? setTimeout(ask, 20) : done(); ask(); })")
+    """Wait until the picture is drawn."""
+    page.wait_for_selector("body[data-ready=yes]", timeout=60_000)
 
 
 def coordinates(page, trace):

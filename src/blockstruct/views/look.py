@@ -17,6 +17,8 @@ STATE_COLOURS = {
 }
 STONE, SUPPORT, EDGE, GHOST = "#ede8df", "#c9c1b4", "#8d8578", "#d8d3ca"
 FORCE, ACCENT = "#d55e00", "#0072b2"
+#: Colours of a utilisation from 0 to 1: from that of a joint at rest to nearly black.
+UTILISATION = ("#d8d3ca", "#0072b2", "#001a2c")
 #: Measures of a certificate, and how they are drawn.
 MEASURES = {
     "equilibrium_residual": ("equilibrium residual", "#0072b2", "o"),

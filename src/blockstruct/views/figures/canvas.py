@@ -105,7 +105,7 @@ class Canvas:
             self.ax.spines[["top", "right"]].set_visible(False)
             return
         self.ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-        self.ax.set_box_aspect(np.maximum(high - low, 0.02 * (high - low).max()))
+        self.ax.set_box_aspect(np.maximum(high - low, 0.02 * (high - low).max()), zoom=1.2)
         self.ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
         self.ax.grid(visible=False)
         for axis, extent in zip((self.ax.xaxis, self.ax.yaxis, self.ax.zaxis), high - low, strict=True):

@@ -5,16 +5,18 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.views.figures.canvas import Canvas
-from blockstruct.views.look import STATE_COLOURS, parts
+from blockstruct.views.look import STATE_COLOURS, UTILISATION, parts
 from blockstruct.views.selection import chosen_iteration, same_model
 from blockstruct.views.solids import Solids
 
 _DASH = 3.0
+_UTILISATION = LinearSegmentedColormap.from_list("utilisation", UTILISATION)
 
 
 def structure(
@@ -103,7 +105,7 @@ def _utilisation(canvas: Canvas, polygons: list[NDArray[np.float64]], history: A
         raise bs.ModelError(msg)
     values = bs.utilisation(history)[kind].to_numpy()[0]
     shown = np.flatnonzero(np.isfinite(values))
-    style: dict[str, Any] = {"array": values[shown], "cmap": "cividis_r", "clim": (0, 1)}
+    style: dict[str, Any] = {"array": values[shown], "cmap": _UTILISATION, "clim": (0, 1)}
     if canvas.flat:
         style |= {"facecolors": "none", "linewidths": 1.8, "zorder": 3}
     drawn = canvas.polygons([polygons[i] for i in shown], **style)

@@ -1,32 +1,37 @@
-"use strict";
 const data = JSON.parse(document.getElementById("data").textContent);
 const at = id => document.getElementById(id);
 
 // ---------------------------------------------------------------- arrays
-const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
+async function bytes(text) {
+  const packed = new Blob([Uint8Array.from(atob(text), c => c.charCodeAt(0))]);
+  return new Response(packed.stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
+}
 const halves = Float32Array.from({length: 65536}, (_, h) => {
   const sign = h & 0x8000 ? -1 : 1, exponent = (h >> 10) & 31, fraction = h & 1023;
   if (exponent === 31) return fraction ? NaN : sign * Infinity;
   return exponent ? sign * 2 ** (exponent - 15) * (1 + fraction / 1024) : sign * 2 ** -14 * (fraction / 1024);
 });
-const float32 = text => new Float32Array(bytes(text));
-const int32 = text => new Int32Array(bytes(text));
-const uint16 = text => new Uint16Array(bytes(text));
-const float16 = text => Float32Array.from(uint16(text), h => halves[h]);
+const float32 = async text => new Float32Array(await bytes(text));
+const int32 = async text => new Int32Array(await bytes(text));
+const uint16 = async text => new Uint16Array(await bytes(text));
+const float16 = async text => Float32Array.from(await uint16(text), h => halves[h]);
+/** Put numbers in the place of their texts. */
+const unpack = (object, kinds, numbers) => Promise.all(kinds.map(async kind => { object[kind] = await numbers(object[kind]); }));
 const column = (values, c, width = 3) => values.filter((_, i) => i % width === c);
 
 const blocks = data.blocks, interfaces = data.interfaces;
-for (const [bodies, kinds] of [[blocks, ["centroids", "vertices"]], [interfaces, ["centroids", "vertices", "frames"]]]) {
-  for (const kind of kinds) bodies[kind] = float32(bodies[kind]);
-  for (const kind of ["of_vertex", "triangles", "edges", "of_triangle"]) if (bodies[kind]) bodies[kind] = int32(bodies[kind]);
-}
+await Promise.all([
+  unpack(blocks, ["centroids", "vertices"], float32),
+  unpack(blocks, ["of_vertex", "triangles", "edges"], int32),
+  unpack(interfaces, ["centroids", "vertices", "frames"], float32),
+  unpack(interfaces, ["of_vertex", "triangles", "of_triangle"], int32),
+  ...data.cases.flatMap(c => [
+    unpack(c, ["force", "eccentricity", "velocity", "sliding", "crushing"], float16), unpack(c, ["state"], uint16),
+  ]),
+]);
 blocks.of_triangle = blocks.triangles.filter((_, t) => t % 3 === 0).map(v => blocks.of_vertex[v]);
 // An interface goes with its minus block.
 interfaces.block_of_vertex = interfaces.of_vertex.map(i => interfaces.minus[i]);
-for (const c of data.cases) {
-  for (const kind of ["force", "eccentricity", "velocity", "sliding", "crushing"]) if (c[kind]) c[kind] = float16(c[kind]);
-  c.state = uint16(c.state);
-}
 const B = blocks.name.length, I = interfaces.name.length;
 
 // ---------------------------------------------------------------- what is shown
@@ -83,7 +88,7 @@ const utilisation = (kind, i) => current()[kind][shown.iteration * I + i];
 function interfaceColours() {
   const of = interfaces.of_triangle;
   if (shown.colour !== "state") {
-    const scale = [[0, "#fdea45"], [0.5, "#7c7b78"], [1, "#00224e"]];
+    const scale = data.look.utilisation.map((colour, k) => [k / 2, colour]);
     return {intensity: Array.from(of, i => utilisation(shown.colour, i)), colorscale: scale, cmin: 0, cmax: 1, showscale: true};
   }
   const names = Object.keys(data.look.states), n = names.length;
@@ -149,12 +154,14 @@ async function redraw() {
   again = true;
   if (busy) return;
   busy = true;
+  document.body.dataset.ready = "no";
   while (again) {
     again = false;
     await new Promise(requestAnimationFrame);
     await draw();
   }
   busy = false;
+  document.body.dataset.ready = "yes";
 }
 
 function pickedOutline(moved) {
@@ -294,6 +301,5 @@ async function start() {
     if (curveNumber === BLOCKS) pick("block", blocks.of_triangle[pointNumber]);
     if (curveNumber === INTERFACES) pick("interface", interfaces.of_triangle[pointNumber]);
   });
-  document.body.dataset.ready = "yes";
 }
-start();
+await start();

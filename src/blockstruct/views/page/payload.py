@@ -1,10 +1,11 @@
 """What the page knows: geometry once, and for every case what changes over its iterations.
 
-Arrays are base64 of little-endian numbers: float32 for places, float16 for what is only drawn or read to three
+Arrays are base64 of deflated little-endian numbers: float32 for places, float16 for what is only drawn or read to three
 digits (forces are in multiples of the largest force of their iteration, which keeps small ones in range).
 """
 
 import base64
+import zlib
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 import blockstruct as bs
-from blockstruct.views.look import GHOST, MEASURES, STATE_COLOURS, STONE, SUPPORT, parts
+from blockstruct.views.look import GHOST, MEASURES, STATE_COLOURS, STONE, SUPPORT, UTILISATION, parts
 from blockstruct.views.selection import same_model
 from blockstruct.views.solids import Patches, Solids, triangles
 from blockstruct.views.words import certificate_words, load_factor_words, status_words
@@ -34,7 +35,13 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
         raise bs.ModelError(msg)
     return {
         "name": model.name,
-        "look": {"stone": STONE, "support": SUPPORT, "ghost": GHOST, "states": STATE_COLOURS},
+        "look": {
+            "stone": STONE,
+            "support": SUPPORT,
+            "ghost": GHOST,
+            "states": STATE_COLOURS,
+            "utilisation": UTILISATION,
+        },
         "blocks": _blocks(model),
         "interfaces": _interfaces(model, shown[0]),
         "cases": [_case(model, result) for result in shown],
@@ -116,7 +123,8 @@ def _utilisation(history: Any) -> Mapping[str, str]:
 
 def _packed(values: npt.ArrayLike, kind: str) -> str:
     with np.errstate(over="ignore"):
-        return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
+        raw = np.ascontiguousarray(values, dtype=kind).tobytes()
+    return base64.b64encode(zlib.compress(raw)).decode("ascii")
 
 
 def _plain(values: npt.NDArray[np.float64]) -> list[float | None]:
