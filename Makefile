@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 XDIST ?= -n auto
 
-.PHONY: demo test test-slow lint bench clean
+.PHONY: demo test test-slow lint bench bench-views pictures clean
 
 demo: $(VENV)/installed
 	mkdir -p runs
@@ -23,6 +23,12 @@ lint: $(VENV)/installed-dev
 
 bench: $(VENV)/installed
 	$(BIN)/python benchmarks/wall_40x60.py
+
+bench-views: $(VENV)/installed-dev
+	$(BIN)/python benchmarks/views.py
+
+pictures: $(VENV)/installed-dev
+	$(BIN)/python docs/gallery.py
 
 clean:
 	rm -rf $(VENV)

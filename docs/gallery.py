@@ -121,7 +121,7 @@ def main() -> None:
         model, result = build()
         save(f"{name}-mechanism", partial(figures.mechanism, model, result), look=look)
         save(f"{name}-states", partial(figures.structure, model, result), look=look)
-        if name in ("arch", "dome"):
+        if name == "arch":
             save(f"{name}-forces", partial(figures.forces, model, result), look=look)
         if name == "wall":
             save("wall-convergence", partial(figures.convergence, result))

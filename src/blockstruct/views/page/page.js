@@ -133,40 +133,55 @@ const layout = {
 const config = {displaylogo: false, responsive: true};
 
 // ---------------------------------------------------------------- drawing
-async function draw() {
+/** Draw everything, or of a large model, while a slider moves, only the blocks. */
+async function draw(sketch) {
   const moved = displaced(blocks.vertices, blocks.of_vertex);
-  const change = [[], [], [], [], [], []], visible = id => at(id).checked;
-  change[GHOST] = {visible: shown.amplitude > 0};
-  change[BLOCKS] = {...xyz(moved), visible: visible("show-blocks"), opacity: visible("show-interfaces") ? 0.6 : 1};
-  change[EDGES] = xyz(segments(moved, blocks.edges));
-  change[INTERFACES] = {
-    ...xyz(displaced(interfaces.vertices, interfaces.block_of_vertex)), ...interfaceColours(), visible: visible("show-interfaces"),
-  };
-  change[FORCES] = visible("show-forces") ? {...xyz(Float32Array.from(forceLines())), visible: true} : {visible: false};
-  change[PICKED] = xyz(pickedOutline(moved));
+  const change = [[], [], [], [], [], []].map(() => ({visible: false})), ticked = id => at(id).checked;
+  change[BLOCKS] = {...xyz(moved), visible: sketch || ticked("show-blocks"), opacity: !sketch && ticked("show-interfaces") ? 0.6 : 1};
+  if (!sketch) {
+    change[GHOST] = {visible: shown.amplitude > 0};
+    change[EDGES] = {...xyz(segments(moved, blocks.edges)), visible: true};
+    change[INTERFACES] = {
+      ...xyz(displaced(interfaces.vertices, interfaces.block_of_vertex)), ...interfaceColours(), visible: ticked("show-interfaces"),
+    };
+    if (ticked("show-forces")) change[FORCES] = {...xyz(Float32Array.from(forceLines())), visible: true};
+    if (shown.picked) change[PICKED] = {...xyz(pickedOutline(moved)), visible: true};
+  }
   change.forEach((values, t) => Object.assign(traces[t], values));
   // Plotly sees a change where an object is a new one.
   await Plotly.react("view", traces.map(t => ({...t})), layout, config);
 }
-let busy = false, again = false;
-/** Draw soon: while one picture is made, what the sliders ask for meanwhile becomes one more. */
-async function redraw() {
-  again = true;
+
+const LARGE = 400, REST = 250;
+const wanted = {sketch: false, full: false};
+let busy = false, rest = null;
+/** Draw soon: what is asked for while a picture is made becomes one more. */
+async function redraw() { wanted.full = true; return work(); }
+/** Draw while a slider moves, in full when it rests for some milliseconds. */
+function follow() {
+  if (B < LARGE) return redraw();
+  document.body.dataset.ready = "no";
+  clearTimeout(rest);
+  rest = setTimeout(redraw, REST);
+  wanted.sketch = true;
+  return work();
+}
+async function work() {
   if (busy) return;
   busy = true;
   document.body.dataset.ready = "no";
-  while (again) {
-    again = false;
+  while (wanted.sketch || wanted.full) {
+    const sketch = wanted.sketch;
+    wanted[sketch ? "sketch" : "full"] = false;
     await new Promise(requestAnimationFrame);
-    await draw();
+    await draw(sketch);
+    if (!sketch) document.body.dataset.ready = "yes";
   }
   busy = false;
-  document.body.dataset.ready = "yes";
 }
 
 function pickedOutline(moved) {
-  const p = shown.picked, gap = [NaN, NaN, NaN];
-  if (!p) return Float32Array.from(gap);
+  const p = shown.picked;
   if (p.kind === "block") return segments(moved, blocks.edges.filter((_, e) => blocks.of_vertex[blocks.edges[e]] === p.index));
   const corners = displaced(interfaces.vertices, interfaces.block_of_vertex), ring = [];
   interfaces.of_vertex.forEach((i, v) => { if (i === p.index) ring.push(...corners.slice(3 * v, 3 * v + 3)); });
@@ -254,7 +269,7 @@ function iterationText() {
   at("amplitude-value").textContent = `${Number((shown.amplitude * blocks.size).toPrecision(3))} m`;
 }
 
-function update() { iterationText(); legend(); describe(); convergence(); return redraw(); }
+function update(drawing = redraw) { iterationText(); legend(); describe(); convergence(); return drawing(); }
 
 function chooseCase(index) {
   shown.case = index;
@@ -290,8 +305,8 @@ async function start() {
   await chooseCase(0);
   at("case").addEventListener("input", event => chooseCase(Number(event.target.value)));
   at("colour").addEventListener("input", event => { shown.colour = event.target.value; update(); });
-  at("iteration").addEventListener("input", event => { shown.iteration = Number(event.target.value); update(); });
-  at("amplitude").addEventListener("input", event => { shown.amplitude = Number(event.target.value); iterationText(); describe(); redraw(); });
+  at("iteration").addEventListener("input", event => { shown.iteration = Number(event.target.value); update(follow); });
+  at("amplitude").addEventListener("input", event => { shown.amplitude = Number(event.target.value); iterationText(); describe(); follow(); });
   at("find").addEventListener("change", event => find(event.target.value));
   for (const id of ["show-blocks", "show-interfaces", "show-forces"]) at(id).addEventListener("change", redraw);
   at("convergence").on("plotly_click", event => { shown.iteration = event.points[0].pointNumber; update(); });
