@@ -5,6 +5,7 @@ import sys
 from collections import Counter
 
 import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
@@ -22,6 +23,12 @@ from blockstruct.views.solids import Solids, triangles
 from structures import SELF_WEIGHT, model_of, push, single_block, solve
 
 mpl.use("Agg")
+
+
+@pytest.fixture(autouse=True)
+def _no_figure_is_left_open():
+    yield
+    plt.close("all")
 
 
 def axes(look: str = "y"):

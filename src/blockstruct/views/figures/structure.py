@@ -15,6 +15,8 @@ from blockstruct.views.look import STATE_COLOURS, UTILISATION, parts
 from blockstruct.views.selection import chosen_iteration, same_model
 from blockstruct.views.solids import Solids
 
+Array = NDArray[np.float64]
+
 _DASH = 3.0
 _UTILISATION = LinearSegmentedColormap.from_list("utilisation", UTILISATION)
 
@@ -52,34 +54,38 @@ def structure(
     ModelError, UnknownNameError
         A result of another model or without iterations, an unknown iteration, colour or look.
     """
-    canvas = Canvas.of(ax, look)
-    solids = Solids.of(model)
-    if canvas.flat or result is None:
-        canvas.bodies(solids, [b.fixed for b in model.blocks], solids.vertices)
-    else:
-        canvas.bodies(solids, [b.fixed for b in model.blocks], solids.vertices, ghost=True)
+    if colour not in ("state", "sliding", "crushing"):
+        msg = f"structure: colour {colour!r}; give 'state', 'sliding' or 'crushing'"
+        raise bs.ModelError(msg)
+    history = None
     if result is not None:
         same_model(model, result)
         history = result.history.isel(iteration=[chosen_iteration(result, iteration)])
+    canvas = Canvas.of(ax, look)
+    solids = Solids.of(model)
+    # In space the blocks would hide their joints.
+    ghost = history is not None and not canvas.flat
+    canvas.bodies(solids, [b.fixed for b in model.blocks], solids.vertices, ghost=ghost)
+    if history is not None:
         polygons = [np.asarray(i.polygon) for i in model.interfaces]
         if colour == "state":
             _states(canvas, polygons, bs.contact_state(history).to_numpy()[0])
         else:
-            _utilisation(canvas, polygons, history, colour)
+            _utilisation(canvas, polygons, bs.utilisation(history)[colour].to_numpy()[0], colour)
     canvas.frame(solids.vertices)
     return canvas.ax  # type: ignore[no-any-return]
 
 
-def _states(canvas: Canvas, polygons: list[NDArray[np.float64]], states: NDArray[Any]) -> None:
+def _states(canvas: Canvas, polygons: list[Array], states: NDArray[Any]) -> None:
     groups = defaultdict(list)
     for polygon, state in zip(polygons, states.tolist(), strict=True):
         groups[state].append(polygon)
     seen = set()
     for state, members in groups.items():
         single = parts(state)
-        seen.update(single)
+        # A face in space has one colour: that of the gravest of its states.
+        seen.update(single if canvas.flat else single[:1])
         if not canvas.flat:
-            # A face has one colour: that of the gravest of its states.
             quiet = single[0] == bs.ContactState.STICKING
             canvas.polygons(members, facecolors=STATE_COLOURS[single[0]], linewidths=0, alpha=0.25 if quiet else 0.9)
             continue
@@ -99,11 +105,7 @@ def _states(canvas: Canvas, polygons: list[NDArray[np.float64]], states: NDArray
     canvas.ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1, 1), frameon=False, fontsize="small")
 
 
-def _utilisation(canvas: Canvas, polygons: list[NDArray[np.float64]], history: Any, kind: str) -> None:
-    if kind not in ("sliding", "crushing"):
-        msg = f"structure: colour {kind!r}; give 'state', 'sliding' or 'crushing'"
-        raise bs.ModelError(msg)
-    values = bs.utilisation(history)[kind].to_numpy()[0]
+def _utilisation(canvas: Canvas, polygons: list[Array], values: Array, kind: str) -> None:
     shown = np.flatnonzero(np.isfinite(values))
     style: dict[str, Any] = {"array": values[shown], "cmap": _UTILISATION, "clim": (0, 1)}
     if canvas.flat:
