@@ -40,8 +40,8 @@ def convergence(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
         at = stages == stage
         label = stage.replace("_", " ")
         ax.plot(iterations[at], load_factor[at], _MARKERS[stage], color=ACCENT, ls="none", ms=5, label=label)
-    ax.set(xlabel="iteration [-]", ylabel="load factor α [-]")
-    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    _iterations(ax, result)
+    ax.set_ylabel("load factor α [-]")
     ax.ticklabel_format(axis="y", useOffset=False)
     low, high = ax.get_ylim()
     # An unbounded case has no last load factor.
@@ -67,7 +67,12 @@ def certificate(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
     for name, (label, colour, marker) in MEASURES.items():
         values = np.maximum(result.history[name].to_numpy(), _FLOOR)
         ax.semilogy(values, color=colour, marker=marker, markersize=3.5, lw=1, label=label)
-    ax.set(xlabel="iteration [-]", ylabel="certificate [-]")
-    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    _iterations(ax, result)
+    ax.set_ylabel("certificate [-]")
     ax.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1, 1))
     return ax
+
+
+def _iterations(ax: Axes, result: bs.CaseResult) -> None:
+    ax.set(xlabel="iteration [-]", xlim=(-0.5, result.n_iterations - 0.5))
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))

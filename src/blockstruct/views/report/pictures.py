@@ -20,16 +20,19 @@ _FORCES = "Resultants on the interfaces and line of thrust"
 
 
 def pictures(model: bs.Model, result: bs.CaseResult) -> list[tuple[str, str]]:
-    """Captions and ``data:`` addresses of the pictures of a case that has iterations."""
+    """Captions and ``data:`` addresses of the pictures of a case that has iterations, as far as there is something."""
     look = best_look(model, result)
     last = result.history.isel(iteration=-1)
     drawings: dict[str, Callable[[Axes], object]] = {}
     if np.isfinite(last["block_velocity"]).all():
         drawings[_MECHANISM] = lambda ax: figures.mechanism(model, result, look=look, ax=ax)
-    drawings[_STATES] = lambda ax: figures.structure(model, result, look=look, ax=ax)
-    drawings[_CONVERGENCE] = lambda ax: figures.convergence(result, ax=ax)
-    drawings[_CERTIFICATE] = lambda ax: figures.certificate(result, ax=ax)
-    if np.any(np.nan_to_num(last["contact_force"]) != 0):
+    found_forces = bool(np.any(np.nan_to_num(last["contact_force"]) != 0))
+    if found_forces:
+        drawings[_STATES] = lambda ax: figures.structure(model, result, look=look, ax=ax)
+    if np.isfinite(result.history["load_factor"]).sum() > 1:
+        drawings[_CONVERGENCE] = lambda ax: figures.convergence(result, ax=ax)
+        drawings[_CERTIFICATE] = lambda ax: figures.certificate(result, ax=ax)
+    if found_forces:
         drawings[_FORCES] = lambda ax: figures.forces(model, result, look=look, ax=ax)
     return [
         (name, _address(draw, None if name in (_CONVERGENCE, _CERTIFICATE) else look))
