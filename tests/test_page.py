@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import zlib
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -110,21 +111,26 @@ def browser():
         found.close()
 
 
-@pytest.fixture
-def page(browser, analysis, tmp_path):
-    """The page, open; on leaving, without errors and requests."""
-    target = write_page(analysis, tmp_path / "page.html")
+@contextmanager
+def opened(browser, target):
+    """The page, drawn; on leaving, without errors and requests."""
     errors, requests = [], []
     page = browser.new_page(viewport={"width": 1200, "height": 800})
     page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.on("request", lambda request: requests.append(request.url))
     page.goto(target.as_uri())
-    page.wait_for_selector("body[data-ready=yes]", timeout=60_000)
+    settle(page)
     yield page
     page.close()
     assert errors == []
     assert requests == [target.as_uri()]
+
+
+@pytest.fixture
+def page(browser, analysis, tmp_path):
+    with opened(browser, write_page(analysis, tmp_path / "page.html")) as page:
+        yield page
 
 
 def slide(page, name, value):
@@ -204,3 +210,26 @@ def test_resultants_and_colours_can_be_chosen(page, analysis):
     shades = page.evaluate("Array.from(document.getElementById('view').data[3].intensity)")
     expected = bs.utilisation(result.history).sliding.isel(iteration=-1).to_numpy()
     np.testing.assert_allclose(np.array(shades, dtype=float), np.repeat(expected, 2), rtol=1e-3, atol=1e-6)
+
+
+def test_a_large_page_follows_the_slider_with_its_blocks_alone(browser, tuff, dry, tmp_path):
+    rows = [[1] * 21, [0.5] + [1] * 20 + [0.5]] * 10
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    model = bs.Model("large", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
+    target = write_page(bs.AnalysisManager(model).run([case]), tmp_path / "large.html")
+    with opened(browser, target) as page:
+        still = coordinates(page, 1)
+        shown = page.evaluate(
+            """async () => {
+                const view = document.getElementById('view'), slider = document.getElementById('amplitude'), seen = [];
+                view.on('plotly_afterplot', () => seen.push(view.data[2].visible));
+                slider.value = 0.1;
+                slider.dispatchEvent(new Event('input'));
+                const ready = () => document.body.dataset.ready === 'yes' && seen.length > 1;
+                while (!ready()) await new Promise(done => setTimeout(done, 20));
+                return seen;
+            }"""
+        )
+        assert (shown[0], shown[-1]) == (False, True)
+        assert np.abs(coordinates(page, 1) - still).max() > 0.01
