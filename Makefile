@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 XDIST ?= -n auto
 
-.PHONY: demo test test-slow lint bench clean
+.PHONY: demo test test-slow lint bench bench-views pictures clean
 
 demo: $(VENV)/installed
 	mkdir -p runs
@@ -25,6 +25,12 @@ bench: $(VENV)/installed
 	$(BIN)/python benchmarks/wall_40x60.py
 	$(BIN)/python benchmarks/detection.py
 	$(BIN)/python benchmarks/storage.py
+
+bench-views: $(VENV)/installed-dev
+	$(BIN)/python benchmarks/views.py
+
+pictures: $(VENV)/installed-dev
+	$(BIN)/python docs/gallery.py
 
 clean:
 	rm -rf $(VENV)

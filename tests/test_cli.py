@@ -1,12 +1,17 @@
 """The console command, called as a user would."""
 
 import csv
+import io
+import json
+import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from rich.console import Console
+from rich.progress import Progress, TextColumn
 
 import blockstruct as bs
 from blockstruct import cli
@@ -98,6 +103,10 @@ def test_history(call, file, tmp_path):
         (["run", "FILE", "-o", "x.h5"], "is no text"),
         (["show", "."], "is a folder"),
         (["history", "FILE", "push nonassociative", "--csv", "FILE"], "ends in .csv"),
+        (["view", "missing.h5"], "no such file"),
+        (["view", "FILE", "-o", "/proc/x/y.html"], "cannot be written"),
+        (["report", "FILE", "-o", "/proc/x/y.html"], "cannot be written"),
+        (["report", "FILE", "--template", "missing.j2"], "no usable template"),
     ],
 )
 def test_bad_input_is_one_message_and_exit_code_2(call, file, words, expected):
@@ -218,5 +227,53 @@ def test_the_installed_command():
     command = Path(sys.executable).with_name("blockstruct")
     out = subprocess.run([command, "--help"], check=True, capture_output=True, text=True, timeout=60).stdout
     names = ("demo", "run", "show", "history", "archive", "diff", "recover", "resume", "validate", "import", "check")
-    for name in names:
+    for name in (*names, "view", "report", "Exit codes"):
         assert name in out
+
+
+def test_view_and_report_write_beside_the_file(call, file):
+    for command, name in (("view", "small.html"), ("report", "small-report.html")):
+        code, out, _ = call(command, file)
+        assert code == 0
+        target = file.with_name(name)
+        assert f"written: {target}, {target.stat().st_size / 1e6:.1f} MB" in out
+        assert "small wall" in target.read_text(encoding="utf-8")
+        target.unlink()
+
+
+def test_quiet_prints_nothing(call, tmp_path):
+    assert call("run", WALL, "-o", tmp_path / "wall.h5", "--quiet") == (0, "", "")
+    assert "34 blocks" in call("show", tmp_path / "wall.h5")[1]
+
+
+def test_json_is_all_that_is_printed(call, file, tmp_path):
+    document = tmp_path / "m.yaml"
+    document.write_text(WALL.read_text(encoding="utf-8").replace("[1, 0, 0]", "[0, 0, -1]"), encoding="utf-8")
+    code, out, err = call("run", document, "-o", tmp_path / "m.h5", "--json", "--quiet")
+    assert (code, err) == (3, "")
+    unbounded = json.loads(out)["cases"][0]
+    assert unbounded["status"] == "unbounded"
+    assert unbounded["load_factor"] is None
+    assert unbounded["certificate"] is None
+    shown = json.loads(call("show", file, "--json")[1])
+    result = bs.open_analysis(file)["push nonassociative"]
+    assert shown["cases"][1]["load_factor"] == result.load_factor
+    assert shown["cases"][1]["certificate"]["holds"] is True
+
+
+def test_on_a_terminal_a_bar_tells_the_iteration_and_the_rest(small_model, small_cases):
+    stream = io.StringIO()
+    console = Console(file=stream, force_terminal=True, width=120)
+    with Progress(TextColumn("{task.description}"), TextColumn("{task.fields[rest]}"), console=console) as progress:
+        listener = cli._bar(progress, bs.ProcedureSettings())
+        seen = []
+
+        def listen(event):
+            listener(event)
+            seen.append((progress.tasks[0].description, progress.tasks[0].fields["rest"], progress.tasks[0].completed))
+
+        bs.AnalysisManager(small_model, listeners=[listen]).run(small_cases[1:] + small_cases[:1])
+    texts = [text for text, _, _ in seen]
+    assert any(re.fullmatch(r"push nonassociative: 1 nonassociative, α = 0\.\d{4}, gap \de-\d+", t) for t in texts)
+    assert seen[1][1].startswith("about ")
+    assert seen[-1][1:] == ("", 1)

@@ -45,6 +45,8 @@ def test_every_console_line_of_the_readme_is_a_command():
         "resume",
         "import",
         "check",
+        "view",
+        "report",
     }
 
 

@@ -1,19 +1,25 @@
 """The console command ``blockstruct``."""
 
+import json
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import pandas as pd
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import blockstruct as bs
-from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone
-from blockstruct.views import archive_table, iteration_table, model_text, result_text, summary_table
+from blockstruct.views import (
+    analysis_summary,
+    archive_table,
+    following,
+    iteration_table,
+    model_text,
+    result_text,
+    spread_text,
+    summary_table,
+)
 
 app = typer.Typer(
     pretty_exceptions_enable=False,
@@ -26,6 +32,8 @@ out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
 
 FileArgument = Annotated[Path, typer.Argument(help="An analysis file.", show_default=False)]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as JSON, instead of tables.")]
 
 
 def main() -> None:
@@ -43,12 +51,17 @@ def main() -> None:
         raise SystemExit(INTERRUPTED) from None
 
 
-@app.callback(invoke_without_command=True)
+@app.callback(
+    invoke_without_command=True,
+    epilog="Exit codes: 0 done; 2 refused input, with one message; 3 a case ended without a load factor; "
+    "4 a file violates its schema; 130 interrupted.",
+)
 def top(
     context: typer.Context,
     version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
 ) -> None:
     """Collapse load of masonry structures: rigid-block limit analysis in 3D."""
+    out.quiet = False
     if version:
         out.print(bs.__version__)
         raise typer.Exit
@@ -59,8 +72,11 @@ def top(
 @app.command()
 def demo(
     output: Annotated[Path, typer.Option("--output", "-o", help="File to write.")] = Path("blockstruct-demo.h5"),
+    quiet: QuietOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Push a wall with an opening sideways until it collapses, and keep the analysis."""
+    out.quiet = quiet or as_json
     tuff = bs.Material("tuff", unit_weight="12 kN/m^3")
     lime = bs.JointMaterial("lime mortar", friction_coefficient=0.65)
     solid, half = [1.0, 1, 1, 1], [0.5, 1, 1, 1, 0.5]
@@ -73,7 +89,7 @@ def demo(
     push = bs.LoadPattern("weight sideways, +x", [bs.BodyForce((1, 0, 0))])
     cases = [bs.LimitCase(f"push +x, {flow}", dead, push, flow) for flow in bs.Flow]
     out.print(f"{model.name}: {len(model.blocks)} blocks, {found.report}", markup=False, soft_wrap=True)
-    _run(model, cases, bs.ProcedureSettings(), output)
+    _run(model, cases, bs.ProcedureSettings(), output, quiet, as_json)
 
 
 @app.command()
@@ -81,20 +97,26 @@ def run(
     model: Annotated[Path, typer.Argument(help="A model document, YAML or JSON.", show_default=False)],
     output: Annotated[Path, typer.Option("--output", "-o", help="File to write.", show_default=False)],
     spread: Annotated[bool, typer.Option("--spread", help="Also run the other schedules, and their spread.")] = False,
+    quiet: QuietOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Run all cases of a model document and keep the analysis."""
+    out.quiet = quiet or as_json
     document = bs.read_document(model)
     out.print(
         f"{document.model.name}: {len(document.model.blocks)} blocks, {document.report}", markup=False, soft_wrap=True
     )
     settings = bs.ProcedureSettings.of(document.settings)
-    _run(document.model, list(document.cases), settings, output, document.hash, spread=spread)
+    _run(document.model, list(document.cases), settings, output, quiet, as_json, document.hash, spread=spread)
 
 
 @app.command()
-def show(file: FileArgument) -> None:
+def show(file: FileArgument, as_json: JsonOption = False) -> None:
     """Print the results of an analysis, with their certificates."""
     analysis = bs.open_analysis(file)
+    if as_json:
+        typer.echo(json.dumps(analysis_summary(analysis), indent=2))
+        return
     model = analysis.model
     out.print(f"{model.name}: {len(model.blocks)} blocks, {len(model.interfaces)} interfaces", markup=False)
     out.print(f"model hash {model.hash[:16]}…, created {analysis.created_at}, {analysis.status}", markup=False)
@@ -102,7 +124,7 @@ def show(file: FileArgument) -> None:
     for result in analysis.values():
         out.print(result_text(result), soft_wrap=True)
     out.print(summary_table(analysis))
-    _print_spreads(analysis)
+    out.print(spread_text(analysis), markup=False, soft_wrap=True, end="")
 
 
 @app.command()
@@ -181,9 +203,42 @@ def recover(file: FileArgument) -> None:
 @app.command()
 def resume(file: FileArgument) -> None:
     """Go on with a run that was killed or interrupted, from its last committed iteration."""
-    with _followed() as listener:
-        analysis = bs.AnalysisManager.resume(file, listeners=[listener])
+    with following(err, quiet=False) as listeners:
+        analysis = bs.AnalysisManager.resume(file, listeners=listeners)
     _report(analysis, file)
+
+
+@app.command()
+def view(
+    file: FileArgument,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="File to write; FILE.html otherwise.", show_default=False)
+    ] = None,
+    show_it: Annotated[bool, typer.Option("--open", help="Show the page in the browser.")] = False,
+) -> None:
+    """Write an interactive page of an analysis: structure, mechanism, forces, states of all iterations."""
+    from blockstruct.views.page import write_page
+
+    _written(write_page(bs.open_analysis(file), output or file.with_suffix(".html")), show_it)
+
+
+@app.command()
+def report(
+    file: FileArgument,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="File to write; FILE-report.html otherwise.", show_default=False),
+    ] = None,
+    template: Annotated[
+        Path | None, typer.Option("--template", help="A Jinja2 template of your own.", show_default=False)
+    ] = None,
+    show_it: Annotated[bool, typer.Option("--open", help="Show the report in the browser.")] = False,
+) -> None:
+    """Write a report of an analysis, to read and to print."""
+    from blockstruct.views.report import write_report
+
+    target = output or file.with_name(f"{file.stem}-report.html")
+    _written(write_report(bs.open_analysis(file), target, template=template), show_it)
 
 
 @app.command()
@@ -204,6 +259,12 @@ def validate(
     except (bs.FormatError, bs.ModelError) as error:
         out.print("\n".join([str(error), *getattr(error, "__notes__", ())]), markup=False, soft_wrap=True)
         raise typer.Exit(VIOLATIONS) from None
+
+
+def _written(path: Path, show_it: bool) -> None:
+    out.print(f"written: {path}, {path.stat().st_size / 1e6:.1f} MB", markup=False, soft_wrap=True)
+    if show_it:
+        typer.launch(path.resolve().as_uri())
 
 
 @app.command("import")
@@ -298,33 +359,29 @@ def _run(
     cases: list[bs.LimitCase],
     settings: bs.ProcedureSettings,
     output: Path,
+    quiet: bool,
+    as_json: bool,
     document_hash: str = "",
     *,
     spread: bool = False,
 ) -> None:
-    with _followed() as listener:
-        manager = bs.AnalysisManager(
-            model, output, settings=settings, listeners=[listener], document_hash=document_hash
-        )
+    with following(err, quiet=quiet) as listeners:
+        manager = bs.AnalysisManager(model, output, settings=settings, listeners=listeners, document_hash=document_hash)
         analysis = manager.run(cases, spread=spread)
-    _report(analysis, output)
+    _report(analysis, output, as_json=as_json)
 
 
-def _report(analysis: bs.Analysis, output: Path) -> None:
+def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False) -> None:
     for result in analysis.values():
         out.print(iteration_table(result.history))
         out.print(result_text(result), soft_wrap=True)
     out.print(summary_table(analysis))
-    _print_spreads(analysis)
+    out.print(spread_text(analysis), markup=False, soft_wrap=True, end="")
     out.print(f"written: {output}", markup=False, soft_wrap=True)
+    if as_json:
+        typer.echo(json.dumps(analysis_summary(analysis), indent=2))
     if any(r.status is not bs.Status.CONVERGED for r in analysis.values()):
         raise typer.Exit(NO_LOAD_FACTOR)
-
-
-def _print_spreads(analysis: bs.Analysis) -> None:
-    for name in analysis:
-        if any(other.startswith(f"{name} [") for other in analysis):
-            out.print(f"{name}: {analysis.spread(name)}", markup=False, soft_wrap=True)
 
 
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:
@@ -337,33 +394,3 @@ def _write_csv(frame: pd.DataFrame, path: Path) -> None:
         msg = f"{path}: cannot be written ({error.strerror or error}); choose another file"
         raise bs.StorageError(msg) from error
     out.print(f"{path}: {len(frame)} rows", markup=False, soft_wrap=True)
-
-
-@contextmanager
-def _followed() -> Iterator[Callable[[Event], None]]:
-    """Listener that shows how a run goes on: a bar on a terminal, a line an event elsewhere."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed:.0f}/{task.total:.0f} programs at most"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
-        yield _bar(progress) if err.is_terminal else bs.print_lines()
-
-
-def _bar(progress: Progress) -> Callable[[Event], None]:
-    most = bs.ProcedureSettings().max_programs
-    task = progress.add_task("", total=most)
-
-    def listen(event: Event) -> None:
-        match event:
-            case CaseStarted(case):
-                progress.reset(task, description=case.name, total=most)
-            case IterationDone(case, index, iteration):
-                text = f"{case.name}: load factor {iteration.load_factor:.4f}"
-                progress.update(task, completed=index + 1, description=text)
-            case CaseFinished():
-                progress.update(task, completed=most)
-
-    return listen

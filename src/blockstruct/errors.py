@@ -50,7 +50,7 @@ class FormatError(BlockstructError, ValueError):
 
 
 class MissingExtraError(BlockstructError, ImportError):
-    """A package that only some file formats need and that is not installed."""
+    """A package that only some views or file formats need and that is not installed."""
 
 
 class GeometryWarning(UserWarning):

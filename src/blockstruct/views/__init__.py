@@ -1,5 +1,9 @@
 """What people look at. Nothing in the core imports this room; it stands on the public API.
 
+Tables and texts for the console are here; :mod:`~blockstruct.views.figures`, :mod:`~blockstruct.views.page`,
+:mod:`~blockstruct.views.paraview` (extra ``viz``) and :mod:`~blockstruct.views.report` (extra ``report``) are imported
+by their own names.
+
 >>> import blockstruct as bs
 >>> tuff, dry = bs.Material("tuff", "12 kN/m^3"), bs.JointMaterial("dry", 0.65)
 >>> blocks = bs.courses([[1]], unit_length="0.4 m", unit_height="0.8 m", depth="1 m", material=tuff)
@@ -11,13 +15,25 @@
   load factor 0.5
 """
 
-from blockstruct.views.console import archive_table, iteration_table, model_text, result_text, summary_table
+from blockstruct.views.console import (
+    analysis_summary,
+    archive_table,
+    iteration_table,
+    model_text,
+    result_text,
+    spread_text,
+    summary_table,
+)
+from blockstruct.views.progress import following
 
 __all__ = [
     # console
+    "analysis_summary",
     "archive_table",
+    "following",
     "iteration_table",
     "model_text",
     "result_text",
+    "spread_text",
     "summary_table",
 ]

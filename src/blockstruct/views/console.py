@@ -1,5 +1,9 @@
 """Tables and texts for a terminal 80 columns wide."""
 
+import math
+from dataclasses import asdict
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -85,6 +89,12 @@ def summary_table(analysis: bs.Analysis) -> Table:
     return table
 
 
+def spread_text(analysis: bs.Analysis) -> str:
+    """Spreads of the cases that were run with several schedules, a paragraph each; empty without any."""
+    cases = [name for name in analysis if any(other.startswith(f"{name} [") for other in analysis)]
+    return "".join(f"{name}: {analysis.spread(name)}\n" for name in cases)
+
+
 def archive_table(rows: pd.DataFrame) -> Table:
     """Table of rows of :meth:`blockstruct.Archive.table`, without those of files that cannot be read."""
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
@@ -97,3 +107,35 @@ def archive_table(rows: pd.DataFrame) -> Table:
         numbers = (f"{row['load_factor']:.6g}", f"{row['n_iterations']:.0f}")
         table.add_row(Text(row["path"]), Text(row["case"]), row["status"], *numbers)
     return table
+
+
+def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
+    """Results of an analysis as plain values for JSON, where numbers that are not finite are None.
+
+    Load factors, the four measures of certificates and counts are dimensionless, ``duration`` is in seconds.
+    """
+    return {
+        "model": analysis.model.name,
+        "model_hash": analysis.model.hash,
+        "blocks": len(analysis.model.blocks),
+        "interfaces": len(analysis.model.interfaces),
+        "created_at": analysis.created_at,
+        "status": analysis.status,
+        "cases": [
+            {
+                "name": r.name,
+                "flow": r.case.flow.value,
+                "status": r.status.value,
+                "load_factor": r.load_factor if math.isfinite(r.load_factor) else None,
+                "iterations": r.n_iterations,
+                "duration": r.duration,
+                "message": r.message,
+                "certificate": None if r.certificate is None else _measures(r.certificate),
+            }
+            for r in analysis.values()
+        ],
+    }
+
+
+def _measures(certificate: bs.Certificate) -> dict[str, float | bool | None]:
+    return {name: value if math.isfinite(value) else None for name, value in asdict(certificate).items()}

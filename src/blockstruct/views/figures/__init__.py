@@ -1,0 +1,44 @@
+"""Figures with matplotlib, for papers and reports. Needs ``pip install "blockstruct[viz]"``.
+
+Every function takes an Axes (or makes one) and returns it, so that figures combine and ``ax.figure.savefig`` works:
+
+>>> import matplotlib
+>>> matplotlib.use("Agg")
+>>> import blockstruct as bs
+>>> from blockstruct.views import figures
+>>> tuff, dry = bs.Material("tuff", "12 kN/m^3"), bs.JointMaterial("dry", 0.65)
+>>> blocks = bs.courses([[1]], unit_length="0.4 m", unit_height="0.8 m", depth="1 m", material=tuff)
+>>> model = bs.Model("block", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
+>>> push = bs.LoadPattern("push", [bs.BodyForce((1, 0, 0))])
+>>> case = bs.LimitCase("rocking", bs.LoadPattern("dead", [bs.SelfWeight()]), push, "associative")
+>>> result = bs.AnalysisManager(model).run([case])["rocking"]
+>>> ax = figures.mechanism(model, result, amplitude="10 cm")
+>>> ax.get_xlabel(), ax.get_ylabel()
+('x [m]', 'z [m]')
+"""
+
+from blockstruct.views.extras import missing
+
+try:
+    import matplotlib  # noqa: F401 - the figures below need it
+except ModuleNotFoundError as error:
+    raise missing(error, "viz") from error
+
+from blockstruct.views.figures.convergence import certificate, convergence
+from blockstruct.views.figures.curve import curve
+from blockstruct.views.figures.domain import crushing_domain
+from blockstruct.views.figures.forces import forces
+from blockstruct.views.figures.mechanism import mechanism
+from blockstruct.views.figures.structure import structure
+
+__all__ = [
+    # of the structure
+    "forces",
+    "mechanism",
+    "structure",
+    # of the numbers
+    "certificate",
+    "convergence",
+    "crushing_domain",
+    "curve",
+]

@@ -1,0 +1,54 @@
+"""Load factors over a parameter, such as the compressive strength or the friction coefficient."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+import blockstruct as bs
+from blockstruct.views.figures.canvas import new_axes
+from blockstruct.views.look import ACCENT, readable
+
+_SHORT = {"pascal": "Pa", "newton": "N", "meter": "m", "radian": "rad"}
+_SYMBOLS = {"compressive_strength": "compressive strength f_c", "friction_coefficient": "friction coefficient μ"}
+
+
+def curve(sweep: xr.Dataset | xr.DataArray, *, label: str | None = None, ax: Axes | None = None) -> Axes:
+    """Draw load factors over the one parameter they depend on.
+
+    Parameters
+    ----------
+    sweep
+        ``load_factor`` over one coordinate with ``units``, as ``Analysis.sweep`` gives it. Points where no load
+        factor was found (NaN) leave a gap; the load factor at an infinite value is a level line.
+    label
+        Name in the legend, for several curves on one Axes.
+    ax
+        Axes to draw on.
+
+    Raises
+    ------
+    ModelError
+        Data that do not depend on just one parameter.
+    """
+    data = sweep["load_factor"] if isinstance(sweep, xr.Dataset) else sweep
+    if data.ndim != 1 or data.dims[0] not in data.coords:
+        over = ", ".join(map(str, data.dims)) or "nothing"
+        msg = f"curve: load factors over {over}; give them over one coordinate, as 'compressive_strength'"
+        raise bs.ModelError(msg)
+    name = str(data.dims[0])
+    values = data[name].to_numpy().astype(float)
+    ordered = np.argsort(values, kind="stable")
+    finite, infinite = (ordered[chosen] for chosen in (np.isfinite(values[ordered]), np.isinf(values[ordered])))
+    load_factor = data.to_numpy()
+    long_unit = str(data[name].attrs.get("units", "dimensionless"))
+    factor, unit = (1.0, "-") if long_unit == "dimensionless" else readable(values, _SHORT.get(long_unit, long_unit))
+    ax = new_axes(ax)
+    colour = None if label else ACCENT
+    (line,) = ax.plot(values[finite] * factor, load_factor[finite], "o-", color=colour, ms=4, lw=1.2, label=label)
+    for level in load_factor[infinite]:
+        ax.axhline(level, color=line.get_color(), lw=1, ls="--")
+    ax.set(xlabel=f"{_SYMBOLS.get(name, name.replace('_', ' '))} [{unit}]", ylabel="load factor α [-]")
+    ax.set_ylim(bottom=min(0.0, float(np.nanmin(load_factor))))
+    if label:
+        ax.legend(frameon=False, fontsize="small")
+    return ax

@@ -1,0 +1,121 @@
+"""The N–M point of an interface in its crushing domain."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+import blockstruct as bs
+from blockstruct.views.figures.canvas import new_axes
+from blockstruct.views.look import ACCENT, FORCE, readable
+from blockstruct.views.selection import chosen_interface, chosen_iteration, same_model
+
+Array = NDArray[np.float64]
+
+_CUTS = 65
+
+
+def crushing_domain(
+    model: bs.Model,
+    result: bs.CaseResult,
+    interface: str,
+    *,
+    about: str = "s",
+    iteration: int = -1,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw the domain of normal force and bending of an interface that crushes, and the points of the iterations.
+
+    Its boundary is that of a rectangular stress block of the compressive strength on the part of the interface
+    beyond a neutral axis parallel to ``about``: ``|M| = (N b / 2) (1 − N / (f_c A))`` for a rectangle.
+
+    Parameters
+    ----------
+    model, result
+        The structure and a case of it.
+    interface
+        Name of the interface.
+    about
+        Axis of the bending moment, ``"s"`` or ``"t"`` of the interface's frame.
+    iteration
+        The iteration marked; those before it are drawn as a path.
+    ax
+        Axes to draw on.
+
+    Raises
+    ------
+    ModelError
+        An interface whose joint material has no compressive strength, an unknown axis, a case without iterations.
+    UnknownNameError
+        An unknown interface or iteration.
+    """
+    same_model(model, result)
+    k = chosen_interface(model, interface)
+    last = chosen_iteration(result, iteration)
+    if about not in ("s", "t"):
+        msg = f"crushing_domain: about {about!r}; give 's' or 't', an axis of the interface"
+        raise bs.ModelError(msg)
+    found = model.interfaces[k]
+    strength = found.joint_material.compressive_strength
+    if not np.isfinite(strength):
+        msg = (
+            f"interface {interface!r}: its joint material {found.joint_material.name!r} has no compressive strength, "
+            "so there is no crushing domain; give the JointMaterial one, or choose another interface"
+        )
+        raise bs.ModelError(msg)
+
+    frame = result.history["interface_frame"].to_numpy()[k]
+    plane = (np.asarray(found.polygon) - found.centroid) @ frame[1:].T
+    # A pressure p at (s, t) has the moments t p about s and −s p about t.
+    plane = plane if about == "s" else plane[:, ::-1] * (1, -1)
+    N, M = stress_blocks(plane, strength)
+    resultants = result.resultants.isel(interface=k)
+    force = resultants["force"].sel(component="n").to_numpy()[: last + 1]
+    moment = resultants["moment"].sel(component=about).to_numpy()[: last + 1]
+
+    ax = new_axes(ax)
+    n_factor, n_unit = readable(N, "N")
+    m_factor, m_unit = readable(M, "N·m")
+    ax.fill(N * n_factor, M * m_factor, facecolor="0.95", edgecolor="0.35", lw=1)
+    ax.plot(force * n_factor, moment * m_factor, ".-", color=ACCENT, lw=0.8, ms=4, label="iterations")
+    ax.plot(force[-1] * n_factor, moment[-1] * m_factor, "D", color=FORCE, ms=6, label=f"iteration {last}")
+    ax.margins(0.08)
+    ax.set(xlabel=f"N [{n_unit}]", ylabel=f"M about {about} [{m_unit}]", title=interface)
+    ax.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1, 1))
+    return ax
+
+
+def stress_blocks(polygon: Array, strength: float) -> tuple[Array, Array]:
+    """Normal forces and moments, around the domain, of stress blocks beyond cuts across the second axis.
+
+    Parameters
+    ----------
+    polygon : (k, 2) array
+        Corners about the centroid, m; the moment is the force times their second coordinate.
+    strength
+        Pa.
+    """
+    low, high = polygon[:, 1].min(), polygon[:, 1].max()
+    cuts = np.linspace(low, high, _CUTS)
+    area, static = np.array([_beyond(polygon, cut) for cut in cuts]).T
+    # From the whole interface to its upper edge, and back along the lower one.
+    rest_area, rest_static = area[0] - area, static[0] - static
+    return strength * np.concatenate([area, rest_area]), strength * np.concatenate([static, rest_static])
+
+
+def _beyond(polygon: Array, cut: float) -> tuple[float, float]:
+    """Area and first moment of the part of a polygon above a cut, by its clipped outline."""
+    following = np.roll(polygon, -1, axis=0)
+    above, next_above = polygon[:, 1] >= cut, following[:, 1] >= cut
+    outline: list[Array] = []
+    for p, q, inside, then in zip(polygon, following, above, next_above, strict=True):
+        if inside:
+            outline.append(p)
+        if inside != then:
+            outline.append(p + (q - p) * (cut - p[1]) / (q[1] - p[1]))
+    if len(outline) < 3:
+        return 0.0, 0.0
+    x, y = np.array(outline).T
+    x_next, y_next = np.roll(x, -1), np.roll(y, -1)
+    cross = x * y_next - x_next * y
+    sign = np.sign(cross.sum())
+    return float(sign * cross.sum() / 2), float(sign * ((y + y_next) * cross).sum() / 6)

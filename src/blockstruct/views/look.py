@@ -1,0 +1,53 @@
+"""The look of all views: colours that colour-blind readers and a grey printer keep apart, and units of axes."""
+
+import numpy as np
+import numpy.typing as npt
+
+import blockstruct as bs
+
+#: Colour of each contact state, from the palette of Okabe & Ito (2008), and of what is at rest.
+STATE_COLOURS = {
+    bs.ContactState.CRUSHING.value: "#000000",
+    bs.ContactState.SLIDING.value: "#d55e00",
+    bs.ContactState.TWISTING.value: "#cc79a7",
+    bs.ContactState.HINGE.value: "#0072b2",
+    bs.ContactState.OPEN.value: "#56b4e9",
+    bs.ContactState.STICKING.value: "#b5ada1",
+    bs.ContactState.UNKNOWN.value: "#f0e442",
+}
+STONE, SUPPORT, EDGE, GHOST = "#ede8df", "#c9c1b4", "#8d8578", "#d8d3ca"
+FORCE, ACCENT = "#d55e00", "#0072b2"
+#: Colours of a utilisation from 0 to 1: from that of a joint at rest to nearly black.
+UTILISATION = ("#d8d3ca", "#0072b2", "#001a2c")
+#: Measures of a certificate, and how they are drawn.
+MEASURES = {
+    "equilibrium_residual": ("equilibrium residual", "#0072b2", "o"),
+    "yield_excess": ("yield excess", "#d55e00", "s"),
+    "interpenetration": ("interpenetration", "#009e73", "^"),
+    "flow_rule_gap": ("flow-rule gap", "#000000", "D"),
+}
+
+
+def parts(state: str) -> list[str]:
+    """States that a text such as ``"hinge + sliding"`` combines, in the order of :data:`STATE_COLOURS`.
+
+    >>> parts("hinge + sliding")
+    ['sliding', 'hinge']
+    """
+    return sorted(state.split(" + "), key=list(STATE_COLOURS).index)
+
+
+def readable(values: npt.ArrayLike, unit: str) -> tuple[float, str]:
+    """Factor and unit in which SI values are easy to read.
+
+    >>> readable([12e3, 250.0], "N")
+    (0.001, 'kN')
+    >>> readable([3.1e6], "Pa")
+    (1e-06, 'MPa')
+    """
+    finite = np.abs(np.asarray(values, dtype=float))
+    largest = float(finite[np.isfinite(finite)].max(initial=0.0))
+    for power, prefix in ((6, "M"), (3, "k")):
+        if largest >= 10**power:
+            return 10.0**-power, prefix + unit
+    return 1.0, unit

@@ -1,0 +1,12 @@
+"""The interactive page: one HTML file that works offline. Needs ``pip install "blockstruct[viz]"``."""
+
+from blockstruct.views.extras import missing
+
+try:
+    import plotly  # noqa: F401 - its script goes into the page
+except ModuleNotFoundError as error:
+    raise missing(error, "viz") from error
+
+from blockstruct.views.page.html import page_html, write_page
+
+__all__ = ["page_html", "write_page"]

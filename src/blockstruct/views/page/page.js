@@ -1,0 +1,320 @@
+const data = JSON.parse(document.getElementById("data").textContent);
+const at = id => document.getElementById(id);
+
+// ---------------------------------------------------------------- arrays
+async function bytes(text) {
+  const packed = new Blob([Uint8Array.from(atob(text), c => c.charCodeAt(0))]);
+  return new Response(packed.stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
+}
+const halves = Float32Array.from({length: 65536}, (_, h) => {
+  const sign = h & 0x8000 ? -1 : 1, exponent = (h >> 10) & 31, fraction = h & 1023;
+  if (exponent === 31) return fraction ? NaN : sign * Infinity;
+  return exponent ? sign * 2 ** (exponent - 15) * (1 + fraction / 1024) : sign * 2 ** -14 * (fraction / 1024);
+});
+const float32 = async text => new Float32Array(await bytes(text));
+const int32 = async text => new Int32Array(await bytes(text));
+const uint16 = async text => new Uint16Array(await bytes(text));
+const float16 = async text => Float32Array.from(await uint16(text), h => halves[h]);
+/** Put numbers in the place of their texts. */
+const unpack = (object, kinds, numbers) => Promise.all(kinds.map(async kind => { object[kind] = await numbers(object[kind]); }));
+const column = (values, c, width = 3) => values.filter((_, i) => i % width === c);
+
+const blocks = data.blocks, interfaces = data.interfaces;
+await Promise.all([
+  unpack(blocks, ["centroids", "vertices"], float32),
+  unpack(blocks, ["of_vertex", "triangles", "edges"], int32),
+  unpack(interfaces, ["centroids", "vertices", "frames"], float32),
+  unpack(interfaces, ["of_vertex", "triangles", "of_triangle"], int32),
+  ...data.cases.flatMap(c => [
+    unpack(c, ["force", "eccentricity", "velocity", "sliding", "crushing"], float16), unpack(c, ["state"], uint16),
+  ]),
+]);
+blocks.of_triangle = blocks.triangles.filter((_, t) => t % 3 === 0).map(v => blocks.of_vertex[v]);
+// An interface goes with its minus block.
+interfaces.block_of_vertex = interfaces.of_vertex.map(i => interfaces.minus[i]);
+const B = blocks.name.length, I = interfaces.name.length;
+
+// ---------------------------------------------------------------- what is shown
+const shown = {case: 0, iteration: 0, amplitude: 0, colour: "state", picked: null};
+const current = () => data.cases[shown.case];
+
+/** Coordinates of points after the mechanism of the iteration, to first order. */
+function displaced(points, blockOf) {
+  const u = current().velocity, scale = shown.amplitude * blocks.size, start = shown.iteration * B * 6, moved = points.slice();
+  if (!scale) return moved;
+  for (let v = 0; v < blockOf.length; v++) {
+    const b = blockOf[v], k = start + 6 * b, p = 3 * v;
+    const x = points[p] - blocks.centroids[3 * b], y = points[p + 1] - blocks.centroids[3 * b + 1], z = points[p + 2] - blocks.centroids[3 * b + 2];
+    moved[p] += scale * (u[k] + u[k + 4] * z - u[k + 5] * y);
+    moved[p + 1] += scale * (u[k + 1] + u[k + 5] * x - u[k + 3] * z);
+    moved[p + 2] += scale * (u[k + 2] + u[k + 3] * y - u[k + 4] * x);
+  }
+  return moved;
+}
+const xyz = points => ({x: column(points, 0), y: column(points, 1), z: column(points, 2)});
+
+/** Points of line segments, parted by gaps. */
+function segments(points, pairs) {
+  const line = new Float32Array(4.5 * pairs.length).fill(NaN);
+  for (let e = 0; e < pairs.length / 2; e++)
+    for (let end = 0; end < 2; end++)
+      for (let c = 0; c < 3; c++) line[9 * e + 3 * end + c] = points[3 * pairs[2 * e + end] + c];
+  return line;
+}
+
+/** Force on the plus block at an interface: local components in N, global vector, and where it acts. */
+function resultant(i) {
+  const c = current(), row = shown.iteration * I + i, unit = c.unit[shown.iteration], frame = interfaces.frames;
+  const local = [0, 1, 2].map(k => c.force[3 * row + k] * unit), e = [c.eccentricity[2 * row], c.eccentricity[2 * row + 1]];
+  const axis = (k, a) => frame[9 * i + 3 * k + a];
+  return {
+    local, e,
+    vector: [0, 1, 2].map(a => local[0] * axis(0, a) + local[1] * axis(1, a) + local[2] * axis(2, a)),
+    point: [0, 1, 2].map(a => interfaces.centroids[3 * i + a] + e[0] * axis(1, a) + e[1] * axis(2, a)),
+  };
+}
+function forceLines() {
+  const scale = 0.15 * blocks.size / current().unit[shown.iteration], line = [];
+  for (let i = 0; i < I; i++) {
+    const {vector, point} = resultant(i);
+    if (point.some(Number.isNaN)) continue;
+    line.push(...point, ...point.map((p, a) => p + scale * vector[a]), NaN, NaN, NaN);
+  }
+  return line;
+}
+const stateOf = i => current().state[shown.iteration * I + i];
+const utilisation = (kind, i) => current()[kind][shown.iteration * I + i];
+
+function interfaceColours() {
+  const of = interfaces.of_triangle;
+  if (shown.colour !== "state") {
+    const scale = data.look.utilisation.map((colour, k) => [k / 2, colour]);
+    return {intensity: Array.from(of, i => utilisation(shown.colour, i)), colorscale: scale, cmin: 0, cmax: 1, showscale: true};
+  }
+  const names = Object.keys(data.look.states), n = names.length;
+  const scale = names.flatMap((name, k) => [[k / n, data.look.states[name]], [(k + 1) / n, data.look.states[name]]]);
+  const rank = current().gravest.map(name => names.indexOf(name) + 0.5);
+  return {intensity: Array.from(of, i => rank[stateOf(i)]), colorscale: scale, cmin: 0, cmax: n, showscale: false};
+}
+
+// ---------------------------------------------------------------- the scene
+const GHOST = 0, BLOCKS = 1, EDGES = 2, INTERFACES = 3, FORCES = 4, PICKED = 5;
+const lighting = {ambient: 0.75, diffuse: 0.45, specular: 0.05, roughness: 0.9};
+const mesh = (bodies, more) => ({
+  type: "mesh3d", ...xyz(bodies.vertices), i: column(bodies.triangles, 0), j: column(bodies.triangles, 1),
+  k: column(bodies.triangles, 2), flatshading: true, lighting, ...more,
+});
+const lines = (points, color, width, more) => ({
+  type: "scatter3d", mode: "lines", ...xyz(points), line: {color, width}, hoverinfo: "skip", showlegend: false, ...more,
+});
+const outline = segments(blocks.vertices, blocks.edges);
+const stone = Array.from(blocks.of_triangle, b => blocks.fixed[b] ? data.look.support : data.look.stone);
+const traces = [
+  lines(outline, data.look.ghost, 1, {visible: false}),
+  mesh(blocks, {facecolor: stone, hoverinfo: "text", text: Array.from(blocks.of_triangle, b => blocks.name[b]), name: "blocks"}),
+  lines(outline, "#8d8578", 1.5),
+  mesh(interfaces, {
+    intensitymode: "cell", intensity: Array.from(interfaces.of_triangle, () => 0), hoverinfo: "text", name: "interfaces",
+    text: Array.from(interfaces.of_triangle, i => interfaces.name[i]),
+    colorbar: {title: {text: "utilisation [-]"}, thickness: 12, len: 0.5, x: 0},
+  }),
+  lines([NaN, NaN, NaN], "#d55e00", 4, {visible: false}),
+  lines([NaN, NaN, NaN], "#d4007a", 7),
+];
+const axis = name => ({title: {text: name + " [m]"}, showbackground: false, gridcolor: "#eee9e1", zerolinecolor: "#eee9e1", showspikes: false});
+// The longest extent fills the picture.
+const extents = ["x", "y", "z"].map((_, c) => { const v = column(blocks.vertices, c); return v.reduce((a, b) => Math.max(a, b)) - v.reduce((a, b) => Math.min(a, b)); });
+const [x, y, z] = extents.map(e => 1.35 * e / Math.max(...extents));
+const layout = {
+  margin: {l: 0, r: 0, t: 0, b: 0}, showlegend: false, uirevision: "kept",
+  scene: {aspectmode: "manual", aspectratio: {x, y, z}, xaxis: axis("x"), yaxis: axis("y"), zaxis: axis("z"), dragmode: "orbit",
+          camera: {projection: {type: "orthographic"}, eye: {x: 0.7, y: -2, z: 0.6}}},
+};
+const config = {displaylogo: false, responsive: true};
+
+// ---------------------------------------------------------------- drawing
+/** Draw everything, or of a large model, while a slider moves, only the blocks. */
+async function draw(sketch) {
+  const moved = displaced(blocks.vertices, blocks.of_vertex);
+  const change = [[], [], [], [], [], []].map(() => ({visible: false})), ticked = id => at(id).checked;
+  change[BLOCKS] = {...xyz(moved), visible: sketch || ticked("show-blocks"), opacity: !sketch && ticked("show-interfaces") ? 0.6 : 1};
+  if (!sketch) {
+    change[GHOST] = {visible: shown.amplitude > 0};
+    change[EDGES] = {...xyz(segments(moved, blocks.edges)), visible: true};
+    change[INTERFACES] = {
+      ...xyz(displaced(interfaces.vertices, interfaces.block_of_vertex)), ...interfaceColours(), visible: ticked("show-interfaces"),
+    };
+    if (ticked("show-forces")) change[FORCES] = {...xyz(Float32Array.from(forceLines())), visible: true};
+    if (shown.picked) change[PICKED] = {...xyz(pickedOutline(moved)), visible: true};
+  }
+  change.forEach((values, t) => Object.assign(traces[t], values));
+  // Plotly sees a change where an object is a new one.
+  await Plotly.react("view", traces.map(t => ({...t})), layout, config);
+}
+
+const LARGE = 400, REST = 250;
+const wanted = {sketch: false, full: false};
+let busy = false, rest = null;
+/** Draw soon: what is asked for while a picture is made becomes one more. */
+async function redraw() { wanted.full = true; return work(); }
+/** Draw while a slider moves, in full when it rests for some milliseconds. */
+function follow() {
+  if (B < LARGE) return redraw();
+  document.body.dataset.ready = "no";
+  clearTimeout(rest);
+  rest = setTimeout(redraw, REST);
+  wanted.sketch = true;
+  return work();
+}
+async function work() {
+  if (busy) return;
+  busy = true;
+  document.body.dataset.ready = "no";
+  while (wanted.sketch || wanted.full) {
+    const sketch = wanted.sketch;
+    wanted[sketch ? "sketch" : "full"] = false;
+    await new Promise(requestAnimationFrame);
+    await draw(sketch);
+    if (!sketch) document.body.dataset.ready = "yes";
+  }
+  busy = false;
+}
+
+function pickedOutline(moved) {
+  const p = shown.picked;
+  if (p.kind === "block") return segments(moved, blocks.edges.filter((_, e) => blocks.of_vertex[blocks.edges[e]] === p.index));
+  const corners = displaced(interfaces.vertices, interfaces.block_of_vertex), ring = [];
+  interfaces.of_vertex.forEach((i, v) => { if (i === p.index) ring.push(...corners.slice(3 * v, 3 * v + 3)); });
+  return Float32Array.from([...ring, ...ring.slice(0, 3)]);
+}
+
+// ---------------------------------------------------------------- the panel
+function readable(value, unit) {
+  if (!Number.isFinite(value)) return "–";
+  const size = Math.abs(value), [factor, prefix] = size >= 1e6 ? [1e-6, "M"] : size >= 1e3 ? [1e-3, "k"] : [1, ""];
+  return `${Number((value * factor).toPrecision(3))} ${prefix}${unit}`;
+}
+const metres = v => v.every(Number.isFinite) ? v.map(c => Number(c.toPrecision(3))).join(", ") + " m" : "–";
+const share = v => Number.isFinite(v) ? Number(v.toPrecision(3)).toString() : "–";
+
+function describe() {
+  const p = shown.picked, panel = at("picked");
+  panel.replaceChildren();
+  if (!p) { panel.textContent = "Click a block or an interface. Hide the blocks to reach interfaces inside."; return; }
+  const rows = [], i = p.index;
+  if (p.kind === "block") {
+    const u = Array.from(current().velocity.slice((shown.iteration * B + i) * 6, (shown.iteration * B + i) * 6 + 3));
+    const scale = shown.amplitude * blocks.size;
+    rows.push(["block", blocks.name[i] + (blocks.fixed[i] ? " (support)" : "")], ["material", blocks.material[i]],
+      ["weight", readable(blocks.weight[i], "N")], ["volume", `${Number(blocks.volume[i].toPrecision(3))} m³`],
+      ["centroid", metres(Array.from(blocks.centroids.slice(3 * i, 3 * i + 3)))],
+      ["translation", metres(u.map(c => c * scale))]);
+  } else {
+    const {local, e} = resultant(i);
+    rows.push(["interface", interfaces.name[i]], ["joint", interfaces.joint[i]], ["state", current().states[stateOf(i)]],
+      ["area", `${Number(interfaces.area[i].toPrecision(3))} m²`], ["N", readable(local[0], "N")],
+      ["V", readable(Math.hypot(local[1], local[2]), "N")], ["eccentricity", metres(e)],
+      ["sliding", share(utilisation("sliding", i))], ["crushing", share(utilisation("crushing", i))]);
+  }
+  const table = document.createElement("table");
+  for (const [name, value] of rows) {
+    const row = table.insertRow();
+    row.insertCell().textContent = name;
+    row.insertCell().textContent = value;
+  }
+  panel.append(table);
+}
+
+function legend() {
+  at("legend").replaceChildren();
+  if (shown.colour !== "state") return;
+  const present = new Set();
+  for (let i = 0; i < I; i++) present.add(current().gravest[stateOf(i)]);
+  for (const [name, colour] of Object.entries(data.look.states)) {
+    if (!present.has(name)) continue;
+    const item = document.createElement("span"), box = document.createElement("i");
+    box.style.background = colour;
+    item.append(box, name);
+    at("legend").append(item);
+  }
+}
+
+/** Powers of ten between two ticks of a logarithmic axis. */
+function decades(values) {
+  const powers = values.filter(v => v > 0).map(Math.log10);
+  return Math.max(1, Math.ceil((Math.max(...powers) - Math.min(...powers)) / 4)) || 1;
+}
+function convergence() {
+  const c = current(), n = c.stage.length, numbers = [...Array(n).keys()];
+  const line = (y, name, more) => ({x: numbers, y, name, mode: "lines+markers", marker: {size: 5}, line: {width: 1.2}, ...more});
+  const gap = c.measures["flow-rule gap"], found = c.load_factor.filter(v => v !== null);
+  // Load factors that hardly differ are drawn as level.
+  const low = Math.min(...found), high = Math.max(...found), margin = Math.max(0.05 * (high - low), 0.005 * Math.abs(high) - (high - low) / 2);
+  Plotly.react("convergence", [
+    line(c.load_factor, "load factor", {text: c.stage, line: {color: "#0072b2", width: 1.2}}),
+    line(gap, "flow-rule gap", {yaxis: "y2", line: {color: "#2b2925", width: 1.2}}),
+  ], {
+    margin: {l: 58, r: 8, t: 8, b: 38}, showlegend: false, font: {size: 11},
+    xaxis: {title: {text: "iteration [-]"}, anchor: "y2"},
+    yaxis: {title: {text: "load factor α [-]"}, domain: [0.54, 1], range: found.length ? [low - margin, high + margin] : [0, 1]},
+    yaxis2: {title: {text: "flow-rule gap [-]"}, domain: [0, 0.46], type: "log", exponentformat: "power", dtick: decades(gap)},
+    shapes: [{type: "line", x0: shown.iteration, x1: shown.iteration, y0: 0, y1: 1, yref: "paper", line: {color: "#d55e00", width: 1.5}}],
+  }, {displayModeBar: false, responsive: true});
+}
+
+function iterationText() {
+  const c = current(), i = shown.iteration, alpha = c.load_factor[i];
+  at("iteration").value = i;
+  at("iteration-value").textContent = `${i} of ${c.stage.length - 1}, ${c.stage[i]}, α = ${alpha === null ? "–" : Number(alpha.toPrecision(5))}`;
+  at("amplitude-value").textContent = `${Number((shown.amplitude * blocks.size).toPrecision(3))} m`;
+}
+
+function update(drawing = redraw) { iterationText(); legend(); describe(); convergence(); return drawing(); }
+
+function chooseCase(index) {
+  shown.case = index;
+  const c = current();
+  shown.iteration = c.stage.length - 1;
+  at("iteration").max = shown.iteration;
+  at("summary").replaceChildren(...c.summary.map(text => Object.assign(document.createElement("p"), {textContent: text})));
+  at("certificate").textContent = c.certificate;
+  return update();
+}
+function pick(kind, index) {
+  shown.picked = {kind, index};
+  at("find").value = (kind === "block" ? blocks : interfaces).name[index];
+  describe();
+  return redraw();
+}
+function find(name) {
+  for (const [kind, bodies] of [["block", blocks], ["interface", interfaces]]) {
+    const index = bodies.name.indexOf(name);
+    if (index >= 0) return pick(kind, index);
+  }
+  shown.picked = null;
+  describe();
+  return redraw();
+}
+
+async function start() {
+  at("name").textContent = data.name;
+  data.cases.forEach((c, k) => at("case").append(new Option(c.name, k)));
+  for (const [value, text] of [["state", "state"], ["sliding", "utilisation of sliding"], ["crushing", "utilisation of crushing"]])
+    at("colour").append(new Option(text, value));
+  await Plotly.newPlot("view", traces, layout, config);
+  await chooseCase(0);
+  at("case").addEventListener("input", event => chooseCase(Number(event.target.value)));
+  at("colour").addEventListener("input", event => { shown.colour = event.target.value; update(); });
+  at("iteration").addEventListener("input", event => { shown.iteration = Number(event.target.value); update(follow); });
+  at("amplitude").addEventListener("input", event => { shown.amplitude = Number(event.target.value); iterationText(); describe(); follow(); });
+  at("find").addEventListener("change", event => find(event.target.value));
+  for (const id of ["show-blocks", "show-interfaces", "show-forces"]) at(id).addEventListener("change", redraw);
+  at("convergence").on("plotly_click", event => { shown.iteration = event.points[0].pointNumber; update(); });
+  at("view").on("plotly_click", event => {
+    // Where every triangle has a colour of its own, a point of a mesh is a triangle.
+    const {curveNumber, pointNumber} = event.points[0];
+    if (curveNumber === BLOCKS) pick("block", blocks.of_triangle[pointNumber]);
+    if (curveNumber === INTERFACES) pick("interface", interfaces.of_triangle[pointNumber]);
+  });
+}
+await start();

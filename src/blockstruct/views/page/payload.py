@@ -1,0 +1,132 @@
+"""What the page knows: geometry once, and for every case what changes over its iterations.
+
+Arrays are base64 of deflated little-endian numbers: float32 for places, float16 for what is only drawn or read to three
+digits (forces are in multiples of the largest force of their iteration, which keeps small ones in range).
+"""
+
+import base64
+import zlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+import blockstruct as bs
+from blockstruct.views.look import GHOST, MEASURES, STATE_COLOURS, STONE, SUPPORT, UTILISATION, parts
+from blockstruct.views.selection import same_model
+from blockstruct.views.solids import Patches, Solids, triangles
+from blockstruct.views.words import certificate_words, load_factor_words, status_words
+
+
+def payload(analysis: bs.Analysis) -> dict[str, Any]:
+    """All data of the page, as plain values for JSON.
+
+    Raises
+    ------
+    ModelError
+        An analysis of which no case has an iteration.
+    """
+    model = analysis.model
+    shown = [r for r in analysis.values() if r.n_iterations]
+    if not shown:
+        ended = "; ".join(map(str, analysis.values())) or "it has no case"
+        msg = f"analysis of {model.name!r}: no case has an iteration to show ({ended}); run it again"
+        raise bs.ModelError(msg)
+    return {
+        "name": model.name,
+        "look": {
+            "stone": STONE,
+            "support": SUPPORT,
+            "ghost": GHOST,
+            "states": STATE_COLOURS,
+            "utilisation": UTILISATION,
+        },
+        "blocks": _blocks(model),
+        "interfaces": _interfaces(model, shown[0]),
+        "cases": [_case(model, result) for result in shown],
+    }
+
+
+def _blocks(model: bs.Model) -> dict[str, Any]:
+    solids = Solids.of(model)
+    corners, _ = triangles(solids.vertices, solids.loops)
+    return {
+        "name": [b.name for b in model.blocks],
+        "material": [b.material.name for b in model.blocks],
+        "fixed": [b.fixed for b in model.blocks],
+        "weight": [b.weight for b in model.blocks],
+        "volume": [b.volume for b in model.blocks],
+        "size": solids.size,
+        "centroids": _packed(solids.centroids, "<f4"),
+        "vertices": _packed(solids.vertices, "<f4"),
+        "of_vertex": _packed(solids.block_of_vertex, "<i4"),
+        "triangles": _packed(corners, "<i4"),
+        "edges": _packed(solids.edges, "<i4"),
+    }
+
+
+def _interfaces(model: bs.Model, result: bs.CaseResult) -> dict[str, Any]:
+    number = {b.name: i for i, b in enumerate(model.blocks)}
+    patches = Patches.of(model)
+    return {
+        "name": [i.name for i in model.interfaces],
+        "joint": [i.joint_material.name for i in model.interfaces],
+        "area": [i.area for i in model.interfaces],
+        "minus": [number[i.minus] for i in model.interfaces],
+        "plus": [number[i.plus] for i in model.interfaces],
+        "centroids": _packed(np.array([i.centroid for i in model.interfaces]), "<f4"),
+        "frames": _packed(result.history["interface_frame"].to_numpy(), "<f4"),
+        "vertices": _packed(patches.vertices, "<f4"),
+        "of_vertex": _packed(patches.of_vertex, "<i4"),
+        "triangles": _packed(patches.corners, "<i4"),
+        "of_triangle": _packed(patches.of_triangle, "<i4"),
+    }
+
+
+def _case(model: bs.Model, result: bs.CaseResult) -> dict[str, Any]:
+    same_model(model, result)
+    history, resultants = result.history, result.resultants
+    force = resultants["force"].transpose("iteration", "interface", "component").to_numpy()
+    largest = np.nan_to_num(np.abs(force)).max(axis=(1, 2))
+    unit = np.where(largest > 0, largest, 1.0)
+    states = result.states.to_numpy()
+    texts, index = np.unique(states.astype(str), return_inverse=True)
+    motion = [bs.mechanism(history.isel(iteration=[i])) for i in range(result.n_iterations)]
+    velocity = [np.hstack([m["translation"].to_numpy(), m["rotation"].to_numpy()]) for m in motion]
+    return {
+        "name": result.name,
+        "summary": [
+            f"{result.case.dead.name} + load factor × {result.case.variable.name}, {result.case.flow} flow",
+            f"load factor {load_factor_words(result)}",
+            status_words(result),
+        ],
+        "certificate": certificate_words(result),
+        "stage": history["stage"].to_numpy().tolist(),
+        "load_factor": _plain(history["load_factor"].to_numpy()),
+        "measures": {label: _plain(history[name].to_numpy()) for name, (label, *_) in MEASURES.items()},
+        "unit": unit.tolist(),
+        "force": _packed(force / unit[:, None, None], "<f2"),
+        "eccentricity": _packed(resultants["eccentricity"].to_numpy(), "<f2"),
+        "states": texts.tolist(),
+        "gravest": [parts(text)[0] for text in texts],
+        "state": _packed(index.reshape(states.shape), "<u2"),
+        "velocity": _packed(np.nan_to_num(np.array(velocity)), "<f2"),
+        **_utilisation(history),
+    }
+
+
+def _utilisation(history: Any) -> Mapping[str, str]:
+    found = bs.utilisation(history)
+    return {kind: _packed(found[kind].transpose("iteration", "interface"), "<f2") for kind in ("sliding", "crushing")}
+
+
+def _packed(values: npt.ArrayLike, kind: str) -> str:
+    with np.errstate(over="ignore"):
+        raw = np.ascontiguousarray(values, dtype=kind).tobytes()
+    return base64.b64encode(zlib.compress(raw)).decode("ascii")
+
+
+def _plain(values: npt.NDArray[np.float64]) -> list[float | None]:
+    """Numbers for JSON, which knows no NaN."""
+    return [float(v) if np.isfinite(v) else None for v in values]

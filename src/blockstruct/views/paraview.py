@@ -1,0 +1,128 @@
+"""Export for ParaView: one ``.pvd`` file a case, whose time is the iteration. Needs ``pip install "blockstruct[viz]"``.
+
+In ParaView open the ``.pvd`` file; *Warp By Vector* with ``mechanism`` moves the blocks, *Glyph* with ``resultant``
+draws the forces.
+"""
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+import blockstruct as bs
+from blockstruct.views.extras import missing
+from blockstruct.views.selection import application_points, same_model
+from blockstruct.views.solids import Patches, Solids, triangles
+
+try:
+    import pyvista as pv
+except ModuleNotFoundError as error:
+    raise missing(error, "viz") from error
+
+Array = NDArray[np.float64]
+
+
+def write_paraview(analysis: bs.Analysis, case: str, path: str | Path) -> Path:
+    """Write the blocks, interfaces and forces of all iterations of a case.
+
+    Parameters
+    ----------
+    analysis
+        The analysis.
+    case
+        Name of the case.
+    path
+        The ``.pvd`` file. Its pieces, ``.vtp`` files, go into a folder beside it, of the same name without suffix.
+        Names of arrays carry the unit: ``resultant [newton]``, ``area [meter ** 2]``. ``mechanism`` is the
+        displacement of the vertices for a largest translation of 1 m. A state is 1 in the array of its
+        name where an interface has it; names of blocks and interfaces are in the field data.
+
+    Raises
+    ------
+    UnknownNameError
+        A case that the analysis does not have.
+    ModelError
+        A case without iterations.
+    StorageError
+        A path that does not end in ``.pvd`` or cannot be written.
+    """
+    target, result = Path(path), analysis[case]
+    if target.suffix != ".pvd":
+        msg = f"{target}: give a name that ends in .pvd"
+        raise bs.StorageError(msg)
+    if not result.n_iterations:
+        msg = f"case {case!r}: no iteration to export, {result.status} ({result.message}); run the case again"
+        raise bs.ModelError(msg)
+    same_model(analysis.model, result)
+    folder = target.with_suffix("")
+    root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
+    collection = ElementTree.SubElement(root, "Collection")
+    still = _Still(analysis.model)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for i in range(result.n_iterations):
+            for part, (kind, piece) in enumerate(still.pieces(result, i).items()):
+                name = f"{kind}-{i:04}.vtp"
+                piece.save(folder / name)
+                entry = {"timestep": str(i), "part": str(part), "name": kind, "file": f"{folder.name}/{name}"}
+                ElementTree.SubElement(collection, "DataSet", entry)
+        ElementTree.indent(root)
+        ElementTree.ElementTree(root).write(target, encoding="utf-8", xml_declaration=True)
+    except OSError as error:
+        msg = f"{target}: cannot be written ({error.strerror or error}); choose another file"
+        raise bs.StorageError(msg) from error
+    return target
+
+
+class _Still:
+    """The geometry, which all iterations share."""
+
+    def __init__(self, model: bs.Model) -> None:
+        self.solids = Solids.of(model)
+        corners, of_face = triangles(self.solids.vertices, self.solids.loops)
+        self.blocks = pv.PolyData.from_regular_faces(self.solids.vertices, corners)
+        self.blocks.cell_data["block"] = self.solids.block_of_face[of_face]
+        self.blocks.cell_data["fixed"] = np.array([b.fixed for b in model.blocks], dtype=np.uint8)[
+            self.blocks.cell_data["block"]
+        ]
+        self.blocks.field_data["block names"] = [b.name for b in model.blocks]
+
+        patches = Patches.of(model)
+        self.of_triangle = patches.of_triangle
+        self.interfaces = pv.PolyData.from_regular_faces(patches.vertices, patches.corners)
+        self.interfaces.cell_data["interface"] = self.of_triangle
+        areas = np.array([i.area for i in model.interfaces])
+        self.interfaces.cell_data["area [meter ** 2]"] = areas[self.of_triangle]
+        self.interfaces.field_data["interface names"] = [i.name for i in model.interfaces]
+
+    def pieces(self, result: bs.CaseResult, iteration: int) -> dict[str, "pv.PolyData"]:
+        """Blocks, interfaces, forces at contact points and resultants of an iteration."""
+        history = result.history.isel(iteration=[iteration])
+        blocks, interfaces = self.blocks.copy(), self.interfaces.copy()
+        blocks.point_data["mechanism"] = self.solids.displacement(result, iteration)
+        states = bs.contact_state(history).to_numpy()[0]
+        for name in bs.ContactState:
+            flag = np.array([name.value in state.split(" + ") for state in states], dtype=np.uint8)
+            interfaces.cell_data[name.value] = flag[self.of_triangle]
+        used = bs.utilisation(history).isel(iteration=0)
+        for kind in ("sliding", "crushing"):
+            interfaces.cell_data[f"utilisation of {kind} [dimensionless]"] = used[kind].to_numpy()[self.of_triangle]
+        point, force = application_points(result, iteration)
+        interfaces.cell_data["resultant [newton]"] = force[self.of_triangle]
+        pressed = np.isfinite(point).all(axis=1)
+
+        at_points = pv.PolyData(np.asarray(history["contact_position"].to_numpy(), dtype=float))
+        frame = history["interface_frame"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
+        local = history["contact_force"].isel(iteration=0).transpose("contact_point", "component").to_numpy()
+        at_points.point_data["contact force [newton]"] = np.einsum("kc,kca->ka", local, frame)
+        at_points.point_data["normal force [newton]"] = local[:, 0]
+        at_points.point_data["interface"] = history["interface_of_contact_point"].to_numpy()
+        resultants = pv.PolyData(point[pressed]) if pressed.any() else pv.PolyData()
+        resultants.point_data["resultant [newton]"] = force[pressed]
+        resultants.point_data["interface"] = np.flatnonzero(pressed)
+        pieces = {"blocks": blocks, "interfaces": interfaces, "forces": at_points, "resultants": resultants}
+        load_factor = float(history["load_factor"].to_numpy()[0])
+        for piece in pieces.values():
+            piece.field_data["load factor [dimensionless]"] = [load_factor]
+        return pieces

@@ -1,0 +1,48 @@
+"""How a run goes on, in a terminal."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+import blockstruct as bs
+from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone, Listener
+
+
+@contextmanager
+def following(console: Console, *, quiet: bool) -> Iterator[list[Listener]]:
+    """Listeners that show how a run goes on: a bar on a terminal, a line an event elsewhere, none if quiet."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=20),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[rest]}"),
+    )
+    drawn = console.is_terminal and not quiet
+    with Progress(*columns, console=console, transient=True, disable=not drawn) as progress:
+        yield [] if quiet else [_bar(progress) if drawn else bs.print_lines()]
+
+
+def _bar(progress: Progress) -> Callable[[Event], None]:
+    task = progress.add_task("", total=1, rest="")
+
+    def listen(event: Event) -> None:
+        match event:
+            case CaseStarted(case):
+                # A case is usually certified soon after it may be: when its patience ends, by two more programs.
+                usual = bs.ProcedureSettings().patience + 2 if case.flow is bs.Flow.NONASSOCIATIVE else 1
+                progress.reset(task, description=case.name, total=usual, rest="")
+            case IterationDone(case, index, iteration):
+                done, total = index + 1, progress.tasks[task].total or 1
+                left = (progress.tasks[task].elapsed or 0.0) / done * (total - done)
+                text = (
+                    f"{case.name}: {index} {iteration.stage}, α = {iteration.load_factor:.4f}, "
+                    f"gap {iteration.certificate.flow_rule_gap:.0e}"
+                )
+                rest = f"about {left:.0f} s left" if done < total else "longer than usual"
+                progress.update(task, completed=min(done, total), description=text, rest=rest)
+            case CaseFinished():
+                progress.update(task, completed=progress.tasks[task].total, rest="")
+
+    return listen

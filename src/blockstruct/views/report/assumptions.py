@@ -1,0 +1,52 @@
+"""What an engineer must state with a result."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+import blockstruct as bs
+
+
+def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
+    """Sentences that hold for the model and the cases."""
+    joints = model.joint_materials.values()
+    crushing = any(np.isfinite(j.compressive_strength) for j in joints)
+    said = [
+        "Blocks are rigid and do not break; all deformation is in the joints between them. Supports do not move.",
+        (
+            "Displacements are small: equilibrium is that of the undeformed structure. Settlements, imposed "
+            "deformations, stiffness and dynamic effects are not considered."
+        ),
+        (
+            "Joints are rigid and perfectly plastic, with unlimited ductility; contacts are the plane interfaces "
+            "listed here, in the state the model gives them."
+        ),
+        (
+            "Sliding follows Coulomb's law at the contact points of each interface, with the friction coefficients and "
+            "cohesion of the joint materials."
+        ),
+        _tension(model),
+        "Crushing is limited by a rectangular stress block of the compressive strength."
+        if crushing
+        else "The compressive strength of joints and blocks is unlimited: crushing is not checked.",
+    ]
+    if crushing and not all(np.isfinite(j.compressive_strength) for j in joints):
+        said.append("Joint materials whose compressive strength is unlimited do not crush.")
+    if any(r.case.flow == bs.Flow.NONASSOCIATIVE for r in results):
+        said.append(
+            "With non-associative sliding (by the dilatancy angles above) the load factor is not unique: a certified "
+            "load factor is that of a collapse state, not necessarily of the lowest; it depends on the settings below."
+        )
+    if any(r.case.flow == bs.Flow.ASSOCIATIVE for r in results):
+        said.append(
+            "With associative sliding joints dilate by the friction angle: the load factor is an upper bound of all "
+            "non-associative rules."
+        )
+    said.append("Load factors multiply the variable loads as modelled; no partial safety factor is included.")
+    return said
+
+
+def _tension(model: bs.Model) -> str:
+    if any(j.tensile_strength > 0 for j in model.joint_materials.values()):
+        return "Joints bear tension up to the tensile strength of their material."
+    return "Joints bear no tension."

@@ -1,0 +1,122 @@
+"""What a report says, as names and texts for its template."""
+
+from collections import Counter
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+import blockstruct as bs
+from blockstruct.views.look import readable
+from blockstruct.views.report.assumptions import assumptions
+from blockstruct.views.report.pictures import pictures
+from blockstruct.views.words import certificate_words, load_factor_words, status_words
+
+#: Loads of a pattern that are listed one by one.
+_LISTED = 12
+
+
+def contents(analysis: bs.Analysis) -> dict[str, Any]:
+    """Everything the template may name, texts with their units."""
+    model = analysis.model
+    results = list(analysis.values())
+    return {
+        "name": model.name,
+        "created_at": analysis.created_at,
+        "model_hash": model.hash,
+        "model": _model(model),
+        "materials": [(m.name, quantity(m.unit_weight, "N/m³")) for m in model.materials.values()],
+        "joint_materials": [_joint(m) for m in model.joint_materials.values()],
+        "patterns": _patterns(results),
+        "cases": [_case(model, r) for r in results],
+        "assumptions": assumptions(model, results),
+        "settings": [(f.name, getattr(results[0].settings, f.name)) for f in fields(results[0].settings)],
+        "versions": dict(analysis.versions),
+    }
+
+
+def quantity(value: float, unit: str) -> str:
+    """A value and its unit, easy to read.
+
+    >>> quantity(12000.0, "N/m³")
+    '12 kN/m³'
+    """
+    if not np.isfinite(value):
+        return "unlimited"
+    factor, unit = readable(value, unit)
+    return f"{value * factor:.4g} {unit}"
+
+
+def _model(model: bs.Model) -> list[tuple[str, str]]:
+    corners = np.concatenate([b.shape.vertices for b in model.blocks])
+    free = [b for b in model.blocks if not b.fixed]
+    areas = np.array([i.area for i in model.interfaces])
+    joined = Counter(i.joint_material.name for i in model.interfaces)
+    return [
+        ("blocks", f"{len(free)} free, {len(model.blocks) - len(free)} supports"),
+        ("extent along x, y, z", " × ".join(f"{e:.4g}" for e in np.ptp(corners, axis=0)) + " m"),
+        ("weight of the free blocks", quantity(sum(b.weight for b in free), "N")),
+        ("interfaces", f"{len(areas)}: " + ", ".join(f"{n} of {name}" for name, n in joined.items())),
+        ("area of an interface", f"{areas.min():.4g} to {areas.max():.4g} m², {areas.sum():.4g} m² in all"),
+    ]
+
+
+def _joint(m: bs.JointMaterial) -> list[str]:
+    return [
+        m.name,
+        f"{m.friction_coefficient:.4g} ({np.degrees(np.arctan(m.friction_coefficient)):.3g}°)",
+        f"{np.degrees(m.dilatancy_angle):.3g}°",
+        quantity(m.cohesion, "Pa"),
+        quantity(m.tensile_strength, "Pa"),
+        quantity(m.compressive_strength, "Pa"),
+    ]
+
+
+def _patterns(results: list[bs.CaseResult]) -> dict[str, list[str]]:
+    patterns = {p.name: p for r in results for p in (r.case.dead, r.case.variable)}
+    listed = {}
+    for name, pattern in patterns.items():
+        rest = len(pattern.loads) - _LISTED
+        listed[name] = [_load(load) for load in pattern.loads[:_LISTED]] + ([f"and {rest} more loads"] * (rest > 0))
+    return listed
+
+
+def _load(load: Any) -> str:
+    match load:
+        case bs.SelfWeight():
+            return "the weight of every block, along −z"
+        case bs.BodyForce(direction=d):
+            return f"({d[0]:g}, {d[1]:g}, {d[2]:g}) times the weight of every block, at its centroid"
+        case bs.PointLoad(block=block, point=point, force=force):
+            return f"a force {_vector(force, 'N')} on block {block} at {_vector(point, 'm')}"
+        case bs.FaceLoad(block=block, face=face, traction=traction):
+            return f"a traction {_vector(traction, 'Pa')} on face {face} of block {block}"
+        case bs.Moment(block=block, moment=moment):
+            return f"a couple {_vector(moment, 'N·m')} on block {block}"
+    return str(load)
+
+
+def _vector(values: Any, unit: str) -> str:
+    factor, unit = readable(values, unit)
+    return "(" + ", ".join(f"{v * factor:.4g}" for v in values) + f") {unit}"
+
+
+def _case(model: bs.Model, r: bs.CaseResult) -> dict[str, Any]:
+    # Without an iteration there is nothing to count and to draw.
+    states = Counter(r.states.isel(iteration=-1).to_numpy().tolist()) if r.n_iterations else Counter()
+    return {
+        "name": r.name,
+        "dead": r.case.dead.name,
+        "variable": r.case.variable.name,
+        "flow": r.case.flow.value,
+        "status": r.status.value,
+        "load_factor": load_factor_words(r),
+        "iterations": r.n_iterations,
+        "duration": f"{r.duration:.2f} s",
+        "started_at": r.started_at,
+        "status_words": status_words(r),
+        "certificate_words": certificate_words(r),
+        "message": r.message,
+        "states": sorted(states.items(), key=lambda item: -item[1]),
+        "pictures": pictures(model, r) if r.n_iterations else [],
+    }

@@ -1,0 +1,73 @@
+"""The report as text and as a file."""
+
+from pathlib import Path
+
+import jinja2
+
+import blockstruct as bs
+from blockstruct.views.output import write_text
+from blockstruct.views.report.contents import contents
+
+_OWN = "report.html.j2"
+
+
+def write_report(analysis: bs.Analysis, path: str | Path, *, template: str | Path | None = None) -> Path:
+    """Write the report of an analysis; an existing file is replaced.
+
+    Parameters
+    ----------
+    analysis
+        All its cases are reported, whatever their status.
+    path
+        HTML file. A browser's "print to PDF" gives A4 pages.
+    template
+        As in :func:`report_html`.
+
+    Raises
+    ------
+    StorageError
+        A path that cannot be written, a template that cannot be used.
+    """
+    return write_text(report_html(analysis, template=template), path)
+
+
+def report_html(analysis: bs.Analysis, *, template: str | Path | None = None) -> str:
+    """Report of an analysis, its pictures within.
+
+    Parameters
+    ----------
+    analysis
+        All its cases are reported, whatever their status.
+    template
+        A Jinja2 template to use instead. One that begins ``{% extends "report.html.j2" %}`` only has to state the
+        blocks it changes: ``style``, ``head``, ``project``, ``model``, ``loads``, ``results``, ``cases``,
+        ``assumptions``, ``settings``, ``foot``.
+
+    Raises
+    ------
+    StorageError
+        A template that cannot be read or filled.
+    """
+    own = jinja2.PackageLoader("blockstruct.views.report", ".")
+    loaders: list[jinja2.BaseLoader] = [own]
+    name = _OWN
+    if template is not None:
+        loaders.append(jinja2.FileSystemLoader(Path(template).parent))
+        name = Path(template).name
+        if name == _OWN:
+            msg = f"{template}: this name is that of the standard template; rename the file"
+            raise bs.StorageError(msg)
+    environment = jinja2.Environment(
+        loader=jinja2.ChoiceLoader(loaders),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    try:
+        return environment.get_template(name).render(contents(analysis))
+    except jinja2.TemplateError as error:
+        line = getattr(error, "lineno", None)
+        where = f", line {line}" if line else ""
+        msg = f"{template or name}: no usable template ({error}{where}); correct it, or report without it"
+        raise bs.StorageError(msg) from error

@@ -1,0 +1,76 @@
+"""Which iterations and interfaces a view shows."""
+
+import operator
+
+import numpy as np
+from numpy.typing import NDArray
+
+import blockstruct as bs
+
+
+def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
+    """Index of an iteration from zero; a negative one counts from the end.
+
+    Raises
+    ------
+    ModelError
+        A case without iterations.
+    UnknownNameError
+        An iteration that the case does not have.
+    """
+    n = result.n_iterations
+    if n == 0:
+        msg = f"case {result.name!r}: no iteration to show, {result.status} ({result.message}); run the case again"
+        raise bs.ModelError(msg)
+    index = operator.index(iteration)
+    if not -n <= index < n:
+        msg = f"case {result.name!r}: no iteration {iteration}; it has 0 to {n - 1} (-1 is the last)"
+        raise bs.UnknownNameError(msg)
+    return index % n
+
+
+def chosen_interface(model: bs.Model, name: str) -> int:
+    """Index of an interface.
+
+    Raises
+    ------
+    UnknownNameError
+        A name that no interface carries.
+    """
+    names = [i.name for i in model.interfaces]
+    if name not in names:
+        shown = ", ".join(names[:10]) + (f" and {len(names) - 10} more" if len(names) > 10 else "")
+        msg = f"model {model.name!r}: no interface {name!r}; it has {shown}"
+        raise bs.UnknownNameError(msg)
+    return names.index(name)
+
+
+def same_model(model: bs.Model, result: bs.CaseResult) -> None:
+    """Refuse a result of another model, whose blocks or interfaces have other names.
+
+    Raises
+    ------
+    ModelError
+        Names that differ.
+    """
+    for kind, objects in (("block", model.blocks), ("interface", model.interfaces)):
+        if result.history[kind].to_numpy().tolist() != [o.name for o in objects]:
+            msg = (
+                f"model {model.name!r}: case {result.name!r} has other {kind}s; "
+                "give the model of the analysis, analysis.model"
+            )
+            raise bs.ModelError(msg)
+
+
+def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Points (I, 3) in m where the compressed interfaces are pressed, NaN at the others, and forces (I, 3) in N.
+
+    The forces act on the plus blocks, in global axes.
+    """
+    history = result.history.isel(iteration=[iteration])
+    resultants = bs.interface_resultants(history).isel(iteration=0)
+    frame = history["interface_frame"].to_numpy()
+    e = resultants["eccentricity"].transpose("interface", "in_plane").to_numpy()
+    force = resultants["force"].transpose("interface", "component").to_numpy()
+    point = history["interface_position"].to_numpy() + np.einsum("ij,ija->ia", e, frame[:, 1:])
+    return point, np.einsum("ic,ica->ia", force, frame)

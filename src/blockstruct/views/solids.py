@@ -1,0 +1,154 @@
+"""The bodies of a model as flat arrays, in the form every kind of view draws."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+import blockstruct as bs
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Solids:
+    """Faces of all blocks.
+
+    Attributes
+    ----------
+    vertices : (V, 3) array
+        m; no two blocks share one.
+    block_of_vertex : (V,) array
+    centroids : (B, 3) array
+        m.
+    loops
+        Vertices of each face, counter-clockwise seen from outside.
+    block_of_face : (F,) array
+    normals : (F, 3) array
+        Outward unit normals.
+    """
+
+    vertices: Array
+    block_of_vertex: Index
+    centroids: Array
+    loops: tuple[Index, ...]
+    block_of_face: Index
+    normals: Array
+
+    @classmethod
+    def of(cls, model: bs.Model) -> "Solids":
+        """Faces of the blocks of a model, in its order."""
+        shapes = [b.shape for b in model.blocks]
+        counts = [len(s.vertices) for s in shapes]
+        starts = np.cumsum([0, *counts[:-1]])
+        loops = [np.asarray(loop) + start for s, start in zip(shapes, starts, strict=True) for loop in s.faces]
+        return cls(
+            vertices=np.concatenate([s.vertices for s in shapes]),
+            block_of_vertex=np.repeat(np.arange(len(shapes)), counts),
+            centroids=np.array([s.centroid for s in shapes]),
+            loops=tuple(loops),
+            block_of_face=np.repeat(np.arange(len(shapes)), [len(s.faces) for s in shapes]),
+            normals=np.concatenate([s.normals for s in shapes]),
+        )
+
+    @cached_property
+    def size(self) -> float:
+        """Largest extent along an axis, m."""
+        return float(np.ptp(self.vertices, axis=0).max())
+
+    @cached_property
+    def edges(self) -> Index:
+        """Vertices (E, 2) of the edges, each once."""
+        pairs = np.concatenate([np.stack([loop, np.roll(loop, -1)], axis=1) for loop in self.loops])
+        return np.unique(np.sort(pairs, axis=1), axis=0)
+
+    def displacement(self, result: bs.CaseResult, iteration: int) -> Array:
+        """Displacement (V, 3) of the vertices in the mechanism of an iteration, to first order.
+
+        The largest translation of a centroid is 1 m: multiply by the amplitude in m. To first order, joints that
+        stay closed in the mechanism stay closed in the picture, at any amplitude.
+        """
+        found = bs.mechanism(result.history.isel(iteration=[iteration]))
+        shift = found["translation"].transpose("block", "axis").to_numpy()
+        turn = found["rotation"].transpose("block", "axis").to_numpy()
+        k = self.block_of_vertex
+        return np.asarray(shift[k] + np.cross(turn[k], self.vertices - self.centroids[k]))
+
+
+@dataclass(frozen=True, slots=True)
+class Patches:
+    """Polygons of all interfaces.
+
+    Attributes
+    ----------
+    vertices : (V, 3) array
+        m; no two interfaces share one.
+    of_vertex : (V,) array
+        Interface of each vertex.
+    corners : (T, 3) array
+        Vertices of the triangles the polygons are cut into.
+    of_triangle : (T,) array
+        Interface of each triangle.
+    """
+
+    vertices: Array
+    of_vertex: Index
+    corners: Index
+    of_triangle: Index
+
+    @classmethod
+    def of(cls, model: bs.Model) -> "Patches":
+        """Polygons of the interfaces of a model, in its order."""
+        polygons = [np.asarray(i.polygon) for i in model.interfaces]
+        ends = np.cumsum([0, *(len(p) for p in polygons)])
+        vertices = np.concatenate(polygons)
+        corners, of_triangle = triangles(vertices, [np.arange(a, b) for a, b in pairwise(ends)])
+        return cls(vertices, np.repeat(np.arange(len(polygons)), np.diff(ends)), corners, of_triangle)
+
+
+def triangles(vertices: Array, loops: Sequence[Index]) -> tuple[Index, Index]:
+    """Triangles (T, 3) of plane polygons, convex or not, and the polygon (T,) of each.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array
+    loops
+        Vertices of each polygon, in turn about its normal.
+    """
+    parts = [_ears(vertices[loop]) for loop in loops]
+    corners = np.concatenate([loop[part] for loop, part in zip(loops, parts, strict=True)])
+    return corners, np.repeat(np.arange(len(loops)), [len(p) for p in parts])
+
+
+def _ears(polygon: Array) -> Index:
+    """Triangles of one polygon, cut off ear by ear."""
+    rest = list(range(len(polygon)))
+    if len(rest) == 3:
+        return np.array([rest])
+    following = np.roll(polygon, -1, axis=0)
+    normal = np.cross(polygon - polygon[0], following - polygon[0]).sum(axis=0)
+    corner = np.cross(polygon - np.roll(polygon, 1, axis=0), following - polygon) @ normal
+    if np.all(corner >= 0):
+        return np.array([(0, i, i + 1) for i in range(1, len(rest) - 1)])
+    cut = []
+    while len(rest) > 3:
+        k = next((k for k in range(len(rest)) if _is_ear(polygon, rest, k, normal)), 0)
+        cut.append((rest[k - 1], rest[k], rest[(k + 1) % len(rest)]))
+        del rest[k]
+    return np.array([*cut, tuple(rest)])
+
+
+def _is_ear(polygon: Array, rest: list[int], k: int, normal: Array) -> bool:
+    corners = rest[k - 1], rest[k], rest[(k + 1) % len(rest)]
+    a, b, c = polygon[list(corners)]
+    if np.cross(b - a, c - b) @ normal <= 0:
+        return False
+    others = polygon[[i for i in rest if i not in corners]]
+    inside = np.ones(len(others), dtype=bool)
+    for p, q in ((a, b), (b, c), (c, a)):
+        inside &= np.cross(q - p, others - p) @ normal >= 0
+    return not inside.any()

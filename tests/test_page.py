@@ -1,0 +1,235 @@
+"""The interactive page: what it holds, and what it does in a real browser."""
+
+import base64
+import json
+import os
+import re
+import shutil
+import zlib
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct.views.page import page_html, write_page
+from structures import SELF_WEIGHT, push
+
+HOSTILE = "</script><b>wall</b> ’ü 墙 @data@"
+
+
+@pytest.fixture(scope="module")
+def analysis(tuff, dry):
+    rows = [[1, 1], [0.5, 1, 0.5], [1, 1]]
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    model = bs.Model(HOSTILE, blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
+    cases = [bs.LimitCase(f"<i>{flow}</i>", SELF_WEIGHT, push(1, 0, 0), flow) for flow in bs.Flow]
+    return bs.AnalysisManager(model).run(cases)
+
+
+@pytest.fixture(scope="module")
+def html(analysis):
+    return page_html(analysis)
+
+
+@pytest.fixture(scope="module")
+def data(html):
+    return json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', html, re.DOTALL)[1])
+
+
+def unpacked(text, kind, *shape):
+    return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype=kind).reshape(shape).astype(float)
+
+
+def test_the_page_holds_the_numbers_of_every_iteration(analysis, data):
+    model = analysis.model
+    assert data["name"] == HOSTILE
+    assert data["interfaces"]["name"] == [i.name for i in model.interfaces]
+    vertices = unpacked(data["blocks"]["vertices"], "<f4", -1, 3)
+    np.testing.assert_allclose(vertices, np.concatenate([b.shape.vertices for b in model.blocks]), rtol=1e-6)
+    for case, result in zip(data["cases"], analysis.values(), strict=True):
+        n, count = result.n_iterations, len(model.interfaces)
+        assert case["load_factor"] == result.history.load_factor.to_numpy().tolist()
+        force = unpacked(case["force"], "<f2", n, count, 3) * np.array(case["unit"])[:, None, None]
+        expected = result.resultants.force.to_numpy()
+        largest = np.abs(expected).max(axis=(1, 2), keepdims=True)
+        np.testing.assert_allclose(force / largest, expected / largest, atol=5e-4)
+        states = np.array(case["states"])[unpacked(case["state"], "<u2", n, count).astype(int)]
+        np.testing.assert_array_equal(states, result.states.to_numpy())
+
+
+def test_the_page_asks_nothing_of_the_network(html):
+    skeleton = re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL)
+    assert "default-src 'none'" in skeleton
+    assert "http://" not in skeleton
+    assert "https://" not in skeleton
+    assert "<b>wall" not in skeleton
+
+
+def test_the_page_is_written_whole_or_not_at_all(analysis, tmp_path):
+    target = write_page(analysis, tmp_path / "page.html")
+    assert target.read_text(encoding="utf-8").startswith("<!doctype html>")
+    assert [p.name for p in tmp_path.iterdir()] == ["page.html"]
+    with pytest.raises(bs.StorageError, match="cannot be written"):
+        write_page(analysis, tmp_path / "nowhere" / "page.html")
+
+
+def test_an_analysis_without_iterations_is_refused(small_model):
+    def stop(event):
+        raise KeyboardInterrupt
+
+    case = bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0))
+    analysis = bs.AnalysisManager(small_model, listeners=[stop]).run([case])
+    with pytest.raises(bs.ModelError, match="no case has an iteration to show"):
+        page_html(analysis)
+
+
+def test_a_case_without_load_factor_has_a_page_too(small_model):
+    case = bs.LimitCase("down", SELF_WEIGHT, push(0, 0, -1), "associative")
+    html = page_html(bs.AnalysisManager(small_model).run([case]))
+    assert "load factor infinite" in html
+    assert '"load_factor":[null]' in html
+
+
+def chromium():
+    named = os.environ.get("BLOCKSTRUCT_CHROMIUM")
+    return named or next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    path = chromium()
+    if path is None:
+        pytest.skip("no Chromium: apt install chromium, or name one in BLOCKSTRUCT_CHROMIUM")
+    from playwright.sync_api import sync_playwright
+
+    # WebGL without a graphics card, and as root in a container.
+    options = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    with sync_playwright() as play:
+        found = play.chromium.launch(executable_path=path, args=options)
+        yield found
+        found.close()
+
+
+@contextmanager
+def opened(browser, target):
+    """The page, drawn; on leaving, without errors and requests."""
+    errors, requests = [], []
+    page = browser.new_page(viewport={"width": 1200, "height": 800})
+    page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.on("request", lambda request: requests.append(request.url))
+    page.goto(target.as_uri())
+    settle(page)
+    yield page
+    page.close()
+    assert errors == []
+    assert requests == [target.as_uri()]
+
+
+@pytest.fixture
+def page(browser, analysis, tmp_path):
+    with opened(browser, write_page(analysis, tmp_path / "page.html")) as page:
+        yield page
+
+
+def slide(page, name, value):
+    page.evaluate(
+        "([name, value]) => { const e = document.getElementById(name); e.value = value; "
+        "e.dispatchEvent(new Event('input')); }",
+        [name, value],
+    )
+    settle(page)
+
+
+def settle(page):
+    """Wait until the picture is drawn."""
+    page.wait_for_selector("body[data-ready=yes]", timeout=60_000)
+
+
+def coordinates(page, trace):
+    values = page.evaluate(f"['x', 'y', 'z'].map(c => Array.from(document.getElementById('view').data[{trace}][c]))")
+    return np.array(values, dtype=float).T
+
+
+def test_the_sliders_move_the_blocks(page, analysis):
+    model, result = analysis.model, next(iter(analysis.values()))
+    still = np.concatenate([b.shape.vertices for b in model.blocks])
+    np.testing.assert_allclose(coordinates(page, 1), still, atol=1e-6)
+    slide(page, "amplitude", "0.1")
+    moved = coordinates(page, 1)
+    size = np.ptp(still, axis=0).max()
+    of_vertex = np.repeat(np.arange(len(model.blocks)), 8)
+    translation = np.array([(moved - still)[of_vertex == b].mean(axis=0) for b in range(len(model.blocks))])
+    np.testing.assert_allclose(translation, 0.1 * size * result.mechanism.translation, atol=2e-3 * size)
+    slide(page, "case", "1")
+    n = list(analysis.values())[1].n_iterations
+    assert page.inner_text("#iteration-value").startswith(f"{n - 1} of {n - 1}, admissible")
+    last = coordinates(page, 1)
+    slide(page, "iteration", "0")
+    assert page.inner_text("#iteration-value").startswith(f"0 of {n - 1}, associative")
+    assert np.abs(coordinates(page, 1) - last).max() > 1e-4
+
+
+def test_names_are_text_and_never_markup(page):
+    assert page.inner_text("#name") == HOSTILE
+    assert page.inner_text("#case option:first-child") == "<i>associative</i>"
+
+
+def test_a_click_picks_a_block_and_a_name_picks_an_interface(page, analysis):
+    box = page.locator("#view").bounding_box()
+    # Within the front of 1.1, off its edges.
+    x, y = box["x"] + 0.36 * box["width"], box["y"] + 0.55 * box["height"]
+    # The scene looks for what is below the mouse a frame after a move: without a graphics card that takes a while.
+    for attempt in range(20):
+        page.mouse.move(x + attempt % 3, y, steps=3)
+        page.wait_for_timeout(300)
+        page.mouse.click(x + attempt % 3, y, delay=200)
+        if page.locator("#picked td").count():
+            break
+    page.wait_for_selector("#picked td")
+    weight = analysis.model.block("1.1").weight
+    text = page.inner_text("#picked")
+    assert text.startswith("block\t1.1\nmaterial\ttuff\n")
+    assert f"weight\t{weight:.3g} N" in text
+    page.fill("#find", "base|1.1")
+    page.keyboard.press("Enter")
+    settle(page)
+    N = float(next(iter(analysis.values())).resultants.force.sel(component="n", interface="base|1.1")[-1])
+    assert f"N\t{N:.3g} N" in page.inner_text("#picked")
+
+
+def test_resultants_and_colours_can_be_chosen(page, analysis):
+    page.check("#show-forces")
+    settle(page)
+    lines = coordinates(page, 4)
+    result = next(iter(analysis.values()))
+    pressed = int((result.resultants.force.sel(component="n").isel(iteration=-1) > 0).sum())
+    assert len(lines) == 3 * pressed
+    slide(page, "colour", "sliding")
+    shades = page.evaluate("Array.from(document.getElementById('view').data[3].intensity)")
+    expected = bs.utilisation(result.history).sliding.isel(iteration=-1).to_numpy()
+    np.testing.assert_allclose(np.array(shades, dtype=float), np.repeat(expected, 2), rtol=1e-3, atol=1e-6)
+
+
+def test_a_large_page_follows_the_slider_with_its_blocks_alone(browser, tuff, dry, tmp_path):
+    rows = [[1] * 21, [0.5] + [1] * 20 + [0.5]] * 10
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    model = bs.Model("large", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
+    target = write_page(bs.AnalysisManager(model).run([case]), tmp_path / "large.html")
+    with opened(browser, target) as page:
+        still = coordinates(page, 1)
+        shown = page.evaluate(
+            """async () => {
+                const view = document.getElementById('view'), slider = document.getElementById('amplitude'), seen = [];
+                view.on('plotly_afterplot', () => seen.push(view.data[2].visible));
+                slider.value = 0.1;
+                slider.dispatchEvent(new Event('input'));
+                const ready = () => document.body.dataset.ready === 'yes' && seen.length > 1;
+                while (!ready()) await new Promise(done => setTimeout(done, 20));
+                return seen;
+            }"""
+        )
+        assert (shown[0], shown[-1]) == (False, True)
+        assert np.abs(coordinates(page, 1) - still).max() > 0.01

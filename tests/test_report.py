@@ -1,0 +1,127 @@
+"""The report: every status, any name, a template of one's own."""
+
+import re
+
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.views.report import report_html, write_report
+from blockstruct.views.report.pictures import best_look
+from structures import SELF_WEIGHT, model_of, push, single_block
+
+
+def run(cases, *, tilted=False, listener=None, **settings):
+    blocks, joint = single_block(0.4, 0.8)
+    if tilted:
+        # Half the block hangs over its support.
+        blocks[0] = bs.Block.box(
+            "ground", Q_([-1, 0, -0.5], "m"), Q_([1.1, 1, 0.5], "m"), blocks[0].material, fixed=True
+        )
+    manager = bs.AnalysisManager(
+        model_of(blocks, joint),
+        settings=bs.ProcedureSettings(**settings),
+        listeners=[listener] if listener else [],
+    )
+    return manager.run(cases)
+
+
+def interrupt(event):
+    raise KeyboardInterrupt
+
+
+def case(name="case", direction=(1, 0, 0), flow="nonassociative"):
+    return bs.LimitCase(name, SELF_WEIGHT, push(*direction), flow)
+
+
+@pytest.mark.parametrize(
+    ("status", "words", "analysis"),
+    [
+        ("converged", "collapses at this load factor", lambda: run([case()])),
+        ("unbounded", "never causes collapse", lambda: run([case(direction=(0, 0, -1))])),
+        ("unstable under dead load", "does not stand under its dead load", lambda: run([case()], tilted=True)),
+        ("not converged", "No state could be certified", lambda: run([case()], max_programs=1)),
+        ("interrupted", "was interrupted", lambda: run([case()], listener=interrupt)),
+    ],
+)
+def test_every_status_is_reported_in_words(status, words, analysis):
+    html = report_html(analysis())
+    assert f"<td>{status}</td>" in html
+    assert words in html
+
+
+def test_the_report_says_what_was_given_and_found():
+    analysis = run([case("push")])
+    html = report_html(analysis)
+    assert '<td class="number">0.5</td>' in html
+    for text in (
+        "20 kN/m³",
+        "0.65 (33°)",
+        "1 free, 1 supports",
+        "(1, 0, 0) times the weight of every block",
+        "unlimited",
+        "The certificate holds: equilibrium is met to",
+        "gap tolerance",
+        "crushing is not checked",
+        "the load factor is not unique",
+        analysis.model.hash,
+        bs.__version__,
+    ):
+        assert text in html, text
+    assert html.count("data:image/png;base64,") == 5
+    assert not re.search(r'(src|href)="(?!data:)', html)
+
+
+def test_names_are_text_in_any_script():
+    names = ["<script>alert(1)</script>", "pression é 墙 η", "a & b"]
+    html = report_html(run([case(name, flow="associative") for name in names]))
+    assert "<script" not in html
+    for shown in ("&lt;script&gt;alert(1)&lt;/script&gt;", "pression é 墙 η", "a &amp; b"):
+        assert html.count(shown) == 2, shown
+
+
+def test_every_kind_of_load_is_described():
+    loads = [
+        bs.PointLoad("block", "[0.4, 0.5, 0.8] m", "[1, 0, 0] kN"),
+        bs.FaceLoad("block", 1, "[0, 0, -2] kPa"),
+        bs.Moment("block", "[0, 10, 0] N*m"),
+    ]
+    found = bs.LimitCase("case", SELF_WEIGHT, bs.LoadPattern("many", loads * 5), "associative")
+    html = report_html(run([found]))
+    assert "a force (1, 0, 0) kN on block block at (0.4, 0.5, 0.8) m" in html
+    assert "a traction (0, 0, -2) kPa on face 1 of block block" in html
+    assert "a couple (0, 10, 0) N·m on block block" in html
+    assert "and 3 more loads" in html
+
+
+def test_a_firm_changes_the_blocks_it_wants(tmp_path):
+    own = tmp_path / "firm.html.j2"
+    own.write_text(
+        '{% extends "report.html.j2" %}{% block project %}<p>Firm {{ name }}</p>{% endblock %}', encoding="utf-8"
+    )
+    html = report_html(run([case(flow="associative")]), template=own)
+    assert "<p>Firm model</p>" in html
+    assert "Assumptions" in html
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("own.j2", "{{ nothing }}", "'nothing' is undefined"),
+        ("own.j2", "{% if %}", "line 1"),
+        ("missing.j2", None, "no usable template"),
+        ("report.html.j2", "", "rename the file"),
+    ],
+)
+def test_a_template_that_cannot_be_used_is_refused(tmp_path, name, text, words):
+    if text is not None:
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    with pytest.raises(bs.StorageError, match=words):
+        write_report(run([case(flow="associative")]), tmp_path / "r.html", template=tmp_path / name)
+    assert not (tmp_path / "r.html").exists()
+
+
+def test_what_moves_out_of_its_plane_is_drawn_in_space(small_analysis, small_model):
+    across = bs.AnalysisManager(small_model).run([bs.LimitCase("across", SELF_WEIGHT, push(0, 1, 0), "associative")])
+    assert best_look(small_model, across["across"]) == "3d"
+    assert best_look(small_model, small_analysis["push nonassociative"]) == "y"
