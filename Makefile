@@ -23,6 +23,7 @@ lint: $(VENV)/installed-dev
 
 bench: $(VENV)/installed
 	$(BIN)/python benchmarks/wall_40x60.py
+	$(BIN)/python benchmarks/crushing.py
 	$(BIN)/python benchmarks/detection.py
 	$(BIN)/python benchmarks/storage.py
 

@@ -16,6 +16,7 @@ from rich.progress import Progress, TextColumn
 import blockstruct as bs
 from blockstruct import cli
 from blockstruct.analysis import IterationDone
+from blockstruct.views.progress import bar
 
 WALL = Path(__file__).parents[1] / "examples" / "ferris_tin_loi_wall_1.yaml"
 
@@ -265,7 +266,7 @@ def test_on_a_terminal_a_bar_tells_the_iteration_and_the_rest(small_model, small
     stream = io.StringIO()
     console = Console(file=stream, force_terminal=True, width=120)
     with Progress(TextColumn("{task.description}"), TextColumn("{task.fields[rest]}"), console=console) as progress:
-        listener = cli._bar(progress, bs.ProcedureSettings())
+        listener = bar(progress)
         seen = []
 
         def listen(event):

@@ -31,7 +31,7 @@ def normal_force(points: Index) -> Index:
 
 def n_auxiliary(problem: LimitProblem, *, biaxial: bool) -> int:
     """Number of auxiliary variables, which stand after the contact forces."""
-    return 5 * len(problem.rectangles) if biaxial else 0
+    return (5 if biaxial else 1) * len(problem.rectangles)
 
 
 def no_tension(problem: LimitProblem, n_columns: int) -> Rows:
@@ -59,17 +59,22 @@ def sliding(problem: LimitProblem, n_columns: int) -> Rows:
 
 
 def crushing(problem: LimitProblem, n_columns: int) -> Rows:
-    """``N² ≤ 2 F n_e`` at the four edges of each rectangle, as ``‖(n_e − 1, √(2/F) N)‖ ≤ n_e + 1``."""
-    corners, edges, F = _edges(problem)
-    scale = np.sqrt(2 / F)
-    n_e = [(column, -1.0) for column in edges.T]
-    N = [(column, -scale) for column in corners.T]
-    one = np.ones(len(F))
+    """``N² ≤ 2 F m`` for the auxiliary m of each rectangle, as ``‖(m − 1, √(2/F) N)‖ ≤ m + 1``."""
+    m = 1 + 3 * problem.n_points + np.arange(len(problem.rectangles))
+    scale, one = np.sqrt(2 / problem.capacity), np.ones(len(m))
+    N = [(column, -scale) for column in normal_force(problem.rectangles).T]
     return _cones(
-        Rows(_matrix(n_columns, *n_e), one),
-        Rows(_matrix(n_columns, *n_e), -one),
+        Rows(_matrix(n_columns, (m, -1.0)), one),
+        Rows(_matrix(n_columns, (m, -1.0)), -one),
         Rows(_matrix(n_columns, *N), 0 * one),
     )
+
+
+def edges(problem: LimitProblem, n_columns: int) -> Rows:
+    """``n_e ≥ m`` at the four edges of each rectangle: with :func:`crushing`, ``n_e ≥ N² / (2 F)`` by one cone."""
+    m = np.repeat(1 + 3 * problem.n_points + np.arange(len(problem.rectangles)), 4)
+    n_e = [(column, -1.0) for column in normal_force(problem.rectangles)[:, EDGES].reshape(-1, 2).T]
+    return Rows(_matrix(n_columns, (m, 1.0), *n_e), np.zeros(len(m)))
 
 
 def biaxial_crushing(problem: LimitProblem, n_columns: int) -> Rows:

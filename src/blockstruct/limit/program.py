@@ -69,7 +69,7 @@ class ConicProgram:
     """Maximise α subject to equilibrium and the failure conditions: minimise ``q·y``, ``h − G y ∈ cones``.
 
     The variables are ``y = (κ α, n_1, s_1, t_1, …)`` with κ the mean variable wrench, so that a multiple of the
-    variable load gives the same program, and then the auxiliary ones of biaxial crushing. The rows are, in this
+    variable load gives the same program, and then the auxiliary ones of exact crushing. The rows are, in this
     order, the equilibrium of the free blocks (zero cone); an upper limit of α, the limits of tension, of cells and
     of linearised crushing (nonnegative cone); three rows of each contact point and of each crushing cone
     (second-order cones). The pattern never changes; :meth:`numbers` gives the values of a step.
@@ -93,7 +93,7 @@ class ConicProgram:
         self.total = total(problem.w_L)
         self.unit = self.total / (equilibrium // 6)
 
-        n_auxiliary = conditions.n_auxiliary(problem, biaxial=biaxial)
+        n_auxiliary = 0 if self.is_linearised else conditions.n_auxiliary(problem, biaxial=biaxial)
         n_columns = 1 + 3 * problem.n_points + n_auxiliary
         loads = [sp.csr_array(problem.w_L[:, None] / self.unit), problem.A, sp.csr_array((equilibrium, n_auxiliary))]
         balance = conditions.Rows(sp.hstack(loads, format="csr"), -problem.w_D)
@@ -102,9 +102,11 @@ class ConicProgram:
         cones = [conditions.sliding(problem, n_columns)]
         if self.is_linearised:
             linear.append(conditions.linearised_edges(problem, n_columns))
+        elif len(problem.rectangles) and biaxial:
+            cones.append(conditions.biaxial_crushing(problem, n_columns))
         elif len(problem.rectangles):
-            condition = conditions.biaxial_crushing if biaxial else conditions.crushing
-            cones.append(condition(problem, n_columns))
+            linear.append(conditions.edges(problem, n_columns))
+            cones.append(conditions.crushing(problem, n_columns))
 
         parts = [balance, *linear, *cones]
         G = sp.vstack([p.G for p in parts], format="csc")

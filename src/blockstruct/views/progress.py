@@ -1,6 +1,6 @@
 """How a run goes on, in a terminal."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
@@ -21,10 +21,11 @@ def following(console: Console, *, quiet: bool) -> Iterator[list[Listener]]:
     )
     drawn = console.is_terminal and not quiet
     with Progress(*columns, console=console, transient=True, disable=not drawn) as progress:
-        yield [] if quiet else [_bar(progress) if drawn else bs.print_lines()]
+        yield [] if quiet else [bar(progress) if drawn else bs.print_lines()]
 
 
-def _bar(progress: Progress) -> Callable[[Event], None]:
+def bar(progress: Progress) -> Listener:
+    """Listener that moves a bar: iteration, load factor and gap, and the time that is usually left."""
     task = progress.add_task("", total=1, rest="")
 
     def listen(event: Event) -> None:
