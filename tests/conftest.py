@@ -1,9 +1,11 @@
 """Structures the tests share."""
 
+import sys
+
 import pytest
 
 import blockstruct as bs
-from blockstruct import Q_
+from blockstruct import Q_, cli
 
 
 @pytest.fixture(scope="session")
@@ -39,3 +41,17 @@ def small_cases(dead: bs.LoadPattern) -> list[bs.LimitCase]:
 @pytest.fixture(scope="session")
 def small_analysis(small_model: bs.Model, small_cases: list[bs.LimitCase]) -> bs.Analysis:
     return bs.AnalysisManager(small_model).run(small_cases)
+
+
+@pytest.fixture
+def call(monkeypatch, capsys):
+    """Call the command; gives exit code, standard output and standard error."""
+
+    def run(*words):
+        monkeypatch.setattr(sys, "argv", ["blockstruct", *map(str, words)])
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+        captured = capsys.readouterr()
+        return stop.value.code or 0, captured.out, captured.err
+
+    return run

@@ -14,25 +14,10 @@ from rich.console import Console
 from rich.progress import Progress, TextColumn
 
 import blockstruct as bs
-from blockstruct import cli
 from blockstruct.analysis import IterationDone
 from blockstruct.views.progress import bar
 
 WALL = Path(__file__).parents[1] / "examples" / "ferris_tin_loi_wall_1.yaml"
-
-
-@pytest.fixture
-def call(monkeypatch, capsys):
-    """Call the command; gives exit code, standard output and standard error."""
-
-    def run(*words):
-        monkeypatch.setattr(sys, "argv", ["blockstruct", *map(str, words)])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        captured = capsys.readouterr()
-        return stop.value.code or 0, captured.out, captured.err
-
-    return run
 
 
 @pytest.fixture(scope="module")

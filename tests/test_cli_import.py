@@ -1,30 +1,14 @@
 """``blockstruct import`` and ``blockstruct check``, called as a user would."""
 
 import json
-import sys
 
 import ezdxf
 import pytest
 
 import blockstruct as bs
-from blockstruct import cli
 from meshes import CUBE, QUADS, obj_text, stl_bytes
 
 STONE = ["--unit-weight", "20 kN/m^3", "--friction", "0.6"]
-
-
-@pytest.fixture
-def call(monkeypatch, capsys):
-    """Call the command; gives exit code, standard output and standard error."""
-
-    def run(*words):
-        monkeypatch.setattr(sys, "argv", ["blockstruct", *map(str, words)])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        captured = capsys.readouterr()
-        return stop.value.code or 0, captured.out, captured.err
-
-    return run
 
 
 @pytest.fixture

@@ -4,10 +4,11 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from blockstruct.builders.sizes import positive_length
 from blockstruct.errors import ModelError
 from blockstruct.geometry import box, polyhedron
 from blockstruct.model import Block, Material
-from blockstruct.units import si, si_vector
+from blockstruct.units import si_vector
 
 
 def courses(
@@ -45,14 +46,10 @@ def courses(
     ModelError
         Courses of different length, a unit of length zero, or a size that is not positive.
     """
-    length = si(unit_length, "length", "courses: unit_length")
-    height = si(unit_height, "length", "courses: unit_height")
-    thickness = si(depth, "length", "courses: depth")
+    length = positive_length(unit_length, "courses: unit_length")
+    height = positive_length(unit_height, "courses: unit_height")
+    thickness = positive_length(depth, "courses: depth")
     x0, y0, z0 = si_vector(origin, "length", "courses: origin")
-    for what, value in (("unit_length", length), ("unit_height", height), ("depth", thickness)):
-        if value <= 0:
-            msg = f"courses: {what} {value:.6g} m; give a length above zero"
-            raise ModelError(msg)
     if not rows or not all(rows):
         msg = "courses: a course without units; give at least one course, and one unit in each"
         raise ModelError(msg)

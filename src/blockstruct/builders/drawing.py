@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from blockstruct.builders.import_report import Imported, Repair
 from blockstruct.builders.profile import divided_arcs, prism
+from blockstruct.builders.sizes import positive_length
 from blockstruct.builders.solid import Face, Solid, blocks_of, scale_of
 from blockstruct.builders.source import checked_count, content_of, package
 from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, UnknownNameError
 from blockstruct.model import Material
-from blockstruct.units import si
 
 Array = NDArray[np.float64]
 
@@ -90,10 +90,7 @@ def read_drawing(
     """
     path = Path(file)
     scale = scale_of(unit, str(path))
-    depth = None if thickness is None else si(thickness, "length", f"{path}: thickness") / scale
-    if depth is not None and depth <= 0:
-        msg = f"{path}: thickness {depth * scale:.6g} m; give a length above zero"
-        raise ModelError(msg)
+    depth = None if thickness is None else positive_length(thickness, f"{path}: thickness") / scale
     if plane not in ("elevation", "plan"):
         msg = f"{path}: plane is {plane!r}; give 'elevation' or 'plan'"
         raise ModelError(msg)
