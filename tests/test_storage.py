@@ -7,6 +7,7 @@ import resource
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -30,6 +31,7 @@ def path(small_analysis, tmp_path_factory):
 
 def same(one: bs.Analysis, other: bs.Analysis) -> None:
     assert one.model.hash == other.model.hash
+    assert one.model.detection == other.model.detection
     assert one.cases == other.cases
     assert one.versions == other.versions
     assert one.created_at == other.created_at
@@ -45,6 +47,49 @@ def same(one: bs.Analysis, other: bs.Analysis) -> None:
 
 def test_round_trip(small_analysis, path):
     same(small_analysis, bs.open_analysis(path))
+
+
+def test_every_kind_of_finding_of_a_detection_is_stored(tuff, dry, tmp_path):
+    def box(name, x, z, *, size=(1, 1, 1), fixed=False):
+        return bs.Block.box(name, Q_([x, 0, z], "m"), Q_(size, "m"), tuff, fixed=fixed)
+
+    # The top of the twisted stone, on which nothing stands, is not plane.
+    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (4, 5)], dtype=float)
+    corners[7, 2] += 0.006
+    faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    blocks = [
+        box("ground", -1, -1, size=(11, 1, 1), fixed=True),
+        box("rock", -2, -1, fixed=True),
+        box("far rock", 40, 0, fixed=True),
+        box("left", 0, 0),
+        box("a gap", 1.0015, 0),
+        box("close", 5.05, 0),
+        bs.Block.from_faces("twisted", Q_(corners, "m"), faces, tuff),
+    ]
+    found = bs.detect_interfaces(blocks, dry, tolerance="1 mm")
+    report = replace(found.report, overlaps=(("left", "a gap", 2e-3),))
+    assert {c.reason for c in report.contacts} >= {"", "gap", "supports"}
+    assert report.near_misses
+    assert report.nonplanar_faces
+    assert report.close
+    assert report.untouched == ("rock", "far rock")
+    model = bs.Model("findings", blocks, found.interfaces, detection=report)
+    case = bs.LimitCase("push", bs.LoadPattern("dead", [bs.SelfWeight()]), push(1, 0, 0), "associative")
+    analysis = bs.AnalysisManager(model, store=tmp_path / "findings.h5").run([case])
+    same(analysis, bs.open_analysis(tmp_path / "findings.h5"))
+
+
+def test_a_detection_of_other_blocks_is_refused(small_model, tuff, dry):
+    one = [bs.Block.box("other", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), tuff)]
+    report = bs.detect_interfaces(one, dry).report
+    with pytest.raises(bs.UnknownNameError, match="blocks other, which are not in the model; give the report of these"):
+        bs.Model("wall", small_model.blocks, small_model.interfaces, detection=report)
+    with pytest.raises(bs.UnknownNameError, match=r"interfaces 3\.1\|3\.2, which"):
+        fewer = [i for i in small_model.interfaces if i.name != "3.1|3.2"]
+        bs.Model("wall", small_model.blocks, fewer, detection=small_model.detection)
+    with pytest.raises(bs.ModelError, match="detection is a Detection; give found.report"):
+        found = bs.detect_interfaces(small_model.blocks, dry)
+        bs.Model("wall", small_model.blocks, small_model.interfaces, detection=found)
 
 
 def test_a_reloaded_analysis_can_be_run_again(small_analysis, path):

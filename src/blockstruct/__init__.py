@@ -34,10 +34,7 @@ True
 from blockstruct.analysis import AnalysisManager, log_to, print_lines, reproduce
 from blockstruct.builders import (
     Detection,
-    DetectionReport,
-    DetectionTolerances,
     Document,
-    FoundContact,
     Imported,
     ImportReport,
     Opening,
@@ -81,7 +78,10 @@ from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
 from blockstruct.model import (
     Block,
     BodyForce,
+    DetectionReport,
+    DetectionTolerances,
     FaceLoad,
+    FoundContact,
     Interface,
     JointMaterial,
     LimitCase,

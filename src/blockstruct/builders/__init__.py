@@ -15,7 +15,6 @@ from blockstruct.builders.column import column, stack, tilted
 from blockstruct.builders.courses import courses
 from blockstruct.builders.cross_vault import cross_vault
 from blockstruct.builders.detection import Detection, detect_interfaces
-from blockstruct.builders.detection_report import DetectionReport, DetectionTolerances, FoundContact
 from blockstruct.builders.document import Document, read_document
 from blockstruct.builders.document_writer import write_document, write_draft
 from blockstruct.builders.dome import dome
@@ -30,9 +29,6 @@ from blockstruct.builders.wall import Sidewall, wall
 __all__ = [
     # interfaces
     "Detection",
-    "DetectionReport",
-    "DetectionTolerances",
-    "FoundContact",
     "detect_interfaces",
     # structures
     "Opening",
@@ -42,6 +38,12 @@ __all__ = [
     "barrel_vault",
     "column",
     "courses",
+    "cross_vault",
+    "dome",
+    "pier_spandrel",
+    "stack",
+    "tilted",
+    "wall",
     # files of geometry
     "ImportReport",
     "Imported",
@@ -50,12 +52,6 @@ __all__ = [
     "read_drawing",
     "read_mesh",
     "write_obj",
-    "cross_vault",
-    "dome",
-    "pier_spandrel",
-    "stack",
-    "tilted",
-    "wall",
     # documents
     "Document",
     "read_document",

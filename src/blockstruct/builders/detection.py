@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from blockstruct.builders.detection_report import DetectionReport, DetectionTolerances, FoundContact
 from blockstruct.builders.joint_rules import UNRULED, joint_rule
 from blockstruct.errors import GeometryError, ModelError, UnknownNameError
 from blockstruct.geometry import (
@@ -24,7 +23,14 @@ from blockstruct.geometry import (
     overlapping_pairs,
     separations,
 )
-from blockstruct.model import Block, Interface, checked_tuple
+from blockstruct.model import (
+    Block,
+    DetectionReport,
+    DetectionTolerances,
+    FoundContact,
+    Interface,
+    checked_tuple,
+)
 from blockstruct.units import si, to_quantity
 from blockstruct.vocabulary import JointOrientation
 

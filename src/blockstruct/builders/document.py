@@ -12,12 +12,12 @@ import yaml
 
 from blockstruct.builders.courses import courses
 from blockstruct.builders.detection import Detection, detect_interfaces
-from blockstruct.builders.detection_report import DetectionReport
 from blockstruct.builders.source import unique_pairs
 from blockstruct.errors import BlockstructError, DocumentError, StorageError, UnknownNameError
 from blockstruct.model import (
     Block,
     BodyForce,
+    DetectionReport,
     FaceLoad,
     Interface,
     JointMaterial,
@@ -142,7 +142,7 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
         blocks.append(_block(entry, _named(materials, entry["material"], "material")))
     found = _detection(blocks, content["interfaces"], joints)
     try:
-        model = Model(content.get("name", stem), blocks, found.interfaces)
+        model = Model(content.get("name", stem), blocks, found.interfaces, detection=found.report)
     except BlockstructError as error:
         # What was found and what was left out mostly tells why.
         error.add_note(f"{len(blocks)} blocks, {found.report}")

@@ -8,6 +8,7 @@
 """
 
 from blockstruct.model.block import Block
+from blockstruct.model.detection_report import DetectionReport, DetectionTolerances, FoundContact
 from blockstruct.model.interface import Interface
 from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.limit_case import LimitCase
@@ -25,6 +26,10 @@ __all__ = [
     "Block",
     "Interface",
     "Model",
+    # how interfaces were found
+    "DetectionReport",
+    "DetectionTolerances",
+    "FoundContact",
     # loads
     "BodyForce",
     "FaceLoad",

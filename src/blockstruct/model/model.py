@@ -14,6 +14,7 @@ from scipy.sparse.csgraph import connected_components
 from blockstruct.errors import GeometryError, ModelError, UnknownNameError
 from blockstruct.geometry import box_pairs, common_areas, overlapping_pairs
 from blockstruct.model.block import Block
+from blockstruct.model.detection_report import DetectionReport
 from blockstruct.model.interface import Interface
 from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.material import Material
@@ -40,6 +41,9 @@ class Model:
     interfaces
         Interfaces with unique names between blocks of the model, as found by
         :func:`blockstruct.detect_interfaces`.
+    detection
+        Report on how they were found, as ``found.report``: it is stored and reported with the model, whose
+        mechanics and hash it does not touch.
 
     Raises
     ------
@@ -49,17 +53,26 @@ class Model:
         Blocks that overlap (where one is not convex, small overlaps may escape), interfaces that do not lie on
         their blocks or cover each other.
     UnknownNameError
-        An interface of a block that the model does not have.
+        An interface of a block that the model does not have, a report of blocks or interfaces that it does not have.
     """
 
     name: str
     blocks: tuple[Block, ...]
     interfaces: tuple[Interface, ...]
+    detection: DetectionReport | None
 
-    def __init__(self, name: str, blocks: Iterable[Block], interfaces: Iterable[Interface]) -> None:
+    def __init__(
+        self,
+        name: str,
+        blocks: Iterable[Block],
+        interfaces: Iterable[Interface],
+        *,
+        detection: DetectionReport | None = None,
+    ) -> None:
         object.__setattr__(self, "name", checked_name(name, "model"))
         object.__setattr__(self, "blocks", checked_tuple(blocks, Block, f"model {name!r}: blocks"))
         object.__setattr__(self, "interfaces", checked_tuple(interfaces, Interface, f"model {name!r}: interfaces"))
+        object.__setattr__(self, "detection", detection)
         self._check()
 
     @property
@@ -132,6 +145,7 @@ class Model:
         # Overlap first: an overlapping block has no interfaces, so it would pass for a floating one.
         self._check_overlap()
         self._check_floating(known)
+        self._check_detection(known)
 
     def _check_floating(self, known: dict[str, int]) -> None:
         ends = np.array([(known[i.minus], known[i.plus]) for i in self.interfaces], dtype=int).reshape(-1, 2)
@@ -147,6 +161,24 @@ class Model:
                 "remove the blocks"
             )
             raise ModelError(msg)
+
+    def _check_detection(self, known: dict[str, int]) -> None:
+        if self.detection is None:
+            return
+        if not isinstance(self.detection, DetectionReport):
+            msg = f"model {self.name!r}: detection is a {type(self.detection).__name__}; give found.report"
+            raise ModelError(msg)
+        found = [c.interface for c in self.detection.contacts if not c.reason]
+        for kind, unknown in (
+            ("block", self.detection.blocks - known.keys()),
+            ("interface", set(found) - {i.name for i in self.interfaces}),
+        ):
+            if unknown:
+                msg = (
+                    f"model {self.name!r}: detection found with the {kind}s {_listed(sorted(unknown))}, which are not "
+                    "in the model; give the report of these blocks and all their interfaces, or none"
+                )
+                raise UnknownNameError(msg)
 
     def _check_overlap(self) -> None:
         size = self.characteristic_length

@@ -29,6 +29,14 @@ _INDICES = {
     "interface_of_contact_point": ("interface", 0),
     "pattern_of_load": ("load_pattern", 0),
     "block_of_load": ("block", -1),
+    "minus_of_contact": ("block", 0),
+    "plus_of_contact": ("block", 0),
+    "interface_of_contact": ("interface", -1),
+    "first_of_overlap": ("block", 0),
+    "second_of_overlap": ("block", 0),
+    "first_of_close_pair": ("block", 0),
+    "second_of_close_pair": ("block", 0),
+    "block_of_nonplanar_face": ("block", 0),
 }
 _ASCENDING = ("block_of_vertex", "block_of_face", "face_of_corner", "interface_of_contact_point")
 

@@ -20,6 +20,7 @@ from blockstruct.model import (
     PointLoad,
     SelfWeight,
 )
+from blockstruct.storage.detection_part import detection_of, detection_variables
 from blockstruct.units import SI_UNITS, to_quantity
 from blockstruct.vocabulary import AXES
 
@@ -106,12 +107,15 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
     for name, dimension in _VECTORS.items():
         vectors = np.array([getattr(load, name, (np.nan,) * 3) for _, load in loads], dtype=float).reshape(-1, 3)
         variables[f"{name}_of_load"] = (("load", "axis"), vectors, {"units": SI_UNITS[dimension]})
+    names = [b.name for b in blocks], [i.name for i in interfaces]
+    if model.detection is not None:
+        variables |= detection_variables(model.detection, *names)
     coords = {
         "axis": _texts(AXES),
         "material": _texts(materials),
         "joint_material": _texts(joints),
-        "block": _texts([b.name for b in blocks]),
-        "interface": _texts([i.name for i in interfaces]),
+        "block": _texts(names[0]),
+        "interface": _texts(names[1]),
         "load_pattern": _texts([p.name for p in patterns]),
     }
     return xr.Dataset(variables, coords=coords, attrs={"name": model.name})
@@ -155,7 +159,7 @@ def model_of(ds: xr.Dataset) -> Model:
             strict=True,
         )
     ]
-    return Model(ds.attrs["name"], blocks, interfaces)
+    return Model(ds.attrs["name"], blocks, interfaces, detection=detection_of(ds))
 
 
 def patterns_of(ds: xr.Dataset) -> dict[str, LoadPattern]:

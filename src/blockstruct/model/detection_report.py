@@ -99,6 +99,13 @@ class DetectionReport:
     close: tuple[tuple[str, str, float], ...]
 
     @property
+    def blocks(self) -> frozenset[str]:
+        """Blocks that something was found of."""
+        pairs = [(c.minus, c.plus) for c in self.contacts] + [p[:2] for p in (*self.overlaps, *self.close)]
+        single = [*(f[0] for f in self.nonplanar_faces), *self.floating, *self.untouched]
+        return frozenset(single).union(*pairs)
+
+    @property
     def accepted(self) -> int:
         """Number of interfaces found."""
         return sum(not c.reason for c in self.contacts)
