@@ -91,6 +91,12 @@ def test_a_case_without_load_factor_has_a_page_too(small_model):
     assert '"load_factor":[null]' in html
 
 
+def test_the_page_tells_the_spread_of_a_case(small_model):
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
+    analysis = bs.AnalysisManager(small_model).run([case], spread="steep")
+    assert page_html(analysis).count("2 of 2 schedules found a certified collapse state") == 3
+
+
 def chromium():
     named = os.environ.get("BLOCKSTRUCT_CHROMIUM")
     return named or next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)

@@ -72,6 +72,44 @@ def test_the_report_says_what_was_given_and_found():
     assert not re.search(r'(src|href)="(?!data:)', html)
 
 
+def test_the_detection_is_summed_up(tuff, dry):
+    def box(name, x, z, *, fixed=False):
+        return bs.Block.box(name, Q_([x, 0, z], "m"), Q_([1, 1, 1], "m"), tuff, fixed=fixed)
+
+    blocks = [box("left rock", -1, -1, fixed=True), box("rock", 0, -1, fixed=True)]
+    blocks += [box("one", -0.5, 0), box("two", 0.5015, 0)]
+    found = bs.detect_interfaces(blocks, dry, tolerance="1 mm")
+    kept = bs.Model("four", blocks, found.interfaces, detection=found.report)
+    given = bs.Model("four", blocks, found.interfaces)
+    html, other = (report_html(bs.AnalysisManager(m).run([case(flow="associative")])) for m in (kept, given))
+    for text in (
+        "gap and penetration 1 mm, angle 1°",
+        "3 interfaces, 1.498 m² bed joints",
+        "1 by gap",
+        "left rock | rock",
+        "one | two: gap, gap 1.5 mm",
+    ):
+        assert text in html, text
+    assert "given to the model without a report of their detection" in other
+
+
+def test_a_spread_has_its_table_and_its_lowest_run(small_model):
+    analysis = bs.AnalysisManager(small_model).run([case("push")], spread=["steep", "shift"])
+    spread = analysis.spread("push")
+    html = report_html(analysis)
+    low, high = (f"{r.load_factor:.4g}" for r in (spread.lowest, spread.highest))
+    assert f"3 of 3 schedules found a certified collapse state, at load factors from {low} to {high}; " in html
+    assert "<td>steep</td><td>slope 0.6</td><td>converged</td><td>holds</td>" in html
+    assert "<td>shift</td><td>procedure shifted</td>" in html
+    sections = re.findall(r"<section>\s*<h3>(.*?)</h3>", html)
+    assert sections == list(dict.fromkeys(["push", spread.lowest.name]))
+
+
+def test_the_head_states_the_project():
+    html = report_html(run([case(flow="associative")]), project={"client": "Town of <Lucca>", "engineer": "N. N."})
+    assert "<td>client</td><td>Town of &lt;Lucca&gt;</td>" in html
+
+
 def test_names_are_text_in_any_script():
     names = ["<script>alert(1)</script>", "pression é 墙 η", "a & b"]
     html = report_html(run([case(name, flow="associative") for name in names]))

@@ -10,7 +10,7 @@ import xarray as xr
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.model import LimitCase, Model, checked_tuple
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.spread import Spread
+from blockstruct.results.spread import Spread, spreads_of
 from blockstruct.vocabulary import Status
 
 Sweep = Callable[[str, Any, LimitCase], xr.Dataset]
@@ -76,7 +76,7 @@ class Analysis(Mapping[str, CaseResult]):
         return "interrupted" if cut else "finished"
 
     def spread(self, name: str) -> Spread:
-        """Answers of the schedules that a case was run with: ``manager.run(cases, spread=True)``.
+        """Answers of the schedules that a case was run with: ``manager.run(cases, spread=True)``, or ``"steep"``.
 
         Raises
         ------
@@ -85,11 +85,16 @@ class Analysis(Mapping[str, CaseResult]):
         ModelError
             A case that was run with one schedule only.
         """
-        spread = Spread.of(self[name], self)
-        if len(spread.runs) == 1 and spread.upper_bound is None:
-            msg = f"case {name!r}: was run with one schedule; run it again with spread=True"
+        case, spreads = self[name], self.spreads
+        if name not in spreads:
+            msg = f"case {case.name!r}: was run with one schedule; run it again with spread=True"
             raise ModelError(msg)
-        return spread
+        return spreads[name]
+
+    @property
+    def spreads(self) -> dict[str, Spread]:
+        """Spread of every case that was run with several schedules."""
+        return spreads_of(self)
 
     def sweep(self, quantity: str, values: Any, case: str | None = None) -> xr.Dataset:
         """Load factor of a case for several values of a joint property: :meth:`AnalysisManager.sweep`.

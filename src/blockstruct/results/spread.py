@@ -40,22 +40,37 @@ class Spread:
     upper_bound: CaseResult | None
 
     @classmethod
-    def of(cls, result: CaseResult, results: Mapping[str, CaseResult]) -> Self:
-        """Spread of a case, found by the names of its runs."""
-        runs = {AS_GIVEN: result}
-        start, upper_bound = run_name(result.name, "")[:-1], None
-        for name, other in results.items():
-            if name.startswith(start) and name.endswith("]"):
-                if other.case.flow is Flow.ASSOCIATIVE:
-                    upper_bound = other
-                else:
-                    runs[name[len(start) : -1]] = other
+    def of(cls, runs: Mapping[str, CaseResult], upper_bound: CaseResult | None) -> Self:
+        """Spread of the runs of a case."""
         certified = sorted((r for r in runs.values() if r.status is Status.CONVERGED), key=lambda r: r.load_factor)
         lowest, highest = (certified[0], certified[-1]) if certified else (None, None)
         return cls(MappingProxyType(runs), lowest, highest, upper_bound)
+
+    @property
+    def results(self) -> tuple[CaseResult, ...]:
+        """All results, that of associative flow last."""
+        return (*self.runs.values(), *([self.upper_bound] if self.upper_bound else []))
 
     def __str__(self) -> str:
         lines = [f"spread over {len(self.runs)} schedules"]
         for what, result in (("lowest", self.lowest), ("highest", self.highest), ("associative", self.upper_bound)):
             lines.append(f"  {what:<12}{'none' if result is None else f'{result.load_factor:.6g} ({result.name})'}")
         return "\n".join(lines)
+
+
+def spreads_of(results: Mapping[str, CaseResult]) -> dict[str, Spread]:
+    """Spreads of the cases that were run with several schedules, by their names; the names of runs tell."""
+    runs: dict[str, dict[str, CaseResult]] = {}
+    for name, result in results.items():
+        case, schedule = _parts(name)
+        given = results.get(case)
+        if given and (given.case.dead, given.case.variable) == (result.case.dead, result.case.variable):
+            runs.setdefault(case, {AS_GIVEN: given})[schedule] = result
+    bounds = {case: found.pop(Flow.ASSOCIATIVE, None) for case, found in runs.items()}
+    return {case: Spread.of(found, bounds[case]) for case, found in runs.items()}
+
+
+def _parts(name: str) -> tuple[str, str]:
+    """Case and schedule of the name of a run; no case for any other name."""
+    case, _, schedule = name.rpartition(" [")
+    return (case, schedule[:-1]) if schedule.endswith("]") else ("", name)

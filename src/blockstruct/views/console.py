@@ -91,8 +91,7 @@ def summary_table(analysis: bs.Analysis) -> Table:
 
 def spread_text(analysis: bs.Analysis) -> str:
     """Spreads of the cases that were run with several schedules, a paragraph each; empty without any."""
-    cases = [name for name in analysis if any(other.startswith(f"{name} [") for other in analysis)]
-    return "".join(f"{name}: {analysis.spread(name)}\n" for name in cases)
+    return "".join(f"{name}: {spread}\n" for name, spread in analysis.spreads.items())
 
 
 def archive_table(rows: pd.DataFrame) -> Table:
@@ -134,6 +133,14 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
             }
             for r in analysis.values()
         ],
+        "spreads": {
+            name: {
+                "lowest": spread.lowest and spread.lowest.name,
+                "highest": spread.highest and spread.highest.name,
+                "associative": spread.upper_bound and spread.upper_bound.name,
+            }
+            for name, spread in analysis.spreads.items()
+        },
     }
 
 

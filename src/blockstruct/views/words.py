@@ -28,6 +28,18 @@ def load_factor_words(result: bs.CaseResult) -> str:
     return "infinite" if result.status is bs.Status.UNBOUNDED else "none"
 
 
+def spread_words(spread: bs.Spread) -> str:
+    """A sentence on how far the certified answers of several schedules lie apart."""
+    certified = sum(r.status is bs.Status.CONVERGED for r in spread.runs.values())
+    said = f"{certified} of {len(spread.runs)} schedules found a certified collapse state"
+    if spread.lowest and spread.highest:
+        said += f", at load factors from {spread.lowest.load_factor:.4g} to {spread.highest.load_factor:.4g}"
+    bound = spread.upper_bound
+    if bound and bound.status is bs.Status.CONVERGED:
+        said += f"; with associative flow {bound.load_factor:.4g}"
+    return f"{said}."
+
+
 def certificate_words(result: bs.CaseResult) -> str:
     """A sentence on why to believe a result, with the measures of its certificate."""
     found, settings = result.certificate, result.settings

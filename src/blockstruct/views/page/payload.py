@@ -16,7 +16,7 @@ import blockstruct as bs
 from blockstruct.views.look import GHOST, MEASURES, STATE_COLOURS, STONE, SUPPORT, UTILISATION, parts
 from blockstruct.views.selection import same_model
 from blockstruct.views.solids import Patches, Solids, triangles
-from blockstruct.views.words import certificate_words, load_factor_words, status_words
+from blockstruct.views.words import certificate_words, load_factor_words, spread_words, status_words
 
 
 def payload(analysis: bs.Analysis) -> dict[str, Any]:
@@ -44,7 +44,7 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
         },
         "blocks": _blocks(model),
         "interfaces": _interfaces(model, shown[0]),
-        "cases": [_case(model, result) for result in shown],
+        "cases": [_case(model, result, _spread(analysis, result)) for result in shown],
     }
 
 
@@ -84,7 +84,12 @@ def _interfaces(model: bs.Model, result: bs.CaseResult) -> dict[str, Any]:
     }
 
 
-def _case(model: bs.Model, result: bs.CaseResult) -> dict[str, Any]:
+def _spread(analysis: bs.Analysis, result: bs.CaseResult) -> list[str]:
+    """What a case or a run of its spread says of that spread."""
+    return [spread_words(s) for s in analysis.spreads.values() if result in s.results]
+
+
+def _case(model: bs.Model, result: bs.CaseResult, spread: list[str]) -> dict[str, Any]:
     same_model(model, result)
     history, resultants = result.history, result.resultants
     force = resultants["force"].transpose("iteration", "interface", "component").to_numpy()
@@ -100,6 +105,7 @@ def _case(model: bs.Model, result: bs.CaseResult) -> dict[str, Any]:
             f"{result.case.dead.name} + load factor × {result.case.variable.name}, {result.case.flow} flow",
             f"load factor {load_factor_words(result)}",
             status_words(result),
+            *spread,
         ],
         "certificate": certificate_words(result),
         "stage": history["stage"].to_numpy().tolist(),

@@ -1,7 +1,8 @@
 """What a report says, as names and texts for its template."""
 
 from collections import Counter
-from dataclasses import fields
+from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -9,28 +10,39 @@ import numpy as np
 import blockstruct as bs
 from blockstruct.views.look import readable
 from blockstruct.views.report.assumptions import assumptions
+from blockstruct.views.report.detection import detection_rows
 from blockstruct.views.report.pictures import pictures
-from blockstruct.views.words import certificate_words, load_factor_words, status_words
+from blockstruct.views.words import certificate_words, load_factor_words, spread_words, status_words
 
 #: Loads of a pattern that are listed one by one.
 _LISTED = 12
 
 
-def contents(analysis: bs.Analysis) -> dict[str, Any]:
+def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any]:
     """Everything the template may name, texts with their units."""
-    model = analysis.model
+    model, spreads = analysis.model, analysis.spreads
     results = list(analysis.values())
+    # The runs of a spread have a table of their own; of them the lowest is shown like a case.
+    runs = {r.name for s in spreads.values() for r in s.results if r.name not in spreads}
+    cases = [r for r in results if r.name not in runs]
+    shown = [r for r in results if r in cases or any(r is s.lowest for s in spreads.values())]
     return {
+        "project": {str(what): str(text) for what, text in project.items()},
         "name": model.name,
         "created_at": analysis.created_at,
         "model_hash": model.hash,
+        "document_hash": analysis.document_hash,
+        "tags": list(analysis.tags),
         "model": _model(model),
+        "detection": detection_rows(model),
         "materials": [(m.name, quantity(m.unit_weight, "N/m³")) for m in model.materials.values()],
         "joint_materials": [_joint(m) for m in model.joint_materials.values()],
         "patterns": _patterns(results),
-        "cases": [_case(model, r) for r in results],
+        "results": [_result(r) for r in cases],
+        "spreads": [_spread(name, spread) for name, spread in spreads.items()],
+        "cases": [_case(model, r) for r in shown],
         "assumptions": assumptions(model, results),
-        "settings": [(f.name, getattr(results[0].settings, f.name)) for f in fields(results[0].settings)],
+        "settings": list(asdict(results[0].settings).items()),
         "versions": dict(analysis.versions),
     }
 
@@ -101,16 +113,43 @@ def _vector(values: Any, unit: str) -> str:
     return "(" + ", ".join(f"{v * factor:.4g}" for v in values) + f") {unit}"
 
 
+def _result(r: bs.CaseResult) -> dict[str, str]:
+    return {
+        "name": r.name,
+        "flow": r.case.flow.value,
+        "status": r.status.value.replace("_", " "),
+        "load_factor": load_factor_words(r),
+    }
+
+
+def _spread(name: str, spread: bs.Spread) -> dict[str, Any]:
+    runs = dict(spread.runs) | ({"associative": spread.upper_bound} if spread.upper_bound else {})
+    given = asdict(runs["as given"].settings)
+    return {
+        "name": name,
+        "words": spread_words(spread),
+        "runs": [
+            _result(r)
+            | {
+                "name": schedule,
+                "settings": ", ".join(
+                    f"{what.replace('_', ' ')} {value}"
+                    for what, value in asdict(r.settings).items()
+                    if value != given[what]
+                ),
+                "holds": "holds" if r.certificate and r.certificate.holds else "does not hold",
+            }
+            for schedule, r in runs.items()
+        ],
+    }
+
+
 def _case(model: bs.Model, r: bs.CaseResult) -> dict[str, Any]:
     # Without an iteration there is nothing to count and to draw.
     states = Counter(r.states.isel(iteration=-1).to_numpy().tolist()) if r.n_iterations else Counter()
-    return {
-        "name": r.name,
+    return _result(r) | {
         "dead": r.case.dead.name,
         "variable": r.case.variable.name,
-        "flow": r.case.flow.value,
-        "status": r.status.value,
-        "load_factor": load_factor_words(r),
         "iterations": r.n_iterations,
         "duration": f"{r.duration:.2f} s",
         "started_at": r.started_at,

@@ -1,6 +1,8 @@
 """The report as text and as a file."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import jinja2
 
@@ -11,7 +13,13 @@ from blockstruct.views.report.contents import contents
 _OWN = "report.html.j2"
 
 
-def write_report(analysis: bs.Analysis, path: str | Path, *, template: str | Path | None = None) -> Path:
+def write_report(
+    analysis: bs.Analysis,
+    path: str | Path,
+    *,
+    project: Mapping[str, str] = MappingProxyType({}),
+    template: str | Path | None = None,
+) -> Path:
     """Write the report of an analysis; an existing file is replaced.
 
     Parameters
@@ -20,7 +28,7 @@ def write_report(analysis: bs.Analysis, path: str | Path, *, template: str | Pat
         All its cases are reported, whatever their status.
     path
         HTML file. A browser's "print to PDF" gives A4 pages.
-    template
+    project, template
         As in :func:`report_html`.
 
     Raises
@@ -28,20 +36,27 @@ def write_report(analysis: bs.Analysis, path: str | Path, *, template: str | Pat
     StorageError
         A path that cannot be written, a template that cannot be used.
     """
-    return write_text(report_html(analysis, template=template), path)
+    return write_text(report_html(analysis, project=project, template=template), path)
 
 
-def report_html(analysis: bs.Analysis, *, template: str | Path | None = None) -> str:
+def report_html(
+    analysis: bs.Analysis,
+    *,
+    project: Mapping[str, str] = MappingProxyType({}),
+    template: str | Path | None = None,
+) -> str:
     """Report of an analysis, its pictures within.
 
     Parameters
     ----------
     analysis
         All its cases are reported, whatever their status.
+    project
+        What the head of the report states, such as ``{"client": "…", "engineer": "…"}``.
     template
         A Jinja2 template to use instead. One that begins ``{% extends "report.html.j2" %}`` only has to state the
-        blocks it changes: ``style``, ``head``, ``project``, ``model``, ``loads``, ``results``, ``cases``,
-        ``assumptions``, ``settings``, ``foot``.
+        blocks it changes: ``style``, ``head``, ``project``, ``results``, ``spreads``, ``model``,
+        ``detection``, ``loads``, ``cases``, ``assumptions``, ``settings``, ``foot``.
 
     Raises
     ------
@@ -65,7 +80,7 @@ def report_html(analysis: bs.Analysis, *, template: str | Path | None = None) ->
         lstrip_blocks=True,
     )
     try:
-        return environment.get_template(name).render(contents(analysis))
+        return environment.get_template(name).render(contents(analysis, project))
     except jinja2.TemplateError as error:
         line = getattr(error, "lineno", None)
         where = f", line {line}" if line else ""

@@ -1,0 +1,70 @@
+"""The command, its options and exit codes."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+import blockstruct as bs
+from blockstruct.views import iteration_table, result_text, spread_text, summary_table
+
+app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=None)
+#: Exit codes.
+DIFFERENT, REFUSED, NO_LOAD_FACTOR, VIOLATIONS, INTERRUPTED = 1, 2, 3, 4, 130
+
+out = Console(highlight=False)
+err = Console(stderr=True, highlight=False)
+
+FileArgument = Annotated[Path, typer.Argument(help="An analysis file.", show_default=False)]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
+CsvOption = Annotated[Path | None, typer.Option("--csv", help="Write a .csv file instead.", show_default=False)]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as JSON, instead of tables.")]
+
+
+def main() -> None:
+    """Run the command; an error of the input is one message and exit code 2, never a traceback."""
+    try:
+        app()
+    except bs.BlockstructError as error:
+        err.print("[bold red]error:[/]", end=" ")
+        err.print(str(error), markup=False, soft_wrap=True)
+        for note in getattr(error, "__notes__", ()):
+            err.print(f"  {note}", markup=False, soft_wrap=True)
+        raise SystemExit(REFUSED) from None
+    except KeyboardInterrupt:
+        err.print("interrupted", markup=False)
+        raise SystemExit(INTERRUPTED) from None
+
+
+@app.callback(
+    invoke_without_command=True,
+    epilog="Exit codes: 0 done; 1 diff found differences; 2 refused input, with one message; "
+    "3 a case ended without a load factor; 4 a file violates its schema; 130 interrupted.",
+)
+def top(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
+) -> None:
+    """Collapse load of masonry structures: rigid-block limit analysis in 3D."""
+    out.quiet = False
+    if version:
+        out.print(bs.__version__)
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        out.print(context.get_help(), markup=False)
+
+
+def say(text: str) -> None:
+    """Print a text as it is: no markup, no lines broken to the width of the terminal."""
+    out.print(text, markup=False, soft_wrap=True)
+
+
+def print_results(analysis: bs.Analysis, *, iterations: bool = False) -> None:
+    """Print every case with its certificate, then all of them in a table; with iterations, those too."""
+    for result in analysis.values():
+        if iterations:
+            out.print(iteration_table(result.history))
+        out.print(result_text(result), soft_wrap=True)
+    out.print(summary_table(analysis))
+    out.print(spread_text(analysis), markup=False, soft_wrap=True, end="")

@@ -1,0 +1,147 @@
+"""Commands that look at analyses."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import pandas as pd
+import typer
+
+import blockstruct as bs
+from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, out, print_results, say
+from blockstruct.views import analysis_summary, archive_table, iteration_table
+
+
+@app.command()
+def show(file: FileArgument, as_json: JsonOption = False) -> None:
+    """Print the results of an analysis, with their certificates."""
+    analysis = bs.open_analysis(file)
+    if as_json:
+        typer.echo(json.dumps(analysis_summary(analysis), indent=2))
+        return
+    model = analysis.model
+    say(f"{model.name}: {len(model.blocks)} blocks, {len(model.interfaces)} interfaces")
+    say(f"model hash {model.hash[:16]}…, created {analysis.created_at}, {analysis.status}")
+    say(f"blockstruct {analysis.versions.get('blockstruct')}")
+    print_results(analysis)
+
+
+@app.command()
+def history(
+    file: FileArgument,
+    case: Annotated[str, typer.Argument(help="Name of a case.", show_default=False)],
+    variable: Annotated[
+        str | None,
+        typer.Option(
+            "--variable",
+            help="Print one variable: any of the history, or state, force, moment, eccentricity of the interfaces.",
+            show_default=False,
+        ),
+    ] = None,
+    csv: CsvOption = None,
+) -> None:
+    """Print the iteration history of a case."""
+    result = bs.open_analysis(file)[case]
+    if variable is None and csv is None:
+        out.print(iteration_table(result.history))
+        return
+    frame = result.history.blockstruct.frame(variable)
+    if csv is None:
+        say(frame.to_string())
+        return
+    _write_csv(frame, csv)
+
+
+@app.command()
+def archive(
+    folder: Annotated[Path, typer.Argument(help="A folder of analysis files.", show_default=False)],
+    query: Annotated[
+        str | None,
+        typer.Option("--query", help='Rows to print, such as "load_factor < 0.3".', show_default=False),
+    ] = None,
+    csv: CsvOption = None,
+) -> None:
+    """Print a row for each case of the analyses in a folder and its subfolders."""
+    found = bs.Archive(folder)
+    table = found.table() if query is None else found.query(query)
+    if csv is None:
+        out.print(archive_table(table))
+        for path, problem in table.loc[table["problem"] != "", ["path", "problem"]].itertuples(index=False):
+            say(f"{path}: {problem}")
+        return
+    _write_csv(table.set_index(["path", "case"]), csv)
+
+
+@app.command()
+def diff(
+    one: Annotated[Path, typer.Argument(help="An analysis file, or a folder of them.", show_default=False)],
+    other: Annotated[Path, typer.Argument(help="Another one.", show_default=False)],
+    tolerance: Annotated[float, typer.Option("--tolerance", help="Relative tolerance of load factors.")] = 1e-6,
+) -> None:
+    """Compare two analyses, or two folders of them, case by case; exit code 1 if they differ."""
+    if one.is_dir():
+        table = bs.Archive(one).difference(bs.Archive(other))
+        same = bool((table["relative_difference"].abs() <= tolerance).all())
+        say(table.drop(columns=["model_hash", "model_hash_other"]).to_string())
+    else:
+        found = bs.compare(bs.open_analysis(one), bs.open_analysis(other))
+        same = found.agrees(tolerance)
+        say(str(found))
+    if not same:
+        raise typer.Exit(DIFFERENT)
+
+
+@app.command()
+def view(
+    file: FileArgument,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="File to write; FILE.html otherwise.", show_default=False)
+    ] = None,
+    show_it: Annotated[bool, typer.Option("--open", help="Show the page in the browser.")] = False,
+) -> None:
+    """Write an interactive page of an analysis: structure, mechanism, forces, states of all iterations."""
+    from blockstruct.views.page import write_page
+
+    _written(write_page(bs.open_analysis(file), output or file.with_suffix(".html")), show_it)
+
+
+@app.command()
+def report(
+    file: FileArgument,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="File to write; FILE-report.html otherwise.", show_default=False),
+    ] = None,
+    template: Annotated[
+        Path | None, typer.Option("--template", help="A Jinja2 template of your own.", show_default=False)
+    ] = None,
+    project: Annotated[
+        list[str] | None,
+        typer.Option("--project", help="A line of its head, as in 'client=Town of Lucca'.", show_default=False),
+    ] = None,
+    show_it: Annotated[bool, typer.Option("--open", help="Show the report in the browser.")] = False,
+) -> None:
+    """Write a report of an analysis, to read and to print."""
+    from blockstruct.views.report import write_report
+
+    target = output or file.with_name(f"{file.stem}-report.html")
+    head = {what: text for what, _, text in (line.partition("=") for line in project or ())}
+    _written(write_report(bs.open_analysis(file), target, project=head, template=template), show_it)
+
+
+def _written(path: Path, show_it: bool) -> None:
+    say(f"written: {path}, {path.stat().st_size / 1e6:.1f} MB")
+    if show_it:
+        typer.launch(path.resolve().as_uri())
+
+
+def _write_csv(frame: pd.DataFrame, path: Path) -> None:
+    if path.suffix.lower() != ".csv":
+        msg = f"{path}: give a name that ends in .csv"
+        raise bs.StorageError(msg)
+    try:
+        frame.to_csv(path)
+    except OSError as error:
+        msg = f"{path}: cannot be written ({error.strerror or error}); choose another file"
+        raise bs.StorageError(msg) from error
+    say(f"{path}: {len(frame)} rows")

@@ -1,0 +1,92 @@
+"""Commands that run analyses."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import blockstruct as bs
+from blockstruct.cli.app import NO_LOAD_FACTOR, FileArgument, JsonOption, QuietOption, app, err, out, print_results, say
+from blockstruct.views import analysis_summary, following
+
+
+@app.command()
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", help="File to write.")] = Path("blockstruct-demo.h5"),
+    quiet: QuietOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Push a wall with an opening sideways until it collapses, and keep the analysis."""
+    out.quiet = quiet or as_json
+    tuff = bs.Material("tuff", unit_weight="12 kN/m^3")
+    lime = bs.JointMaterial("lime mortar", friction_coefficient=0.65)
+    solid, half = [1.0, 1, 1, 1], [0.5, 1, 1, 1, 0.5]
+    jamb, toothed = [0.5, 1, -1, 1, 0.5], [1, 0.5, -1, 0.5, 1]
+    rows = [solid, half, solid, jamb, toothed, jamb, solid, half, solid]
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", depth="0.3 m", material=tuff)
+    found = bs.detect_interfaces(blocks, joint_material=lime)
+    model = bs.Model("wall with an opening", blocks, found.interfaces, detection=found.report)
+    dead = bs.LoadPattern("self-weight", [bs.SelfWeight()])
+    push = bs.LoadPattern("weight sideways, +x", [bs.BodyForce((1, 0, 0))])
+    cases = [bs.LimitCase(f"push +x, {flow}", dead, push, flow) for flow in bs.Flow]
+    say(f"{model.name}: {len(model.blocks)} blocks, {found.report}")
+    _run(model, cases, bs.ProcedureSettings(), output, quiet, as_json)
+
+
+@app.command()
+def run(
+    model: Annotated[Path, typer.Argument(help="A model document, YAML or JSON.", show_default=False)],
+    output: Annotated[Path, typer.Option("--output", "-o", help="File to write.", show_default=False)],
+    spread: Annotated[bool, typer.Option("--spread", help="Also run the other schedules, and their spread.")] = False,
+    quiet: QuietOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Run all cases of a model document and keep the analysis."""
+    out.quiet = quiet or as_json
+    document = bs.read_document(model)
+    say(f"{document.model.name}: {len(document.model.blocks)} blocks, {document.report}")
+    settings = bs.ProcedureSettings.of(document.settings)
+    _run(document.model, list(document.cases), settings, output, quiet, as_json, document.hash, spread=spread)
+
+
+@app.command()
+def recover(file: FileArgument) -> None:
+    """Make the file of a run that was killed, with every iteration that it committed."""
+    analysis = bs.recover(file)
+    say(str(analysis))
+    say(f"written: {file}")
+
+
+@app.command()
+def resume(file: FileArgument) -> None:
+    """Go on with a run that was killed or interrupted, from its last committed iteration."""
+    with following(err, quiet=False) as listeners:
+        analysis = bs.AnalysisManager.resume(file, listeners=listeners)
+    _report(analysis, file)
+
+
+def _run(
+    model: bs.Model,
+    cases: list[bs.LimitCase],
+    settings: bs.ProcedureSettings,
+    output: Path,
+    quiet: bool,
+    as_json: bool,
+    document_hash: str = "",
+    *,
+    spread: bool = False,
+) -> None:
+    with following(err, quiet=quiet) as listeners:
+        manager = bs.AnalysisManager(model, output, settings=settings, listeners=listeners, document_hash=document_hash)
+        analysis = manager.run(cases, spread=spread)
+    _report(analysis, output, as_json=as_json)
+
+
+def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False) -> None:
+    print_results(analysis, iterations=True)
+    say(f"written: {output}")
+    if as_json:
+        typer.echo(json.dumps(analysis_summary(analysis), indent=2))
+    if any(r.status is not bs.Status.CONVERGED for r in analysis.values()):
+        raise typer.Exit(NO_LOAD_FACTOR)
