@@ -57,7 +57,7 @@ def test_the_report_says_what_was_given_and_found():
     for text in (
         "20 kN/m³",
         "0.65 (33°)",
-        "1 free, 1 supports",
+        "1 free, 1 fixed (supports)",
         "(1, 0, 0) times the weight of every block",
         "unlimited",
         "The certificate holds: equilibrium is met to",
@@ -91,6 +91,14 @@ def test_the_detection_is_summed_up(tuff, dry):
     ):
         assert text in html, text
     assert "given to the model without a report of their detection" in other
+
+
+def test_crushing_has_its_domain():
+    blocks, joint = single_block(0.4, 0.8)
+    soft = joint.varied(compressive_strength=Q_(40, "kPa"))
+    html = report_html(bs.AnalysisManager(model_of(blocks, soft)).run([case(flow="associative")]))
+    assert "Interface ground|block, the nearest to crushing" in html
+    assert "rectangular stress block" in html
 
 
 def test_a_spread_has_its_table_and_its_lowest_run(small_model):

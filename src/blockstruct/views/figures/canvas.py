@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.ticker import MaxNLocator
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import NDArray
 
 import blockstruct as bs
@@ -69,12 +69,14 @@ class Canvas:
             fill = np.full(len(fill), "none")
         edge, width = (GHOST, 0.6) if ghost else (EDGE, 0.4)
         if not self.flat:
+            if ghost:
+                # Faces, however faint, add up to a veil over what is inside.
+                self.ax.add_collection3d(Line3DCollection(vertices[solids.edges], colors=edge, linewidths=width))
+                return
             faces = [vertices[loop] for loop in solids.loops]
-            style: dict[str, Any] = {"alpha": 0.35} if ghost else {"shade": True}
-            faces_3d = Poly3DCollection(
-                faces, facecolors=GHOST if ghost else fill, edgecolors=edge, linewidths=width, **style
+            self.ax.add_collection3d(
+                Poly3DCollection(faces, facecolors=fill, edgecolors=edge, linewidths=width, shade=True)
             )
-            self.ax.add_collection3d(faces_3d)
             return
         toward = np.array(_AXES[self.look][2], dtype=float)
         front = np.flatnonzero(solids.normals @ toward > 1e-6)

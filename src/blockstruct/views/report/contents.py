@@ -65,7 +65,7 @@ def _model(model: bs.Model) -> list[tuple[str, str]]:
     areas = np.array([i.area for i in model.interfaces])
     joined = Counter(i.joint_material.name for i in model.interfaces)
     return [
-        ("blocks", f"{len(free)} free, {len(model.blocks) - len(free)} supports"),
+        ("blocks", f"{len(free)} free, {len(model.blocks) - len(free)} fixed (supports)"),
         ("extent along x, y, z", " × ".join(f"{e:.4g}" for e in np.ptp(corners, axis=0)) + " m"),
         ("weight of the free blocks", quantity(sum(b.weight for b in free), "N")),
         ("interfaces", f"{len(areas)}: " + ", ".join(f"{n} of {name}" for name, n in joined.items())),

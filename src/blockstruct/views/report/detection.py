@@ -25,6 +25,9 @@ def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
         rows.append(("added by hand", _listed(sorted(by_hand))))
     why = Counter(c.reason for c in report.rejected)
     rows.append(("left out", [", ".join(f"{n} by {reason}" for reason, n in why.items()) or "nothing"]))
+    apart = [pair for pair in report.close if pair[2] > limits.gap]
+    if len(apart) < len(report.close):
+        rows.append(("touch along a line only", [f"{len(report.close) - len(apart)} pairs of blocks"]))
     rows += [
         (name, _listed(lines))
         for name, lines in (
@@ -34,7 +37,7 @@ def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
                 [f"{c.minus} | {c.plus}: {c.reason}, gap {_length(c.gap)}" for c in report.near_misses],
             ),
             ("overlapping blocks", [f"{a} | {b}: {_length(depth)} deep" for a, b, depth in report.overlaps]),
-            ("close blocks without contact", [f"{a} | {b}: {_length(gap)} apart" for a, b, gap in report.close]),
+            ("close blocks without contact", [f"{a} | {b}: {_length(gap)} apart" for a, b, gap in apart]),
             ("faces that are not plane", [f"{b}, face {f}: {_length(off)}" for b, f, off in report.nonplanar_faces]),
             ("blocks without interface", list(report.untouched)),
         )
@@ -49,7 +52,8 @@ def _listed(lines: list[str]) -> list[str]:
 
 
 def _length(metres: float) -> str:
-    return f"{metres * 1e3:.3g} mm"
+    # Rounding of coordinates is no gap.
+    return f"{metres * 1e3:.3g} mm" if metres > 1e-9 else "0 mm"
 
 
 def _angle(radians: float) -> str:

@@ -2,6 +2,7 @@
 
 import base64
 from collections.abc import Callable
+from dataclasses import dataclass
 from io import BytesIO
 
 import numpy as np
@@ -12,32 +13,60 @@ import blockstruct as bs
 from blockstruct.views import figures
 from blockstruct.views.solids import Solids
 
-_MECHANISM = "Mechanism of the last iteration"
-_STATES = "State of the interfaces"
-_CONVERGENCE = "Load factor of every iteration"
-_CERTIFICATE = "Certificate of every iteration"
-_FORCES = "Resultants on the interfaces and line of thrust"
+#: Width and height of pictures of the structure and of diagrams, inches.
+_WIDE, _NARROW = (7, 4.6), (5, 3.4)
 
 
-def pictures(model: bs.Model, result: bs.CaseResult) -> list[tuple[str, str]]:
-    """Captions and ``data:`` addresses of the pictures of a case that has iterations, as far as there is something."""
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture of a case: its caption, its ``data:`` address, and whether it takes the whole width."""
+
+    caption: str
+    address: str
+    wide: bool
+
+
+def pictures(model: bs.Model, result: bs.CaseResult) -> list[Picture]:
+    """Pictures of a case that has iterations, as far as there is something to draw."""
     look = best_look(model, result)
     last = result.history.isel(iteration=-1)
-    drawings: dict[str, Callable[[Axes], object]] = {}
+    wide: dict[str, Callable[[Axes], object]] = {}
+    narrow: dict[str, Callable[[Axes], object]] = {}
     if np.isfinite(last["block_velocity"]).all():
-        drawings[_MECHANISM] = lambda ax: figures.mechanism(model, result, look=look, ax=ax)
-    found_forces = bool(np.any(np.nan_to_num(last["contact_force"]) != 0))
-    if found_forces:
-        drawings[_STATES] = lambda ax: figures.structure(model, result, look=look, ax=ax)
+        wide["Mechanism of the last iteration"] = lambda ax: figures.mechanism(model, result, look=look, ax=ax)
+    if np.any(np.nan_to_num(last["contact_force"]) != 0):
+        wide["State of the interfaces"] = lambda ax: figures.structure(model, result, look=look, ax=ax)
+        wide["Resultants on the interfaces and line of thrust"] = lambda ax: figures.forces(
+            model, result, look=look, ax=ax
+        )
     if np.isfinite(result.history["load_factor"]).sum() > 1:
-        drawings[_CONVERGENCE] = lambda ax: figures.convergence(result, ax=ax)
-        drawings[_CERTIFICATE] = lambda ax: figures.certificate(result, ax=ax)
-    if found_forces:
-        drawings[_FORCES] = lambda ax: figures.forces(model, result, look=look, ax=ax)
-    return [
-        (name, _address(draw, None if name in (_CONVERGENCE, _CERTIFICATE) else look))
-        for name, draw in drawings.items()
+        narrow["Load factor of every iteration"] = lambda ax: figures.convergence(result, ax=ax)
+        narrow["Certificate of every iteration"] = lambda ax: figures.certificate(result, ax=ax)
+    name, about = _nearest_to_crushing(result)
+    if name:
+        narrow[f"Interface {name}, the nearest to crushing"] = lambda ax: figures.crushing_domain(
+            model, result, name, about=about, ax=ax
+        )
+    space = "3d" if look == "3d" else None
+    return [Picture(caption, _address(draw, _WIDE, space), wide=True) for caption, draw in wide.items()] + [
+        Picture(caption, _address(draw, _NARROW), wide=False) for caption, draw in narrow.items()
     ]
+
+
+def _nearest_to_crushing(result: bs.CaseResult) -> tuple[str, str]:
+    """Most compressed of the interfaces that use most of their compressive strength, and its axis of bending.
+
+    No name if none has a strength.
+    """
+    use = np.nan_to_num(result.utilisation["crushing"].isel(iteration=-1).to_numpy())
+    if not use.any():
+        return "", ""
+    last = result.resultants.isel(iteration=-1)
+    N = last["force"].sel(component="n").to_numpy()
+    k = int(np.argmax(np.where(use >= 0.99 * use.max(), N, -np.inf)))
+    moment = last["moment"].isel(interface=k)
+    bending = {axis: abs(float(moment.sel(component=axis))) for axis in ("s", "t")}
+    return str(result.history["interface"].to_numpy()[k]), max(bending, key=bending.__getitem__)
 
 
 def best_look(model: bs.Model, result: bs.CaseResult) -> str:
@@ -50,10 +79,10 @@ def best_look(model: bs.Model, result: bs.CaseResult) -> str:
     return "xy"[thin] if flat else "3d"
 
 
-def _address(draw: Callable[[Axes], object], look: str | None) -> str:
+def _address(draw: Callable[[Axes], object], size: tuple[float, float], projection: str | None = None) -> str:
     # A Figure of its own: pyplot would keep it, and may want a screen.
-    figure = Figure(figsize=(5, 3.4) if look is None else (7, 4.6), layout="constrained")
-    draw(figure.add_subplot(projection="3d" if look == "3d" else None))
+    figure = Figure(figsize=size, layout="constrained")
+    draw(figure.add_subplot(projection=projection))
     stream = BytesIO()
     figure.savefig(stream, format="png", dpi=150)
     return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode("ascii")
