@@ -27,11 +27,11 @@ def assemblage() -> bs.Model:
     lintel = bs.Block.box("lintel", Q_([1.45, 0, 2.3], "m"), Q_([2.2, 0.31, 0.3], "m"), TUFF)
     beams = [bs.Block.box(f"beam at {x} m", Q_([x, 0, 3.6], "m"), Q_([1.7, 0.31, 0.02], "m"), TUFF) for x in (0, 3.4)]
     blocks += [lintel, *beams]
-    return bs.Model("pier and spandrel", blocks, bs.detect_interfaces(blocks, joint_material=MORTAR).interfaces)
+    found = bs.detect_interfaces(blocks, joint_material=MORTAR)
+    return bs.Model("pier and spandrel", blocks, found.interfaces, detection=found.report)
 
 
-def main() -> dict[str, float]:
-    model = assemblage()
+def pushed() -> bs.LimitCase:
     weights = [
         bs.PointLoad(f"beam at {x} m", Q_([x + 0.85, 0.155, 3.62], "m"), Q_([0, 0, -200], "kN")) for x in (0, 3.4)
     ]
@@ -40,15 +40,17 @@ def main() -> dict[str, float]:
         for j in range(27, 37)
     ]
     dead = bs.LoadPattern("self-weight and 200 kN on each pier", [bs.SelfWeight(), *weights])
-    case = bs.LimitCase("push +x", dead, bs.LoadPattern("1 kN at the spandrel", ends))
+    return bs.LimitCase("push +x", dead, bs.LoadPattern("1 kN at the spandrel", ends))
+
+
+def main() -> dict[str, float]:
+    model = assemblage()
     print(f"{model.name}: {len(model.blocks)} blocks, {len(model.interfaces)} interfaces")
 
     manager = bs.AnalysisManager(model, listeners=[bs.print_lines()])
-    curve = manager.sweep("compressive_strength", [None, "4 MPa", "2 MPa"], case)
+    curve = manager.sweep("compressive_strength", [None, "4 MPa", "2 MPa"], pushed())
     shear = {}
-    for fc, alpha, status in zip(
-        curve.compressive_strength.values, curve.load_factor.values, curve.status.values, strict=True
-    ):
+    for fc, status, alpha in curve[["status", "load_factor"]].to_dataframe().itertuples():
         shear[f"{fc / 1e6:g} MPa"] = alpha * PUSH.to("kN").magnitude
         print(f"f_c {fc / 1e6:>4g} MPa: {status}, load factor {alpha:.4g}, base shear {alpha * PUSH:.4~P}")
     return shear
