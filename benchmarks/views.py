@@ -5,6 +5,7 @@ iteration repeated, so that the benchmark is of the views and not of the solver.
 """
 
 import argparse
+import shutil
 import tempfile
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,6 +15,7 @@ from time import perf_counter
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
+from playwright.sync_api import sync_playwright
 
 import blockstruct as bs
 from blockstruct.views import figures
@@ -48,6 +50,41 @@ def timed(name: str, step: Callable[[], object]) -> None:
     plt.close("all")
 
 
+def slider(page: Path, steps: int = 10) -> None:
+    """Time of a step of the slider of the mechanism, in a browser that draws without a graphics card."""
+    path = shutil.which("chromium")
+    if path is None:
+        print("no Chromium: the slider of the page is not timed")
+        return
+    with sync_playwright() as play:
+        options = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+        tab = play.chromium.launch(executable_path=path, args=options).new_page()
+        tab.goto(page.as_uri())
+        tab.wait_for_selector("body[data-ready=yes]", timeout=120_000)
+        profiler = tab.context.new_cdp_session(tab)
+        profiler.send("Profiler.enable")
+        profiler.send("Profiler.start")
+        seconds = tab.evaluate(
+            """async steps => {
+                const view = document.getElementById("view"), slider = document.getElementById("amplitude");
+                const start = performance.now();
+                for (let k = 1; k <= steps; k++) {
+                    const drawn = new Promise(done => view.once("plotly_afterplot", done));
+                    slider.value = 0.2 * k / steps;
+                    slider.dispatchEvent(new Event("input"));
+                    await drawn;
+                }
+                return (performance.now() - start) / 1e3;
+            }""",
+            steps,
+        )
+        profile = profiler.send("Profiler.stop")["profile"]
+    # Reading pixels back waits for the picture, which here the processor draws.
+    drawing = {n["id"] for n in profile["nodes"] if n["callFrame"]["functionName"] == "readPixels"}
+    waited = sum(t for n, t in zip(profile["samples"], profile["timeDeltas"], strict=True) if n in drawing) / 1e6
+    print(f"{'a step of the slider':<24}{seconds / steps:7.2f} s, {waited / steps:.2f} s of it drawing without a GPU")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--columns", type=int, default=40)
@@ -69,7 +106,9 @@ def main() -> None:
         for look in ("y", "3d"):
             for draw in (figures.structure, figures.mechanism, figures.forces):
                 timed(f"{draw.__name__}, {look}", drawn(draw, look=look))
-        timed("page", lambda: write_page(analysis, folders[0] / "wall.html"))
+        page = folders[0] / "wall.html"
+        timed("page", lambda: write_page(analysis, page))
+        slider(page)
         timed("report", lambda: write_report(analysis, folders[1] / "wall.html"))
         timed("paraview", lambda: write_paraview(analysis, "push", folders[2] / "wall.pvd"))
 

@@ -1,5 +1,7 @@
 """The one error tree: every blockstruct error is also a builtin, so plain ``except`` clauses work."""
 
+from typing import Self
+
 
 class BlockstructError(Exception):
     """Base of every error blockstruct raises on purpose."""
@@ -51,6 +53,12 @@ class FormatError(BlockstructError, ValueError):
 
 class MissingExtraError(BlockstructError, ImportError):
     """A package that only some views or file formats need and that is not installed."""
+
+    @classmethod
+    def of(cls, error: ImportError, extra: str, what: str) -> Self:
+        """Error of something that needs the package that was not found, with the extra it comes with."""
+        msg = f'{what}: {error.name} is not installed; it comes with: pip install "blockstruct[{extra}]"'
+        return cls(msg, name=error.name)
 
 
 class GeometryWarning(UserWarning):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from blockstruct.builders.import_report import Imported
 from blockstruct.builders.solid import Face, Solid, blocks_of
-from blockstruct.builders.source import checked_count, text_of, unique_pairs
+from blockstruct.builders.source import checked_faces, text_of, unique_pairs
 from blockstruct.errors import GeometryFileError
 from blockstruct.model import Material
 
@@ -88,7 +88,7 @@ def read_assembly(
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
         # Of another layout than it seemed at first.
         raise GeometryFileError(_unknown(path, content)) from error
-    checked_count(sum(len(p.faces) for p in parts), path)
+    checked_faces(sum(len(p.faces) for p in parts), path)
     names = [p.name for p in parts]
     own = None not in names and len(set(names)) == len(names)
     solids = [Solid(str(p.name if own else p.key), p.vertices, p.faces, material, p.support) for p in parts]

@@ -14,7 +14,7 @@ from blockstruct.builders.import_report import Imported, Repair
 from blockstruct.builders.profile import divided_arcs, prism
 from blockstruct.builders.sizes import positive_length
 from blockstruct.builders.solid import Face, Solid, blocks_of, scale_of
-from blockstruct.builders.source import checked_count, content_of, package
+from blockstruct.builders.source import checked_faces, content_of, package
 from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, UnknownNameError
 from blockstruct.model import Material
 
@@ -121,7 +121,7 @@ def read_drawing(
         (layer, np.concatenate(corners), [tuple(range(k, k + len(c))) for k, c in _numbered(corners)])
         for layer, corners in reading.loose.items()
     ]
-    checked_count(sum(len(faces) for _, _, faces in bodies), path)
+    checked_faces(sum(len(faces) for _, _, faces in bodies), path)
     count: Counter[str] = Counter()
     solids = []
     for layer, vertices, faces in bodies:

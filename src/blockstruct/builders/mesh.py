@@ -11,7 +11,7 @@ import numpy as np
 from blockstruct.builders.import_report import Imported
 from blockstruct.builders.obj import read_obj
 from blockstruct.builders.solid import Solid, blocks_of
-from blockstruct.builders.source import checked_count, content_of, package
+from blockstruct.builders.source import checked_faces, content_of, package
 from blockstruct.errors import GeometryFileError, ModelError
 from blockstruct.model import Material
 
@@ -125,7 +125,7 @@ def _stated_stl(content: bytes, path: Path) -> int:
     if len(content) >= _STL_HEADER:
         count = int.from_bytes(content[80:84], "little")
         if len(content) == _STL_HEADER + _STL_TRIANGLE * count:
-            return checked_count(count, path)
+            return checked_faces(count, path)
     text = content.lower()
     if not text.lstrip().startswith(b"solid") or b"\0" in content:
         msg = (
@@ -137,7 +137,7 @@ def _stated_stl(content: bytes, path: Path) -> int:
     if ended < begun:
         msg = f"{path}: 'endsolid' is missing, the file is cut short; export it again"
         raise GeometryFileError(msg)
-    return checked_count(len(re.findall(rb"^\s*facet\b", text, re.MULTILINE)), path)
+    return checked_faces(len(re.findall(rb"^\s*facet\b", text, re.MULTILINE)), path)
 
 
 def _stated_ply(content: bytes, path: Path) -> int:
@@ -147,7 +147,7 @@ def _stated_ply(content: bytes, path: Path) -> int:
     if not header.startswith(b"ply") or not end or faces is None:
         msg = f"{path}: no PLY file with faces; export it again as a mesh"
         raise GeometryFileError(msg)
-    count = checked_count(int(faces[1]), path)
+    count = checked_faces(int(faces[1]), path)
     if re.search(rb"^format\s+ascii", header, re.MULTILINE):
         items = sum(map(int, re.findall(rb"^element\s+\w+\s+(\d{1,12})\s*$", header, re.MULTILINE)))
         lines = sum(bool(line.strip()) for line in body.splitlines())

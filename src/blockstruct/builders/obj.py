@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from blockstruct.builders.solid import Face, Solid, scale_of
-from blockstruct.builders.source import checked_count, text_of, write_new
+from blockstruct.builders.source import checked_faces, text_of, write_new
 from blockstruct.errors import GeometryFileError, ModelError
 from blockstruct.model import Block, Material
 
@@ -51,7 +51,7 @@ def read_obj(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
     group = path.stem
     other: Counter[str] = Counter()
     text = text_of(path)
-    checked_count(text.count("\nf"), path)
+    checked_faces(text.count("\nf"), path)
     for number, line in _statements(text):
         keyword, *words = line.split()
         if keyword == "v":

@@ -33,7 +33,7 @@ def content_of(path: Path) -> bytes:
 MOST_FACES = 500_000
 
 
-def checked_count(faces: int, path: Path) -> int:
+def checked_faces(faces: int, path: Path) -> int:
     """The number of faces of a file, if there are not far too many: asked before anything slow is done."""
     if faces > MOST_FACES:
         msg = (
@@ -78,8 +78,7 @@ def package(name: str, extra: str, needed_for: str) -> Any:
     try:
         return import_module(name)
     except ImportError as error:
-        msg = f'{needed_for} needs {name}; pip install "blockstruct[{extra}]"'
-        raise MissingExtraError(msg) from error
+        raise MissingExtraError.of(error, extra, needed_for) from error
 
 
 def write_new(path: Path, text: str) -> Path:

@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import blockstruct as bs
-from blockstruct.views.extras import missing
 from blockstruct.views.selection import application_points, same_model
 from blockstruct.views.solids import Patches, Solids, triangles
 
 try:
     import pyvista as pv
 except ModuleNotFoundError as error:
-    raise missing(error, "viz") from error
+    raise bs.MissingExtraError.of(error, "viz", "export to ParaView") from error
 
 Array = NDArray[np.float64]
 

@@ -17,12 +17,12 @@ Every function takes an Axes (or makes one) and returns it, so that figures comb
 ('x [m]', 'z [m]')
 """
 
-from blockstruct.views.extras import missing
+import blockstruct as bs
 
 try:
     import matplotlib  # noqa: F401 - the figures below need it
 except ModuleNotFoundError as error:
-    raise missing(error, "viz") from error
+    raise bs.MissingExtraError.of(error, "viz", "figures") from error
 
 from blockstruct.views.figures.convergence import certificate, convergence
 from blockstruct.views.figures.curve import curve

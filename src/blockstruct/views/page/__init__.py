@@ -1,11 +1,11 @@
 """The interactive page: one HTML file that works offline. Needs ``pip install "blockstruct[viz]"``."""
 
-from blockstruct.views.extras import missing
+import blockstruct as bs
 
 try:
     import plotly  # noqa: F401 - its script goes into the page
 except ModuleNotFoundError as error:
-    raise missing(error, "viz") from error
+    raise bs.MissingExtraError.of(error, "viz", "page") from error
 
 from blockstruct.views.page.html import page_html, write_page
 

@@ -1,12 +1,12 @@
 """The report of an analysis, as one HTML file that prints. Needs ``pip install "blockstruct[report]"``."""
 
-from blockstruct.views.extras import missing
+import blockstruct as bs
 
 try:
     import jinja2  # noqa: F401 - the report is a template
     import matplotlib  # noqa: F401 - with figures
 except ModuleNotFoundError as error:
-    raise missing(error, "report") from error
+    raise bs.MissingExtraError.of(error, "report", "report") from error
 
 from blockstruct.views.report.html import report_html, write_report
 
