@@ -48,6 +48,8 @@ def refused(error, *words):
         (lambda: bs.Material("tuff", "1e 5 kN"), ["'tuff'", "is no"]),
         (lambda: bs.Material("tuff", ""), ["'tuff'", "is no quantity"]),
         (lambda: bs.Material("tuff", "12 kN/m3"), ["'tuff'", "m3", "'12 kN/m^3'"]),
+        (lambda: bs.Material("tuff", "12,5 kN/m^3"), ["'tuff'", "12,5", "is no quantity"]),
+        (lambda: bs.JointMaterial("j", "0,65"), ["'j'", "0,65", "is no quantity"]),
         (lambda: bs.Material("tuff", "__import__('os') kN/m^3"), ["'tuff'", "is no quantity"]),
     ],
 )
@@ -215,6 +217,25 @@ def test_interfaces_that_do_not_fit_their_blocks(polygons, words):
     interfaces = [bs.Interface(f"i{k}", "a", "b", Q_(p, "m"), JOINT) for k, p in enumerate(polygons)]
     with refused(bs.GeometryError, *words):
         bs.Model("m", [box("a", fixed=True), box("b", z=1)], interfaces)
+
+
+def test_an_interface_beside_its_face_within_its_box():
+    """A square on edge in plan: the box around it has twice its area."""
+    turn = np.array([[1, -1, 0], [1, 1, 0], [0, 0, np.sqrt(2)]]) / np.sqrt(2)
+    stone = bs.Block.from_faces("b", Q_((CUBE - [0.5, 0.5, 0]) @ turn.T + [0, 0, 1], "m"), FACES, STONE)
+    ground = bs.Block.box("a", Q_([-2, -2, 0], "m"), Q_([4, 4, 1], "m"), STONE, fixed=True)
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / np.sqrt(2)
+    around = bs.Interface("i", "a", "b", Q_(np.column_stack([corners, np.ones(4)]), "m"), JOINT)
+    with refused(bs.GeometryError, "'i'", "'b'", "1 of its 2 m^2"):
+        bs.Model("m", [ground, stone], [around])
+
+
+def test_an_interface_between_supports():
+    blocks = [box("a", fixed=True), box("b", z=1), box("c", x=1, fixed=True)]
+    joint = bs.Interface("i", "a", "c", Q_(SQUARE[:, [2, 0, 1]], "m"), JOINT)
+    found = bs.detect_interfaces(blocks, JOINT)
+    with refused(bs.ModelError, "'i' joins two supports, 'a' and 'c'", "remove it"):
+        bs.Model("m", blocks, [*found.interfaces, joint])
 
 
 def test_a_polygon_in_millimetres_is_in_millimetres():

@@ -84,7 +84,7 @@ def test_the_detection_is_summed_up(tuff, dry):
     html, other = (report_html(bs.AnalysisManager(m).run([case(flow="associative")])) for m in (kept, given))
     for text in (
         "gap and penetration 1 mm, angle 1°",
-        "3 interfaces, 1.498 m² bed joints",
+        "3 interfaces, 1.49",
         "1 by gap",
         "left rock | rock",
         "one | two: gap, gap 1.5 mm",

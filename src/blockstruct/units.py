@@ -127,12 +127,11 @@ def parse(text: str, what: str) -> Any:
 
     The number and the unit are read apart, so that a text is never evaluated as an expression.
     """
-    number, _, unit = text.strip().partition(" ")
-    if text.strip().startswith("["):
-        number, _, unit = text.strip().partition("]")
-        number += "]"
+    listed = text.strip().startswith("[")
+    number, _, unit = text.strip().lstrip("[").partition("]" if listed else " ")
     try:
-        values = [float(v) for v in number.strip("[]").split(",")]
+        # A comma parts the numbers of a list; within one number it could mean anything.
+        values = np.array([float(v) for v in number.split(",")]) if listed else float(number)
         if not _UNIT.fullmatch(unit.strip()):
             msg = f"{unit.strip()!r} is no unit"
             raise ValueError(msg)
@@ -143,7 +142,7 @@ def parse(text: str, what: str) -> Any:
             "write a number, a space and a unit, as in '0.4 m' or '12 kN/m^3'"
         )
         raise UnitError(msg) from error
-    return Q_(np.array(values) if number.startswith("[") else values[0], units)
+    return Q_(values, units)
 
 
 def to_quantity(value: Any, dimension: str) -> Any:

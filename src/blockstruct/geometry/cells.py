@@ -22,22 +22,25 @@ def is_rectangle(points: Array) -> bool:
     return bool(apart <= limit and abs(np.linalg.norm(first) - np.linalg.norm(second)) <= limit)
 
 
-def polygon_cells(points: Array, normal: Array, count: int, name: str) -> tuple[Array, Array]:
-    """Centroids (m, 3) and areas (m,) of about ``count`` cells of a plane polygon, convex or not.
+def polygon_cells(points: Array, centroid: Array, normal: Array, count: int, name: str) -> tuple[Array, Array]:
+    """Centroids (m, 3) and areas (m,) of about ``count`` cells of a polygon, convex or not.
 
-    A regular grid over the smallest rectangle around the polygon, cut by its outline. A uniform stress on a cell
-    acts at its centroid, so limits of the cells are never less safe than those of the polygon.
+    The cells lie in the plane through the centroid, even if the polygon is not plane: a regular grid over the smallest
+    rectangle around the polygon, cut by its outline. A uniform stress on a cell acts at its centroid, so limits of the
+    cells are never less safe than those of the polygon.
 
     Raises
     ------
     GeometryError
         A polygon whose outline crosses itself.
     """
-    edge = np.argmax(np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1))
-    s = np.roll(points, -1, axis=0)[edge] - points[edge]
-    s = s / np.linalg.norm(s)
+    arms = points - centroid
+    arms = arms - np.outer(arms @ normal, normal)
+    edges = np.roll(arms, -1, axis=0) - arms
+    lengths = np.linalg.norm(edges, axis=1)
+    s = edges[np.argmax(lengths)] / lengths.max()
     axes = np.stack([s, np.cross(normal, s)])
-    outline = shapely.Polygon((points - points[0]) @ axes.T)
+    outline = shapely.Polygon(arms @ axes.T)
     if not outline.is_valid:
         msg = f"interface {name!r}: the outline crosses itself and cannot be divided into cells; correct its corners"
         raise GeometryError(msg)
@@ -51,4 +54,4 @@ def polygon_cells(points: Array, normal: Array, count: int, name: str) -> tuple[
     areas = shapely.area(parts)
     keep = areas > 1e-9 * outline.area
     centres = shapely.get_coordinates(shapely.centroid(parts[keep]))
-    return points[0] + centres @ axes, areas[keep]
+    return centroid + centres @ axes, areas[keep]

@@ -8,7 +8,7 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.geometry.neighbours import box_pairs
-from blockstruct.geometry.polygon import plane_axes
+from blockstruct.geometry.polygon import flat_polygons, plane_axes
 from blockstruct.geometry.polyhedron import Polyhedron
 
 Array = NDArray[np.float64]
@@ -78,7 +78,8 @@ def coplanar_face_pairs(
     n /= np.linalg.norm(n, axis=1, keepdims=True)
     middle = (faces.centre[front] + faces.centre[back]) / 2
     axes = np.stack(plane_axes(n), axis=1)
-    outlines = [faces.outlines(f, axes, middle) for f in (front, back)]
+    extent = np.maximum(faces.extent[front], faces.extent[back])
+    outlines = [faces.outlines(f, axes, middle, extent) for f in (front, back)]
     parts, of_pair = shapely.get_parts(shapely.intersection(*outlines), return_index=True)
     # Faces are simple polygons, so what two of them share has no holes. Where edges of the two coincide but for
     # rounding, clipping leaves corners that are none: they would be contact points.
@@ -122,7 +123,8 @@ def crossed_faces(bodies: list[Polyhedron]) -> list[tuple[int, int]]:
         return []
     faces = _Faces.of(bodies)
     every = np.arange(len(faces.body))
-    bad = ~shapely.is_valid(faces.outlines(every, np.stack(plane_axes(faces.normal), axis=1), faces.centre))
+    axes = np.stack(plane_axes(faces.normal), axis=1)
+    bad = ~shapely.is_valid(faces.outlines(every, axes, faces.centre, faces.extent))
     first = np.searchsorted(faces.body, faces.body)
     return [(int(faces.body[f]), int(f - first[f])) for f in np.flatnonzero(bad)]
 
@@ -157,14 +159,19 @@ class _Faces:
             count=count,
         )
 
-    def outlines(self, index: Index, axes: Array, middle: Array) -> NDArray[np.object_]:
+    @property
+    def extent(self) -> Array:
+        """Largest extent along an axis of each face."""
+        return np.asarray((self.high - self.low).max(axis=1))
+
+    def outlines(self, index: Index, axes: Array, middle: Array, extent: Array) -> NDArray[np.object_]:
         """Outline of the faces, each in its own plane of axes (m, 2, 3) about its own middle (m, 3)."""
         count = self.count[index]
         of_corner = np.repeat(np.arange(len(index)), count)
         offset = np.arange(len(of_corner)) - np.repeat(np.cumsum(count) - count, count)
         points = self.corners[np.repeat(self.start[index], count) + offset] - middle[of_corner]
         flat = np.einsum("kaj,kj->ka", axes[of_corner], points)
-        return np.asarray(shapely.polygons(shapely.linearrings(flat, indices=of_corner)))
+        return flat_polygons(flat, of_corner, extent)
 
 
 def _candidates(faces: _Faces, reach: float, angle: float) -> tuple[Index, Index]:

@@ -34,6 +34,9 @@ class Certificate:
         ``Σ_k |(n + f_t A_k)(v_n − tan ψ ‖v_t‖)| + |(c A_k + μ n) ‖v_t‖ + (s, t)·v_t|``, and where joints crush the
         work they dissipate at most less the work they do; and the work ``Σ |u_i r_i|`` of the equilibrium residual r.
         It is the work by which the state misses the flow rule, in units of the load factor, because ``w_L·u = 1``.
+    flow_rule_gap_limit : float
+        The gap tolerance of the settings times the load factor, or times a thousandth of the work scale of the
+        mechanism where that is larger.
     holds : bool
         Whether all four are within the tolerances of the settings.
     """
@@ -42,6 +45,7 @@ class Certificate:
     yield_excess: float
     interpenetration: float
     flow_rule_gap: float
+    flow_rule_gap_limit: float
     holds: bool
 
 
@@ -71,14 +75,14 @@ def certify(problem: LimitProblem, x: Array, u: Array, alpha: float, settings: P
     corners = problem.rectangles
     beyond_crushing = crushing.excess(n[corners], problem.capacity, biaxial=biaxial)
     at_point, at_rectangle = np.maximum(n, 1.0), np.maximum(n[corners].sum(axis=1), 1.0)
-    excess = float(
-        max(
-            ((np.linalg.norm(x[:, 1:], axis=1) - resistance) / at_point).max(),
-            ((-problem.tension - n) / at_point).max(),
-            ((n - problem.compression) / at_point).max(),
-            (beyond_crushing / at_rectangle).max(initial=-np.inf),
-        )
+    excesses = (
+        (np.linalg.norm(x[:, 1:], axis=1) - resistance) / at_point,
+        (-problem.tension - n) / at_point,
+        (n - problem.compression) / at_point,
+        beyond_crushing / at_rectangle,
     )
+    # Unlike max, numpy passes a NaN on.
+    excess = float(np.concatenate(excesses).max())
     opening = v_n - problem.dilatancy * sliding
     rigid = ~problem.crushes
     # Velocities are relative to local units of force; what penetrates is measured against the fastest point.
@@ -97,14 +101,13 @@ def certify(problem: LimitProblem, x: Array, u: Array, alpha: float, settings: P
     friction = resistance * sliding + np.einsum("kj,kj->k", x[:, 1:], v[:, 1:])
     missed = (at_rigid, at_cells, at_rectangles, friction, unbalanced * u)
     gap = float(sum(np.abs(part).sum() for part in missed))
-    scale = max(abs(alpha), 1e-3 * problem.work_scale(u))
-    measures = (residual, excess, interpenetration, gap)
-    limits = (
-        settings.equilibrium_tolerance,
-        settings.yield_tolerance,
-        settings.interpenetration_tolerance,
-        settings.gap_tolerance * scale,
-    )
+    gap_limit = settings.gap_tolerance * max(abs(alpha), 1e-3 * problem.work_scale(u))
     # A NaN fails every comparison, so a state that is no number never holds.
-    holds = all(m <= limit for m, limit in zip(measures, limits, strict=True))
-    return Certificate(*measures, holds=bool(holds and abs(problem.w_L @ u - 1) < 1e-6))
+    holds = (
+        residual <= settings.equilibrium_tolerance
+        and excess <= settings.yield_tolerance
+        and interpenetration <= settings.interpenetration_tolerance
+        and gap <= gap_limit
+        and abs(problem.w_L @ u - 1) < 1e-6
+    )
+    return Certificate(residual, excess, interpenetration, gap, float(gap_limit), holds=bool(holds))

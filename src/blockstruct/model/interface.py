@@ -34,7 +34,8 @@ class Interface:
     polygon : quantity, length, shape (k, 3)
         Corners, counter-clockwise seen from the plus block, about the normal: they are the contact points. They need
         not lie in one plane: the contact then has the area, the normal and the axes of the plane fitted to them
-        (through their centroid, along the area vector of the polygon), while each force acts at its own corner.
+        (through their centroid, along the area vector of the polygon), while each force acts at its own corner, or
+        where a joint crushes in cells at that of a cell in the plane.
     joint_material
         Strength of the joint.
 
@@ -73,7 +74,7 @@ class Interface:
         checked_name(self.name, "interface")
         who = f"interface {self.name!r}"
         polygon = np.array(si_array(self.polygon, "length", f"{who}: polygon"))
-        if polygon.ndim != 2 or polygon.shape[1:] != (3,) or len(polygon) < 3 or not np.isfinite(polygon).all():
+        if polygon.ndim != 2 or polygon.shape[1:] != (3,) or len(polygon) < 3:
             msg = f"{who}: polygon of shape {polygon.shape}; give three or more points, shape (k, 3)"
             raise GeometryError(msg)
         if self.minus == self.plus:

@@ -24,6 +24,8 @@ from blockstruct.model.names import checked_name, checked_tuple
 OVERLAP_TOLERANCE, JOINED_OVERLAP = 1e-5, 1e-2
 #: Distance of an interface from the faces it lies on, relative to the mean block size: half of a wide, rough joint.
 OFF_FACE = 5e-2
+#: Share of the area of an interface that may lie beside the faces of its blocks: rounded corners.
+OFF_OUTLINE = 1e-2
 #: Share of an interface that another of the same blocks may cover.
 AREA_SHARE = 1e-3
 
@@ -199,28 +201,55 @@ class Model:
             raise GeometryError(msg)
 
     def _check_interfaces(self, known: dict[str, int]) -> None:
-        """Every polygon lies on a face of its minus block that looks along its normal, and of its plus block.
+        """Every polygon lies on faces of its minus block that look along its normal, and on faces of its plus block.
 
         The faces under a polygon that is not plane may be several, each looking another way.
         """
+        if not self.interfaces:
+            return
         slack = OFF_FACE * self.characteristic_length
-        for interface in self.interfaces:
-            limit = slack + 2 * interface.deviation
-            for name, sense in ((interface.minus, 1.0), (interface.plus, -1.0)):
-                shape = self.blocks[known[name]].shape
-                facing = shape.normals @ interface.normal * sense > (0.99 if interface.is_planar else 0.5)
-                first = shape.vertices[[face[0] for face, ok in zip(shape.faces, facing, strict=True) if ok]]
-                heights = (interface.polygon[None] - first[:, None]) @ interface.normal
-                low, high = shape.vertices.min(axis=0) - limit, shape.vertices.max(axis=0) + limit
-                inside = np.all((interface.polygon >= low) & (interface.polygon <= high))
-                if not (inside and np.any(np.abs(heights).max(axis=1, initial=0.0) <= limit)):
-                    side = "looks along its normal" if sense > 0 else "looks against its normal"
-                    msg = (
-                        f"model {self.name!r}: interface {interface.name!r} does not lie on a face of block {name!r} "
-                        f"that {side} (limit {limit:.3g} m); give a polygon on both blocks, counter-clockwise seen "
-                        "from the plus block"
-                    )
-                    raise GeometryError(msg)
+        interfaces, shapes = self.interfaces, [b.shape for b in self.blocks]
+        ends = np.array([(known[i.minus], known[i.plus]) for i in interfaces])
+        fixed = np.array([b.fixed for b in self.blocks])
+        between = np.flatnonzero(fixed[ends].all(axis=1))
+        if len(between):
+            found = interfaces[between[0]]
+            msg = (
+                f"model {self.name!r}: interface {found.name!r} joins two supports, {found.minus!r} and "
+                f"{found.plus!r}, between which no force can be told; remove it"
+            )
+            raise ModelError(msg)
+        # Every interface with every face of its minus, then of its plus block.
+        count = np.array([len(s.faces) for s in shapes])
+        sides = ends.T.ravel()
+        pair = np.repeat(np.arange(len(sides)), count[sides])
+        offset = np.arange(len(pair)) - np.repeat(np.cumsum(count[sides]) - count[sides], count[sides])
+        face = (np.cumsum(count) - count)[sides][pair] + offset
+        i, sense = pair % len(interfaces), np.where(pair < len(interfaces), 1.0, -1.0)
+        normal = np.array([x.normal for x in interfaces])
+        polygons = [x.polygon for x in interfaces]
+        first = np.concatenate([s.vertices[[f[0] for f in s.faces]] for s in shapes])
+        # Faces that look the right way, in whose planes the corners lie.
+        facing = np.einsum("ij,ij->i", np.concatenate([s.normals for s in shapes])[face], normal[i]) * sense
+        height = np.einsum("ij,ij->i", first[face], normal[i])
+        low, high = (np.array([f(p @ n) for p, n in zip(polygons, normal, strict=True)]) for f in (np.min, np.max))
+        limit = slack + 2 * np.array([x.deviation for x in interfaces])
+        least = np.where([x.is_planar for x in interfaces], 0.99, 0.5)
+        kept = (facing > least[i]) & (np.maximum(high[i] - height, height - low[i]) <= limit[i])
+        outlines = polygons + [s.vertices[list(f)] for s in shapes for f in s.faces]
+        shared = common_areas(outlines, normal, i[kept], len(interfaces) + face[kept], np.inf)
+        covered = np.bincount(pair[kept], weights=shared, minlength=len(sides))
+        beside = np.flatnonzero(covered < (1 - OFF_OUTLINE) * np.tile([x.area for x in interfaces], 2))
+        if len(beside):
+            k = beside[0]
+            found, side = interfaces[k % len(interfaces)], "along" if k < len(interfaces) else "against"
+            msg = (
+                f"model {self.name!r}: interface {found.name!r} does not lie on a face of block "
+                f"{self.blocks[sides[k]].name!r} that looks {side} its normal: {covered[k]:.3g} of its "
+                f"{found.area:.3g} m^2 do, within {limit[k % len(interfaces)]:.3g} m; give a polygon on both blocks, "
+                "counter-clockwise seen from the plus block"
+            )
+            raise GeometryError(msg)
         self._check_covered(known, slack)
 
     def _check_covered(self, known: dict[str, int], slack: float) -> None:

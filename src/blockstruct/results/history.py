@@ -56,7 +56,7 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
         "block_velocity": (
             ("iteration", "block", "dof"),
             velocity,
-            _attrs("velocity", "velocity of the centroid (v, m/s) and angular velocity (w, rad/s), at 1 W"),
+            _attrs("velocity", "velocity of the centroid, and angular velocity in the unit of its dof, at 1 W"),
         ),
         "fictitious_cohesion": (
             per_point,
@@ -89,6 +89,9 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
             [i.certificate.flow_rule_gap for i in iterations],
             "work by which the flow rule is missed, in units of α",
         ),
+        "flow_rule_gap_limit": _number(
+            [i.certificate.flow_rule_gap_limit for i in iterations], "flow-rule gap within the settings"
+        ),
         "solver_status": ("iteration", _text([i.solver_status.value for i in iterations]), {}),
         "solver_iterations": (
             "iteration",
@@ -106,6 +109,7 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
         "stage": ("iteration", _text([i.stage.value for i in iterations]), {}),
         "component": ("component", _text(COMPONENTS), {}),
         "dof": ("dof", _text(DOFS), {}),
+        "unit_of_dof": ("dof", _text([SI_UNITS[d] for d in ("velocity", "angular velocity") for _ in AXES]), {}),
         "axis": ("axis", _text(AXES), {}),
         "block": ("block", _text([b.name for b in model.blocks]), {}),
         "interface": ("interface", _text([i.name for i in model.interfaces]), {}),

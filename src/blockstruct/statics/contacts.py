@@ -77,7 +77,11 @@ class ContactPoints:
         joints = joints or [i.joint_material for i in interfaces]
         strength = np.array([j.compressive_strength for j in joints])
         in_cells = [_is_in_cells(i, joint) for i, joint in zip(interfaces, joints, strict=True)]
-        meshes = {j: polygon_cells(i.polygon, i.normal, cells, i.name) for j, i in enumerate(interfaces) if in_cells[j]}
+        meshes = {
+            j: polygon_cells(i.polygon, i.centroid, i.normal, cells, i.name)
+            for j, i in enumerate(interfaces)
+            if in_cells[j]
+        }
         corners = [i.polygon for i in interfaces]
         centroid = np.array([i.centroid for i in interfaces])
         n = np.array([i.normal for i in interfaces])

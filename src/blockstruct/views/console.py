@@ -63,12 +63,11 @@ def result_text(result: bs.CaseResult) -> Text:
         return text
     if result.status is bs.Status.UNSTABLE:
         return text.append(f"  proof of the mechanism {'holds' if c.holds else 'does not hold'}\n")
-    last = result.history["load_factor"].to_numpy()[-1]
     rows = (
         ("equilibrium residual", c.equilibrium_residual, s.equilibrium_tolerance, "dead wrenches of the block"),
         ("yield excess", c.yield_excess, s.yield_tolerance, "of the lighter block's dead wrench, or of n"),
         ("interpenetration", c.interpenetration, s.interpenetration_tolerance, "largest relative velocities"),
-        ("flow-rule gap", c.flow_rule_gap, s.gap_tolerance * abs(last), "in units of the load factor"),
+        ("flow-rule gap", c.flow_rule_gap, c.flow_rule_gap_limit, "in units of the load factor"),
     )
     text.append(f"  certificate {'holds' if c.holds else 'does not hold'}\n")
     for name, value, limit, unit in rows:

@@ -49,12 +49,11 @@ def certificate_words(result: bs.CaseResult) -> str:
         verdict = "is proven" if found.holds else "is not proven"
         return f"A mechanism {verdict} in which the dead load alone does work."
     verdict = "holds" if found.holds else "does not hold"
-    last = abs(float(result.history["load_factor"].to_numpy()[-1]))
     return (
         f"The certificate {verdict}: equilibrium is met to {found.equilibrium_residual:.1e} "
         f"(tolerance {settings.equilibrium_tolerance:.0e}) of the dead load of a block, "
         f"no joint is loaded beyond its strength by more than {max(found.yield_excess, 0):.1e} "
         f"({settings.yield_tolerance:.0e}), blocks penetrate by at most {found.interpenetration:.1e} "
         f"({settings.interpenetration_tolerance:.0e}) of the largest motion, and the flow rule is missed by "
-        f"{found.flow_rule_gap:.1e} ({settings.gap_tolerance * last:.0e}) of load factor."
+        f"{found.flow_rule_gap:.1e} ({found.flow_rule_gap_limit:.0e}) of load factor."
     )
