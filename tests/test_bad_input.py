@@ -8,6 +8,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.geometry import polyhedron
 from structures import model_of, push, single_block, solve
 
 STONE = bs.Material("stone", "20 kN/m^3")
@@ -114,6 +115,8 @@ def test_wrong_dimension_or_no_number(make, words):
         (lambda: bs.LimitCase("c", push(1, 0, 0), push(1, 0, 0), "dilatant"), ["'c'", "'dilatant'", "associative"]),
         (lambda: bs.ProcedureSettings(relaxation=2.0), ["relaxation", "2.0", "1"]),
         (lambda: bs.ProcedureSettings(max_programs=3.5), ["max_programs", "3.5", "whole"]),
+        (lambda: bs.ProcedureSettings(yield_tolerance=0.1), ["yield_tolerance", "0.1", "to 0.01"]),
+        (lambda: bs.ProcedureSettings(relaxation_min=0.9), ["relaxation_min", "0.9", "relaxation_max", "0.8"]),
         (lambda: bs.ProcedureSettings.of({"speed": 1}), ["speed", "known are"]),
         (lambda: bs.detect_interfaces([], JOINT, tolerance="0 m"), ["tolerance", "0 m", "above zero"]),
         (lambda: bs.detect_interfaces([], "lime"), ["'lime'", "JointMaterial"]),
@@ -307,6 +310,8 @@ def test_unknown_solvers(small_model):
         bs.AnalysisManager(small_model, settings=bs.ProcedureSettings(solver="mosek"))
     with refused(bs.SolverError, "'NOSUCH'", "not installed"):
         bs.AnalysisManager(small_model, settings=bs.ProcedureSettings(solver="cvxpy:NOSUCH"))
+    with refused(bs.SolverError, "'OSQP'", "no second-order cones", "CLARABEL"):
+        bs.AnalysisManager(small_model, settings=bs.ProcedureSettings(solver="cvxpy:OSQP"))
 
 
 def test_unknown_cases_are_named(small_analysis):
@@ -326,3 +331,14 @@ def test_paths_that_cannot_be_written_are_refused_before_the_run(small_model, tm
         bs.AnalysisManager(small_model, tmp_path / "file" / "x.h5")
     with refused(OSError, "cannot be written"):
         bs.AnalysisManager(small_model, "/proc/blockstruct/x.h5")
+
+
+def test_vertices_that_are_no_numbers_are_refused_wherever_they_come_from():
+    corners = CUBE.copy()
+    corners[3, 1] = np.nan
+    with refused(bs.GeometryError, "'b'", "vertex 3 is not finite"):
+        polyhedron(corners, FACES, "b")
+
+
+def test_a_joint_is_varied_by_its_friction_angle():
+    assert JOINT.varied(friction_angle="45 deg").friction_coefficient == pytest.approx(1.0)

@@ -178,6 +178,27 @@ def test_diff(call, file, small_model, small_cases, tmp_path):
     assert call("diff", file, tmp_path / "none.h5")[0] == 2
 
 
+def test_diff_of_folders(call, file, small_model, tmp_path):
+    """Cases without a load factor agree with themselves; damaged files, other models and statuses never do."""
+    dead, down = bs.LoadPattern("dead", [bs.SelfWeight()]), bs.LoadPattern("down", [bs.BodyForce((0, 0, -1))])
+    case = bs.LimitCase("down", dead, down, "associative")
+    one, other = tmp_path / "one", tmp_path / "other"
+    for folder in (one, other):
+        bs.AnalysisManager(small_model, folder / "wall.h5").run([case])
+    assert call("diff", one, other)[0] == 0
+    (other / "wall.h5").write_bytes((one / "wall.h5").read_bytes()[:-100])
+    code, out, _ = call("diff", one, other)
+    assert code == 1
+    assert "damaged" in out
+    (one / "wall.h5").write_bytes((other / "wall.h5").read_bytes())
+    assert call("diff", one, other)[0] == 1
+    renamed = bs.Model("another", small_model.blocks, small_model.interfaces)
+    for folder, model in ((one, small_model), (other, renamed)):
+        (folder / "wall.h5").unlink()
+        bs.AnalysisManager(model, folder / "wall.h5").run([case])
+    assert call("diff", one, other)[0] == 1
+
+
 def test_version_and_help(call, capsys):
     assert call("--version")[1].strip() == bs.__version__
     assert "demo" in call()[1]

@@ -43,6 +43,9 @@ def test_twisting():
     load = bs.LoadPattern("twist", [bs.Moment("block", Q_([0, 0, 1], "kN*m"))])
     result = solve(model_of(*single_block(1.0, 0.5, mu=0.3)), load, "nonassociative")
     assert result.states[-1].item() == "twisting"
+    # Its centroid rests: the rotation times its distance to a corner of the base, half the root of 2.25 m², is one.
+    assert np.abs(result.mechanism.rotation.sel(block="block")).to_numpy() == pytest.approx([0, 0, 4 / 3], abs=1e-4)
+    assert np.abs(result.mechanism.translation).max() < 1e-4
 
 
 def test_cells_say_the_same():
@@ -90,6 +93,13 @@ def test_spread_by_name_and_none(small_model):
         manager.run([case]).spread("push")
 
 
+def test_cases_of_similar_names_are_no_spread(small_model):
+    """The associative answer to "push [upper]" is no non-associative answer to "push"."""
+    cases = [bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))]
+    cases += [bs.LimitCase(f"push [{name}]", SELF_WEIGHT, push(1, 0, 0), "associative") for name in ("upper", "steep")]
+    assert bs.AnalysisManager(small_model).run(cases).spreads == {}
+
+
 def test_the_shift_takes_over(small_model):
     result = solve(small_model, push(1, 0, 0), "nonassociative", fallback_after=4)
     assert result.status == "converged"
@@ -128,8 +138,11 @@ def test_sweep_refuses():
         ("compressive_strength", [], "no value"),
         ("compressive_strength", ["0 MPa"], "compressive strength 0 Pa"),
         ("friction_coefficient", [-1.0], "negative"),
+        ("cohesion", Q_(1, "kPa"), "is one value; give several"),
     ):
         with pytest.raises(bs.ModelError, match=match):
             manager.sweep(quantity, values, case)
     with pytest.raises(bs.UnitError):
         manager.sweep("compressive_strength", [4.0], case)
+    with pytest.raises(bs.ModelError, match="'push' is no LimitCase"):
+        manager.sweep("compressive_strength", ["4 MPa"], "push")

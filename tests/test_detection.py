@@ -157,6 +157,17 @@ def test_joint_materials_by_how_the_joint_lies_and_by_names():
     assert found.report.area_by_orientation == pytest.approx({"bed": 9 * 0.04, "head": 7 * 0.02})
 
 
+def test_names_in_patterns_may_hold_any_character():
+    blocks = [FLOOR, box("a[1]?", [0, 0, 0])]
+    found = bs.detect_interfaces(blocks, {"a[1]?|*": LIME, "*": DRY})
+    assert [i.joint_material.name for i in found.interfaces] == ["lime"]
+
+
+def test_a_misspelt_name_in_a_pattern_is_refused():
+    with pytest.raises(bs.ModelError, match=r"no interface fits the pattern 'bsae\|\*'.*'base\|1\.1'"):
+        bs.detect_interfaces(wall(), {"bsae|*": LIME, "*": DRY})
+
+
 def test_joint_materials_by_a_function():
     found = bs.detect_interfaces(wall(), lambda joint: LIME if joint.centroid[2] > 0.3 else DRY)
     assert {(i.joint_material.name, bool(i.centroid[2] > 0.3)) for i in found.interfaces} == {
@@ -327,6 +338,8 @@ def test_an_explicit_interface_is_kept_and_not_found_again():
     given = bs.Interface("half a bed", "floor", "a", square, LIME)
     found = bs.detect_interfaces([FLOOR, box("a", [0, 0, 0]), box("b", [1, 0, 0])], DRY, explicit=[given])
     assert [i.name for i in found.interfaces] == ["half a bed", "floor|b", "a|b"]
+    # Nobody measured it.
+    assert np.isnan(found.report.contacts[0].gap)
     with pytest.raises(bs.UnknownNameError, match="'floor', which is not given"):
         bs.detect_interfaces([box("a", [0, 0, 0])], DRY, explicit=[given])
 

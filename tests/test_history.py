@@ -1,7 +1,6 @@
 """The history Dataset, and what is read from it."""
 
 import numpy as np
-import pint
 import pytest
 
 import blockstruct as bs
@@ -34,11 +33,29 @@ def test_every_iteration_is_there(result):
         assert np.isfinite(history[name]).all(), name
 
 
-def test_units_are_units(result):
-    for name, variable in result.history.variables.items():
-        if variable.dtype.kind == "f":
-            assert pint.Unit(variable.attrs["units"]) is not None, name
-    assert result.history.contact_force.attrs["units"] == "newton"
+def test_units_are_those_of_the_quantities(result):
+    units = {
+        "newton": ("contact_force", "fictitious_cohesion", "unit_of_force", "cohesion", "cell_strength"),
+        "meter / second": ("relative_velocity", "block_velocity"),
+        "meter": ("contact_position", "block_position", "interface_position", "corner_position"),
+        "meter ** 2": ("interface_area",),
+        "pascal": ("compressive_strength",),
+        "second": ("solver_time",),
+        "dimensionless": ("load_factor", "friction_coefficient", "dilatancy", "yield_excess", "interface_frame"),
+    }
+    for unit, names in units.items():
+        assert {result.history[name].attrs["units"] for name in names} == {unit}
+
+
+def test_velocities_have_the_unit_of_their_dof(result):
+    ask = result.history.blockstruct
+    assert str(ask.quantity("block_velocity", dof="vx").units) == "meter / second"
+    assert str(ask.quantity("block_velocity", dof="wy").units) == "radian / second"
+    with pytest.raises(bs.ModelError, match="in meter / second and in radian / second; select one dof"):
+        ask.quantity("block_velocity", iteration=-1)
+    frame = ask.frame("block_velocity")
+    assert "block_velocity" in frame
+    assert set(frame.xs("wx", level="dof")["unit_of_dof"]) == {"radian / second"}
 
 
 def test_the_schedule_is_recorded(result):

@@ -224,7 +224,14 @@ class AnalysisManager:
             A quantity that joints do not have, no value, or one that a joint cannot take.
         """
         joints = [i.joint_material for i in self.model.interfaces]
-        values = list(values)
+        if not isinstance(case, LimitCase):
+            msg = f"sweep: case {case!r} is no LimitCase; give the case itself"
+            raise ModelError(msg)
+        try:
+            values = list(values)
+        except TypeError:
+            msg = f"sweep of {quantity}: {values!r} is one value; give several, as in Q_([1, 2], 'MPa')"
+            raise ModelError(msg) from None
         if quantity not in SWEPT:
             msg = f"sweep: joints have no {quantity!r}; give one of {', '.join(SWEPT)}"
             raise ModelError(msg)

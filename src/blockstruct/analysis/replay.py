@@ -54,7 +54,7 @@ class ReplaySolver:
         z[: program.zero_rows] = self._u[k] * program.total
         status = SolverStatus(str(self._history["solver_status"].to_numpy()[k]))
         iterations, time = (self._history[name].to_numpy()[k] for name in ("solver_iterations", "solver_time"))
-        return Solution(status, f"replayed {status}", y, z, int(iterations), float(time))
+        return Solution(status, y, z, int(iterations), float(time))
 
 
 def followed(steps: Steps, history: xr.Dataset) -> Steps:

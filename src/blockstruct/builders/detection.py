@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from blockstruct.builders.joint_rules import UNRULED, joint_rule
+from blockstruct.builders.joint_rules import UNRULED, check_rules_fit, joint_rule
 from blockstruct.errors import GeometryError, ModelError, UnknownNameError
 from blockstruct.geometry import (
     FacePair,
@@ -95,7 +95,8 @@ def detect_interfaces(
     Raises
     ------
     ModelError
-        No joint material, or none for some joint; a tolerance that is not positive; two blocks of one name.
+        No joint material, none for some joint, or a pattern of names that fits no joint; a tolerance that is not
+        positive; two blocks of one name.
     GeometryError
         A block with a face whose outline crosses itself.
     UnknownNameError
@@ -116,7 +117,10 @@ def detect_interfaces(
 
     given = {frozenset((i.minus, i.plus)) for i in known}
     interfaces: list[Interface] = list(known)
-    contacts = [FoundContact(i.minus, i.plus, i.name, "", 0.0, 0.0, i.area, i.orientation, False) for i in known]
+    unknown = math.nan
+    contacts = [
+        FoundContact(i.minus, i.plus, i.name, "", unknown, unknown, i.area, i.orientation, False) for i in known
+    ]
     seen: Counter[tuple[str, str]] = Counter()
     for pair in _face_pairs([b.shape for b in blocks], size, limits):
         minus, plus = blocks[pair.minus], blocks[pair.plus]
@@ -137,6 +141,7 @@ def detect_interfaces(
             interface = Interface(name, *ends, to_quantity(pair.polygon, "length"), UNRULED)
             interfaces.append(interface.with_joint_material(rule(interface)))
         contacts.append(FoundContact(*ends, name, reason, pair.gap, pair.angle, pair.area, orientation, near_miss))
+    check_rules_fit(joint_material, interfaces, who)
     return Detection(tuple(interfaces), _report(blocks, limits, contacts))
 
 

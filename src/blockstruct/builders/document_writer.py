@@ -110,13 +110,17 @@ def write_draft(
     if any(patterns[p.name] != p for case in cases for p in (case.dead, case.variable)):
         msg = f"{path}: different load patterns share a name; rename one"
         raise ModelError(msg)
+    materials = {b.material.name: b.material for b in blocks}
+    if any(materials[b.material.name] != b.material for b in blocks):
+        msg = f"{path}: different materials share a name; rename one"
+        raise ModelError(msg)
     detection: dict[str, Any] = {"joint_material": joint_material.name}
     if tolerance is not None:
         detection["tolerance"] = f"{si(tolerance, 'length', f'{path}: tolerance')!r} m"
     content: dict[str, Any] = {
         "blockstruct": "model-1",
         "name": name,
-        "materials": {b.material.name: {"unit_weight": f"{b.material.unit_weight!r} N/m^3"} for b in blocks},
+        "materials": {n: {"unit_weight": f"{m.unit_weight!r} N/m^3"} for n, m in materials.items()},
         "joint_materials": {joint_material.name: _joint(joint_material)},
         "interfaces": detection,
         "load_patterns": {p.name: _loads(p) for p in patterns.values()},

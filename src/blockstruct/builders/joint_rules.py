@@ -1,7 +1,7 @@
 """Rules that tell which joint is of which material."""
 
-from collections.abc import Callable, Mapping
-from fnmatch import fnmatchcase
+import re
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from blockstruct.errors import ModelError
@@ -70,15 +70,41 @@ def _check_pattern(pattern: Any, material: Any, who: str) -> None:
 
 
 def _first_that_fits(rules: Mapping[str, JointMaterial], interface: Interface, who: str) -> JointMaterial:
-    there, back = f"{interface.minus}|{interface.plus}", f"{interface.plus}|{interface.minus}"
     for pattern, material in rules.items():
-        if pattern == interface.orientation or fnmatchcase(there, pattern) or fnmatchcase(back, pattern):
+        if pattern == interface.orientation or _names_fit(pattern, interface):
             return material
     msg = (
         f"{who}: no pattern of joint_material fits interface {interface.name!r} ({interface.orientation}); "
         f"the patterns are {', '.join(map(repr, rules))}; add '*' for all the rest"
     )
     raise ModelError(msg)
+
+
+def _names_fit(pattern: str, interface: Interface) -> bool:
+    # Nothing but * is special: names may hold any other character.
+    wanted = re.compile(".*".join(map(re.escape, pattern.split("*"))), re.DOTALL)
+    ends = (interface.minus, interface.plus)
+    return any(wanted.fullmatch("|".join(names)) for names in (ends, ends[::-1]))
+
+
+def check_rules_fit(given: Any, interfaces: Iterable[Interface], who: str) -> None:
+    """Refuse patterns of block names that no interface fits: a misspelt name would pass its joints on to other rules.
+
+    Raises
+    ------
+    ModelError
+        A mapping with such a pattern.
+    """
+    interfaces = list(interfaces)
+    if not isinstance(given, Mapping) or not interfaces:
+        return
+    for pattern in given:
+        if "|" in pattern and not any(_names_fit(pattern, i) for i in interfaces):
+            msg = (
+                f"{who}: no interface fits the pattern {pattern!r} of joint_material; correct its names (as in "
+                f"{interfaces[0].name!r}) or leave it out"
+            )
+            raise ModelError(msg)
 
 
 def _given_by_function(function: Callable[[Interface], Any], interface: Interface, who: str) -> JointMaterial:

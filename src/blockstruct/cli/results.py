@@ -81,7 +81,7 @@ def diff(
     """Compare two analyses, or two folders of them, case by case; exit code 1 if they differ."""
     if one.is_dir():
         table = bs.Archive(one).difference(bs.Archive(other))
-        same = bool((table["relative_difference"].abs() <= tolerance).all())
+        same = bool((table["agree"] & (table["relative_difference"].abs() <= tolerance)).all())
         say(table.drop(columns=["model_hash", "model_hash_other"]).to_string())
     else:
         found = bs.compare(bs.open_analysis(one), bs.open_analysis(other))

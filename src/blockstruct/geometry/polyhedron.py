@@ -88,6 +88,9 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
     if vertices.ndim != 2 or vertices.shape[1:] != (3,) or len(vertices) < 4:
         msg = f"block {name!r}: vertices of shape {vertices.shape}; give at least four points, shape (n, 3)"
         raise GeometryError(msg)
+    if not np.isfinite(vertices).all():
+        msg = f"block {name!r}: vertex {int(np.argmin(np.isfinite(vertices).all(axis=1)))} is not finite; correct it"
+        raise GeometryError(msg)
     try:
         loops = tuple(tuple(operator.index(i) for i in face) for face in faces)
     except TypeError:

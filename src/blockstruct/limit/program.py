@@ -42,8 +42,6 @@ class Solution:
     Attributes
     ----------
     status : SolverStatus
-    claim : str
-        The solver's own word.
     y, z : arrays
         Variables, and multipliers of the rows.
     iterations, time
@@ -51,7 +49,6 @@ class Solution:
     """
 
     status: SolverStatus
-    claim: str
     y: Array
     z: Array
     iterations: int

@@ -6,6 +6,9 @@ from typing import Any, Self
 
 from blockstruct.errors import ModelError
 
+#: Tolerances of the certificate.
+CERTIFIED = ("equilibrium_tolerance", "yield_tolerance", "interpenetration_tolerance", "gap_tolerance")
+
 
 @dataclass(frozen=True, slots=True)
 class ProcedureSettings:
@@ -110,6 +113,9 @@ class ProcedureSettings:
             "crushing_cells": (1, 100_000),
             "solver_tolerance": (1e-14, 1e-4),
             "step_tolerance": (0.0, 1e-2),
+            "slope_min": (0.0, 1.0),
+            # A certificate within wider tolerances would say nothing.
+            **{f.name: (0.0, 1e-2) for f in fields(self) if f.name in CERTIFIED},
         }
         for field in fields(self):
             value = getattr(self, field.name)
@@ -127,6 +133,12 @@ class ProcedureSettings:
                 msg = f"ProcedureSettings: {field.name} is {value!r}; give a value from {low:g} to {high:g}"
                 raise ModelError(msg)
 
+        if self.relaxation_min > self.relaxation_max:
+            msg = (
+                f"ProcedureSettings: relaxation_min is {self.relaxation_min!r}, above relaxation_max "
+                f"{self.relaxation_max!r}; give less"
+            )
+            raise ModelError(msg)
         choices = {
             "procedure": ("fictitious", "shifted"),
             "crushing": ("conic", "linearised"),

@@ -48,9 +48,9 @@ class FoundContact:
         Why it was left out: ``angle``, ``gap``, ``penetration``, ``area`` or ``supports`` (both blocks are fixed).
         Empty if it was accepted.
     gap : float
-        Where it is largest over the shared area, m; negative for a penetration.
+        Where it is largest over the shared area, m; negative for a penetration. NaN if the interface was given.
     angle : float
-        Between the faces, radians.
+        Between the faces, radians. NaN if the interface was given.
     area : float
         m².
     orientation : JointOrientation
@@ -116,11 +116,6 @@ class DetectionReport:
         return math.fsum(c.area for c in self.contacts if not c.reason)
 
     @property
-    def tolerance(self) -> float:
-        """Largest gap taken for contact, m."""
-        return self.tolerances.gap
-
-    @property
     def rejected(self) -> tuple[FoundContact, ...]:
         """Contacts left out, but for those between supports."""
         return tuple(c for c in self.contacts if c.reason not in ("", "supports"))
@@ -155,14 +150,14 @@ class DetectionReport:
         Returns
         -------
         DataFrame
-            ``finding`` is ``accepted``, ``rejected``, ``near miss``, ``overlap``, ``close``, ``non-planar face`` or
-            ``floating``; ``gap`` (negative for a penetration), ``deviation``, ``angle`` and ``area`` have the units
-            of ``table.attrs["units"]``.
+            ``finding`` is ``accepted``, ``rejected``, ``near miss``, ``between supports``, ``overlap``, ``close``,
+            ``non-planar face`` or ``floating``; ``gap`` (negative for a penetration), ``deviation``, ``angle`` and
+            ``area`` have the units of ``table.attrs["units"]``.
         """
         texts, numbers = ["minus", "plus", "interface", "reason", "orientation"], ["gap", "angle", "area", "deviation"]
         rows: list[dict[str, object]] = [
             {
-                "finding": "near miss" if c.near_miss else "rejected" if c.reason else "accepted",
+                "finding": _finding(c),
                 "orientation": str(c.orientation),
                 **{name: getattr(c, name) for name in ("minus", "plus", "interface", "reason", "gap", "angle", "area")},
             }
@@ -221,6 +216,12 @@ class DetectionReport:
         lines += _listed("floating", [b for b in self.floating if b not in untouched])
         lines += _listed("close", [f"{a} | {b}: {distance:.3g} m apart" for a, b, distance in apart])
         return "\n".join(lines)
+
+
+def _finding(contact: FoundContact) -> str:
+    if contact.near_miss:
+        return "near miss"
+    return {"": "accepted", "supports": "between supports"}.get(contact.reason, "rejected")
 
 
 def _listed(kind: str, findings: Sequence[str]) -> list[str]:

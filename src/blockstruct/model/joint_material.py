@@ -130,6 +130,8 @@ class JointMaterial:
         }
         if math.isfinite(self.compressive_strength):
             own["compressive_strength"] = to_quantity(self.compressive_strength, "stress")
+        if "friction_angle" in values:
+            del own["friction_coefficient"]
         return type(self)(self.name, **(own | values))
 
     @property

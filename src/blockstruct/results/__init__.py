@@ -8,7 +8,7 @@ compression positive, and velocities belong to one watt of variable load (``w_LÂ
 from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CERTIFICATE_MEASURES, CaseResult
-from blockstruct.results.comparison import Comparison, compare
+from blockstruct.results.comparison import Comparison, compare, relative_difference
 from blockstruct.results.frame import history_frame
 from blockstruct.results.history import history_of
 from blockstruct.results.mechanism import mechanism
@@ -27,6 +27,7 @@ __all__ = [
     "run_name",
     "sweep_of",
     "Comparison",
+    "relative_difference",
     "compare",
     # histories
     "HistoryAccessor",

@@ -157,6 +157,8 @@ class HistoryAccessor:
         ------
         UnknownNameError
             A variable or a name that the history does not have.
+        ModelError
+            Velocities and angular velocities of ``block_velocity`` at once: select a ``dof``.
         """
         if variable not in self._ds:
             msg = f"history: no variable {variable!r}; it has {', '.join(map(str, self._ds.data_vars))}"
@@ -274,4 +276,10 @@ class HistoryAccessor:
 
 
 def _given(array: xr.DataArray, *, plain: bool) -> Any:
-    return array.to_numpy() if plain else Q_(array.to_numpy(), array.attrs.get("units", "dimensionless"))
+    if plain:
+        return array.to_numpy()
+    units = np.unique(array.coords.get("unit_of_dof", array.attrs.get("units", "dimensionless")))
+    if len(units) > 1:
+        msg = f"history: {array.name} is in {' and in '.join(units)}; select one dof, such as dof='vx'"
+        raise ModelError(msg)
+    return Q_(array.to_numpy(), str(units[0]))

@@ -5,7 +5,9 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
+from numpy.typing import NDArray
 
 from blockstruct.results.analysis import Analysis
 
@@ -69,10 +71,7 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
             row[f"load_factor{suffix}"] = np.nan if result is None else result.load_factor
             row[f"status{suffix}"] = "missing" if result is None else result.status.value
             row[f"n_iterations{suffix}"] = 0 if result is None else result.n_iterations
-        alpha, beta = row["load_factor"], row["load_factor_other"]
-        same = alpha == beta or (np.isnan(alpha) and np.isnan(beta))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            row["relative_difference"] = 0.0 if same else float(np.divide(beta - alpha, abs(alpha)))
+        row["relative_difference"] = float(relative_difference(row["load_factor"], row["load_factor_other"]))
         row["same_question"] = False
         if first is not None and second is not None:
             changed = _changed(asdict(first.settings), asdict(second.settings))
@@ -87,6 +86,13 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
         versions=_changed(one.versions, other.versions),
         settings=settings,
     )
+
+
+def relative_difference(one: npt.ArrayLike, other: npt.ArrayLike) -> NDArray[np.float64]:
+    """Difference of load factors relative to the first; 0 where both are the same, infinite or missing (NaN)."""
+    a, b = np.asarray(one, dtype=float), np.asarray(other, dtype=float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, (b - a) / np.abs(a))
 
 
 def _changed(one: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, tuple[Any, Any]]:

@@ -1,15 +1,18 @@
 """The answers of several schedules to one case."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Self
 
+from blockstruct.limit import SCHEDULES
 from blockstruct.results.case_result import CaseResult
 from blockstruct.vocabulary import Flow, Status
 
 #: Key of the run with the settings as they were given.
 AS_GIVEN = "as given"
+#: Flow of the runs of a spread.
+FLOWS = dict.fromkeys(SCHEDULES, Flow.NONASSOCIATIVE) | {str(Flow.ASSOCIATIVE): Flow.ASSOCIATIVE}
 
 
 def run_name(case: str, schedule: str) -> str:
@@ -63,8 +66,8 @@ def spreads_of(results: Mapping[str, CaseResult]) -> dict[str, Spread]:
     runs: dict[str, dict[str, CaseResult]] = {}
     for name, result in results.items():
         case, schedule = _parts(name)
-        given = results.get(case)
-        if given and (given.case.dead, given.case.variable) == (result.case.dead, result.case.variable):
+        given, flow = results.get(case), FLOWS.get(schedule)
+        if given and flow and result.case == replace(given.case, name=name, flow=flow):
             runs.setdefault(case, {AS_GIVEN: given})[schedule] = result
     bounds = {case: found.pop(Flow.ASSOCIATIVE, None) for case, found in runs.items()}
     return {case: Spread.of(found, bounds[case]) for case, found in runs.items()}

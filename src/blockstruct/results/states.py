@@ -23,7 +23,7 @@ _NAMES = np.array(
 def contact_state(history: xr.Dataset, tolerance: float = 1e-4) -> xr.DataArray:
     """State of every interface in every iteration, read from its forces and its part in the mechanism.
 
-    ``open``: no contact point stays closed, or none is compressed. ``sticking``: no relative motion. ``unknown``: the
+    ``open``: no contact point stays closed, or none carries a force. ``sticking``: no relative motion. ``unknown``: the
     solver found no forces. Any other state has one part or several, joined by `` + ``:
 
     - ``hinge``: some points open, the others do not;
@@ -47,9 +47,8 @@ def contact_state(history: xr.Dataset, tolerance: float = 1e-4) -> xr.DataArray:
     """
     index = history["interface_of_contact_point"].to_numpy()
     starts = np.searchsorted(index, np.arange(history.sizes["interface"]))
-    counts = np.diff([*starts, len(index)])[:, None]
     v = history["relative_velocity"].transpose(..., "contact_point", "component").to_numpy()
-    n = history["contact_force"].sel(component="n").transpose(..., "contact_point").to_numpy()
+    force = np.linalg.norm(history["contact_force"].transpose(..., "contact_point", "component"), axis=-1)
 
     def threshold(values: Array) -> Array:
         return np.asarray(np.maximum(tolerance * values.max(axis=-1, keepdims=True), np.finfo(float).tiny))
@@ -65,7 +64,7 @@ def contact_state(history: xr.Dataset, tolerance: float = 1e-4) -> xr.DataArray:
     apart = v[..., 0] - history["dilatancy"].to_numpy() * slip
     opening = apart > zero
     soft = np.isfinite(history["compressive_strength"].to_numpy())[index]
-    is_open = ~any_of(~opening) | ~any_of(n > threshold(n))
+    is_open = ~any_of(~opening) | ~any_of(force > threshold(force))
     slips = any_of(~opening & (slip > zero))
 
     # The velocity along the plane is that of a rigid motion: a mean and a turn about the mean of the points.
@@ -74,14 +73,16 @@ def contact_state(history: xr.Dataset, tolerance: float = 1e-4) -> xr.DataArray:
     along = np.einsum("kca,ka->ck", axes, history["contact_position"].to_numpy())
     s, t = along - (sum_of(along) / counts)[:, index]
     distance = np.hypot(s, t)
-    turn = sum_of(s * v[..., 2] - t * v[..., 1]) / sum_of(distance**2) * np.maximum.reduceat(distance, starts)
+    # A single point cannot turn.
+    inertia = np.where(counts > 1, sum_of(distance**2), 1.0)
+    turn = sum_of(s * v[..., 2] - t * v[..., 1]) / inertia * np.maximum.reduceat(distance, starts)
     mean = np.hypot(sum_of(v[..., 1]), sum_of(v[..., 2])) / counts
 
     parts = (any_of(opening), slips & (mean > zero), slips & (np.abs(turn) > zero), any_of(soft & (apart < -zero)))
     code = np.sum([part.astype(int) << bit for bit, part in enumerate(parts)], axis=0)
     state = _NAMES[code]
     state[is_open] = ContactState.OPEN.value
-    state[any_of(np.isnan(n))] = ContactState.UNKNOWN.value
+    state[any_of(np.isnan(force))] = ContactState.UNKNOWN.value
     dims = (*(d for d in history["contact_force"].dims if d not in ("contact_point", "component")), "interface")
     coords = {
         name: history[name] for name in ("iteration", "stage", "interface") if set(history[name].dims) <= set(dims)

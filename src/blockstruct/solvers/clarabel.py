@@ -62,10 +62,8 @@ class ClarabelSolver:
             self._solver = clarabel.DefaultSolver(P, numbers.q, G, numbers.h, cones, self.settings)
             self._program = program
         result = self._solver.solve()
-        claim = str(result.status)
         return Solution(
-            status=_STATUS.get(claim, SolverStatus.FAILED),
-            claim=claim,
+            status=_STATUS.get(str(result.status), SolverStatus.FAILED),
             y=np.array(result.x),
             z=np.array(result.z),
             iterations=int(result.iterations),

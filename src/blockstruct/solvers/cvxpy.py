@@ -43,6 +43,12 @@ class CvxpySolver:
         if self.name not in cp.installed_solvers():
             msg = f"solver {name!r} is not installed; CVXPY has {', '.join(cp.installed_solvers())}"
             raise SolverError(msg)
+        cone = cp.SOC(cp.Variable(), cp.Variable(2))
+        try:
+            cp.Problem(cp.Minimize(0), [cone]).get_problem_data(self.name)
+        except cp.SolverError as error:
+            msg = f"solver {name!r} takes no second-order cones; give one that does, such as CLARABEL, ECOS or SCS"
+            raise SolverError(msg) from error
 
     def solve(self, program: ConicProgram, numbers: Numbers, tolerance: float) -> Solution:
         """Solve one program."""
@@ -62,10 +68,9 @@ class CvxpySolver:
                 # An inaccurate solution is judged by its certificate.
                 warnings.simplefilter("ignore")
                 problem.solve(solver=self.name, **_OPTIONS.get(self.name, lambda _: {})(tolerance))
-            claim = str(problem.status)
-        except cp.SolverError as error:
-            claim = str(error)
-        status = _STATUS.get(claim, SolverStatus.FAILED)
+            status = _STATUS.get(problem.status, SolverStatus.FAILED)
+        except cp.SolverError:
+            status = SolverStatus.FAILED
         z = np.full(rows, np.nan)
         if y.value is not None and equality.dual_value is not None:
             heads, tails = sliding.dual_value
@@ -74,7 +79,6 @@ class CvxpySolver:
             )
         return Solution(
             status=status,
-            claim=claim,
             y=np.full(columns, np.nan) if y.value is None else y.value,
             z=z,
             iterations=int(problem.solver_stats.num_iters or 0) if problem.solver_stats else 0,

@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from blockstruct.errors import BlockstructError, FormatError, StorageError
-from blockstruct.results import CERTIFICATE_MEASURES
+from blockstruct.results import CERTIFICATE_MEASURES, relative_difference
 from blockstruct.storage.case_group import group_of
 from blockstruct.storage.check import case_names, check_file, checked_root
 from blockstruct.storage.skeleton import plain
@@ -180,13 +180,18 @@ class Archive:
         Returns
         -------
         pandas.DataFrame
-            Indexed by path and case: ``load_factor``, ``status`` and ``model_hash`` of each, with ``_other`` for the
-            other one's, and ``relative_difference`` of the load factor.
+            Indexed by path and case: ``load_factor``, ``status``, ``model_hash`` and ``problem`` of each, with
+            ``_other`` for the other one's; ``relative_difference`` of the load factor (0 where both are the same);
+            and whether they ``agree``: both there and readable, of one model and status.
         """
-        columns = ["load_factor", "status", "model_hash"]
-        one, two = (a.table().dropna(subset="case").set_index(["path", "case"])[columns] for a in (self, other))
+        columns = ["load_factor", "status", "model_hash", "problem"]
+        tables = (a.table().astype({"case": object}).fillna({"case": ""}) for a in (self, other))
+        one, two = (table.set_index(["path", "case"])[columns] for table in tables)
         joined = one.join(two.add_suffix("_other"), how="outer")
-        joined["relative_difference"] = joined["load_factor_other"] / joined["load_factor"] - 1
+        joined["relative_difference"] = relative_difference(joined["load_factor"], joined["load_factor_other"])
+        joined["agree"] = joined["problem"].eq("") & joined["problem_other"].eq("")
+        for column in ("status", "model_hash"):
+            joined["agree"] &= joined[column].eq(joined[f"{column}_other"])
         return joined
 
     def _rows(self, path: Path) -> list[dict[str, Any]]:
