@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from blockstruct.builders.prism import prismatoid
 from blockstruct.builders.sizes import checked_count, positive_length
 from blockstruct.errors import ModelError
 from blockstruct.geometry import box, polyhedron
@@ -54,8 +55,6 @@ def column(
     count, n = checked_count(drums, 1, "column: drums"), checked_count(sides, 3, "column: sides")
     angle = 2 * math.pi * np.arange(n) / n
     around = np.column_stack([np.cos(angle), np.sin(angle)])
-    walls = [(k, (k + 1) % n, n + (k + 1) % n, n + k) for k in range(n)]
-    faces = [tuple(range(n))[::-1], tuple(range(n, 2 * n)), *walls]
 
     blocks = []
     if base:
@@ -64,9 +63,8 @@ def column(
     levels = np.linspace(0.0, h, count + 1)
     radii = (d + (top - d) * levels / h) / 2
     for k in range(count):
-        name = f"{prefix}{k + 1}"
         corners = np.concatenate([np.column_stack([radii[i] * around, np.full(n, levels[i])]) for i in (k, k + 1)])
-        blocks.append(Block(name, polyhedron(corners, faces, name), material))
+        blocks.append(prismatoid(f"{prefix}{k + 1}", corners, material))
     return blocks
 
 

@@ -7,12 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.builders.sizes import checked_count, positive_length
-from blockstruct.geometry import polyhedron
+from blockstruct.geometry import BOX_FACES, polyhedron
 from blockstruct.model import Block, Material
 
 Array = NDArray[np.float64]
-
-_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 
 
 def cross_vault(
@@ -85,19 +83,11 @@ def cross_vault(
 def _turned(name: str, corners: Array, web: int, material: Material, *, fixed: bool = False) -> Block:
     """Hexahedron (8, 3) of the web on +x at +y, in the place of another: mirrored if odd, then turned."""
     points = corners.copy()
-    faces: tuple[tuple[int, ...], ...] = _FACES
     quarter, mirrored = divmod(web, 2)
     if mirrored:
         # Across the groin x = y.
         points = points[:, [1, 0, 2]]
     for _ in range(quarter):
         points = points[:, [1, 0, 2]] * [-1.0, 1.0, 1.0]
-    if _signed_volume(points) < 0:
-        faces = tuple(face[::-1] for face in faces)
+    faces = tuple(face[::-1] for face in BOX_FACES) if mirrored else BOX_FACES
     return Block(name, polyhedron(points, faces, name), material, fixed)
-
-
-def _signed_volume(points: Array) -> float:
-    """Positive where the faces of a hexahedron look outwards."""
-    a, b, c = points[1] - points[0], points[3] - points[0], points[4] - points[0]
-    return float(np.dot(np.cross(a, b), c))

@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from blockstruct.builders.joint_rules import UNRULED, check_rules_fit, joint_rule
 from blockstruct.errors import GeometryError, ModelError, UnknownNameError
@@ -22,6 +20,7 @@ from blockstruct.geometry import (
     joined_pairs,
     overlapping_pairs,
     separations,
+    unheld,
 )
 from blockstruct.model import (
     Block,
@@ -169,6 +168,7 @@ def _report(blocks: Sequence[Block], limits: DetectionTolerances, contacts: Sequ
     shapes, names = [b.shape for b in blocks], [b.name for b in blocks]
     index = {name: k for k, name in enumerate(names)}
     accepted = [c for c in contacts if not c.reason]
+    joined = np.array([(index[c.minus], index[c.plus]) for c in accepted], dtype=np.int64)
     touched = {end for c in accepted for end in (c.minus, c.plus)}
     met = np.array([sorted((index[c.minus], index[c.plus])) for c in contacts], dtype=np.int64).reshape(-1, 2)
     overlaps = overlapping_pairs(shapes, limits.gap)
@@ -180,21 +180,10 @@ def _report(blocks: Sequence[Block], limits: DetectionTolerances, contacts: Sequ
         nonplanar_faces=tuple(
             (b.name, f, float(b.shape.deviations[f])) for b in blocks for f in b.shape.nonplanar_faces
         ),
-        floating=tuple(
-            _floating(blocks, np.array([(index[c.minus], index[c.plus]) for c in accepted], dtype=np.int64))
-        ),
+        floating=tuple(names[k] for k in unheld(np.array([b.fixed for b in blocks], dtype=bool), joined)),
         untouched=tuple(name for name in names if name not in touched),
         close=tuple((names[i], names[j], distance) for i, j, distance in _close(blocks, limits, met)),
     )
-
-
-def _floating(blocks: Sequence[Block], ends: NDArray[np.int64]) -> list[str]:
-    """Blocks without a way to a support."""
-    ends, n = ends.reshape(-1, 2), len(blocks)
-    graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n))
-    label = connected_components(graph, directed=False)[1] if n else np.empty(0)
-    held = np.isin(label, label[[b.fixed for b in blocks]])
-    return [b.name for b, ok in zip(blocks, held, strict=True) if not ok]
 
 
 def _close(

@@ -2,10 +2,12 @@
 
 import json
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 
 from blockstruct.builders.detection import detect_interfaces
@@ -15,6 +17,7 @@ from blockstruct.model import (
     Block,
     BodyForce,
     FaceLoad,
+    Interface,
     JointMaterial,
     LimitCase,
     LoadPattern,
@@ -25,8 +28,8 @@ from blockstruct.model import (
 from blockstruct.schema import listed_violations, violations
 from blockstruct.units import si
 
-#: Agreement of interfaces found again with those of the model.
-_SAME_AREA = 1e-9
+#: Agreement of the corners of an interface found again with those of the model, relative to its size.
+_SAME = 1e-9
 
 
 def write_document(
@@ -44,8 +47,8 @@ def write_document(
     path
         A new file, ``.yaml``, ``.yml`` or ``.json``; JSON is much faster from thousands of blocks on.
     model
-        A document states no interfaces but how to find them: the model must have those that
-        :func:`blockstruct.detect_interfaces` finds.
+        Interfaces that :func:`blockstruct.detect_interfaces` finds are left to it; others, and those of other joint
+        materials than most, are stated one by one.
     cases
         At least one.
     settings
@@ -56,35 +59,39 @@ def write_document(
     Raises
     ------
     ModelError
-        Interfaces that detection does not give, or are of several joint materials; no case.
+        Blocks between which detection finds an interface that the model does not have: a document cannot say that.
     StorageError
         A file that exists or cannot be written.
     """
-    who = f"{path}: model {model.name!r}"
-    if len(model.joint_materials) != 1:
-        msg = (
-            f"{who} has {len(model.joint_materials)} joint materials, a document has room for one; "
-            "keep the model with save_analysis, or give all interfaces one joint material"
-        )
-        raise ModelError(msg)
-    (joint,) = model.joint_materials.values()
-    found = {i.name: i for i in detect_interfaces(model.blocks, joint, tolerance).interfaces}
-    own = {i.name: i for i in model.interfaces}
-    changed = [
-        name
-        for name in sorted(found.keys() | own.keys())
-        if name not in found
-        or name not in own
-        or not math.isclose(found[name].area, own[name].area, rel_tol=_SAME_AREA)
-    ]
-    if changed:
-        msg = (
-            f"{who}: detection with this tolerance does not give its interface {changed[0]!r} ({len(changed)} differ); "
-            "give the tolerance they were found with; interfaces of your own have no place in a document, "
-            "save_analysis keeps them"
-        )
-        raise ModelError(msg)
-    return write_draft(path, model.name, model.blocks, joint, cases, settings=settings, tolerance=tolerance)
+    own: dict[frozenset[str], list[Interface]] = {}
+    for interface in model.interfaces:
+        own.setdefault(frozenset((interface.minus, interface.plus)), []).append(interface)
+    (joint, _), *_ = Counter(i.joint_material for i in model.interfaces).most_common()
+    found: dict[frozenset[str], list[Interface]] = {pair: [] for pair in own}
+    for interface in detect_interfaces(model.blocks, joint, tolerance).interfaces:
+        pair = frozenset((interface.minus, interface.plus))
+        if pair not in own:
+            msg = (
+                f"{path}: model {model.name!r}: detection with this tolerance finds interface {interface.name!r}, "
+                "which the model does not have; give the tolerance its interfaces were found with, or keep it with "
+                "save_analysis: a document cannot leave one out"
+            )
+            raise ModelError(msg)
+        found[pair].append(interface)
+    stated = [i for pair, known in own.items() if not _same(known, found[pair]) for i in known]
+    return _write(Path(path), model.name, model.blocks, joint, stated, cases, settings, tolerance)
+
+
+def _same(known: list[Interface], found: list[Interface]) -> bool:
+    """Whether the interfaces of two blocks are those that detection finds."""
+    return len(known) == len(found) and all(
+        one.name == other.name
+        and one.minus == other.minus
+        and one.joint_material == other.joint_material
+        and one.polygon.shape == other.polygon.shape
+        and np.allclose(one.polygon, other.polygon, rtol=0, atol=_SAME * np.ptp(one.polygon, axis=0).max())
+        for one, other in zip(known, found, strict=True)
+    )
 
 
 def write_draft(
@@ -99,13 +106,24 @@ def write_draft(
 ) -> Path:
     """Write blocks that may be no model yet, without supports for instance, as a document to be completed by hand.
 
-    Parameters and errors are those of :func:`write_document`.
+    Parameters are those of :func:`write_document`.
     """
-    path = Path(path)
+    return _write(Path(path), name, list(blocks), joint_material, [], cases, settings, tolerance)
+
+
+def _write(
+    path: Path,
+    name: str,
+    blocks: Sequence[Block],
+    joint_material: JointMaterial,
+    stated: Sequence[Interface],
+    cases: Sequence[LimitCase],
+    settings: Mapping[str, Any] | None,
+    tolerance: Any,
+) -> Path:
     if path.suffix.lower() not in (".yaml", ".yml", ".json"):
         msg = f"{path}: no name of a model document; give one that ends in .yaml, .yml or .json"
         raise ModelError(msg)
-    blocks = list(blocks)
     patterns = {p.name: p for case in cases for p in (case.dead, case.variable)}
     if any(patterns[p.name] != p for case in cases for p in (case.dead, case.variable)):
         msg = f"{path}: different load patterns share a name; rename one"
@@ -117,11 +135,24 @@ def write_draft(
     detection: dict[str, Any] = {"joint_material": joint_material.name}
     if tolerance is not None:
         detection["tolerance"] = f"{si(tolerance, 'length', f'{path}: tolerance')!r} m"
+    if stated:
+        detection["explicit"] = [
+            {
+                "name": i.name,
+                "minus": i.minus,
+                "plus": i.plus,
+                "unit": "m",
+                "polygon": i.polygon.tolist(),
+                "joint_material": i.joint_material.name,
+            }
+            for i in stated
+        ]
+    joints = {j.name: j for j in (joint_material, *(i.joint_material for i in stated))}
     content: dict[str, Any] = {
         "blockstruct": "model-1",
         "name": name,
         "materials": {n: {"unit_weight": f"{m.unit_weight!r} N/m^3"} for n, m in materials.items()},
-        "joint_materials": {joint_material.name: _joint(joint_material)},
+        "joint_materials": {n: _joint(j) for n, j in joints.items()},
         "interfaces": detection,
         "load_patterns": {p.name: _loads(p) for p in patterns.values()},
         "cases": [

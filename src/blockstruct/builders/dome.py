@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.builders.arch_profile import half_profile
+from blockstruct.builders.prism import prismatoid
 from blockstruct.builders.sizes import checked_count, positive_length
 from blockstruct.errors import ModelError
 from blockstruct.geometry import polyhedron
@@ -82,7 +83,7 @@ def dome(
     blocks = []
     if base:
         rim = np.concatenate([_ring(around, outer[0] - [0.0, z]) for z in (t, 0.0)])
-        blocks.append(_prismatoid(f"{prefix}base", rim, material, fixed=True))
+        blocks.append(prismatoid(f"{prefix}base", rim, material, fixed=True))
     for j in range(rings):
         shift = j % 2 if staggered else 0
         for k in range(count):
@@ -92,7 +93,7 @@ def dome(
             blocks.append(_unit(f"{prefix}{j + 1}.{k + 1}", corners, material))
     if keystone:
         plug = np.concatenate([_ring(around, point[-1]) for point in (inner, outer)])
-        blocks.append(_prismatoid(f"{prefix}keystone", plug, material))
+        blocks.append(prismatoid(f"{prefix}keystone", plug, material))
     return blocks
 
 
@@ -114,11 +115,3 @@ def _unit(name: str, corners: Array, material: Material) -> Block:
     ends = [(0, 1, 2, 3), tuple(4 * m - 4 + i for i in (3, 2, 1, 0))]
     faces = [face for strip in strips for face in strip] + ends
     return Block(name, polyhedron(corners.reshape(-1, 3), faces, name), material)
-
-
-def _prismatoid(name: str, points: Array, material: Material, *, fixed: bool = False) -> Block:
-    """Block between two level polygons of as many corners, the lower first."""
-    n = len(points) // 2
-    sides = [(k, (k + 1) % n, n + (k + 1) % n, n + k) for k in range(n)]
-    faces = [tuple(range(n))[::-1], tuple(range(n, 2 * n)), *sides]
-    return Block(name, polyhedron(points, faces, name), material, fixed)

@@ -1,4 +1,4 @@
-"""Blocks of a plane outline extruded along y."""
+"""Blocks of a plane outline extruded along y, and blocks between two level polygons."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,6 +33,14 @@ def prism(name: str, outline: ArrayLike, y: tuple[float, float], material: Mater
     sides = [(n + k, n + (k + 1) % n, (k + 1) % n, k) for k in range(n)]
     faces = [tuple(range(n)), tuple(range(2 * n - 1, n - 1, -1)), *sides]
     return Block(name, polyhedron(vertices, faces, name), material, fixed)
+
+
+def prismatoid(name: str, points: NDArray[np.float64], material: Material, *, fixed: bool = False) -> Block:
+    """Block between two level polygons of as many corners: points (2 k, 3), the lower first, both counter-clockwise."""
+    n = len(points) // 2
+    sides = [(k, (k + 1) % n, n + (k + 1) % n, n + k) for k in range(n)]
+    faces = [tuple(range(n))[::-1], tuple(range(n, 2 * n)), *sides]
+    return Block(name, polyhedron(points, faces, name), material, fixed)
 
 
 def _at(corners: NDArray[np.float64], y: float) -> NDArray[np.float64]:

@@ -10,15 +10,16 @@
 from blockstruct.geometry.cells import is_rectangle, polygon_cells
 from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs, crossed_faces
 from blockstruct.geometry.joined import joined_pairs
-from blockstruct.geometry.neighbours import box_pairs, separations
+from blockstruct.geometry.neighbours import box_pairs, separations, unheld
 from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.polygon import common_areas, plane_axes, polygon_area, tributary_areas
-from blockstruct.geometry.polyhedron import Polyhedron, box, polyhedron
+from blockstruct.geometry.polyhedron import BOX_FACES, Polyhedron, box, polyhedron
 from blockstruct.geometry.soup import closed_bodies, compact, gathered, welded
 from blockstruct.geometry.surface import Surface, closed_surface
 
 __all__ = [
     # polyhedra
+    "BOX_FACES",
     "Polyhedron",
     "box",
     "overlapping_pairs",
@@ -45,4 +46,5 @@ __all__ = [
     # neighbours
     "box_pairs",
     "separations",
+    "unheld",
 ]

@@ -6,6 +6,8 @@ from typing import Self
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from blockstruct.geometry.polyhedron import Polyhedron
 
@@ -14,6 +16,14 @@ Index = NDArray[np.int64]
 
 #: Products of a normal and a vertex worked on at once: bounds the memory, not the result.
 CHUNK = 2_000_000
+
+
+def unheld(held: NDArray[np.bool_], ends: Index) -> Index:
+    """Which of n bodies have no way over pairs that touch, (m, 2), to one that is held, (n,)."""
+    ends, n = ends.reshape(-1, 2), len(held)
+    graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n))
+    label = connected_components(graph, directed=False)[1] if n else np.empty(0)
+    return np.flatnonzero(~np.isin(label, label[held]))
 
 
 def box_pairs(low: Array, high: Array) -> tuple[Index, Index]:

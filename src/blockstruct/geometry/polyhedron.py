@@ -56,7 +56,15 @@ class Polyhedron:
         return polygon_area(self.vertices[list(self.faces[face])])[1]
 
 
-_BOX_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+#: Outward faces of a hexahedron of eight corners, in turn below and above.
+BOX_FACES: tuple[tuple[int, ...], ...] = (
+    (0, 3, 2, 1),
+    (4, 5, 6, 7),
+    (0, 1, 5, 4),
+    (1, 2, 6, 5),
+    (2, 3, 7, 6),
+    (3, 0, 4, 7),
+)
 
 
 def box(origin: Sequence[float], size: Sequence[float]) -> tuple[Array, tuple[tuple[int, ...], ...]]:
@@ -64,7 +72,7 @@ def box(origin: Sequence[float], size: Sequence[float]) -> tuple[Array, tuple[tu
     corners = np.array(
         [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float
     )
-    return np.asarray(origin, dtype=float) + corners * np.asarray(size, dtype=float), _BOX_FACES
+    return np.asarray(origin, dtype=float) + corners * np.asarray(size, dtype=float), BOX_FACES
 
 
 def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Polyhedron:

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from blockstruct.errors import GeometryError, ModelError, UnknownNameError
-from blockstruct.geometry import box_pairs, common_areas, overlapping_pairs
+from blockstruct.geometry import box_pairs, common_areas, overlapping_pairs, unheld
 from blockstruct.model.block import Block
 from blockstruct.model.detection_report import DetectionReport
 from blockstruct.model.interface import Interface
@@ -150,12 +148,8 @@ class Model:
         self._check_detection(known)
 
     def _check_floating(self, known: dict[str, int]) -> None:
-        ends = np.array([(known[i.minus], known[i.plus]) for i in self.interfaces], dtype=int).reshape(-1, 2)
-        n = len(self.blocks)
-        graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n))
-        label = connected_components(graph, directed=False)[1]
-        held = np.isin(label, label[[b.fixed for b in self.blocks]])
-        floating = [b.name for b, ok in zip(self.blocks, held, strict=True) if not ok]
+        ends = np.array([(known[i.minus], known[i.plus]) for i in self.interfaces], dtype=int)
+        floating = [self.blocks[k].name for k in unheld(np.array([b.fixed for b in self.blocks]), ends)]
         if floating:
             msg = (
                 f"model {self.name!r}: floating blocks, {len(floating)} in all, have no way to a support through "
