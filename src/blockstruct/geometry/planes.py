@@ -1,5 +1,6 @@
 """The mean planes of all faces of a body at once."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
 from typing import Self
@@ -48,7 +49,7 @@ class Planes:
     deviation: Array
 
     @classmethod
-    def of(cls, vertices: Array, faces: list[Face]) -> Self:
+    def of(cls, vertices: Array, faces: Sequence[Face]) -> Self:
         """Planes of faces (at least one), given by their vertices (n, 3)."""
         count = np.array([len(f) for f in faces])
         corner = np.fromiter(chain.from_iterable(faces), dtype=np.int64, count=int(count.sum()))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError
+from blockstruct.geometry.planes import Planes
 from blockstruct.geometry.polygon import polygon_area
 
 Array = NDArray[np.float64]
@@ -109,21 +110,21 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
     # Fan triangles from the first vertex of each face: exact for any planar polygon, convex or not,
     # because the signed parts outside it cancel.
     fan = np.array([(f[0], a, b) for f in loops for a, b in pairwise(f[1:])])
-    of_face = np.repeat(np.arange(len(loops)), [len(f) - 2 for f in loops])
     origin = vertices.mean(axis=0)
     a, b, c = (vertices - origin)[fan.T]
-    cross = np.cross(b - a, c - a)
-    area_vectors = np.zeros((len(loops), 3))
-    np.add.at(area_vectors, of_face, cross / 2)
-    areas = np.linalg.norm(area_vectors, axis=1)
+    planes = Planes.of(vertices, loops)
     size = float(np.ptp(vertices, axis=0).max())
-    if np.any(areas <= 1e-12 * size**2):
-        face = int(np.argmin(areas))
+    if np.any(planes.area <= 1e-12 * size**2):
+        face = int(np.argmin(planes.area))
         msg = f"block {name!r}: face {face} {loops[face]} has no area; remove it or correct its vertices"
         raise GeometryError(msg)
-    normals = area_vectors / areas[:, None]
-
-    deviations = _checked_deviations(vertices, loops, normals, size, name)
+    if planes.deviation.max() > LARGEST_DEVIATION * size:
+        face = int(np.argmax(planes.deviation))
+        msg = (
+            f"block {name!r}: face {face} is not planar, a vertex lies {planes.deviation[face]:.3g} m off "
+            f"its plane (limit {LARGEST_DEVIATION * size:.3g} m); split the face into triangles or correct the vertex"
+        )
+        raise GeometryError(msg)
     _check_closed(loops, name)
 
     tetrahedra = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
@@ -138,9 +139,10 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
         )
         raise GeometryError(msg)
     centroid = origin + (tetrahedra @ (a + b + c)) / (4 * volume)
-    for array in (vertices, centroid, normals, areas, deviations):
+    of_shape = vertices, centroid, planes.normal, planes.area, planes.deviation
+    for array in of_shape:
         array.setflags(write=False)
-    return Polyhedron(vertices, loops, volume, centroid, normals, areas, deviations)
+    return Polyhedron(vertices, loops, volume, *of_shape[1:])
 
 
 def _check_faces(loops: tuple[tuple[int, ...], ...], n_vertices: int, name: str) -> None:
@@ -158,26 +160,6 @@ def _check_faces(loops: tuple[tuple[int, ...], ...], n_vertices: int, name: str)
     if unused:
         msg = f"block {name!r}: no face uses the vertices {unused[:10]}; remove them, or add the missing faces"
         raise GeometryError(msg)
-
-
-def _checked_deviations(
-    vertices: Array, loops: tuple[tuple[int, ...], ...], normals: Array, size: float, name: str
-) -> Array:
-    index = np.concatenate([np.asarray(f) for f in loops])
-    count = np.array([len(f) for f in loops])
-    start = np.cumsum(count) - count
-    of_face = np.repeat(np.arange(len(loops)), count)
-    centres = np.add.reduceat(vertices[index], start) / count[:, None]
-    heights = np.abs(np.einsum("ij,ij->i", vertices[index] - centres[of_face], normals[of_face]))
-    if heights.max() > LARGEST_DEVIATION * size:
-        worst = int(np.argmax(heights))
-        msg = (
-            f"block {name!r}: face {of_face[worst]} is not planar, vertex {index[worst]} lies "
-            f"{heights[worst]:.3g} m off its plane (limit {LARGEST_DEVIATION * size:.3g} m); "
-            "split the face into triangles or correct the vertex"
-        )
-        raise GeometryError(msg)
-    return np.asarray(np.maximum.reduceat(heights, start))
 
 
 def _check_closed(loops: tuple[tuple[int, ...], ...], name: str) -> None:
