@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -225,6 +226,35 @@ def test_view_and_report_write_beside_the_file(call, file):
         assert f"written: {target}, {target.stat().st_size / 1e6:.1f} MB" in out
         assert "small wall" in target.read_text(encoding="utf-8")
         target.unlink()
+
+
+def test_a_view_never_replaces_what_it_is_made_from(call, file, tmp_path):
+    content, template = file.read_bytes(), tmp_path / "own.html"
+    template.write_text("{{ name }}", encoding="utf-8")
+    page = shutil.copy(file, tmp_path / "analysis.html")
+    for words in (
+        ("view", file, "-o", file),
+        ("report", file, "-o", file),
+        ("view", page),
+        ("report", file, "--template", template, "-o", template),
+    ):
+        code, _, err = call(*words)
+        assert code == 2
+        assert "choose another one with --output" in err
+    assert (file.read_bytes(), page.read_bytes()) == (content, content)
+    assert template.read_text(encoding="utf-8") == "{{ name }}"
+
+
+def test_analyses_and_pipes_are_no_targets(call, file, tmp_path):
+    other, pipe = shutil.copy(file, tmp_path / "other.csv"), tmp_path / "pipe.csv"
+    os.mkfifo(pipe)
+    for target, words in ((other, "it is an HDF5 file"), (pipe, "it is no regular file")):
+        for command in (("view", file, "-o", target), ("history", file, "push nonassociative", "--csv", target)):
+            code, _, err = call(*command)
+            assert code == 2
+            assert f"cannot be written ({words}" in err
+    assert pipe.is_fifo()
+    assert other.read_bytes() == file.read_bytes()
 
 
 def test_quiet_prints_nothing(call, tmp_path):
