@@ -127,8 +127,16 @@ def report(
     from blockstruct.views.report import write_report
 
     target = _beside(output or file.with_name(f"{file.stem}-report.html"), file, template)
-    head = {what: text for what, _, text in (line.partition("=") for line in project or ())}
+    head = dict(_project_line(line) for line in project or ())
     _written(write_report(bs.open_analysis(file), target, project=head, template=template), show_it)
+
+
+def _project_line(line: str) -> tuple[str, str]:
+    what, equals, text = line.partition("=")
+    if not (what and equals):
+        msg = f"--project {line!r}: no name and text; give both, as in 'client=Town of Lucca'"
+        raise bs.ModelError(msg)
+    return what, text
 
 
 def _beside(target: Path, *read: Path | None) -> Path:
