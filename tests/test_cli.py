@@ -144,6 +144,10 @@ def killed_run(path, small_model, small_cases):
 def test_recover_and_resume(call, small_model, small_cases, small_analysis, tmp_path):
     path = tmp_path / "x.h5"
     killed_run(path, small_model, small_cases)
+    for command in ("show", "view", "report"):
+        code, _, err = call(command, path)
+        assert code == 2
+        assert f"blockstruct recover {path}" in err
     code, out, _ = call("recover", path)
     assert code == 0
     assert "interrupted: the run was killed after 5 iterations" in out
