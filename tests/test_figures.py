@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from collections import Counter
+from io import BytesIO
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -55,7 +56,7 @@ def test_every_figure_draws_on_the_axes_it_is_given_in_metres(wall, draw, look):
     assert draw(*wall, look=look, ax=given) is given
     labels = [getattr(given, f"get_{c}label")() for c in ("x", "y", "z")[: 3 if look == "3d" else 2]]
     assert all(label.endswith("[m]") for label in labels)
-    given.figure.savefig("/dev/null", format="png", dpi=30)
+    given.figure.savefig(BytesIO(), dpi=30)
 
 
 def test_states_have_their_colours(wall):
@@ -179,6 +180,22 @@ def test_curves_have_readable_units_and_show_the_unlimited_strength():
     assert figures.curve(friction, ax=axes()).get_xlabel() == "friction coefficient μ [-]"
 
 
+@pytest.mark.parametrize("load_factor", [np.nan, np.inf])
+def test_a_curve_without_load_factors_is_empty(load_factor):
+    coords = {"friction_coefficient": [0.5, 0.7]}
+    ax = figures.curve(xr.DataArray([load_factor] * 2, dims="friction_coefficient", coords=coords), ax=axes())
+    ax.figure.savefig(BytesIO())
+    assert ax.get_ylim()[0] == 0
+
+
+def test_a_single_iteration_has_one_tick(rocking):
+    _, result = rocking
+    assert result.n_iterations == 1
+    for draw in (figures.convergence, figures.certificate):
+        ticks = draw(result, ax=axes()).get_xticks()
+        assert ticks[np.abs(ticks) <= 0.5].tolist() == [0]
+
+
 def test_triangles_cover_a_polygon_that_is_not_convex():
     ell = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0], [1, 2, 0], [0, 2, 0]], dtype=float)
     for shift in range(6):
@@ -199,6 +216,8 @@ def test_edges_of_a_box_are_twelve(wall):
     ("call", "error", "words"),
     [
         (lambda m, r: figures.structure(m, r, iteration=99), bs.UnknownNameError, "no iteration 99; it has 0 to"),
+        (lambda m, r: figures.forces(m, r, iteration="3"), bs.ModelError, "iteration '3' is no integer; give 0 to"),
+        (lambda m, r: figures.mechanism(m, r, iteration=1.5), bs.ModelError, "iteration 1.5 is no integer"),
         (lambda m, r: figures.structure(m, r, look="front"), bs.ModelError, "give 'x' or 'y'"),
         (lambda m, r: figures.structure(m, r, look="3d", ax=axes()), bs.ModelError, "projection='3d'"),
         (lambda m, r: figures.structure(m, r, colour="red"), bs.ModelError, "'state', 'sliding' or 'crushing'"),

@@ -14,7 +14,7 @@ def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
     Raises
     ------
     ModelError
-        A case without iterations.
+        A case without iterations, an iteration that is no integer.
     UnknownNameError
         An iteration that the case does not have.
     """
@@ -22,7 +22,11 @@ def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
     if n == 0:
         msg = f"case {result.name!r}: no iteration to show, {result.status} ({result.message}); run the case again"
         raise bs.ModelError(msg)
-    index = operator.index(iteration)
+    try:
+        index = operator.index(iteration)
+    except TypeError:
+        msg = f"case {result.name!r}: iteration {iteration!r} is no integer; give 0 to {n - 1} (-1 is the last)"
+        raise bs.ModelError(msg) from None
     if not -n <= index < n:
         msg = f"case {result.name!r}: no iteration {iteration}; it has 0 to {n - 1} (-1 is the last)"
         raise bs.UnknownNameError(msg)
