@@ -1,5 +1,6 @@
 """Figures show the numbers of the results, with units."""
 
+import dataclasses
 import subprocess
 import sys
 from collections import Counter
@@ -10,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
@@ -20,6 +21,8 @@ from blockstruct import Q_
 from blockstruct.views import figures
 from blockstruct.views.figures.domain import stress_blocks
 from blockstruct.views.look import STATE_COLOURS, parts
+from blockstruct.views.report.pictures import pictures
+from blockstruct.views.selection import application_points
 from blockstruct.views.solids import Solids, triangles
 from structures import SELF_WEIGHT, model_of, push, single_block, solve
 
@@ -121,6 +124,41 @@ def test_the_line_of_thrust_joins_the_two_pressed_interfaces_of_a_block():
     (segment,) = ax.collections[-1].get_segments()
     # At α = 0.4 the thrust leaves the base at its edge, x = 0.4, and the upper joint below the upper centroid.
     np.testing.assert_allclose(segment[np.argsort(segment[:, 1])], [[0.4, 0], [0.3, 0.5]], atol=1e-6)
+
+
+def test_no_thrust_passes_through_a_support():
+    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
+    ground = bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([3, 1, 1], "m"), stone, fixed=True)
+    towers = [bs.Block.box(f"at {x}", Q_([x, 0, 0], "m"), Q_([1, 1, 1], "m"), stone) for x in (0, 2)]
+    model = model_of([ground, *towers], joint)
+    ax = figures.forces(model, solve(model, push(1, 0, 0)), ax=axes())
+    assert not [c for c in ax.collections if isinstance(c, LineCollection)]
+
+
+def with_rounding(result, points):
+    """The result, with forces at some contact points that are a hundred-thousandth of their units."""
+    history = result.history.copy(deep=True)
+    rounding = history.unit_of_force.to_numpy()[points, None] * [1e-5, 0, 0]
+    history["contact_force"].transpose("iteration", "contact_point", "component")[-1, points] = rounding
+    return dataclasses.replace(result, history=history)
+
+
+def test_forces_that_are_rounding_are_not_drawn(wall):
+    model, result = wall
+    still = with_rounding(result, slice(None))
+    for at in ("interfaces", "contact points"):
+        with pytest.raises(bs.ModelError, match="no forces in iteration"):
+            figures.forces(model, still, at=at, ax=axes())
+    assert not [p for p in pictures(model, still) if "Resultants" in p.caption]
+
+
+def test_the_line_of_thrust_leaves_out_joints_whose_force_is_rounding(wall):
+    _, result = wall
+    point, _ = application_points(result, -1)
+    pressed = np.isfinite(point).all(axis=1)
+    points = np.flatnonzero(result.history.interface_of_contact_point == np.flatnonzero(pressed)[0])
+    fewer, _ = application_points(with_rounding(result, points), -1)
+    assert np.isfinite(fewer).all(axis=1).sum() == pressed.sum() - 1
 
 
 def test_convergence_draws_every_load_factor(wall):

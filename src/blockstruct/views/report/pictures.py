@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 import blockstruct as bs
 from blockstruct.views import figures
+from blockstruct.views.selection import is_pressed
 from blockstruct.views.solids import Solids
 
 #: Width and height of pictures of the structure and of diagrams, inches.
@@ -36,6 +37,7 @@ def pictures(model: bs.Model, result: bs.CaseResult) -> list[Picture]:
         wide["Mechanism of the last iteration"] = lambda ax: figures.mechanism(model, result, look=look, ax=ax)
     if np.any(np.nan_to_num(last["contact_force"]) != 0):
         wide["State of the interfaces"] = lambda ax: figures.structure(model, result, look=look, ax=ax)
+    if is_pressed(result.history.isel(iteration=[-1])).any():
         wide["Resultants on the interfaces and line of thrust"] = lambda ax: figures.forces(
             model, result, look=look, ax=ax
         )
