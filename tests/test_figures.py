@@ -15,6 +15,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
+from mpl_toolkits.mplot3d.proj3d import proj_transform
 
 import blockstruct as bs
 from blockstruct import Q_
@@ -60,6 +61,21 @@ def test_every_figure_draws_on_the_axes_it_is_given_in_metres(wall, draw, look):
     labels = [getattr(given, f"get_{c}label")() for c in ("x", "y", "z")[: 3 if look == "3d" else 2]]
     assert all(label.endswith("[m]") for label in labels)
     given.figure.savefig(BytesIO(), dpi=30)
+
+
+@pytest.mark.parametrize("size", [(0.5, 0.5, 4.0), (8.0, 0.3, 0.5), (3.0, 3.0, 3.0), (2.0, 2.0, 0.1)])
+def test_nothing_is_cut_off_in_space(size):
+    stone = bs.Material("stone", "20 kN/m^3")
+    foot = bs.Block.box("foot", Q_([0, 0, -0.1], "m"), Q_([*size[:2], 0.1], "m"), stone, fixed=True)
+    blocks = [foot, bs.Block.box("block", Q_([0, 0, 0], "m"), Q_(size, "m"), stone)]
+    ax = figures.structure(model_of(blocks, bs.JointMaterial("joint", 0.65)), look="3d", ax=axes("3d"))
+    ax.figure.draw_without_rendering()
+    points = np.concatenate([b.shape.vertices for b in blocks])
+    x, y, _ = proj_transform(*points.T, ax.get_proj())
+    inside = ax.patch.get_window_extent().padded(1)
+    assert all(inside.contains(*pixel) for pixel in ax.transData.transform(np.column_stack([x, y])))
+    # It fills them, too.
+    assert max(np.ptp(x), np.ptp(y)) > 0.5 * ax.viewLim.width
 
 
 def test_states_have_their_colours(wall):

@@ -89,9 +89,9 @@ def _thrust(canvas: Canvas, segments: Array) -> None:
     if not len(lines):
         return
     if canvas.flat:
-        canvas.ax.add_collection(LineCollection(list(lines), colors=ACCENT, linewidths=1.4, zorder=3))
+        canvas.add(LineCollection(list(lines), colors=ACCENT, linewidths=1.4, zorder=3))
     else:
-        canvas.ax.add_collection3d(Line3DCollection(list(lines), colors=ACCENT, linewidths=1.4))
+        canvas.add(Line3DCollection(list(lines), colors=ACCENT, linewidths=1.4))
 
 
 def _thrust_segments(model: bs.Model, points: Array) -> Array:
