@@ -22,7 +22,7 @@ from blockstruct import Q_
 from blockstruct.views import figures
 from blockstruct.views.figures.domain import stress_blocks
 from blockstruct.views.look import STATE_COLOURS, parts
-from blockstruct.views.report.pictures import pictures
+from blockstruct.views.report.pictures import nearest_to_crushing, pictures
 from blockstruct.views.selection import application_points
 from blockstruct.views.solids import Solids, triangles
 from structures import SELF_WEIGHT, model_of, push, single_block, solve
@@ -210,6 +210,41 @@ def test_crushing_domain_of_a_rectangle_is_the_parabola(about, depth):
     assert n * 1e3 == pytest.approx(float(last.force.sel(component="n")))
     assert m * 1e3 == pytest.approx(float(last.moment.sel(component=about)))
     assert ax.get_xlabel() == "N [kN]"
+
+
+def crushing(direction, *, interaction="uniaxial", **strengths):
+    """A block 0.4 × 1 × 0.8 m on a weak joint, pushed until it crushes."""
+    blocks, joint = single_block(0.4, 0.8)
+    model = model_of(blocks, joint.varied(compressive_strength=Q_(0.2, "MPa"), **strengths))
+    return model, solve(model, push(*direction), crushing_interaction=interaction)
+
+
+#: A joint that bears tension is checked by cells.
+TENSION = {"cohesion": Q_(1, "kPa"), "tensile_strength": Q_(1, "kPa")}
+
+
+@pytest.mark.parametrize(
+    ("direction", "more", "text"),
+    [
+        ((1, 0, 0), {}, "utilisation of crushing 1.00"),
+        ((1, 0.5, 0), {}, "utilisation of crushing 1.00\n589 N·m about s"),
+        ((1, 0.5, 0), {"interaction": "biaxial"}, " N·m about s reduces the domain"),
+        ((1, 0.5, 0), TENSION, " N·m about s reduces the domain"),
+    ],
+)
+def test_the_domain_says_what_its_point_does_not_show(direction, more, text):
+    structure = crushing(direction, **more)
+    title = figures.crushing_domain(*structure, "ground|block", about="t", ax=axes()).get_title()
+    assert title.startswith("ground|block\nutilisation of crushing ")
+    assert title.endswith(text)
+
+
+def test_the_report_shows_the_axis_about_which_a_joint_crushes():
+    model, result = crushing((1, 1.5, 0))
+    moment = abs(result.resultants.moment.isel(iteration=-1).sel(interface="ground|block"))
+    assert moment.sel(component="s") > moment.sel(component="t")
+    # Across the thinner side the smaller moment is nearer to the strength.
+    assert nearest_to_crushing(model, result) == ("ground|block", "t")
 
 
 def test_stress_blocks_of_a_triangle():
