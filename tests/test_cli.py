@@ -1,8 +1,10 @@
 """The console command, called as a user would."""
 
 import csv
+import dataclasses
 import io
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -15,7 +17,7 @@ from rich.progress import Progress, TextColumn
 
 import blockstruct as bs
 from blockstruct.analysis import IterationDone
-from blockstruct.views.progress import bar
+from blockstruct.views.progress import bar, following
 
 WALL = Path(__file__).parents[1] / "examples" / "ferris_tin_loi_wall_1.yaml"
 
@@ -44,6 +46,7 @@ def test_run_and_show(call, tmp_path):
     assert f"written: {target}" in out
     code, out, _ = call("show", target)
     assert code == 0
+    assert "time [s]" in out
     assert "Ferris & Tin-Loi wall 1: 34 blocks, 83 interfaces" in out
     for word in ("0.642859", "nonassociative", "equilibrium residual", "flow-rule gap", "tolerance"):
         assert word in out
@@ -56,6 +59,17 @@ def test_a_case_without_load_factor_exits_with_3(call, tmp_path):
     assert code == 3
     assert "unbounded" in out
     assert (tmp_path / "m.h5").exists()
+
+
+def test_an_interrupted_run_exits_with_130(call, tmp_path, monkeypatch):
+    def interrupt(event):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(bs, "print_lines", lambda: interrupt)
+    code, out, _ = call("run", WALL, "-o", tmp_path / "wall.h5")
+    assert code == 130
+    assert "interrupted" in out
+    assert bs.open_analysis(tmp_path / "wall.h5").status == "interrupted"
 
 
 def test_history(call, file, tmp_path):
@@ -93,6 +107,7 @@ def test_history(call, file, tmp_path):
         (["view", "FILE", "-o", "/proc/x/y.html"], "cannot be written"),
         (["report", "FILE", "-o", "/proc/x/y.html"], "cannot be written"),
         (["report", "FILE", "--template", "missing.j2"], "no usable template"),
+        (["report", "FILE", "--project", "noeq"], "as in 'client=Town of Lucca'"),
     ],
 )
 def test_bad_input_is_one_message_and_exit_code_2(call, file, words, expected):
@@ -129,6 +144,10 @@ def killed_run(path, small_model, small_cases):
 def test_recover_and_resume(call, small_model, small_cases, small_analysis, tmp_path):
     path = tmp_path / "x.h5"
     killed_run(path, small_model, small_cases)
+    for command in ("show", "view", "report"):
+        code, _, err = call(command, path)
+        assert code == 2
+        assert f"blockstruct recover {path}" in err
     code, out, _ = call("recover", path)
     assert code == 0
     assert "interrupted: the run was killed after 5 iterations" in out
@@ -248,6 +267,35 @@ def test_view_and_report_write_beside_the_file(call, file):
         target.unlink()
 
 
+def test_a_view_never_replaces_what_it_is_made_from(call, file, tmp_path):
+    content, template = file.read_bytes(), tmp_path / "own.html"
+    template.write_text("{{ name }}", encoding="utf-8")
+    page = shutil.copy(file, tmp_path / "analysis.html")
+    for words in (
+        ("view", file, "-o", file),
+        ("report", file, "-o", file),
+        ("view", page),
+        ("report", file, "--template", template, "-o", template),
+    ):
+        code, _, err = call(*words)
+        assert code == 2
+        assert "choose another one with --output" in err
+    assert (file.read_bytes(), page.read_bytes()) == (content, content)
+    assert template.read_text(encoding="utf-8") == "{{ name }}"
+
+
+def test_analyses_and_pipes_are_no_targets(call, file, tmp_path):
+    other, pipe = shutil.copy(file, tmp_path / "other.csv"), tmp_path / "pipe.csv"
+    os.mkfifo(pipe)
+    for target, words in ((other, "it is an HDF5 file"), (pipe, "it is no regular file")):
+        for command in (("view", file, "-o", target), ("history", file, "push nonassociative", "--csv", target)):
+            code, _, err = call(*command)
+            assert code == 2
+            assert f"cannot be written ({words}" in err
+    assert pipe.is_fifo()
+    assert other.read_bytes() == file.read_bytes()
+
+
 def test_quiet_prints_nothing(call, tmp_path):
     assert call("run", WALL, "-o", tmp_path / "wall.h5", "--quiet") == (0, "", "")
     assert "34 blocks" in call("show", tmp_path / "wall.h5")[1]
@@ -266,6 +314,14 @@ def test_json_is_all_that_is_printed(call, file, tmp_path):
     result = bs.open_analysis(file)["push nonassociative"]
     assert shown["cases"][1]["load_factor"] == result.load_factor
     assert shown["cases"][1]["certificate"]["holds"] is True
+
+
+def test_names_of_cases_are_no_markup_in_the_bar(small_model, small_cases):
+    stream = io.StringIO()
+    case = dataclasses.replace(small_cases[0], name="push [/x] [red]")
+    with following(Console(file=stream, force_terminal=True, width=120), quiet=False) as listeners:
+        bs.AnalysisManager(small_model, listeners=listeners).run([case])
+    assert "push [/x] [red]" in stream.getvalue()
 
 
 def test_on_a_terminal_a_bar_tells_the_iteration_and_the_rest(small_model, small_cases):

@@ -1,24 +1,29 @@
 """Figures show the numbers of the results, with units."""
 
+import dataclasses
 import subprocess
 import sys
 from collections import Counter
+from io import BytesIO
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
+from mpl_toolkits.mplot3d.proj3d import proj_transform
 
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.views import figures
 from blockstruct.views.figures.domain import stress_blocks
 from blockstruct.views.look import STATE_COLOURS, parts
+from blockstruct.views.report.pictures import nearest_to_crushing, pictures
+from blockstruct.views.selection import application_points
 from blockstruct.views.solids import Solids, triangles
 from structures import SELF_WEIGHT, model_of, push, single_block, solve
 
@@ -55,7 +60,22 @@ def test_every_figure_draws_on_the_axes_it_is_given_in_metres(wall, draw, look):
     assert draw(*wall, look=look, ax=given) is given
     labels = [getattr(given, f"get_{c}label")() for c in ("x", "y", "z")[: 3 if look == "3d" else 2]]
     assert all(label.endswith("[m]") for label in labels)
-    given.figure.savefig("/dev/null", format="png", dpi=30)
+    given.figure.savefig(BytesIO(), dpi=30)
+
+
+@pytest.mark.parametrize("size", [(0.5, 0.5, 4.0), (8.0, 0.3, 0.5), (3.0, 3.0, 3.0), (2.0, 2.0, 0.1)])
+def test_nothing_is_cut_off_in_space(size):
+    stone = bs.Material("stone", "20 kN/m^3")
+    foot = bs.Block.box("foot", Q_([0, 0, -0.1], "m"), Q_([*size[:2], 0.1], "m"), stone, fixed=True)
+    blocks = [foot, bs.Block.box("block", Q_([0, 0, 0], "m"), Q_(size, "m"), stone)]
+    ax = figures.structure(model_of(blocks, bs.JointMaterial("joint", 0.65)), look="3d", ax=axes("3d"))
+    ax.figure.draw_without_rendering()
+    points = np.concatenate([b.shape.vertices for b in blocks])
+    x, y, _ = proj_transform(*points.T, ax.get_proj())
+    inside = ax.patch.get_window_extent().padded(1)
+    assert all(inside.contains(*pixel) for pixel in ax.transData.transform(np.column_stack([x, y])))
+    # It fills them, too.
+    assert max(np.ptp(x), np.ptp(y)) > 0.5 * ax.viewLim.width
 
 
 def test_states_have_their_colours(wall):
@@ -122,6 +142,41 @@ def test_the_line_of_thrust_joins_the_two_pressed_interfaces_of_a_block():
     np.testing.assert_allclose(segment[np.argsort(segment[:, 1])], [[0.4, 0], [0.3, 0.5]], atol=1e-6)
 
 
+def test_no_thrust_passes_through_a_support():
+    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
+    ground = bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([3, 1, 1], "m"), stone, fixed=True)
+    towers = [bs.Block.box(f"at {x}", Q_([x, 0, 0], "m"), Q_([1, 1, 1], "m"), stone) for x in (0, 2)]
+    model = model_of([ground, *towers], joint)
+    ax = figures.forces(model, solve(model, push(1, 0, 0)), ax=axes())
+    assert not [c for c in ax.collections if isinstance(c, LineCollection)]
+
+
+def with_rounding(result, points):
+    """The result, with forces at some contact points that are a hundred-thousandth of their units."""
+    history = result.history.copy(deep=True)
+    rounding = history.unit_of_force.to_numpy()[points, None] * [1e-5, 0, 0]
+    history["contact_force"].transpose("iteration", "contact_point", "component")[-1, points] = rounding
+    return dataclasses.replace(result, history=history)
+
+
+def test_forces_that_are_rounding_are_not_drawn(wall):
+    model, result = wall
+    still = with_rounding(result, slice(None))
+    for at in ("interfaces", "contact points"):
+        with pytest.raises(bs.ModelError, match="no forces in iteration"):
+            figures.forces(model, still, at=at, ax=axes())
+    assert not [p for p in pictures(model, still) if "Resultants" in p.caption]
+
+
+def test_the_line_of_thrust_leaves_out_joints_whose_force_is_rounding(wall):
+    _, result = wall
+    point, _ = application_points(result, -1)
+    pressed = np.isfinite(point).all(axis=1)
+    points = np.flatnonzero(result.history.interface_of_contact_point == np.flatnonzero(pressed)[0])
+    fewer, _ = application_points(with_rounding(result, points), -1)
+    assert np.isfinite(fewer).all(axis=1).sum() == pressed.sum() - 1
+
+
 def test_convergence_draws_every_load_factor(wall):
     _, result = wall
     ax = figures.convergence(result, ax=axes())
@@ -157,6 +212,41 @@ def test_crushing_domain_of_a_rectangle_is_the_parabola(about, depth):
     assert ax.get_xlabel() == "N [kN]"
 
 
+def crushing(direction, *, interaction="uniaxial", **strengths):
+    """A block 0.4 × 1 × 0.8 m on a weak joint, pushed until it crushes."""
+    blocks, joint = single_block(0.4, 0.8)
+    model = model_of(blocks, joint.varied(compressive_strength=Q_(0.2, "MPa"), **strengths))
+    return model, solve(model, push(*direction), crushing_interaction=interaction)
+
+
+#: A joint that bears tension is checked by cells.
+TENSION = {"cohesion": Q_(1, "kPa"), "tensile_strength": Q_(1, "kPa")}
+
+
+@pytest.mark.parametrize(
+    ("direction", "more", "text"),
+    [
+        ((1, 0, 0), {}, "utilisation of crushing 1.00"),
+        ((1, 0.5, 0), {}, "utilisation of crushing 1.00\n589 N·m about s"),
+        ((1, 0.5, 0), {"interaction": "biaxial"}, " N·m about s reduces the domain"),
+        ((1, 0.5, 0), TENSION, " N·m about s reduces the domain"),
+    ],
+)
+def test_the_domain_says_what_its_point_does_not_show(direction, more, text):
+    structure = crushing(direction, **more)
+    title = figures.crushing_domain(*structure, "ground|block", about="t", ax=axes()).get_title()
+    assert title.startswith("ground|block\nutilisation of crushing ")
+    assert title.endswith(text)
+
+
+def test_the_report_shows_the_axis_about_which_a_joint_crushes():
+    model, result = crushing((1, 1.5, 0))
+    moment = abs(result.resultants.moment.isel(iteration=-1).sel(interface="ground|block"))
+    assert moment.sel(component="s") > moment.sel(component="t")
+    # Across the thinner side the smaller moment is nearer to the strength.
+    assert nearest_to_crushing(model, result) == ("ground|block", "t")
+
+
 def test_stress_blocks_of_a_triangle():
     # Area above y: (1 − y/h)² of the whole; its centroid at y + (h − y)/3, from the centroid of the triangle at h/3.
     h = 0.9
@@ -179,6 +269,22 @@ def test_curves_have_readable_units_and_show_the_unlimited_strength():
     assert figures.curve(friction, ax=axes()).get_xlabel() == "friction coefficient μ [-]"
 
 
+@pytest.mark.parametrize("load_factor", [np.nan, np.inf])
+def test_a_curve_without_load_factors_is_empty(load_factor):
+    coords = {"friction_coefficient": [0.5, 0.7]}
+    ax = figures.curve(xr.DataArray([load_factor] * 2, dims="friction_coefficient", coords=coords), ax=axes())
+    ax.figure.savefig(BytesIO())
+    assert ax.get_ylim()[0] == 0
+
+
+def test_a_single_iteration_has_one_tick(rocking):
+    _, result = rocking
+    assert result.n_iterations == 1
+    for draw in (figures.convergence, figures.certificate):
+        ticks = draw(result, ax=axes()).get_xticks()
+        assert ticks[np.abs(ticks) <= 0.5].tolist() == [0]
+
+
 def test_triangles_cover_a_polygon_that_is_not_convex():
     ell = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0], [1, 2, 0], [0, 2, 0]], dtype=float)
     for shift in range(6):
@@ -199,6 +305,8 @@ def test_edges_of_a_box_are_twelve(wall):
     ("call", "error", "words"),
     [
         (lambda m, r: figures.structure(m, r, iteration=99), bs.UnknownNameError, "no iteration 99; it has 0 to"),
+        (lambda m, r: figures.forces(m, r, iteration="3"), bs.ModelError, "iteration '3' is no integer; give 0 to"),
+        (lambda m, r: figures.mechanism(m, r, iteration=1.5), bs.ModelError, "iteration 1.5 is no integer"),
         (lambda m, r: figures.structure(m, r, look="front"), bs.ModelError, "give 'x' or 'y'"),
         (lambda m, r: figures.structure(m, r, look="3d", ax=axes()), bs.ModelError, "projection='3d'"),
         (lambda m, r: figures.structure(m, r, colour="red"), bs.ModelError, "'state', 'sliding' or 'crushing'"),

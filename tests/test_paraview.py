@@ -5,8 +5,9 @@ import pytest
 import pyvista as pv
 
 import blockstruct as bs
+from blockstruct import Q_
 from blockstruct.views.paraview import write_paraview
-from structures import SELF_WEIGHT, push
+from structures import SELF_WEIGHT, model_of, push
 
 CASE = "push nonassociative"
 
@@ -50,6 +51,34 @@ def test_counts_and_values_are_those_of_the_history(reader, small_analysis, iter
     N = result.resultants.force.sel(component="n").isel(iteration=iteration).to_numpy()
     assert resultants.n_points == (N > 0).sum()
     assert resultants.field_data["load factor [dimensionless]"][0] == float(history.load_factor)
+
+
+def test_names_are_kept_in_any_script(tmp_path):
+    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
+    boxes = [
+        bs.Block.box(n, Q_([0, 0, z], "m"), Q_([1, 1, 1], "m"), stone, fixed=z < 0) for n, z in (("地", -1), ("clé", 0))
+    ]
+    analysis = bs.AnalysisManager(model_of(boxes, joint)).run([bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0))])
+    blocks, interfaces, *_ = pv.read(write_paraview(analysis, "case", tmp_path / "a.pvd"))
+    assert blocks.field_data["block names"].tolist() == ["地", "clé"]
+    assert interfaces.field_data["interface names"].tolist() == ["地|clé"]
+
+
+def test_iterations_without_forces_have_no_resultants(small_model, tmp_path):
+    case = bs.LimitCase("down", SELF_WEIGHT, push(0, 0, -1), "associative")
+    path = write_paraview(bs.AnalysisManager(small_model).run([case]), "down", tmp_path / "down.pvd")
+    blocks, _, _, resultants = pv.read(path)
+    assert blocks.n_cells == 12 * len(small_model.blocks)
+    assert resultants.n_points == 0
+
+
+def test_pieces_of_an_earlier_case_do_not_stay(small_analysis, tmp_path):
+    path = write_paraview(small_analysis, CASE, tmp_path / "a.pvd")
+    own = path.with_suffix("") / "notes-0009.vtp"
+    own.write_text("mine", encoding="utf-8")
+    write_paraview(small_analysis, "push associative", path)
+    pieces = {f"{kind}-0000.vtp" for kind in ("blocks", "interfaces", "forces", "resultants")}
+    assert {p.name for p in path.with_suffix("").iterdir()} == pieces | {own.name}
 
 
 def test_bad_input_is_refused(small_analysis, small_model, tmp_path):

@@ -1,5 +1,6 @@
 """The report: every status, any name, a template of one's own."""
 
+import dataclasses
 import re
 
 import pytest
@@ -113,6 +114,13 @@ def test_a_spread_has_its_table_and_its_lowest_run(small_model):
     assert sections == list(dict.fromkeys(["push", spread.lowest.name]))
 
 
+def test_a_message_keeps_the_names_in_it():
+    analysis = run([case(flow="associative")])
+    result = dataclasses.replace(analysis["case"], message="it fails at Keystone|Pier A")
+    html = report_html(bs.Analysis(analysis.model, {"case": result}, analysis.created_at, analysis.versions))
+    assert "It fails at Keystone|Pier A." in html
+
+
 def test_the_head_states_the_project():
     html = report_html(run([case(flow="associative")]), project={"client": "Town of <Lucca>", "engineer": "N. N."})
     assert "<td>client</td><td>Town of &lt;Lucca&gt;</td>" in html
@@ -153,7 +161,9 @@ def test_a_firm_changes_the_blocks_it_wants(tmp_path):
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("own.j2", "{{ nothing }}", "'nothing' is undefined"),
+        ("own.j2", "\n{{ nothing }}", r"'nothing' is undefined, line 2"),
+        ("own.j2", "\n\n{{ 1 + name }}", r"own\.j2: no usable template \(unsupported operand.*, line 3\)"),
+        ("own.j2", b"\nclient: \xe9", r"own\.j2: no usable template \('utf-8' codec.*, line 2\)"),
         ("own.j2", "{% if %}", "line 1"),
         ("missing.j2", None, "no usable template"),
         ("report.html.j2", "", "rename the file"),
@@ -161,7 +171,7 @@ def test_a_firm_changes_the_blocks_it_wants(tmp_path):
 )
 def test_a_template_that_cannot_be_used_is_refused(tmp_path, name, text, words):
     if text is not None:
-        (tmp_path / name).write_text(text, encoding="utf-8")
+        (tmp_path / name).write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(bs.StorageError, match=words):
         write_report(run([case(flow="associative")]), tmp_path / "r.html", template=tmp_path / name)
     assert not (tmp_path / "r.html").exists()

@@ -8,14 +8,15 @@ import pandas as pd
 import typer
 
 import blockstruct as bs
-from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, out, print_results, say
+from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, opened, out, print_results, say
 from blockstruct.views import analysis_summary, archive_table, iteration_table
+from blockstruct.views.output import write_text
 
 
 @app.command()
 def show(file: FileArgument, as_json: JsonOption = False) -> None:
     """Print the results of an analysis, with their certificates."""
-    analysis = bs.open_analysis(file)
+    analysis = opened(file)
     if as_json:
         typer.echo(json.dumps(analysis_summary(analysis), indent=2))
         return
@@ -41,7 +42,7 @@ def history(
     csv: CsvOption = None,
 ) -> None:
     """Print the iteration history of a case."""
-    result = bs.open_analysis(file)[case]
+    result = opened(file)[case]
     if variable is None and csv is None:
         out.print(iteration_table(result.history))
         return
@@ -84,7 +85,7 @@ def diff(
         same = bool((table["agree"] & (table["relative_difference"].abs() <= tolerance)).all())
         say(table.drop(columns=["model_hash", "model_hash_other"]).to_string())
     else:
-        found = bs.compare(bs.open_analysis(one), bs.open_analysis(other))
+        found = bs.compare(opened(one), opened(other))
         same = found.agrees(tolerance)
         say(str(found))
     if not same:
@@ -102,7 +103,8 @@ def view(
     """Write an interactive page of an analysis: structure, mechanism, forces, states of all iterations."""
     from blockstruct.views.page import write_page
 
-    _written(write_page(bs.open_analysis(file), output or file.with_suffix(".html")), show_it)
+    target = _beside(output or file.with_suffix(".html"), file)
+    _written(write_page(opened(file), target), show_it)
 
 
 @app.command()
@@ -124,9 +126,25 @@ def report(
     """Write a report of an analysis, to read and to print."""
     from blockstruct.views.report import write_report
 
-    target = output or file.with_name(f"{file.stem}-report.html")
-    head = {what: text for what, _, text in (line.partition("=") for line in project or ())}
-    _written(write_report(bs.open_analysis(file), target, project=head, template=template), show_it)
+    target = _beside(output or file.with_name(f"{file.stem}-report.html"), file, template)
+    head = dict(_project_line(line) for line in project or ())
+    _written(write_report(opened(file), target, project=head, template=template), show_it)
+
+
+def _project_line(line: str) -> tuple[str, str]:
+    what, equals, text = line.partition("=")
+    if not (what and equals):
+        msg = f"--project {line!r}: no name and text; give both, as in 'client=Town of Lucca'"
+        raise bs.ModelError(msg)
+    return what, text
+
+
+def _beside(target: Path, *read: Path | None) -> Path:
+    """Target of a view, which must be none of the files that it is made from."""
+    if target.resolve() in [file.resolve() for file in read if file is not None]:
+        msg = f"{target}: the view is made from this file, which it would replace; choose another one with --output"
+        raise bs.StorageError(msg)
+    return target
 
 
 def _written(path: Path, show_it: bool) -> None:
@@ -139,9 +157,5 @@ def _write_csv(frame: pd.DataFrame, path: Path) -> None:
     if path.suffix.lower() != ".csv":
         msg = f"{path}: give a name that ends in .csv"
         raise bs.StorageError(msg)
-    try:
-        frame.to_csv(path)
-    except OSError as error:
-        msg = f"{path}: cannot be written ({error.strerror or error}); choose another file"
-        raise bs.StorageError(msg) from error
+    write_text(frame.to_csv(lineterminator="\n"), path)
     say(f"{path}: {len(frame)} rows")

@@ -7,7 +7,18 @@ from typing import Annotated
 import typer
 
 import blockstruct as bs
-from blockstruct.cli.app import NO_LOAD_FACTOR, FileArgument, JsonOption, QuietOption, app, err, out, print_results, say
+from blockstruct.cli.app import (
+    INTERRUPTED,
+    NO_LOAD_FACTOR,
+    FileArgument,
+    JsonOption,
+    QuietOption,
+    app,
+    err,
+    out,
+    print_results,
+    say,
+)
 from blockstruct.views import analysis_summary, following
 
 
@@ -88,5 +99,7 @@ def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False) -> No
     say(f"written: {output}")
     if as_json:
         typer.echo(json.dumps(analysis_summary(analysis), indent=2))
+    if any(r.status is bs.Status.INTERRUPTED for r in analysis.values()):
+        raise typer.Exit(INTERRUPTED)
     if any(r.status is not bs.Status.CONVERGED for r in analysis.values()):
         raise typer.Exit(NO_LOAD_FACTOR)

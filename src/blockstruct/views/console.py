@@ -81,7 +81,8 @@ def summary_table(analysis: bs.Analysis) -> Table:
     for title in ("case", "flow", "status"):
         table.add_column(title)
     for title in ("load factor", "programs", "time [s]"):
-        table.add_column(title, justify="right")
+        # As Text: in a str "[s]" would be markup.
+        table.add_column(Text(title), justify="right")
     for r in analysis.values():
         numbers = (f"{r.load_factor:.6g}", str(r.n_iterations), f"{r.duration:.2f}")
         table.add_row(Text(r.name), r.case.flow.value, r.status.value, *numbers)

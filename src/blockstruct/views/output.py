@@ -5,18 +5,22 @@ from pathlib import Path
 
 import blockstruct as bs
 
+#: First bytes of an HDF5 file.
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+
 
 def write_text(text: str, path: str | Path) -> Path:
-    """Write a text beside its place and put it there whole.
+    """Write a text beside its place and put it there whole; an existing text is replaced.
 
     Raises
     ------
     StorageError
-        A path that cannot be written.
+        A path that cannot be written, or that holds an analysis, or is a device or a pipe.
     """
     target = Path(path)
     draft = target.with_name(f".{target.name}.{os.getpid()}")
     try:
+        _check(target)
         draft.write_text(text, encoding="utf-8")
         draft.replace(target)
     except OSError as error:
@@ -24,3 +28,16 @@ def write_text(text: str, path: str | Path) -> Path:
         msg = f"{target}: cannot be written ({error.strerror or error}); choose another file"
         raise bs.StorageError(msg) from error
     return target
+
+
+def _check(target: Path) -> None:
+    """Refuse what a text would destroy: a rename replaces anything."""
+    if not target.is_file():
+        if target.exists():
+            msg = "it is no regular file"
+            raise OSError(msg)
+        return
+    with target.open("rb") as file:
+        if file.read(len(_HDF5)) == _HDF5:
+            msg = "it is an HDF5 file, such as an analysis"
+            raise OSError(msg)

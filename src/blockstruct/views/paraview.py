@@ -4,6 +4,8 @@ In ParaView open the ``.pvd`` file; *Warp By Vector* with ``mechanism`` moves th
 draws the forces.
 """
 
+import re
+from collections.abc import Iterable
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -11,15 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.views.output import write_text
 from blockstruct.views.selection import application_points, same_model
 from blockstruct.views.solids import Patches, Solids, triangles
 
 try:
     import pyvista as pv
+    from vtkmodules.vtkCommonCore import vtkStringArray
 except ModuleNotFoundError as error:
     raise bs.MissingExtraError.of(error, "viz", "export to ParaView") from error
 
 Array = NDArray[np.float64]
+
+_PIECE = re.compile(r"(blocks|interfaces|forces|resultants)-\d{4,}\.vtp")
 
 
 def write_paraview(analysis: bs.Analysis, case: str, path: str | Path) -> Path:
@@ -35,7 +41,8 @@ def write_paraview(analysis: bs.Analysis, case: str, path: str | Path) -> Path:
         The ``.pvd`` file. Its pieces, ``.vtp`` files, go into a folder beside it, of the same name without suffix.
         Names of arrays carry the unit: ``resultant [newton]``, ``area [meter ** 2]``. ``mechanism`` is the
         displacement of the vertices for a largest translation of 1 m. A state is 1 in the array of its
-        name where an interface has it; names of blocks and interfaces are in the field data.
+        name where an interface has it; names of blocks and interfaces are in the field data, in UTF-8. Where no
+        interface is pressed the piece of resultants is empty. Pieces of an earlier, longer case are removed.
 
     Raises
     ------
@@ -57,21 +64,24 @@ def write_paraview(analysis: bs.Analysis, case: str, path: str | Path) -> Path:
     folder = target.with_suffix("")
     root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
     collection = ElementTree.SubElement(root, "Collection")
-    still = _Still(analysis.model)
+    still, written = _Still(analysis.model), set[Path]()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for i in range(result.n_iterations):
             for part, (kind, piece) in enumerate(still.pieces(result, i).items()):
                 name = f"{kind}-{i:04}.vtp"
                 piece.save(folder / name)
+                written.add(folder / name)
                 entry = {"timestep": str(i), "part": str(part), "name": kind, "file": f"{folder.name}/{name}"}
                 ElementTree.SubElement(collection, "DataSet", entry)
-        ElementTree.indent(root)
-        ElementTree.ElementTree(root).write(target, encoding="utf-8", xml_declaration=True)
+        for old in set(folder.iterdir()) - written:
+            if _PIECE.fullmatch(old.name):
+                old.unlink()
     except OSError as error:
         msg = f"{target}: cannot be written ({error.strerror or error}); choose another file"
         raise bs.StorageError(msg) from error
-    return target
+    ElementTree.indent(root)
+    return write_text(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True).decode(), target)
 
 
 class _Still:
@@ -85,7 +95,7 @@ class _Still:
         self.blocks.cell_data["fixed"] = np.array([b.fixed for b in model.blocks], dtype=np.uint8)[
             self.blocks.cell_data["block"]
         ]
-        self.blocks.field_data["block names"] = [b.name for b in model.blocks]
+        _name(self.blocks, "block names", [b.name for b in model.blocks])
 
         patches = Patches.of(model)
         self.of_triangle = patches.of_triangle
@@ -93,7 +103,7 @@ class _Still:
         self.interfaces.cell_data["interface"] = self.of_triangle
         areas = np.array([i.area for i in model.interfaces])
         self.interfaces.cell_data["area [meter ** 2]"] = areas[self.of_triangle]
-        self.interfaces.field_data["interface names"] = [i.name for i in model.interfaces]
+        _name(self.interfaces, "interface names", [i.name for i in model.interfaces])
 
     def pieces(self, result: bs.CaseResult, iteration: int) -> dict[str, "pv.PolyData"]:
         """Blocks, interfaces, forces at contact points and resultants of an iteration."""
@@ -117,11 +127,23 @@ class _Still:
         at_points.point_data["contact force [newton]"] = np.einsum("kc,kca->ka", local, frame)
         at_points.point_data["normal force [newton]"] = local[:, 0]
         at_points.point_data["interface"] = history["interface_of_contact_point"].to_numpy()
-        resultants = pv.PolyData(point[pressed]) if pressed.any() else pv.PolyData()
-        resultants.point_data["resultant [newton]"] = force[pressed]
-        resultants.point_data["interface"] = np.flatnonzero(pressed)
+        resultants = pv.PolyData()
+        # No array may be empty.
+        if pressed.any():
+            resultants = pv.PolyData(point[pressed])
+            resultants.point_data["resultant [newton]"] = force[pressed]
+            resultants.point_data["interface"] = np.flatnonzero(pressed)
         pieces = {"blocks": blocks, "interfaces": interfaces, "forces": at_points, "resultants": resultants}
         load_factor = float(history["load_factor"].to_numpy()[0])
         for piece in pieces.values():
             piece.field_data["load factor [dimensionless]"] = [load_factor]
         return pieces
+
+
+def _name(piece: "pv.PolyData", kind: str, names: Iterable[str]) -> None:
+    """Add names to the field data as VTK's own array: that of pyvista takes ASCII only."""
+    array = vtkStringArray()
+    array.SetName(kind)
+    for name in names:
+        array.InsertNextValue(name)
+    piece.GetFieldData().AddArray(array)

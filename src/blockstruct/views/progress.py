@@ -14,7 +14,8 @@ from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone
 def following(console: Console, *, quiet: bool) -> Iterator[list[Listener]]:
     """Listeners that show how a run goes on: a bar on a terminal, a line an event elsewhere, none if quiet."""
     columns = (
-        TextColumn("{task.description}"),
+        # Names of cases are no markup.
+        TextColumn("{task.description}", markup=False),
         BarColumn(bar_width=20),
         TimeElapsedColumn(),
         TextColumn("{task.fields[rest]}"),

@@ -3,6 +3,7 @@
 import operator
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 import blockstruct as bs
@@ -14,7 +15,7 @@ def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
     Raises
     ------
     ModelError
-        A case without iterations.
+        A case without iterations, an iteration that is no integer.
     UnknownNameError
         An iteration that the case does not have.
     """
@@ -22,7 +23,11 @@ def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
     if n == 0:
         msg = f"case {result.name!r}: no iteration to show, {result.status} ({result.message}); run the case again"
         raise bs.ModelError(msg)
-    index = operator.index(iteration)
+    try:
+        index = operator.index(iteration)
+    except TypeError:
+        msg = f"case {result.name!r}: iteration {iteration!r} is no integer; give 0 to {n - 1} (-1 is the last)"
+        raise bs.ModelError(msg) from None
     if not -n <= index < n:
         msg = f"case {result.name!r}: no iteration {iteration}; it has 0 to {n - 1} (-1 is the last)"
         raise bs.UnknownNameError(msg)
@@ -62,10 +67,22 @@ def same_model(model: bs.Model, result: bs.CaseResult) -> None:
             raise bs.ModelError(msg)
 
 
-def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Points (I, 3) in m where the compressed interfaces are pressed, NaN at the others, and forces (I, 3) in N.
+#: Forces up to this many units of a contact point are rounding, by the tolerance of the certificate.
+ROUNDING = 1e-4
 
-    The forces act on the plus blocks, in global axes.
+
+def is_pressed(history: xr.Dataset) -> NDArray[np.bool_]:
+    """Whether interfaces are pressed by more than rounding, (iteration, I)."""
+    starts = np.searchsorted(history["interface_of_contact_point"], np.arange(history.sizes["interface"]))
+    floor = ROUNDING * np.add.reduceat(history["unit_of_force"].to_numpy(), starts)
+    N = bs.interface_resultants(history)["force"].sel(component="n").transpose("iteration", "interface")
+    return np.asarray(N.to_numpy() > floor)
+
+
+def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Points (I, 3) in m where the interfaces are pressed, NaN at the others, and forces (I, 3) in N.
+
+    The forces act on the plus blocks, in global axes. Interfaces pressed by no more than rounding are not pressed.
     """
     history = result.history.isel(iteration=[iteration])
     resultants = bs.interface_resultants(history).isel(iteration=0)
@@ -73,4 +90,5 @@ def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[n
     e = resultants["eccentricity"].transpose("interface", "in_plane").to_numpy()
     force = resultants["force"].transpose("interface", "component").to_numpy()
     point = history["interface_position"].to_numpy() + np.einsum("ij,ija->ia", e, frame[:, 1:])
+    point[~is_pressed(history)[0]] = np.nan
     return point, np.einsum("ic,ica->ia", force, frame)

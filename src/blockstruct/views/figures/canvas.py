@@ -2,14 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import Collection, PolyCollection
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+from mpl_toolkits.mplot3d.proj3d import proj_transform
 from numpy.typing import NDArray
 
 import blockstruct as bs
@@ -23,6 +25,8 @@ _AXES = {
     "y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
     "z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
 }
+#: Share of half the Axes that the farther side of a box in space reaches to: beyond it are the labels.
+_FILLED = 0.8
 _LABELS = {"x": ("y [m]", "z [m]"), "y": ("x [m]", "z [m]"), "z": ("x [m]", "y [m]")}
 
 
@@ -71,12 +75,10 @@ class Canvas:
         if not self.flat:
             if ghost:
                 # Faces, however faint, add up to a veil over what is inside.
-                self.ax.add_collection3d(Line3DCollection(vertices[solids.edges], colors=edge, linewidths=width))
+                self.add(Line3DCollection(vertices[solids.edges], colors=edge, linewidths=width))
                 return
             faces = [vertices[loop] for loop in solids.loops]
-            self.ax.add_collection3d(
-                Poly3DCollection(faces, facecolors=fill, edgecolors=edge, linewidths=width, shade=True)
-            )
+            self.add(Poly3DCollection(faces, facecolors=fill, edgecolors=edge, linewidths=width, shade=True))
             return
         toward = np.array(_AXES[self.look][2], dtype=float)
         front = np.flatnonzero(solids.normals @ toward > 1e-6)
@@ -84,16 +86,20 @@ class Canvas:
         order = front[np.argsort(depth, kind="stable")]
         faces = [self.project(vertices[solids.loops[f]]) for f in order]
         layer = 0 if ghost else 1
-        self.ax.add_collection(
-            PolyCollection(faces, facecolors=fill[order], edgecolors=edge, linewidths=width, zorder=layer)
-        )
+        self.add(PolyCollection(faces, facecolors=fill[order], edgecolors=edge, linewidths=width, zorder=layer))
 
     def polygons(self, polygons: Sequence[Array], **style: Any) -> Any:
         """Draw plane polygons (k, 3); gives the collection."""
         flat = [self.project(p) for p in polygons]
-        if self.flat:
-            return self.ax.add_collection(PolyCollection(flat, **style))
-        return self.ax.add_collection3d(Poly3DCollection(flat, **style))
+        return self.add((PolyCollection if self.flat else Poly3DCollection)(flat, **style))
+
+    def add(self, collection: Collection) -> Any:
+        """Add a collection, which leaves the limits to :meth:`frame`.
+
+        ``add_collection3d`` would take limits from the unused ends of faces with fewer corners than others, which
+        matplotlib 3.11 does not initialise.
+        """
+        return self.ax.add_collection(collection, autolim=False)
 
     def frame(self, points: Array) -> None:
         """Fit the axes to points (n, 3), with equal scales and labels with units."""
@@ -107,13 +113,23 @@ class Canvas:
             self.ax.spines[["top", "right"]].set_visible(False)
             return
         self.ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-        self.ax.set_box_aspect(np.maximum(high - low, 0.02 * (high - low).max()), zoom=1.2)
+        self._fill(np.maximum(high - low, 0.02 * (high - low).max()), low, high)
         self.ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
         self.ax.grid(visible=False)
         for axis, extent in zip((self.ax.xaxis, self.ax.yaxis, self.ax.zaxis), high - low, strict=True):
             axis.set_pane_color((1, 1, 1, 0))
             # A short axis has room for its ends only.
             axis.set_major_locator(MaxNLocator(3 if extent > 0.4 * (high - low).max() else 1))
+
+    def _fill(self, aspect: Array, low: Array, high: Array) -> None:
+        """Zoom so that a box fills the Axes: by its own choice matplotlib cuts off what is high or long."""
+        corners = np.array(list(product(*zip(low, high, strict=True))))
+        zoom = 1.0
+        # In perspective a larger box is also nearer: its size is found in some steps.
+        for _ in range(4):
+            self.ax.set_box_aspect(aspect, zoom=zoom)
+            *plane, _depth = proj_transform(*corners.T, self.ax.get_proj())
+            zoom *= _FILLED * np.abs(self.ax.viewLim.extents).min() / np.abs(plane).max()
 
 
 def new_axes(ax: Axes | None) -> Axes:

@@ -75,4 +75,5 @@ def certificate(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
 
 def _iterations(ax: Axes, result: bs.CaseResult) -> None:
     ax.set(xlabel="iteration [-]", xlim=(-0.5, result.n_iterations - 0.5))
-    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    # At least one tick: of a single iteration there are no two integers to show.
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))

@@ -48,7 +48,7 @@ def curve(sweep: xr.Dataset | xr.DataArray, *, label: str | None = None, ax: Axe
     for level in load_factor[infinite]:
         ax.axhline(level, color=line.get_color(), lw=1, ls="--")
     ax.set(xlabel=f"{_SYMBOLS.get(name, name.replace('_', ' '))} [{unit}]", ylabel="load factor α [-]")
-    ax.set_ylim(bottom=min(0.0, float(np.nanmin(load_factor))))
+    ax.set_ylim(bottom=min(0.0, float(load_factor[np.isfinite(load_factor)].min(initial=0.0))))
     if label:
         ax.legend(frameon=False, fontsize="small")
     return ax

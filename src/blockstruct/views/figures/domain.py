@@ -1,5 +1,7 @@
 """The N–M point of an interface in its crushing domain."""
 
+import math
+
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
@@ -26,7 +28,11 @@ def crushing_domain(
     """Draw the domain of normal force and bending of an interface that crushes, and the points of the iterations.
 
     Its boundary is that of a rectangular stress block of the compressive strength on the part of the interface
-    beyond a neutral axis parallel to ``about``: ``|M| = (N b / 2) (1 − N / (f_c A))`` for a rectangle.
+    beyond a neutral axis parallel to ``about``: ``|M| = (N b / 2) (1 − N / (f_c A))`` for a rectangle. That is the
+    condition itself for a rectangle with the uniaxial interaction, which bounds bending about each axis by itself; the
+    other axis may still be the one that crushes. With the biaxial interaction, and for joints in cells, bending about
+    the other axis makes the domain smaller than it is drawn. The title therefore states the utilisation of crushing,
+    and the bending about the other axis if there is some.
 
     Parameters
     ----------
@@ -79,9 +85,32 @@ def crushing_domain(
     ax.plot(force * n_factor, moment * m_factor, ".-", color=ACCENT, lw=0.8, ms=4, label="iterations")
     ax.plot(force[-1] * n_factor, moment[-1] * m_factor, "D", color=FORCE, ms=6, label=f"iteration {last}")
     ax.margins(0.08)
-    ax.set(xlabel=f"N [{n_unit}]", ylabel=f"M about {about} [{m_unit}]", title=interface)
+    ax.set(xlabel=f"N [{n_unit}]", ylabel=f"M about {about} [{m_unit}]")
+    ax.set_title(_title(result, k, last, "t" if about == "s" else "s"), fontsize="small")
     ax.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1, 1))
     return ax
+
+
+def _title(result: bs.CaseResult, k: int, iteration: int, other: str) -> str:
+    """What the point does not show: how much of its strength the interface uses, and its bending about the other axis.
+
+    Bending is none where its eccentricity is below a thousandth of the square root of the area.
+    """
+    history = result.history.isel(iteration=[iteration])
+    name = str(history["interface"].to_numpy()[k])
+    used = float(bs.utilisation(history)["crushing"].isel(iteration=0, interface=k))
+    if math.isnan(used):
+        return f"{name}\nnot pressed"
+    lines = [name, f"utilisation of crushing {used:.2f}"]
+    last = bs.interface_resultants(history).isel(iteration=0, interface=k)
+    force, moment = float(last["force"].sel(component="n")), abs(float(last["moment"].sel(component=other)))
+    if moment / force > 1e-3 * math.sqrt(float(history["interface_area"].to_numpy()[k])):
+        factor, unit = readable(moment, "N·m")
+        points = history["interface_of_contact_point"].to_numpy() == k
+        in_cells = np.isfinite(history["cell_strength"].to_numpy()[points]).all()
+        reduced = in_cells or result.settings.crushing_interaction == "biaxial"
+        lines.append(f"{moment * factor:.3g} {unit} about {other}" + (" reduces the domain" if reduced else ""))
+    return "\n".join(lines)
 
 
 def stress_blocks(polygon: Array, strength: float) -> tuple[Array, Array]:

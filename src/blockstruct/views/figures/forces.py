@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 import blockstruct as bs
 from blockstruct.views.figures.canvas import Canvas
 from blockstruct.views.look import ACCENT, FORCE, readable
-from blockstruct.views.selection import application_points, chosen_iteration, same_model
+from blockstruct.views.selection import ROUNDING, application_points, chosen_iteration, same_model
 from blockstruct.views.solids import Solids
 
 Array = NDArray[np.float64]
@@ -35,37 +35,39 @@ def forces(
         The structure and a case of it.
     at
         ``"interfaces"``: the resultant of each compressed interface, where it acts, with the line of thrust.
-        ``"contact points"``: the force at each contact point.
+        ``"contact points"``: the force at each contact point. Forces that are rounding are left out.
     iteration, look, ax
         As in :func:`structure`.
 
     Raises
     ------
     ModelError, UnknownNameError
-        As :func:`structure`, an unknown ``at``, or an iteration in which the solver found no forces.
+        As :func:`structure`, an unknown ``at``, or an iteration without forces.
     """
     same_model(model, result)
     index = chosen_iteration(result, iteration)
     if at == "interfaces":
         points, force = application_points(result, index)
+        acts = np.isfinite(points).all(axis=1)
     elif at == "contact points":
         history = result.history.isel(iteration=index)
         frame = history["interface_frame"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
         points = history["contact_position"].to_numpy()
         force = np.einsum("kc,kca->ka", history["contact_force"].transpose("contact_point", "component"), frame)
+        acts = np.linalg.norm(force, axis=1) > ROUNDING * history["unit_of_force"].to_numpy()
     else:
         msg = f"forces: at {at!r}; give 'interfaces' or 'contact points'"
         raise bs.ModelError(msg)
-    size = np.linalg.norm(force, axis=1)
-    if not np.any(size > 0):
+    if not acts.any():
         msg = f"case {result.name!r}: no forces in iteration {index}; choose another iteration"
         raise bs.ModelError(msg)
 
     solids = Solids.of(model)
     canvas = Canvas.of(ax, look)
     canvas.bodies(solids, [b.fixed for b in model.blocks], solids.vertices, ghost=not canvas.flat)
-    shown = np.isfinite(points).all(axis=1) & (size > 1e-3 * np.nanmax(size))
-    scale = LONGEST * solids.size / np.nanmax(size)
+    size = np.where(acts, np.linalg.norm(force, axis=1), 0.0)
+    shown = size > 1e-3 * size.max()
+    scale = LONGEST * solids.size / size.max()
     tails = canvas.project(points[shown])
     arrows = canvas.project(force[shown] * scale)
     if canvas.flat:
@@ -77,7 +79,7 @@ def forces(
         _thrust(canvas, _thrust_segments(model, points))
     canvas.frame(np.concatenate([solids.vertices, (points + force * scale)[shown]]))
     factor, unit = readable(size, "N")
-    text = f"longest arrow {np.nanmax(size) * factor:.3g} {unit}"
+    text = f"longest arrow {size.max() * factor:.3g} {unit}"
     canvas.ax.set_title(text, fontsize="small", color="0.35")
     return canvas.ax  # type: ignore[no-any-return]
 
@@ -87,19 +89,21 @@ def _thrust(canvas: Canvas, segments: Array) -> None:
     if not len(lines):
         return
     if canvas.flat:
-        canvas.ax.add_collection(LineCollection(list(lines), colors=ACCENT, linewidths=1.4, zorder=3))
+        canvas.add(LineCollection(list(lines), colors=ACCENT, linewidths=1.4, zorder=3))
     else:
-        canvas.ax.add_collection3d(Line3DCollection(list(lines), colors=ACCENT, linewidths=1.4))
+        canvas.add(Line3DCollection(list(lines), colors=ACCENT, linewidths=1.4))
 
 
 def _thrust_segments(model: bs.Model, points: Array) -> Array:
-    """Segments (S, 2, 3) between the two pressed points of every block that has just two."""
+    """Segments (S, 2, 3) between the two pressed points of every free block that has just two."""
     number = {b.name: i for i, b in enumerate(model.blocks)}
+    fixed = np.array([b.fixed for b in model.blocks])
     pressed = np.flatnonzero(np.isfinite(points).all(axis=1))
     ends = np.array([(number[model.interfaces[i].minus], number[model.interfaces[i].plus]) for i in pressed])
     blocks, interfaces = ends.T.ravel(), np.tile(pressed, 2)
     order = np.argsort(blocks, kind="stable")
-    _, starts, counts = np.unique(blocks[order], return_index=True, return_counts=True)
-    first = starts[counts == 2]
+    found, starts, counts = np.unique(blocks[order], return_index=True, return_counts=True)
+    # A support may be pressed at any number of places: between two of them nothing is thrust.
+    first = starts[(counts == 2) & ~fixed[found]]
     pairs = np.stack([interfaces[order][first], interfaces[order][first + 1]], axis=1)
     return np.asarray(points[pairs])

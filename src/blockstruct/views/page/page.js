@@ -26,7 +26,8 @@ await Promise.all([
   unpack(interfaces, ["centroids", "vertices", "frames"], float32),
   unpack(interfaces, ["of_vertex", "triangles", "of_triangle"], int32),
   ...data.cases.flatMap(c => [
-    unpack(c, ["force", "eccentricity", "velocity", "sliding", "crushing"], float16), unpack(c, ["state"], uint16),
+    unpack(c, ["force", "eccentricity"], float32), unpack(c, ["velocity", "sliding", "crushing"], float16),
+    unpack(c, ["state"], uint16),
   ]),
 ]);
 blocks.of_triangle = blocks.triangles.filter((_, t) => t % 3 === 0).map(v => blocks.of_vertex[v]);
@@ -40,10 +41,12 @@ const current = () => data.cases[shown.case];
 
 /** Coordinates of points after the mechanism of the iteration, to first order. */
 function displaced(points, blockOf) {
-  const u = current().velocity, scale = shown.amplitude * blocks.size, start = shown.iteration * B * 6, moved = points.slice();
+  const scale = shown.amplitude * blocks.size, start = shown.iteration * B * 6, moved = points.slice();
   if (!scale) return moved;
+  // Without a mechanism the blocks stay where they are.
+  const u = current().velocity.subarray(start, start + 6 * B).map(c => Number.isNaN(c) ? 0 : c);
   for (let v = 0; v < blockOf.length; v++) {
-    const b = blockOf[v], k = start + 6 * b, p = 3 * v;
+    const b = blockOf[v], k = 6 * b, p = 3 * v;
     const x = points[p] - blocks.centroids[3 * b], y = points[p + 1] - blocks.centroids[3 * b + 1], z = points[p + 2] - blocks.centroids[3 * b + 2];
     moved[p] += scale * (u[k] + u[k + 4] * z - u[k + 5] * y);
     moved[p + 1] += scale * (u[k + 1] + u[k + 5] * x - u[k + 3] * z);
@@ -64,8 +67,8 @@ function segments(points, pairs) {
 
 /** Force on the plus block at an interface: local components in N, global vector, and where it acts. */
 function resultant(i) {
-  const c = current(), row = shown.iteration * I + i, unit = c.unit[shown.iteration], frame = interfaces.frames;
-  const local = [0, 1, 2].map(k => c.force[3 * row + k] * unit), e = [c.eccentricity[2 * row], c.eccentricity[2 * row + 1]];
+  const c = current(), row = shown.iteration * I + i, frame = interfaces.frames;
+  const local = Array.from(c.force.slice(3 * row, 3 * row + 3)), e = Array.from(c.eccentricity.slice(2 * row, 2 * row + 2));
   const axis = (k, a) => frame[9 * i + 3 * k + a];
   return {
     local, e,
@@ -74,7 +77,7 @@ function resultant(i) {
   };
 }
 function forceLines() {
-  const scale = 0.15 * blocks.size / current().unit[shown.iteration], line = [];
+  const scale = 0.15 * blocks.size / current().largest[shown.iteration], line = [];
   for (let i = 0; i < I; i++) {
     const {vector, point} = resultant(i);
     if (point.some(Number.isNaN)) continue;
@@ -121,13 +124,15 @@ const traces = [
   lines([NaN, NaN, NaN], "#d55e00", 4, {visible: false}),
   lines([NaN, NaN, NaN], "#d4007a", 7),
 ];
-const axis = name => ({title: {text: name + " [m]"}, showbackground: false, gridcolor: "#eee9e1", zerolinecolor: "#eee9e1", showspikes: false});
+// Coordinates are drawn from the origin: WebGL has no room for those of a survey.
+const from = origin => origin ? ` ${origin < 0 ? "+" : "−"} ${Number(Math.abs(origin).toPrecision(12))}` : "";
+const axis = (name, c) => ({title: {text: `${name}${from(data.origin[c])} [m]`}, showbackground: false, gridcolor: "#eee9e1", zerolinecolor: "#eee9e1", showspikes: false});
 // The longest extent fills the picture.
 const extents = ["x", "y", "z"].map((_, c) => { const v = column(blocks.vertices, c); return v.reduce((a, b) => Math.max(a, b)) - v.reduce((a, b) => Math.min(a, b)); });
 const [x, y, z] = extents.map(e => 1.35 * e / Math.max(...extents));
 const layout = {
   margin: {l: 0, r: 0, t: 0, b: 0}, showlegend: false, uirevision: "kept",
-  scene: {aspectmode: "manual", aspectratio: {x, y, z}, xaxis: axis("x"), yaxis: axis("y"), zaxis: axis("z"), dragmode: "orbit",
+  scene: {aspectmode: "manual", aspectratio: {x, y, z}, xaxis: axis("x", 0), yaxis: axis("y", 1), zaxis: axis("z", 2), dragmode: "orbit",
           camera: {projection: {type: "orthographic"}, eye: {x: 0.7, y: -2, z: 0.6}}},
 };
 const config = {displaylogo: false, responsive: true};
@@ -195,6 +200,9 @@ function readable(value, unit) {
   return `${Number((value * factor).toPrecision(3))} ${prefix}${unit}`;
 }
 const metres = v => v.every(Number.isFinite) ? v.map(c => Number(c.toPrecision(3))).join(", ") + " m" : "–";
+/** Place from local coordinates, to about a thousandth of the model's size. */
+const decimals = Math.min(20, Math.max(0, 4 - Math.ceil(Math.log10(blocks.size))));
+const place = v => v.map((c, k) => Number((data.origin[k] + c).toFixed(decimals))).join(", ") + " m";
 const share = v => Number.isFinite(v) ? Number(v.toPrecision(3)).toString() : "–";
 
 function describe() {
@@ -207,7 +215,7 @@ function describe() {
     const scale = shown.amplitude * blocks.size;
     rows.push(["block", blocks.name[i] + (blocks.fixed[i] ? " (support)" : "")], ["material", blocks.material[i]],
       ["weight", readable(blocks.weight[i], "N")], ["volume", `${Number(blocks.volume[i].toPrecision(3))} m³`],
-      ["centroid", metres(Array.from(blocks.centroids.slice(3 * i, 3 * i + 3)))],
+      ["centroid", place(Array.from(blocks.centroids.slice(3 * i, 3 * i + 3)))],
       ["translation", metres(u.map(c => c * scale))]);
   } else {
     const {local, e} = resultant(i);
@@ -239,10 +247,12 @@ function legend() {
   }
 }
 
-/** Powers of ten between two ticks of a logarithmic axis. */
+/** Logarithmic axis over whole powers of ten, so that at least two of them have numbers. */
 function decades(values) {
   const powers = values.filter(v => v > 0).map(Math.log10);
-  return Math.max(1, Math.ceil((Math.max(...powers) - Math.min(...powers)) / 4)) || 1;
+  if (!powers.length) return {type: "log"};
+  const low = Math.floor(Math.min(...powers)), high = Math.max(low + 1, Math.ceil(Math.max(...powers)));
+  return {type: "log", exponentformat: "power", range: [low - 0.1, high + 0.1], tick0: low, dtick: Math.ceil((high - low) / 4)};
 }
 function convergence() {
   const c = current(), n = c.stage.length, numbers = [...Array(n).keys()];
@@ -255,9 +265,9 @@ function convergence() {
     line(gap, "flow-rule gap", {yaxis: "y2", line: {color: "#2b2925", width: 1.2}}),
   ], {
     margin: {l: 58, r: 8, t: 8, b: 38}, showlegend: false, font: {size: 11},
-    xaxis: {title: {text: "iteration [-]"}, anchor: "y2"},
+    xaxis: {title: {text: "iteration [-]"}, anchor: "y2", range: [-0.5, n - 0.5], tick0: 0, dtick: Math.ceil(n / 8)},
     yaxis: {title: {text: "load factor α [-]"}, domain: [0.54, 1], range: found.length ? [low - margin, high + margin] : [0, 1]},
-    yaxis2: {title: {text: "flow-rule gap [-]"}, domain: [0, 0.46], type: "log", exponentformat: "power", dtick: decades(gap)},
+    yaxis2: {title: {text: "flow-rule gap [-]"}, domain: [0, 0.46], ...decades(gap)},
     shapes: [{type: "line", x0: shown.iteration, x1: shown.iteration, y0: 0, y1: 1, yref: "paper", line: {color: "#d55e00", width: 1.5}}],
   }, {displayModeBar: false, responsive: true});
 }
@@ -299,6 +309,7 @@ function find(name) {
 async function start() {
   at("name").textContent = data.name;
   data.cases.forEach((c, k) => at("case").append(new Option(c.name, k)));
+  for (const why of data.omitted) at("case").append(Object.assign(new Option(why), {disabled: true}));
   for (const [value, text] of [["state", "state"], ["sliding", "utilisation of sliding"], ["crushing", "utilisation of crushing"]])
     at("colour").append(new Option(text, value));
   await Plotly.newPlot("view", traces, layout, config);

@@ -1,7 +1,7 @@
 """What the page knows: geometry once, and for every case what changes over its iterations.
 
-Arrays are base64 of deflated little-endian numbers: float32 for places, float16 for what is only drawn or read to three
-digits (forces are in multiples of the largest force of their iteration, which keeps small ones in range).
+Arrays are base64 of deflated little-endian numbers: float32 for places (from an origin near the structure, since
+coordinates of a survey have no room in it) and forces, float16 for what is only drawn or read to three digits.
 """
 
 import base64
@@ -14,9 +14,11 @@ import numpy.typing as npt
 
 import blockstruct as bs
 from blockstruct.views.look import GHOST, MEASURES, STATE_COLOURS, STONE, SUPPORT, UTILISATION, parts
-from blockstruct.views.selection import same_model
+from blockstruct.views.selection import is_pressed, same_model
 from blockstruct.views.solids import Patches, Solids, triangles
 from blockstruct.views.words import certificate_words, load_factor_words, spread_words, status_words
+
+Array = npt.NDArray[np.float64]
 
 
 def payload(analysis: bs.Analysis) -> dict[str, Any]:
@@ -33,6 +35,8 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
         ended = "; ".join(map(str, analysis.values())) or "it has no case"
         msg = f"analysis of {model.name!r}: no case has an iteration to show ({ended}); run it again"
         raise bs.ModelError(msg)
+    solids = Solids.of(model)
+    origin = _origin(solids)
     return {
         "name": model.name,
         "look": {
@@ -42,14 +46,23 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
             "states": STATE_COLOURS,
             "utilisation": UTILISATION,
         },
-        "blocks": _blocks(model),
-        "interfaces": _interfaces(model, shown[0]),
+        "origin": origin.tolist(),
+        "blocks": _blocks(model, solids, origin),
+        "interfaces": _interfaces(model, shown[0], origin),
         "cases": [_case(model, result, _spread(analysis, result)) for result in shown],
+        "omitted": [f"{r.name}: {r.status}, {r.message}" for r in analysis.values() if not r.n_iterations],
     }
 
 
-def _blocks(model: bs.Model) -> dict[str, Any]:
-    solids = Solids.of(model)
+def _origin(solids: Solids) -> Array:
+    """Round coordinates (3,) near the middle of a structure, m; zero within some ten times its size."""
+    step = 10.0 ** (np.ceil(np.log10(solids.size)) + 1)
+    low, high = solids.vertices.min(axis=0), solids.vertices.max(axis=0)
+    # Without the sign of a zero.
+    return np.asarray(np.round((low + high) / 2 / step) * step + 0.0)
+
+
+def _blocks(model: bs.Model, solids: Solids, origin: Array) -> dict[str, Any]:
     corners, _ = triangles(solids.vertices, solids.loops)
     return {
         "name": [b.name for b in model.blocks],
@@ -58,15 +71,15 @@ def _blocks(model: bs.Model) -> dict[str, Any]:
         "weight": [b.weight for b in model.blocks],
         "volume": [b.volume for b in model.blocks],
         "size": solids.size,
-        "centroids": _packed(solids.centroids, "<f4"),
-        "vertices": _packed(solids.vertices, "<f4"),
+        "centroids": _packed(solids.centroids - origin, "<f4"),
+        "vertices": _packed(solids.vertices - origin, "<f4"),
         "of_vertex": _packed(solids.block_of_vertex, "<i4"),
         "triangles": _packed(corners, "<i4"),
         "edges": _packed(solids.edges, "<i4"),
     }
 
 
-def _interfaces(model: bs.Model, result: bs.CaseResult) -> dict[str, Any]:
+def _interfaces(model: bs.Model, result: bs.CaseResult, origin: Array) -> dict[str, Any]:
     number = {b.name: i for i, b in enumerate(model.blocks)}
     patches = Patches.of(model)
     return {
@@ -75,9 +88,9 @@ def _interfaces(model: bs.Model, result: bs.CaseResult) -> dict[str, Any]:
         "area": [i.area for i in model.interfaces],
         "minus": [number[i.minus] for i in model.interfaces],
         "plus": [number[i.plus] for i in model.interfaces],
-        "centroids": _packed(np.array([i.centroid for i in model.interfaces]), "<f4"),
+        "centroids": _packed(np.array([i.centroid for i in model.interfaces]) - origin, "<f4"),
         "frames": _packed(result.history["interface_frame"].to_numpy(), "<f4"),
-        "vertices": _packed(patches.vertices, "<f4"),
+        "vertices": _packed(patches.vertices - origin, "<f4"),
         "of_vertex": _packed(patches.of_vertex, "<i4"),
         "triangles": _packed(patches.corners, "<i4"),
         "of_triangle": _packed(patches.of_triangle, "<i4"),
@@ -93,8 +106,8 @@ def _case(model: bs.Model, result: bs.CaseResult, spread: list[str]) -> dict[str
     same_model(model, result)
     history, resultants = result.history, result.resultants
     force = resultants["force"].transpose("iteration", "interface", "component").to_numpy()
+    eccentricity = resultants["eccentricity"].transpose("iteration", "interface", "in_plane").to_numpy()
     largest = np.nan_to_num(np.abs(force)).max(axis=(1, 2))
-    unit = np.where(largest > 0, largest, 1.0)
     states = result.states.to_numpy()
     texts, index = np.unique(states.astype(str), return_inverse=True)
     motion = [bs.mechanism(history.isel(iteration=[i])) for i in range(result.n_iterations)]
@@ -111,13 +124,13 @@ def _case(model: bs.Model, result: bs.CaseResult, spread: list[str]) -> dict[str
         "stage": history["stage"].to_numpy().tolist(),
         "load_factor": _plain(history["load_factor"].to_numpy()),
         "measures": {label: _plain(history[name].to_numpy()) for name, (label, *_) in MEASURES.items()},
-        "unit": unit.tolist(),
-        "force": _packed(force / unit[:, None, None], "<f2"),
-        "eccentricity": _packed(resultants["eccentricity"].to_numpy(), "<f2"),
+        "largest": np.where(largest > 0, largest, 1.0).tolist(),
+        "force": _packed(force, "<f4"),
+        "eccentricity": _packed(np.where(is_pressed(history)[..., None], eccentricity, np.nan), "<f4"),
         "states": texts.tolist(),
         "gravest": [parts(text)[0] for text in texts],
         "state": _packed(index.reshape(states.shape), "<u2"),
-        "velocity": _packed(np.nan_to_num(np.array(velocity)), "<f2"),
+        "velocity": _packed(np.array(velocity), "<f2"),
         **_utilisation(history),
     }
 

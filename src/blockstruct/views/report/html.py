@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from traceback import extract_tb
 from types import MappingProxyType
 
 import jinja2
@@ -79,10 +80,24 @@ def report_html(
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    said = contents(analysis, project)
+    if template is None:
+        return environment.get_template(name).render(said)
     try:
-        return environment.get_template(name).render(contents(analysis, project))
-    except jinja2.TemplateError as error:
-        line = getattr(error, "lineno", None)
+        return environment.get_template(name).render(said)
+    except Exception as error:  # the expressions of a template may raise anything
+        line = _line(error, name)
         where = f", line {line}" if line else ""
-        msg = f"{template or name}: no usable template ({error}{where}); correct it, or report without it"
+        msg = f"{template}: no usable template ({error}{where}); correct it, or report without it"
         raise bs.StorageError(msg) from error
+
+
+def _line(error: Exception, name: str) -> int | None:
+    """Line of a template at which it failed, None if it was not found or not in it."""
+    match error:
+        case jinja2.TemplateSyntaxError(lineno=line):
+            return line
+        case UnicodeDecodeError(object=content, start=start):
+            return content.count(b"\n", 0, start) + 1
+    # Jinja gives the frames of a template its name and lines.
+    return next((f.lineno for f in reversed(extract_tb(error.__traceback__)) if Path(f.filename).name == name), None)

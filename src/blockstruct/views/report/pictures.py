@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 import blockstruct as bs
 from blockstruct.views import figures
+from blockstruct.views.selection import is_pressed
 from blockstruct.views.solids import Solids
 
 #: Width and height of pictures of the structure and of diagrams, inches.
@@ -36,13 +37,14 @@ def pictures(model: bs.Model, result: bs.CaseResult) -> list[Picture]:
         wide["Mechanism of the last iteration"] = lambda ax: figures.mechanism(model, result, look=look, ax=ax)
     if np.any(np.nan_to_num(last["contact_force"]) != 0):
         wide["State of the interfaces"] = lambda ax: figures.structure(model, result, look=look, ax=ax)
+    if is_pressed(result.history.isel(iteration=[-1])).any():
         wide["Resultants on the interfaces and line of thrust"] = lambda ax: figures.forces(
             model, result, look=look, ax=ax
         )
     if np.isfinite(result.history["load_factor"]).sum() > 1:
         narrow["Load factor of every iteration"] = lambda ax: figures.convergence(result, ax=ax)
         narrow["Certificate of every iteration"] = lambda ax: figures.certificate(result, ax=ax)
-    name, about = _nearest_to_crushing(result)
+    name, about = nearest_to_crushing(model, result)
     if name:
         narrow[f"Interface {name}, the nearest to crushing"] = lambda ax: figures.crushing_domain(
             model, result, name, about=about, ax=ax
@@ -53,8 +55,8 @@ def pictures(model: bs.Model, result: bs.CaseResult) -> list[Picture]:
     ]
 
 
-def _nearest_to_crushing(result: bs.CaseResult) -> tuple[str, str]:
-    """Most compressed of the interfaces that use most of their compressive strength, and its axis of bending.
+def nearest_to_crushing(model: bs.Model, result: bs.CaseResult) -> tuple[str, str]:
+    """Most compressed of the interfaces that use most of their compressive strength, and the axis that takes most.
 
     No name if none has a strength.
     """
@@ -64,9 +66,12 @@ def _nearest_to_crushing(result: bs.CaseResult) -> tuple[str, str]:
     last = result.resultants.isel(iteration=-1)
     N = last["force"].sel(component="n").to_numpy()
     k = int(np.argmax(np.where(use >= 0.99 * use.max(), N, -np.inf)))
+    # The eccentricity as a share of the depth: the smaller moment may be the one that crushes.
+    frame = result.history["interface_frame"].to_numpy()[k]
+    width = dict(zip("st", np.ptp(np.asarray(model.interfaces[k].polygon) @ frame[1:].T, axis=0), strict=True))
     moment = last["moment"].isel(interface=k)
-    bending = {axis: abs(float(moment.sel(component=axis))) for axis in ("s", "t")}
-    return str(result.history["interface"].to_numpy()[k]), max(bending, key=bending.__getitem__)
+    share = {about: abs(float(moment.sel(component=about))) / width[across] for about, across in ("st", "ts")}
+    return model.interfaces[k].name, max(share, key=share.__getitem__)
 
 
 def best_look(model: bs.Model, result: bs.CaseResult) -> str:
