@@ -84,7 +84,7 @@ def save(name: str, draw: Callable[..., Axes], size: tuple[float, float] = (5.2,
     if look == "3d":
         ax.set_axis_off()
     target = HERE / "pictures" / f"{name}.png"
-    figure.savefig(target, dpi=110, pil_kwargs={"optimize": True})
+    figure.savefig(target, dpi=110, bbox_inches="tight" if look == "3d" else None, pil_kwargs={"optimize": True})
     print(f"{target.name}: {target.stat().st_size / 1e3:.0f} kB")
 
 

@@ -8,6 +8,7 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.views.report import report_html, write_report
+from blockstruct.views.report.detection import detection_rows
 from blockstruct.views.report.pictures import best_look
 from structures import SELF_WEIGHT, model_of, push, single_block
 
@@ -82,6 +83,11 @@ def test_the_detection_is_summed_up(tuff, dry):
     found = bs.detect_interfaces(blocks, dry, tolerance="1 mm")
     kept = bs.Model("four", blocks, found.interfaces, detection=found.report)
     given = bs.Model("four", blocks, found.interfaces)
+    bed = found.interfaces[0]
+    again = bs.detect_interfaces(blocks, dry, tolerance="1 mm", explicit=[bed])
+    assert dict(detection_rows(bs.Model("five", blocks, again.interfaces, detection=again.report)))[
+        "given, not measured"
+    ] == [bed.name]
     html, other = (report_html(bs.AnalysisManager(m).run([case(flow="associative")])) for m in (kept, given))
     for text in (
         "gap and penetration 1 mm, angle 1°",

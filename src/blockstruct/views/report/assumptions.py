@@ -18,8 +18,8 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
             "deformations, stiffness and dynamic effects are not considered."
         ),
         (
-            "Joints are rigid and perfectly plastic, with unlimited ductility; contacts are the plane interfaces "
-            "listed here, in the state the model gives them."
+            "Joints are rigid and perfectly plastic, with unlimited ductility; contacts are the interfaces of the "
+            "model, plane or fitted by planes, in the state it gives them."
         ),
         (
             "Sliding follows Coulomb's law at the contact points of each interface, with the friction coefficients and "

@@ -15,14 +15,15 @@ def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
     if report is None:
         return [("interfaces", ["given to the model without a report of their detection"])]
     limits, found = report.tolerances, [c for c in report.contacts if not c.reason]
+    measured = [c for c in found if not math.isnan(c.gap)]
     lying = ", ".join(f"{area:.4g} m² {lie} joints" for lie, area in report.area_by_orientation.items())
-    off, turned = (max((abs(getattr(c, name)) for c in found), default=0.0) for name in ("gap", "angle"))
+    off, turned = (max((abs(getattr(c, name)) for c in measured), default=0.0) for name in ("gap", "angle"))
     limit = f"gap and penetration {_length(limits.gap)}, angle {_angle(limits.angle)}, area {limits.area:.3g} m²"
     accepted = [f"{len(found)} interfaces, {lying}", f"gap or penetration up to {_length(off)}, angle {_angle(turned)}"]
     rows = [("tolerances", [limit]), ("accepted", accepted)]
-    by_hand = {i.name for i in model.interfaces} - {c.interface for c in found}
+    by_hand = {i.name for i in model.interfaces} - {c.interface for c in measured}
     if by_hand:
-        rows.append(("added by hand", _listed(sorted(by_hand))))
+        rows.append(("given, not measured", _listed(sorted(by_hand))))
     why = Counter(c.reason for c in report.rejected)
     rows.append(("left out", [", ".join(f"{n} by {reason}" for reason, n in why.items()) or "nothing"]))
     apart = [pair for pair in report.close if pair[2] > limits.gap]
