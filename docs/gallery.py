@@ -82,9 +82,11 @@ def save(name: str, draw: Callable[..., Axes], size: tuple[float, float] = (5.2,
     ax = figure.add_subplot(projection="3d" if look == "3d" else None)
     draw(ax=ax, **({} if look is None else {"look": look}))
     if look == "3d":
+        # Without labels there is room for more.
         ax.set_axis_off()
+        ax.set_box_aspect(np.ptp([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()], axis=1), zoom=1.3)
     target = HERE / "pictures" / f"{name}.png"
-    figure.savefig(target, dpi=110, bbox_inches="tight" if look == "3d" else None, pil_kwargs={"optimize": True})
+    figure.savefig(target, dpi=110, pil_kwargs={"optimize": True})
     print(f"{target.name}: {target.stat().st_size / 1e3:.0f} kB")
 
 
