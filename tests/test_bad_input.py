@@ -50,6 +50,7 @@ def refused(error, *words):
         (lambda: bs.Material("tuff", ""), ["'tuff'", "is no quantity"]),
         (lambda: bs.Material("tuff", "12 kN/m3"), ["'tuff'", "m3", "'12 kN/m^3'"]),
         (lambda: bs.Material("tuff", "12,5 kN/m^3"), ["'tuff'", "12,5", "is no quantity"]),
+        (lambda: bs.BodyForce("[1, 0, 0"), ["[1, 0, 0", "has no end"]),
         (lambda: bs.JointMaterial("j", "0,65"), ["'j'", "0,65", "is no quantity"]),
         (lambda: bs.Material("tuff", "__import__('os') kN/m^3"), ["'tuff'", "is no quantity"]),
     ],
@@ -78,6 +79,7 @@ def test_a_unit_is_due(make, words):
         (lambda: bs.JointMaterial("j", friction_angle="0.65"), ["'j'", "friction angle", "angle"]),
         (lambda: bs.JointMaterial("j", friction_angle=Q_(0.65, "")), ["'j'", "friction angle", "30 deg"]),
         (lambda: bs.JointMaterial("j", 0.5, dilatancy_angle="0.1 dimensionless"), ["'j'", "dilatancy angle"]),
+        (lambda: bs.JointMaterial("j", "3 dB"), ["'j'", "'decibel'", "does not fit"]),
     ],
 )
 def test_wrong_dimension_or_no_number(make, words):
@@ -231,6 +233,16 @@ def test_an_interface_beside_its_face_within_its_box():
     around = bs.Interface("i", "a", "b", Q_(np.column_stack([corners, np.ones(4)]), "m"), JOINT)
     with refused(bs.GeometryError, "'i'", "'b'", "1 of its 2 m^2"):
         bs.Model("m", [ground, stone], [around])
+
+
+def test_a_joint_in_mid_air_beside_large_blocks():
+    ground = bs.Block.box("ground", Q_([-5, -5, -1], "m"), Q_([30, 10, 1], "m"), STONE, fixed=True)
+    cube = bs.Block.box("cube", Q_([10, -5, 0], "m"), Q_([10, 10, 10], "m"), STONE)
+    tile = bs.Block.box("tile", Q_([0, 0, 0.7], "m"), Q_([0.2, 0.2, 0.05], "m"), STONE)
+    between = bs.Interface("air", "ground", "tile", Q_(SQUARE * [0.2, 0.2, 0.35], "m"), JOINT)
+    found = bs.detect_interfaces([ground, cube, tile], JOINT, explicit=[between])
+    with refused(bs.GeometryError, "'air'", "'ground'", "0 of its 0.04 m^2", "within 0.01 m"):
+        bs.Model("m", [ground, cube, tile], found.interfaces)
 
 
 def test_an_interface_between_supports():

@@ -138,7 +138,9 @@ def test_sweep_refuses():
         ("compressive_strength", [], "no value"),
         ("compressive_strength", ["0 MPa"], "compressive strength 0 Pa"),
         ("friction_coefficient", [-1.0], "negative"),
-        ("cohesion", Q_(1, "kPa"), "is one value; give several"),
+        ("cohesion", Q_(1, "kPa"), "is no list of values; give several"),
+        ("friction_coefficient", "12", "is no list of values"),
+        (["cohesion"], ["1 kPa"], "joints have no"),
     ):
         with pytest.raises(bs.ModelError, match=match):
             manager.sweep(quantity, values, case)

@@ -316,6 +316,25 @@ def test_a_rough_joint_of_scanned_stones_is_one_interface():
     bs.Model("stones", stones, found.interfaces)
 
 
+def test_very_rough_joints_of_scanned_stones_lie_on_their_stones():
+    """Closing the slits between pieces leaves corners where no stone is: the model would refuse them."""
+    places = np.stack(np.meshgrid(range(3), 0, range(3)), axis=-1).reshape(-1, 3)
+    stones = [faceted("s" * k, 1.0102 * place, 3, rough=5e-3) for k, place in enumerate(places, start=1)]
+    floor = bs.Block.box("floor", Q_([-1, -1, -1.0051], "m"), Q_([6, 3, 1], "m"), STONE, fixed=True)
+    found = detect(floor, *stones, tolerance="25 mm", angle_tolerance="5 deg")
+    model = bs.Model("stones", [floor, *stones], found.interfaces, detection=found.report)
+    assert len(model.interfaces) >= 15
+
+
+@pytest.mark.parametrize("base", [2, 100])
+def test_a_block_a_little_off_level_stands_on_a_base_of_any_size(base):
+    """Over the whole base the two planes lie far apart, where they meet they do not."""
+    tilted = moved([bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([0.5, 0.5, 0.5], "m"), STONE)], rotation((0, 1, 0), -0.01))
+    ground = bs.Block.box("ground", Q_([-base / 2, -base / 2, -1], "m"), Q_([base, base, 1], "m"), STONE, fixed=True)
+    found = detect(ground, *tilted, tolerance="6 mm", angle_tolerance="2 deg")
+    assert bs.Model("tilted", [ground, *tilted], found.interfaces).interfaces[0].area == pytest.approx(0.25, rel=1e-3)
+
+
 def test_contacts_on_the_steps_of_a_stair_stay_apart():
     outline = [(0, 0), (2, 0), (2, 1.0), (1, 1.0), (1, 1.004), (0, 1.004)]
     n = len(outline)

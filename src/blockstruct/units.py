@@ -128,8 +128,11 @@ def parse(text: str, what: str) -> Any:
     The number and the unit are read apart, so that a text is never evaluated as an expression.
     """
     listed = text.strip().startswith("[")
-    number, _, unit = text.strip().lstrip("[").partition("]" if listed else " ")
+    number, end, unit = text.strip().lstrip("[").partition("]" if listed else " ")
     try:
+        if listed and not end:
+            msg = "the list has no end"
+            raise ValueError(msg)
         # A comma parts the numbers of a list; within one number it could mean anything.
         values = np.array([float(v) for v in number.split(",")]) if listed else float(number)
         if not _UNIT.fullmatch(unit.strip()):
@@ -169,6 +172,9 @@ def _conversion(unit: str, dimension: str) -> float | None:
     To pint an angle is a plain number. Here it is not: 35 degrees are no friction coefficient of 0.61.
     """
     try:
+        if Q_(0.0, unit).to_root_units().magnitude != 0.0:
+            # Logarithmic or offset: decibel are no plain number.
+            return None
         factor: Any
         factor, root = ureg.get_root_units(unit)
         if dimension in ("angle", "dimensionless"):

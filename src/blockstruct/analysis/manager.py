@@ -1,7 +1,7 @@
 """The analysis manager."""
 
 import reprlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
@@ -227,12 +227,11 @@ class AnalysisManager:
         if not isinstance(case, LimitCase):
             msg = f"sweep: case {case!r} is no LimitCase; give the case itself"
             raise ModelError(msg)
-        try:
-            values = list(values)
-        except TypeError:
-            msg = f"sweep of {quantity}: {values!r} is one value; give several, as in Q_([1, 2], 'MPa')"
-            raise ModelError(msg) from None
-        if quantity not in SWEPT:
+        if isinstance(values, str | Mapping) or not np.iterable(values):
+            msg = f"sweep of {quantity}: {values!r} is no list of values; give several, as in Q_([1, 2], 'MPa')"
+            raise ModelError(msg)
+        values = list(values)
+        if not isinstance(quantity, str) or quantity not in SWEPT:
             msg = f"sweep: joints have no {quantity!r}; give one of {', '.join(SWEPT)}"
             raise ModelError(msg)
         if not values:

@@ -60,7 +60,7 @@ def joint_rule(given: Any, who: str) -> Rule:
 def _check_pattern(pattern: Any, material: Any, who: str) -> None:
     if not isinstance(pattern, str) or not (pattern in {*JointOrientation, "*"} or pattern.count("|") == 1):
         msg = (
-            f"{who}: {pattern!r} is no pattern of joints; write {', '.join(map(repr, JointOrientation))}, "
+            f"{who}: {pattern!r} is no pattern of joints; write {', '.join(repr(o.value) for o in JointOrientation)}, "
             "two block names as in 'base|*', or '*' for all the rest"
         )
         raise ModelError(msg)

@@ -10,6 +10,7 @@
 from blockstruct.geometry.cells import is_rectangle, polygon_cells
 from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs, crossed_faces
 from blockstruct.geometry.joined import joined_pairs
+from blockstruct.geometry.lying import areas_on_bodies
 from blockstruct.geometry.neighbours import box_pairs, separations, unheld
 from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.polygon import common_areas, plane_axes, polygon_area, tributary_areas
@@ -40,6 +41,7 @@ __all__ = [
     "tributary_areas",
     # contacts
     "FacePair",
+    "areas_on_bodies",
     "coplanar_face_pairs",
     "crossed_faces",
     "joined_pairs",

@@ -1,14 +1,14 @@
 """Pairs of faces that look at each other and share an area."""
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from blockstruct.geometry.faces import Faces
 from blockstruct.geometry.neighbours import box_pairs
-from blockstruct.geometry.polygon import flat_polygons, plane_axes
+from blockstruct.geometry.polygon import plane_axes
 from blockstruct.geometry.polyhedron import Polyhedron
 
 Array = NDArray[np.float64]
@@ -72,7 +72,7 @@ def coplanar_face_pairs(
     """
     if len(bodies) < 2:
         return []
-    faces = _Faces.of(bodies)
+    faces = Faces.of(bodies)
     front, back = _candidates(faces, reach, angle)
     n = faces.normal[front] - faces.normal[back]
     n /= np.linalg.norm(n, axis=1, keepdims=True)
@@ -121,7 +121,7 @@ def crossed_faces(bodies: list[Polyhedron]) -> list[tuple[int, int]]:
     """Faces whose outline crosses itself, as (body, face): no area that they share with others is defined."""
     if not bodies:
         return []
-    faces = _Faces.of(bodies)
+    faces = Faces.of(bodies)
     every = np.arange(len(faces.body))
     axes = np.stack(plane_axes(faces.normal), axis=1)
     bad = ~shapely.is_valid(faces.outlines(every, axes, faces.centre, faces.extent))
@@ -129,52 +129,7 @@ def crossed_faces(bodies: list[Polyhedron]) -> list[tuple[int, int]]:
     return [(int(faces.body[f]), int(f - first[f])) for f in np.flatnonzero(bad)]
 
 
-@dataclass(frozen=True, slots=True)
-class _Faces:
-    """All faces of all bodies, one after the other; corners from ``start`` on, ``count`` of them."""
-
-    body: Index
-    normal: Array
-    centre: Array
-    low: Array
-    high: Array
-    corners: Array
-    start: Index
-    count: Index
-
-    @classmethod
-    def of(cls, bodies: list[Polyhedron]) -> Self:
-        loops = [b.vertices[list(face)] for b in bodies for face in b.faces]
-        count = np.array([len(loop) for loop in loops])
-        start = np.cumsum(count) - count
-        corners = np.concatenate(loops)
-        return cls(
-            body=np.repeat(np.arange(len(bodies)), [len(b.faces) for b in bodies]),
-            normal=np.concatenate([b.normals for b in bodies]),
-            centre=np.add.reduceat(corners, start) / count[:, None],
-            low=np.minimum.reduceat(corners, start),
-            high=np.maximum.reduceat(corners, start),
-            corners=corners,
-            start=start,
-            count=count,
-        )
-
-    @property
-    def extent(self) -> Array:
-        """Largest extent along an axis of each face."""
-        return np.asarray((self.high - self.low).max(axis=1))
-
-    def outlines(self, index: Index, axes: Array, middle: Array, extent: Array) -> NDArray[np.object_]:
-        """Outline of the faces, each in its own plane of axes (m, 2, 3) about its own middle (m, 3)."""
-        count = self.count[index]
-        of_corner = np.repeat(np.arange(len(index)), count)
-        offset = np.arange(len(of_corner)) - np.repeat(np.cumsum(count) - count, count)
-        points = self.corners[np.repeat(self.start[index], count) + offset] - middle[of_corner]
-        flat = np.einsum("kaj,kj->ka", axes[of_corner], points)
-        return flat_polygons(flat, of_corner, extent)
-
-
-def _candidates(faces: _Faces, reach: float, angle: float) -> tuple[Index, Index]:
+def _candidates(faces: Faces, reach: float, angle: float) -> tuple[Index, Index]:
     """Pairs of faces (front, back) of different bodies that look at each other and whose boxes meet.
 
     The front face looks up (or, if level, along +y or +x).

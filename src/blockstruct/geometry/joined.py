@@ -76,12 +76,15 @@ def _whole(pieces: list[FacePair], gap: float, rounding: float) -> list[FacePair
     axes = np.stack(plane_axes(normal))
     outlines = [shapely.Polygon((p.polygon - middle) @ axes.T) for p in pieces]
     union = shapely.union_all(outlines, grid_size=SNAP * rounding)
+    pieced = union
     if _has_holes(union) or len(shapely.get_parts(union)) > 1:
         # Slits as wide as a gap between pieces of a rough face are none.
         closed = shapely.buffer(union, gap, join_style="mitre", mitre_limit=20)
         union = shapely.buffer(closed, -gap, join_style="mitre", mitre_limit=20)
     parts = shapely.get_parts(shapely.simplify(shapely.normalize(union), rounding))
-    parts = parts[shapely.get_type_id(parts) == shapely.GeometryType.POLYGON]
+    parts = parts[(shapely.get_type_id(parts) == shapely.GeometryType.POLYGON) & ~shapely.is_empty(parts)]
+    # Closing slits may leave corners where no piece was.
+    parts = parts[shapely.area(shapely.intersection(parts, pieced)) > 0.5 * shapely.area(parts)]
     if _has_holes(union) or not 0 < len(parts) < len(pieces):
         return pieces
     largest = max(pieces, key=lambda p: p.area)

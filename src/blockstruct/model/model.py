@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from blockstruct.errors import GeometryError, ModelError, UnknownNameError
-from blockstruct.geometry import box_pairs, common_areas, overlapping_pairs, unheld
+from blockstruct.geometry import areas_on_bodies, box_pairs, common_areas, overlapping_pairs, unheld
 from blockstruct.model.block import Block
 from blockstruct.model.detection_report import DetectionReport
 from blockstruct.model.interface import Interface
@@ -20,7 +20,7 @@ from blockstruct.model.names import checked_name, checked_tuple
 
 #: Penetration, relative to the mean block size, that is rounding, and that blocks joined by an interface may have.
 OVERLAP_TOLERANCE, JOINED_OVERLAP = 1e-5, 1e-2
-#: Distance of an interface from the faces it lies on, relative to the mean block size: half of a wide, rough joint.
+#: Distance of an interface from the faces it lies on, relative to the smaller block: half of a wide, rough joint.
 OFF_FACE = 5e-2
 #: Share of the area of an interface that may lie beside the faces of its blocks: rounded corners.
 OFF_OUTLINE = 1e-2
@@ -141,11 +141,11 @@ class Model:
                 if end not in known:
                     msg = f"{who}: interface {interface.name!r} joins block {end!r}, which is not in the model"
                     raise UnknownNameError(msg)
+        self._check_detection(known)
         self._check_interfaces(known)
         # Overlap first: an overlapping block has no interfaces, so it would pass for a floating one.
         self._check_overlap()
         self._check_floating(known)
-        self._check_detection(known)
 
     def _check_floating(self, known: dict[str, int]) -> None:
         ends = np.array([(known[i.minus], known[i.plus]) for i in self.interfaces], dtype=int)
@@ -164,7 +164,7 @@ class Model:
         if not isinstance(self.detection, DetectionReport):
             msg = f"model {self.name!r}: detection is a {type(self.detection).__name__}; give found.report"
             raise ModelError(msg)
-        found = [c.interface for c in self.detection.contacts if not c.reason]
+        found = [c.interface for c in self.detection.contacts if c.interface or not c.reason]
         for kind, unknown in (
             ("block", self.detection.blocks - known.keys()),
             ("interface", set(found) - {i.name for i in self.interfaces}),
@@ -201,11 +201,9 @@ class Model:
         """
         if not self.interfaces:
             return
-        slack = OFF_FACE * self.characteristic_length
         interfaces, shapes = self.interfaces, [b.shape for b in self.blocks]
         ends = np.array([(known[i.minus], known[i.plus]) for i in interfaces])
-        fixed = np.array([b.fixed for b in self.blocks])
-        between = np.flatnonzero(fixed[ends].all(axis=1))
+        between = np.flatnonzero(np.array([b.fixed for b in self.blocks])[ends].all(axis=1))
         if len(between):
             found = interfaces[between[0]]
             msg = (
@@ -213,43 +211,29 @@ class Model:
                 f"{found.plus!r}, between which no force can be told; remove it"
             )
             raise ModelError(msg)
-        # Every interface with every face of its minus, then of its plus block.
-        count = np.array([len(s.faces) for s in shapes])
-        sides = ends.T.ravel()
-        pair = np.repeat(np.arange(len(sides)), count[sides])
-        offset = np.arange(len(pair)) - np.repeat(np.cumsum(count[sides]) - count[sides], count[sides])
-        face = (np.cumsum(count) - count)[sides][pair] + offset
-        i, sense = pair % len(interfaces), np.where(pair < len(interfaces), 1.0, -1.0)
-        normal = np.array([x.normal for x in interfaces])
-        polygons = [x.polygon for x in interfaces]
-        first = np.concatenate([s.vertices[[f[0] for f in s.faces]] for s in shapes])
-        # Faces that look the right way, in whose planes the corners lie.
-        facing = np.einsum("ij,ij->i", np.concatenate([s.normals for s in shapes])[face], normal[i]) * sense
-        height = np.einsum("ij,ij->i", first[face], normal[i])
-        low, high = (np.array([f(p @ n) for p, n in zip(polygons, normal, strict=True)]) for f in (np.min, np.max))
-        limit = slack + 2 * np.array([x.deviation for x in interfaces])
-        least = np.where([x.is_planar for x in interfaces], 0.99, 0.5)
-        kept = (facing > least[i]) & (np.maximum(high[i] - height, height - low[i]) <= limit[i])
-        outlines = polygons + [s.vertices[list(f)] for s in shapes for f in s.faces]
-        shared = common_areas(outlines, normal, i[kept], len(interfaces) + face[kept], np.inf)
-        covered = np.bincount(pair[kept], weights=shared, minlength=len(sides))
-        beside = np.flatnonzero(covered < (1 - OFF_OUTLINE) * np.tile([x.area for x in interfaces], 2))
-        if len(beside):
-            k = beside[0]
-            found, side = interfaces[k % len(interfaces)], "along" if k < len(interfaces) else "against"
-            msg = (
-                f"model {self.name!r}: interface {found.name!r} does not lie on a face of block "
-                f"{self.blocks[sides[k]].name!r} that looks {side} its normal: {covered[k]:.3g} of its "
-                f"{found.area:.3g} m^2 do, within {limit[k % len(interfaces)]:.3g} m; give a polygon on both blocks, "
-                "counter-clockwise seen from the plus block"
-            )
-            raise GeometryError(msg)
-        self._check_covered(known, slack)
+        extent = np.array([np.ptp(s.vertices, axis=0).max() for s in shapes])
+        limits = OFF_FACE * extent[ends].min(axis=1) + 2 * np.array([i.deviation for i in interfaces])
+        if self.detection is not None:
+            limits = np.maximum(limits, self.detection.tolerances.gap)
+        normals, areas = np.array([i.normal for i in interfaces]), np.array([i.area for i in interfaces])
+        for end, sense, side in ((0, 1.0, "along"), (1, -1.0, "against")):
+            on_faces = areas_on_bodies([i.polygon for i in interfaces], sense * normals, limits, shapes, ends[:, end])
+            beside = np.flatnonzero(on_faces < (1 - OFF_OUTLINE) * areas)
+            if len(beside):
+                k = beside[0]
+                msg = (
+                    f"model {self.name!r}: interface {interfaces[k].name!r} does not lie on a face of block "
+                    f"{self.blocks[ends[k, end]].name!r} that looks {side} its normal: {on_faces[k]:.3g} of its "
+                    f"{areas[k]:.3g} m^2 do, within {limits[k]:.3g} m; give a polygon on both blocks, "
+                    "counter-clockwise seen from the plus block, and the report of the detection (detection=) if its "
+                    "tolerance was larger"
+                )
+                raise GeometryError(msg)
+        self._check_covered(known)
 
-    def _check_covered(self, known: dict[str, int], slack: float) -> None:
+    def _check_covered(self, known: dict[str, int]) -> None:
         """No area of a joint belongs to two interfaces of the same blocks."""
-        if not self.interfaces:
-            return
+        slack = OFF_FACE * self.characteristic_length
         polygons = [interface.polygon for interface in self.interfaces]
         low, high = (np.array([f(p, axis=0) for p in polygons]) for f in (np.min, np.max))
         i, j = box_pairs(low - slack / 2, high + slack / 2)

@@ -1,0 +1,60 @@
+"""All faces of many bodies as flat arrays."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.geometry.polygon import flat_polygons
+from blockstruct.geometry.polyhedron import Polyhedron
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Faces:
+    """All faces of all bodies, one after the other; corners from ``start`` on, ``count`` of them."""
+
+    body: Index
+    normal: Array
+    centre: Array
+    low: Array
+    high: Array
+    corners: Array
+    start: Index
+    count: Index
+
+    @classmethod
+    def of(cls, bodies: Sequence[Polyhedron]) -> Self:
+        """Faces of bodies, in their order."""
+        loops = [b.vertices[list(face)] for b in bodies for face in b.faces]
+        count = np.array([len(loop) for loop in loops])
+        start = np.cumsum(count) - count
+        corners = np.concatenate(loops)
+        return cls(
+            body=np.repeat(np.arange(len(bodies)), [len(b.faces) for b in bodies]),
+            normal=np.concatenate([b.normals for b in bodies]),
+            centre=np.add.reduceat(corners, start) / count[:, None],
+            low=np.minimum.reduceat(corners, start),
+            high=np.maximum.reduceat(corners, start),
+            corners=corners,
+            start=start,
+            count=count,
+        )
+
+    @property
+    def extent(self) -> Array:
+        """Largest extent along an axis of each face."""
+        return np.asarray((self.high - self.low).max(axis=1))
+
+    def outlines(self, index: Index, axes: Array, middle: Array, extent: Array) -> NDArray[np.object_]:
+        """Outline of the faces, each in its own plane of axes (m, 2, 3) about its own middle (m, 3)."""
+        count = self.count[index]
+        of_corner = np.repeat(np.arange(len(index)), count)
+        offset = np.arange(len(of_corner)) - np.repeat(np.cumsum(count) - count, count)
+        points = self.corners[np.repeat(self.start[index], count) + offset] - middle[of_corner]
+        flat = np.einsum("kaj,kj->ka", axes[of_corner], points)
+        return flat_polygons(flat, of_corner, extent)

@@ -1,0 +1,75 @@
+"""Polygons that lie on faces of bodies."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from blockstruct.geometry.faces import Faces
+from blockstruct.geometry.neighbours import CHUNK
+from blockstruct.geometry.polygon import flat_polygons, plane_axes
+from blockstruct.geometry.polyhedron import Polyhedron
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: Cosine of the angle between a polygon and a face beyond which it does not lie on it, however close.
+FACING = 0.5
+
+
+def areas_on_bodies(
+    polygons: Sequence[Array], normals: Array, limits: Array, bodies: Sequence[Polyhedron], of: Index
+) -> Array:
+    """Areas (m,) of polygons that lie on faces of a body, each its own.
+
+    They are measured in the plane of the polygon, over faces that look along its normal; where an area is further
+    than the limit from the plane of the face at some corner, it does not count.
+
+    Parameters
+    ----------
+    polygons
+        Corners (k, 3) of each.
+    normals : (m, 3) array
+        Unit normals.
+    limits : (m,) array
+        Largest distances.
+    bodies
+        Polyhedra.
+    of : (m,) array
+        Body of each polygon.
+    """
+    faces = Faces.of(bodies)
+    begin = np.searchsorted(faces.body, np.arange(len(bodies) + 1))
+    count = np.diff(begin)[of]
+    low, high = (np.array([f(p, axis=0) for p in polygons]) for f in (np.min, np.max))
+    areas = np.zeros(len(polygons))
+    for part in np.array_split(np.arange(len(polygons)), count.sum() // CHUNK + 1):
+        k = np.repeat(part, count[part])
+        face = np.arange(len(k)) + np.repeat(begin[of[part]] - np.cumsum(count[part]) + count[part], count[part])
+        reach = limits[k, None]
+        near = np.all((faces.low[face] <= high[k] + reach) & (faces.high[face] >= low[k] - reach), axis=1)
+        near[near] = np.einsum("ij,ij->i", faces.normal[face[near]], normals[k[near]]) > FACING
+        k, face = k[near], face[near]
+        if len(k):
+            np.add.at(areas, k, _shared_areas([polygons[i] for i in k.tolist()], normals[k], limits[k], faces, face))
+    return areas
+
+
+def _shared_areas(polygons: Sequence[Array], normals: Array, limits: Array, faces: Faces, face: Index) -> Array:
+    """Areas (m,) that polygons share with a face each, where they lie within a limit of its plane."""
+    middles = np.array([p.mean(axis=0) for p in polygons])
+    axes = np.stack(plane_axes(normals), axis=1)
+    of = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
+    extent = np.maximum(faces.extent[face], [np.ptp(p, axis=0).max() for p in polygons])
+    flat = np.einsum("kaj,kj->ka", axes[of], np.concatenate(polygons) - middles[of])
+    one, other = flat_polygons(flat, of, extent), faces.outlines(face, axes, middles, extent)
+    valid = shapely.is_valid(one) & shapely.is_valid(other)
+    shared = np.full(len(polygons), shapely.Polygon(), dtype=object)
+    shared[valid] = shapely.intersection(one[valid], other[valid])
+    corners, of = shapely.get_coordinates(shared, return_index=True)
+    arms = faces.centre[face][of] - middles[of] - np.einsum("ka,kaj->kj", corners, axes[of])
+    facing = np.einsum("ij,ij->i", faces.normal[face], normals)
+    off = np.zeros(len(polygons))
+    np.maximum.at(off, of, np.abs(np.einsum("ij,ij->i", arms, faces.normal[face][of])) / facing[of])
+    return np.asarray(np.where(off <= limits, shapely.area(shared), 0.0))
