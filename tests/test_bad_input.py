@@ -354,3 +354,8 @@ def test_vertices_that_are_no_numbers_are_refused_wherever_they_come_from():
 
 def test_a_joint_is_varied_by_its_friction_angle():
     assert JOINT.varied(friction_angle="45 deg").friction_coefficient == pytest.approx(1.0)
+
+
+def test_settings_take_numbers_of_numpy():
+    settings = bs.ProcedureSettings(max_programs=np.int64(5), gap_tolerance=np.float64(1e-4))
+    assert (type(settings.max_programs), type(settings.gap_tolerance)) == (int, float)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from numbers import Integral, Real
 from typing import Any, Self
 
 from blockstruct.errors import ModelError
@@ -126,12 +127,15 @@ class ProcedureSettings:
                 continue
             low, high = limits.get(field.name, (0.0, 1e6))
             whole = field.type is int or field.type == "int"
-            if isinstance(value, bool) or not isinstance(value, int if whole else int | float):
+            kind: type[Any] = Integral if whole else Real
+            if isinstance(value, bool) or not isinstance(value, kind):
                 msg = f"ProcedureSettings: {field.name} is {value!r}; give a {'whole ' if whole else ''}number"
                 raise ModelError(msg)
             if not low <= value <= high:
                 msg = f"ProcedureSettings: {field.name} is {value!r}; give a value from {low:g} to {high:g}"
                 raise ModelError(msg)
+            # Numbers of numpy are stored as JSON like any other.
+            object.__setattr__(self, field.name, int(value) if whole else float(value))
 
         if self.relaxation_min > self.relaxation_max:
             msg = (
