@@ -69,7 +69,7 @@ def main() -> None:
     solver = ClarabelSolver()
     first = clock("associative solve", lambda: solver.solve(program, numbers, settings.solver_tolerance))
     solve = clock.seconds["associative solve"]
-    print(f"associative: {first.claim}, load factor {-(numbers.q @ first.y) / program.total:.8f}, {solve:.1f} s")
+    print(f"associative: {first.status}, load factor {-(numbers.q @ first.y) / program.total:.8f}, {solve:.1f} s")
 
     steps = solve_limit_case(problem, case.flow, settings, ClarabelSolver())
     iterations = []
