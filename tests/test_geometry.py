@@ -230,7 +230,9 @@ def test_polygons_that_differ_in_their_last_digits_share_all_their_area():
     corners = half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) + rng.uniform(-0.15, 0.15, (n, 4, 2))
     twins = np.roll((corners + rng.normal(0, 2e-16, corners.shape))[:, ::-1], 1, axis=1)
     of, extent = np.repeat(np.arange(n), 4), np.full(n, 2.0)
-    one, other = (flat_polygons(c.reshape(-1, 2), of, extent) for c in (corners, twins))
+    axes, middles = np.tile(np.eye(2, 3), (n, 1, 1)), np.zeros((n, 3))
+    points = (np.pad(c, ((0, 0), (0, 0), (0, 1))).reshape(-1, 3) for c in (corners, twins))
+    one, other = (flat_polygons(p, of, axes, middles, extent) for p in points)
     np.testing.assert_allclose(shapely.area(shapely.intersection(one, other)), shapely.area(one), rtol=1e-9)
 
 

@@ -7,6 +7,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from blockstruct.geometry.neighbours import expanded
 from blockstruct.geometry.polygon import flat_polygons
 from blockstruct.geometry.polyhedron import Polyhedron
 
@@ -52,9 +53,5 @@ class Faces:
 
     def outlines(self, index: Index, axes: Array, middle: Array, extent: Array) -> NDArray[np.object_]:
         """Outline of the faces, each in its own plane of axes (m, 2, 3) about its own middle (m, 3)."""
-        count = self.count[index]
-        of_corner = np.repeat(np.arange(len(index)), count)
-        offset = np.arange(len(of_corner)) - np.repeat(np.cumsum(count) - count, count)
-        points = self.corners[np.repeat(self.start[index], count) + offset] - middle[of_corner]
-        flat = np.einsum("kaj,kj->ka", axes[of_corner], points)
-        return flat_polygons(flat, of_corner, extent)
+        of_corner, corner, _ = expanded(self.start[index], self.count[index])
+        return flat_polygons(self.corners[corner], of_corner, axes, middle, extent)

@@ -7,8 +7,8 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.geometry.faces import Faces
-from blockstruct.geometry.neighbours import CHUNK
-from blockstruct.geometry.polygon import flat_polygons, plane_axes
+from blockstruct.geometry.neighbours import CHUNK, expanded
+from blockstruct.geometry.polygon import flat_polygons, intersections, plane_axes
 from blockstruct.geometry.polyhedron import Polyhedron
 
 Array = NDArray[np.float64]
@@ -45,8 +45,8 @@ def areas_on_bodies(
     low, high = (np.array([f(p, axis=0) for p in polygons]) for f in (np.min, np.max))
     areas = np.zeros(len(polygons))
     for part in np.array_split(np.arange(len(polygons)), count.sum() // CHUNK + 1):
-        k = np.repeat(part, count[part])
-        face = np.arange(len(k)) + np.repeat(begin[of[part]] - np.cumsum(count[part]) + count[part], count[part])
+        row, face, _ = expanded(begin[of[part]], count[part])
+        k = part[row]
         reach = limits[k, None]
         near = np.all((faces.low[face] <= high[k] + reach) & (faces.high[face] >= low[k] - reach), axis=1)
         near[near] = np.einsum("ij,ij->i", faces.normal[face[near]], normals[k[near]]) > FACING
@@ -62,11 +62,8 @@ def _shared_areas(polygons: Sequence[Array], normals: Array, limits: Array, face
     axes = np.stack(plane_axes(normals), axis=1)
     of = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
     extent = np.maximum(faces.extent[face], [np.ptp(p, axis=0).max() for p in polygons])
-    flat = np.einsum("kaj,kj->ka", axes[of], np.concatenate(polygons) - middles[of])
-    one, other = flat_polygons(flat, of, extent), faces.outlines(face, axes, middles, extent)
-    valid = shapely.is_valid(one) & shapely.is_valid(other)
-    shared = np.full(len(polygons), shapely.Polygon(), dtype=object)
-    shared[valid] = shapely.intersection(one[valid], other[valid])
+    outlines = flat_polygons(np.concatenate(polygons), of, axes, middles, extent)
+    shared = intersections(outlines, faces.outlines(face, axes, middles, extent))
     corners, of = shapely.get_coordinates(shared, return_index=True)
     arms = faces.centre[face][of] - middles[of] - np.einsum("ka,kaj->kj", corners, axes[of])
     facing = np.einsum("ij,ij->i", faces.normal[face], normals)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from blockstruct.geometry.neighbours import expanded
 from blockstruct.geometry.planes import Planes
 from blockstruct.geometry.polygon import plane_axes
 
@@ -101,10 +102,8 @@ def _in_one_plane(
     close = np.abs(np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]])) > 0.99
     count = np.bincount(planes.face)
     for one, other in (pairs.T, pairs.T[::-1]):
-        of_pair = np.repeat(np.arange(len(pairs)), count[other])
-        offset = np.arange(len(of_pair)) - np.repeat(np.cumsum(count[other]) - count[other], count[other])
-        corner = planes.corner[np.repeat(planes.start[other], count[other]) + offset]
-        arms = vertices[corner] - planes.centre[one][of_pair]
+        of_pair, corner, _ = expanded(planes.start[other], count[other])
+        arms = vertices[planes.corner[corner]] - planes.centre[one][of_pair]
         far = np.zeros(len(pairs))
         np.maximum.at(far, of_pair, np.abs(np.einsum("ij,ij->i", arms, normals[one][of_pair])))
         close &= far <= np.where(empty[one], np.inf, limit)

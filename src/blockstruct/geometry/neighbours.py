@@ -76,8 +76,8 @@ def separations(bodies: list[Polyhedron], i: Index, j: Index) -> Array:
 
     def beyond(i: Index, j: Index) -> Array:
         """How far the bodies j lie beyond all of a body i, along the best of its normals."""
-        pair, face, first_face = _expanded(normals.start[i], normals.count[i])
-        row, vertex, first_vertex = _expanded(vertices.start[j][pair], vertices.count[j][pair])
+        pair, face, first_face = expanded(normals.start[i], normals.count[i])
+        row, vertex, first_vertex = expanded(vertices.start[j][pair], vertices.count[j][pair])
         heights = np.einsum("ij,ij->i", normals.values[face[row]], vertices.values[vertex])
         gaps = np.minimum.reduceat(heights, first_vertex) - support[face]
         return np.asarray(np.maximum.reduceat(gaps, first_face))
@@ -102,7 +102,7 @@ class _Packed:
         return cls(np.concatenate(arrays), np.cumsum(count) - count, count)
 
 
-def _expanded(start: Index, count: Index) -> tuple[Index, Index, Index]:
+def expanded(start: Index, count: Index) -> tuple[Index, Index, Index]:
     """All members of the ranges ``start + (0 … count − 1)``: the range of each, the member, the first of each range."""
     first = np.cumsum(count) - count
     of = np.repeat(np.arange(len(count)), count)

@@ -68,22 +68,34 @@ def tributary_areas(points: Array, starts: Index, centroids: Array, normals: Arr
     return np.asarray((triangles + triangles[previous]) / 2 * scale[polygon])
 
 
-def flat_polygons(corners: Array, of: Index, extent: Array) -> NDArray[np.object_]:
-    """Polygons of corners (k, 2) in their planes, on a grid fine beside the extent of each.
+def flat_polygons(points: Array, of: Index, axes: Array, middles: Array, extent: Array) -> NDArray[np.object_]:
+    """Polygons of points (k, 3) in planes of their own, on a grid fine beside the extent of each.
 
     Where corners of two polygons differ in their last digits only, GEOS gives a wrong intersection once in some
     thousand times, a point or nothing for two equal outlines: on the grid such corners are the same.
 
     Parameters
     ----------
-    corners : (k, 2) array
+    points : (k, 3) array
     of : (k,) array
-        Polygon of each corner, ascending.
+        Polygon of each point, ascending.
+    axes : (n, 2, 3) array
+    middles : (n, 3) array
+        Origin of each plane.
     extent : (n,) array
         Of each polygon; equal for those that are to be intersected.
     """
+    flat = np.einsum("kaj,kj->ka", axes[of], points - middles[of])
     grid = np.exp2(np.floor(np.log2(GRID * extent)))[of][:, None]
-    return np.asarray(shapely.polygons(shapely.linearrings(np.round(corners / grid) * grid, indices=of)))
+    return np.asarray(shapely.polygons(shapely.linearrings(np.round(flat / grid) * grid, indices=of)))
+
+
+def intersections(one: NDArray[np.object_], other: NDArray[np.object_]) -> NDArray[np.object_]:
+    """What polygons share, pair by pair; nothing where an outline crosses itself."""
+    shared = np.full(len(one), shapely.Polygon(), dtype=object)
+    valid = shapely.is_valid(one) & shapely.is_valid(other)
+    shared[valid] = shapely.intersection(one[valid], other[valid])
+    return shared
 
 
 def common_areas(polygons: Sequence[Array], normals: Array, i: Index, j: Index, tolerance: float) -> Array:
@@ -115,12 +127,7 @@ def common_areas(polygons: Sequence[Array], normals: Array, i: Index, j: Index, 
     def outlines(index: Index) -> NDArray[np.object_]:
         corners = [polygons[k] for k in index]
         of = np.repeat(np.arange(len(index)), [len(c) for c in corners])
-        flat = np.einsum("kaj,kj->ka", axes[of], np.concatenate(corners) - middles[one][of])
-        return flat_polygons(flat, of, extent)
+        return flat_polygons(np.concatenate(corners), of, axes, middles[one], extent)
 
-    a, b = outlines(one), outlines(other)
-    valid = shapely.is_valid(a) & shapely.is_valid(b)
-    shared = np.zeros(len(one))
-    shared[valid] = shapely.area(shapely.intersection(a[valid], b[valid]))
-    areas[near] = shared
+    areas[near] = shapely.area(intersections(outlines(one), outlines(other)))
     return areas

@@ -216,19 +216,20 @@ class Model:
         if self.detection is not None:
             limits = np.maximum(limits, self.detection.tolerances.gap)
         normals, areas = np.array([i.normal for i in interfaces]), np.array([i.area for i in interfaces])
-        for end, sense, side in ((0, 1.0, "along"), (1, -1.0, "against")):
-            on_faces = areas_on_bodies([i.polygon for i in interfaces], sense * normals, limits, shapes, ends[:, end])
-            beside = np.flatnonzero(on_faces < (1 - OFF_OUTLINE) * areas)
-            if len(beside):
-                k = beside[0]
-                msg = (
-                    f"model {self.name!r}: interface {interfaces[k].name!r} does not lie on a face of block "
-                    f"{self.blocks[ends[k, end]].name!r} that looks {side} its normal: {on_faces[k]:.3g} of its "
-                    f"{areas[k]:.3g} m^2 do, within {limits[k]:.3g} m; give a polygon on both blocks, "
-                    "counter-clockwise seen from the plus block, and the report of the detection (detection=) if its "
-                    "tolerance was larger"
-                )
-                raise GeometryError(msg)
+        # On the minus blocks, then on the plus blocks.
+        polygons, along = [i.polygon for i in interfaces] * 2, np.concatenate([normals, -normals])
+        on_faces = areas_on_bodies(polygons, along, np.tile(limits, 2), shapes, ends.T.ravel()).reshape(2, -1)
+        beside = np.argwhere(on_faces < (1 - OFF_OUTLINE) * areas)
+        if len(beside):
+            end, k = beside[0]
+            msg = (
+                f"model {self.name!r}: interface {interfaces[k].name!r} does not lie on a face of block "
+                f"{self.blocks[ends[k, end]].name!r} that looks {('along', 'against')[end]} its normal: "
+                f"{on_faces[end, k]:.3g} of its {areas[k]:.3g} m^2 do, within {limits[k]:.3g} m; give a polygon on "
+                "both blocks, counter-clockwise seen from the plus block, and the report of the detection (detection=) "
+                "if its tolerance was larger"
+            )
+            raise GeometryError(msg)
         self._check_covered(known)
 
     def _check_covered(self, known: dict[str, int]) -> None:
