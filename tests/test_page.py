@@ -228,7 +228,7 @@ def test_resultants_and_colours_can_be_chosen(page, analysis):
     settle(page)
     lines = coordinates(page, 4)
     result = next(iter(analysis.values()))
-    pressed = int(is_pressed(result.history)[-1].sum())
+    pressed = int(is_pressed(result.history, result.resultants)[-1].sum())
     assert len(lines) == 3 * pressed
     slide(page, "colour", "sliding")
     shades = page.evaluate("Array.from(document.getElementById('view').data[3].intensity)")

@@ -60,17 +60,6 @@ def say(text: str) -> None:
     out.print(text, markup=False, soft_wrap=True)
 
 
-def opened(file: Path) -> bs.Analysis:
-    """Analysis of a file; the refusal of one that its run has not written yet says how to have it."""
-    if not file.exists() and file.with_name(f"{file.name}.partial").is_dir():
-        msg = (
-            f"{file}: not written, its run goes on or was killed; keep what it has found with "
-            f"'blockstruct recover {file}', or go on with 'blockstruct resume {file}'"
-        )
-        raise bs.StorageError(msg)
-    return bs.open_analysis(file)
-
-
 def print_results(analysis: bs.Analysis, *, iterations: bool = False) -> None:
     """Print every case with its certificate, then all of them in a table; with iterations, those too."""
     for result in analysis.values():

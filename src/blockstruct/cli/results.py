@@ -8,7 +8,7 @@ import pandas as pd
 import typer
 
 import blockstruct as bs
-from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, opened, out, print_results, say
+from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, out, print_results, say
 from blockstruct.views import analysis_summary, archive_table, iteration_table
 from blockstruct.views.output import write_text
 
@@ -16,7 +16,7 @@ from blockstruct.views.output import write_text
 @app.command()
 def show(file: FileArgument, as_json: JsonOption = False) -> None:
     """Print the results of an analysis, with their certificates."""
-    analysis = opened(file)
+    analysis = bs.open_analysis(file)
     if as_json:
         typer.echo(json.dumps(analysis_summary(analysis), indent=2))
         return
@@ -42,7 +42,7 @@ def history(
     csv: CsvOption = None,
 ) -> None:
     """Print the iteration history of a case."""
-    result = opened(file)[case]
+    result = bs.open_analysis(file)[case]
     if variable is None and csv is None:
         out.print(iteration_table(result.history))
         return
@@ -85,7 +85,7 @@ def diff(
         same = bool((table["agree"] & (table["relative_difference"].abs() <= tolerance)).all())
         say(table.drop(columns=["model_hash", "model_hash_other"]).to_string())
     else:
-        found = bs.compare(opened(one), opened(other))
+        found = bs.compare(bs.open_analysis(one), bs.open_analysis(other))
         same = found.agrees(tolerance)
         say(str(found))
     if not same:
@@ -104,7 +104,7 @@ def view(
     from blockstruct.views.page import write_page
 
     target = _beside(output or file.with_suffix(".html"), file)
-    _written(write_page(opened(file), target), show_it)
+    _written(write_page(bs.open_analysis(file), target), show_it)
 
 
 @app.command()
@@ -128,7 +128,7 @@ def report(
 
     target = _beside(output or file.with_name(f"{file.stem}-report.html"), file, template)
     head = dict(_project_line(line) for line in project or ())
-    _written(write_report(opened(file), target, project=head, template=template), show_it)
+    _written(write_report(bs.open_analysis(file), target, project=head, template=template), show_it)
 
 
 def _project_line(line: str) -> tuple[str, str]:

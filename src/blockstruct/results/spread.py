@@ -50,9 +50,10 @@ class Spread:
         return cls(MappingProxyType(runs), lowest, highest, upper_bound)
 
     @property
-    def results(self) -> tuple[CaseResult, ...]:
-        """All results, that of associative flow last."""
-        return (*self.runs.values(), *([self.upper_bound] if self.upper_bound else []))
+    def results(self) -> dict[str, CaseResult]:
+        """All results by their schedules, that of associative flow last."""
+        bound = {} if self.upper_bound is None else {str(Flow.ASSOCIATIVE): self.upper_bound}
+        return {**self.runs, **bound}
 
     def __str__(self) -> str:
         lines = [f"spread over {len(self.runs)} schedules"]

@@ -12,6 +12,7 @@ import numpy as np
 from blockstruct.errors import FormatError, StorageError
 from blockstruct.schema import listed_violations, violations
 from blockstruct.storage.case_group import group_of
+from blockstruct.storage.lock import folder_of
 from blockstruct.storage.seal import is_intact
 from blockstruct.storage.skeleton import plain, skeleton
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
@@ -53,6 +54,12 @@ def check_file(path: str | Path) -> dict[str, Any]:
     """
     path = Path(path)
     if not path.is_file():
+        if not path.exists() and folder_of(path).is_dir():
+            msg = (
+                f"{path}: not written, its run goes on or was killed; keep what it has found with "
+                f"'blockstruct recover {path}', or go on with 'blockstruct resume {path}'"
+            )
+            raise StorageError(msg)
         what = "is a folder" if path.is_dir() else "no such file"
         msg = f"{path}: {what}; give the path of a blockstruct analysis"
         raise StorageError(msg)

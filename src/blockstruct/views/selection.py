@@ -71,11 +71,11 @@ def same_model(model: bs.Model, result: bs.CaseResult) -> None:
 ROUNDING = 1e-4
 
 
-def is_pressed(history: xr.Dataset) -> NDArray[np.bool_]:
-    """Whether interfaces are pressed by more than rounding, (iteration, I)."""
+def is_pressed(history: xr.Dataset, resultants: xr.Dataset) -> NDArray[np.bool_]:
+    """Whether interfaces with these resultants are pressed by more than rounding, (iteration, I)."""
     starts = np.searchsorted(history["interface_of_contact_point"], np.arange(history.sizes["interface"]))
     floor = ROUNDING * np.add.reduceat(history["unit_of_force"].to_numpy(), starts)
-    N = bs.interface_resultants(history)["force"].sel(component="n").transpose("iteration", "interface")
+    N = resultants["force"].sel(component="n").transpose("iteration", "interface")
     return np.asarray(N.to_numpy() > floor)
 
 
@@ -85,10 +85,12 @@ def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[n
     The forces act on the plus blocks, in global axes. Interfaces pressed by no more than rounding are not pressed.
     """
     history = result.history.isel(iteration=[iteration])
-    resultants = bs.interface_resultants(history).isel(iteration=0)
+    resultants = bs.interface_resultants(history)
+    pressed = is_pressed(history, resultants)[0]
+    resultants = resultants.isel(iteration=0)
     frame = history["interface_frame"].to_numpy()
     e = resultants["eccentricity"].transpose("interface", "in_plane").to_numpy()
     force = resultants["force"].transpose("interface", "component").to_numpy()
     point = history["interface_position"].to_numpy() + np.einsum("ij,ija->ia", e, frame[:, 1:])
-    point[~is_pressed(history)[0]] = np.nan
+    point[~pressed] = np.nan
     return point, np.einsum("ic,ica->ia", force, frame)

@@ -99,7 +99,7 @@ def _interfaces(model: bs.Model, result: bs.CaseResult, origin: Array) -> dict[s
 
 def _spread(analysis: bs.Analysis, result: bs.CaseResult) -> list[str]:
     """What a case or a run of its spread says of that spread."""
-    return [spread_words(s) for s in analysis.spreads.values() if result in s.results]
+    return [spread_words(s) for s in analysis.spreads.values() if result in s.results.values()]
 
 
 def _case(model: bs.Model, result: bs.CaseResult, spread: list[str]) -> dict[str, Any]:
@@ -126,7 +126,7 @@ def _case(model: bs.Model, result: bs.CaseResult, spread: list[str]) -> dict[str
         "measures": {label: _plain(history[name].to_numpy()) for name, (label, *_) in MEASURES.items()},
         "largest": np.where(largest > 0, largest, 1.0).tolist(),
         "force": _packed(force, "<f4"),
-        "eccentricity": _packed(np.where(is_pressed(history)[..., None], eccentricity, np.nan), "<f4"),
+        "eccentricity": _packed(np.where(is_pressed(history, resultants)[..., None], eccentricity, np.nan), "<f4"),
         "states": texts.tolist(),
         "gravest": [parts(text)[0] for text in texts],
         "state": _packed(index.reshape(states.shape), "<u2"),

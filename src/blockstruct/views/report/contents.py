@@ -23,7 +23,7 @@ def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any
     model, spreads = analysis.model, analysis.spreads
     results = list(analysis.values())
     # The runs of a spread have a table of their own; of them the lowest is shown like a case.
-    runs = {r.name for s in spreads.values() for r in s.results if r.name not in spreads}
+    runs = {r.name for s in spreads.values() for r in s.results.values() if r.name not in spreads}
     cases = [r for r in results if r.name not in runs]
     shown = [r for r in results if r in cases or any(r is s.lowest for s in spreads.values())]
     return {
@@ -123,8 +123,7 @@ def _result(r: bs.CaseResult) -> dict[str, str]:
 
 
 def _spread(name: str, spread: bs.Spread) -> dict[str, Any]:
-    runs = dict(spread.runs) | ({"associative": spread.upper_bound} if spread.upper_bound else {})
-    given = asdict(runs["as given"].settings)
+    given = asdict(spread.runs["as given"].settings)
     return {
         "name": name,
         "words": spread_words(spread),
@@ -139,7 +138,7 @@ def _spread(name: str, spread: bs.Spread) -> dict[str, Any]:
                 ),
                 "holds": "holds" if r.certificate and r.certificate.holds else "does not hold",
             }
-            for schedule, r in runs.items()
+            for schedule, r in spread.results.items()
         ],
     }
 

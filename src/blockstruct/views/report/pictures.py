@@ -30,14 +30,14 @@ class Picture:
 def pictures(model: bs.Model, result: bs.CaseResult) -> list[Picture]:
     """Pictures of a case that has iterations, as far as there is something to draw."""
     look = best_look(model, result)
-    last = result.history.isel(iteration=-1)
+    last = result.history.isel(iteration=[-1])
     wide: dict[str, Callable[[Axes], object]] = {}
     narrow: dict[str, Callable[[Axes], object]] = {}
     if np.isfinite(last["block_velocity"]).all():
         wide["Mechanism of the last iteration"] = lambda ax: figures.mechanism(model, result, look=look, ax=ax)
     if np.any(np.nan_to_num(last["contact_force"]) != 0):
         wide["State of the interfaces"] = lambda ax: figures.structure(model, result, look=look, ax=ax)
-    if is_pressed(result.history.isel(iteration=[-1])).any():
+    if is_pressed(last, bs.interface_resultants(last)).any():
         wide["Resultants on the interfaces and line of thrust"] = lambda ax: figures.forces(
             model, result, look=look, ax=ax
         )
