@@ -60,7 +60,7 @@ def associative_solve(columns: int, rows: int) -> tuple[float, float]:
     problem = LimitProblem.of(Statics.of(model), case)
     settings = bs.ProcedureSettings()
     program = ConicProgram(problem, settings)
-    numbers = program.numbers(true_sliding(problem))
+    numbers = program.data(true_sliding(problem))
     start = perf_counter()
     ClarabelSolver().solve(program, numbers, settings.solver_tolerance)
     return building, perf_counter() - start

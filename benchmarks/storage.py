@@ -23,7 +23,7 @@ from blockstruct.analysis.recorder import Recorder
 from blockstruct.limit import LimitProblem
 from blockstruct.results import history_of
 from blockstruct.statics import Statics
-from blockstruct.storage import WorkingData
+from blockstruct.storage import Checkpoint
 
 PUSH = bs.LoadPattern("push", [bs.BodyForce((1, 0, 0))])
 CASE = bs.LimitCase("push", bs.LoadPattern("dead", [bs.SelfWeight()]), PUSH)
@@ -55,16 +55,16 @@ def recording(folder: Path, columns: int, rows: int, programs: int) -> None:
 
         setattr(kind, method, measured)
 
-    begin = WorkingData.begin.__func__  # type: ignore[attr-defined]
+    begin = Checkpoint.begin.__func__  # type: ignore[attr-defined]
 
     def begun(cls: type, *words: Any) -> Any:
         seconds, value = timed(lambda: begin(cls, *words))
         spent["plan"] += seconds
         return value
 
-    WorkingData.begin = classmethod(begun)  # type: ignore[assignment,method-assign]
+    Checkpoint.begin = classmethod(begun)  # type: ignore[assignment,method-assign]
     clocked(Recorder, "__call__", "iterations")
-    clocked(WorkingData, "finish", "finished file")
+    clocked(Checkpoint, "finish", "finished file")
     settings = bs.ProcedureSettings(max_programs=programs)
     manager = bs.AnalysisManager(model, folder / "recorded.h5", settings=settings)
     whole, analysis = timed(lambda: manager.run([CASE]))

@@ -14,7 +14,8 @@ from time import perf_counter
 from typing import Any
 
 import blockstruct as bs
-from blockstruct.limit import ConicProgram, LimitProblem, solve_limit_case, true_sliding
+from blockstruct.limit import ConicProgram, LimitProblem, true_sliding
+from blockstruct.procedures import solve_limit_case
 from blockstruct.results import history_of
 from blockstruct.solvers import ClarabelSolver, CvxpySolver
 from blockstruct.statics import Statics
@@ -65,7 +66,7 @@ def main() -> None:
     print(f"{len(model.blocks)} blocks, {len(model.interfaces)} interfaces, {problem.n_points} contact points")
 
     program = clock("conic build", lambda: ConicProgram(problem, settings))
-    numbers = clock("conic build", lambda: program.numbers(true_sliding(problem)))
+    numbers = clock("conic build", lambda: program.data(true_sliding(problem)))
     solver = ClarabelSolver()
     first = clock("associative solve", lambda: solver.solve(program, numbers, settings.solver_tolerance))
     solve = clock.seconds["associative solve"]

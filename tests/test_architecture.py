@@ -6,21 +6,26 @@ from pathlib import Path
 import pytest
 
 SOURCE = Path(__file__).parents[1] / "src" / "blockstruct"
-GROUND = {"errors", "units", "vocabulary", "schema"}
+GROUND = {"errors", "units", "vocabulary", "schema", "files"}
 MAY_IMPORT = {
     "errors": set(),
     "vocabulary": set(),
     "schema": set(),
+    "files": {"errors"},
     "units": {"errors"},
     "geometry": {"errors"},
     "model": {"geometry"} | GROUND,
-    "builders": {"model", "geometry"} | GROUND,
+    "contacts": {"model", "geometry"} | GROUND,
+    "structures": {"model", "geometry"} | GROUND,
+    "imports": {"model", "geometry"} | GROUND,
+    "documents": {"model", "contacts", "structures"} | GROUND,
     "statics": {"model", "geometry"} | GROUND,
     "limit": {"statics", "model"} | GROUND,
     "solvers": {"limit"} | GROUND,
+    "procedures": {"limit", "solvers"} | GROUND,
     "results": {"limit", "statics", "model"} | GROUND,
     "storage": {"results", "model", "geometry"} | GROUND,
-    "analysis": {"limit", "solvers", "results", "storage", "statics", "model"} | GROUND,
+    "analysis": {"procedures", "limit", "solvers", "results", "storage", "statics", "model"} | GROUND,
     "views": {"analysis", "units"},
     "cli": {"analysis", "views"},
 }

@@ -7,7 +7,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.geometry import closed_surface
+from blockstruct.imports.surface import closed_surface
 from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, ply_text, stl_bytes
 
 STONE = bs.Material("stone", "20 kN/m^3")

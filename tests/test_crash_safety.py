@@ -15,7 +15,8 @@ import pytest
 import blockstruct as bs
 from blockstruct.analysis import CaseFinished, CaseStarted, IterationDone
 from blockstruct.analysis.replay import ReplaySolver
-from blockstruct.limit import LimitProblem, solve_limit_case
+from blockstruct.limit import LimitProblem
+from blockstruct.procedures import solve_limit_case
 from blockstruct.results import history_of
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.statics import Statics

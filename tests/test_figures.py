@@ -21,10 +21,10 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.views import figures
 from blockstruct.views.figures.domain import stress_blocks
-from blockstruct.views.look import STATE_COLOURS, parts
 from blockstruct.views.report.pictures import nearest_to_crushing, pictures
 from blockstruct.views.selection import application_points
 from blockstruct.views.solids import Solids, triangles
+from blockstruct.views.style import STATE_COLOURS, parts
 from structures import SELF_WEIGHT, model_of, push, single_block, solve
 
 mpl.use("Agg")

@@ -28,18 +28,18 @@ def problem(small_model):
 @pytest.fixture(scope="module")
 def n0(problem):
     program = ConicProgram(problem, ProcedureSettings())
-    solution = ClarabelSolver().solve(program, program.numbers(true_sliding(problem)), 1e-10)
+    solution = ClarabelSolver().solve(program, program.data(true_sliding(problem)), 1e-10)
     return program.unpack(solution)[1][:, 0]
 
 
 def programs(problem, n0):
-    """Numbers of every kind of program of the procedure."""
+    """ProgramData of every kind of program of the procedure."""
     program = ConicProgram(problem, ProcedureSettings())
     shift = np.linspace(0, 0.05, problem.n_points)
-    yield program, program.numbers(true_sliding(problem))
-    yield program, program.numbers(fictitious_sliding(problem, n0, 0.1, 0.3))
-    yield program, program.numbers(fictitious_sliding(problem, n0, 1e-3, 1e-2))
-    yield program, program.numbers(true_sliding(problem), objective=Objective(shift, 1.01), limit=0.3)
+    yield program, program.data(true_sliding(problem))
+    yield program, program.data(fictitious_sliding(problem, n0, 0.1, 0.3))
+    yield program, program.data(fictitious_sliding(problem, n0, 1e-3, 1e-2))
+    yield program, program.data(true_sliding(problem), objective=Objective(shift, 1.01), limit=0.3)
 
 
 def test_clarabel_updates_in_place_what_it_would_build_anew(problem, n0):
@@ -60,7 +60,7 @@ def test_cvxpy_agrees(problem, n0, name):
 
 def test_multipliers_of_cvxpy_are_the_mechanism(problem):
     program = ConicProgram(problem, ProcedureSettings())
-    numbers = program.numbers(true_sliding(problem))
+    numbers = program.data(true_sliding(problem))
     alpha, x, u = program.unpack(CvxpySolver("CLARABEL").solve(program, numbers, 1e-10))
     assert problem.w_L @ u == pytest.approx(1.0, abs=1e-8)
     v = (problem.A.T @ u).reshape(-1, 3)

@@ -32,33 +32,8 @@ True
 """
 
 from blockstruct.analysis import AnalysisManager, log_to, print_lines, reproduce
-from blockstruct.builders import (
-    Detection,
-    Document,
-    Imported,
-    ImportReport,
-    Opening,
-    Sidewall,
-    arch,
-    arch_on_piers,
-    barrel_vault,
-    column,
-    courses,
-    cross_vault,
-    detect_interfaces,
-    dome,
-    pier_spandrel,
-    read_assembly,
-    read_document,
-    read_drawing,
-    read_mesh,
-    stack,
-    tilted,
-    wall,
-    write_document,
-    write_draft,
-    write_obj,
-)
+from blockstruct.contacts import Detection, detect_interfaces
+from blockstruct.documents import Document, read_document, write_document, write_draft
 from blockstruct.errors import (
     BlockstructError,
     DimensionError,
@@ -74,6 +49,7 @@ from blockstruct.errors import (
     UnitError,
     UnknownNameError,
 )
+from blockstruct.imports import Imported, ImportReport, read_assembly, read_drawing, read_mesh, write_obj
 from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
 from blockstruct.model import (
     Block,
@@ -105,6 +81,21 @@ from blockstruct.results import (
     utilisation,
 )
 from blockstruct.storage import Archive, check_file, open_analysis, recover, save_analysis
+from blockstruct.structures import (
+    Opening,
+    Sidewall,
+    arch,
+    arch_on_piers,
+    barrel_vault,
+    column,
+    courses,
+    cross_vault,
+    dome,
+    pier_spandrel,
+    stack,
+    tilted,
+    wall,
+)
 from blockstruct.units import Q_, ureg
 from blockstruct.vocabulary import ContactState, Flow, JointOrientation, SolverStatus, Stage, Status
 

@@ -22,13 +22,13 @@ from blockstruct.limit import (
     Outcome,
     ProcedureSettings,
     schedules_of,
-    solve_limit_case,
 )
 from blockstruct.model import LimitCase, Model, checked_tuple
+from blockstruct.procedures import solve_limit_case
 from blockstruct.results import Analysis, CaseResult, contact_state, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
-from blockstruct.storage import WorkingData, claim, is_unfinished, open_analysis, patterns
+from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, patterns
 from blockstruct.vocabulary import ContactState, Flow, Status
 
 #: Properties of joints that a sweep varies, with their dimensions.
@@ -140,7 +140,7 @@ class AnalysisManager:
         )
         if self.store is None:
             return self._conduct(analysis, self.listeners)
-        with WorkingData.begin(self.store, analysis) as working:
+        with Checkpoint.begin(self.store, analysis) as working:
             return self._record(analysis, working)
 
     @classmethod
@@ -166,14 +166,14 @@ class AnalysisManager:
             A damaged file, or one whose iterations are not those of this version of blockstruct.
         """
         if is_unfinished(path):
-            with WorkingData.reopen(path) as working:
+            with Checkpoint.reopen(path) as working:
                 analysis = working.analysis()
                 return cls._resuming(analysis, path, listeners)._record(analysis, working)
         analysis = open_analysis(path)
         if analysis.status == "finished":
             return analysis
         manager = cls._resuming(analysis, path, listeners)
-        with WorkingData.begin(Path(path), analysis) as working:
+        with Checkpoint.begin(Path(path), analysis) as working:
             return manager._record(analysis, working)
 
     @classmethod
@@ -267,7 +267,7 @@ class AnalysisManager:
         settings = next((result.settings for result in analysis.values()), None)
         return cls(analysis.model, path, settings=settings, listeners=listeners)
 
-    def _record(self, analysis: Analysis, working: WorkingData) -> Analysis:
+    def _record(self, analysis: Analysis, working: Checkpoint) -> Analysis:
         done = self._conduct(analysis, (Recorder(working), *self.listeners))
         working.finish(done)
         return done

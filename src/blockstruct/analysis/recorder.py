@@ -7,7 +7,7 @@ import xarray as xr
 from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone
 from blockstruct.limit import Iteration
 from blockstruct.results import history_of
-from blockstruct.storage import WorkingData
+from blockstruct.storage import Checkpoint
 from blockstruct.vocabulary import Status
 
 
@@ -20,7 +20,7 @@ class Recorder:
         Where.
     """
 
-    def __init__(self, working: WorkingData) -> None:
+    def __init__(self, working: Checkpoint) -> None:
         self._working = working
         self._history: Callable[[Iteration], xr.Dataset]
 

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.errors import FormatError
-from blockstruct.limit import ConicProgram, Iteration, LimitProblem, Numbers, Outcome, Solution, Solver
+from blockstruct.limit import ConicProgram, Iteration, LimitProblem, Outcome, ProgramData, Solution, Solver
 from blockstruct.limit.iteration import Steps
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import SolverStatus, Stage
@@ -39,15 +39,15 @@ class ReplaySolver:
         self._u = (velocity * unit_of_u).reshape(len(velocity), problem.A.shape[0])
         self._next = 0
 
-    def solve(self, program: ConicProgram, numbers: Numbers, tolerance: float) -> Solution:
+    def solve(self, program: ConicProgram, data: ProgramData, tolerance: float) -> Solution:
         """Solution of one program."""
         if program.problem is not self._problem or self._next == len(self._u):
-            return self._solver.solve(program, numbers, tolerance)
+            return self._solver.solve(program, data, tolerance)
         k = self._next
         self._next += 1
         alpha = float(self._history["load_factor"][k])
         if np.isposinf(alpha):
-            return self._solver.solve(program, numbers, tolerance)
+            return self._solver.solve(program, data, tolerance)
         y, z = np.zeros(program.G.shape[1]), np.zeros(program.G.shape[0])
         y[0] = alpha * program.unit
         y[1 : 1 + self._x[k].size] = self._x[k].ravel()

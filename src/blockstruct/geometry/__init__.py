@@ -11,12 +11,10 @@ from blockstruct.geometry.cells import is_rectangle, polygon_cells
 from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs, crossed_faces
 from blockstruct.geometry.joined import joined_pairs
 from blockstruct.geometry.lying import areas_on_bodies
-from blockstruct.geometry.neighbours import box_pairs, separations, unheld
+from blockstruct.geometry.neighbours import box_pairs, separations, unsupported
 from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.polygon import common_areas, plane_axes, polygon_area, tributary_areas
 from blockstruct.geometry.polyhedron import BOX_FACES, Polyhedron, box, polyhedron
-from blockstruct.geometry.soup import closed_bodies, compact, gathered, welded
-from blockstruct.geometry.surface import Surface, closed_surface
 
 __all__ = [
     # polyhedra
@@ -25,13 +23,6 @@ __all__ = [
     "box",
     "overlapping_pairs",
     "polyhedron",
-    # surfaces
-    "Surface",
-    "closed_bodies",
-    "closed_surface",
-    "compact",
-    "gathered",
-    "welded",
     # polygons
     "common_areas",
     "is_rectangle",
@@ -48,5 +39,5 @@ __all__ = [
     # neighbours
     "box_pairs",
     "separations",
-    "unheld",
+    "unsupported",
 ]

@@ -18,7 +18,7 @@ Index = NDArray[np.int64]
 CHUNK = 2_000_000
 
 
-def unheld(held: NDArray[np.bool_], ends: Index) -> Index:
+def unsupported(held: NDArray[np.bool_], ends: Index) -> Index:
     """Which of n bodies have no way over pairs that touch, (m, 2), to one that is held, (n,)."""
     ends, n = ends.reshape(-1, 2), len(held)
     graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n))

@@ -1,4 +1,4 @@
-"""The method: limit programs, the non-associative iteration and the certificate.
+"""What a collapse state is: the limit problem, its conic program and the certificate.
 
 The symbols are those of F. Portioli, C. Casapulla, L. Cascini, "An efficient solution procedure for crushing
 failure in 3D limit analysis of masonry block structures with non-associative frictional joints", Int. J. Solids
@@ -12,10 +12,8 @@ from blockstruct.limit.certificate import Certificate, certify
 from blockstruct.limit.friction import Sliding, fictitious_sliding, relax, true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome
 from blockstruct.limit.problem import LimitProblem
-from blockstruct.limit.procedure import solve_limit_case
-from blockstruct.limit.program import ConicProgram, Numbers, Objective, Solution, Solver
-from blockstruct.limit.schedules import SCHEDULES, schedules_of
-from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
+from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, schedules_of
 
 __all__ = [
     # the question
@@ -25,7 +23,7 @@ __all__ = [
     "schedules_of",
     # the programs
     "ConicProgram",
-    "Numbers",
+    "ProgramData",
     "Objective",
     "Sliding",
     "Solution",
@@ -38,5 +36,4 @@ __all__ = [
     "Iteration",
     "Outcome",
     "certify",
-    "solve_limit_case",
 ]

@@ -14,8 +14,8 @@ Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
-class Rows:
-    """Rows of a program: sparse G and right-hand side h."""
+class ConstraintRows:
+    """ConstraintRows of a program: sparse G and right-hand side h."""
 
     G: sp.csr_array
     h: Array
@@ -34,50 +34,50 @@ def n_auxiliary(problem: LimitProblem, *, biaxial: bool) -> int:
     return (5 if biaxial else 1) * len(problem.rectangles)
 
 
-def no_tension(problem: LimitProblem, n_columns: int) -> Rows:
+def no_tension(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     """``n_k ≥ −f_t A_k``."""
     n = normal_force(np.arange(problem.n_points))
-    return Rows(_matrix(n_columns, (n, -1.0)), problem.tension)
+    return ConstraintRows(_matrix(n_columns, (n, -1.0)), problem.tension)
 
 
-def cells(problem: LimitProblem, n_columns: int) -> Rows:
+def cells(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     """``n_k ≤ f_c A_k`` at the cells of interfaces that crush."""
     k = np.flatnonzero(np.isfinite(problem.compression))
-    return Rows(_matrix(n_columns, (normal_force(k), 1.0)), problem.compression[k])
+    return ConstraintRows(_matrix(n_columns, (normal_force(k), 1.0)), problem.compression[k])
 
 
-def linearised_edges(problem: LimitProblem, n_columns: int) -> Rows:
+def linearised_edges(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     """``n_e ≥ slope N − offset`` at the four edges of each rectangle; the step gives slope and offset."""
     corners = np.repeat(normal_force(problem.rectangles), 4, axis=0)
-    return Rows(_matrix(n_columns, *((column, 1.0) for column in corners.T)), np.zeros(len(corners)))
+    return ConstraintRows(_matrix(n_columns, *((column, 1.0) for column in corners.T)), np.zeros(len(corners)))
 
 
-def sliding(problem: LimitProblem, n_columns: int) -> Rows:
+def sliding(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     """``‖(s_k, t_k)‖ ≤ bound_k + slope_k n_k``; the step gives bound and slope."""
     n = normal_force(np.arange(problem.n_points))
-    return _cones(*(Rows(_matrix(n_columns, (n + c, -1.0)), np.zeros(len(n))) for c in range(3)))
+    return _cones(*(ConstraintRows(_matrix(n_columns, (n + c, -1.0)), np.zeros(len(n))) for c in range(3)))
 
 
-def crushing(problem: LimitProblem, n_columns: int) -> Rows:
+def crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     """``N² ≤ 2 F m`` for the auxiliary m of each rectangle, as ``‖(m − 1, √(2/F) N)‖ ≤ m + 1``."""
     m = 1 + 3 * problem.n_points + np.arange(len(problem.rectangles))
     scale, one = np.sqrt(2 / problem.capacity), np.ones(len(m))
     N = [(column, -scale) for column in normal_force(problem.rectangles).T]
     return _cones(
-        Rows(_matrix(n_columns, (m, -1.0)), one),
-        Rows(_matrix(n_columns, (m, -1.0)), -one),
-        Rows(_matrix(n_columns, *N), 0 * one),
+        ConstraintRows(_matrix(n_columns, (m, -1.0)), one),
+        ConstraintRows(_matrix(n_columns, (m, -1.0)), -one),
+        ConstraintRows(_matrix(n_columns, *N), 0 * one),
     )
 
 
-def edges(problem: LimitProblem, n_columns: int) -> Rows:
+def edges(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     """``n_e ≥ m`` at the four edges of each rectangle: with :func:`crushing`, ``n_e ≥ N² / (2 F)`` by one cone."""
     m = np.repeat(1 + 3 * problem.n_points + np.arange(len(problem.rectangles)), 4)
     n_e = [(column, -1.0) for column in normal_force(problem.rectangles)[:, EDGES].reshape(-1, 2).T]
-    return Rows(_matrix(n_columns, (m, 1.0), *n_e), np.zeros(len(m)))
+    return ConstraintRows(_matrix(n_columns, (m, 1.0), *n_e), np.zeros(len(m)))
 
 
-def biaxial_crushing(problem: LimitProblem, n_columns: int) -> Rows:
+def biaxial_crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     """``N³ ≤ 4 F n_e n_f`` for every two adjacent edges of each rectangle.
 
     The condition is a power cone. With ``q² ≤ N``, ``p² ≤ n_e n_f`` and ``N² ≤ p q √(4 F)`` it is three second-order
@@ -92,8 +92,8 @@ def biaxial_crushing(problem: LimitProblem, n_columns: int) -> Rows:
     minus_n_f = [(column, 1.0) for column in following.T]
     every = np.repeat(np.arange(R), 4)
 
-    def rows(h: float, *terms: tuple[Index, float | Array]) -> Rows:
-        return Rows(_matrix(n_columns, *terms), np.full(len(terms[0][0]), h))
+    def rows(h: float, *terms: tuple[Index, float | Array]) -> ConstraintRows:
+        return ConstraintRows(_matrix(n_columns, *terms), np.full(len(terms[0][0]), h))
 
     N_once = [(column, -1.0) for column in corners[::4].T]
     return _joined(
@@ -122,13 +122,13 @@ def _matrix(n_columns: int, *terms: tuple[Index, float | Array]) -> sp.csr_array
     return sp.csr_array((values, (rows, columns)), shape=(m, n_columns))
 
 
-def _cones(*parts: Rows) -> Rows:
-    """Rows of three-dimensional cones: row i of every part makes cone i."""
+def _cones(*parts: ConstraintRows) -> ConstraintRows:
+    """ConstraintRows of three-dimensional cones: row i of every part makes cone i."""
     m = len(parts[0])
     order = np.arange(3 * m).reshape(3, m).T.ravel()
     joined = _joined(*parts)
-    return Rows(joined.G[order], joined.h[order])
+    return ConstraintRows(joined.G[order], joined.h[order])
 
 
-def _joined(*parts: Rows) -> Rows:
-    return Rows(sp.vstack([p.G for p in parts], format="csr"), np.concatenate([p.h for p in parts]))
+def _joined(*parts: ConstraintRows) -> ConstraintRows:
+    return ConstraintRows(sp.vstack([p.G for p in parts], format="csr"), np.concatenate([p.h for p in parts]))

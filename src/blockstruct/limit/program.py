@@ -19,7 +19,7 @@ Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
-class Numbers:
+class ProgramData:
     """The numbers of one program of a fixed pattern: values of G, right-hand side h, objective q."""
 
     G: Array
@@ -58,7 +58,7 @@ class Solution:
 class Solver(Protocol):
     """Solves programs of one pattern after another."""
 
-    def solve(self, program: "ConicProgram", numbers: Numbers, tolerance: float) -> Solution:
+    def solve(self, program: "ConicProgram", data: ProgramData, tolerance: float) -> Solution:
         """Minimise ``q·y`` subject to ``h − G y`` in the cones of the program, to a feasibility and duality gap."""
 
 
@@ -69,7 +69,7 @@ class ConicProgram:
     variable load gives the same program, and then the auxiliary ones of exact crushing. The rows are, in this
     order, the equilibrium of the free blocks (zero cone); an upper limit of α, the limits of tension, of cells and
     of linearised crushing (nonnegative cone); three rows of each contact point and of each crushing cone
-    (second-order cones). The pattern never changes; :meth:`numbers` gives the values of a step.
+    (second-order cones). The pattern never changes; :meth:`data` gives the values of a step.
 
     The objective is α times the total variable load, which makes the multipliers of equilibrium, the
     velocities, of order one: without it an interior-point solver stops percents short on thousands of blocks.
@@ -93,8 +93,8 @@ class ConicProgram:
         n_auxiliary = 0 if self.is_linearised else conditions.n_auxiliary(problem, biaxial=biaxial)
         n_columns = 1 + 3 * problem.n_points + n_auxiliary
         loads = [sp.csr_array(problem.w_L[:, None] / self.unit), problem.A, sp.csr_array((equilibrium, n_auxiliary))]
-        balance = conditions.Rows(sp.hstack(loads, format="csr"), -problem.w_D)
-        limit = conditions.Rows(sp.csr_array(([1.0], ([0], [0])), shape=(1, n_columns)), np.ones(1))
+        balance = conditions.ConstraintRows(sp.hstack(loads, format="csr"), -problem.w_D)
+        limit = conditions.ConstraintRows(sp.csr_array(([1.0], ([0], [0])), shape=(1, n_columns)), np.ones(1))
         linear = [limit, conditions.no_tension(problem, n_columns), conditions.cells(problem, n_columns)]
         cones = [conditions.sliding(problem, n_columns)]
         if self.is_linearised:
@@ -125,14 +125,14 @@ class ConicProgram:
             corners = np.repeat(conditions.normal_force(problem.rectangles), 4, axis=0)
             self._edge_entries = _position(G, np.repeat(self._edge_rows, 4), corners.ravel()).reshape(-1, 4)
 
-    def numbers(
+    def data(
         self,
         sliding: Sliding,
         *,
         linearisation: Linearisation | None = None,
         objective: Objective | None = None,
-        limit: float | None = None,
-    ) -> Numbers:
+        max_load_factor: float | None = None,
+    ) -> ProgramData:
         """Values of one step.
 
         Parameters
@@ -143,15 +143,15 @@ class ConicProgram:
             Where crushing is linearised, if it is; at the full strength by default.
         objective
             α by default.
-        limit
+        max_load_factor
             Upper limit of α.
         """
         G, h = self.G.data.copy(), self._h.copy()
         G[self._slope_entries] = -sliding.slope
         h[self._bound_rows] = sliding.bound
         # Without a limit its row reads 0 α ≤ 1: the entry stays in the pattern.
-        G[self._limit_entry] = 0.0 if limit is None else 1.0
-        h[self._limit_row] = 1.0 if limit is None else limit * self.unit
+        G[self._limit_entry] = 0.0 if max_load_factor is None else 1.0
+        h[self._limit_row] = 1.0 if max_load_factor is None else max_load_factor * self.unit
         if self.is_linearised:
             slope, offset = (linearisation or Linearisation.first(self.problem)).lines(self.problem.capacity)
             # −n_e + slope N ≤ offset, on the corners of edge e in turn.
@@ -162,7 +162,7 @@ class ConicProgram:
         if objective is not None:
             q[0] *= objective.weight
             q[1 : 1 + 3 * self.problem.n_points : 3] = self.total * objective.shift
-        return Numbers(G, h, q)
+        return ProgramData(G, h, q)
 
     def unpack(self, solution: Solution) -> tuple[float, Array, Array]:
         """Load factor α, contact forces x (K, 3) and velocities u (6 F,) with ``w_L·u = 1``."""

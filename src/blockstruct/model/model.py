@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from blockstruct.errors import GeometryError, ModelError, UnknownNameError
-from blockstruct.geometry import areas_on_bodies, box_pairs, common_areas, overlapping_pairs, unheld
+from blockstruct.geometry import areas_on_bodies, box_pairs, common_areas, overlapping_pairs, unsupported
 from blockstruct.model.block import Block
 from blockstruct.model.detection_report import DetectionReport
 from blockstruct.model.interface import Interface
@@ -149,7 +149,7 @@ class Model:
 
     def _check_floating(self, known: dict[str, int]) -> None:
         ends = np.array([(known[i.minus], known[i.plus]) for i in self.interfaces], dtype=int)
-        floating = [self.blocks[k].name for k in unheld(np.array([b.fixed for b in self.blocks]), ends)]
+        floating = [self.blocks[k].name for k in unsupported(np.array([b.fixed for b in self.blocks]), ends)]
         if floating:
             msg = (
                 f"model {self.name!r}: floating blocks, {len(floating)} in all, have no way to a support through "

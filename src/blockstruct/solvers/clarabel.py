@@ -7,7 +7,7 @@ import clarabel
 import numpy as np
 import scipy.sparse as sp
 
-from blockstruct.limit import ConicProgram, Numbers, Solution
+from blockstruct.limit import ConicProgram, ProgramData, Solution
 from blockstruct.vocabulary import SolverStatus
 
 _STATUS = {
@@ -44,12 +44,12 @@ class ClarabelSolver:
         self._program: ConicProgram | None = None
         self._solver: Any = None
 
-    def solve(self, program: ConicProgram, numbers: Numbers, tolerance: float) -> Solution:
+    def solve(self, program: ConicProgram, data: ProgramData, tolerance: float) -> Solution:
         """Solve one program; the factorisation's pattern is kept while the program is the same object."""
         start = perf_counter()
         self.settings.tol_gap_abs = self.settings.tol_gap_rel = self.settings.tol_feas = tolerance
         if program is self._program:
-            self._solver.update(A=numbers.G, b=numbers.h, q=numbers.q, settings=self.settings)
+            self._solver.update(A=data.G, b=data.h, q=data.q, settings=self.settings)
         else:
             rows, columns = program.G.shape
             cones = [
@@ -57,9 +57,9 @@ class ClarabelSolver:
                 clarabel.NonnegativeConeT(program.nonnegative_rows),
                 *[clarabel.SecondOrderConeT(3)] * program.cones,
             ]
-            G = sp.csc_matrix((numbers.G, program.G.indices, program.G.indptr), shape=(rows, columns))
+            G = sp.csc_matrix((data.G, program.G.indices, program.G.indptr), shape=(rows, columns))
             P = sp.csc_matrix((columns, columns))
-            self._solver = clarabel.DefaultSolver(P, numbers.q, G, numbers.h, cones, self.settings)
+            self._solver = clarabel.DefaultSolver(P, data.q, G, data.h, cones, self.settings)
             self._program = program
         result = self._solver.solve()
         return Solution(

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from blockstruct.errors import SolverError
-from blockstruct.limit import ConicProgram, Numbers, Solution
+from blockstruct.limit import ConicProgram, ProgramData, Solution
 from blockstruct.vocabulary import SolverStatus
 
 _STATUS = {
@@ -50,18 +50,18 @@ class CvxpySolver:
             msg = f"solver {name!r} takes no second-order cones; give one that does, such as CLARABEL, ECOS or SCS"
             raise SolverError(msg) from error
 
-    def solve(self, program: ConicProgram, numbers: Numbers, tolerance: float) -> Solution:
+    def solve(self, program: ConicProgram, data: ProgramData, tolerance: float) -> Solution:
         """Solve one program."""
         rows, columns = program.G.shape
-        G = sp.csr_array(sp.csc_array((numbers.G, program.G.indices, program.G.indptr), shape=(rows, columns)))
+        G = sp.csr_array(sp.csc_array((data.G, program.G.indices, program.G.indptr), shape=(rows, columns)))
         first, second = program.zero_rows, program.zero_rows + program.nonnegative_rows
         y = cp.Variable(columns)
         cone = G[second:] @ y
-        slack = cp.reshape(numbers.h[second:] - cone, (program.cones, 3), order="C")
-        equality = G[:first] @ y == numbers.h[:first]
-        inequality = G[first:second] @ y <= numbers.h[first:second]
+        slack = cp.reshape(data.h[second:] - cone, (program.cones, 3), order="C")
+        equality = G[:first] @ y == data.h[:first]
+        inequality = G[first:second] @ y <= data.h[first:second]
         sliding = cp.SOC(slack[:, 0], slack[:, 1:], axis=1)
-        problem = cp.Problem(cp.Minimize(numbers.q @ y), [equality, inequality, sliding])
+        problem = cp.Problem(cp.Minimize(data.q @ y), [equality, inequality, sliding])
         start = time.perf_counter()
         try:
             with warnings.catch_warnings():

@@ -6,13 +6,13 @@ is ``schemas/analysis-1.json``, checked on writing and on reading, and embedded 
 
 from blockstruct.storage.archive import Archive
 from blockstruct.storage.check import check_file
+from blockstruct.storage.checkpoint import Checkpoint, is_unfinished, recover
 from blockstruct.storage.reader import open_analysis
-from blockstruct.storage.working_data import WorkingData, is_unfinished, recover
 from blockstruct.storage.writer import claim, patterns, save_analysis
 
 __all__ = [
     "Archive",
-    "WorkingData",
+    "Checkpoint",
     "check_file",
     "claim",
     "is_unfinished",

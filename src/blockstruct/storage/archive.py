@@ -14,7 +14,7 @@ from blockstruct.errors import BlockstructError, FormatError, StorageError
 from blockstruct.results import CERTIFICATE_MEASURES, relative_difference
 from blockstruct.storage.case_group import group_of
 from blockstruct.storage.check import case_names, check_file, checked_root
-from blockstruct.storage.skeleton import plain
+from blockstruct.storage.file_outline import plain
 
 _NUMBERS = ("load_factor", "n_iterations", "duration", *CERTIFICATE_MEASURES)
 _TEXTS = ("status", "flow", "dead", "variable", "message", "started_at")
@@ -84,7 +84,7 @@ class Archive:
         return table
 
     def query(self, expression: str) -> pd.DataFrame:
-        """Rows of the table by an expression of :meth:`pandas.DataFrame.query`.
+        """ConstraintRows of the table by an expression of :meth:`pandas.DataFrame.query`.
 
         Parameters
         ----------
@@ -116,7 +116,7 @@ class Archive:
         since: str | None = None,
         until: str | None = None,
     ) -> pd.DataFrame:
-        """Rows of the table by model, tags and date.
+        """ConstraintRows of the table by model, tags and date.
 
         Parameters
         ----------
@@ -151,7 +151,7 @@ class Archive:
         Parameters
         ----------
         selection
-            Rows of :meth:`table`, or an expression of :meth:`query`.
+            ConstraintRows of :meth:`table`, or an expression of :meth:`query`.
 
         Returns
         -------
@@ -210,7 +210,7 @@ class Archive:
 
 
 def _cases(path: Path) -> Iterator[dict[str, Any]]:
-    """Rows of one file, from its attributes and scalars alone."""
+    """ConstraintRows of one file, from its attributes and scalars alone."""
     with h5py.File(path, "r") as file:
         attrs = checked_root(file, path)
         names = case_names(file)

@@ -12,9 +12,9 @@ import numpy as np
 from blockstruct.errors import FormatError, StorageError
 from blockstruct.schema import listed_violations, violations
 from blockstruct.storage.case_group import group_of
+from blockstruct.storage.file_outline import plain, skeleton
 from blockstruct.storage.lock import folder_of
 from blockstruct.storage.seal import is_intact
-from blockstruct.storage.skeleton import plain, skeleton
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
 
 #: Index variables and the dimension each must stay within; −1 means none where it is allowed.

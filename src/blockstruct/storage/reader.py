@@ -46,7 +46,7 @@ def open_analysis(path: str | Path) -> Analysis:
         msg = f"{path}: /: {error}"
         raise FormatError(msg) from error
     try:
-        with np.errstate(all="ignore"):  # Numbers that overflow end in an error below.
+        with np.errstate(all="ignore"):  # ProgramData that overflow end in an error below.
             model, patterns = model_of(groups["/model"]), patterns_of(groups["/model"])
     except DAMAGE as error:
         msg = f"{path}: /model: {error}"

@@ -15,8 +15,8 @@ from mpl_toolkits.mplot3d.proj3d import proj_transform
 from numpy.typing import NDArray
 
 import blockstruct as bs
-from blockstruct.views.look import EDGE, GHOST, STONE, SUPPORT
 from blockstruct.views.solids import Solids
+from blockstruct.views.style import EDGE, GHOST, STONE, SUPPORT
 
 Array = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ from matplotlib.ticker import MaxNLocator
 
 import blockstruct as bs
 from blockstruct.views.figures.canvas import new_axes
-from blockstruct.views.look import ACCENT, MEASURES
 from blockstruct.views.selection import chosen_iteration
+from blockstruct.views.style import ACCENT, MEASURES
 
 _MARKERS = {
     bs.Stage.DEAD_LOAD.value: "x",

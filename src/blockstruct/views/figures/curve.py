@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 
 import blockstruct as bs
 from blockstruct.views.figures.canvas import new_axes
-from blockstruct.views.look import ACCENT, readable
+from blockstruct.views.style import ACCENT, readable
 
 _SHORT = {"pascal": "Pa", "newton": "N", "meter": "m", "radian": "rad"}
 _SYMBOLS = {"compressive_strength": "compressive strength f_c", "friction_coefficient": "friction coefficient μ"}

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.views.figures.canvas import new_axes
-from blockstruct.views.look import ACCENT, FORCE, readable
 from blockstruct.views.selection import chosen_interface, chosen_iteration, same_model
+from blockstruct.views.style import ACCENT, FORCE, readable
 
 Array = NDArray[np.float64]
 

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.views.figures.canvas import Canvas
-from blockstruct.views.look import ACCENT, FORCE, readable
 from blockstruct.views.selection import ROUNDING, application_points, chosen_iteration, same_model
 from blockstruct.views.solids import Solids
+from blockstruct.views.style import ACCENT, FORCE, readable
 
 Array = NDArray[np.float64]
 

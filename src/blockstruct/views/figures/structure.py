@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.views.figures.canvas import Canvas
-from blockstruct.views.look import STATE_COLOURS, UTILISATION, parts
 from blockstruct.views.selection import chosen_iteration, same_model
 from blockstruct.views.solids import Solids
+from blockstruct.views.style import STATE_COLOURS, UTILISATION, parts
 
 Array = NDArray[np.float64]
 

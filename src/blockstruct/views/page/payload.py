@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 import blockstruct as bs
-from blockstruct.views.look import GHOST, MEASURES, STATE_COLOURS, STONE, SUPPORT, UTILISATION, parts
 from blockstruct.views.selection import is_pressed, same_model
 from blockstruct.views.solids import Patches, Solids, triangles
+from blockstruct.views.style import GHOST, MEASURES, STATE_COLOURS, STONE, SUPPORT, UTILISATION, parts
 from blockstruct.views.words import certificate_words, load_factor_words, spread_words, status_words
 
 Array = npt.NDArray[np.float64]
@@ -147,5 +147,5 @@ def _packed(values: npt.ArrayLike, kind: str) -> str:
 
 
 def _plain(values: npt.NDArray[np.float64]) -> list[float | None]:
-    """Numbers for JSON, which knows no NaN."""
+    """ProgramData for JSON, which knows no NaN."""
     return [float(v) if np.isfinite(v) else None for v in values]

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 import blockstruct as bs
-from blockstruct.views.look import readable
 from blockstruct.views.report.assumptions import assumptions
 from blockstruct.views.report.detection import detection_rows
 from blockstruct.views.report.pictures import pictures
+from blockstruct.views.style import readable
 from blockstruct.views.words import certificate_words, load_factor_words, spread_words, status_words
 
 #: Loads of a pattern that are listed one by one.

@@ -1,0 +1,242 @@
+"""Interfaces from the faces that blocks share."""
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.contacts.joint_rules import UNRULED, check_rules_fit, joint_rule
+from blockstruct.errors import GeometryError, ModelError, UnknownNameError
+from blockstruct.geometry import (
+    FacePair,
+    Polyhedron,
+    box_pairs,
+    coplanar_face_pairs,
+    crossed_faces,
+    joined_pairs,
+    overlapping_pairs,
+    separations,
+    unsupported,
+)
+from blockstruct.model import (
+    Block,
+    DetectionReport,
+    DetectionTolerances,
+    FoundContact,
+    Interface,
+    checked_tuple,
+)
+from blockstruct.units import si, to_quantity
+from blockstruct.vocabulary import JointOrientation
+
+#: Gap between two faces, relative to the mean block size, that is still rounding.
+GAP_TOLERANCE = 1e-5
+#: Area, relative to the square of the mean block size, below which a contact is a line or a point, and below which it
+#: is nothing but the rounding of a line.
+AREA_TOLERANCE, AREA_ROUNDING = 1e-6, 1e-9
+#: Distance, relative to the mean block size, up to which two faces are judged, and up to which blocks without a contact
+#: are worth a word: the width of a mortar joint.
+REACH, CLOSE = 1e-2, 0.1
+#: Angle up to which faces that look at each other are judged at all, and that of a contact by default.
+ANGLE_REACH, ANGLE_TOLERANCE = math.radians(10), "1 deg"
+#: Angle, in radians, beyond which two faces do not look at each other.
+LARGEST_ANGLE = math.radians(45)
+
+
+@dataclass(frozen=True, slots=True)
+class Detection:
+    """Interfaces of a set of blocks, and the report on how they were found."""
+
+    interfaces: tuple[Interface, ...]
+    report: DetectionReport
+
+
+def detect_interfaces(
+    blocks: Iterable[Block],
+    joint_material: Any,
+    tolerance: Any = None,
+    *,
+    angle_tolerance: Any = ANGLE_TOLERANCE,
+    area_tolerance: Any = None,
+    explicit: Iterable[Interface] = (),
+) -> Detection:
+    """Find every area that the faces of two blocks share.
+
+    All faces take part, whatever the size and number of the blocks; several interfaces a pair are possible. Pieces in
+    one plane, as triangulated faces leave them, become one interface. Contacts between two fixed blocks are left out.
+    The normal of an interface points up or, if level, along +y or +x. Whatever is left out, close or overlapping is in
+    the report.
+
+    Parameters
+    ----------
+    blocks
+        Blocks with unique names.
+    joint_material : JointMaterial, mapping or function
+        Strength of the interfaces. Joints of different materials are told apart by a mapping from patterns, of which
+        the first that fits counts, as ``{"base|*": dry, "bed": mortar, "*": dry}``: ``"bed"``, ``"head"`` and
+        ``"inclined"`` joints, names of two blocks in any order, ``"*"`` for all the rest; or by a function that takes
+        an interface and gives its joint material.
+    tolerance : quantity, length
+        Largest gap, and largest penetration, between two faces that is still contact; 1e-5 of the mean block size by
+        default (cube root of the mean volume of the free blocks).
+    angle_tolerance : quantity, angle
+        Largest angle between two faces in contact.
+    area_tolerance : quantity, area
+        Area up to which a contact is left out as a line or a point; 1e-6 of the square of the mean block size by
+        default.
+    explicit
+        Interfaces known beforehand: they are kept as they are, and between their blocks none is searched for.
+
+    Raises
+    ------
+    ModelError
+        No joint material, none for some joint, or a pattern of names that fits no joint; a tolerance that is not
+        positive; two blocks of one name.
+    GeometryError
+        A block with a face whose outline crosses itself.
+    UnknownNameError
+        An explicit interface of a block that is not among the blocks.
+    """
+    who = "detect_interfaces"
+    blocks = list(checked_tuple(blocks, Block, f"{who}: blocks"))
+    known = checked_tuple(explicit, Interface, f"{who}: explicit")
+    rule = joint_rule(joint_material, who)
+    _check_names(blocks, known)
+    for body, face in crossed_faces([b.shape for b in blocks]):
+        msg = (
+            f"block {blocks[body].name!r}: the outline of face {face} crosses itself; correct the order of its vertices"
+        )
+        raise GeometryError(msg)
+    size = float(np.mean([b.volume for b in blocks if not b.fixed] or [1.0]) ** (1 / 3))
+    limits = _tolerances(size, tolerance, angle_tolerance, area_tolerance)
+
+    given = {frozenset((i.minus, i.plus)) for i in known}
+    interfaces: list[Interface] = list(known)
+    unknown = math.nan
+    contacts = [
+        FoundContact(i.minus, i.plus, i.name, "", unknown, unknown, i.area, i.orientation, False) for i in known
+    ]
+    seen: Counter[tuple[str, str]] = Counter()
+    for pair in _face_pairs([b.shape for b in blocks], size, limits):
+        minus, plus = blocks[pair.minus], blocks[pair.plus]
+        ends = (minus.name, plus.name)
+        if frozenset(ends) in given:
+            continue
+        name, reason, near_miss = "", _reason(pair, limits), False
+        orientation = JointOrientation.of(float(pair.normal[2]))
+        if minus.fixed and plus.fixed:
+            if reason not in ("", "area"):
+                continue
+            reason = "supports"
+        elif reason:
+            near_miss = not _reason(pair, limits, factor=2.0)
+        else:
+            seen[ends] += 1
+            name = "|".join(ends) + (f"#{seen[ends]}" if seen[ends] > 1 else "")
+            interface = Interface(name, *ends, to_quantity(pair.polygon, "length"), UNRULED)
+            interfaces.append(interface.with_joint_material(rule(interface)))
+        contacts.append(FoundContact(*ends, name, reason, pair.gap, pair.angle, pair.area, orientation, near_miss))
+    check_rules_fit(joint_material, interfaces, who)
+    return Detection(tuple(interfaces), _report(blocks, limits, contacts))
+
+
+def _face_pairs(shapes: list[Polyhedron], size: float, limits: DetectionTolerances) -> list[FacePair]:
+    """Faces that look at each other and come close; those in contact with their pieces made whole."""
+    rounding = min(limits.gap, GAP_TOLERANCE * size)
+    reach, angle = max(2 * limits.gap, REACH * size), max(2 * limits.angle, ANGLE_REACH)
+    pairs = coplanar_face_pairs(shapes, reach, angle=angle, rounding=rounding)
+    pairs = [p for p in pairs if p.area > AREA_ROUNDING * size**2]
+    apart = [p for p in pairs if _reason(p, limits) not in ("", "area")]
+    met = joined_pairs([p for p in pairs if _reason(p, limits) in ("", "area")], limits.gap, limits.angle, rounding)
+    return sorted(met + apart, key=lambda p: (p.minus, p.plus, *p.polygon[0]))
+
+
+def _reason(pair: FacePair, limits: DetectionTolerances, factor: float = 1.0) -> str:
+    """Why two faces are not in contact, with all tolerances times a factor; empty if they are."""
+    if pair.angle > factor * limits.angle:
+        return "angle"
+    if abs(pair.gap) > factor * limits.gap:
+        return "gap" if pair.gap > 0 else "penetration"
+    return "area" if pair.area <= limits.area / factor else ""
+
+
+def _report(blocks: Sequence[Block], limits: DetectionTolerances, contacts: Sequence[FoundContact]) -> DetectionReport:
+    shapes, names = [b.shape for b in blocks], [b.name for b in blocks]
+    index = {name: k for k, name in enumerate(names)}
+    accepted = [c for c in contacts if not c.reason]
+    joined = np.array([(index[c.minus], index[c.plus]) for c in accepted], dtype=np.int64)
+    touched = {end for c in accepted for end in (c.minus, c.plus)}
+    met = np.array([sorted((index[c.minus], index[c.plus])) for c in contacts], dtype=np.int64).reshape(-1, 2)
+    overlaps = overlapping_pairs(shapes, limits.gap)
+    met = np.concatenate([met, np.array([o[:2] for o in overlaps], dtype=np.int64).reshape(-1, 2)])
+    return DetectionReport(
+        tolerances=limits,
+        contacts=tuple(contacts),
+        overlaps=tuple((names[i], names[j], depth) for i, j, depth in overlaps),
+        nonplanar_faces=tuple(
+            (b.name, f, float(b.shape.deviations[f])) for b in blocks for f in b.shape.nonplanar_faces
+        ),
+        floating=tuple(names[k] for k in unsupported(np.array([b.fixed for b in blocks], dtype=bool), joined)),
+        untouched=tuple(name for name in names if name not in touched),
+        close=tuple((names[i], names[j], distance) for i, j, distance in _close(blocks, limits, met)),
+    )
+
+
+def _close(
+    blocks: Sequence[Block], limits: DetectionTolerances, met: NDArray[np.int64]
+) -> list[tuple[int, int, float]]:
+    """Pairs of blocks that do not meet with faces, but come close: not two supports."""
+    if not blocks:
+        return []
+    shapes = [b.shape for b in blocks]
+    low, high = (np.array([f(s.vertices, axis=0) for s in shapes]) for f in (np.min, np.max))
+    i, j = box_pairs(low - limits.close / 2, high + limits.close / 2)
+    fixed = np.array([b.fixed for b in blocks])
+    far = ~np.isin(i * len(blocks) + j, met[:, 0] * len(blocks) + met[:, 1]) & ~(fixed[i] & fixed[j])
+    i, j = i[far], j[far]
+    distance = separations(shapes, i, j)
+    keep = (distance >= -limits.gap) & (distance <= limits.close)
+    return list(zip(i[keep].tolist(), j[keep].tolist(), np.maximum(distance[keep], 0.0).tolist(), strict=True))
+
+
+def _check_names(blocks: Sequence[Block], explicit: Sequence[Interface]) -> None:
+    names = Counter(b.name for b in blocks)
+    twice = [name for name, count in names.items() if count > 1]
+    if twice:
+        msg = f"detect_interfaces: block names used more than once: {', '.join(twice[:10])}; rename them"
+        raise ModelError(msg)
+    for interface in explicit:
+        for end in (interface.minus, interface.plus):
+            if end not in names:
+                msg = (
+                    f"detect_interfaces: explicit interface {interface.name!r} joins block {end!r}, which is not given"
+                )
+                raise UnknownNameError(msg)
+
+
+def _tolerances(size: float, gap: Any, angle: Any, area: Any) -> DetectionTolerances:
+    gap = to_quantity(GAP_TOLERANCE * size, "length") if gap is None else gap
+    area = to_quantity(AREA_TOLERANCE * size**2, "area") if area is None else area
+    values = []
+    for what, given, dimension, unit in (
+        ("tolerance", gap, "length", "m"),
+        ("angle_tolerance", angle, "angle", "rad"),
+        ("area_tolerance", area, "area", "m^2"),
+    ):
+        value = si(given, dimension, f"detect_interfaces: {what}")
+        if value <= 0:
+            msg = f"detect_interfaces: {what} {value:.6g} {unit}; give a value above zero"
+            raise ModelError(msg)
+        values.append(value)
+    if values[1] > LARGEST_ANGLE:
+        msg = (
+            f"detect_interfaces: angle_tolerance {math.degrees(values[1]):.4g} deg is above "
+            f"{math.degrees(LARGEST_ANGLE):.4g} deg: such faces do not look at each other; give less"
+        )
+        raise ModelError(msg)
+    gap, angle, area = values
+    return DetectionTolerances(gap, angle, area, close=max(2 * gap, CLOSE * size))

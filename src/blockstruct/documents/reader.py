@@ -1,0 +1,211 @@
+"""Model documents: a structure, its loads and its cases as YAML or JSON."""
+
+import hashlib
+import json
+import re
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from blockstruct.contacts.detection import Detection, detect_interfaces
+from blockstruct.errors import BlockstructError, DocumentError, StorageError, UnknownNameError
+from blockstruct.files import unique_pairs
+from blockstruct.model import (
+    Block,
+    BodyForce,
+    DetectionReport,
+    FaceLoad,
+    Interface,
+    JointMaterial,
+    LimitCase,
+    LoadPattern,
+    Material,
+    Model,
+    Moment,
+    PointLoad,
+    SelfWeight,
+)
+from blockstruct.schema import listed_violations, violations
+from blockstruct.structures.courses import courses
+from blockstruct.units import parse, to_quantity
+
+_LOADS: dict[str, Callable[..., Any]] = {
+    "self_weight": SelfWeight,
+    "body_force": BodyForce,
+    "point_load": PointLoad,
+    "face_load": FaceLoad,
+    "moment": Moment,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """What a model document says.
+
+    Attributes
+    ----------
+    model : Model
+    cases : tuple of LimitCase
+    settings : dict
+        Settings of the procedure, as :class:`blockstruct.ProcedureSettings` takes them.
+    report : DetectionReport
+        How the interfaces were found.
+    hash : str
+        SHA-256 of the file.
+    """
+
+    model: Model
+    cases: tuple[LimitCase, ...]
+    settings: dict[str, Any]
+    report: DetectionReport
+    hash: str
+
+
+def read_document(path: str | Path) -> Document:
+    """Read a model document.
+
+    Parameters
+    ----------
+    path
+        A ``.yaml``, ``.yml`` or ``.json`` file that follows ``schemas/model-1.json``.
+
+    Raises
+    ------
+    StorageError
+        A file that cannot be read.
+    DocumentError
+        A file that is no YAML or JSON, repeats a key or violates the schema: every violation is listed.
+    ModelError
+        A document that describes no valid model.
+    """
+    path = Path(path)
+    try:
+        stored = path.read_bytes()
+        text = stored.decode("utf-8")
+    except UnicodeDecodeError as error:
+        msg = f"{path}: is no text; give a YAML or JSON document (`blockstruct show` prints an analysis file)"
+        raise StorageError(msg) from error
+    except OSError as error:
+        msg = f"{path}: cannot be read: {error}"
+        raise StorageError(msg) from error
+    content = _load(text, path)
+    found = violations(content, "model-1")
+    if found:
+        msg = f"{path}: {listed_violations(found)}"
+        raise DocumentError(msg)
+    try:
+        return _build(content, path.stem, hashlib.sha256(stored).hexdigest())
+    except BlockstructError as error:
+        error.add_note(f"in {path}")
+        raise
+
+
+def _load(text: str, path: Path) -> Any:
+    try:
+        if path.suffix.lower() == ".json":
+            return json.loads(text, object_pairs_hook=unique_pairs)
+        # The subclass of SafeLoader below only adds a check.
+        return yaml.load(text, Loader=_UniqueKeyLoader)
+    except (ValueError, yaml.YAMLError, RecursionError) as error:
+        msg = f"{path}: no valid {'JSON' if path.suffix.lower() == '.json' else 'YAML'}: {error}"
+        raise DocumentError(msg) from error
+
+
+class _UniqueKeyLoader(yaml.SafeLoader):
+    """SafeLoader that refuses a repeated key, which YAML would silently overwrite, and reads 1e-3 as a number."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
+        keys = [self.construct_object(key) for key, _ in node.value]
+        twice = [key for i, key in enumerate(keys) if key in keys[:i]]
+        if twice:
+            msg = f"repeated keys {twice}; rename or merge them"
+            raise yaml.constructor.ConstructorError(None, None, msg, node.start_mark)
+        return super().construct_mapping(node, deep)
+
+
+# YAML 1.1 takes 1e-3 for a text, YAML 1.2 and everybody else for a number.
+_UniqueKeyLoader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"^[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+$"), list("-+0123456789")
+)
+
+
+def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
+    materials = {name: Material(name, **values) for name, values in content["materials"].items()}
+    joints = {name: JointMaterial(name, **values) for name, values in content["joint_materials"].items()}
+    blocks: list[Block] = []
+    for entry in content.get("courses", []):
+        blocks += courses(**entry | {"material": _named(materials, entry["material"], "material")})
+    for entry in content.get("blocks", []):
+        blocks.append(_block(entry, _named(materials, entry["material"], "material")))
+    found = _detection(blocks, content["interfaces"], joints)
+    try:
+        model = Model(content.get("name", stem), blocks, found.interfaces, detection=found.report)
+    except BlockstructError as error:
+        # What was found and what was left out mostly tells why.
+        error.add_note(f"{len(blocks)} blocks, {found.report}")
+        raise
+
+    patterns = {
+        name: LoadPattern(name, [_load_of(entry) for entry in loads])
+        for name, loads in content["load_patterns"].items()
+    }
+    cases = tuple(
+        LimitCase(
+            **entry
+            | {
+                role: _named(patterns, entry[role], f"case {entry['name']!r}: {role} load pattern")
+                for role in ("dead", "variable")
+            }
+        )
+        for entry in content["cases"]
+    )
+    return Document(model, cases, content.get("settings", {}), found.report, digest)
+
+
+def _detection(blocks: list[Block], entry: dict[str, Any], joints: dict[str, JointMaterial]) -> Detection:
+    limits = {key: entry[key] for key in ("tolerance", "angle_tolerance", "area_tolerance") if key in entry}
+    names = entry["joint_material"]
+    rule: Any = (
+        {pattern: _named(joints, name, "joint material") for pattern, name in names.items()}
+        if isinstance(names, dict)
+        else _named(joints, names, "joint material")
+    )
+    explicit = [
+        Interface(
+            given.get("name", f"{given['minus']}|{given['plus']}"),
+            given["minus"],
+            given["plus"],
+            _points(given["polygon"], given["unit"], f"interface of {given['minus']!r} and {given['plus']!r}"),
+            _named(joints, given["joint_material"], "joint material"),
+        )
+        for given in entry.get("explicit", [])
+    ]
+    return detect_interfaces(blocks, rule, **limits, explicit=explicit)
+
+
+def _points(values: Any, unit: str, who: str) -> Any:
+    """Quantity of points, which state their unit once."""
+    return to_quantity(values, "dimensionless") * parse(f"1 {unit}", f"{who}: unit of the vertices")
+
+
+def _block(entry: dict[str, Any], material: Material) -> Block:
+    fixed = entry.get("fixed", False)
+    if "box" in entry:
+        return Block.box(entry["name"], entry["box"]["origin"], entry["box"]["size"], material, fixed=fixed)
+    shape = entry["polyhedron"]
+    vertices = _points(shape["vertices"], shape["unit"], f"block {entry['name']!r}")
+    return Block.from_faces(entry["name"], vertices, shape["faces"], material, fixed=fixed)
+
+
+def _load_of(entry: dict[str, Any]) -> Any:
+    return _LOADS[entry["kind"]](**{key: value for key, value in entry.items() if key != "kind"})
+
+
+def _named(known: dict[str, Any], name: str, kind: str) -> Any:
+    if name not in known:
+        msg = f"{kind} {name!r} is not in the document; it has {', '.join(known) or 'none'}"
+        raise UnknownNameError(msg)
+    return known[name]

@@ -1,0 +1,221 @@
+"""Model documents written: the inverse of reading them."""
+
+import json
+import math
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from blockstruct.contacts.detection import detect_interfaces
+from blockstruct.errors import DocumentError, ModelError
+from blockstruct.files import write_new
+from blockstruct.model import (
+    Block,
+    BodyForce,
+    FaceLoad,
+    Interface,
+    JointMaterial,
+    LimitCase,
+    LoadPattern,
+    Model,
+    Moment,
+    PointLoad,
+)
+from blockstruct.schema import listed_violations, violations
+from blockstruct.units import si
+
+#: Agreement of the corners of an interface found again with those of the model, relative to its size.
+_SAME = 1e-9
+
+
+def write_document(
+    path: str | Path,
+    model: Model,
+    cases: Sequence[LimitCase],
+    *,
+    settings: Mapping[str, Any] | None = None,
+    tolerance: Any = None,
+) -> Path:
+    """Write a model and its cases as a model document, to the last digit.
+
+    Parameters
+    ----------
+    path
+        A new file, ``.yaml``, ``.yml`` or ``.json``; JSON is much faster from thousands of blocks on.
+    model
+        Interfaces that :func:`blockstruct.detect_interfaces` finds are left to it; others, and those of other joint
+        materials than most, are stated one by one.
+    cases
+        At least one.
+    settings
+        Settings of the procedure by name.
+    tolerance : quantity, length
+        With which the interfaces of the model were found, if not by default.
+
+    Raises
+    ------
+    ModelError
+        Blocks between which detection finds an interface that the model does not have: a document cannot say that.
+    StorageError
+        A file that exists or cannot be written.
+    """
+    own: dict[frozenset[str], list[Interface]] = {}
+    for interface in model.interfaces:
+        own.setdefault(frozenset((interface.minus, interface.plus)), []).append(interface)
+    (joint, _), *_ = Counter(i.joint_material for i in model.interfaces).most_common()
+    found: dict[frozenset[str], list[Interface]] = {pair: [] for pair in own}
+    for interface in detect_interfaces(model.blocks, joint, tolerance).interfaces:
+        pair = frozenset((interface.minus, interface.plus))
+        if pair not in own:
+            msg = (
+                f"{path}: model {model.name!r}: detection with this tolerance finds interface {interface.name!r}, "
+                "which the model does not have; give the tolerance its interfaces were found with, or keep it with "
+                "save_analysis: a document cannot leave one out"
+            )
+            raise ModelError(msg)
+        found[pair].append(interface)
+    stated = [i for pair, known in own.items() if not _same(known, found[pair]) for i in known]
+    return _write(Path(path), model.name, model.blocks, joint, stated, cases, settings, tolerance)
+
+
+def _same(known: list[Interface], found: list[Interface]) -> bool:
+    """Whether the interfaces of two blocks are those that detection finds."""
+    return len(known) == len(found) and all(
+        one.name == other.name
+        and one.minus == other.minus
+        and one.joint_material == other.joint_material
+        and one.polygon.shape == other.polygon.shape
+        and np.allclose(one.polygon, other.polygon, rtol=0, atol=_SAME * np.ptp(one.polygon, axis=0).max())
+        for one, other in zip(known, found, strict=True)
+    )
+
+
+def write_draft(
+    path: str | Path,
+    name: str,
+    blocks: Iterable[Block],
+    joint_material: JointMaterial,
+    cases: Sequence[LimitCase],
+    *,
+    settings: Mapping[str, Any] | None = None,
+    tolerance: Any = None,
+) -> Path:
+    """Write blocks that may be no model yet, without supports for instance, as a document to be completed by hand.
+
+    Parameters are those of :func:`write_document`.
+    """
+    return _write(Path(path), name, list(blocks), joint_material, [], cases, settings, tolerance)
+
+
+def _write(
+    path: Path,
+    name: str,
+    blocks: Sequence[Block],
+    joint_material: JointMaterial,
+    stated: Sequence[Interface],
+    cases: Sequence[LimitCase],
+    settings: Mapping[str, Any] | None,
+    tolerance: Any,
+) -> Path:
+    if path.suffix.lower() not in (".yaml", ".yml", ".json"):
+        msg = f"{path}: no name of a model document; give one that ends in .yaml, .yml or .json"
+        raise ModelError(msg)
+    patterns = {p.name: p for case in cases for p in (case.dead, case.variable)}
+    if any(patterns[p.name] != p for case in cases for p in (case.dead, case.variable)):
+        msg = f"{path}: different load patterns share a name; rename one"
+        raise ModelError(msg)
+    materials = {b.material.name: b.material for b in blocks}
+    if any(materials[b.material.name] != b.material for b in blocks):
+        msg = f"{path}: different materials share a name; rename one"
+        raise ModelError(msg)
+    detection: dict[str, Any] = {"joint_material": joint_material.name}
+    if tolerance is not None:
+        detection["tolerance"] = f"{si(tolerance, 'length', f'{path}: tolerance')!r} m"
+    if stated:
+        detection["explicit"] = [
+            {
+                "name": i.name,
+                "minus": i.minus,
+                "plus": i.plus,
+                "unit": "m",
+                "polygon": i.polygon.tolist(),
+                "joint_material": i.joint_material.name,
+            }
+            for i in stated
+        ]
+    joints = {j.name: j for j in (joint_material, *(i.joint_material for i in stated))}
+    content: dict[str, Any] = {
+        "blockstruct": "model-1",
+        "name": name,
+        "materials": {n: {"unit_weight": f"{m.unit_weight!r} N/m^3"} for n, m in materials.items()},
+        "joint_materials": {n: _joint(j) for n, j in joints.items()},
+        "interfaces": detection,
+        "load_patterns": {p.name: _loads(p) for p in patterns.values()},
+        "cases": [
+            {"name": c.name, "dead": c.dead.name, "variable": c.variable.name, "flow": str(c.flow)} for c in cases
+        ],
+    }
+    if settings:
+        content["settings"] = dict(settings)
+    content["blocks"] = [_block(b) for b in blocks]
+    found = violations(content, "model-1")
+    if found:
+        msg = f"{path}: {listed_violations(found)}"
+        raise DocumentError(msg)
+    return write_new(path, json.dumps(content) + "\n" if path.suffix.lower() == ".json" else _yaml(content))
+
+
+def _yaml(content: Any) -> str:
+    dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+    # Collections without collections inside on one line: a vertex, a face, a vector.
+    text: str = yaml.dump(
+        content, Dumper=dumper, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True
+    )
+    return text
+
+
+def _joint(joint: JointMaterial) -> dict[str, Any]:
+    values: dict[str, Any] = {"friction_coefficient": joint.friction_coefficient}
+    if joint.dilatancy_angle:
+        values["dilatancy_angle"] = f"{joint.dilatancy_angle!r} rad"
+    for strength in ("cohesion", "tensile_strength", "compressive_strength"):
+        value = getattr(joint, strength)
+        if value and math.isfinite(value):
+            values[strength] = f"{value!r} Pa"
+    return values
+
+
+def _block(block: Block) -> dict[str, Any]:
+    shape = {
+        "unit": "m",
+        "vertices": block.shape.vertices.tolist(),
+        "faces": [list(face) for face in block.shape.faces],
+    }
+    return {"name": block.name, "material": block.material.name, "fixed": block.fixed, "polyhedron": shape}
+
+
+def _loads(pattern: LoadPattern) -> list[dict[str, Any]]:
+    entries: list[dict[str, Any]] = []
+    for load in pattern.loads:
+        match load:
+            case BodyForce(direction=direction):
+                entries.append({"kind": "body_force", "direction": list(direction)})
+            case PointLoad(block=block, point=point, force=force):
+                entries.append(
+                    {"kind": "point_load", "block": block, "point": _texts(point, "m"), "force": _texts(force, "N")}
+                )
+            case FaceLoad(block=block, face=face, traction=traction):
+                entries.append({"kind": "face_load", "block": block, "face": face, "traction": _texts(traction, "Pa")})
+            case Moment(block=block, moment=moment):
+                entries.append({"kind": "moment", "block": block, "moment": _texts(moment, "N*m")})
+            case _:
+                entries.append({"kind": "self_weight"})
+    return entries
+
+
+def _texts(vector: Sequence[float], unit: str) -> list[str]:
+    return [f"{v!r} {unit}" for v in vector]

@@ -1,0 +1,17 @@
+"""Blocks drawn elsewhere: OBJ, STL and PLY meshes, DXF drawings and COMPAS JSON, with a report of every repair."""
+
+from blockstruct.imports.assembly import read_assembly
+from blockstruct.imports.drawing import read_drawing
+from blockstruct.imports.import_report import Imported, ImportReport, Repair
+from blockstruct.imports.mesh import read_mesh
+from blockstruct.imports.obj import write_obj
+
+__all__ = [
+    "ImportReport",
+    "Imported",
+    "Repair",
+    "read_assembly",
+    "read_drawing",
+    "read_mesh",
+    "write_obj",
+]

@@ -1,0 +1,235 @@
+"""Blocks from COMPAS: assemblies, block models and lists of meshes as JSON."""
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.errors import GeometryFileError
+from blockstruct.files import unique_pairs
+from blockstruct.imports.import_report import Imported
+from blockstruct.imports.solid import Face, Solid, blocks_of
+from blockstruct.imports.source import checked_faces, text_of
+from blockstruct.model import Material
+
+Array = NDArray[np.float64]
+
+#: Where a node or an element keeps its solid, and an edge its contacts.
+_SOLIDS = ("block", "part", "geometry", "mesh", "shape")
+_CONTACTS = ("interfaces", "interface", "contacts", "interface_points")
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    key: str
+    name: str | None
+    vertices: Array
+    faces: list[Face]
+    support: bool
+
+
+def read_assembly(
+    file: str | Path,
+    *,
+    unit: Any,
+    material: Material,
+    fixed: str | Iterable[str] = (),
+    tolerance: Any = None,
+) -> Imported:
+    """Blocks of a COMPAS JSON file.
+
+    Read are assemblies (compas, compas_assembly, compas_cra of all versions: a graph whose nodes hold blocks), models
+    (compas_model, compas_dem: elements with a geometry), and meshes or lists of meshes. Blocks keep their names if all
+    differ, otherwise they take the key of their node or a running number. What is marked ``is_support`` is fixed.
+    Interfaces in the file are left out, to be detected anew.
+
+    Parameters
+    ----------
+    file
+        A ``.json`` file.
+    unit : text or quantity, length
+        Unit of the coordinates, which the file does not state.
+    material
+        Material of all blocks.
+    fixed, tolerance
+        As for :func:`read_mesh`; ``fixed`` adds to the supports of the file.
+
+    Returns
+    -------
+    Imported
+        ``.blocks`` and ``.report``.
+
+    Raises
+    ------
+    StorageError
+        A file that cannot be read.
+    GeometryFileError
+        A file of another kind, or solids that are no blocks.
+
+    Warns
+    -----
+    GeometryWarning
+        Whatever was left out or repaired.
+    """
+    path = Path(file)
+    try:
+        content = json.loads(text_of(path), object_pairs_hook=unique_pairs)
+    except (ValueError, RecursionError) as error:
+        msg = f"{path}: no valid JSON ({error}); export it again with compas.json_dump"
+        raise GeometryFileError(msg) from error
+    left_out: list[str] = []
+    try:
+        parts = list(_parts(content, path, left_out))
+    except GeometryFileError:
+        raise
+    except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
+        # Of another layout than it seemed at first.
+        raise GeometryFileError(_unknown(path, content)) from error
+    checked_faces(sum(len(p.faces) for p in parts), path)
+    names = [p.name for p in parts]
+    own = None not in names and len(set(names)) == len(names)
+    solids = [Solid(str(p.name if own else p.key), p.vertices, p.faces, material, p.support) for p in parts]
+    return blocks_of(solids, str(path), unit=unit, fixed=fixed, tolerance=tolerance, left_out=left_out)
+
+
+def _parts(content: Any, path: Path, left_out: list[str]) -> Iterator[_Part]:
+    """Parts of any of the layouts."""
+    body = _body(content)
+    if isinstance(body, list):
+        for number, mesh in enumerate(_flat(body)):
+            yield _part(str(number), mesh, {}, path)
+    elif not isinstance(body, dict):
+        raise GeometryFileError(_unknown(path, body))
+    elif "elements" in body:
+        yield from _elements(body, path, left_out)
+    elif isinstance(body.get("blocks"), dict):
+        # The first versions: blocks beside a network whose vertices tell the supports.
+        nodes = _body(body.get("assembly") or {}).get("vertex", {})
+        for key, mesh in body["blocks"].items():
+            yield _part(key, mesh, nodes.get(key, {}), path)
+    elif "graph" in body or "node" in body:
+        yield from _nodes(_body(body.get("graph", body)), path, left_out)
+    elif "vertex" in body or "vertices" in body:
+        yield _part("0", body, {}, path)
+    else:
+        raise GeometryFileError(_unknown(path, body))
+
+
+def _nodes(graph: Any, path: Path, left_out: list[str]) -> Iterator[_Part]:
+    """Parts of an assembly: a node each."""
+    if not isinstance(graph, dict) or not isinstance(graph.get("node"), dict):
+        raise GeometryFileError(_unknown(path, graph))
+    default = graph.get("default_node_attributes") or graph.get("dna") or {}
+    for key, node in graph["node"].items():
+        solid = next((node[k] for k in _SOLIDS if isinstance(node, dict) and node.get(k)), None)
+        if solid is None:
+            msg = f"{path}: node {key} has none of {', '.join(_SOLIDS)}; give an assembly whose nodes hold their blocks"
+            raise GeometryFileError(msg)
+        yield _part(key, solid, {**default, **node}, path)
+    _note_contacts(graph, left_out)
+
+
+def _elements(model: dict[str, Any], path: Path, left_out: list[str]) -> Iterator[_Part]:
+    """Parts of a model: an element each."""
+    elements = model["elements"]
+    whole = _matrix(model.get("transformation"), path)
+    tree = model.get("tree") or {}
+    grouped = any(child.get("children") for child in (tree.get("root") or {}).get("children", []))
+    for number, element in enumerate(elements.values() if isinstance(elements, dict) else elements):
+        data = _body(element)
+        if not isinstance(data, dict):
+            raise GeometryFileError(_unknown(path, data))
+        own = _matrix(data.get("transformation"), path)
+        if data.get("features") or (grouped and not np.array_equal(own, np.eye(4))):
+            what = "features" if data.get("features") else "a transformation inside a group"
+            msg = f"{path}: element {number} has {what}, which only COMPAS can apply; export its final geometry"
+            raise GeometryFileError(msg)
+        part = _part(str(number), data.get("geometry") or data, data, path)
+        moved = np.column_stack([part.vertices, np.ones(len(part.vertices))]) @ (whole @ own).T
+        yield _Part(part.key, part.name, moved[:, :3], part.faces, part.support)
+    _note_contacts(_body(model.get("graph") or {}), left_out)
+
+
+def _part(key: str, solid: Any, attributes: dict[str, Any], path: Path) -> _Part:
+    """Part of a solid: a mesh of keyed vertices and faces, or a polyhedron of lists."""
+    outer, body = solid, _body(solid)
+    while isinstance(body, dict) and (inner := next((body[k] for k in _SOLIDS if body.get(k)), None)) is not None:
+        outer, body = inner, _body(inner)
+    try:
+        if "vertex" in body:
+            default = body.get("default_vertex_attributes") or body.get("dva") or {}
+            number = {str(name): i for i, name in enumerate(body["vertex"])}
+            rows = [[{**default, **v}[axis] for axis in "xyz"] for v in body["vertex"].values()]
+            faces = [tuple(number[str(i)] for i in face) for face in body["face"].values()]
+        else:
+            rows = [_body(v) for v in body["vertices"]]
+            faces = [tuple(int(i) for i in face) for face in body["faces"]]
+        vertices = np.array(rows, dtype=float).reshape(len(rows), 3)
+        if not faces or min(map(len, faces)) < 3:
+            msg = "a face of fewer than three corners"
+            raise ValueError(msg)
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        msg = (
+            f"{path}: block {key} has no readable mesh ({type(error).__name__}: {error}); give vertices with "
+            "x, y, z and faces of their keys, as compas.json_dump writes them"
+        )
+        raise GeometryFileError(msg) from error
+    marks = {**(body.get("attributes") or {}), **attributes}
+    name = next((n for n in (attributes.get("name"), _name(outer), _name(solid)) if isinstance(n, str) and n), None)
+    return _Part(str(key), name, vertices, faces, marks.get("is_support") is True)
+
+
+def _name(solid: Any) -> Any:
+    attributes = (_body(solid) or {}).get("attributes") or {}
+    return (solid.get("name") or attributes.get("name")) if isinstance(solid, dict) else None
+
+
+def _body(item: Any) -> Any:
+    """What is inside the wrappers that say of which type and version an item is."""
+    while isinstance(item, dict) and (item.keys() & {"dtype", "datatype"} or item.keys() <= {"data", "guid", "compas"}):
+        inner = item.get("data", item.get("value"))
+        if inner is None:
+            break
+        item = inner
+    return item
+
+
+def _flat(items: list[Any]) -> Iterator[Any]:
+    for item in items:
+        if isinstance(item, list):
+            yield from _flat(item)
+        else:
+            yield item
+
+
+def _matrix(transformation: Any, path: Path) -> Array:
+    if not transformation:
+        return np.eye(4)
+    body = _body(transformation)
+    try:
+        matrix = np.array(body["matrix"] if isinstance(body, dict) else body, dtype=float).reshape(4, 4)
+    except (KeyError, TypeError, ValueError) as error:
+        msg = f"{path}: a transformation is no matrix of 4 × 4 numbers; export the model again with compas.json_dump"
+        raise GeometryFileError(msg) from error
+    return matrix
+
+
+def _note_contacts(graph: Any, left_out: list[str]) -> None:
+    edges = graph.get("edge") or {} if isinstance(graph, dict) else {}
+    count = sum(
+        any(e.get(k) for k in _CONTACTS) for ends in edges.values() for e in ends.values() if isinstance(e, dict)
+    )
+    if count:
+        left_out.append(f"the interfaces of {count} pairs of blocks, to be detected anew")
+
+
+def _unknown(path: Path, body: Any) -> str:
+    keys = ", ".join(sorted(map(str, body))[:8]) if isinstance(body, dict) else type(body).__name__
+    return (
+        f"{path}: no COMPAS assembly, model or list of meshes (found {keys or 'nothing'}); "
+        "write one with compas.json_dump(assembly, file)"
+    )

@@ -1,0 +1,157 @@
+"""Blocks from meshes: OBJ, STL and PLY files."""
+
+import io
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from blockstruct.errors import GeometryFileError, ModelError
+from blockstruct.imports.import_report import Imported
+from blockstruct.imports.obj import read_obj
+from blockstruct.imports.solid import Solid, blocks_of
+from blockstruct.imports.source import checked_faces, content_of, package
+from blockstruct.model import Material
+
+#: Length of the header of a binary STL file, and of each of its triangles, in bytes.
+_STL_HEADER, _STL_TRIANGLE = 84, 50
+
+
+def read_mesh(
+    files: str | Path | Sequence[str | Path],
+    *,
+    unit: Any,
+    material: Material,
+    fixed: str | Iterable[str] = (),
+    tolerance: Any = None,
+) -> Imported:
+    """Blocks of one or several OBJ, STL or PLY files.
+
+    Every closed body becomes a block. It takes the name of its OBJ object or group or of its STL solid, otherwise
+    that of its file; several bodies of one name are numbered. Corners close by are joined, all faces are made to
+    look outward, and neighbours in one plane become one face. What was done is in the report, and warned of where
+    it may not be meant.
+
+    Parameters
+    ----------
+    files
+        Names that end in ``.obj``, ``.stl`` or ``.ply``. STL and PLY need ``pip install "blockstruct[mesh]"``.
+    unit : text or quantity, length
+        Unit of the coordinates, which these formats do not state: ``"mm"``, or a scale such as ``"0.025 m"``.
+    material
+        Material of all blocks.
+    fixed
+        The supports: names of blocks, or ``"lowest"`` for every block that reaches the lowest level to within 1 %
+        of the mean block size.
+    tolerance : quantity, length
+        Largest deviation from the plane of a face. By default 0.5 % of the size of a block for polygons, whose
+        vertices move into their planes, and 0.01 % for neighbouring triangles that become one face.
+
+    Returns
+    -------
+    Imported
+        ``.blocks`` and ``.report``.
+
+    Raises
+    ------
+    StorageError
+        A file that cannot be read.
+    GeometryFileError
+        A damaged file, or bodies that are no blocks: open, not manifold, crossing themselves, without volume.
+    MissingExtraError
+        STL or PLY without trimesh.
+
+    Warns
+    -----
+    GeometryWarning
+        Repairs beyond the joining of coplanar faces, or blocks of an unlikely size.
+    """
+    paths = [Path(f) for f in ([files] if isinstance(files, str | Path) else files)]
+    if not paths:
+        msg = "read_mesh: no files; give at least one"
+        raise ModelError(msg)
+    solids: list[Solid] = []
+    left_out: list[str] = []
+    for path in paths:
+        found, other = (read_obj if _suffix(path) == ".obj" else _read_triangles)(path, material)
+        solids += found
+        left_out += other
+    source = ", ".join(map(str, paths[:3])) + (" …" if len(paths) > 3 else "")
+    return blocks_of(solids, source, unit=unit, fixed=fixed, tolerance=tolerance, left_out=left_out)
+
+
+def _suffix(path: Path) -> str:
+    suffix = path.suffix.lower()
+    if suffix not in (".obj", ".stl", ".ply"):
+        msg = f"{path}: no mesh; give a file that ends in .obj, .stl or .ply"
+        raise ModelError(msg)
+    return suffix
+
+
+def _read_triangles(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
+    """Solids of an STL or PLY file, and what else it holds."""
+    suffix = _suffix(path)
+    content = content_of(path)
+    stated = (_stated_stl if suffix == ".stl" else _stated_ply)(content, path)
+    trimesh = package("trimesh", "mesh", f"{path}: reading {suffix[1:].upper()}")
+    try:
+        # Unprocessed: trimesh would otherwise drop and join corners and faces without a word.
+        read = trimesh.load(io.BytesIO(content), file_type=suffix[1:], process=False)
+        meshes = read.geometry if hasattr(read, "geometry") else {"": read}
+        solids = [
+            Solid(
+                str(name) if len(meshes) > 1 else path.stem,
+                np.asarray(mesh.vertices, dtype=float),
+                [tuple(f) for f in np.asarray(mesh.faces).tolist()],
+                material,
+            )
+            for name, mesh in meshes.items()
+        ]
+    except Exception as error:  # A reader of foreign files fails in as many ways as files can be damaged.
+        msg = f"{path}: no readable {suffix[1:].upper()} file ({error}); export it again"
+        raise GeometryFileError(msg) from error
+    count = sum(len(s.faces) for s in solids)
+    if count < stated or count == 0:
+        msg = f"{path}: states {stated} faces, {count} can be read; it is cut short or damaged, export it again"
+        raise GeometryFileError(msg)
+    unused = sum(len(s.vertices) - len({i for face in s.faces for i in face}) for s in solids)
+    return solids, [f"{unused} vertices of no face"] if unused > 0 else []
+
+
+def _stated_stl(content: bytes, path: Path) -> int:
+    """Number of triangles that an STL file says it has."""
+    if len(content) >= _STL_HEADER:
+        count = int.from_bytes(content[80:84], "little")
+        if len(content) == _STL_HEADER + _STL_TRIANGLE * count:
+            return checked_faces(count, path)
+    text = content.lower()
+    if not text.lstrip().startswith(b"solid") or b"\0" in content:
+        msg = (
+            f"{path}: {len(content)} bytes are no STL file, or one cut short "
+            "(binary STL has 84 bytes and 50 for each triangle that it states); export it again"
+        )
+        raise GeometryFileError(msg)
+    begun, ended = (len(re.findall(rb"^\s*" + word, text, re.MULTILINE)) for word in (b"solid", b"endsolid"))
+    if ended < begun:
+        msg = f"{path}: 'endsolid' is missing, the file is cut short; export it again"
+        raise GeometryFileError(msg)
+    return checked_faces(len(re.findall(rb"^\s*facet\b", text, re.MULTILINE)), path)
+
+
+def _stated_ply(content: bytes, path: Path) -> int:
+    """Number of faces that a PLY file says it has."""
+    header, end, body = content.partition(b"end_header")
+    faces = re.search(rb"^element\s+face\s+(\d{1,12})\s*$", header, re.MULTILINE)
+    if not header.startswith(b"ply") or not end or faces is None:
+        msg = f"{path}: no PLY file with faces; export it again as a mesh"
+        raise GeometryFileError(msg)
+    count = checked_faces(int(faces[1]), path)
+    if re.search(rb"^format\s+ascii", header, re.MULTILINE):
+        items = sum(map(int, re.findall(rb"^element\s+\w+\s+(\d{1,12})\s*$", header, re.MULTILINE)))
+        lines = sum(bool(line.strip()) for line in body.splitlines())
+        if lines != items:
+            msg = f"{path}: states {items} vertices and faces and has {lines} lines; it is damaged, export it again"
+            raise GeometryFileError(msg)
+    return count

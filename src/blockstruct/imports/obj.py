@@ -1,0 +1,164 @@
+"""Wavefront OBJ: polygons of objects and groups, read and written."""
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from blockstruct.errors import GeometryFileError, ModelError
+from blockstruct.files import write_new
+from blockstruct.imports.solid import Face, Solid, scale_of
+from blockstruct.imports.source import checked_faces, text_of
+from blockstruct.model import Block, Material
+
+#: Statements that say nothing about the shape of a solid.
+_SILENT = {"vn", "vt", "vp", "s", "usemtl", "mtllib", "mg", "lod", "bevel", "c_interp", "d_interp", "shadow_obj"}
+#: Statements of points, lines and free-form curves and surfaces.
+_OTHER = {
+    "p",
+    "l",
+    "curv",
+    "curv2",
+    "surf",
+    "parm",
+    "trim",
+    "hole",
+    "scrv",
+    "sp",
+    "end",
+    "cstype",
+    "deg",
+    "bmat",
+    "step",
+}
+
+
+def read_obj(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
+    """Solids of an OBJ file, and what else it holds.
+
+    Each object (``o``) is a solid; in a file without objects each group (``g``), and without groups the whole.
+
+    Raises
+    ------
+    GeometryFileError
+        A line that is no statement, or a face of fewer than three or of unknown vertices.
+    """
+    vertices: list[list[float]] = []
+    objects: list[tuple[str, list[Face]]] = []
+    groups: dict[str, list[Face]] = {}
+    group = path.stem
+    other: Counter[str] = Counter()
+    text = text_of(path)
+    checked_faces(text.count("\nf"), path)
+    for number, line in _statements(text):
+        keyword, *words = line.split()
+        if keyword == "v":
+            vertices.append(_point(words, path, number))
+        elif keyword == "f":
+            face = _face(words, len(vertices), path, number)
+            groups.setdefault(group, []).append(face)
+            if objects:
+                objects[-1][1].append(face)
+        elif keyword == "o":
+            if not objects and groups:
+                objects.append((path.stem, [f for faces in groups.values() for f in faces]))
+            objects.append((" ".join(words) or path.stem, []))
+        elif keyword == "g":
+            group = " ".join(words) or path.stem
+        elif keyword in _OTHER:
+            other[keyword] += 1
+        elif keyword not in _SILENT:
+            msg = f"{path}, line {number}: {line[:60]!r} is no OBJ statement; export the file again as Wavefront OBJ"
+            raise GeometryFileError(msg)
+    points = np.array(vertices, dtype=float).reshape(-1, 3)
+    named = objects or list(groups.items())
+    left_out = [f"{count} statements {keyword!r}, which are no faces" for keyword, count in sorted(other.items())]
+    unused = len(points) - len({i for _, faces in named for face in faces for i in face})
+    if unused:
+        left_out.append(f"{unused} vertices of no face")
+    left_out += [f"object {name!r} without faces" for name, faces in named if not faces]
+    return [Solid(name, points, faces, material) for name, faces in named if faces], left_out
+
+
+def _statements(text: str) -> Iterable[tuple[int, str]]:
+    """Numbered lines without comments; a backslash at the end joins a line to the next."""
+    held = ""
+    for number, raw in enumerate(text.splitlines(), start=1):
+        line = held + raw.partition("#")[0].strip()
+        if line.endswith("\\"):
+            held = line[:-1] + " "
+            continue
+        held = ""
+        if line:
+            yield number, line
+    if held:
+        yield number, held.strip()
+
+
+def _point(words: list[str], path: Path, number: int) -> list[float]:
+    try:
+        point = [float(w) for w in words[:3]]
+    except ValueError:
+        point = []
+    if len(point) < 3 or not all(map(math.isfinite, point)):
+        msg = f"{path}, line {number}: vertex {' '.join(words)[:60]!r}; give three finite numbers"
+        raise GeometryFileError(msg)
+    return point
+
+
+def _face(words: list[str], known: int, path: Path, number: int) -> Face:
+    try:
+        index = [int(w.partition("/")[0]) for w in words]
+    except ValueError:
+        index = []
+    if len(index) < 3:
+        msg = f"{path}, line {number}: face {' '.join(words)[:60]!r}; give at least three vertex numbers"
+        raise GeometryFileError(msg)
+    # Negative numbers count back from the last vertex so far.
+    face = tuple(i - 1 if i > 0 else known + i for i in index)
+    if 0 in index or not all(0 <= i < known for i in face):
+        msg = f"{path}, line {number}: face {' '.join(words)[:60]!r} names a vertex outside 1..{known}, those above it"
+        raise GeometryFileError(msg)
+    return face
+
+
+def write_obj(path: str | Path, blocks: Iterable[Block], *, unit: Any = "m") -> Path:
+    """Write blocks as objects of a Wavefront OBJ file, to the last digit.
+
+    Materials and supports have no place there; :func:`write_document` keeps them.
+
+    Parameters
+    ----------
+    path
+        A new file.
+    blocks
+        Blocks with names that OBJ can tell apart: without spaces at their ends.
+    unit
+        Unit of the coordinates: ``"mm"``, or a length.
+
+    Raises
+    ------
+    ModelError
+        Nothing to write, or a name that would not come back.
+    StorageError
+        A file that exists or cannot be written.
+    """
+    blocks = list(blocks)
+    scale = scale_of(unit, str(path))
+    if not blocks:
+        msg = f"{path}: no blocks to write; give at least one"
+        raise ModelError(msg)
+    lines = [f"# blockstruct: {len(blocks)} blocks, 1 unit is {scale!r} m"]
+    start = 1
+    for block in blocks:
+        if " ".join(block.name.partition("#")[0].split()) != block.name:
+            msg = f"{path}: block name {block.name!r} does not survive OBJ; rename it, without '#' and double spaces"
+            raise ModelError(msg)
+        lines.append(f"o {block.name}")
+        lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in (block.shape.vertices / scale).tolist()]
+        lines += [f"f {' '.join(str(start + i) for i in face)}" for face in block.shape.faces]
+        start += len(block.shape.vertices)
+    return write_new(Path(path), "\n".join(lines) + "\n")

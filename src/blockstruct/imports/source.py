@@ -1,0 +1,70 @@
+"""Files that builders read and write: their content, and the packages that some formats need."""
+
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from blockstruct.errors import GeometryFileError, MissingExtraError, StorageError
+
+
+def content_of(path: Path) -> bytes:
+    """Bytes of a file.
+
+    Raises
+    ------
+    StorageError
+        A file that cannot be read.
+    GeometryFileError
+        An empty file.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        msg = f"{path}: cannot be read ({error.strerror or error})"
+        raise StorageError(msg) from error
+    if not content.strip():
+        msg = f"{path}: is empty; export it again"
+        raise GeometryFileError(msg)
+    return content
+
+
+#: Faces of a file beyond which it is no model of rigid blocks.
+MOST_FACES = 500_000
+
+
+def checked_faces(faces: int, path: Path) -> int:
+    """The number of faces of a file, if there are not far too many: asked before anything slow is done."""
+    if faces > MOST_FACES:
+        msg = (
+            f"{path}: {faces} faces, the limit is {MOST_FACES}; simplify the meshes first, a rigid block "
+            "needs the shape of its joints, not that of its grain"
+        )
+        raise GeometryFileError(msg)
+    return faces
+
+
+def text_of(path: Path) -> str:
+    """Text of a file, as :func:`content_of`; refuses what is no text."""
+    content = content_of(path)
+    if b"\0" in content:
+        msg = f"{path}: is no text; export it again"
+        raise GeometryFileError(msg)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        # Older programs write names in their own alphabet; numbers read the same in all of them.
+        return content.decode("latin-1")
+
+
+def package(name: str, extra: str, needed_for: str) -> Any:
+    """Import a package of an extra.
+
+    Raises
+    ------
+    MissingExtraError
+        It is not installed.
+    """
+    try:
+        return import_module(name)
+    except ImportError as error:
+        raise MissingExtraError.of(error, extra, needed_for) from error

@@ -1,0 +1,154 @@
+"""From the loose faces of one body to a closed surface of planar polygons that look outward."""
+
+from collections import Counter
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.errors import GeometryError
+from blockstruct.imports.crossing import first_crossing
+from blockstruct.imports.flatten import Flattened, flattened
+from blockstruct.imports.merge import merged_faces
+from blockstruct.imports.soup import compact
+
+Array = NDArray[np.float64]
+Face = tuple[int, ...]
+
+#: Faces of a body beyond which it is a scan to be simplified first, not a rigid block.
+MOST_FACES = 20_000
+#: Deviation from a plane, relative to the size of the body, that a face given as one polygon may have.
+POLYGON_TOLERANCE = 5e-3
+#: Deviation from a plane, relative to the size of the body, within which neighbouring faces are one.
+MERGE_TOLERANCE = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """A closed surface, and what had to be done to the faces to make it one.
+
+    Attributes
+    ----------
+    vertices : (n, 3) array
+    faces
+        Vertex indices of each planar face, counter-clockwise seen from outside.
+    repairs : dict
+        What was done, and how often or, for ``"flattened"``, by how much a vertex moved at most.
+    """
+
+    vertices: Array
+    faces: list[Face]
+    repairs: dict[str, float]
+
+
+def closed_surface(vertices: Array, faces: list[Face], name: str, tolerance: float | None = None) -> Surface:
+    """Repair the faces of one body.
+
+    All faces are made to look outward; neighbours in one plane become one face, and so do
+    faces without area and a neighbour; vertices a little off the plane of a face move into it; faces that are
+    further from plane are divided into triangles.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array
+        All of them belong to the body.
+    faces
+        Vertex indices of the faces of one body, in any orientation.
+    name
+        Name of the block, for the message of an error.
+    tolerance
+        Largest deviation from the plane of a face; by default 0.5 % of the size of the body for a face given as one
+        polygon, and 0.01 % for neighbours that become one face.
+
+    Raises
+    ------
+    GeometryError
+        More than 20,000 faces; a surface that is open, not a manifold, one-sided, or crosses itself.
+    """
+    if len(faces) > MOST_FACES:
+        msg = (
+            f"block {name!r}: {len(faces)} faces, the limit is {MOST_FACES}; simplify the mesh first "
+            "(a rigid block needs the shape of its joints, not that of its grain)"
+        )
+        raise GeometryError(msg)
+    for face in faces:
+        if len(set(face)) < len(face):
+            x, y, z = vertices[face[0]]
+            msg = (
+                f"block {name!r}: a face at ({x:.6g}, {y:.6g}, {z:.6g}) m meets one of its corners twice; divide it, "
+                "a face has no hole and no neck of zero width"
+            )
+            raise GeometryError(msg)
+    repairs: dict[str, float] = {}
+    _check_manifold(vertices, faces, name)
+    outward, repairs["turned"] = _outward(vertices, faces, name)
+    size = float(np.ptp(vertices, axis=0).max())
+    whole, repairs["no area"] = merged_faces(vertices, outward, tolerance or MERGE_TOLERANCE * size, size)
+    repairs["merged"] = len(outward) - len(whole) - repairs["no area"]
+    done: Flattened = flattened(vertices, whole, tolerance or POLYGON_TOLERANCE * size, size)
+    repairs["flattened"], repairs["split"] = done.move, done.split
+    points, loops = compact(done.vertices, done.faces)
+    crossing = first_crossing(points, loops, size)
+    if crossing is not None:
+        x, y, z = crossing
+        msg = (
+            f"block {name!r}: its surface crosses itself near ({x:.6g}, {y:.6g}, {z:.6g}) m; "
+            "correct the mesh there, or divide the block"
+        )
+        raise GeometryError(msg)
+    return Surface(points, loops, {kind: amount for kind, amount in repairs.items() if amount})
+
+
+def _check_manifold(vertices: Array, faces: list[Face], name: str) -> None:
+    edges = Counter((min(a, b), max(a, b)) for f in faces for a, b in pairwise((*f, f[0])))
+    bad = [edge for edge, count in edges.items() if count != 2]
+    if not bad:
+        return
+    a, b = (", ".join(f"{x:.6g}" for x in vertices[i]) for i in bad[0])
+    where = f"edge ({a}) to ({b}) m belongs to"
+    if any(edges[edge] > 2 for edge in bad):
+        most = max(edges[edge] for edge in bad)
+        msg = (
+            f"block {name!r}: no solid body, {len(bad)} edges do not belong to two faces: {where} {edges[bad[0]]} "
+            f"(up to {most}); give each block as a body of its own, without inner faces"
+        )
+    else:
+        msg = (
+            f"block {name!r}: the surface is open at {len(bad)} edges: {where} one face; "
+            "add the missing faces, or close the hole in the mesh"
+        )
+    raise GeometryError(msg)
+
+
+def _outward(vertices: Array, faces: list[Face], name: str) -> tuple[list[Face], int]:
+    """Faces in one sense, outward, and how many had to be turned."""
+    of_edge: dict[tuple[int, int], list[tuple[int, bool]]] = {}
+    for index, face in enumerate(faces):
+        for a, b in pairwise((*face, face[0])):
+            of_edge.setdefault((min(a, b), max(a, b)), []).append((index, a < b))
+    turned: dict[int, bool] = {0: False}
+    queue = [0]
+    while queue:
+        index = queue.pop()
+        for a, b in pairwise((*faces[index], faces[index][0])):
+            (one, way), (other, other_way) = of_edge[min(a, b), max(a, b)]
+            neighbour = other if one == index else one
+            sense = turned[index] != (way == other_way)
+            if neighbour not in turned:
+                turned[neighbour] = sense
+                queue.append(neighbour)
+            elif turned[neighbour] != sense:
+                msg = f"block {name!r}: the surface has only one side, as a Möbius band; correct the mesh"
+                raise GeometryError(msg)
+    loops = [face[::-1] if turned[index] else face for index, face in enumerate(faces)]
+    if _signed_volume(vertices, loops) < 0:
+        turned = {index: not sense for index, sense in turned.items()}
+        loops = [face[::-1] for face in loops]
+    return loops, sum(turned.values())
+
+
+def _signed_volume(vertices: Array, faces: list[Face]) -> float:
+    fan = np.array([(f[0], a, b) for f in faces for a, b in pairwise(f[1:])])
+    a, b, c = (vertices - vertices.mean(axis=0))[fan.T]
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)))

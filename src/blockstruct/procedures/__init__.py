@@ -1,0 +1,9 @@
+"""How a collapse state is found: procedures, each a generator of iterations.
+
+The associative program, the fictitious conditions of F. Portioli, C. Casapulla, L. Cascini (2015),
+doi:10.1016/j.ijsolstr.2015.05.025, and the shifted objective of De Saxcé & Feng (1998).
+"""
+
+from blockstruct.procedures.procedure import solve_limit_case
+
+__all__ = ["solve_limit_case"]

@@ -1,0 +1,126 @@
+"""The non-associative iteration with fictitious sliding conditions."""
+
+from collections.abc import Generator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.limit.crushing import Linearisation
+from blockstruct.limit.friction import fictitious_sliding, relax, shift_of, true_sliding
+from blockstruct.limit.iteration import Iteration, Outcome
+from blockstruct.limit.program import ConicProgram, Objective, Solver
+from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.procedures.step import solve_step
+from blockstruct.vocabulary import Stage, Status
+
+Array = NDArray[np.float64]
+
+
+def fictitious_iteration(
+    program: ConicProgram,
+    exact: ConicProgram,
+    first: Iteration,
+    settings: ProcedureSettings,
+    solver: Solver,
+    left: int,
+) -> Generator[Iteration, None, tuple[Outcome | None, Iteration]]:
+    """Gilbert, Casapulla & Ahmed (2006), in cones: Portioli, Casapulla & Cascini (2014).
+
+    Parameters
+    ----------
+    program, exact
+        The program of the steps, and that of closing states, which are found inside the exact cones of crushing.
+    first
+        The associative program.
+    settings, solver
+        Schedule and tolerances, and the solver.
+    left
+        Programs it may solve.
+
+    Returns
+    -------
+    Outcome or None, Iteration
+        How it ended, None without a certificate; and the last step.
+    """
+    n0, c0, a, beta = first.x[:, 0], settings.cohesion, settings.slope, settings.relaxation
+    linearisation = Linearisation.first(program.problem).after(program.problem, first.x, first.v, 1.0)
+    last, load_factors, settled, cooldown, pause = first, [first.load_factor], 0, 0, 1
+    while left > 0:
+        sliding = fictitious_sliding(program.problem, n0, c0, a)
+        step = solve_step(
+            program, sliding, Stage.NONASSOCIATIVE, settings, solver, c0=c0, a=a, linearisation=linearisation
+        )
+        yield step
+        left -= 1
+        if not step.solved:
+            c0 *= 4
+            continue
+        last = step
+        load_factors.append(step.load_factor)
+        drift = _drift(load_factors, program.problem.work_scale(step.u))
+        is_settled = drift <= settings.load_factor_tolerance and c0 <= settings.cohesion_limit
+        settled = settled + 1 if is_settled else 0
+        patient = len(load_factors) > settings.patience
+        cooldown -= 1
+        beta = _relaxation(beta, load_factors, settings)
+        n0 = relax(n0, step.x[:, 0], beta)
+        if left == 1 or (cooldown <= 0 and (settled >= 2 or patient)):
+            closing = _admissible(exact, step, settings, solver)
+            yield closing
+            left -= 1
+            if closing.certificate.holds:
+                return Outcome(Status.CONVERGED, closing.load_factor, "the certificate holds"), closing
+            cooldown = pause = 2 * pause
+            if closing.solved and load_factors[-1] > load_factors[-2]:
+                # A load factor that rises comes up from below: the next step starts from forces that break no true
+                # condition. Measured: on 2,400 blocks the next attempt holds 4 steps sooner.
+                n0 = closing.x[:, 0]
+        linearisation = linearisation.after(program.problem, step.x, step.v, beta)
+        c0 = max(c0 * settings.cohesion_decay, settings.cohesion_min)
+        a = max(a * settings.slope_decay, settings.slope_min)
+    return None, last
+
+
+def _admissible(program: ConicProgram, step: Iteration, settings: ProcedureSettings, solver: Solver) -> Iteration:
+    """Forces inside the true cones that miss the flow rule of a step's mechanism least, at no higher load factor.
+
+    For given velocities the flow-rule gap is linear in the forces: up to a constant it is ``Σ s_k n_k − α`` with
+    the shift s of De Saxcé & Feng (1998). The state of a step satisfies the true conditions only in the limit of the
+    iteration; this one does at once, or shows that none is near. A hundredth of α is added to the objective: where
+    several load factors miss the flow rule equally little, the highest is taken, and not whichever the solver's path
+    leads to.
+    """
+    return solve_step(
+        program,
+        true_sliding(program.problem),
+        Stage.ADMISSIBLE,
+        settings,
+        solver,
+        objective=Objective(shift_of(program.problem, step.v), 1.01),
+        max_load_factor=step.load_factor,
+        mechanism=step,
+    )
+
+
+def _drift(load_factors: list[float], work_scale: float) -> float:
+    """Change still to come, relative to α, if the last changes go on as a geometric series."""
+    if len(load_factors) < 3:
+        return np.inf
+    before, now = np.diff(load_factors[-3:])
+    ratio = min(max(now / before, 0.0), 0.99) if before != 0 else 0.0
+    scale = max(abs(load_factors[-1]), 1e-3 * work_scale)
+    return float(abs(now) * max(1.0, ratio / (1 - ratio)) / scale)
+
+
+def _relaxation(beta: float, load_factors: list[float], settings: ProcedureSettings) -> float:
+    """β after a step: larger while the load factor goes one way, smaller when it turns back.
+
+    Measured: a constant β of 0.6 or more lets the forces of walls of 1,500 blocks and more swing from step to step,
+    a constant 0.4 needs more steps on walls of 50.
+    """
+    if len(load_factors) < 4:
+        return beta
+    before, now = np.diff(load_factors[-3:])
+    if before * now >= 0:
+        return min(beta * settings.relaxation_growth, settings.relaxation_max)
+    return max(beta * settings.relaxation_cut, settings.relaxation_min)

@@ -1,0 +1,113 @@
+"""The procedure: dead load, associative program, and what follows without dilatancy."""
+
+from collections.abc import Generator
+from dataclasses import replace
+
+import numpy as np
+
+from blockstruct.limit.crushing import Linearisation
+from blockstruct.limit.friction import fictitious_sliding, true_sliding
+from blockstruct.limit.iteration import Iteration, Outcome, Steps, given_up
+from blockstruct.limit.problem import LimitProblem
+from blockstruct.limit.program import ConicProgram, Solver
+from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.procedures.dead_load import dead_load_program
+from blockstruct.procedures.fictitious import fictitious_iteration
+from blockstruct.procedures.shifted import shifted_iteration
+from blockstruct.procedures.step import solve_step
+from blockstruct.vocabulary import Flow, Stage, Status
+
+#: Programs after which a linearised associative analysis turns to the exact cones.
+LINEARISED_PROGRAMS = 12
+
+
+def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
+    """Solve a limit case, program by program.
+
+    Parameters
+    ----------
+    problem
+        The limit problem, with the dilatancy of its flow.
+    flow
+        Associative flow ends with the associative program.
+    settings
+        Schedule and tolerances.
+    solver
+        Solves the conic programs.
+
+    Yields
+    ------
+    Iteration
+        One a program, as it is solved.
+
+    Returns
+    -------
+    Outcome
+        Value of the generator.
+    """
+    dead = yield from dead_load_program(problem, settings, solver)
+    if isinstance(dead, Outcome):
+        return dead
+    program = ConicProgram(problem, settings)
+    first = yield from _associate(program, flow, settings, solver)
+    if first.load_factor == np.inf and flow is Flow.NONASSOCIATIVE:
+        # Dilatancy jams the blocks; without it they may slide all the same. Go on from the forces of the dead load,
+        # with sliding conditions of the slope tan ψ: they bound every load that does not jam them by itself.
+        sliding = fictitious_sliding(problem, dead, settings.cohesion, 0.0)
+        first = solve_step(program, sliding, Stage.NONASSOCIATIVE, settings, solver, c0=settings.cohesion)
+        yield first
+    if first.load_factor == np.inf:
+        message = "the variable load never causes collapse: the joints carry any multiple of it"
+        return Outcome(Status.UNBOUNDED, np.inf, message)
+    if not first.solved:
+        return given_up(f"the solver ended the {first.stage} program as {first.solver_status}", first)
+    if flow is Flow.NONASSOCIATIVE:
+        return (yield from _without_dilatancy(program, first, settings, solver))
+    if first.certificate.holds:
+        return Outcome(Status.CONVERGED, first.load_factor, "the certificate of the associative program holds")
+    return given_up("the certificate of the associative program does not hold", first)
+
+
+def _associate(
+    program: ConicProgram, flow: Flow, settings: ProcedureSettings, solver: Solver
+) -> Generator[Iteration, None, Iteration]:
+    """Associative program; if crushing is linearised and the flow associative, programs until it is exact.
+
+    Where the normal forces of many joints are not unique, the lines swing between them for ever. After a dozen
+    programs the exact cones settle it.
+    """
+    sliding, linearisation = true_sliding(program.problem), Linearisation.first(program.problem)
+    for k in range(LINEARISED_PROGRAMS + 1):
+        if k == LINEARISED_PROGRAMS:
+            program = exact(program, settings)
+        step = solve_step(program, sliding, Stage.ASSOCIATIVE, settings, solver, linearisation=linearisation)
+        yield step
+        again = program.is_linearised and flow is Flow.ASSOCIATIVE and step.solved
+        if step.certificate.holds or not again:
+            break
+        beta = 1.0 if k < 4 else 0.5
+        linearisation = linearisation.after(program.problem, step.x, step.v, beta)
+    return step
+
+
+def _without_dilatancy(program: ConicProgram, first: Iteration, settings: ProcedureSettings, solver: Solver) -> Steps:
+    """The procedure of the settings; if the fictitious iteration finds no certificate, the shifted one goes on."""
+    # The dead-load and the associative program are behind.
+    left, last = settings.max_programs - 2, first
+    of_cones = exact(program, settings)
+    why = f"no certificate within {settings.max_programs} programs, that of the dead load counted"
+    if settings.procedure == "fictitious":
+        within = min(left, settings.fallback_after - 2)
+        outcome, last = yield from fictitious_iteration(program, of_cones, first, settings, solver, within)
+        left -= within
+        if outcome is not None:
+            return outcome
+    outcome, last = yield from shifted_iteration(of_cones, last, settings, solver, left)
+    return outcome or given_up(why, last)
+
+
+def exact(program: ConicProgram, settings: ProcedureSettings) -> ConicProgram:
+    """The program with the exact cones of crushing."""
+    if not program.is_linearised:
+        return program
+    return ConicProgram(program.problem, replace(settings, crushing="conic"))

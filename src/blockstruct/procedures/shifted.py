@@ -1,0 +1,52 @@
+"""The non-associative iteration with the true cones and a shifted objective."""
+
+from collections.abc import Generator
+
+from blockstruct.limit.friction import relax, shift_of, true_sliding
+from blockstruct.limit.iteration import Iteration, Outcome
+from blockstruct.limit.program import ConicProgram, Objective, Solver
+from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.procedures.step import solve_step
+from blockstruct.vocabulary import Stage, Status
+
+#: Share of the new shift that is taken up.
+DAMPING = 0.5
+
+
+def shifted_iteration(
+    program: ConicProgram, first: Iteration, settings: ProcedureSettings, solver: Solver, left: int
+) -> Generator[Iteration, None, tuple[Outcome | None, Iteration]]:
+    """Maximise ``α − Σ s_k n_k`` inside the true cones, with the shift s of the last mechanism.
+
+    De Saxcé & Feng (1998), doi:10.1016/S0895-7177(98)00119-8, iterated as by Acary et al. (2011),
+    doi:10.1002/zamm.201000073. Every program is feasible and every iterate statically admissible. It often ends at
+    a higher load factor than the fictitious conditions: the upper end of a spread, and the fallback.
+
+    Parameters
+    ----------
+    program
+        The program, with the exact cones of crushing.
+    first
+        A solved iteration whose mechanism gives the first shift.
+    settings, solver
+        Tolerances and solver.
+    left
+        Programs it may solve.
+
+    Returns
+    -------
+    Outcome or None, Iteration
+        How it ended, None without a certificate; and the last solved program.
+    """
+    problem, last = program.problem, first
+    sliding, shift = true_sliding(problem), shift_of(problem, first.v)
+    for _ in range(left):
+        step = solve_step(program, sliding, Stage.SHIFTED, settings, solver, objective=Objective(shift))
+        yield step
+        if not step.solved:
+            break
+        last = step
+        if step.certificate.holds:
+            return Outcome(Status.CONVERGED, step.load_factor, "the certificate holds (De Saxcé shift)"), step
+        shift = relax(shift, shift_of(problem, step.v), DAMPING)
+    return None, last

@@ -1,0 +1,86 @@
+"""One program: solve it, and measure what the solver gives."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.limit.certificate import certify
+from blockstruct.limit.crushing import Linearisation
+from blockstruct.limit.friction import Sliding
+from blockstruct.limit.iteration import Iteration, is_solved
+from blockstruct.limit.problem import LimitProblem
+from blockstruct.limit.program import ConicProgram, Objective, Solver
+from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.vocabulary import SolverStatus, Stage
+
+Array = NDArray[np.float64]
+
+
+def solve_step(
+    program: ConicProgram,
+    sliding: Sliding,
+    stage: Stage,
+    settings: ProcedureSettings,
+    solver: Solver,
+    *,
+    c0: float = 0.0,
+    a: float = 0.0,
+    linearisation: Linearisation | None = None,
+    objective: Objective | None = None,
+    max_load_factor: float | None = None,
+    mechanism: Iteration | None = None,
+) -> Iteration:
+    """Solve one program and certify its state.
+
+    A program that the solver calls unbounded has the load factor ∞ if its ray proves it, and has failed otherwise.
+
+    Parameters
+    ----------
+    program, sliding
+        The program and its sliding condition.
+    stage, c0, a
+        Where it stands in the procedure.
+    settings, solver
+        Tolerances of the certificate, and the solver.
+    linearisation, objective, max_load_factor
+        Data of the program: :meth:`ConicProgram.data`.
+    mechanism
+        A step whose velocities belong to the state instead of the solver's own.
+    """
+    data = program.data(sliding, linearisation=linearisation, objective=objective, max_load_factor=max_load_factor)
+    solution = solver.solve(program, data, max(settings.solver_tolerance, settings.step_tolerance * c0))
+    alpha, x, u = program.unpack(solution)
+    if mechanism is not None:
+        u = mechanism.u
+    status = solution.status
+    if not is_solved(status):
+        unbounded = status is SolverStatus.UNBOUNDED
+        if unbounded and not _is_ray(program.problem, x, alpha, sliding, settings):
+            unbounded, status = False, SolverStatus.FAILED
+        alpha, x, u = np.inf if unbounded else np.nan, np.full_like(x, np.nan), np.full_like(u, np.nan)
+    return Iteration(
+        stage=stage,
+        load_factor=alpha,
+        x=x,
+        u=u,
+        v=(program.problem.A.T @ u).reshape(-1, 3),
+        sliding=sliding,
+        c0=c0,
+        a=a,
+        linearised_at=linearisation.N0 if linearisation is not None and program.is_linearised else None,
+        certificate=certify(program.problem, x, u, alpha if np.isfinite(alpha) else np.nan, settings),
+        solver_status=status,
+        solver_iterations=solution.iterations,
+        solver_time=solution.time,
+    )
+
+
+def _is_ray(problem: LimitProblem, x: Array, alpha: float, sliding: Sliding, settings: ProcedureSettings) -> bool:
+    """Whether forces balance the variable load alone and stay inside the sliding condition at any size."""
+    if not alpha > 0:
+        return False
+    x = x / alpha
+    residual = np.abs(problem.A @ x.ravel() + problem.w_L).max()
+    excess = max((np.linalg.norm(x[:, 1:], axis=1) - sliding.slope * x[:, 0]).max(), (-x[:, 0]).max())
+    # What crushes carries no force at any size.
+    excess = max(excess, np.abs(x[problem.crushes, 0]).max(initial=0.0))
+    return bool(max(residual, excess) <= settings.yield_tolerance * max(1.0, np.abs(x).max()))

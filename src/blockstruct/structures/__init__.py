@@ -1,0 +1,33 @@
+"""Structures in one call: walls, arches, vaults, domes and columns as lists of blocks that fit exactly.
+
+>>> from blockstruct.model import Material
+>>> tuff = Material("tuff", "12 kN/m^3")
+>>> blocks = courses([[1, 1], [0.5, 1, 0.5]], unit_length="0.4 m", unit_height="0.2 m", depth="0.1 m", material=tuff)
+>>> len(blocks)
+6
+"""
+
+from blockstruct.structures.arch import arch, arch_on_piers, barrel_vault
+from blockstruct.structures.column import column, stack, tilted
+from blockstruct.structures.courses import courses
+from blockstruct.structures.cross_vault import cross_vault
+from blockstruct.structures.dome import dome
+from blockstruct.structures.openings import Opening
+from blockstruct.structures.pier_spandrel import pier_spandrel
+from blockstruct.structures.wall import Sidewall, wall
+
+__all__ = [
+    "Opening",
+    "Sidewall",
+    "arch",
+    "arch_on_piers",
+    "barrel_vault",
+    "column",
+    "courses",
+    "cross_vault",
+    "dome",
+    "pier_spandrel",
+    "stack",
+    "tilted",
+    "wall",
+]

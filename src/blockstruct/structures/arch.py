@@ -1,0 +1,230 @@
+"""Arches of wedge voussoirs, on abutments or piers, and barrel vaults."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.errors import ModelError
+from blockstruct.model import Block, Material
+from blockstruct.model.sizes import checked_count, positive_length
+from blockstruct.structures.arch_profile import ArchProfile
+from blockstruct.structures.prism import prism
+from blockstruct.units import si_vector
+
+Array = NDArray[np.float64]
+
+
+def arch(
+    *,
+    span: Any,
+    thickness: Any,
+    depth: Any,
+    voussoirs: int,
+    material: Material,
+    rise: Any = None,
+    skewback: Any = "20 deg",
+    abutments: bool = True,
+    origin: Any = ("0 m", "0 m", "0 m"),
+    prefix: str = "",
+) -> list[Block]:
+    """Blocks of an arch in the x–z plane: semicircular, segmental, pointed or flat.
+
+    Parameters
+    ----------
+    span, thickness, depth : quantity, length
+        Clear span along x, thickness of the ring, and depth along y.
+    voussoirs
+        Number of wedges. Their corners lie on intrados and extrados, their sides are straight.
+    material
+        Material of all blocks.
+    rise : quantity, length
+        Of the intrados. Half the span (the default) makes a semicircular arch, less a segmental, more a pointed one
+        (of an even number of voussoirs), zero a flat one.
+    skewback : quantity, angle
+        Of the end joints of a flat arch to the vertical.
+    abutments
+        Whether to add fixed blocks at both ends, ``left`` and ``right``, of the thickness of the ring.
+    origin : quantity, length, three components
+        Middle of the span, on the springing line, at the least y.
+    prefix
+        Put before the names: the voussoirs are called ``1``, ``2`` … from left to right.
+
+    Examples
+    --------
+    A semicircular arch of centreline radius 10 m, less than a per cent thicker than the least it needs:
+
+    >>> stone = Material("stone", "20 kN/m^3")
+    >>> blocks = arch(span="18.925 m", thickness="1.075 m", depth="1 m", voussoirs=27, material=stone)
+    >>> len(blocks), blocks[0].name, blocks[-1].name, blocks[14].centroid[2].round(3).item()
+    (29, 'left', 'right', 9.993)
+    """
+    return barrel_vault(
+        span=span,
+        thickness=thickness,
+        length=depth,
+        voussoirs=voussoirs,
+        units=None,
+        material=material,
+        rise=rise,
+        skewback=skewback,
+        abutments=abutments,
+        origin=origin,
+        prefix=prefix,
+    )
+
+
+def barrel_vault(
+    *,
+    span: Any,
+    thickness: Any,
+    length: Any,
+    voussoirs: int,
+    units: int | None,
+    material: Material,
+    rise: Any = None,
+    skewback: Any = "20 deg",
+    staggered: bool = True,
+    abutments: bool = True,
+    origin: Any = ("0 m", "0 m", "0 m"),
+    prefix: str = "",
+) -> list[Block]:
+    """Blocks of a barrel vault along y, with the profile of :func:`arch`.
+
+    Parameters
+    ----------
+    span, thickness, length : quantity, length
+        Clear span along x, thickness, and length along y.
+    voussoirs
+        Number of rows of blocks from left to right.
+    units
+        Number of blocks in a row; None for rows of one block, which bear no number of their own.
+    material
+        Material of all blocks.
+    rise, skewback
+        As for :func:`arch`.
+    staggered
+        Whether every other row begins and ends with half a block.
+    abutments
+        Whether to add a fixed block along each side, ``left`` and ``right``.
+    origin : quantity, length, three components
+        Middle of the span, on the springing line, at the least y.
+    prefix
+        Put before the names: the k-th block along y of the j-th row from the left is called ``j.k``.
+
+    Examples
+    --------
+    >>> stone = Material("stone", "20 kN/m^3")
+    >>> size = {"span": "4 m", "thickness": "0.4 m", "length": "3 m", "material": stone}
+    >>> blocks = barrel_vault(**size, voussoirs=11, units=4)
+    >>> len(blocks) == 2 + 6 * 4 + 5 * 5, blocks[1].name, blocks[5].name
+    (True, '1.1', '2.1')
+    """
+    profile = ArchProfile.of(span, thickness, voussoirs, rise, skewback)
+    reach, t = positive_length(length, "arch: depth or length"), positive_length(thickness, "arch: thickness")
+    x0, y0, z0 = si_vector(origin, "length", "arch: origin")
+    inner, outer = (ends + np.array([x0, z0]) for ends in (profile.inner, profile.outer))
+    whole = (y0, y0 + reach)
+    blocks = []
+    for row in range(len(inner) - 1):
+        outline = [inner[row], outer[row], outer[row + 1], inner[row + 1]]
+        if units is None:
+            blocks.append(prism(f"{prefix}{row + 1}", outline, whole, material))
+            continue
+        count = checked_count(units, 1, "barrel_vault: units")
+        ends = np.linspace(0.0, 1.0, count + 1)
+        if staggered and row % 2:
+            ends = np.concatenate([[0.0], (ends[:-1] + ends[1:]) / 2, [1.0]])
+        y = y0 + reach * ends
+        blocks += [prism(f"{prefix}{row + 1}.{k + 1}", outline, (y[k], y[k + 1]), material) for k in range(len(y) - 1)]
+    if not abutments:
+        return blocks
+    left = prism(f"{prefix}left", _abutment(inner[0], outer[0], t, -1.0), whole, material, fixed=True)
+    right = prism(f"{prefix}right", _abutment(inner[-1], outer[-1], t, 1.0), whole, material, fixed=True)
+    return [left, *blocks, right]
+
+
+def arch_on_piers(
+    *,
+    span: Any,
+    thickness: Any,
+    depth: Any,
+    voussoirs: int,
+    pier_width: Any,
+    pier_height: Any,
+    pier_courses: int,
+    material: Material,
+    rise: Any = None,
+    skewback: Any = "20 deg",
+    prefix: str = "",
+) -> list[Block]:
+    """Blocks of an arch on two piers, which stand on a fixed block ``base`` at z = 0.
+
+    Parameters
+    ----------
+    span, thickness, depth, voussoirs, rise, skewback
+        As for :func:`arch`.
+    pier_width, pier_height : quantity, length
+        Width along x, at least that of the springing, and height up to the springing line.
+    pier_courses
+        Number of blocks of each pier.
+    material
+        Material of all blocks.
+    prefix
+        Put before the names: voussoirs are called ``1``, ``2`` …, blocks of the piers ``left.1``, ``right.1`` … from
+        the ground, and ``left.springer`` those that take up an inclined springing.
+
+    Examples
+    --------
+    >>> stone = Material("stone", "20 kN/m^3")
+    >>> size = {"span": "4 m", "thickness": "0.5 m", "depth": "1 m", "pier_width": "1 m", "pier_height": "2 m"}
+    >>> blocks = arch_on_piers(**size, rise="1 m", voussoirs=9, pier_courses=4, material=stone)
+    >>> [b.name for b in blocks if "left" in b.name or b.fixed]
+    ['base', 'left.1', 'left.2', 'left.3', 'left.4', 'left.springer']
+    """
+    profile = ArchProfile.of(span, thickness, voussoirs, rise, skewback, "arch_on_piers")
+    d = positive_length(depth, "arch_on_piers: depth")
+    width, height = (
+        positive_length(value, f"arch_on_piers: {what}")
+        for what, value in (("pier_width", pier_width), ("pier_height", pier_height))
+    )
+    courses = checked_count(pier_courses, 1, "arch_on_piers: pier_courses")
+    inner, outer = (ends + np.array([0.0, height]) for ends in (profile.inner, profile.outer))
+    end = inner[-1, 0] + width
+    if end < outer[-1, 0] * (1 - 1e-9):
+        msg = (
+            f"arch_on_piers: pier_width {width:.6g} m is less than the springing, "
+            f"{outer[-1, 0] - inner[-1, 0]:.6g} m wide; give wider piers"
+        )
+        raise ModelError(msg)
+    y = (0.0, d)
+    step = height / courses
+    blocks = [prism(f"{prefix}base", _rectangle(-end, end, -step, 0.0), y, material, fixed=True)]
+    z = np.linspace(0.0, height, courses + 1)
+    for side, sense in (("left", -1.0), ("right", 1.0)):
+        foot, edge = sense * inner[-1, 0], sense * end
+        blocks += [
+            prism(f"{prefix}{side}.{k + 1}", _rectangle(foot, edge, z[k], z[k + 1]), y, material)
+            for k in range(courses)
+        ]
+        top = outer[-1, 1]
+        if top > height + 1e-9 * step:
+            corners = [(foot, height), (edge, height), (edge, top), (sense * outer[-1, 0], top)]
+            distinct = corners if abs(edge - corners[-1][0]) > 1e-9 * width else corners[:-1]
+            blocks.append(prism(f"{prefix}{side}.springer", distinct, y, material))
+    ring = [
+        prism(f"{prefix}{k + 1}", [inner[k], outer[k], outer[k + 1], inner[k + 1]], y, material)
+        for k in range(len(inner) - 1)
+    ]
+    return blocks + ring
+
+
+def _abutment(inner: Array, outer: Array, thickness: float, sense: float) -> list[Array]:
+    """Outline of a block behind an end joint, away from the arch."""
+    along = (outer - inner) / np.linalg.norm(outer - inner)
+    away = sense * np.array([along[1], -along[0]]) * thickness
+    return [inner, outer, outer + away, inner + away]
+
+
+def _rectangle(x0: float, x1: float, z0: float, z1: float) -> list[tuple[float, float]]:
+    return [(x0, z0), (x1, z0), (x1, z1), (x0, z1)]

@@ -1,0 +1,156 @@
+"""Columns of drums, and stacks of blocks."""
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from blockstruct.errors import ModelError
+from blockstruct.geometry import box, polyhedron
+from blockstruct.model import Block, Material
+from blockstruct.model.sizes import checked_count, positive_length
+from blockstruct.structures.prism import prismatoid
+from blockstruct.units import si, si_vector
+
+
+def column(
+    *,
+    height: Any,
+    diameter: Any,
+    drums: int,
+    material: Material,
+    top_diameter: Any = None,
+    sides: int = 16,
+    base: bool = True,
+    prefix: str = "",
+) -> list[Block]:
+    """Blocks of a column of drums about the z axis, from z = 0 up.
+
+    Parameters
+    ----------
+    height, diameter : quantity, length
+        Of the whole column, and across the corners at the foot.
+    drums
+        Number of drums, equally high.
+    material
+        Material of all blocks.
+    top_diameter : quantity, length
+        Across the corners at the top, of a column that tapers in a straight line; the diameter by default.
+    sides
+        Number of sides of the drums.
+    base
+        Whether to add a fixed square plinth ``base``, one and a half diameters wide.
+    prefix
+        Put before the names: the drums are called ``1``, ``2`` … from the ground.
+
+    Examples
+    --------
+    >>> marble = Material("marble", "27 kN/m^3")
+    >>> [b.name for b in column(height="6 m", diameter="1 m", top_diameter="0.8 m", drums=3, material=marble)]
+    ['base', '1', '2', '3']
+    """
+    h, d = positive_length(height, "column: height"), positive_length(diameter, "column: diameter")
+    top = d if top_diameter is None else positive_length(top_diameter, "column: top_diameter")
+    count, n = checked_count(drums, 1, "column: drums"), checked_count(sides, 3, "column: sides")
+    angle = 2 * math.pi * np.arange(n) / n
+    around = np.column_stack([np.cos(angle), np.sin(angle)])
+
+    blocks = []
+    if base:
+        shape = polyhedron(*box((-0.75 * d, -0.75 * d, -d / 2), (1.5 * d, 1.5 * d, d / 2)), name=f"{prefix}base")
+        blocks.append(Block(f"{prefix}base", shape, material, fixed=True))
+    levels = np.linspace(0.0, h, count + 1)
+    radii = (d + (top - d) * levels / h) / 2
+    for k in range(count):
+        corners = np.concatenate([np.column_stack([radii[i] * around, np.full(n, levels[i])]) for i in (k, k + 1)])
+        blocks.append(prismatoid(f"{prefix}{k + 1}", corners, material))
+    return blocks
+
+
+def stack(
+    count: int,
+    *,
+    size: Any,
+    material: Material,
+    shift: Any = ("0 m", "0 m"),
+    base: bool = True,
+    prefix: str = "",
+) -> list[Block]:
+    """Equal boxes on top of each other, each shifted against the one below, from z = 0 up.
+
+    Parameters
+    ----------
+    count
+        Number of boxes.
+    size : quantity, length, three components
+        Of every box.
+    material
+        Material of all blocks.
+    shift : quantity, length, two components
+        Along x and y from each box to the next.
+    base
+        Whether to add a fixed block ``base`` under the first, of the same size.
+    prefix
+        Put before the names: the boxes are called ``1``, ``2`` … from the ground.
+
+    Examples
+    --------
+    >>> stone = Material("stone", "20 kN/m^3")
+    >>> [b.name for b in stack(3, size=["0.4 m", "0.2 m", "0.2 m"], shift=["5 cm", "0 cm"], material=stone)]
+    ['base', '1', '2', '3']
+    """
+    number = checked_count(count, 1, "stack: count")
+    edges = si_vector(size, "length", "stack: size")
+    if min(edges) <= 0:
+        msg = f"stack: size {edges} m; give three lengths above zero"
+        raise ModelError(msg)
+    dx, dy, _ = si_vector([*shift, "0 m"], "length", "stack: shift")
+    blocks = []
+    for k in range(0 if base else 1, number + 1):
+        name = prefix + (str(k) if k else "base")
+        step = max(k - 1, 0)
+        vertices, faces = box((step * dx, step * dy, (k - 1) * edges[2]), edges)
+        blocks.append(Block(name, polyhedron(vertices, faces, name), material, fixed=k == 0))
+    return blocks
+
+
+def tilted(
+    blocks: Iterable[Block], angle: Any, *, axis: Sequence[float] = (0, 1, 0), about: Any = ("0 m", "0 m", "0 m")
+) -> list[Block]:
+    """Blocks turned about an axis: a structure on a tilted ground.
+
+    Parameters
+    ----------
+    blocks
+        Blocks, supports included.
+    angle : quantity, angle
+        By the rule of the right hand: about +y the top moves towards +x.
+    axis
+        Direction of the axis, of any length but zero.
+    about : quantity, length, three components
+        A point of the axis.
+
+    Examples
+    --------
+    >>> stone = Material("stone", "20 kN/m^3")
+    >>> leaning = tilted(stack(3, size=["0.4 m", "0.2 m", "0.2 m"], material=stone), "10 deg")
+    >>> leaning[3].centroid.round(3).tolist()
+    [0.284, 0.1, 0.458]
+    """
+    theta = si(angle, "angle", "tilted: angle")
+    point = np.array(si_vector(about, "length", "tilted: about"))
+    direction = np.array(si_vector(axis, "dimensionless", "tilted: axis"))
+    length = float(np.linalg.norm(direction))
+    if length == 0:
+        msg = "tilted: axis (0, 0, 0); give a direction"
+        raise ModelError(msg)
+    x, y, z = direction / length
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    turn = np.eye(3) + math.sin(theta) * cross + (1 - math.cos(theta)) * cross @ cross
+    return [
+        Block(
+            b.name, polyhedron(point + (b.shape.vertices - point) @ turn.T, b.shape.faces, b.name), b.material, b.fixed
+        )
+        for b in blocks
+    ]

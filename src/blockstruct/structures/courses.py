@@ -1,0 +1,80 @@
+"""Walls built up of courses of units."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from blockstruct.errors import ModelError
+from blockstruct.geometry import box, polyhedron
+from blockstruct.model import Block, Material
+from blockstruct.model.sizes import positive_length
+from blockstruct.units import si_vector
+
+
+def courses(
+    rows: Sequence[Sequence[float]],
+    *,
+    unit_length: Any,
+    unit_height: Any,
+    depth: Any,
+    material: Material,
+    origin: Any = ("0 m", "0 m", "0 m"),
+    base: bool = True,
+    prefix: str = "",
+) -> list[Block]:
+    """Blocks of a straight wall in the x–z plane, given by the lengths of its units.
+
+    Parameters
+    ----------
+    rows
+        One list a course, bottom to top. A number is the length of a unit in multiples of ``unit_length``,
+        a negative number a void (opening) of that length.
+    unit_length, unit_height, depth : quantity, length
+        Length of a whole unit along x, height of every course along z, thickness of the wall along y.
+    material
+        Material of all blocks.
+    origin : quantity, length, three components
+        Where the first course begins: least x, y and z.
+    base
+        Whether to add a fixed block, one course high, below the whole first course.
+    prefix
+        Put before the names: the base is called ``base``, the k-th unit of the j-th course ``j.k``, both
+        counted from one, voids not counted.
+
+    Raises
+    ------
+    ModelError
+        Courses of different length, a unit of length zero, or a size that is not positive.
+    """
+    length = positive_length(unit_length, "courses: unit_length")
+    height = positive_length(unit_height, "courses: unit_height")
+    thickness = positive_length(depth, "courses: depth")
+    x0, y0, z0 = si_vector(origin, "length", "courses: origin")
+    if not rows or not all(rows):
+        msg = "courses: a course without units; give at least one course, and one unit in each"
+        raise ModelError(msg)
+    width = math.fsum(abs(u) for u in rows[0])
+
+    def unit(name: str, x: float, x_end: float, z: float, z_end: float, *, fixed: bool = False) -> Block:
+        corner = (x0 + x * length, y0, z0 + z * height)
+        vertices, faces = box(corner, ((x_end - x) * length, thickness, (z_end - z) * height))
+        return Block(prefix + name, polyhedron(vertices, faces, prefix + name), material, fixed)
+
+    blocks = [unit("base", 0.0, width, -1.0, 0.0, fixed=True)] if base else []
+    for j, row in enumerate(rows, start=1):
+        if not math.isclose(math.fsum(abs(u) for u in row), width, rel_tol=1e-9):
+            msg = (
+                f"courses: course {j} is {math.fsum(abs(u) for u in row):.6g} units long, the first {width:.6g}; "
+                "make all courses equally long, with voids where there is no unit"
+            )
+            raise ModelError(msg)
+        x, k = 0.0, 0
+        for u in row:
+            if not math.isfinite(u) or u == 0:
+                msg = f"courses: course {j} has a unit of length {u}; give a length, or a negative one for a void"
+                raise ModelError(msg)
+            if u > 0:
+                k += 1
+                blocks.append(unit(f"{j}.{k}", x, x + u, j - 1.0, float(j)))
+            x += abs(u)
+    return blocks

@@ -1,0 +1,117 @@
+"""Domes of rings of blocks."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.errors import ModelError
+from blockstruct.geometry import polyhedron
+from blockstruct.model import Block, Material
+from blockstruct.model.sizes import checked_count, positive_length
+from blockstruct.structures.arch_profile import half_profile
+from blockstruct.structures.prism import prismatoid
+from blockstruct.units import si
+
+Array = NDArray[np.float64]
+
+
+def dome(
+    *,
+    span: Any,
+    thickness: Any,
+    courses: int,
+    units: int,
+    oculus: Any,
+    material: Material,
+    rise: Any = None,
+    staggered: bool = True,
+    keystone: bool = False,
+    base: bool = True,
+    prefix: str = "",
+) -> list[Block]:
+    """Blocks of a dome about the z axis that springs at z = 0: hemispherical or pointed, open at the top.
+
+    Joints between courses are radial to the profile, so that each ring lies in a cone of flat facets. In a staggered
+    dome every block spans two facets and every course is turned by one: the joints fit exactly.
+
+    Parameters
+    ----------
+    span, thickness : quantity, length
+        Clear diameter at the springing, and thickness of the shell. Corners lie on these circles.
+    courses, units
+        Number of rings, and of blocks in each (three at least).
+    oculus : quantity, length
+        Clear diameter of the opening at the top.
+    material
+        Material of all blocks.
+    rise : quantity, length
+        Where the intrados would meet the axis: half the span (the default) makes it hemispherical, more pointed.
+    staggered
+        Whether the joints of a course lie over the middle of the blocks below.
+    keystone
+        Whether one block closes the oculus.
+    base
+        Whether to add a fixed block under the whole dome.
+    prefix
+        Put before the names: the k-th block of the j-th ring from below is called ``j.k``, the others ``base`` and
+        ``keystone``.
+
+    Examples
+    --------
+    >>> stone = Material("stone", "20 kN/m^3")
+    >>> blocks = dome(span="8 m", thickness="0.8 m", courses=6, units=12, oculus="2 m", material=stone)
+    >>> len(blocks), blocks[0].name, blocks[-1].name
+    (73, 'base', '6.12')
+    """
+    s, t = positive_length(span, "dome: span"), positive_length(thickness, "dome: thickness")
+    opening = positive_length(oculus, "dome: oculus")
+    rings, count = checked_count(courses, 1, "dome: courses"), checked_count(units, 3, "dome: units")
+    height = s / 2 if rise is None else si(rise, "length", "dome: rise")
+    if height < s / 2 * (1 - 1e-9):
+        msg = f"dome: rise {height:.6g} m; give half the span, {s / 2:.6g} m (hemispherical), or more (pointed)"
+        raise ModelError(msg)
+    if opening >= s:
+        msg = f"dome: oculus {opening:.6g} m; give less than the span, {s:.6g} m"
+        raise ModelError(msg)
+    inner, outer = half_profile(s, height, t, rings, opening)
+    facets = 2 if staggered else 1
+    angles = 2 * math.pi * np.arange(facets * count) / (facets * count)
+    around = np.column_stack([np.cos(angles), np.sin(angles)])
+
+    blocks = []
+    if base:
+        rim = np.concatenate([_ring(around, outer[0] - [0.0, z]) for z in (t, 0.0)])
+        blocks.append(prismatoid(f"{prefix}base", rim, material, fixed=True))
+    for j in range(rings):
+        shift = j % 2 if staggered else 0
+        for k in range(count):
+            pick = around[(np.arange(facets + 1) + facets * k + shift) % len(around)]
+            profile = (inner[j], outer[j], outer[j + 1], inner[j + 1])
+            corners = np.stack([_ring(pick, point) for point in profile], axis=1)
+            blocks.append(_unit(f"{prefix}{j + 1}.{k + 1}", corners, material))
+    if keystone:
+        plug = np.concatenate([_ring(around, point[-1]) for point in (inner, outer)])
+        blocks.append(prismatoid(f"{prefix}keystone", plug, material))
+    return blocks
+
+
+def _ring(around: Array, point: Array) -> Array:
+    """Points (m, 3) at the radius and height of a profile's point (2,), in horizontal directions (m, 2)."""
+    return np.column_stack([point[0] * around, np.full(len(around), point[1])])
+
+
+def _unit(name: str, corners: Array, material: Material) -> Block:
+    """Block of corners (m, 4, 3): on m meridians, each inner and outer below, outer and inner above."""
+    m = len(corners)
+    # From one meridian to the next: the joint below, the extrados, the joint above, the intrados.
+    strips: list[list[tuple[int, ...]]] = [
+        [(4 * k + a, 4 * k + 4 + a, 4 * k + 4 + b, 4 * k + b) for k in range(m - 1)]
+        for a, b in ((0, 1), (1, 2), (2, 3), (3, 0))
+    ]
+    if m == 3 and np.ptp(corners[:, :2, 2]) == 0.0:
+        strips[0] = [(0, 4, 8, 9, 5, 1)]
+    ends = [(0, 1, 2, 3), tuple(4 * m - 4 + i for i in (3, 2, 1, 0))]
+    faces = [face for strip in strips for face in strip] + ends
+    return Block(name, polyhedron(corners.reshape(-1, 3), faces, name), material)

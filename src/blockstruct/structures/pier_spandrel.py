@@ -1,0 +1,89 @@
+"""Façades of piers and spandrels."""
+
+from typing import Any
+
+from blockstruct.errors import ModelError
+from blockstruct.model import Block, Material
+from blockstruct.model.sizes import checked_count, positive_length
+from blockstruct.structures.openings import Opening
+from blockstruct.structures.wall import wall
+from blockstruct.units import to_quantity
+
+
+def pier_spandrel(
+    *,
+    bays: int,
+    storeys: int,
+    pier_width: Any,
+    opening_width: Any,
+    opening_height: Any,
+    spandrel_height: Any,
+    unit_length: Any,
+    unit_height: Any,
+    depth: Any,
+    material: Material,
+    base: bool = True,
+    prefix: str = "",
+) -> list[Block]:
+    """Blocks of a façade of equal openings between piers, storey on storey, in running bond.
+
+    Parameters
+    ----------
+    bays, storeys
+        Number of openings along x and along z; ``bays + 1`` piers.
+    pier_width, opening_width : quantity, length
+        Along x.
+    opening_height, spandrel_height : quantity, length
+        Along z, each of whole courses. The lowest openings begin on the ground; their lintels reach half a unit into
+        the piers.
+    unit_length, unit_height, depth, material, base, prefix
+        As for :func:`wall`.
+
+    Raises
+    ------
+    ModelError
+        Heights that are not of whole courses.
+
+    Examples
+    --------
+    >>> tuff = Material("tuff", "12 kN/m^3")
+    >>> blocks = pier_spandrel(
+    ...     bays=2, storeys=2, pier_width="1 m", opening_width="1 m", opening_height="1.2 m", spandrel_height="0.6 m",
+    ...     unit_length="0.5 m", unit_height="0.2 m", depth="0.25 m", material=tuff,
+    ... )
+    >>> [b.name for b in blocks if "lintel" in b.name]
+    ['7.lintel1', '7.lintel2', '16.lintel1', '16.lintel2']
+    """
+    n, m = checked_count(bays, 1, "pier_spandrel: bays"), checked_count(storeys, 1, "pier_spandrel: storeys")
+    pier, clear, opening, spandrel, course = (
+        positive_length(value, f"pier_spandrel: {what}")
+        for what, value in (
+            ("pier_width", pier_width),
+            ("opening_width", opening_width),
+            ("opening_height", opening_height),
+            ("spandrel_height", spandrel_height),
+            ("unit_height", unit_height),
+        )
+    )
+    for what, value in (("opening_height", opening), ("spandrel_height", spandrel)):
+        if abs(value / course - round(value / course)) > 1e-6:
+            msg = f"pier_spandrel: {what} {value:.6g} m is not of whole courses of {course:.6g} m; change one of them"
+            raise ModelError(msg)
+    openings = [
+        Opening(
+            *(to_quantity(v, "length") for v in (pier + k * (pier + clear), j * (opening + spandrel), clear, opening))
+        )
+        for j in range(m)
+        for k in range(n)
+    ]
+    return wall(
+        length=to_quantity((n + 1) * pier + n * clear, "length"),
+        courses=m * round((opening + spandrel) / course),
+        unit_length=unit_length,
+        unit_height=unit_height,
+        depth=depth,
+        material=material,
+        openings=openings,
+        base=base,
+        prefix=prefix,
+    )
