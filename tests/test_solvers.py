@@ -39,7 +39,7 @@ def programs(problem, n0):
     yield program, program.data(true_sliding(problem))
     yield program, program.data(fictitious_sliding(problem, n0, 0.1, 0.3))
     yield program, program.data(fictitious_sliding(problem, n0, 1e-3, 1e-2))
-    yield program, program.data(true_sliding(problem), objective=Objective(shift, 1.01), limit=0.3)
+    yield program, program.data(true_sliding(problem), objective=Objective(shift, 1.01), max_load_factor=0.3)
 
 
 def test_clarabel_updates_in_place_what_it_would_build_anew(problem, n0):
