@@ -35,6 +35,10 @@ class UnknownNameError(ModelError, KeyError):
         return str(self.args[0]) if self.args else ""
 
 
+class UnknownKeywordError(ModelError, TypeError):
+    """An argument that a function or class does not take."""
+
+
 class DocumentError(ModelError):
     """A model document that does not follow ``schemas/model-1.json``."""
 
@@ -63,3 +67,7 @@ class MissingExtraError(BlockstructError, ImportError):
 
 class GeometryWarning(UserWarning):
     """Geometry from a file was repaired or left out; the report says what."""
+
+
+class UnusualValueWarning(UserWarning):
+    """A value that is possible but hardly meant, a unit weight of 18 kN/mm³ for instance: look at it again."""
