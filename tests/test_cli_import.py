@@ -50,7 +50,7 @@ def test_without_supports_the_draft_is_written_and_the_check_says_why(call, stac
 
 
 def test_repairs_are_printed_once(call, tmp_path):
-    block = bs.Block.box("b", bs.Q_([0, 0, 0], "m"), bs.Q_([1, 1, 1], "m"), bs.Material("s", "1 kN/m^3"))
+    block = bs.Block.box("b", bs.Q_([0, 0, 0], "m"), bs.Q_([1, 1, 1], "m"), bs.Material("s", "20 kN/m^3"))
     scans = [tmp_path / "a.stl", tmp_path / "b.stl"]
     for scan in scans:
         scan.write_bytes(stl_bytes([block], inward=True))

@@ -1,5 +1,7 @@
 """The one error tree: every blockstruct error is also a builtin, so plain ``except`` clauses work."""
 
+from collections.abc import Iterable
+from difflib import get_close_matches
 from typing import Self
 
 
@@ -71,3 +73,17 @@ class GeometryWarning(UserWarning):
 
 class UnusualValueWarning(UserWarning):
     """A value that is possible but hardly meant, a unit weight of 18 kN/mm³ for instance: look at it again."""
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """What to use instead of an unknown name: the known ones that it begins or resembles, or all of them.
+
+    >>> did_you_mean("friction", ["name", "friction_coefficient", "friction_angle"])
+    'did you mean friction_coefficient or friction_angle?'
+    >>> did_you_mean("colour", ["name", "fixed"])
+    'known are name, fixed'
+    """
+    known = list(known)
+    near = [name for name in known if name.startswith(word)] if word else []
+    near = near or get_close_matches(word[:100], known, cutoff=0.7)
+    return f"did you mean {' or '.join(near)}?" if near else f"known are {', '.join(known) or 'none'}"

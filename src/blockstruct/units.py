@@ -49,6 +49,8 @@ _EXAMPLES = {
 #: Names of units with small powers, multiplied and divided: nothing that a parser could make an expression of.
 _FACTOR = r"[^\W\d]+((\*\*|\^)-?\d)?"
 _UNIT = re.compile(rf"(1/)?({_FACTOR}((\s*[*/]\s*|\s+){_FACTOR}){{0,9}})?")
+#: Characters of a quantity, three components with all their digits and a long unit included.
+LONGEST_TEXT = 250
 _FACTORS: dict[tuple[str, str], float | None] = {}
 
 
@@ -127,6 +129,10 @@ def parse(text: str, what: str) -> Any:
 
     The number and the unit are read apart, so that a text is never evaluated as an expression.
     """
+    if len(text) > LONGEST_TEXT:
+        # pint searches a long word for prefixes and suffixes in time that grows with its square.
+        msg = f"{what}: a text of {len(text)} characters ({_shown(text)}) is no quantity; write one as '12 kN/m^3'"
+        raise UnitError(msg)
     listed = text.strip().startswith("[")
     number, end, unit = text.strip().lstrip("[").partition("]" if listed else " ")
     try:

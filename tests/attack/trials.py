@@ -7,6 +7,7 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import blockstruct as bs
@@ -14,7 +15,7 @@ import blockstruct as bs
 #: Seconds and bytes that a trial may take.
 SECONDS, MEMORY = 5, 4 << 30
 #: Characters of the longest message.
-MESSAGE = 20_000
+MESSAGE = 100_000
 
 
 class HangError(BaseException):
@@ -30,8 +31,7 @@ def bounded():
 
     before = signal.signal(signal.SIGALRM, stop)
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
-    with open("/proc/self/statm", encoding="ascii") as statm:
-        used = int(statm.read().split()[0]) * resource.getpagesize()
+    used = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, hard))
     signal.setitimer(signal.ITIMER_REAL, SECONDS)
     try:

@@ -1,7 +1,8 @@
 """The command, its options and exit codes."""
 
+import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -25,7 +26,10 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as J
 def main() -> None:
     """Run the command; an error of the input is one message and exit code 2, never a traceback."""
     try:
-        app()
+        with warnings.catch_warnings():
+            # What it says counts, not the line of code that says it.
+            warnings.showwarning = _show_warning
+            app()
     except bs.BlockstructError as error:
         err.print("[bold red]error:[/]", end=" ")
         err.print(str(error), markup=False, soft_wrap=True)
@@ -35,6 +39,11 @@ def main() -> None:
     except KeyboardInterrupt:
         err.print("interrupted", markup=False)
         raise SystemExit(INTERRUPTED) from None
+
+
+def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+    err.print("[bold yellow]warning:[/]", end=" ")
+    err.print(str(message), markup=False, soft_wrap=True)
 
 
 @app.callback(

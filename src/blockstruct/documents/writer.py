@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from blockstruct.contacts.detection import detect_interfaces
+from blockstruct.documents import yaml_core
 from blockstruct.errors import DocumentError, ModelError
 from blockstruct.files import write_new
 from blockstruct.model import (
@@ -166,16 +166,7 @@ def _write(
     if found:
         msg = f"{path}: {listed_violations(found)}"
         raise DocumentError(msg)
-    return write_new(path, json.dumps(content) + "\n" if path.suffix.lower() == ".json" else _yaml(content))
-
-
-def _yaml(content: Any) -> str:
-    dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
-    # Collections without collections inside on one line: a vertex, a face, a vector.
-    text: str = yaml.dump(
-        content, Dumper=dumper, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True
-    )
-    return text
+    return write_new(path, json.dumps(content) + "\n" if path.suffix.lower() == ".json" else yaml_core.dump(content))
 
 
 def _joint(joint: JointMaterial) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, UnknownNameError
+from blockstruct.imports.expansion import check_expansion
 from blockstruct.imports.import_report import Imported, Repair
 from blockstruct.imports.profile import divided_arcs, prism
 from blockstruct.imports.solid import Face, Solid, blocks_of, scale_of
@@ -99,6 +100,7 @@ def read_drawing(
         raise ModelError(msg)
     drawing = _opened(path)
     _check_unit(drawing, scale, path)
+    check_expansion(drawing, path, _DEPTH)
     reading = _Reading(path, depth, plane == "elevation", segments)
     layers = {layer.dxf.name: layer for layer in drawing.layers}
     # DXF does not tell layers apart by case, and entities may lie on layers that no table lists.
