@@ -6,11 +6,12 @@ from pathlib import Path
 import pytest
 
 SOURCE = Path(__file__).parents[1] / "src" / "blockstruct"
-GROUND = {"errors", "units", "vocabulary", "schema", "files"}
+GROUND = {"errors", "keywords", "units", "vocabulary", "schema", "files"}
 MAY_IMPORT = {
     "errors": set(),
     "vocabulary": set(),
-    "schema": {"errors"},
+    "keywords": {"errors"},
+    "schema": {"keywords"},
     "files": {"errors"},
     "units": {"errors"},
     "geometry": {"errors"},

@@ -1,8 +1,10 @@
 """The one error tree: every blockstruct error is also a builtin, so plain ``except`` clauses work."""
 
-from collections.abc import Iterable
-from difflib import get_close_matches
-from typing import Self
+import reprlib
+from typing import Any, Self
+
+_REPR = reprlib.Repr()
+_REPR.maxstring = _REPR.maxother = 80
 
 
 class BlockstructError(Exception):
@@ -75,15 +77,13 @@ class UnusualValueWarning(UserWarning):
     """A value that is possible but hardly meant, a unit weight of 18 kN/mm³ for instance: look at it again."""
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """What to use instead of an unknown name: the known ones that it begins or resembles, or all of them.
+def shown(value: Any) -> str:
+    """Value on one line for the message of an error, cut short if it is long or deep.
 
-    >>> did_you_mean("friction", ["name", "friction_coefficient", "friction_angle"])
-    'did you mean friction_coefficient or friction_angle?'
-    >>> did_you_mean("colour", ["name", "fixed"])
-    'known are name, fixed'
+    >>> shown([0] * 9), len(shown("k" * 1000))
+    ('[0, 0, 0, 0, 0, 0, ...]', 80)
     """
-    known = list(known)
-    near = [name for name in known if name.startswith(word)] if word else []
-    near = near or get_close_matches(word[:100], known, cutoff=0.7)
-    return f"did you mean {' or '.join(near)}?" if near else f"known are {', '.join(known) or 'none'}"
+    try:
+        return " ".join(_REPR.repr(value).split())
+    except Exception:  # numbers of many digits, objects that cannot be printed
+        return f"a {type(value).__name__}"

@@ -10,7 +10,7 @@ from typing import Any
 
 import jsonschema
 
-from blockstruct.errors import did_you_mean
+from blockstruct.keywords import did_you_mean
 
 #: Violations beyond which an instance is of another kind, and more of them say nothing.
 MOST_VIOLATIONS = 100

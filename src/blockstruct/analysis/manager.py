@@ -1,7 +1,7 @@
 """The analysis manager."""
 
 import reprlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
@@ -15,6 +15,7 @@ from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.replay import ReplaySolver, followed
 from blockstruct.errors import ModelError
+from blockstruct.keywords import checked_keywords
 from blockstruct.limit import (
     SCHEDULES,
     Iteration,
@@ -41,6 +42,7 @@ SWEPT = {
 }
 
 
+@checked_keywords
 class AnalysisManager:
     """Runs limit cases of one model, whose statics are assembled once.
 
@@ -88,7 +90,7 @@ class AnalysisManager:
             raise ModelError(msg)
         self.model = model
         self.settings = settings or ProcedureSettings()
-        self.listeners = tuple(listeners)
+        self.listeners = checked_tuple(listeners, Callable, "AnalysisManager: listeners")
         self.tags = checked_tuple(tags, str, "AnalysisManager: tags")
         self.document_hash = document_hash
         self.statics = Statics.of(model, self.settings.crushing_cells)

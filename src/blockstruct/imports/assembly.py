@@ -14,6 +14,7 @@ from blockstruct.files import unique_pairs
 from blockstruct.imports.import_report import Imported
 from blockstruct.imports.solid import Face, Solid, blocks_of
 from blockstruct.imports.source import checked_faces, text_of
+from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
 
 Array = NDArray[np.float64]
@@ -32,6 +33,7 @@ class _Part:
     support: bool
 
 
+@checked_keywords
 def read_assembly(
     file: str | Path,
     *,

@@ -16,6 +16,7 @@ from blockstruct.imports.import_report import Imported, Repair
 from blockstruct.imports.profile import divided_arcs, prism
 from blockstruct.imports.solid import Face, Solid, blocks_of, scale_of
 from blockstruct.imports.source import checked_faces, content_of, package
+from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
 from blockstruct.model.sizes import positive_length
 
@@ -29,6 +30,7 @@ _SOLID_MODELS = ("3DSOLID", "BODY", "EXTRUDEDSURFACE", "LOFTEDSURFACE", "REVOLVE
 _DEPTH = 16
 
 
+@checked_keywords
 def read_drawing(
     file: str | Path,
     *,

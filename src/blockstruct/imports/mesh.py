@@ -13,12 +13,14 @@ from blockstruct.imports.import_report import Imported
 from blockstruct.imports.obj import read_obj
 from blockstruct.imports.solid import Solid, blocks_of
 from blockstruct.imports.source import checked_faces, content_of, package
+from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
 
 #: Length of the header of a binary STL file, and of each of its triangles, in bytes.
 _STL_HEADER, _STL_TRIANGLE = 84, 50
 
 
+@checked_keywords
 def read_mesh(
     files: str | Path | Sequence[str | Path],
     *,

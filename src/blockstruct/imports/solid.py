@@ -108,7 +108,7 @@ def blocks_of(
     blocks = _supported(blocks, fixed, source)
     report = ImportReport.of(blocks, source, scale, tuple(repairs), left_out)
     if report.warnings:
-        warnings.warn(f"{source}: {'; '.join(report.warnings)}", GeometryWarning, stacklevel=3)
+        warnings.warn(f"{source}: {'; '.join(report.warnings)}", GeometryWarning, stacklevel=4)
     return Imported(tuple(blocks), report)
 
 

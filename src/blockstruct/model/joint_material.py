@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from blockstruct.errors import ModelError
+from blockstruct.keywords import checked_keywords
 from blockstruct.model.names import checked_name
 from blockstruct.units import si, to_quantity
 
@@ -12,6 +13,7 @@ from blockstruct.units import si, to_quantity
 LARGEST_FRICTION = 10.0
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class JointMaterial:
     """Strength of the joints between blocks: Coulomb friction, cohesion, tension and compression.

@@ -3,10 +3,12 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from blockstruct.keywords import checked_keywords
 from blockstruct.model.loads import Load
 from blockstruct.model.names import checked_name, checked_tuple
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class LoadPattern:
     """A named sum of loads.

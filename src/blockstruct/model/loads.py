@@ -5,18 +5,21 @@ from typing import Any
 
 import numpy as np
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, shown
+from blockstruct.keywords import checked_keywords
 from blockstruct.model.names import checked_name
 from blockstruct.units import si_vector
 
 Vector = tuple[float, float, float]
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True)
 class SelfWeight:
     """The weight of every block, acting along −z."""
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class BodyForce:
     """Mass-proportional force on every block, at its centroid.
@@ -38,6 +41,7 @@ class BodyForce:
         object.__setattr__(self, "direction", vector)
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class PointLoad:
     """A force at a point of a block.
@@ -67,6 +71,7 @@ class PointLoad:
         object.__setattr__(self, "force", si_vector(force, "force", f"{who}: force"))
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class FaceLoad:
     """A uniform traction on a face of a block.
@@ -93,13 +98,14 @@ class FaceLoad:
     def __init__(self, block: str, face: int, traction: Any) -> None:
         who = f"FaceLoad on {checked_name(block, 'block')!r}"
         if not isinstance(face, int) or face < 0:
-            msg = f"{who}: face {face!r}; give the index of a face, zero or more"
+            msg = f"{who}: face {shown(face)}; give the index of a face, zero or more"
             raise ModelError(msg)
         object.__setattr__(self, "block", block)
         object.__setattr__(self, "face", face)
         object.__setattr__(self, "traction", si_vector(traction, "stress", f"{who}: traction"))
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class Moment:
     """A couple on a block.

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from blockstruct.errors import ModelError, UnusualValueWarning
+from blockstruct.keywords import checked_keywords
 from blockstruct.model.names import checked_name
 from blockstruct.units import si
 
@@ -14,6 +15,7 @@ STANDARD_GRAVITY = 9.80665
 USUAL_UNIT_WEIGHT = (5e3, 90e3)
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class Material:
     """Material of rigid blocks: its weight is all that matters.
@@ -71,6 +73,6 @@ class Material:
                 f"material {name!r}: a unit weight of {value / 1e3:.6g} kN/m^3 is none of masonry, which is from "
                 f"{low / 1e3:g} to {high / 1e3:g} kN/m^3; is its unit right?"
             )
-            warnings.warn(msg, UnusualValueWarning, stacklevel=2)
+            warnings.warn(msg, UnusualValueWarning, stacklevel=3)
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "unit_weight", value)

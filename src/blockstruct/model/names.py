@@ -1,16 +1,18 @@
 """What names and collections of model objects must be."""
 
-import reprlib
 from collections.abc import Iterable
 from typing import Any, get_args
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, shown
+
+#: Characters of a name. That of an interface holds two of blocks.
+LONGEST_NAME = 1000
 
 
 def checked_name(name: Any, kind: str) -> str:
-    """The name, if it is a text that can be printed on one line and is not blank."""
-    if not isinstance(name, str) or not name.strip() or not name.isprintable():
-        msg = f"{kind} {name!r}: a name must be a text of printable characters, not blank"
+    """The name, if it is a text that can be printed on one line, is not blank and not too long to be stored."""
+    if not isinstance(name, str) or not name.strip() or not name.isprintable() or len(name) > LONGEST_NAME:
+        msg = f"{kind} {shown(name)}: a name must be a text of 1 to {LONGEST_NAME} printable characters, not blank"
         raise ModelError(msg)
     return name
 
@@ -20,11 +22,14 @@ def checked_tuple(items: Any, kind: Any, what: str) -> tuple[Any, ...]:
     kinds = get_args(kind) or (kind,)
     names = ", ".join(k.__name__ for k in kinds)
     if isinstance(items, str) or not isinstance(items, Iterable):
-        msg = f"{what}: {reprlib.repr(items)} is no list; give a list of {names}"
+        msg = f"{what}: {shown(items)} is no list; give a list of {names}"
         raise ModelError(msg)
-    found = tuple(items)
+    try:
+        found = tuple(items)
+    except TypeError:  # quantities and arrays without a dimension only look like lists
+        found = (items,)
     for item in found:
         if not isinstance(item, kinds):
-            msg = f"{what}: {reprlib.repr(item)} is none of {names}; give a list of {names}"
+            msg = f"{what}: {shown(item)} is none of {names}; give a list of {names}"
             raise ModelError(msg)
     return found

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from blockstruct.errors import ModelError
+from blockstruct.keywords import checked_keywords
 from blockstruct.model.sizes import positive_length
 from blockstruct.units import si
 
@@ -12,6 +13,7 @@ from blockstruct.units import si
 LEVEL = 1e-6
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True)
 class Opening:
     """A rectangular opening through a wall.
