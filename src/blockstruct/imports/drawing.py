@@ -256,6 +256,8 @@ def _entities(
         layer = parent if layer == "0" else layer
         if entity.dxftype() != "INSERT":
             yield entity, layer
+        elif entity.block() is None:
+            left_out[f"block {entity.dxf.get('name', '')!r}, which the drawing does not have"] += 1
         elif depth == _DEPTH:
             left_out[f"block {entity.dxf.name!r}, {_DEPTH} blocks deep"] += 1
         else:
