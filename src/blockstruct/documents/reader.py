@@ -128,7 +128,8 @@ def _load(text: str, path: Path) -> Any:
             return json.loads(text, object_pairs_hook=unique_pairs)
         return yaml_core.load(text)
     except (ValueError, yaml.YAMLError, RecursionError) as error:
-        msg = f"{path}: no valid {'JSON' if path.suffix.lower() == '.json' else 'YAML'}: {error}"
+        said = str(error).replace('in "<unicode string>", ', "at ")
+        msg = f"{path}: no valid {'JSON' if path.suffix.lower() == '.json' else 'YAML'}: {said}"
         raise DocumentError(msg) from error
 
 

@@ -1,13 +1,12 @@
 """Settings of the procedure."""
 
-import reprlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from numbers import Integral, Real
 from types import MappingProxyType
 from typing import Any, Self
 
-from blockstruct.errors import ModelError, shown
+from blockstruct.errors import ModelError, UnknownKeywordError, shown
 from blockstruct.keywords import checked_keywords, did_you_mean
 
 #: Tolerances of the certificate.
@@ -169,8 +168,8 @@ class ProcedureSettings:
         known = [f.name for f in fields(cls)]
         for name in values:
             if name not in known:
-                msg = f"ProcedureSettings: unknown {reprlib.repr(name)}; {did_you_mean(str(name), known)}"
-                raise ModelError(msg)
+                msg = f"ProcedureSettings: no setting {shown(name)}; {did_you_mean(str(name), known)}"
+                raise UnknownKeywordError(msg)
         return cls(**values)
 
 
