@@ -29,6 +29,7 @@ SI_UNITS = {
     "force": "newton",
     "moment": "newton * meter",
     "stress": "pascal",
+    "stress/length": "pascal / meter",
     "force/volume": "newton / meter ** 3",
     "density": "kilogram / meter ** 3",
     "angle": "radian",
@@ -42,6 +43,7 @@ _EXAMPLES = {
     "force": "10 kN",
     "moment": "5 kN*m",
     "stress": "4 MPa",
+    "stress/length": "10 GPa/m",
     "force/volume": "12 kN/m^3",
     "density": "1800 kg/m^3",
     "angle": "30 deg",
@@ -151,6 +153,20 @@ def parse(text: str, what: str) -> Any:
 def to_quantity(value: Any, dimension: str) -> Any:
     """Pint quantity of coherent-SI floats."""
     return Q_(value, SI_UNITS[dimension])
+
+
+def si_text(value: float, dimension: str) -> str:
+    """Text that reads back to a coherent-SI float, to the last digit.
+
+    >>> si_text(50000.0, "stress")
+    '50000.0 Pa'
+    """
+    return f"{float(value)!r} {symbol(dimension)}".rstrip()
+
+
+def symbol(dimension: str) -> str:
+    """Symbol of the coherent SI unit of a dimension: ``"Pa"``."""
+    return f"{ureg.Unit(SI_UNITS[dimension]):~C}"
 
 
 def _factor(unit: str, dimension: str, what: str) -> float:
