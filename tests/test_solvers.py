@@ -14,7 +14,8 @@ from blockstruct.limit import (
     fictitious_sliding,
     true_sliding,
 )
-from blockstruct.solvers import ClarabelSolver, CvxpySolver
+from blockstruct.solvers import ClarabelSolver
+from blockstruct.solvers.cvxpy import CvxpySolver
 from blockstruct.statics import Statics
 from structures import SELF_WEIGHT, model_of, push, single_block, solve
 

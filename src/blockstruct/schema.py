@@ -6,8 +6,6 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import jsonschema
-
 
 @cache
 def schema_text(name: str) -> str:
@@ -21,6 +19,8 @@ def schema_text(name: str) -> str:
 
 def violations(instance: Any, name: str) -> list[tuple[str, str]]:
     """Each violation of a schema as (path inside the instance, message), in the order of the paths."""
+    import jsonschema
+
     validator = jsonschema.Draft202012Validator(json.loads(schema_text(name)))
     found = []
     for error in validator.iter_errors(instance):

@@ -10,7 +10,7 @@ import math
 import re
 import reprlib
 from tokenize import TokenError
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pint
@@ -18,8 +18,14 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import DimensionError, UnitError
 
-ureg: pint.UnitRegistry[Any] = pint.UnitRegistry()
-Q_ = ureg.Quantity
+#: Reads its definitions when it is first used: half the time of an import.
+ureg: Any = cast(Any, pint).LazyRegistry()
+
+
+def Q_(value: Any, units: Any = None) -> Any:  # noqa: N802 - the name that pint's users know
+    """Pint quantity of the one registry: ``Q_(12, "kN/m^3")``."""
+    return ureg.Quantity(value, units)
+
 
 #: Coherent SI unit, spelled in full as stored on disk, of each physical dimension of the interface.
 SI_UNITS = {

@@ -8,7 +8,6 @@
 """
 
 from blockstruct.solvers.clarabel import ClarabelSolver
-from blockstruct.solvers.cvxpy import CvxpySolver
 from blockstruct.solvers.named import solver_of
 
-__all__ = ["ClarabelSolver", "CvxpySolver", "solver_of"]
+__all__ = ["ClarabelSolver", "solver_of"]

@@ -3,7 +3,6 @@
 from blockstruct.errors import SolverError
 from blockstruct.limit import ProcedureSettings, Solver
 from blockstruct.solvers.clarabel import ClarabelSolver
-from blockstruct.solvers.cvxpy import CvxpySolver
 
 
 def solver_of(settings: ProcedureSettings) -> Solver:
@@ -18,6 +17,9 @@ def solver_of(settings: ProcedureSettings) -> Solver:
         return ClarabelSolver()
     layer, _, name = settings.solver.partition(":")
     if layer == "cvxpy" and name:
+        # CVXPY takes as long to import as everything else together.
+        from blockstruct.solvers.cvxpy import CvxpySolver
+
         return CvxpySolver(name)
     msg = f"solver {settings.solver!r}: give 'clarabel', or 'cvxpy:NAME' such as 'cvxpy:SCS'"
     raise SolverError(msg)
