@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError, ModelError
 from blockstruct.geometry import Polyhedron, box, polyhedron
+from blockstruct.model.checks import checked_name
 from blockstruct.model.material import Material
-from blockstruct.model.names import checked_name
 from blockstruct.units import si_array, si_vector
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any, Self
 
 from blockstruct.errors import ModelError
-from blockstruct.model.names import checked_name
+from blockstruct.model.checks import checked_name
 from blockstruct.units import si, symbol, to_quantity
 
 

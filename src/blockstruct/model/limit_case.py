@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from blockstruct.errors import ModelError
-from blockstruct.model.load_pattern import LoadPattern
-from blockstruct.model.names import checked_name
+from blockstruct.model.checks import checked_name
+from blockstruct.model.loads import LoadPattern
 from blockstruct.vocabulary import Flow
 
 

@@ -1,13 +1,13 @@
-"""Loads on blocks."""
+"""Loads on blocks, and load patterns: named sums of them."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
 from blockstruct.errors import ModelError
-from blockstruct.model.names import checked_name
+from blockstruct.model.checks import checked_name, checked_tuple
 from blockstruct.units import si, si_vector
 
 Vector = tuple[float, float, float]
@@ -207,3 +207,30 @@ _KINDS = {kind.type: name for name, kind in LOAD_KINDS.items()}
 def kind_of(load: Load) -> str:
     """Kind of a load: a key of :data:`LOAD_KINDS`."""
     return _KINDS[type(load)]
+
+
+@dataclass(frozen=True, slots=True, init=False)
+class LoadPattern:
+    """A named sum of loads.
+
+    Parameters
+    ----------
+    name
+        Unique among the patterns of an analysis.
+    loads
+        SelfWeight, BodyForce, PointLoad, FaceLoad or Moment, in any number.
+
+    Examples
+    --------
+    >>> LoadPattern("dead", [SelfWeight()]).loads
+    (SelfWeight(),)
+    """
+
+    name: str
+    loads: tuple[Load, ...]
+
+    def __init__(self, name: str, loads: Iterable[Load]) -> None:
+        checked_name(name, "load pattern")
+        loads = checked_tuple(loads, Load, f"load pattern {name!r}: loads")
+        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "loads", loads)

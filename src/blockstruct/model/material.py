@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from blockstruct.errors import ModelError
-from blockstruct.model.names import checked_name
+from blockstruct.model.checks import checked_name
 from blockstruct.units import si
 
 #: Standard acceleration of free fall, m/s² (CGPM 1901).

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
 from blockstruct.model import Block, Material
-from blockstruct.model.sizes import checked_count, positive_length
+from blockstruct.model.checks import checked_count, positive_length
 from blockstruct.structures.arch_profile import ArchProfile
 from blockstruct.structures.prism import prism
 from blockstruct.units import si_vector

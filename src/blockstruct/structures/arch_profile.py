@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
-from blockstruct.model.sizes import checked_count, positive_length
+from blockstruct.model.checks import checked_count, positive_length
 from blockstruct.units import si
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ import numpy as np
 from blockstruct.errors import ModelError
 from blockstruct.geometry import box, polyhedron
 from blockstruct.model import Block, Material
-from blockstruct.model.sizes import checked_count, positive_length
+from blockstruct.model.checks import checked_count, positive_length
 from blockstruct.structures.prism import prismatoid
 from blockstruct.units import si, si_vector
 

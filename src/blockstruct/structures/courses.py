@@ -7,7 +7,7 @@ from typing import Any
 from blockstruct.errors import ModelError
 from blockstruct.geometry import box, polyhedron
 from blockstruct.model import Block, Material
-from blockstruct.model.sizes import positive_length
+from blockstruct.model.checks import positive_length
 from blockstruct.units import si_vector
 
 

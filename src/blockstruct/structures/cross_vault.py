@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from blockstruct.geometry import BOX_FACES, polyhedron
 from blockstruct.model import Block, Material
-from blockstruct.model.sizes import checked_count, positive_length
+from blockstruct.model.checks import checked_count, positive_length
 
 Array = NDArray[np.float64]
 

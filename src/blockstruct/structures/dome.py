@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import ModelError
 from blockstruct.geometry import polyhedron
 from blockstruct.model import Block, Material
-from blockstruct.model.sizes import checked_count, positive_length
+from blockstruct.model.checks import checked_count, positive_length
 from blockstruct.structures.arch_profile import half_profile
 from blockstruct.structures.prism import prismatoid
 from blockstruct.units import si

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from blockstruct.errors import ModelError
-from blockstruct.model.sizes import positive_length
+from blockstruct.model.checks import positive_length
 from blockstruct.units import si
 
 #: Deviation from a bed joint, as a part of the height of a course, that is rounding.

@@ -4,7 +4,7 @@ from typing import Any
 
 from blockstruct.errors import ModelError
 from blockstruct.model import Block, Material
-from blockstruct.model.sizes import checked_count, positive_length
+from blockstruct.model.checks import checked_count, positive_length
 from blockstruct.structures.openings import Opening
 from blockstruct.structures.wall import wall
 from blockstruct.units import to_quantity

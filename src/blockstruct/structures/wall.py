@@ -7,7 +7,7 @@ from typing import Any
 from blockstruct.errors import ModelError
 from blockstruct.geometry import box, polyhedron
 from blockstruct.model import Block, Material, checked_tuple
-from blockstruct.model.sizes import checked_count, positive_length
+from blockstruct.model.checks import checked_count, positive_length
 from blockstruct.structures.bond import Bond, without
 from blockstruct.structures.openings import Opening, check_openings
 from blockstruct.units import si
