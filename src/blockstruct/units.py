@@ -9,14 +9,20 @@
 import math
 import re
 import reprlib
+from collections.abc import Sequence
 from tokenize import TokenError
-from typing import Any, cast
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 import pint
 from numpy.typing import NDArray
 
 from blockstruct.errors import DimensionError, UnitError
+
+#: What a quantity may be given as: ``Q_(0.4, "m")`` of any registry, or a text such as ``"0.4 m"``.
+QuantityLike: TypeAlias = "pint.Quantity[Any] | str"
+#: A vector: one quantity of three numbers, a text, or a quantity a component.
+VectorLike: TypeAlias = "pint.Quantity[Any] | str | Sequence[Any] | NDArray[np.float64]"
 
 #: Reads its definitions when it is first used: half the time of an import.
 ureg: Any = cast(Any, pint).LazyRegistry()

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from blockstruct.errors import GeometryError, ModelError
 from blockstruct.geometry import Polyhedron, box, polyhedron
 from blockstruct.model.checks import checked_name
 from blockstruct.model.material import Material
-from blockstruct.units import si_array, si_vector
+from blockstruct.units import VectorLike, si_array, si_vector
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ class Block:
             raise ModelError(msg)
 
     @classmethod
-    def box(cls, name: str, origin: Any, size: Any, material: Material, *, fixed: bool = False) -> Self:
+    def box(cls, name: str, origin: VectorLike, size: VectorLike, material: Material, *, fixed: bool = False) -> Self:
         """Axis-parallel box, whose faces 0 to 5 look along −z, +z, −y, +x, +y, −x.
 
         Parameters
@@ -72,7 +72,7 @@ class Block:
     def from_faces(
         cls,
         name: str,
-        vertices: Any,
+        vertices: VectorLike,
         faces: Sequence[Sequence[int]],
         material: Material,
         *,

@@ -8,7 +8,7 @@ from typing import Any, Self
 
 from blockstruct.errors import ModelError
 from blockstruct.model.checks import checked_name
-from blockstruct.units import si, symbol, to_quantity
+from blockstruct.units import QuantityLike, si, symbol, to_quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,13 +103,13 @@ class JointMaterial:
         name: str,
         friction_coefficient: Any = None,
         *,
-        friction_angle: Any = None,
-        dilatancy_angle: Any = "0 deg",
-        cohesion: Any = "0 Pa",
-        tensile_strength: Any = "0 Pa",
-        compressive_strength: Any = None,
-        normal_stiffness: Any = None,
-        shear_stiffness: Any = None,
+        friction_angle: QuantityLike | None = None,
+        dilatancy_angle: QuantityLike = "0 deg",
+        cohesion: QuantityLike = "0 Pa",
+        tensile_strength: QuantityLike = "0 Pa",
+        compressive_strength: QuantityLike | None = None,
+        normal_stiffness: QuantityLike | None = None,
+        shear_stiffness: QuantityLike | None = None,
     ) -> None:
         checked_name(name, "joint material")
         who = f"joint material {name!r}"
@@ -152,7 +152,7 @@ class JointMaterial:
         for attribute, field in zip(self.__slots__, values, strict=True):
             object.__setattr__(self, attribute, field)
 
-    def varied(self, **values: Any) -> "JointMaterial":
+    def varied(self, **values: QuantityLike) -> "JointMaterial":
         """The same joint with other values, given as to the constructor.
 
         >>> JointMaterial("lime", 0.6, cohesion="50 kPa").varied(compressive_strength="4 MPa").cohesion

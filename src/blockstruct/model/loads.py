@@ -8,7 +8,7 @@ from typing import Any
 
 from blockstruct.errors import ModelError
 from blockstruct.model.checks import checked_name, checked_tuple
-from blockstruct.units import si, si_vector
+from blockstruct.units import VectorLike, si, si_vector
 
 Vector = tuple[float, float, float]
 
@@ -54,7 +54,7 @@ class BodyForce:
     direction: Vector
     share: float
 
-    def __init__(self, direction: Any, share: Any = 1.0) -> None:
+    def __init__(self, direction: VectorLike, share: Any = 1.0) -> None:
         if isinstance(direction, str) and direction.strip() in _AXES:
             direction = _AXES[direction.strip()]
         vector = si_vector(direction, "dimensionless", "BodyForce: direction")
@@ -100,7 +100,7 @@ class PointLoad:
     point: Vector
     force: Vector
 
-    def __init__(self, block: str, point: Any, force: Any) -> None:
+    def __init__(self, block: str, point: VectorLike, force: VectorLike) -> None:
         who = f"PointLoad on {checked_name(block, 'block')!r}"
         object.__setattr__(self, "block", block)
         object.__setattr__(self, "point", si_vector(point, "length", f"{who}: point"))
@@ -130,7 +130,7 @@ class FaceLoad:
     face: int
     traction: Vector
 
-    def __init__(self, block: str, face: int, traction: Any) -> None:
+    def __init__(self, block: str, face: int, traction: VectorLike) -> None:
         who = f"FaceLoad on {checked_name(block, 'block')!r}"
         if not isinstance(face, int) or face < 0:
             msg = f"{who}: face {face!r}; give the index of a face, zero or more"
@@ -160,7 +160,7 @@ class Moment:
     block: str
     moment: Vector
 
-    def __init__(self, block: str, moment: Any) -> None:
+    def __init__(self, block: str, moment: VectorLike) -> None:
         who = f"Moment on {checked_name(block, 'block')!r}"
         object.__setattr__(self, "block", block)
         object.__setattr__(self, "moment", si_vector(moment, "moment", f"{who}: moment"))

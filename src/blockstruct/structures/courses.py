@@ -2,23 +2,22 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 from blockstruct.errors import ModelError
 from blockstruct.geometry import box, polyhedron
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import positive_length
-from blockstruct.units import si_vector
+from blockstruct.units import QuantityLike, VectorLike, si_vector
 
 
 def courses(
     rows: Sequence[Sequence[float]],
     *,
-    unit_length: Any,
-    unit_height: Any,
-    depth: Any,
+    unit_length: QuantityLike,
+    unit_height: QuantityLike,
+    depth: QuantityLike,
     material: Material,
-    origin: Any = ("0 m", "0 m", "0 m"),
+    origin: VectorLike = ("0 m", "0 m", "0 m"),
     base: bool = True,
     prefix: str = "",
 ) -> list[Block]:

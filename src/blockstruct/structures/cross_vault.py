@@ -1,7 +1,6 @@
 """Cross vaults: two barrel vaults that meet in groins over a square bay."""
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,14 +8,15 @@ from numpy.typing import NDArray
 from blockstruct.geometry import BOX_FACES, polyhedron
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import checked_count, positive_length
+from blockstruct.units import QuantityLike
 
 Array = NDArray[np.float64]
 
 
 def cross_vault(
     *,
-    span: Any,
-    thickness: Any,
+    span: QuantityLike,
+    thickness: QuantityLike,
     courses: int,
     units: int,
     material: Material,

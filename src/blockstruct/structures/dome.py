@@ -1,7 +1,6 @@
 """Domes of rings of blocks."""
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,20 +11,20 @@ from blockstruct.model import Block, Material
 from blockstruct.model.checks import checked_count, positive_length
 from blockstruct.structures.arch_profile import half_profile
 from blockstruct.structures.prism import prismatoid
-from blockstruct.units import si
+from blockstruct.units import QuantityLike, si
 
 Array = NDArray[np.float64]
 
 
 def dome(
     *,
-    span: Any,
-    thickness: Any,
+    span: QuantityLike,
+    thickness: QuantityLike,
     courses: int,
     units: int,
-    oculus: Any,
+    oculus: QuantityLike,
     material: Material,
-    rise: Any = None,
+    rise: QuantityLike | None = None,
     staggered: bool = True,
     keystone: bool = False,
     base: bool = True,

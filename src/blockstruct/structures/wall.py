@@ -10,7 +10,7 @@ from blockstruct.model import Block, Material, checked_tuple
 from blockstruct.model.checks import checked_count, positive_length
 from blockstruct.structures.bond import Bond, without
 from blockstruct.structures.openings import Opening, check_openings
-from blockstruct.units import si
+from blockstruct.units import QuantityLike, si
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,11 +47,11 @@ class Sidewall:
 
 def wall(
     *,
-    length: Any,
+    length: QuantityLike,
     courses: int,
-    unit_length: Any,
-    unit_height: Any,
-    depth: Any,
+    unit_length: QuantityLike,
+    unit_height: QuantityLike,
+    depth: QuantityLike,
     material: Material,
     openings: Sequence[Opening] = (),
     sidewalls: Sequence[Sidewall] = (),
