@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from blockstruct.errors import DimensionError, UnitError
 
 #: What a quantity may be given as: ``Q_(0.4, "m")`` of any registry, or a text such as ``"0.4 m"``.
-QuantityLike: TypeAlias = "pint.Quantity[Any] | str"
+QuantityLike: TypeAlias = pint.Quantity[Any] | str
 #: A vector: one quantity of three numbers, a text, or a quantity a component.
-VectorLike: TypeAlias = "pint.Quantity[Any] | str | Sequence[Any] | NDArray[np.float64]"
+VectorLike: TypeAlias = pint.Quantity[Any] | str | Sequence[Any] | NDArray[np.float64]
 
 #: Reads its definitions when it is first used: half the time of an import.
 ureg: Any = cast(Any, pint).LazyRegistry()

@@ -44,7 +44,9 @@ class Material:
     name: str
     unit_weight: float
 
-    def __init__(self, name: str, unit_weight: QuantityLike | None = None, *, density: QuantityLike | None = None) -> None:
+    def __init__(
+        self, name: str, unit_weight: QuantityLike | None = None, *, density: QuantityLike | None = None
+    ) -> None:
         checked_name(name, "material")
         if (unit_weight is None) == (density is None):
             msg = f"material {name!r}: give either unit_weight or density"
