@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 XDIST ?= -n auto
 
-.PHONY: demo test test-slow lint bench bench-views pictures clean
+.PHONY: demo test test-slow lint docs bench bench-views pictures clean
 
 demo: $(VENV)/installed
 	mkdir -p runs
@@ -20,6 +20,9 @@ lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+docs: $(VENV)/installed-docs
+	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
 
 bench: $(VENV)/installed
 	$(BIN)/python benchmarks/wall_40x60.py
@@ -45,4 +48,8 @@ $(VENV)/installed: pyproject.toml | $(VENV)/bin/python
 
 $(VENV)/installed-dev: pyproject.toml | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet --editable ".[dev]"
+	touch $@
+
+$(VENV)/installed-docs: pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --editable ".[docs]"
 	touch $@

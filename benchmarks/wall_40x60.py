@@ -17,7 +17,8 @@ import blockstruct as bs
 from blockstruct.limit import ConicProgram, LimitProblem, true_sliding
 from blockstruct.procedures import solve_limit_case
 from blockstruct.results import history_of
-from blockstruct.solvers import ClarabelSolver, CvxpySolver
+from blockstruct.solvers import ClarabelSolver
+from blockstruct.solvers.cvxpy import CvxpySolver
 from blockstruct.statics import Statics
 
 

@@ -13,8 +13,9 @@ SELF_WEIGHT = bs.LoadPattern("dead", [bs.SelfWeight()])
 
 
 def push(*direction: float) -> bs.LoadPattern:
-    """Mass-proportional variable load."""
-    return bs.LoadPattern("push", [bs.BodyForce(direction)])
+    """Mass-proportional variable load, in multiples of the weight."""
+    length = np.linalg.norm(direction)
+    return bs.LoadPattern("push", [bs.BodyForce(np.asarray(direction) / length, share=length)])
 
 
 def rotation(axis: Sequence[float], angle: float) -> np.ndarray:

@@ -112,6 +112,9 @@ def test_wrong_dimension_or_no_number(make, words):
         (lambda: bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE, fixed="no"), ["'b'", "'no'", "True"]),
         (lambda: bs.JointMaterial("j", 0.5, compressive_strength="0 MPa"), ["'j'", "compressive strength", "infinite"]),
         (lambda: bs.BodyForce((0, 0, 0)), ["direction", "zero"]),
+        (lambda: bs.BodyForce((2, 0, 0)), ["direction", "length 2", "share=2"]),
+        (lambda: bs.BodyForce("+x", share=0), ["share 0"]),
+        (lambda: bs.JointMaterial("j", 0.5, normal_stiffness="0 Pa/m"), ["normal stiffness", "0 Pa/m"]),
         (lambda: bs.LoadPattern("p", ["weight"]), ["'p'", "'weight'", "SelfWeight"]),
         (lambda: bs.LimitCase("c", bs.SelfWeight(), push(1, 0, 0)), ["'c'", "dead", "LoadPattern"]),
         (lambda: bs.LimitCase("c", push(1, 0, 0), push(1, 0, 0), "dilatant"), ["'c'", "'dilatant'", "associative"]),
@@ -351,7 +354,7 @@ def test_cases_are_checked_before_anything_is_solved(small_model, small_cases, t
         manager.run([])
     with refused(bs.ModelError, "more than once", small_cases[0].name):
         manager.run([small_cases[0], small_cases[0]])
-    other = bs.LimitCase("other", bs.LoadPattern("dead", [bs.BodyForce((0, 0, -2))]), push(1, 0, 0))
+    other = bs.LimitCase("other", bs.LoadPattern("dead", [bs.BodyForce("-z", share=2)]), push(1, 0, 0))
     with refused(bs.ModelError, "'dead'", "different loads"):
         manager.run([small_cases[0], other])
     with refused(bs.ModelError, "cases", "no list", "LimitCase"):

@@ -34,7 +34,7 @@ def cases():
     push = bs.LoadPattern(
         "push",
         [
-            bs.BodyForce((1 / 3, 0, 0.1)),
+            bs.BodyForce((0.6, 0, 0.8), share=1 / 3),
             bs.PointLoad("2.1", Q_([1, 2, 3], "cm"), Q_([0, 0, -1 / 7], "kN")),
             bs.FaceLoad("2.2", 1, Q_([0, 0, -0.3], "kPa")),
             bs.Moment("1.1", Q_([0, 1e-5, 0], "kN*m")),

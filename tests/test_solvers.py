@@ -14,7 +14,8 @@ from blockstruct.limit import (
     fictitious_sliding,
     true_sliding,
 )
-from blockstruct.solvers import ClarabelSolver, CvxpySolver
+from blockstruct.solvers import ClarabelSolver
+from blockstruct.solvers.cvxpy import CvxpySolver
 from blockstruct.statics import Statics
 from structures import SELF_WEIGHT, model_of, push, single_block, solve
 
@@ -81,7 +82,7 @@ def test_a_whole_case_through_cvxpy(small_model):
 
 def test_unstable_through_cvxpy():
     model = model_of(*single_block(1.0, 1.0))
-    dead = bs.LoadPattern("dead", [bs.BodyForce((2, 0, -1))])
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.BodyForce("+x", share=2)])
     result = solve(model, push(1, 0, 0), dead=dead, solver="cvxpy:clarabel")
     assert result.status == "unstable_under_dead_load"
 

@@ -139,7 +139,9 @@ VECTORS = st.tuples(*[st.floats(-1e3, 1e3)] * 3)
 LOADS = st.lists(
     st.one_of(
         st.just(bs.SelfWeight()),
-        VECTORS.filter(any).map(bs.BodyForce),
+        VECTORS.filter(lambda v: np.linalg.norm(v) > 1e-6).map(
+            lambda v: bs.BodyForce(np.array(v) / np.linalg.norm(v), share=np.linalg.norm(v))
+        ),
         st.builds(lambda p, f: bs.PointLoad("β/1", Q_(p, "ft"), Q_(f, "kN")), POINTS, VECTORS),
         st.builds(lambda m: bs.Moment("β/1", Q_(m, "kN*m")), VECTORS),
         st.builds(lambda i, t: bs.FaceLoad("β/1", i, Q_(t, "kPa")), st.integers(0, 5), VECTORS),

@@ -8,8 +8,6 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-import jsonschema
-
 from blockstruct.keywords import did_you_mean
 
 #: Violations beyond which an instance is of another kind, and more of them say nothing.
@@ -28,6 +26,8 @@ def schema_text(name: str) -> str:
 
 def violations(instance: Any, name: str) -> list[tuple[str, str]]:
     """Violations of a schema, up to a hundred, as (path inside the instance, message), in the order of the paths."""
+    import jsonschema
+
     validator = jsonschema.Draft202012Validator(json.loads(schema_text(name)))
     found = []
     for error in islice(validator.iter_errors(instance), MOST_VIOLATIONS):

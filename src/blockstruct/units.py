@@ -8,8 +8,9 @@
 
 import math
 import re
+from collections.abc import Sequence
 from tokenize import TokenError
-from typing import Any
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 import pint
@@ -17,8 +18,19 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import DimensionError, UnitError, shown
 
-ureg: pint.UnitRegistry[Any] = pint.UnitRegistry()
-Q_ = ureg.Quantity
+#: What a quantity may be given as: ``Q_(0.4, "m")`` of any registry, or a text such as ``"0.4 m"``.
+QuantityLike: TypeAlias = pint.Quantity[Any] | str
+#: A vector: one quantity of three numbers, a text, or a quantity a component.
+VectorLike: TypeAlias = pint.Quantity[Any] | str | Sequence[Any] | NDArray[np.float64]
+
+#: Reads its definitions when it is first used: half the time of an import.
+ureg: Any = cast(Any, pint).LazyRegistry()
+
+
+def Q_(value: Any, units: Any = None) -> Any:  # noqa: N802 - the name that pint's users know
+    """Pint quantity of the one registry: ``Q_(12, "kN/m^3")``."""
+    return ureg.Quantity(value, units)
+
 
 #: Coherent SI unit, spelled in full as stored on disk, of each physical dimension of the interface.
 SI_UNITS = {
@@ -28,6 +40,7 @@ SI_UNITS = {
     "force": "newton",
     "moment": "newton * meter",
     "stress": "pascal",
+    "stress/length": "pascal / meter",
     "force/volume": "newton / meter ** 3",
     "density": "kilogram / meter ** 3",
     "angle": "radian",
@@ -41,6 +54,7 @@ _EXAMPLES = {
     "force": "10 kN",
     "moment": "5 kN*m",
     "stress": "4 MPa",
+    "stress/length": "10 GPa/m",
     "force/volume": "12 kN/m^3",
     "density": "1800 kg/m^3",
     "angle": "30 deg",
@@ -162,6 +176,20 @@ def parse(text: str, what: str) -> Any:
 def to_quantity(value: Any, dimension: str) -> Any:
     """Pint quantity of coherent-SI floats."""
     return Q_(value, SI_UNITS[dimension])
+
+
+def si_text(value: float, dimension: str) -> str:
+    """Text that reads back to a coherent-SI float, to the last digit.
+
+    >>> si_text(50000.0, "stress")
+    '50000.0 Pa'
+    """
+    return f"{float(value)!r} {symbol(dimension)}".rstrip()
+
+
+def symbol(dimension: str) -> str:
+    """Symbol of the coherent SI unit of a dimension: ``"Pa"``."""
+    return f"{ureg.Unit(SI_UNITS[dimension]):~C}"
 
 
 def _factor(unit: str, dimension: str, what: str) -> float:

@@ -24,22 +24,13 @@ from blockstruct.limit import (
     ProcedureSettings,
     schedules_of,
 )
-from blockstruct.model import LimitCase, Model, checked_tuple
+from blockstruct.model import JOINT_PROPERTIES, LimitCase, Model, checked_tuple
 from blockstruct.procedures import solve_limit_case
 from blockstruct.results import Analysis, CaseResult, contact_state, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
 from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, patterns
 from blockstruct.vocabulary import ContactState, Flow, Status
-
-#: Properties of joints that a sweep varies, with their dimensions.
-SWEPT = {
-    "compressive_strength": "stress",
-    "friction_coefficient": "dimensionless",
-    "cohesion": "stress",
-    "tensile_strength": "stress",
-    "dilatancy_angle": "angle",
-}
 
 
 @checked_keywords
@@ -208,8 +199,8 @@ class AnalysisManager:
         Parameters
         ----------
         quantity
-            ``"compressive_strength"``, ``"friction_coefficient"``, ``"cohesion"``, ``"tensile_strength"`` or
-            ``"dilatancy_angle"``: every joint of the model takes the value.
+            A property of joints such as ``"compressive_strength"`` or ``"friction_coefficient"``: every joint of the
+            model takes the value.
         values
             An array quantity, or one quantity a value; None is an infinite compressive strength.
         case
@@ -233,8 +224,8 @@ class AnalysisManager:
             msg = f"sweep of {quantity}: {values!r} is no list of values; give several, as in Q_([1, 2], 'MPa')"
             raise ModelError(msg)
         values = list(values)
-        if not isinstance(quantity, str) or quantity not in SWEPT:
-            msg = f"sweep: joints have no {quantity!r}; give one of {', '.join(SWEPT)}"
+        if not isinstance(quantity, str) or quantity not in JOINT_PROPERTIES:
+            msg = f"sweep: joints have no {quantity!r}; give one of {', '.join(JOINT_PROPERTIES)}"
             raise ModelError(msg)
         if not values:
             msg = f"sweep of {quantity}: no value; give at least one"
@@ -249,7 +240,7 @@ class AnalysisManager:
             if results[-1].status is Status.INTERRUPTED:
                 break
         found = [float(getattr(one[0], quantity)) for one in varied[: len(results)]]
-        return sweep_of(quantity, SWEPT[quantity], found, results)
+        return sweep_of(quantity, JOINT_PROPERTIES[quantity].dimension, found, results)
 
     def _runs(self, cases: Sequence[LimitCase], schedules: Sequence[str]) -> list[tuple[LimitCase, ProcedureSettings]]:
         """Cases with their settings: those of the manager, and the schedules of a spread."""

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,19 +13,15 @@ from blockstruct.documents import yaml_core
 from blockstruct.errors import BlockstructError, DocumentError, StorageError, UnknownNameError
 from blockstruct.files import unique_pairs
 from blockstruct.model import (
+    LOAD_KINDS,
     Block,
-    BodyForce,
     DetectionReport,
-    FaceLoad,
     Interface,
     JointMaterial,
     LimitCase,
     LoadPattern,
     Material,
     Model,
-    Moment,
-    PointLoad,
-    SelfWeight,
 )
 from blockstruct.schema import listed_violations, violations
 from blockstruct.structures.courses import courses
@@ -34,14 +29,6 @@ from blockstruct.units import parse, to_quantity
 
 #: Size of a document beyond which it is none: a block takes some 400 bytes.
 MOST_BYTES = 64_000_000
-
-_LOADS: dict[str, Callable[..., Any]] = {
-    "self_weight": SelfWeight,
-    "body_force": BodyForce,
-    "point_load": PointLoad,
-    "face_load": FaceLoad,
-    "moment": Moment,
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,7 +189,7 @@ def _block(entry: dict[str, Any], material: Material) -> Block:
 
 
 def _load_of(entry: dict[str, Any]) -> Any:
-    return _LOADS[entry["kind"]](**{key: value for key, value in entry.items() if key != "kind"})
+    return LOAD_KINDS[entry["kind"]].type(**{key: value for key, value in entry.items() if key != "kind"})
 
 
 def _named(known: dict[str, Any], name: str, kind: str) -> Any:

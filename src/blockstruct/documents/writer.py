@@ -1,7 +1,6 @@
 """Model documents written: the inverse of reading them."""
 
 import json
-import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -14,19 +13,18 @@ from blockstruct.documents import yaml_core
 from blockstruct.errors import DocumentError, ModelError
 from blockstruct.files import write_new
 from blockstruct.model import (
+    JOINT_PROPERTIES,
+    LOAD_KINDS,
     Block,
-    BodyForce,
-    FaceLoad,
     Interface,
     JointMaterial,
     LimitCase,
     LoadPattern,
     Model,
-    Moment,
-    PointLoad,
+    kind_of,
 )
 from blockstruct.schema import listed_violations, violations
-from blockstruct.units import si
+from blockstruct.units import si, si_text
 
 #: Agreement of the corners of an interface found again with those of the model, relative to its size.
 _SAME = 1e-9
@@ -170,14 +168,12 @@ def _write(
 
 
 def _joint(joint: JointMaterial) -> dict[str, Any]:
-    values: dict[str, Any] = {"friction_coefficient": joint.friction_coefficient}
-    if joint.dilatancy_angle:
-        values["dilatancy_angle"] = f"{joint.dilatancy_angle!r} rad"
-    for strength in ("cohesion", "tensile_strength", "compressive_strength"):
-        value = getattr(joint, strength)
-        if value and math.isfinite(value):
-            values[strength] = f"{value!r} Pa"
-    return values
+    values = {name: getattr(joint, name) for name in JOINT_PROPERTIES}
+    return {
+        name: _number(value, JOINT_PROPERTIES[name].dimension)
+        for name, value in values.items()
+        if value != JOINT_PROPERTIES[name].absent
+    }
 
 
 def _block(block: Block) -> dict[str, Any]:
@@ -192,21 +188,20 @@ def _block(block: Block) -> dict[str, Any]:
 def _loads(pattern: LoadPattern) -> list[dict[str, Any]]:
     entries: list[dict[str, Any]] = []
     for load in pattern.loads:
-        match load:
-            case BodyForce(direction=direction):
-                entries.append({"kind": "body_force", "direction": list(direction)})
-            case PointLoad(block=block, point=point, force=force):
-                entries.append(
-                    {"kind": "point_load", "block": block, "point": _texts(point, "m"), "force": _texts(force, "N")}
-                )
-            case FaceLoad(block=block, face=face, traction=traction):
-                entries.append({"kind": "face_load", "block": block, "face": face, "traction": _texts(traction, "Pa")})
-            case Moment(block=block, moment=moment):
-                entries.append({"kind": "moment", "block": block, "moment": _texts(moment, "N*m")})
-            case _:
-                entries.append({"kind": "self_weight"})
+        kind = kind_of(load)
+        vectors = {
+            name: [_number(v, dimension) for v in getattr(load, name)]
+            for name, dimension in LOAD_KINDS[kind].vectors.items()
+        }
+        named = {name: getattr(load, name) for name in LOAD_KINDS[kind].named}
+        scalars = {
+            name: getattr(load, name)
+            for name, default in LOAD_KINDS[kind].scalars.items()
+            if getattr(load, name) != default
+        }
+        entries.append({"kind": kind} | named | vectors | scalars)
     return entries
 
 
-def _texts(vector: Sequence[float], unit: str) -> list[str]:
-    return [f"{v!r} {unit}" for v in vector]
+def _number(value: float, dimension: str) -> float | str:
+    return value if dimension == "dimensionless" else si_text(value, dimension)

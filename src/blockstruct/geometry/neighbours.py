@@ -7,7 +7,6 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from blockstruct.geometry.polyhedron import Polyhedron
 
@@ -20,6 +19,8 @@ CHUNK = 2_000_000
 
 def unsupported(held: NDArray[np.bool_], ends: Index) -> Index:
     """Which of n bodies have no way over pairs that touch, (m, 2), to one that is held, (n,)."""
+    from scipy.sparse.csgraph import connected_components
+
     ends, n = ends.reshape(-1, 2), len(held)
     graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n))
     label = connected_components(graph, directed=False)[1] if n else np.empty(0)

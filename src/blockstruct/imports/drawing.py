@@ -18,7 +18,7 @@ from blockstruct.imports.solid import Face, Solid, blocks_of, scale_of
 from blockstruct.imports.source import checked_faces, content_of, package
 from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
-from blockstruct.model.sizes import positive_length
+from blockstruct.model.checks import positive_length
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,6 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from blockstruct.geometry.neighbours import expanded
 from blockstruct.geometry.planes import Planes
@@ -43,6 +42,8 @@ def merged_faces(vertices: Array, faces: list[Face], tolerance: float, size: flo
     faces, int
         The faces, without vertices in the middle of straight edges, and the number of faces without area.
     """
+    from scipy.sparse.csgraph import connected_components
+
     planes = Planes.of(vertices, faces)
     empty = planes.area <= NO_AREA * planes.longest**2
     normals = np.where(empty[:, None], 0.0, planes.normal)

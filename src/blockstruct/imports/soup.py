@@ -5,8 +5,6 @@ from itertools import accumulate, chain, pairwise
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
@@ -33,6 +31,9 @@ def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
         Faces lose corners that have become one with the next; the number tells how many corners became one with
         another that did not have their very coordinates.
     """
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
     count = np.array([len(f) for f in faces])
     corner = np.fromiter(chain.from_iterable(faces), dtype=int, count=count.sum())
     following = np.arange(1, len(corner) + 1)
@@ -64,6 +65,8 @@ def gathered(faces: list[Face]) -> list[Face]:
 
     Readers of meshes sort faces by their number of corners; bodies that do not share vertices are told apart anyway.
     """
+    from scipy.sparse.csgraph import connected_components
+
     count = [len(f) for f in faces]
     corner = np.fromiter(chain.from_iterable(faces), dtype=int, count=sum(count))
     row = np.repeat(np.arange(len(faces)), count)
@@ -119,6 +122,8 @@ def _edges(face: Face) -> list[tuple[int, int]]:
 
 
 def _pieces(faces: list[Face], members: list[int]) -> list[list[int]]:
+    from scipy.sparse.csgraph import connected_components
+
     number: dict[tuple[int, int], int] = {}
     edges = [[number.setdefault(edge, len(number)) for edge in _edges(faces[index])] for index in members]
     n = len(members)

@@ -8,17 +8,29 @@
 """
 
 from blockstruct.model.block import Block
+from blockstruct.model.checks import checked_tuple
 from blockstruct.model.detection_report import DetectionReport, DetectionTolerances, FoundContact
 from blockstruct.model.interface import Interface
-from blockstruct.model.joint_material import JointMaterial
+from blockstruct.model.joint_material import JOINT_PROPERTIES, JointMaterial
 from blockstruct.model.limit_case import LimitCase
-from blockstruct.model.load_pattern import LoadPattern
-from blockstruct.model.loads import BodyForce, FaceLoad, Load, Moment, PointLoad, SelfWeight
+from blockstruct.model.loads import (
+    LOAD_KINDS,
+    BodyForce,
+    FaceLoad,
+    Load,
+    LoadPattern,
+    Moment,
+    PointLoad,
+    SelfWeight,
+    kind_of,
+)
 from blockstruct.model.material import Material
 from blockstruct.model.model import Model
-from blockstruct.model.names import checked_tuple
 
 __all__ = [
+    "JOINT_PROPERTIES",
+    "LOAD_KINDS",
+    "kind_of",
     # materials
     "JointMaterial",
     "Material",

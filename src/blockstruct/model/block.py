@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from blockstruct.errors import GeometryError, ModelError, shown
 from blockstruct.geometry import Polyhedron, box, polyhedron
 from blockstruct.keywords import checked_keywords
+from blockstruct.model.checks import checked_name
 from blockstruct.model.material import Material
-from blockstruct.model.names import checked_name
-from blockstruct.units import si_array, si_vector
+from blockstruct.units import VectorLike, si_array, si_vector
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ class Block:
 
     @classmethod
     @checked_keywords
-    def box(cls, name: str, origin: Any, size: Any, material: Material, *, fixed: bool = False) -> Self:
+    def box(cls, name: str, origin: VectorLike, size: VectorLike, material: Material, *, fixed: bool = False) -> Self:
         """Axis-parallel box, whose faces 0 to 5 look along −z, +z, −y, +x, +y, −x.
 
         Parameters
@@ -77,7 +77,7 @@ class Block:
     def from_faces(
         cls,
         name: str,
-        vertices: Any,
+        vertices: VectorLike,
         faces: Sequence[Sequence[int]],
         material: Material,
         *,

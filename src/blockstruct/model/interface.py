@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from blockstruct.errors import GeometryError, ModelError, shown
 from blockstruct.geometry import polygon_area
 from blockstruct.keywords import checked_keywords
+from blockstruct.model.checks import checked_name
 from blockstruct.model.joint_material import JointMaterial
-from blockstruct.model.names import checked_name
 from blockstruct.units import si_array
 from blockstruct.vocabulary import JointOrientation
 

@@ -1,13 +1,45 @@
 """Material of joints."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from types import MappingProxyType
+from typing import Any, Self
 
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords
-from blockstruct.model.names import checked_name
-from blockstruct.units import si, to_quantity
+from blockstruct.model.checks import checked_name
+from blockstruct.units import QuantityLike, si, symbol, to_quantity
+
+
+@dataclass(frozen=True, slots=True)
+class JointProperty:
+    """A property of joints: what documents, files, reports and sweeps need to know of it.
+
+    Parameters
+    ----------
+    dimension
+        A key of :data:`blockstruct.units.SI_UNITS`.
+    absent
+        SI value of a joint that was given none; None if it must be given.
+    """
+
+    dimension: str
+    absent: float | None
+
+
+#: The one table of joint properties, in the order of their columns.
+JOINT_PROPERTIES: Mapping[str, JointProperty] = MappingProxyType(
+    {
+        "friction_coefficient": JointProperty("dimensionless", None),
+        "dilatancy_angle": JointProperty("angle", 0.0),
+        "cohesion": JointProperty("stress", 0.0),
+        "tensile_strength": JointProperty("stress", 0.0),
+        "compressive_strength": JointProperty("stress", math.inf),
+        "normal_stiffness": JointProperty("stress/length", math.inf),
+        "shear_stiffness": JointProperty("stress/length", math.inf),
+    }
+)
 
 #: Friction coefficient beyond which a number is taken for an angle by mistake.
 LARGEST_FRICTION = 10.0
@@ -33,6 +65,8 @@ class JointMaterial:
         Zero by default.
     compressive_strength : quantity, stress
         Infinite by default.
+    normal_stiffness, shear_stiffness : quantity, stress per length
+        Of the joint before it opens or slides, per area. Infinite by default: joints are rigid.
 
     Attributes
     ----------
@@ -41,6 +75,8 @@ class JointMaterial:
         Radians.
     cohesion, tensile_strength, compressive_strength : float
         Pa.
+    normal_stiffness, shear_stiffness : float
+        Pa/m.
 
     Raises
     ------
@@ -61,17 +97,21 @@ class JointMaterial:
     cohesion: float
     tensile_strength: float
     compressive_strength: float
+    normal_stiffness: float
+    shear_stiffness: float
 
     def __init__(
         self,
         name: str,
         friction_coefficient: Any = None,
         *,
-        friction_angle: Any = None,
-        dilatancy_angle: Any = "0 deg",
-        cohesion: Any = "0 Pa",
-        tensile_strength: Any = "0 Pa",
-        compressive_strength: Any = None,
+        friction_angle: QuantityLike | None = None,
+        dilatancy_angle: QuantityLike = "0 deg",
+        cohesion: QuantityLike = "0 Pa",
+        tensile_strength: QuantityLike = "0 Pa",
+        compressive_strength: QuantityLike | None = None,
+        normal_stiffness: QuantityLike | None = None,
+        shear_stiffness: QuantityLike | None = None,
     ) -> None:
         checked_name(name, "joint material")
         who = f"joint material {name!r}"
@@ -85,9 +125,9 @@ class JointMaterial:
         psi = _angle(dilatancy_angle, f"{who}: dilatancy angle")
         c = si(cohesion, "stress", f"{who}: cohesion")
         ft = si(tensile_strength, "stress", f"{who}: tensile strength")
-        fc = math.inf
-        if compressive_strength is not None:
-            fc = si(compressive_strength, "stress", f"{who}: compressive strength")
+        fc = _or_infinite(compressive_strength, "stress", f"{who}: compressive strength")
+        kn = _or_infinite(normal_stiffness, "stress/length", f"{who}: normal stiffness")
+        kt = _or_infinite(shear_stiffness, "stress/length", f"{who}: shear stiffness")
         for what, value in (("friction coefficient", mu), ("cohesion", c), ("tensile strength", ft)):
             if value < 0:
                 msg = f"{who}: {what} {value:.6g} is negative; give zero or more"
@@ -97,9 +137,6 @@ class JointMaterial:
                 f"{who}: friction coefficient {mu:.6g} exceeds {LARGEST_FRICTION:g}; "
                 "give the tangent of the friction angle, or friction_angle with its unit"
             )
-            raise ModelError(msg)
-        if fc <= 0:
-            msg = f"{who}: compressive strength {fc:.6g} Pa; give more than zero, or leave it out for infinite"
             raise ModelError(msg)
         if mu * ft > c * (1 + 1e-12):
             msg = (
@@ -113,33 +150,47 @@ class JointMaterial:
                 "give a dilatancy angle between zero and the friction angle"
             )
             raise ModelError(msg)
-        values: tuple[object, ...] = (name, mu, psi, c, ft, fc)
+        values: tuple[object, ...] = (name, mu, psi, c, ft, fc, kn, kt)
         for attribute, field in zip(self.__slots__, values, strict=True):
             object.__setattr__(self, attribute, field)
 
-    def varied(self, **values: Any) -> "JointMaterial":
+    def varied(self, **values: QuantityLike) -> "JointMaterial":
         """The same joint with other values, given as to the constructor.
 
         >>> JointMaterial("lime", 0.6, cohesion="50 kPa").varied(compressive_strength="4 MPa").cohesion
         50000.0
         """
-        own: dict[str, Any] = {
-            "friction_coefficient": self.friction_coefficient,
-            "dilatancy_angle": to_quantity(self.dilatancy_angle, "angle"),
-            "cohesion": to_quantity(self.cohesion, "stress"),
-            "tensile_strength": to_quantity(self.tensile_strength, "stress"),
-            "compressive_strength": None,
-        }
-        if math.isfinite(self.compressive_strength):
-            own["compressive_strength"] = to_quantity(self.compressive_strength, "stress")
+        own = _quantities({name: getattr(self, name) for name in JOINT_PROPERTIES})
         if "friction_angle" in values:
             del own["friction_coefficient"]
         return type(self)(self.name, **(own | values))
+
+    @classmethod
+    def from_si(cls, name: str, values: Mapping[str, float]) -> Self:
+        """Joint material of the properties of :data:`JOINT_PROPERTIES` in SI floats."""
+        return cls(name, **_quantities(values))
 
     @property
     def dilatancy(self) -> float:
         """Tangent of the dilatancy angle."""
         return math.tan(self.dilatancy_angle)
+
+
+def _quantities(values: Mapping[str, float]) -> dict[str, Any]:
+    """Quantities of those properties that were given."""
+    return {
+        name: to_quantity(value, JOINT_PROPERTIES[name].dimension)
+        for name, value in values.items()
+        if value != JOINT_PROPERTIES[name].absent
+    }
+
+
+def _or_infinite(value: Any, dimension: str, what: str) -> float:
+    found = math.inf if value is None else si(value, dimension, what)
+    if found <= 0:
+        msg = f"{what} {found:.6g} {symbol(dimension)}; give more than zero, or leave it out for infinite"
+        raise ModelError(msg)
+    return found
 
 
 def _angle(value: Any, what: str) -> float:

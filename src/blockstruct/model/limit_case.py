@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords
-from blockstruct.model.load_pattern import LoadPattern
-from blockstruct.model.names import checked_name
+from blockstruct.model.checks import checked_name
+from blockstruct.model.loads import LoadPattern
 from blockstruct.vocabulary import Flow
 
 

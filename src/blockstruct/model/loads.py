@@ -1,16 +1,25 @@
-"""Loads on blocks."""
+"""Loads on blocks, and load patterns: named sums of them."""
 
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
-
-import numpy as np
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords
-from blockstruct.model.names import checked_name
-from blockstruct.units import si_vector
+from blockstruct.model.checks import checked_name, checked_tuple
+from blockstruct.units import VectorLike, si, si_vector
 
 Vector = tuple[float, float, float]
+
+_AXES = {
+    f"{sign}{axis}": tuple(float(f"{sign}{int(k == j)}") + 0.0 for k in range(3))
+    for j, axis in enumerate("xyz")
+    for sign in "+-"
+}
+#: How far from 1 the length of a typed direction may be, and that of one that is left as it is.
+_LENGTH, _ROUNDING = 1e-3, 1e-12
 
 
 @checked_keywords
@@ -26,19 +35,50 @@ class BodyForce:
 
     Parameters
     ----------
-    direction : three floats
-        Force in multiples of each block's weight: ``(1, 0, 0)`` is the weight turned to +x, and
-        ``(0.5, 0, 0)`` half of it. The length counts.
+    direction : three floats or str
+        Of length 1, or the name of an axis: ``(1, 0, 0)`` and ``"+x"`` are the same. A vector of another length would
+        scale the load factor unseen and is refused.
+    share : float
+        Force in multiples of each block's weight.
+
+    Raises
+    ------
+    ModelError
+        A direction that is zero or not of length 1, or a share that is zero.
+
+    Examples
+    --------
+    >>> BodyForce("-y").direction
+    (0.0, -1.0, 0.0)
+    >>> BodyForce((0.6, 0.8, 0), share=0.5).share
+    0.5
     """
 
     direction: Vector
+    share: float
 
-    def __init__(self, direction: Any) -> None:
+    def __init__(self, direction: VectorLike, share: Any = 1.0) -> None:
+        if isinstance(direction, str) and direction.strip() in _AXES:
+            direction = _AXES[direction.strip()]
         vector = si_vector(direction, "dimensionless", "BodyForce: direction")
-        if not np.any(vector):
-            msg = f"BodyForce: direction {vector} is zero; give a direction such as (1, 0, 0)"
+        length = math.hypot(*vector)
+        if length == 0:
+            msg = f"BodyForce: direction {vector} is zero; give a direction such as (1, 0, 0) or '+x'"
+            raise ModelError(msg)
+        if abs(length - 1) > _LENGTH:
+            msg = (
+                f"BodyForce: direction {vector} has the length {length:.6g}, not 1; give a direction of length 1, and "
+                f"share={length:.6g} if {length:.6g} times the weight is meant"
+            )
+            raise ModelError(msg)
+        if abs(length - 1) > _ROUNDING:
+            vector = (vector[0] / length, vector[1] / length, vector[2] / length)
+        of_weight = si(share, "dimensionless", "BodyForce: share")
+        if of_weight == 0:
+            msg = "BodyForce: share 0; give a share of the weight that acts"
             raise ModelError(msg)
         object.__setattr__(self, "direction", vector)
+        object.__setattr__(self, "share", of_weight)
 
 
 @checked_keywords
@@ -64,7 +104,7 @@ class PointLoad:
     point: Vector
     force: Vector
 
-    def __init__(self, block: str, point: Any, force: Any) -> None:
+    def __init__(self, block: str, point: VectorLike, force: VectorLike) -> None:
         who = f"PointLoad on {checked_name(block, 'block')!r}"
         object.__setattr__(self, "block", block)
         object.__setattr__(self, "point", si_vector(point, "length", f"{who}: point"))
@@ -95,7 +135,7 @@ class FaceLoad:
     face: int
     traction: Vector
 
-    def __init__(self, block: str, face: int, traction: Any) -> None:
+    def __init__(self, block: str, face: int, traction: VectorLike) -> None:
         who = f"FaceLoad on {checked_name(block, 'block')!r}"
         if not isinstance(face, int) or face < 0:
             msg = f"{who}: face {shown(face)}; give the index of a face, zero or more"
@@ -126,10 +166,78 @@ class Moment:
     block: str
     moment: Vector
 
-    def __init__(self, block: str, moment: Any) -> None:
+    def __init__(self, block: str, moment: VectorLike) -> None:
         who = f"Moment on {checked_name(block, 'block')!r}"
         object.__setattr__(self, "block", block)
         object.__setattr__(self, "moment", si_vector(moment, "moment", f"{who}: moment"))
 
 
 Load = SelfWeight | BodyForce | PointLoad | FaceLoad | Moment
+
+
+@dataclass(frozen=True, slots=True)
+class LoadKind:
+    """What documents and files need to know of a kind of load.
+
+    Parameters
+    ----------
+    type
+        Its class, whose constructor takes ``named`` and then ``vectors``.
+    vectors
+        Dimension of each vector, a key of :data:`blockstruct.units.SI_UNITS`.
+    named
+        Attributes that are names or indices.
+    scalars
+        Plain numbers, with their defaults.
+    """
+
+    type: Callable[..., Load]
+    vectors: Mapping[str, str]
+    named: tuple[str, ...] = ()
+    scalars: Mapping[str, float] = field(default_factory=dict)
+
+
+#: The one table of loads: kind of each, as documents and files write it.
+LOAD_KINDS: Mapping[str, LoadKind] = MappingProxyType(
+    {
+        "self_weight": LoadKind(SelfWeight, {}),
+        "body_force": LoadKind(BodyForce, {"direction": "dimensionless"}, scalars={"share": 1.0}),
+        "point_load": LoadKind(PointLoad, {"point": "length", "force": "force"}, ("block",)),
+        "face_load": LoadKind(FaceLoad, {"traction": "stress"}, ("block", "face")),
+        "moment": LoadKind(Moment, {"moment": "moment"}, ("block",)),
+    }
+)
+_KINDS = {kind.type: name for name, kind in LOAD_KINDS.items()}
+
+
+def kind_of(load: Load) -> str:
+    """Kind of a load: a key of :data:`LOAD_KINDS`."""
+    return _KINDS[type(load)]
+
+
+@checked_keywords
+@dataclass(frozen=True, slots=True, init=False)
+class LoadPattern:
+    """A named sum of loads.
+
+    Parameters
+    ----------
+    name
+        Unique among the patterns of an analysis.
+    loads
+        SelfWeight, BodyForce, PointLoad, FaceLoad or Moment, in any number.
+
+    Examples
+    --------
+    >>> LoadPattern("dead", [SelfWeight()]).loads
+    (SelfWeight(),)
+    """
+
+    name: str
+    loads: tuple[Load, ...]
+
+    def __init__(self, name: str, loads: Iterable[Load]) -> None:
+        checked_name(name, "load pattern")
+        loads = checked_tuple(loads, Load, f"load pattern {name!r}: loads")
+        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "loads", loads)

@@ -2,12 +2,11 @@
 
 import warnings
 from dataclasses import dataclass
-from typing import Any
 
 from blockstruct.errors import ModelError, UnusualValueWarning
 from blockstruct.keywords import checked_keywords
-from blockstruct.model.names import checked_name
-from blockstruct.units import si
+from blockstruct.model.checks import checked_name
+from blockstruct.units import QuantityLike, si
 
 #: Standard acceleration of free fall, m/s² (CGPM 1901).
 STANDARD_GRAVITY = 9.80665
@@ -55,7 +54,9 @@ class Material:
     name: str
     unit_weight: float
 
-    def __init__(self, name: str, unit_weight: Any = None, *, density: Any = None) -> None:
+    def __init__(
+        self, name: str, unit_weight: QuantityLike | None = None, *, density: QuantityLike | None = None
+    ) -> None:
         checked_name(name, "material")
         if (unit_weight is None) == (density is None):
             msg = f"material {name!r}: give either unit_weight or density"

@@ -13,11 +13,11 @@ from blockstruct.errors import GeometryError, ModelError, UnknownNameError
 from blockstruct.geometry import areas_on_bodies, box_pairs, common_areas, overlapping_pairs, unsupported
 from blockstruct.keywords import checked_keywords
 from blockstruct.model.block import Block
+from blockstruct.model.checks import checked_name, checked_tuple
 from blockstruct.model.detection_report import DetectionReport
 from blockstruct.model.interface import Interface
 from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.material import Material
-from blockstruct.model.names import checked_name, checked_tuple
 
 #: Penetration, relative to the mean block size, that is rounding, and that blocks joined by an interface may have.
 OVERLAP_TOLERANCE, JOINED_OVERLAP = 1e-5, 1e-2

@@ -2,7 +2,6 @@
 
 import numpy as np
 import xarray as xr
-from scipy.spatial import cKDTree
 
 from blockstruct.vocabulary import AXES
 
@@ -32,6 +31,8 @@ def mechanism(history: xr.Dataset) -> xr.Dataset:
     IndexError
         A history without iterations.
     """
+    from scipy.spatial import cKDTree
+
     u = history["block_velocity"].isel(iteration=-1).transpose("block", "dof").to_numpy()
     arms, _ = cKDTree(history["contact_position"].to_numpy()).query(history["block_position"].to_numpy())
     translation, turning = np.linalg.norm(u[:, :3], axis=1).max(), (arms * np.linalg.norm(u[:, 3:], axis=1)).max()

@@ -7,8 +7,28 @@
 'CvxpySolver'
 """
 
+from blockstruct.errors import SolverError
+from blockstruct.limit import ProcedureSettings, Solver
 from blockstruct.solvers.clarabel import ClarabelSolver
-from blockstruct.solvers.cvxpy import CvxpySolver
-from blockstruct.solvers.named import solver_of
 
-__all__ = ["ClarabelSolver", "CvxpySolver", "solver_of"]
+__all__ = ["ClarabelSolver", "solver_of"]
+
+
+def solver_of(settings: ProcedureSettings) -> Solver:
+    """Solver named by the settings: ``"clarabel"`` or ``"cvxpy:NAME"``.
+
+    Raises
+    ------
+    SolverError
+        A name that no solver has, or a solver that is not installed.
+    """
+    if settings.solver == "clarabel":
+        return ClarabelSolver()
+    layer, _, name = settings.solver.partition(":")
+    if layer == "cvxpy" and name:
+        # CVXPY takes as long to import as everything else together.
+        from blockstruct.solvers.cvxpy import CvxpySolver
+
+        return CvxpySolver(name)
+    msg = f"solver {settings.solver!r}: give 'clarabel', or 'cvxpy:NAME' such as 'cvxpy:SCS'"
+    raise SolverError(msg)

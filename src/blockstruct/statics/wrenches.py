@@ -41,8 +41,8 @@ def wrenches(model: Model, pattern: LoadPattern) -> Array:
         match load:
             case SelfWeight():
                 w[:, 2] -= weight
-            case BodyForce(direction=direction):
-                w[:, :3] += weight[:, None] * np.array(direction)
+            case BodyForce(direction=direction, share=share):
+                w[:, :3] += share * weight[:, None] * np.array(direction)
             case Moment(moment=moment):
                 w[at(load), 3:] += moment
             case PointLoad(point=point, force=force):

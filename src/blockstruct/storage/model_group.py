@@ -7,45 +7,24 @@ import xarray as xr
 
 from blockstruct.geometry import polyhedron
 from blockstruct.model import (
+    JOINT_PROPERTIES,
+    LOAD_KINDS,
     Block,
-    BodyForce,
-    FaceLoad,
     Interface,
     JointMaterial,
     Load,
     LoadPattern,
     Material,
     Model,
-    Moment,
-    PointLoad,
-    SelfWeight,
+    kind_of,
 )
 from blockstruct.storage.detection_part import detection_of, detection_variables
 from blockstruct.units import SI_UNITS, to_quantity
 from blockstruct.vocabulary import AXES
 
-_KINDS = {
-    SelfWeight: "self_weight",
-    BodyForce: "body_force",
-    PointLoad: "point_load",
-    FaceLoad: "face_load",
-    Moment: "moment",
-}
-#: Variable of /model that holds each vector of a load, and its dimension.
-_VECTORS = {
-    "direction": "dimensionless",
-    "point": "length",
-    "force": "force",
-    "traction": "stress",
-    "moment": "moment",
-}
-_JOINT_VALUES = {
-    "friction_coefficient": "dimensionless",
-    "dilatancy_angle": "angle",
-    "cohesion": "stress",
-    "tensile_strength": "stress",
-    "compressive_strength": "stress",
-}
+#: Every vector of a load, with its dimension, and every plain number.
+_VECTORS = {name: dimension for kind in LOAD_KINDS.values() for name, dimension in kind.vectors.items()}
+_SCALARS = [name for kind in LOAD_KINDS.values() for name in kind.scalars]
 
 
 def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
@@ -97,16 +76,19 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
             np.repeat(np.arange(len(interfaces)), [len(i.polygon) for i in interfaces]),
         ),
         "pattern_of_load": ("load", integers([p for p, _ in loads])),
-        "kind_of_load": ("load", _texts([_KINDS[type(load)] for _, load in loads])),
+        "kind_of_load": ("load", _texts([kind_of(load) for _, load in loads])),
         "block_of_load": ("load", integers([index.get(getattr(load, "block", ""), -1) for _, load in loads])),
         "face_of_load": ("load", integers([getattr(load, "face", -1) for _, load in loads])),
     }
-    for name, dimension in _JOINT_VALUES.items():
+    for name, joint_property in JOINT_PROPERTIES.items():
         values = [getattr(j, name) for j in model.joint_materials.values()]
-        variables[name] = ("joint_material", values, {"units": SI_UNITS[dimension]})
+        variables[name] = ("joint_material", values, {"units": SI_UNITS[joint_property.dimension]})
     for name, dimension in _VECTORS.items():
         vectors = np.array([getattr(load, name, (np.nan,) * 3) for _, load in loads], dtype=float).reshape(-1, 3)
         variables[f"{name}_of_load"] = (("load", "axis"), vectors, {"units": SI_UNITS[dimension]})
+    for name in _SCALARS:
+        numbers = np.array([getattr(load, name, np.nan) for _, load in loads], dtype=float)
+        variables[f"{name}_of_load"] = ("load", numbers, {"units": SI_UNITS["dimensionless"]})
     names = [b.name for b in blocks], [i.name for i in interfaces]
     if model.detection is not None:
         variables |= detection_variables(model.detection, *names)
@@ -172,32 +154,24 @@ def patterns_of(ds: xr.Dataset) -> dict[str, LoadPattern]:
 
 
 def _joint(ds: xr.Dataset, k: int) -> JointMaterial:
-    values = {name: float(ds[name].to_numpy()[k]) for name in _JOINT_VALUES}
-    quantities = {name: to_quantity(value, _JOINT_VALUES[name]) for name, value in values.items()}
-    if np.isposinf(values["compressive_strength"]):
-        del quantities["compressive_strength"]
-    return JointMaterial(str(ds["joint_material"].to_numpy()[k]), **quantities)
+    values = {name: float(ds[name].to_numpy()[k]) for name in JOINT_PROPERTIES}
+    return JointMaterial.from_si(str(ds["joint_material"].to_numpy()[k]), values)
 
 
 def _load(ds: xr.Dataset, k: int) -> Load:
     kind = str(ds["kind_of_load"].to_numpy()[k])
     block = int(ds["block_of_load"].to_numpy()[k])
-    name = str(ds["block"].to_numpy()[block]) if block >= 0 else ""
-
-    def vector(what: str) -> Any:
-        return to_quantity(ds[f"{what}_of_load"].to_numpy()[k], _VECTORS[what])
-
-    match kind:
-        case "self_weight":
-            return SelfWeight()
-        case "body_force":
-            return BodyForce(vector("direction"))
-        case "point_load":
-            return PointLoad(name, vector("point"), vector("force"))
-        case "face_load":
-            return FaceLoad(name, int(ds["face_of_load"].to_numpy()[k]), vector("traction"))
-        case _:
-            return Moment(name, vector("moment"))
+    named: dict[str, Any] = {
+        "block": str(ds["block"].to_numpy()[block]) if block >= 0 else "",
+        "face": int(ds["face_of_load"].to_numpy()[k]),
+    }
+    vectors = {
+        name: to_quantity(ds[f"{name}_of_load"].to_numpy()[k], dimension)
+        for name, dimension in LOAD_KINDS[kind].vectors.items()
+    }
+    named |= {name: float(ds[f"{name}_of_load"].to_numpy()[k]) for name in LOAD_KINDS[kind].scalars}
+    arguments = {name: named[name] for name in (*LOAD_KINDS[kind].named, *LOAD_KINDS[kind].scalars)}
+    return LOAD_KINDS[kind].type(**arguments, **vectors)
 
 
 def _parts(values: np.ndarray, owner: np.ndarray, n: int) -> list[np.ndarray]:

@@ -1,17 +1,15 @@
 """Arches of wedge voussoirs, on abutments or piers, and barrel vaults."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
 from blockstruct.model import Block, Material
-from blockstruct.model.sizes import check_total, checked_count, positive_length
+from blockstruct.model.checks import check_total, checked_count, positive_length
 from blockstruct.structures.arch_profile import ArchProfile
 from blockstruct.structures.builder import builder
 from blockstruct.structures.prism import prism
-from blockstruct.units import si_vector
+from blockstruct.units import QuantityLike, VectorLike, si_vector
 
 Array = NDArray[np.float64]
 
@@ -19,15 +17,15 @@ Array = NDArray[np.float64]
 @builder
 def arch(
     *,
-    span: Any,
-    thickness: Any,
-    depth: Any,
+    span: QuantityLike,
+    thickness: QuantityLike,
+    depth: QuantityLike,
     voussoirs: int,
     material: Material,
-    rise: Any = None,
-    skewback: Any = "20 deg",
+    rise: QuantityLike | None = None,
+    skewback: QuantityLike = "20 deg",
     abutments: bool = True,
-    origin: Any = ("0 m", "0 m", "0 m"),
+    origin: VectorLike = ("0 m", "0 m", "0 m"),
     prefix: str = "",
 ) -> list[Block]:
     """Blocks of an arch in the x–z plane: semicircular, segmental, pointed or flat.
@@ -79,17 +77,17 @@ def arch(
 @builder
 def barrel_vault(
     *,
-    span: Any,
-    thickness: Any,
-    length: Any,
+    span: QuantityLike,
+    thickness: QuantityLike,
+    length: QuantityLike,
     voussoirs: int,
     units: int | None,
     material: Material,
-    rise: Any = None,
-    skewback: Any = "20 deg",
+    rise: QuantityLike | None = None,
+    skewback: QuantityLike = "20 deg",
     staggered: bool = True,
     abutments: bool = True,
-    origin: Any = ("0 m", "0 m", "0 m"),
+    origin: VectorLike = ("0 m", "0 m", "0 m"),
     prefix: str = "",
 ) -> list[Block]:
     """Blocks of a barrel vault along y, with the profile of :func:`arch`.
@@ -151,16 +149,16 @@ def barrel_vault(
 @builder
 def arch_on_piers(
     *,
-    span: Any,
-    thickness: Any,
-    depth: Any,
+    span: QuantityLike,
+    thickness: QuantityLike,
+    depth: QuantityLike,
     voussoirs: int,
-    pier_width: Any,
-    pier_height: Any,
+    pier_width: QuantityLike,
+    pier_height: QuantityLike,
     pier_courses: int,
     material: Material,
-    rise: Any = None,
-    skewback: Any = "20 deg",
+    rise: QuantityLike | None = None,
+    skewback: QuantityLike = "20 deg",
     prefix: str = "",
 ) -> list[Block]:
     """Blocks of an arch on two piers, which stand on a fixed block ``base`` at z = 0.

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
-from blockstruct.model.sizes import SHORTEST, checked_count, positive_length
-from blockstruct.units import si
+from blockstruct.model.checks import SHORTEST, checked_count, positive_length
+from blockstruct.units import QuantityLike, si
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,13 @@ class ArchProfile:
 
     @classmethod
     def of(
-        cls, span: Any, thickness: Any, voussoirs: Any, rise: Any = None, skewback: Any = "20 deg", who: str = "arch"
+        cls,
+        span: QuantityLike,
+        thickness: QuantityLike,
+        voussoirs: Any,
+        rise: QuantityLike | None = None,
+        skewback: QuantityLike = "20 deg",
+        who: str = "arch",
     ) -> "ArchProfile":
         """Profile by the rise of the intrados over its span.
 

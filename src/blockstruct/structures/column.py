@@ -2,27 +2,26 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 
 from blockstruct.errors import ModelError
 from blockstruct.geometry import box, polyhedron
 from blockstruct.model import Block, Material, checked_tuple
-from blockstruct.model.sizes import checked_count, positive_length
+from blockstruct.model.checks import checked_count, positive_length
 from blockstruct.structures.builder import builder
 from blockstruct.structures.prism import prismatoid
-from blockstruct.units import si, si_vector
+from blockstruct.units import QuantityLike, VectorLike, si, si_vector
 
 
 @builder
 def column(
     *,
-    height: Any,
-    diameter: Any,
+    height: QuantityLike,
+    diameter: QuantityLike,
     drums: int,
     material: Material,
-    top_diameter: Any = None,
+    top_diameter: QuantityLike | None = None,
     sides: int = 16,
     base: bool = True,
     prefix: str = "",
@@ -74,9 +73,9 @@ def column(
 def stack(
     count: int,
     *,
-    size: Any,
+    size: VectorLike,
     material: Material,
-    shift: Any = ("0 m", "0 m"),
+    shift: VectorLike = ("0 m", "0 m"),
     base: bool = True,
     prefix: str = "",
 ) -> list[Block]:
@@ -121,7 +120,11 @@ def stack(
 
 @builder
 def tilted(
-    blocks: Iterable[Block], angle: Any, *, axis: Sequence[float] = (0, 1, 0), about: Any = ("0 m", "0 m", "0 m")
+    blocks: Iterable[Block],
+    angle: QuantityLike,
+    *,
+    axis: Sequence[float] = (0, 1, 0),
+    about: VectorLike = ("0 m", "0 m", "0 m"),
 ) -> list[Block]:
     """Blocks turned about an axis: a structure on a tilted ground.
 

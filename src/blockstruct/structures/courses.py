@@ -7,20 +7,20 @@ from typing import Any
 from blockstruct.errors import ModelError
 from blockstruct.geometry import box, polyhedron
 from blockstruct.model import Block, Material, checked_tuple
-from blockstruct.model.sizes import check_total, positive_length
+from blockstruct.model.checks import check_total, positive_length
 from blockstruct.structures.builder import builder
-from blockstruct.units import si, si_vector
+from blockstruct.units import QuantityLike, VectorLike, si, si_vector
 
 
 @builder
 def courses(
     rows: Sequence[Sequence[float]],
     *,
-    unit_length: Any,
-    unit_height: Any,
-    depth: Any,
+    unit_length: QuantityLike,
+    unit_height: QuantityLike,
+    depth: QuantityLike,
     material: Material,
-    origin: Any = ("0 m", "0 m", "0 m"),
+    origin: VectorLike = ("0 m", "0 m", "0 m"),
     base: bool = True,
     prefix: str = "",
 ) -> list[Block]:

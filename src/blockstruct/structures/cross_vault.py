@@ -1,15 +1,15 @@
 """Cross vaults: two barrel vaults that meet in groins over a square bay."""
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.geometry import BOX_FACES, polyhedron
 from blockstruct.model import Block, Material
-from blockstruct.model.sizes import check_total, checked_count, positive_length
+from blockstruct.model.checks import check_total, checked_count, positive_length
 from blockstruct.structures.builder import builder
+from blockstruct.units import QuantityLike
 
 Array = NDArray[np.float64]
 
@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 @builder
 def cross_vault(
     *,
-    span: Any,
-    thickness: Any,
+    span: QuantityLike,
+    thickness: QuantityLike,
     courses: int,
     units: int,
     material: Material,

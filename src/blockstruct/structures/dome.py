@@ -1,7 +1,6 @@
 """Domes of rings of blocks."""
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,11 +8,11 @@ from numpy.typing import NDArray
 from blockstruct.errors import ModelError
 from blockstruct.geometry import polyhedron
 from blockstruct.model import Block, Material
-from blockstruct.model.sizes import check_total, checked_count, positive_length
+from blockstruct.model.checks import check_total, checked_count, positive_length
 from blockstruct.structures.arch_profile import half_profile
 from blockstruct.structures.builder import builder
 from blockstruct.structures.prism import prismatoid
-from blockstruct.units import si
+from blockstruct.units import QuantityLike, si
 
 Array = NDArray[np.float64]
 
@@ -21,13 +20,13 @@ Array = NDArray[np.float64]
 @builder
 def dome(
     *,
-    span: Any,
-    thickness: Any,
+    span: QuantityLike,
+    thickness: QuantityLike,
     courses: int,
     units: int,
-    oculus: Any,
+    oculus: QuantityLike,
     material: Material,
-    rise: Any = None,
+    rise: QuantityLike | None = None,
     staggered: bool = True,
     keystone: bool = False,
     base: bool = True,

@@ -6,7 +6,7 @@ from typing import Any
 
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords
-from blockstruct.model.sizes import positive_length
+from blockstruct.model.checks import positive_length
 from blockstruct.units import si
 
 #: Deviation from a bed joint, as a part of the height of a course, that is rounding.

@@ -1,14 +1,12 @@
 """Façades of piers and spandrels."""
 
-from typing import Any
-
 from blockstruct.errors import ModelError
 from blockstruct.model import Block, Material
-from blockstruct.model.sizes import check_total, checked_count, positive_length
+from blockstruct.model.checks import check_total, checked_count, positive_length
 from blockstruct.structures.builder import builder
 from blockstruct.structures.openings import Opening
 from blockstruct.structures.wall import wall
-from blockstruct.units import to_quantity
+from blockstruct.units import QuantityLike, to_quantity
 
 
 @builder
@@ -16,13 +14,13 @@ def pier_spandrel(
     *,
     bays: int,
     storeys: int,
-    pier_width: Any,
-    opening_width: Any,
-    opening_height: Any,
-    spandrel_height: Any,
-    unit_length: Any,
-    unit_height: Any,
-    depth: Any,
+    pier_width: QuantityLike,
+    opening_width: QuantityLike,
+    opening_height: QuantityLike,
+    spandrel_height: QuantityLike,
+    unit_length: QuantityLike,
+    unit_height: QuantityLike,
+    depth: QuantityLike,
     material: Material,
     base: bool = True,
     prefix: str = "",

@@ -8,12 +8,11 @@ from blockstruct.errors import ModelError, shown
 from blockstruct.geometry import box, polyhedron
 from blockstruct.keywords import checked_keywords
 from blockstruct.model import Block, Material, checked_tuple
-from blockstruct.model.names import checked_name
-from blockstruct.model.sizes import check_total, checked_count, positive_length
+from blockstruct.model.checks import check_total, checked_count, checked_name, positive_length
 from blockstruct.structures.bond import Bond, without
 from blockstruct.structures.builder import builder
 from blockstruct.structures.openings import Opening, check_openings
-from blockstruct.units import si
+from blockstruct.units import QuantityLike, si
 
 
 @checked_keywords
@@ -55,11 +54,11 @@ class Sidewall:
 @builder
 def wall(
     *,
-    length: Any,
+    length: QuantityLike,
     courses: int,
-    unit_length: Any,
-    unit_height: Any,
-    depth: Any,
+    unit_length: QuantityLike,
+    unit_height: QuantityLike,
+    depth: QuantityLike,
     material: Material,
     openings: Sequence[Opening] = (),
     sidewalls: Sequence[Sidewall] = (),

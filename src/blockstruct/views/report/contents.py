@@ -97,8 +97,9 @@ def _load(load: Any) -> str:
     match load:
         case bs.SelfWeight():
             return "the weight of every block, along −z"
-        case bs.BodyForce(direction=d):
-            return f"({d[0]:g}, {d[1]:g}, {d[2]:g}) times the weight of every block, at its centroid"
+        case bs.BodyForce(direction=d, share=share):
+            times = "" if share == 1 else f"{share:g} × "
+            return f"{times}({d[0]:g}, {d[1]:g}, {d[2]:g}) times the weight of every block, at its centroid"
         case bs.PointLoad(block=block, point=point, force=force):
             return f"a force {_vector(force, 'N')} on block {block} at {_vector(point, 'm')}"
         case bs.FaceLoad(block=block, face=face, traction=traction):

@@ -1,0 +1,117 @@
+"""A collapse in words: what moves and how, at which joints, with which share of the weight."""
+
+from collections.abc import Iterable
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from blockstruct.model import Model
+from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
+from blockstruct.results.mechanism import mechanism
+from blockstruct.results.states import contact_state
+from blockstruct.vocabulary import AXES, ContactState
+
+Array = NDArray[np.float64]
+
+#: Names listed before the rest is counted, and share of a measure of all joints below which one is no main one.
+LISTED, MAIN = 5, 0.02
+#: Cosine above which a direction is that of an axis.
+ALONG = np.cos(np.radians(3.0))
+
+
+def describe(model: Model, history: xr.Dataset) -> str:
+    """How a structure collapses, in sentences: bodies, axes of rotation, hinges, sliding and crushing joints.
+
+    Parameters
+    ----------
+    model, history
+        The structure, and the history of a case with a mechanism.
+    """
+    bodies = macro_blocks(model, mechanism(history))
+    moving = [body for body in bodies if body.moves]
+    weight = sum(body.weight for body in bodies)
+    blocks = sum(len(body.blocks) for body in bodies)
+    share = sum(body.weight for body in moving) / weight if weight > 0 else 0.0
+    count = sum(len(body.blocks) for body in moving)
+    bodies_move = f"{len(moving)} {'body' if len(moving) == 1 else 'bodies'}"
+    lines = [f"{count} of {blocks} free blocks move, {share:.0%} of the weight, as {bodies_move}."]
+    for number, body in enumerate(moving[:LISTED], 1):
+        names = _listed(body.blocks, "block")
+        part = body.weight / weight if weight > 0 else 0.0
+        size = f"{len(body.blocks)} block{'s' * (len(body.blocks) > 1)}"
+        lines.append(f"{number}. A body of {size} ({names}; {part:.0%} of the weight) {_motion(body)}.")
+    if len(moving) > LISTED:
+        lines.append(f"The other {len(moving) - LISTED} bodies are smaller.")
+    lines += _joints(history)
+    lines.append("An iteration of its history is a numerical step, not a step of loading.")
+    return "\n".join(lines)
+
+
+def _joints(history: xr.Dataset) -> list[str]:
+    last = history.isel(iteration=-1)
+    state = contact_state(history).isel(iteration=-1)
+    index = last["interface_of_contact_point"].to_numpy()
+    force = last["contact_force"].transpose("contact_point", "component").to_numpy()
+    v = last["relative_velocity"].transpose("contact_point", "component").to_numpy()
+
+    def per_joint(values: Array) -> Array:
+        return np.asarray(np.bincount(index, values, minlength=len(state)), dtype=float)
+
+    measures = {
+        ContactState.HINGE: (
+            "Hinges",
+            per_joint(force[:, 0]) * per_joint(np.maximum(v[:, 0], 0.0)),
+        ),
+        ContactState.SLIDING: ("Sliding joints", per_joint(-np.einsum("kc,kc->k", force[:, 1:], v[:, 1:]))),
+        ContactState.TWISTING: ("Twisting joints", per_joint(-np.einsum("kc,kc->k", force[:, 1:], v[:, 1:]))),
+        ContactState.CRUSHING: ("Crushing joints", per_joint(np.maximum(-force[:, 0] * v[:, 0], 0.0))),
+    }
+    lines = []
+    for part, (words, measure) in measures.items():
+        has = state.str.contains(part.value).to_numpy()
+        ranked = np.where(has, measure, 0.0)
+        total = ranked.sum()
+        if not total > 0:
+            continue
+        order = np.argsort(-ranked, kind="stable")
+        main = [str(state["interface"].to_numpy()[k]) for k in order if ranked[k] > MAIN * total]
+        lines.append(
+            f"{words}: {len(main)}, first {_listed(main, 'joint')}." if len(main) > 1 else f"{words}: {main[0]}."
+        )
+    return lines
+
+
+def _motion(body: MacroBlock) -> str:
+    towards = _direction(body.translation)
+    if body.axis is None:
+        return f"moves towards {towards} without turning"
+    direction, point = body.axis
+    along = np.abs(direction).argmax()
+    if abs(direction[along]) > ALONG:
+        rest = [f"{name} = {value:.3g} m" for name, value in zip(AXES, np.round(point, 6) + 0.0, strict=True)]
+        where = f"the axis along {AXES[along]} through {', '.join(r for k, r in enumerate(rest) if k != along)}"
+    else:
+        where = f"an axis along {_vector(direction)} through {_vector(point)} m"
+    return f"turns about {where}; its centroid moves towards {towards}"
+
+
+def _direction(vector: Array) -> str:
+    length = np.linalg.norm(vector)
+    if length == 0:
+        return "nowhere"
+    unit = vector / length
+    along = np.abs(unit).argmax()
+    if abs(unit[along]) > ALONG:
+        return f"{'+' if unit[along] > 0 else '−'}{AXES[along]}"
+    return _vector(unit)
+
+
+def _vector(values: Array) -> str:
+    return "(" + ", ".join(f"{value:.3g}" for value in np.round(values, 6) + 0.0) + ")"
+
+
+def _listed(names: Iterable[str], what: str) -> str:
+    found = list(names)
+    rest = len(found) - LISTED
+    return ", ".join(found[:LISTED]) + (f" and {rest} more {what}{'s' * (rest > 1)}" if rest > 0 else "")

@@ -1,0 +1,65 @@
+"""A collapse in words, and the bodies that move."""
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct.results.description import describe
+from blockstruct.results.macro_blocks import macro_blocks
+from structures import model_of, push, single_block, solve
+
+TUFF, LIME = bs.Material("tuff", "16 kN/m^3"), bs.JointMaterial("lime", 0.65)
+
+
+def wall(**options):
+    size = {"unit_length": "1.2 m", "unit_height": "0.5 m", "depth": "0.5 m", "material": TUFF}
+    return model_of(bs.wall(length="6 m", courses=6, **size, **options), LIME)
+
+
+def test_a_wall_out_of_plane_is_one_body_about_its_edge():
+    model = wall()
+    result = solve(model, push(0, -1, 0))
+    (body,) = macro_blocks(model, result.mechanism)
+    assert len(body.blocks) == len(model.blocks) - 1
+    assert body.weight == pytest.approx(6 * 3 * 0.5 * 16e3)
+    np.testing.assert_allclose(body.centroid, [3, 0.25, 1.5], atol=1e-9)
+    direction, point = body.axis
+    np.testing.assert_allclose(abs(direction), [1, 0, 0], atol=1e-6)
+    np.testing.assert_allclose(point[1:], [0, 0], atol=1e-5)
+    text = describe(model, result.history)
+    assert "33 of 33 free blocks move, 100% of the weight, as 1 body." in text
+    assert "turns about the axis along x through y = 0 m, z = 0 m" in text
+    assert "Hinges: 5, first base|1." in text
+    assert "not a step of loading" in text
+
+
+def test_a_low_block_slides_without_turning():
+    model = model_of(*single_block(2.0, 1.0, mu=0.3))
+    text = describe(model, solve(model, push(1, 0, 0), "nonassociative").history)
+    assert "moves towards +x without turning" in text
+    assert "Sliding joints: " in text
+    assert "Hinges" not in text
+
+
+def test_an_arch_has_three_moving_bodies_and_four_hinges():
+    blocks = bs.arch(span="3.64 m", thickness="0.36 m", depth="0.6 m", voussoirs=15, material=TUFF)
+    model = model_of(blocks, LIME)
+    loaded = next(b for b in blocks if b.name == "5")
+    load = bs.LoadPattern("1 kN", [bs.PointLoad("5", bs.Q_(loaded.centroid, "m"), "[0, 0, -1] kN")])
+    result = solve(model, load)
+    bodies = macro_blocks(model, result.mechanism)
+    assert sum(body.moves for body in bodies) == 3
+    assert "Hinges: 4, first" in describe(model, result.history)
+    # Two rest: they are fast at none of their joints.
+    assert sum(len(body.blocks) for body in bodies if not body.moves) == 2
+
+
+def test_crushing_moves_the_axis_inwards():
+    blocks, joint = single_block(1.0, 2.0, mu=2.0)
+    model = model_of(blocks, joint.varied(compressive_strength="100 kPa"))
+    result = solve(model, push(1, 0, 0))
+    (body,) = macro_blocks(model, result.mechanism)
+    # A weight of 40 kN on 1 m × 1 m of 100 kPa: the last 0.4 m before the edge crush.
+    _, point = body.axis
+    assert point[0] == pytest.approx(0.6, abs=1e-4)
+    assert "Crushing joints: ground|block." in describe(model, result.history)
