@@ -76,7 +76,7 @@ class LimitProblem:
         if not variable.any():
             msg = (
                 f"limit case {case.name!r}: the variable load {case.variable.name!r} is zero on every free block; "
-                "give it a load that acts, and blocks of weight above zero if it is mass-proportional"
+                "give it loads that act and do not cancel, and blocks of weight above zero if it is mass-proportional"
             )
             raise ModelError(msg)
         governing = np.linalg.norm(dead if dead.any() else variable, axis=1)

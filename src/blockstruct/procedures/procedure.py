@@ -141,8 +141,9 @@ def _concluded(
                 )
                 return Outcome(Status.UNBOUNDED, np.inf, message)
     if found is None:
+        limit = f"no certificate in {n} programs (limit {settings.max_programs} programs, that under dead load counted)"
         with_dilatancy = "" if ray is None else ", though with dilatancy the joints carry any multiple of the load"
-        return given_up(f"no certificate in {n} programs{with_dilatancy}", last)
+        return given_up(limit + with_dilatancy, last)
     outcome = _collapse(last, found)
     if outcome.load_factor >= 0:
         return outcome
