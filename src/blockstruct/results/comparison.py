@@ -96,7 +96,8 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
         row["same_question"] = False
         if first is not None and second is not None:
             row["force_difference"] = _state_difference(first, second, "contact_force")
-            row["mechanism_difference"] = _state_difference(first, second, "relative_velocity")
+            moving = (_state_difference(first, second, name) for name in ("relative_velocity", "block_velocity"))
+            row["mechanism_difference"] = max(moving)
             row["same_certificate"] = _same_certificate(first, second)
             changed = _changed(asdict(first.settings), asdict(second.settings))
             row["same_question"] = not changed and first.case == second.case
@@ -120,20 +121,17 @@ def relative_difference(one: npt.ArrayLike, other: npt.ArrayLike) -> NDArray[np.
 
 
 def _state_difference(one: CaseResult, other: CaseResult, variable: str) -> float:
-    """Largest difference of a variable of the last iterations, relative to its largest value; infinite if it is none.
+    """Largest difference of a variable of the last iterations, relative to its largest value.
 
-    Two states without numbers are the same.
+    Infinite if they cannot be compared; two states without numbers are the same.
     """
-    a, b = (
-        r.history[variable].isel(iteration=slice(-1, None)).transpose("iteration", "contact_point", "component")
-        for r in (one, other)
-    )
-    if a.shape != b.shape:
+    a, b = (r.history[variable].isel(iteration=slice(-1, None)) for r in (one, other))
+    if dict(a.sizes) != dict(b.sizes):
         return np.inf
-    first, second = a.to_numpy(), b.to_numpy()
+    first, second = a.to_numpy(), b.transpose(*a.dims).to_numpy()
     if np.array_equal(first, second, equal_nan=True):
         return 0.0
-    difference = np.abs(first - second).max(initial=0.0) / np.abs(first).max(initial=np.finfo(float).tiny)
+    difference = np.abs(first - second).max() / max(np.abs(first).max(), np.abs(second).max())
     return float(difference) if np.isfinite(difference) else np.inf
 
 
@@ -145,15 +143,13 @@ def _same_certificate(one: CaseResult, other: CaseResult) -> bool:
     s, limit = one.settings, np.fmax(a.flow_rule_gap_limit, b.flow_rule_gap_limit)
     pairs = (
         (a.equilibrium_residual, b.equilibrium_residual, s.equilibrium_tolerance),
-        (a.yield_excess, b.yield_excess, s.yield_tolerance),
+        # Below zero is inside, however far.
+        (max(a.yield_excess, 0.0), max(b.yield_excess, 0.0), s.yield_tolerance),
         (a.interpenetration, b.interpenetration, s.interpenetration_tolerance),
         (a.flow_rule_gap, b.flow_rule_gap, limit),
     )
-    # A NaN is as good as another one, and nothing else; yield excess below zero is inside, however far.
-    alike = (
-        np.isnan([x, y]).all() or abs(max(x, 0.0) - max(y, 0.0)) <= max(scale, _ROUNDING * abs(x))
-        for x, y, scale in pairs
-    )
+    # A NaN is as good as another one, and nothing else.
+    alike = (np.isnan([x, y]).all() or abs(x - y) <= max(scale, _ROUNDING * abs(x)) for x, y, scale in pairs)
     return a.holds == b.holds and all(alike)
 
 
