@@ -163,7 +163,7 @@ def test_without_iterations_nothing_is_admissible(small_model, small_cases):
 
 
 @pytest.mark.parametrize("loads", [
-    [bs.BodyForce((0.1, 0, 0)), bs.BodyForce((0.2, 0, 0)), bs.BodyForce((-0.3, 0, 0))],
+    [bs.BodyForce("+x", 0.1), bs.BodyForce("+x", 0.2), bs.BodyForce("-x", 0.3)],
     [
         bs.PointLoad("block", Q_([0.1, 0.3, 0.7], "m"), Q_([0.1, 0.7, 0], "kN")),
         bs.PointLoad("block", Q_([0.1, 0.3, 0.7], "m"), Q_([0.2, 0.1, 0], "kN")),

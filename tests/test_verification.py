@@ -79,7 +79,7 @@ LIES = {
         ["contact_position of the history"],
     ),
     "other loads": (
-        lambda a: {"case": replace(a[NAME].case, variable=bs.LoadPattern("push", [bs.BodyForce((2, 0, 0))]))},
+        lambda a: {"case": replace(a[NAME].case, variable=bs.LoadPattern("push", [bs.BodyForce("+x", 2)]))},
         ["equilibrium residual"],
     ),
 }  # fmt: skip

@@ -95,7 +95,7 @@ def random_arch(rng, stone):
 
 def wrenches(structure, load):
     if isinstance(load, bs.BodyForce):
-        return structure.body_force(load.direction)
+        return structure.body_force(load.share * np.array(load.direction))
     return structure.wrench({load.block: [(np.array(load.point), np.array(load.force))]})
 
 
