@@ -29,6 +29,8 @@ def main() -> None:
         with warnings.catch_warnings():
             # What it says counts, not the line of code that says it.
             warnings.showwarning = _show_warning
+            # The text of every result tells its warnings.
+            warnings.simplefilter("ignore", bs.LoadFactorWarning)
             app()
     except bs.BlockstructError as error:
         err.print("[bold red]error:[/]", end=" ")
