@@ -9,7 +9,7 @@ import pytest
 from ezdxf.render import MeshBuilder
 
 import blockstruct as bs
-from blockstruct.imports.profile import divided_arcs, prism
+from blockstruct.imports.outline import divided_arcs, prism
 
 STONE = bs.Material("stone", "20 kN/m^3")
 TUFF = bs.Material("tuff", "12 kN/m^3")

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.imports.profile import prism
+from blockstruct.imports.outline import prism
 from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, ply_text, stl_bytes
 from structures import moved, rotation
 

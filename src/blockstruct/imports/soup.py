@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 
+from blockstruct.imports.tolerances import WELD
+
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
-
-#: Distance, relative to the median edge, below which two corners are one.
-WELD = 1e-4
 
 
 def compact(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face]]:
@@ -22,14 +21,14 @@ def compact(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face]]:
     return vertices[used], [tuple(loops[a:b]) for a, b in pairwise(accumulate(count, initial=0))]
 
 
-def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
+def welded(vertices: Array, faces: list[Face]) -> tuple[Array, Array, list[Face], int]:
     """One vertex for all corners within a ten-thousandth of the median edge; vertices of no face go.
 
     Returns
     -------
-    vertices, faces, int
-        Faces lose corners that have become one with the next; the number tells how many corners became one with
-        another that did not have their very coordinates.
+    vertices, moves, faces, int
+        How far from each vertex the corners were that have become it. Faces lose corners that have become one with
+        the next; the number tells how many corners became one with another that did not have their very coordinates.
     """
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
@@ -53,8 +52,12 @@ def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
     kept = new != new[following]
     ends = np.cumsum(np.add.reduceat(kept.astype(int), np.cumsum(count) - count))
     loops = new[kept].tolist()
+    firsts = vertices[np.sort(first)]
+    moves = np.zeros(clusters)
+    np.maximum.at(moves, new, np.linalg.norm(firsts[new] - vertices[corner], axis=1))
     return (
-        vertices[np.sort(first)],
+        firsts,
+        moves,
         [tuple(loops[a:b]) for a, b in pairwise([0, *ends.tolist()])],
         len(points) - clusters,
     )
@@ -76,8 +79,8 @@ def gathered(faces: list[Face]) -> list[Face]:
     return [faces[i] for i in np.argsort(first[np.searchsorted(np.unique(label), label)], kind="stable")]
 
 
-def closed_bodies(faces: list[Face]) -> tuple[list[list[int]], int]:
-    """Indices of the faces of each body, and how many faces were given twice and are in none.
+def closed_bodies(faces: list[Face]) -> tuple[list[list[int]], int, int]:
+    """Indices of the faces of each body; how many faces were given twice, and how many whole bodies, and are in none.
 
     Files list one body after the other: a body ends where its surface closes, whichever way its faces look.
     Blocks that touch, and so share corners, stay apart thereby. What then holds several pieces without a common
@@ -88,7 +91,14 @@ def closed_bodies(faces: list[Face]) -> tuple[list[list[int]], int]:
         bodies, closed, twins = _scanned(faces, whole_file)
         if closed:
             break
-    return [piece for body in bodies for piece in _pieces(faces, body)], twins
+    pieces = [piece for body in bodies for piece in _pieces(faces, body)]
+    # A body given twice face by face closes twice, the second time perhaps inside out.
+    once = {frozenset(frozenset(faces[i]) for i in piece): piece for piece in reversed(pieces)}
+    kept = sorted(once.values())
+    doubled = len(pieces) - len(kept)
+    if twins and twins == len(faces) - twins:
+        doubled, twins = len(kept), 0
+    return kept, twins, doubled
 
 
 def _scanned(faces: list[Face], whole_file: bool) -> tuple[list[list[int]], bool, int]:

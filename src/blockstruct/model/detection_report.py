@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import pandas as pd
 
 from blockstruct.vocabulary import JointOrientation
@@ -144,6 +145,20 @@ class DetectionReport:
             if any(c.orientation == o and not c.reason for c in self.contacts)
         }
 
+    @property
+    def hints(self) -> tuple[str, ...]:
+        """Which tolerance the contacts left out exceed, a text each, the one that most of them exceed first."""
+        left = [c for c in self.rejected if c.reason != "area"]
+        angles = [math.degrees(c.angle) for c in left if c.angle > self.tolerances.angle]
+        gaps = [abs(c.gap) for c in left if abs(c.gap) > self.tolerances.gap]
+        found = []
+        for what, values, unit in (("angle", angles, "deg"), ("gap", gaps, "m")):
+            if values:
+                half, most = (f"{1.01 * np.quantile(values, share):.3g} {unit}" for share in (0.5, 1.0))
+                text = f"{len(values)} of {len(left)} rejected exceed the {what} tolerance"
+                found.append((len(values), f"{text}: {half} would take half of them, {most} all"))
+        return tuple(text for _, text in sorted(found, reverse=True))
+
     def table(self) -> pd.DataFrame:
         """Everything found, one row each.
 
@@ -193,11 +208,7 @@ class DetectionReport:
             f"{len(self.floating)} floating blocks",
             f"{len(apart)} pairs without contact up to {t.close:.3g} m apart, {len(self.close) - len(apart)} on a line",
         ]
-        wider = [abs(c.gap) for c in other if c.reason != "angle"]
-        if wider:
-            lines.append(
-                f"a tolerance of {1.01 * max(wider):.3g} m would take the {len(wider)} rejected by gap or penetration"
-            )
+        lines += self.hints
         lines += _listed("sliver", [f"{a} | {b}: {area:.3g} m^2" for a, b, area in self.slivers])
         lines += _listed("untouched", self.untouched)
         lines += _listed(

@@ -1,0 +1,151 @@
+"""Closed outlines in a drawing plane, and the prisms over them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from blockstruct.imports.tolerances import OUTLINE
+
+Array = NDArray[np.float64]
+Face = tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """A closed outline as it was drawn, and what had to be done to it.
+
+    Attributes
+    ----------
+    corners : (n, 2) array
+    rise : float
+        Largest rise of an arc over the straight pieces that stand for it.
+    gap : float
+        Distance of the ends that were joined.
+    retraced : int
+        Number of corners at which the outline turned back on itself, or that it went through again.
+    """
+
+    corners: Array
+    rise: float
+    gap: float
+    retraced: int
+
+
+def read_outline(
+    points: Array, bulges: Array, segments: int, *, closed: bool, tolerance: float | None
+) -> Outline | float:
+    """Outline of a polyline; if it is open, the distance of its ends.
+
+    A polyline is closed if it is marked so, if its ends meet, or if what is missing between them runs over an edge
+    that it has already. Edges drawn there and back, and turns after the first, are dropped.
+
+    Parameters
+    ----------
+    points : (n, 2) array
+    bulges : (n,) array
+        As for :func:`divided_arcs`.
+    segments
+        Number of segments of each arc.
+    closed
+        Whether the polyline is marked as closed.
+    tolerance
+        Distance of ends that meet; by default a millionth of the size of the polyline.
+    """
+    size = float(np.ptp(points, axis=0).max())
+    gap = float(np.linalg.norm(points[-1] - points[0]))
+    meets = len(points) > 2 and gap <= (OUTLINE * size if tolerance is None else tolerance)
+    if meets:
+        points, bulges = points[:-1], bulges[:-1]
+    ring = closed or meets
+    bulges = bulges if ring else np.append(bulges[:-1], 0.0)
+    path, rise = divided_arcs(points, bulges, segments)
+    corners, retraced = _once(path, OUTLINE * size)
+    if not ring:
+        # Only an outline that covers all that was drawn, and had to close over itself, is meant as one.
+        around = shapely.buffer(shapely.linearrings(corners), 2 * OUTLINE * size) if len(corners) > 2 else None
+        if not retraced or not shapely.covers(around, shapely.linestrings(path)):
+            return gap
+    return Outline(corners, rise, gap if meets else 0.0, retraced)
+
+
+def _once(ring: Array, rounding: float) -> tuple[Array, int]:
+    """Corners of a ring without edges that run back over the one before and turns after the first, and their number."""
+    steps = np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1)
+    ring = ring[steps > rounding]
+    n = len(ring)
+    turn = next((k for k in range(3, n // 2 + 1) if n % k == 0 and _same(ring, np.roll(ring, k, axis=0), rounding)), n)
+    corners = list(ring[:turn])
+    k = 0
+    while len(corners) > 2 and k < len(corners):
+        a, b, c = corners[k - 1], corners[k], corners[(k + 1) % len(corners)]
+        if _turns_back(a, b, c, rounding):
+            del corners[k]
+            if _same(a, c, rounding):
+                del corners[k % len(corners)]
+            k = 0
+        else:
+            k += 1
+    return np.array(corners).reshape(-1, 2), n - len(corners)
+
+
+def _same(one: Array, other: Array, rounding: float) -> bool:
+    return bool(np.all(np.abs(one - other) <= rounding))
+
+
+def _turns_back(a: Array, b: Array, c: Array, rounding: float) -> bool:
+    """Whether the way from b to c runs back over that from a to b."""
+    there, back = b - a, c - b
+    longer = there if there @ there > back @ back else back
+    off = abs(there[0] * back[1] - there[1] * back[0]) / np.linalg.norm(longer)
+    return bool(there @ back < 0 and off <= rounding)
+
+
+def divided_arcs(points: Array, bulges: Array, segments: int) -> tuple[Array, float]:
+    """Corners of a closed outline whose arcs are divided into straight segments, and the largest rise over one.
+
+    Parameters
+    ----------
+    points : (n, 2) array
+    bulges : (n,) array
+        Tangent of a quarter of the angle of the arc from each corner to the next, counter-clockwise if positive;
+        zero where the outline is straight.
+    segments
+        Number of segments of each arc.
+    """
+    start = points @ [1, 1j]
+    chord = np.roll(start, -1) - start
+    pieces, rise = [], 0.0
+    for p, c, b in zip(start, chord, bulges, strict=True):
+        if b == 0:
+            pieces.append(np.array([p]))
+            continue
+        centre = p + c / 2 + 1j * c * (1 - b * b) / (4 * b)
+        turn = 4 * np.arctan(b) / segments
+        pieces.append(centre + (p - centre) * np.exp(1j * turn * np.arange(segments)))
+        rise = max(rise, float(abs(p - centre) * (1 - np.cos(turn / 2))))
+    corners = np.concatenate(pieces)
+    return np.column_stack([corners.real, corners.imag]), rise
+
+
+def prism(points: Array, level: float, thickness: float, *, standing: bool) -> tuple[Array, list[Face]]:
+    """Vertices (2n, 3) and outward faces of the prism over an outline (n, 2) at a level over the drawing plane.
+
+    Standing, x and y of the drawing become x and z, and the prism reaches along +y; otherwise it rises along +z.
+    """
+    if area(points) < 0:
+        points = points[::-1]
+    n = len(points)
+    x, y = np.tile(points, (2, 1)).T
+    # The drawing's own z looks at the reader: standing up, it points to -y.
+    z = level + np.repeat([-thickness, 0.0] if standing else [0.0, thickness], n)
+    sides = [(i, (i + 1) % n, (i + 1) % n + n, i + n) for i in range(n)]
+    faces = [tuple(range(n))[::-1], tuple(range(n, 2 * n)), *sides]
+    return np.column_stack([x, -z, y] if standing else [x, y, z]), faces
+
+
+def area(points: Array) -> float:
+    """Area of an outline (n, 2), negative if it runs clockwise."""
+    x, y = (points - points[0]).T
+    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
