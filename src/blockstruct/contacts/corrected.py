@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 #: Cosine of the angle between an interface and a face beyond which it does not lie on it.
 FACING = 0.7
+#: By how much more than its planes, fitted anew, shows a corner of a face may be off: four times, in a quadrilateral.
+CORNER_OFF = 4.0
 #: Joints that a printed list names.
 LISTED = 20
 
@@ -62,15 +64,16 @@ def corrected_joints(
 ) -> CorrectedJoints:
     """Find the joints that were contact before vertices of their faces were moved.
 
-    A joint may gape, or its blocks penetrate, by the largest move on its one face and that on its other beside what is
-    rounding anyway. Joints further open than that were drawn open, and stay so, whatever moved elsewhere.
+    One corner of a quadrilateral that is off by d moves each of its corners by d/4 into their new plane. A joint may
+    therefore gape, or its blocks penetrate, by four times the largest moves across it on its one face and on its other,
+    beside what is rounding anyway. Joints further open than that were drawn open and stay so, whatever moved elsewhere.
 
     Parameters
     ----------
     blocks, joint_material, angle_tolerance, area_tolerance
         As for :func:`blockstruct.detect_interfaces`.
     moves
-        How far each vertex (n,) of a block was moved, m; of the blocks of which any was, as in
+        How each vertex of a block was moved, shape (n, 3), m; of the blocks of which any was, as in
         :attr:`blockstruct.Imported.moves`.
 
     Raises
@@ -82,7 +85,7 @@ def corrected_joints(
     moved = {name: np.asarray(move, dtype=float) for name, move in moves.items()}
     given = {"angle_tolerance": angle_tolerance, "area_tolerance": area_tolerance}
     limits = {name: value for name, value in given.items() if value is not None}
-    largest = max((float(m.max()) for m in moved.values()), default=0.0)
+    largest = CORNER_OFF * max((float(np.linalg.norm(m, axis=1).max()) for m in moved.values()), default=0.0)
     if not largest:
         return CorrectedJoints((), None, ())
     base = detect_interfaces(known.values(), joint_material, **limits).report.tolerances.gap
@@ -92,7 +95,7 @@ def corrected_joints(
         found = detect_interfaces(known.values(), joint_material, to_quantity(gap, "length"), **limits)
         polygons = {i.name: i for i in found.interfaces}
         beyond = [c for c in found.report.contacts if c.interface and abs(c.gap) > base]
-        own = [abs(c.gap) <= base + _moves_at(polygons[c.interface], known, moved) for c in beyond]
+        own = [abs(c.gap) <= base + _allowed(polygons[c.interface], known, moved) for c in beyond]
         split = [[c for c, mine in zip(beyond, own, strict=True) if mine is which] for which in (True, False)]
         return found, split[0], split[1]
 
@@ -112,17 +115,14 @@ def corrected_joints(
     return CorrectedJoints(tuple(closed), None, tuple(i for i in wide.interfaces if i.name in stated))
 
 
-def _moves_at(interface: Interface, blocks: Mapping[str, Block], moves: Mapping[str, Array]) -> float:
-    """Largest move on the face of the one block that an interface lies on, and that on the other's, together, m."""
+def _allowed(interface: Interface, blocks: Mapping[str, Block], moves: Mapping[str, Array]) -> float:
+    """How far an interface may be open because the two faces that it lies on were moved across it, m."""
     total = 0.0
     for name, normal in ((interface.minus, interface.normal), (interface.plus, -interface.normal)):
-        if name not in moves:
-            continue
         shape = blocks[name].shape
-        facing = np.flatnonzero(shape.normals @ normal > FACING)
-        corners = [list(shape.faces[f]) for f in facing]
-        # Of the faces that look that way, the nearest: a step has several.
-        off = [abs((shape.vertices[c].mean(axis=0) - interface.polygon.mean(axis=0)) @ normal) for c in corners]
-        if corners:
-            total += float(moves[name][corners[int(np.argmin(off))]].max())
+        corners = [list(shape.faces[f]) for f in np.flatnonzero(shape.normals @ normal > FACING)]
+        if name in moves and corners:
+            # Of the faces that look that way, the nearest: a step has several.
+            off = [abs((shape.vertices[c].mean(axis=0) - interface.polygon.mean(axis=0)) @ normal) for c in corners]
+            total += CORNER_OFF * float(np.abs(moves[name][corners[int(np.argmin(off))]] @ normal).max())
     return total

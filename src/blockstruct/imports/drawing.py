@@ -161,7 +161,7 @@ def drawing_content(
     solids = []
     for body in reading.bodies:
         stone: Any = material if materials is None else materials[body.layer]
-        solids.append(Solid(body.name, body.vertices, body.faces, stone, body.layer in fixed_layers, body.move))
+        solids.append(Solid(body.name, body.vertices, body.faces, stone, body.layer in fixed_layers))
     return Content(solids, reading.left_out, reading.repairs, notes)
 
 
@@ -171,7 +171,6 @@ class _Body:
     name: str
     vertices: Array
     faces: list[Face]
-    move: float
 
 
 @dataclass(slots=True)
@@ -216,11 +215,11 @@ class _Reading:
             )
             raise GeometryFileError(msg) from error
 
-    def add_body(self, layer: str, vertices: Array, faces: list[Face], move: float = 0.0) -> str:
+    def add_body(self, layer: str, vertices: Array, faces: list[Face]) -> str:
         """Add a body, which takes the next number of its layer; its name."""
         self.count[layer] += 1
         name = f"{layer}.{self.count[layer]}"
-        self.bodies.append(_Body(layer, name, vertices, faces, move))
+        self.bodies.append(_Body(layer, name, vertices, faces))
         return name
 
     def _add(self, entity: Any, layer: str, handle: str) -> None:
@@ -277,7 +276,7 @@ class _Reading:
             msg = f"{who} is flat; give a thickness"
             raise GeometryFileError(msg)
         body = prism(outline.corners, float(level), thickness, standing=self.standing)
-        name = self.add_body(layer, *body, outline.gap)
+        name = self.add_body(layer, *body)
         done = {"arcs": outline.rise * self.scale, "retraced": outline.retraced}
         if outline.gap > OUTLINE * size:
             done["closed"] = outline.gap * self.scale

@@ -163,11 +163,11 @@ class ImportReport:
         length, height = max(self.extent), self.extent[2]
         found = []
         if not EXTENT[0] <= length <= EXTENT[1]:
-            found.append(f"the whole is {length:.3g} m long (masonry {EXTENT[0]:g} to {EXTENT[1]:g} m)")
+            found.append(f"the whole is {length:.4g} m long (masonry {EXTENT[0]:g} to {EXTENT[1]:g} m)")
         if height < LEAST_HEIGHT:
-            found.append(f"the whole is {height:.3g} m high (masonry {LEAST_HEIGHT:g} m or more)")
+            found.append(f"the whole is {height:.4g} m high (masonry {LEAST_HEIGHT:g} m or more)")
         if not EDGE[0] <= self.edge <= EDGE[1]:
-            found.append(f"half of the edges are longer than {self.edge:.3g} m (masonry {EDGE[0]:g} to {EDGE[1]:g} m)")
+            found.append(f"a typical edge is {self.edge:.4g} m long (masonry {EDGE[0]:g} to {EDGE[1]:g} m)")
         return f"{', '.join(found)}: is the unit right (1 unit of the file is {self.scale:g} m)?" if found else ""
 
     def _of(self, kind: str) -> list[Repair]:
@@ -191,8 +191,8 @@ class Imported:
     blocks : tuple of Block
     report : ImportReport
     moves : mapping
-        How far each vertex (n,) of a block was moved by the repairs, m; of the blocks of which any was. Joints that
-        these moves opened are what :func:`blockstruct.contacts.corrected_joints` finds.
+        How each vertex of a block was moved into the planes of its faces, shape (n, 3), m; of the blocks of which any
+        was. The joints that this opened are found by :func:`blockstruct.contacts.corrected_joints`.
     """
 
     blocks: tuple[Block, ...]

@@ -55,7 +55,8 @@ def read_outline(
     """
     size = float(np.ptp(points, axis=0).max())
     gap = float(np.linalg.norm(points[-1] - points[0]))
-    meets = len(points) > 2 and gap <= (OUTLINE * size if tolerance is None else tolerance)
+    # Of a polyline that closes anyway, ends a little apart are corners of their own.
+    meets = len(points) > 2 and gap <= (OUTLINE * size if closed or tolerance is None else tolerance)
     if meets:
         points, bulges = points[:-1], bulges[:-1]
     ring = closed or meets

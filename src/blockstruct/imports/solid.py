@@ -43,8 +43,6 @@ class Solid:
     material : Material
     fixed : bool
         Whether the file itself makes it a support.
-    move : float
-        How far its vertices were moved at most as it was read, in units of the file.
     """
 
     name: str
@@ -52,7 +50,6 @@ class Solid:
     faces: list[Face]
     material: Material
     fixed: bool = False
-    move: float = 0.0
 
 
 @dataclass(slots=True)
@@ -123,8 +120,8 @@ def blocks_of(
             refused.append(str(error))
             continue
         blocks.append(block)
-        if body.move or surface.moves.any():
-            moves[body.name] = surface.moves + body.move
+        if surface.moves.any():
+            moves[body.name] = surface.moves
         repairs += [Repair(body.name, kind, amount) for kind, amount in surface.repairs.items()]
     if refused:
         rest = f"\n  and {len(refused) - 10} more" if len(refused) > 10 else ""
@@ -167,19 +164,15 @@ def _bodies(solid: Solid, scale: float, up: str, source: str, repairs: list[Repa
         msg = f"{source}: {solid.name!r}: a vertex has a coordinate that is not finite; correct the file"
         raise GeometryFileError(msg)
     axis, sign = _UP[up]
-    vertices, moves, faces, joined = welded(points[:, axis] * sign * scale, gathered(loops))
+    vertices, faces, joined = welded(points[:, axis] * sign * scale, gathered(loops))
     proper = [f for f in faces if len(f) > 2]
     parts, twins, doubled = closed_bodies(proper)
     dropped = len(solid.faces) - len(proper)
     done = {"welded": joined, "no area": dropped, "twin": twins, "doubled": doubled, "divided": len(parts) - 1}
     repairs += [Repair(solid.name, kind, amount) for kind, amount in done.items() if amount > 0]
     names = [solid.name] if len(parts) == 1 else [f"{solid.name}.{k}" for k in range(1, len(parts) + 1)]
-    bodies = [compact(np.column_stack([vertices, moves]), [proper[i] for i in part]) for part in parts]
-    before = solid.move * scale
-    return [
-        replace(solid, name=name, vertices=v[:, :3], faces=f, move=before + float(v[:, 3].max()))
-        for name, (v, f) in zip(names, bodies, strict=True)
-    ]
+    bodies = [compact(vertices, [proper[i] for i in part]) for part in parts]
+    return [replace(solid, name=n, vertices=v, faces=f) for n, (v, f) in zip(names, bodies, strict=True)]
 
 
 def _renamed(bodies: list[Solid], repairs: list[Repair]) -> list[Solid]:

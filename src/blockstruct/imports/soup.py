@@ -21,14 +21,14 @@ def compact(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face]]:
     return vertices[used], [tuple(loops[a:b]) for a, b in pairwise(accumulate(count, initial=0))]
 
 
-def welded(vertices: Array, faces: list[Face]) -> tuple[Array, Array, list[Face], int]:
+def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
     """One vertex for all corners within a ten-thousandth of the median edge; vertices of no face go.
 
     Returns
     -------
-    vertices, moves, faces, int
-        How far from each vertex the corners were that have become it. Faces lose corners that have become one with
-        the next; the number tells how many corners became one with another that did not have their very coordinates.
+    vertices, faces, int
+        Faces lose corners that have become one with the next; the number tells how many corners became one with
+        another that did not have their very coordinates.
     """
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
@@ -52,12 +52,8 @@ def welded(vertices: Array, faces: list[Face]) -> tuple[Array, Array, list[Face]
     kept = new != new[following]
     ends = np.cumsum(np.add.reduceat(kept.astype(int), np.cumsum(count) - count))
     loops = new[kept].tolist()
-    firsts = vertices[np.sort(first)]
-    moves = np.zeros(clusters)
-    np.maximum.at(moves, new, np.linalg.norm(firsts[new] - vertices[corner], axis=1))
     return (
-        firsts,
-        moves,
+        vertices[np.sort(first)],
         [tuple(loops[a:b]) for a, b in pairwise([0, *ends.tolist()])],
         len(points) - clusters,
     )
@@ -106,14 +102,17 @@ def _scanned(faces: list[Face], whole_file: bool) -> tuple[list[list[int]], bool
     bodies: list[list[int]] = [[]]
     loose: set[tuple[int, int]] = set()
     seen: set[Face] = set()
-    twins = 0
+    awaited: Face = ()
+    twins = of_body = 0
     for index, face in enumerate(faces):
-        start = face.index(min(face))
-        key = face[start:] + face[:start]
-        if key in seen:
+        # Neighbours give the face that they share each in its own sense; one body gives none in both.
+        key = _from_least(face) if whole_file else min(_from_least(face), _from_least(face[::-1]))
+        if key in seen or key == awaited:
             twins += 1
+            of_body += 1
             continue
         seen.add(key)
+        awaited = ()
         bodies[-1].append(index)
         for edge in _edges(face):
             if edge in loose:
@@ -121,10 +120,19 @@ def _scanned(faces: list[Face], whole_file: bool) -> tuple[list[list[int]], bool
             else:
                 loose.add(edge)
         if not loose:
+            # Where each face was followed by its twin, that of the last is still to come.
+            awaited = key if of_body == len(bodies[-1]) - 1 else ()
             bodies.append([])
+            of_body = 0
             if not whole_file:
                 seen.clear()
     return [body for body in bodies if body], not bodies[-1], twins
+
+
+def _from_least(face: Face) -> Face:
+    """The same face, beginning with its least vertex."""
+    start = face.index(min(face))
+    return face[start:] + face[:start]
 
 
 def _edges(face: Face) -> list[tuple[int, int]]:

@@ -27,8 +27,8 @@ class Surface:
     Attributes
     ----------
     vertices : (n, 3) array
-    moves : (n,) array
-        How far each of them was moved.
+    moves : (n, 3) array
+        How each of them was moved.
     faces
         Vertex indices of each planar face, counter-clockwise seen from outside.
     repairs : dict
@@ -86,10 +86,9 @@ def closed_surface(vertices: Array, faces: list[Face], name: str, tolerance: flo
     whole, repairs["no area"] = merged_faces(vertices, outward, tolerance or MERGE * size, size)
     repairs["merged"] = len(outward) - len(whole) - repairs["no area"]
     moved, divided, repairs["split"] = flattened(vertices, whole, tolerance or POLYGON * size, size)
-    moves = np.linalg.norm(moved - vertices, axis=1)
-    repairs["flattened"] = float(moves.max())
-    rows, loops = compact(np.column_stack([moved, moves]), divided)
-    points, moves = rows[:, :3], rows[:, 3]
+    repairs["flattened"] = float(np.linalg.norm(moved - vertices, axis=1).max())
+    rows, loops = compact(np.column_stack([moved, moved - vertices]), divided)
+    points, moves = rows[:, :3], rows[:, 3:]
     crossing = first_crossing(points, loops, size)
     if crossing is not None:
         x, y, z = crossing

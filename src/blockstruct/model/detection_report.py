@@ -155,8 +155,10 @@ class DetectionReport:
         for what, values, unit in (("angle", angles, "deg"), ("gap", gaps, "m")):
             if values:
                 half, most = (f"{1.01 * np.quantile(values, share):.3g} {unit}" for share in (0.5, 1.0))
-                text = f"{len(values)} of {len(left)} rejected exceed the {what} tolerance"
-                found.append((len(values), f"{text}: {half} would take half of them, {most} all"))
+                takes = f"{most} would take {'them' if len(values) > 1 else 'it'}"
+                takes += f", {half} half of them" if half != most else ""
+                text = f"{len(values)} of {len(left)} rejected exceed the {what} tolerance: {takes}"
+                found.append((len(values), text))
         return tuple(text for _, text in sorted(found, reverse=True))
 
     def table(self) -> pd.DataFrame:
