@@ -79,7 +79,7 @@ def _angle_of_table(result: bs.CaseResult) -> float | None:
     weight = all(isinstance(load, bs.SelfWeight) for load in dead) and len(dead) == 1
     if not weight or len(variable) != 1 or not isinstance(variable[0], bs.BodyForce):
         return None
-    x, y, z = variable[0].direction
+    x, y, z = (variable[0].share * v for v in variable[0].direction)
     if z or result.status is not bs.Status.CONVERGED:
         return None
     # The weight W on a table tilted by θ has W cos θ into it and W sin θ along it.

@@ -5,7 +5,6 @@ import warnings
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 import blockstruct as bs
@@ -73,7 +72,7 @@ def import_(
     """Write a model document from blocks drawn elsewhere, then check it."""
     bs.documents.check_new_document(output)
     cases = [_case(text, flow, tilt=tilt) for text in direction or ["+x"]]
-    drawing = {
+    drawing: dict[str, Any] = {
         "override_unit": override_unit,
         "supports": fix_layer,
         "plane": plane,
@@ -97,7 +96,7 @@ def import_(
     joint = bs.JointMaterial("joint", friction)
     limits: dict[str, Any] = {"angle_tolerance": angle, "area_tolerance": area_tolerance}
     explicit: tuple[bs.Interface, ...] = ()
-    tolerance: Any = gap
+    tolerance = gap
     if gap is None and found.moves:
         corrected = bs.contacts.corrected_joints(found.blocks, joint, found.moves, **limits)
         tolerance, explicit = corrected.tolerance, corrected.explicit
@@ -110,24 +109,20 @@ def import_(
 
 def _case(text: str, flow: bs.Flow, *, tilt: bool) -> bs.LimitCase:
     """Own weight, and the weight turned to a direction."""
-    axis = text.strip().lower().removeprefix("+")
-    sign, named = (-1, axis[1:]) if axis.startswith("-") else (1, axis)
-    if named in ("x", "y", "z"):
-        vector = np.array([float(sign * (named == a)) for a in "xyz"])
-    else:
-        try:
-            vector = np.array([float(part) for part in text.split(",")])
-        except ValueError:
-            vector = np.empty(0)
-    length = float(np.linalg.norm(vector))
-    if vector.shape != (3,) or not 0 < length < math.inf or (tilt and vector[2]):
-        what = "a level direction such as +x" if tilt else "+x, -x, +y, -y, +z, -z"
-        msg = f"--direction {text!r}; give {what} or a vector such as 1,1,0"
+    name = f"+{text}" if text in ("x", "y", "z") else f"({text})" if "," in text else text
+    try:
+        vector = [float(part) for part in text.split(",")] if "," in text else []
+        force = bs.BodyForce([v / math.hypot(*vector) for v in vector] or name)
+    except (ValueError, ZeroDivisionError, bs.BlockstructError) as error:
+        msg = f"--direction {text!r}: give +x, -x, +y, -y, +z, -z or a vector such as 1,1,0"
+        raise bs.ModelError(msg) from error
+    if tilt and force.direction[2]:
+        msg = f"--direction {text!r}: a table tilts to a level direction, such as +x"
         raise bs.ModelError(msg)
-    name = f"{'-' if sign < 0 else '+'}{named}" if named in ("x", "y", "z") else f"({text.strip()})"
-    push = bs.LoadPattern(f"weight sideways, {name}", [bs.BodyForce(vector / length)])
-    dead = bs.LoadPattern("self-weight", [bs.SelfWeight()])
-    return bs.LimitCase(f"{'tilt' if tilt else 'push'} {name}", dead, push, flow)
+    push = bs.LoadPattern(f"weight sideways, {name}", [force])
+    return bs.LimitCase(
+        f"{'tilt' if tilt else 'push'} {name}", bs.LoadPattern("self-weight", [bs.SelfWeight()]), push, flow
+    )
 
 
 def _materials(unit_weights: list[str]) -> Any:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from blockstruct.contacts.detection import Detection, detect_interfaces
 from blockstruct.model import Block, FoundContact, Interface, checked_tuple
-from blockstruct.units import to_quantity
+from blockstruct.units import QuantityLike, to_quantity
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ class CorrectedJoints:
     ----------
     closed : tuple of FoundContact
         Joints beyond the tolerance of detection, but within the moves of their own faces.
-    tolerance : quantity, length, or None
+    tolerance : str or None
         With which exactly these are found beside those found by default; None if that would close others too, or
         if there are none.
     explicit : tuple of Interface
@@ -39,7 +39,7 @@ class CorrectedJoints:
     """
 
     closed: tuple[FoundContact, ...]
-    tolerance: Any
+    tolerance: str | None
     explicit: tuple[Interface, ...]
 
     def __str__(self) -> str:
@@ -49,7 +49,7 @@ class CorrectedJoints:
         if len(self.closed) > LISTED:
             rows.append(f"  and {len(self.closed) - LISTED} more")
         largest = max(abs(c.gap) for c in self.closed)
-        how = "stated one by one" if self.tolerance is None else f"found with a gap tolerance of {self.tolerance:.3g~P}"
+        how = "stated one by one" if self.tolerance is None else "found with a gap tolerance of as much"
         head = f"{len(self.closed)} joints closed that repairs of their own faces opened"
         return "\n".join([f"{head}, by up to {largest:.3g} m, {how}:", *rows])
 
@@ -59,8 +59,8 @@ def corrected_joints(
     joint_material: Any,
     moves: Mapping[str, ArrayLike],
     *,
-    angle_tolerance: Any = None,
-    area_tolerance: Any = None,
+    angle_tolerance: QuantityLike | None = None,
+    area_tolerance: QuantityLike | None = None,
 ) -> CorrectedJoints:
     """Find the joints that were contact before vertices of their faces were moved.
 
@@ -84,7 +84,7 @@ def corrected_joints(
     known = {b.name: b for b in checked_tuple(blocks, Block, "corrected_joints: blocks")}
     moved = {name: np.asarray(move, dtype=float) for name, move in moves.items()}
     given = {"angle_tolerance": angle_tolerance, "area_tolerance": area_tolerance}
-    limits = {name: value for name, value in given.items() if value is not None}
+    limits: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     largest = CORNER_OFF * max((float(np.linalg.norm(m, axis=1).max()) for m in moved.values()), default=0.0)
     if not largest:
         return CorrectedJoints((), None, ())
@@ -106,7 +106,7 @@ def corrected_joints(
     gap = (1 + 1e-9) * max(abs(c.gap) for c in closed)
     _, again, others = found_within(gap)
     if not others:
-        return CorrectedJoints(tuple(again), to_quantity(gap, "length"), ())
+        return CorrectedJoints(tuple(again), f"{gap!r} m", ())
     pairs = {(c.minus, c.plus) for c in closed}
     stated = {c.interface for c in closed}
     stated |= {

@@ -15,6 +15,7 @@ from blockstruct.imports.import_report import Imported
 from blockstruct.imports.solid import Content, Face, Solid, blocks_of
 from blockstruct.imports.source import checked_faces, text_of
 from blockstruct.model import Material
+from blockstruct.units import QuantityLike
 
 Array = NDArray[np.float64]
 
@@ -35,12 +36,12 @@ class _Part:
 def read_assembly(
     file: str | Path,
     *,
-    unit: Any,
+    unit: QuantityLike,
     material: Material,
     fixed: str | Iterable[str] = (),
     exclude: Iterable[str] = (),
     up: str = "z",
-    tolerance: Any = None,
+    tolerance: QuantityLike | None = None,
 ) -> Imported:
     """Blocks of a COMPAS JSON file.
 

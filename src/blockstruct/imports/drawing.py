@@ -17,6 +17,7 @@ from blockstruct.imports.source import checked_faces, content_of, package
 from blockstruct.imports.tolerances import DEPTH, IN_DRAWING_PLANE, OUTLINE, SAME_UNIT
 from blockstruct.model import Material
 from blockstruct.model.checks import positive_length
+from blockstruct.units import QuantityLike
 
 Array = NDArray[np.float64]
 
@@ -31,17 +32,17 @@ _NAMED = 20
 def read_drawing(
     file: str | Path,
     *,
-    unit: Any,
+    unit: QuantityLike,
     material: Material | Mapping[str, Material],
     override_unit: bool = False,
-    thickness: Any = None,
+    thickness: QuantityLike | None = None,
     plane: str = "elevation",
     segments: int | None = None,
-    closing: Any = None,
+    closing: QuantityLike | None = None,
     supports: Iterable[str] = (),
     fixed: str | Iterable[str] = (),
     exclude: Iterable[str] = (),
-    tolerance: Any = None,
+    tolerance: QuantityLike | None = None,
 ) -> Imported:
     """Blocks of a DXF drawing: ``pip install "blockstruct[cad]"``.
 
@@ -114,13 +115,13 @@ def read_drawing(
 def drawing_content(
     path: Path,
     *,
-    unit: Any,
+    unit: QuantityLike,
     material: Material | Mapping[str, Material],
     override_unit: bool = False,
-    thickness: Any = None,
+    thickness: QuantityLike | None = None,
     plane: str = "elevation",
     segments: int | None = None,
-    closing: Any = None,
+    closing: QuantityLike | None = None,
     supports: Iterable[str] = (),
 ) -> Content:
     """Solids of a DXF drawing, and what else it holds; parameters are those of :func:`read_drawing`."""

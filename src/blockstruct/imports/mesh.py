@@ -4,7 +4,6 @@ import io
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from blockstruct.imports.obj import read_obj
 from blockstruct.imports.solid import Content, Solid, blocks_of
 from blockstruct.imports.source import checked_faces, content_of, package
 from blockstruct.model import Material
+from blockstruct.units import QuantityLike
 
 #: Length of the header of a binary STL file, and of each of its triangles, in bytes.
 _STL_HEADER, _STL_TRIANGLE = 84, 50
@@ -22,12 +22,12 @@ _STL_HEADER, _STL_TRIANGLE = 84, 50
 def read_mesh(
     files: str | Path | Sequence[str | Path],
     *,
-    unit: Any,
+    unit: QuantityLike,
     material: Material,
     fixed: str | Iterable[str] = (),
     exclude: Iterable[str] = (),
     up: str = "z",
-    tolerance: Any = None,
+    tolerance: QuantityLike | None = None,
 ) -> Imported:
     """Blocks of one or several OBJ, STL or PLY files.
 

@@ -11,17 +11,18 @@ from blockstruct.imports.import_report import Imported
 from blockstruct.imports.mesh import mesh_content
 from blockstruct.imports.solid import blocks_of
 from blockstruct.model import Material
+from blockstruct.units import QuantityLike
 
 
 def read_files(
     files: Sequence[str | Path],
     *,
-    unit: Any,
+    unit: QuantityLike,
     material: Material | Mapping[str, Material],
     fixed: str | Iterable[str] = (),
     exclude: Iterable[str] = (),
     up: str = "z",
-    tolerance: Any = None,
+    tolerance: QuantityLike | None = None,
     **drawing: Any,
 ) -> Imported:
     """Blocks of one or several meshes, drawings and COMPAS files, by the ends of their names.

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +18,8 @@ from blockstruct.imports.soup import closed_bodies, compact, gathered, welded
 from blockstruct.imports.surface import closed_surface
 from blockstruct.imports.tolerances import LOWEST, WELD
 from blockstruct.model import Block, Material
-from blockstruct.model.sizes import positive_length
-from blockstruct.units import parse, si, to_quantity
+from blockstruct.model.checks import positive_length
+from blockstruct.units import QuantityLike, parse, si, to_quantity
 
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
@@ -62,7 +61,7 @@ class Content:
     notes: list[str] = field(default_factory=list)
 
 
-def scale_of(unit: Any, source: str) -> float:
+def scale_of(unit: QuantityLike, source: str) -> float:
     """Metres of one coordinate unit: of ``"mm"``, or of a length such as ``"0.025 m"``."""
     what = f"{source}: unit of the coordinates"
     if isinstance(unit, str) and unit.strip()[:1].isalpha():
@@ -78,11 +77,11 @@ def blocks_of(
     contents: Sequence[Content],
     paths: Sequence[Path],
     *,
-    unit: Any,
+    unit: QuantityLike,
     fixed: str | Iterable[str],
     exclude: Iterable[str],
     up: str,
-    tolerance: Any,
+    tolerance: QuantityLike | None,
 ) -> Imported:
     """Blocks of the solids of some files, each body a block, with the report on what was repaired.
 

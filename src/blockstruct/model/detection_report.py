@@ -147,18 +147,20 @@ class DetectionReport:
 
     @property
     def hints(self) -> tuple[str, ...]:
-        """Which tolerance the contacts left out exceed, a text each, the one that most of them exceed first."""
+        """Tolerances that would take the contacts left out, a text for each reason, the most frequent one first."""
         left = [c for c in self.rejected if c.reason != "area"]
-        angles = [math.degrees(c.angle) for c in left if c.angle > self.tolerances.angle]
-        gaps = [abs(c.gap) for c in left if abs(c.gap) > self.tolerances.gap]
+        turned, apart = ([c for c in left if (c.reason == "angle") is by_angle] for by_angle in (True, False))
         found = []
-        for what, values, unit in (("angle", angles, "deg"), ("gap", gaps, "m")):
-            if values:
-                half, most = (f"{1.01 * np.quantile(values, share):.3g} {unit}" for share in (0.5, 1.0))
-                takes = f"{most} would take {'them' if len(values) > 1 else 'it'}"
-                takes += f", {half} half of them" if half != most else ""
-                text = f"{len(values)} of {len(left)} rejected exceed the {what} tolerance: {takes}"
-                found.append((len(values), text))
+        if turned:
+            alone = sum(abs(c.gap) <= self.tolerances.gap for c in turned)
+            angle, gap = (1.01 * max(values) for values in zip(*((c.angle, abs(c.gap)) for c in turned), strict=True))
+            rest = "" if alone == len(turned) else f", with a gap tolerance of {gap:.3g} m {len(turned)}"
+            taken = f"an angle tolerance of {math.degrees(angle):.3g} deg would take {alone}{rest}"
+            found.append((len(turned), f"{len(turned)} of {len(left)} rejected by angle: {taken}"))
+        if apart:
+            half, most = (f"{1.01 * gap:.3g} m" for gap in np.quantile([abs(c.gap) for c in apart], (0.5, 1.0)))
+            taken = f"a gap tolerance of {half} would take half of them, {most} all"
+            found.append((len(apart), f"{len(apart)} of {len(left)} rejected by gap or penetration: {taken}"))
         return tuple(text for _, text in sorted(found, reverse=True))
 
     def table(self) -> pd.DataFrame:
