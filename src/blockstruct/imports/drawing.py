@@ -269,7 +269,7 @@ class _Reading:
             msg = f"{who} has arcs; give segments, the number of straight pieces for each arc"
             raise GeometryFileError(msg)
         size = float(np.ptp(points, axis=0).max())
-        if abs(area(outline.corners)) <= OUTLINE * size**2:
+        if len(outline.corners) < 3 or abs(area(outline.corners)) <= OUTLINE * size**2:
             self.leave_out(f"polyline without area on layer {layer}", handle)
             return
         thickness = self.thickness or abs(entity.dxf.get("thickness", 0.0))
