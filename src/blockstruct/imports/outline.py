@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from blockstruct.geometry import lofted
 from blockstruct.imports.tolerances import OUTLINE
 
 Array = NDArray[np.float64]
@@ -135,15 +136,12 @@ def prism(points: Array, level: float, thickness: float, *, standing: bool) -> t
 
     Standing, x and y of the drawing become x and z, and the prism reaches along +y; otherwise it rises along +z.
     """
-    if area(points) < 0:
-        points = points[::-1]
-    n = len(points)
-    x, y = np.tile(points, (2, 1)).T
+    x, y = points.T
     # The drawing's own z looks at the reader: standing up, it points to -y.
-    z = level + np.repeat([-thickness, 0.0] if standing else [0.0, thickness], n)
-    sides = [(i, (i + 1) % n, (i + 1) % n + n, i + n) for i in range(n)]
-    faces = [tuple(range(n))[::-1], tuple(range(n, 2 * n)), *sides]
-    return np.column_stack([x, -z, y] if standing else [x, y, z]), faces
+    levels = (thickness - level, -level) if standing else (level, level + thickness)
+    rings = [np.column_stack([x, np.full(len(x), z), y] if standing else [x, y, np.full(len(x), z)]) for z in levels]
+    vertices, faces = lofted(*rings)
+    return vertices, list(faces)
 
 
 def area(points: Array) -> float:
