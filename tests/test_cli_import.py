@@ -180,6 +180,7 @@ def test_an_assembly(call, tmp_path):
         (["none.obj"], "none.obj: cannot be read"),
         (["STACK", "STACK", "--unit-weight", "A=30 kN/m^3"], "--unit-weight: give it once"),
         (["STACK", "--closing", "1 mm"], "closing belong to DXF drawings"),
+        (["STACK", "--segments", "0"], "segments belong to DXF drawings"),
         (["STACK", "--override-unit"], "override_unit belong to DXF drawings"),
         (["STACK", "--up", "w"], "up is 'w'; give the axis"),
         (["STACK", "--exclude", "brick*"], "no block 'brick*' to exclude"),

@@ -269,6 +269,19 @@ def test_open_polylines_are_left_out_by_layer_handle_and_gap(draw, corners, gap)
     assert found.report.left_out == (f"1 open polyline on layer STONE (handle {line.dxf.handle} (ends {gap} m apart))",)
 
 
+def test_a_body_drawn_twice_is_refused_if_it_is_not_the_same_twice(draw):
+    space, read = draw
+    rectangle(space, 0, 0, 500, 250)
+    rectangle(space, 0, 0, 500, 250, "GROUND")
+    with pytest.warns(bs.GeometryWarning, match=r"dropped: 1 \(GROUND.1 = STONE.1\)"):
+        assert [b.name for b in read().blocks] == ["STONE.1"]
+    twice = "'STONE.1' and 'GROUND.1' are one body given twice, of different materials or only once as a support"
+    for options in ({"supports": ["GROUND"]}, {"material": {"STONE": TUFF, "GROUND": STONE}}):
+        with pytest.raises(bs.GeometryFileError, match=twice):
+            read(**options)
+    assert [b.name for b in read(supports=["GROUND"], exclude="STONE.*").blocks] == ["GROUND.1"]
+
+
 def test_lines_there_and_back_are_left_out(draw):
     space, read = draw
     rectangle(space, 0, 600, 500, 250)

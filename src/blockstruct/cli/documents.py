@@ -73,7 +73,7 @@ def import_(
     bs.documents.check_new_document(output)
     cases = [_case(text, flow, tilt=tilt) for text in direction or ["+x"]]
     drawing: dict[str, Any] = {
-        "override_unit": override_unit,
+        "override_unit": override_unit or None,
         "supports": fix_layer,
         "plane": plane,
         "thickness": thickness,
@@ -90,7 +90,7 @@ def import_(
             fixed="lowest" if fix == ["lowest"] else fix or (),
             exclude=exclude or (),
             up=up,
-            **{name: value for name, value in drawing.items() if value},
+            **{name: value for name, value in drawing.items() if value is not None},
         )
     say(str(found.report))
     joint = bs.JointMaterial("joint", friction)
