@@ -74,34 +74,30 @@ def read_outline(
 
 def _once(ring: Array, rounding: float) -> tuple[Array, int]:
     """Corners of a ring without edges that run back over the one before and turns after the first, and their number."""
-    steps = np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1)
-    ring = ring[steps > rounding]
-    n = len(ring)
-    turn = next((k for k in range(3, n // 2 + 1) if n % k == 0 and _same(ring, np.roll(ring, k, axis=0), rounding)), n)
-    corners = list(ring[:turn])
-    k = 0
-    while len(corners) > 2 and k < len(corners):
+    points = ring @ [1, 1j]
+    points = points[np.abs(np.roll(points, -1) - points) > rounding]
+    n = len(points)
+    turns = (k for k in range(3, n // 2 + 1) if n % k == 0 and np.all(np.abs(points - np.roll(points, k)) <= rounding))
+    corners = points[: next(turns, n)].tolist()
+    k, steady = 0, 0
+    while len(corners) > 2 and steady < len(corners):
+        k %= len(corners)
         a, b, c = corners[k - 1], corners[k], corners[(k + 1) % len(corners)]
-        if _turns_back(a, b, c, rounding):
+        if _turns_back(b - a, c - b, rounding):
             del corners[k]
-            if _same(a, c, rounding):
+            if abs(c - a) <= rounding:
                 del corners[k % len(corners)]
-            k = 0
+            k, steady = max(k - 2, 0), 0
         else:
-            k += 1
-    return np.array(corners).reshape(-1, 2), n - len(corners)
+            k, steady = k + 1, steady + 1
+    left = np.array(corners)
+    return np.column_stack([left.real, left.imag]), n - len(corners)
 
 
-def _same(one: Array, other: Array, rounding: float) -> bool:
-    return bool(np.all(np.abs(one - other) <= rounding))
-
-
-def _turns_back(a: Array, b: Array, c: Array, rounding: float) -> bool:
-    """Whether the way from b to c runs back over that from a to b."""
-    there, back = b - a, c - b
-    longer = there if there @ there > back @ back else back
-    off = abs(there[0] * back[1] - there[1] * back[0]) / np.linalg.norm(longer)
-    return bool(there @ back < 0 and off <= rounding)
+def _turns_back(there: complex, back: complex, rounding: float) -> bool:
+    """Whether a way there and the next one back lie on one line, so that the shorter runs over the longer."""
+    product = there.conjugate() * back
+    return product.real < 0 and abs(product.imag) <= rounding * max(abs(there), abs(back))
 
 
 def divided_arcs(points: Array, bulges: Array, segments: int) -> tuple[Array, float]:
