@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
 from blockstruct.limit import Certificate, ProcedureSettings
-from blockstruct.model import LimitCase
+from blockstruct.model import LimitCase, Model
 from blockstruct.results.headline import Headline
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.resultants import interface_resultants
@@ -60,6 +60,8 @@ class CaseResult:
 
     Attributes
     ----------
+    model : Model
+        The structure the case is of.
     case : LimitCase
     settings : ProcedureSettings
     status : Status
@@ -79,6 +81,7 @@ class CaseResult:
         Seconds.
     """
 
+    model: Model = field(repr=False)
     case: LimitCase
     settings: ProcedureSettings
     status: Status
