@@ -337,6 +337,7 @@ def _planned(
 ) -> CaseResult:
     """Result of a case that is still to be run."""
     return CaseResult(
+        model=statics.model,
         case=case,
         settings=settings,
         status=Status.INTERRUPTED,

@@ -58,7 +58,7 @@ def archive(
     folder: Annotated[Path, typer.Argument(help="A folder of analysis files.", show_default=False)],
     query: Annotated[
         str | None,
-        typer.Option("--query", help='ConstraintRows to print, such as "load_factor < 0.3".', show_default=False),
+        typer.Option("--query", help='Rows to print, such as "load_factor < 0.3".', show_default=False),
     ] = None,
     csv: CsvOption = None,
 ) -> None:

@@ -9,7 +9,7 @@ import xarray as xr
 
 from blockstruct.errors import ModelError
 from blockstruct.limit import Certificate, ProcedureSettings
-from blockstruct.model import LimitCase
+from blockstruct.model import LimitCase, Model
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import contact_state
@@ -26,6 +26,8 @@ class CaseResult:
 
     Attributes
     ----------
+    model : Model
+        The structure the case is of.
     case : LimitCase
     settings : ProcedureSettings
     status : Status
@@ -44,6 +46,7 @@ class CaseResult:
         Seconds.
     """
 
+    model: Model = field(repr=False)
     case: LimitCase
     settings: ProcedureSettings
     status: Status

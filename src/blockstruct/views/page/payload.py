@@ -147,5 +147,5 @@ def _packed(values: npt.ArrayLike, kind: str) -> str:
 
 
 def _plain(values: npt.NDArray[np.float64]) -> list[float | None]:
-    """ProgramData for JSON, which knows no NaN."""
+    """Numbers for JSON, which knows no NaN."""
     return [float(v) if np.isfinite(v) else None for v in values]
