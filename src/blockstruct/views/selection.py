@@ -50,21 +50,18 @@ def chosen_interface(model: bs.Model, name: str) -> int:
     return names.index(name)
 
 
-def same_model(model: bs.Model, result: bs.CaseResult) -> None:
-    """Refuse a result of another model, whose blocks or interfaces have other names.
+def given_result(result: object, what: str) -> bs.CaseResult:
+    """The result that a view is given.
 
     Raises
     ------
     ModelError
-        Names that differ.
+        Anything else.
     """
-    for kind, objects in (("block", model.blocks), ("interface", model.interfaces)):
-        if result.history[kind].to_numpy().tolist() != [o.name for o in objects]:
-            msg = (
-                f"model {model.name!r}: case {result.name!r} has other {kind}s; "
-                "give the model of the analysis, analysis.model"
-            )
-            raise bs.ModelError(msg)
+    if isinstance(result, bs.CaseResult):
+        return result
+    msg = f"{what}: a {type(result).__name__} is no result; give the CaseResult of a case, analysis['name of the case']"
+    raise bs.ModelError(msg)
 
 
 #: Forces up to this many units of a contact point are rounding, by the tolerance of the certificate.

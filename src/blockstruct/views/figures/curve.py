@@ -5,7 +5,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 import blockstruct as bs
-from blockstruct.views.figures.canvas import new_axes
+from blockstruct.views.figures.canvas import legend_above, new_axes
 from blockstruct.views.style import ACCENT, readable
 
 _SHORT = {"pascal": "Pa", "newton": "N", "meter": "m", "radian": "rad"}
@@ -48,7 +48,9 @@ def curve(sweep: xr.Dataset | xr.DataArray, *, label: str | None = None, ax: Axe
     for level in load_factor[infinite]:
         ax.axhline(level, color=line.get_color(), lw=1, ls="--")
     ax.set(xlabel=f"{_SYMBOLS.get(name, name.replace('_', ' '))} [{unit}]", ylabel="load factor α [-]")
-    ax.set_ylim(bottom=min(0.0, float(load_factor[np.isfinite(load_factor)].min(initial=0.0))))
+    # From zero, with room for the points; set limits would cut off the curves still to come.
+    ax.update_datalim([(values[finite][:1].sum() * factor, 0.0)], updatex=False)
+    ax.autoscale_view()
     if label:
-        ax.legend(frameon=False, fontsize="small")
+        legend_above(ax)
     return ax
