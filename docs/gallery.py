@@ -100,10 +100,10 @@ def main() -> None:
         ("pier-spandrel", pier_spandrel, "y"),
     ):
         model, result = build()
-        save(f"{name}-mechanism", partial(figures.mechanism, model, result), look=look)
-        save(f"{name}-states", partial(figures.structure, model, result), look=look)
+        save(f"{name}-mechanism", partial(figures.mechanism, result), look=look)
+        save(f"{name}-states", partial(figures.structure, result), look=look)
         if name == "arch":
-            save(f"{name}-forces", partial(figures.forces, model, result), look=look)
+            save(f"{name}-forces", partial(figures.forces, result), look=look)
         if name == "wall":
             save("wall-convergence", partial(figures.convergence, result))
             save("wall-certificate", partial(figures.certificate, result), size=(6.2, 3.2))
@@ -112,8 +112,8 @@ def main() -> None:
             moments = abs(result.resultants["moment"].isel(iteration=-1).sel(component=["s", "t"])).to_numpy()
             most, about = np.unravel_index(np.argmax(moments), moments.shape)
             joint = {"interface": model.interfaces[most].name, "about": "st"[about]}
-            save(f"{name}-utilisation", partial(figures.structure, model, result, colour="crushing"), look=look)
-            save(f"{name}-domain", partial(figures.crushing_domain, model, result, **joint))
+            save(f"{name}-utilisation", partial(figures.structure, result, colour="crushing"), look=look)
+            save(f"{name}-domain", partial(figures.crushing_domain, result, **joint))
 
 
 if __name__ == "__main__":

@@ -15,10 +15,12 @@ def applied(pattern: bs.LoadPattern, model: bs.Model) -> tuple[Array, Array]:
     points, forces = [], []
     for load in pattern.loads:
         match load:
-            case bs.SelfWeight() | bs.BodyForce():
-                direction = load.direction if isinstance(load, bs.BodyForce) else (0.0, 0.0, -1.0)
+            case bs.SelfWeight():
                 points += [b.centroid for b in free]
-                forces += [b.weight * np.asarray(direction) for b in free]
+                forces += [b.weight * np.array([0.0, 0.0, -1.0]) for b in free]
+            case bs.BodyForce(direction=direction, share=share):
+                points += [b.centroid for b in free]
+                forces += [share * b.weight * np.array(direction) for b in free]
             case bs.PointLoad(point=point, force=force):
                 points.append(np.asarray(point))
                 forces.append(np.asarray(force))

@@ -60,7 +60,7 @@ def given_result(result: object, what: str) -> bs.CaseResult:
     """
     if isinstance(result, bs.CaseResult):
         return result
-    msg = f"{what}: a {type(result).__name__} is no result; give the CaseResult of a case, analysis['name of the case']"
+    msg = f"{what}: {type(result).__name__} is no result; give the CaseResult of a case, analysis['name of the case']"
     raise bs.ModelError(msg)
 
 
@@ -91,3 +91,10 @@ def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[n
     point = history["interface_position"].to_numpy() + np.einsum("ij,ija->ia", e, frame[:, 1:])
     point[~pressed] = np.nan
     return point, np.einsum("ic,ica->ia", force, frame)
+
+
+def shown_results(analysis: bs.Analysis) -> list[bs.CaseResult]:
+    """One result of each case: of a spread that with the lowest certified load factor, the one to rely on."""
+    spreads = analysis.spreads
+    runs = {r.name for s in spreads.values() for r in s.results.values()} - set(spreads)
+    return [(spreads[name].lowest or r) if name in spreads else r for name, r in analysis.items() if name not in runs]

@@ -57,7 +57,7 @@ class View:
         if isinstance(look, str) and look == "3d":
             return cls(_basis(_azimuth(shown), _ELEVATION), None)
         try:
-            azimuth, elevation = map(float, look) if not isinstance(look, str) else ()
+            azimuth, elevation = (float(angle) for angle in look)
         except (TypeError, ValueError):
             msg = (
                 f"figure: look {look!r}; give 'x' or 'y' for an elevation, 'z' for a plan, '3d' for space, "
@@ -91,6 +91,13 @@ def best_look(shown: bs.Model | bs.CaseResult) -> str:
         if max(across) > _ACROSS:
             return "3d"
     return "xy"[thin]
+
+
+def eye(shown: bs.Model | bs.CaseResult) -> Array:
+    """Unit vector (3,) from a structure to who looks at it in space, nearly from the front where it is thin."""
+    look = best_look(shown)
+    azimuth = _azimuth(shown) if look == "3d" else {"x": 15.0, "y": -75.0}[look]
+    return np.asarray(_basis(azimuth, _ELEVATION if look == "3d" else 12.0)[2])
 
 
 def _azimuth(shown: bs.Model | bs.CaseResult) -> float:

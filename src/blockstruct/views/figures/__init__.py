@@ -29,6 +29,7 @@ from blockstruct.views.figures.curve import curve
 from blockstruct.views.figures.domain import crushing_domain
 from blockstruct.views.figures.forces import forces
 from blockstruct.views.figures.mechanism import mechanism
+from blockstruct.views.figures.sheet import drawings, write_figures
 from blockstruct.views.figures.structure import structure
 
 __all__ = [
@@ -41,4 +42,7 @@ __all__ = [
     "convergence",
     "crushing_domain",
     "curve",
+    # all of an analysis
+    "drawings",
+    "write_figures",
 ]

@@ -102,7 +102,10 @@ def bodies(
         drawn = np.flatnonzero(key >= 0)
         paths += [Path(p) for p in (lines.ends[drawn] @ basis.T)[..., :2]]
         ranks, depths = np.concatenate([ranks, key[drawn] + 0.5]), np.concatenate([depths, np.zeros(len(drawn))])
-        colours, edges = np.concatenate([colours, np.zeros((len(drawn), 4))]), np.concatenate([edges, lines.colours[drawn]])
+        colours, edges = (
+            np.concatenate([colours, np.zeros((len(drawn), 4))]),
+            np.concatenate([edges, lines.colours[drawn]]),
+        )
         widths, dashes = np.concatenate([widths, lines.widths[drawn]]), dashes + [lines.dashes[k] for k in drawn]
     order = np.lexsort((depths, ranks))
     return PathCollection(

@@ -130,13 +130,25 @@ def _arrow(tails: Array, vectors: Array, widths: Array) -> Array:
     )
 
 
-def legend_above(ax: Axes, handles: Sequence[Any] | None = None, labels: Sequence[str] | None = None, columns: int = 3) -> None:
+def legend_above(ax: Axes, handles: Sequence[Any] | None = None, labels: Sequence[str] | None = None) -> None:
     """Legend in rows above the Axes, where it takes no width from them."""
-    if handles is None:
+    if handles is None or labels is None:
         handles, labels = ax.get_legend_handles_labels()
-    if handles:
-        place = {"loc": "lower left", "bbox_to_anchor": (0, 1.01), "borderaxespad": 0}
-        ax.legend(handles, labels, ncols=columns, frameon=False, fontsize="small", columnspacing=1.4, **place)  # type: ignore[arg-type]
+    if not handles:
+        return
+    # An entry takes some 1.6 inches.
+    columns = max(1, int(ax.get_position().width * ax.get_figure(root=True).get_size_inches()[0] / 1.6))  # type: ignore[union-attr]
+    ax.legend(
+        handles,
+        labels,
+        ncols=columns,
+        loc="lower left",
+        bbox_to_anchor=(0, 1.01),
+        borderaxespad=0,
+        frameon=False,
+        fontsize="small",
+        columnspacing=1.4,
+    )
 
 
 def new_axes(ax: Axes | None) -> Axes:

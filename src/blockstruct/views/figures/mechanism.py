@@ -14,12 +14,12 @@ from blockstruct.views.figures.canvas import Canvas
 from blockstruct.views.loads import applied, push
 from blockstruct.views.selection import chosen_iteration, given_result
 from blockstruct.views.solids import Solids
-from blockstruct.views.style import DISPLACEMENT, FORCE, SUPPORT
+from blockstruct.views.style import AMPLITUDE, DISPLACEMENT, FORCE, SUPPORT
 
 Array = NDArray[np.float64]
 
-#: Amplitude where none is given, and length of the arrow of the push, in multiples of the structure's extent.
-AMPLITUDE, _PUSH = 0.08, 0.13
+#: Length of the arrow of the push, in multiples of the structure's extent.
+_PUSH = 0.14
 
 
 def mechanism(
@@ -88,7 +88,8 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, moved: Array) -
         return np.empty((0, 3))
     weight = np.linalg.norm(forces, axis=1)
     centre = weight @ at / weight.sum()
-    if np.ptp(at, axis=0).max() < 1e-6 * size:
+    loads = result.case.variable.loads
+    if all(isinstance(load, bs.PointLoad) for load in loads) and np.ptp(at, axis=0).max() < 1e-6 * size:
         tip = centre
     elif canvas.view.flat or abs(direction[2]) > 0.7:
         tip = centre + (float(((moved - centre) @ direction).min()) - gap) * direction

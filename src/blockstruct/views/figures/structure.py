@@ -63,15 +63,16 @@ def structure(
     if colour not in _COLOURS:
         msg = f"structure: colour {colour!r}; give 'state', 'sliding' or 'crushing'"
         raise bs.ModelError(msg)
+    lines: Lines | None = None
+    handles: dict[str, Any] = {}
     if isinstance(shown, bs.Model):
-        canvas, model, lines, handles = Canvas.of(shown, ax, look), shown, None, {}
+        model = shown
     else:
         result = given_result(shown, "structure")
-        index = chosen_iteration(result, iteration)
         draw = {"state": _states, "sliding": _sliding, "crushing": _stress_blocks}[colour]
+        lines, handles = draw(result, chosen_iteration(result, iteration))
         model = result.model
-        lines, handles = draw(result, index)
-        canvas = Canvas.of(shown, ax, look)
+    canvas = Canvas.of(shown, ax, look)
     solids = Solids.of(model)
     canvas.bodies(model, solids, solids.vertices, stones(model), lines)
     canvas.frame(solids.vertices)
