@@ -12,7 +12,7 @@ Every function takes an Axes (or makes one) and returns it, so that figures comb
 >>> push = bs.LoadPattern("push", [bs.BodyForce((1, 0, 0))])
 >>> case = bs.LimitCase("rocking", bs.LoadPattern("dead", [bs.SelfWeight()]), push, "associative")
 >>> result = bs.AnalysisManager(model).run([case])["rocking"]
->>> ax = figures.mechanism(result, amplitude="10 cm")
+>>> ax = figures.mechanism(result, amplitude="10 cm", look="y")
 >>> ax.get_xlabel(), ax.get_ylabel()
 ('x [m]', 'z [m]')
 """
