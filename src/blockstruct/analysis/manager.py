@@ -1,6 +1,7 @@
 """The analysis manager."""
 
 import reprlib
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,22 +15,25 @@ from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, Iterat
 from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.replay import ReplaySolver, followed
-from blockstruct.errors import ModelError
+from blockstruct.errors import LoadFactorWarning, ModelError
 from blockstruct.limit import (
-    SCHEDULES,
     Iteration,
     LimitProblem,
     Outcome,
     ProcedureSettings,
+    scheduled,
     schedules_of,
 )
 from blockstruct.model import JOINT_PROPERTIES, LimitCase, Model, checked_tuple
 from blockstruct.procedures import solve_limit_case
-from blockstruct.results import Analysis, CaseResult, contact_state, history_of, run_name, sweep_of
+from blockstruct.results import Analysis, CaseResult, active_joints, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
 from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, patterns
-from blockstruct.vocabulary import ContactState, Flow, Status
+from blockstruct.vocabulary import Flow, Status
+
+#: Statuses whose last iteration shows how the structure falls under its dead load.
+FALLS = (Status.UNSTABLE, Status.SELF_STRESS)
 
 
 class AnalysisManager:
@@ -98,6 +102,9 @@ class AnalysisManager:
             associative flow, as ``"case [schedule]"`` and ``"case [associative]"``; names run only those schedules.
             :meth:`Analysis.spread` then tells the lowest and the highest certified load factor.
 
+        What a load factor does not mean although it looks like it is told by a LoadFactorWarning, when all cases have
+        ended: :attr:`CaseResult.warnings`.
+
         A KeyboardInterrupt ends the run; the case at work gets the status ``interrupted`` and keeps the
         iterations it has, as do the cases after it, without any; the cases before it are complete.
 
@@ -130,9 +137,10 @@ class AnalysisManager:
             conductor=self.sweep,
         )
         if self.store is None:
-            return self._conduct(analysis, self.listeners)
+            return _warned(self._conduct(analysis, self.listeners))
         with Checkpoint.begin(self.store, analysis) as working:
-            return self._record(analysis, working)
+            done = self._record(analysis, working)
+        return _warned(done)
 
     @classmethod
     def resume(cls, path: str | Path, *, listeners: Iterable[Listener] = ()) -> Analysis:
@@ -159,13 +167,15 @@ class AnalysisManager:
         if is_unfinished(path):
             with Checkpoint.reopen(path) as working:
                 analysis = working.analysis()
-                return cls._resuming(analysis, path, listeners)._record(analysis, working)
+                done = cls._resuming(analysis, path, listeners)._record(analysis, working)
+            return _warned(done)
         analysis = open_analysis(path)
         if analysis.status == "finished":
             return analysis
         manager = cls._resuming(analysis, path, listeners)
         with Checkpoint.begin(Path(path), analysis) as working:
-            return manager._record(analysis, working)
+            done = manager._record(analysis, working)
+        return _warned(done)
 
     @classmethod
     def again(cls, analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Analysis:
@@ -248,7 +258,7 @@ class AnalysisManager:
             if schedules and case.flow is Flow.NONASSOCIATIVE:
                 for name in schedules:
                     run = replace(case, name=run_name(case.name, name))
-                    runs.append((run, replace(self.settings, **SCHEDULES[name])))
+                    runs.append((run, scheduled(self.settings, name)))
                 bound = replace(case, name=run_name(case.name, Flow.ASSOCIATIVE), flow=Flow.ASSOCIATIVE)
                 runs.append((bound, self.settings))
         return runs
@@ -307,7 +317,7 @@ class AnalysisManager:
             status=outcome.status,
             load_factor=outcome.load_factor,
             certificate=iterations[-1].certificate if iterations and outcome.status is not Status.UNBOUNDED else None,
-            message=outcome.message + (_where(history) if outcome.status is Status.UNSTABLE else ""),
+            message=outcome.message + (_where(history) if outcome.status in FALLS else ""),
             history=history,
             started_at=started_at,
             duration=before.duration + perf_counter() - start,
@@ -320,16 +330,9 @@ class AnalysisManager:
 
 
 def _where(history: xr.Dataset) -> str:
-    """Interfaces that fail fastest in the last iteration, with how they fail."""
-    last = history.isel(iteration=-1)
-    speed = np.linalg.norm(last["relative_velocity"].transpose("contact_point", "component"), axis=1)
-    fastest = np.zeros(history.sizes["interface"])
-    np.maximum.at(fastest, last["interface_of_contact_point"].to_numpy(), speed)
-    state = contact_state(last).to_numpy()
-    still = (ContactState.STICKING, ContactState.UNKNOWN)
-    order = [j for j in np.argsort(-fastest, kind="stable") if state[j] not in still][:3]
-    names = history["interface"].to_numpy()
-    return "; it fails at " + ", ".join(f"{names[j]} ({state[j]})" for j in order) if order else ""
+    """Interfaces that fail first of all in the last iteration, with how they fail."""
+    first = active_joints(history).head(3)["state"]
+    return "; it fails at " + ", ".join(f"{name} ({state})" for name, state in first.items()) if len(first) else ""
 
 
 def _planned(
@@ -348,6 +351,14 @@ def _planned(
         started_at=started_at,
         duration=0.0,
     )
+
+
+def _warned(analysis: Analysis) -> Analysis:
+    """The analysis, when everything is kept, with its warnings given to who runs it."""
+    for name, result in analysis.items():
+        for text in result.warnings:
+            warnings.warn(f"case {name!r}: {text}", LoadFactorWarning, stacklevel=3)
+    return analysis
 
 
 def _tell(listeners: Sequence[Listener], event: Event) -> None:

@@ -1,5 +1,6 @@
 """The command, its options and exit codes."""
 
+import warnings
 from pathlib import Path
 from typing import Annotated
 
@@ -25,7 +26,10 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as J
 def main() -> None:
     """Run the command; an error of the input is one message and exit code 2, never a traceback."""
     try:
-        app()
+        with warnings.catch_warnings():
+            # The text of every result tells its warnings.
+            warnings.simplefilter("ignore", bs.LoadFactorWarning)
+            app()
     except bs.BlockstructError as error:
         err.print("[bold red]error:[/]", end=" ")
         err.print(str(error), markup=False, soft_wrap=True)

@@ -102,7 +102,7 @@ def check(
 def validate(
     file: Annotated[Path, typer.Argument(help="An analysis file, or a model document.", show_default=False)],
 ) -> None:
-    """Check an analysis file or a model document against its schema."""
+    """Check an analysis file against its schema and its own numbers, or a model document."""
     try:
         if file.suffix.lower() in (".yaml", ".yml", ".json"):
             document = bs.read_document(file)
@@ -112,6 +112,10 @@ def validate(
             say(f"{len(document.model.blocks)} blocks, {document.report}")
         else:
             analysis = bs.open_analysis(file)
+            found = bs.contradictions(analysis)
+            if found:
+                say("\n".join(f"{file}: case {name!r}: {what}" for name, what in found))
+                raise typer.Exit(VIOLATIONS)
             say(f"{file}: a valid analysis of {len(analysis)} cases")
     except (bs.FormatError, bs.ModelError) as error:
         say("\n".join([str(error), *getattr(error, "__notes__", ())]))

@@ -94,7 +94,15 @@ def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[n
 
 
 def shown_results(analysis: bs.Analysis) -> list[bs.CaseResult]:
-    """One result of each case: of a spread that with the lowest certified load factor, the one to rely on."""
+    """One result of each case: of a spread that of its headline, the lowest if there is a certified load factor."""
     spreads = analysis.spreads
-    runs = {r.name for s in spreads.values() for r in s.results.values()} - set(spreads)
-    return [(spreads[name].lowest or r) if name in spreads else r for name, r in analysis.items() if name not in runs]
+    return [
+        _of_headline(spreads[name], head) if name in spreads else analysis[name]
+        for name, head in analysis.headlines.items()
+    ]
+
+
+def _of_headline(spread: bs.Spread, head: bs.Headline) -> bs.CaseResult:
+    if head.status is bs.Status.CONVERGED and spread.lowest is not None:
+        return spread.lowest
+    return next(r for r in spread.runs.values() if r.status is head.status)

@@ -43,9 +43,8 @@ def convergence(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
         at = stages == stage
         label = stage.replace("_", " ")
         ax.plot(iterations[at], load_factor[at], _MARKERS[stage], color=ACCENT, ls="none", ms=5, label=label)
-    bounds = load_factor[stages == bs.Stage.ASSOCIATIVE]
-    if result.case.flow is bs.Flow.NONASSOCIATIVE and np.isfinite(bounds).any():
-        bound = bounds[np.isfinite(bounds)][-1]
+    bound = result.associative_load_factor
+    if result.case.flow is bs.Flow.NONASSOCIATIVE and np.isfinite(bound):
         ax.axhline(bound, color="0.35", lw=1, ls="--", label=f"associative bound {bound:.4g}", zorder=0)
     if result.status is bs.Status.CONVERGED:
         found = result.load_factor

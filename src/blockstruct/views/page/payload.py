@@ -13,7 +13,6 @@ import numpy as np
 import numpy.typing as npt
 
 import blockstruct as bs
-from blockstruct.views.headline import headline
 from blockstruct.views.selection import is_pressed, shown_results
 from blockstruct.views.solids import Patches, Solids, triangles
 from blockstruct.views.style import (
@@ -30,7 +29,14 @@ from blockstruct.views.style import (
     parts,
 )
 from blockstruct.views.view import eye
-from blockstruct.views.words import certificate_words, load_factor_words, spread_words, status_words
+from blockstruct.views.words import (
+    admissible_words,
+    certificate_words,
+    load_factor_words,
+    spread_words,
+    status_words,
+    warning_words,
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -121,11 +127,10 @@ def _interfaces(model: bs.Model, result: bs.CaseResult, origin: Array) -> dict[s
 
 def _head(analysis: bs.Analysis, result: bs.CaseResult) -> dict[str, Any]:
     """The load factor to rely on, of a run of a spread that of its case, and what is said below it."""
-    name = next((case for case, s in analysis.spreads.items() if result in s.results.values()), result.name)
-    head, spread = headline(analysis, name), analysis.spreads.get(name)
-    below = [head.range, head.bound]
-    if spread is not None:
-        below = [spread_words(spread), f"This run: {load_factor_words(result)}."]
+    spread = next((s for s in analysis.spreads.values() if result in s.results.values()), None)
+    head = (spread or result).headline
+    below = [head.bound] if spread is None else [spread_words(spread), f"This run: {load_factor_words(result)}."]
+    below += [warning_words(spread or result), admissible_words(result)]
     return {"number": head.number, "below": [text for text in below if text]}
 
 

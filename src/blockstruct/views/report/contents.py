@@ -11,12 +11,18 @@ import numpy as np
 import blockstruct as bs
 from blockstruct.views.figures import drawings
 from blockstruct.views.figures.sheet import Drawing
-from blockstruct.views.headline import headline
 from blockstruct.views.report.assumptions import assumptions
 from blockstruct.views.report.detection import detection_rows
 from blockstruct.views.selection import shown_results
 from blockstruct.views.style import readable
-from blockstruct.views.words import certificate_words, load_factor_words, spread_words, status_words
+from blockstruct.views.words import (
+    admissible_words,
+    certificate_words,
+    load_factor_words,
+    spread_words,
+    status_words,
+    warning_words,
+)
 
 #: Loads of a pattern that are listed one by one.
 _LISTED = 12
@@ -26,8 +32,6 @@ def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any
     """Everything the template may name, texts with their units."""
     model, spreads = analysis.model, analysis.spreads
     results = list(analysis.values())
-    # The runs of a spread have a table of their own.
-    runs = {r.name for s in spreads.values() for r in s.results.values() if r.name not in spreads}
     flows = list(dict.fromkeys(r.case.flow for r in results))
     return {
         "project": {str(what): str(text) for what, text in project.items()},
@@ -41,7 +45,7 @@ def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any
         "materials": [(m.name, quantity(m.unit_weight, "N/m³")) for m in model.materials.values()],
         "joint_materials": [_joint(m, flows) for m in model.joint_materials.values()],
         "patterns": _patterns(results),
-        "results": [_headline(analysis, name) for name in analysis if name not in runs],
+        "results": [_headline(name, spreads.get(name, analysis[name])) for name in analysis.headlines],
         "spreads": [_spread(name, spread) for name, spread in spreads.items()],
         "cases": [_case(r) for r in shown_results(analysis)],
         "assumptions": assumptions(model, results),
@@ -126,15 +130,16 @@ def _vector(values: Any, unit: str) -> str:
     return "(" + ", ".join(f"{v * factor:.4g}" for v in values) + f") {unit}"
 
 
-def _headline(analysis: bs.Analysis, name: str) -> dict[str, str]:
-    head = headline(analysis, name)
+def _headline(name: str, found: bs.CaseResult | bs.Spread) -> dict[str, str]:
+    head = found.headline
     return {
         "name": name,
-        "flow": analysis[name].case.flow.value,
+        "flow": head.flow.value,
         "status": head.status.value.replace("_", " "),
         "number": head.number,
         "range": head.range,
         "bound": head.bound.removeprefix("associative bound "),
+        "warning": warning_words(found),
     }
 
 
@@ -177,7 +182,7 @@ def _case(r: bs.CaseResult) -> dict[str, Any]:
         "iterations": r.n_iterations,
         "duration": f"{r.duration:.2f} s",
         "started_at": r.started_at,
-        "status_words": status_words(r),
+        "status_words": " ".join(filter(None, (status_words(r), admissible_words(r)))),
         "certificate_words": certificate_words(r),
         "message": r.message,
         "states": sorted(states.items(), key=lambda item: -item[1]),
