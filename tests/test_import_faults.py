@@ -83,7 +83,7 @@ def model_in(folder):
             2: [face[::-1] for face in QUADS],  # inside out
             3: [*QUADS, (4, 4, 5)],  # a face without area
         }.get(number, QUADS)
-        body("stone", (a, b, z, 0), faces, lift=3.5 if number == 10 else 0.0)
+        body("stone", (a, b, z, 0), faces, lift=-3.5 if number == 6 else 0.0)
     body("stone", (*COURSES[5], 0))  # once more
     body("scaffold", (9000, 9100, 0, 0), QUADS[:-1])  # open
     (folder / "wall.obj").write_text("\n".join([lines[1], lines[0], *lines[2:]]) + "\n", encoding="utf-8")
@@ -147,11 +147,11 @@ def test_a_mesh_with_every_fault(call, tmp_path, meant):
         "vertices moved into the planes of their faces",
         "name used twice",
         "wall.obj: 1 statements 'l', which are no faces; wall.obj: 1 vertices of no face",
-        "repairs of its own faces",
+        "2 joints closed that repairs of their own faces opened",
     ):
         assert said in out
     model = bs.read_document(tmp_path / "wall.yaml").model
-    # The corner that is off is at the top of the wall, and the head joints stay open.
+    # The corner that is off opens two bed joints, which are closed; the head joints of 8 mm stay open.
     assert len(model.interfaces) == 4 + 7 + 7
     assert all(abs(i.normal[2]) > 0.99 for i in model.interfaces)
     assert load_factor(call, tmp_path / "wall.yaml", tmp_path / "wall.h5") == pytest.approx(meant, rel=1e-2)

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
@@ -197,4 +197,4 @@ class Imported:
 
     blocks: tuple[Block, ...]
     report: ImportReport
-    moves: Mapping[str, NDArray[np.float64]]
+    moves: Mapping[str, NDArray[np.float64]] = field(repr=False, compare=False)
