@@ -13,7 +13,7 @@ from blockstruct.results.case_result import CaseResult
 from blockstruct.results.spread import Spread, spreads_of
 from blockstruct.vocabulary import Status
 
-Sweep = Callable[[str, Any, LimitCase], xr.Dataset]
+Sweep = Callable[..., xr.Dataset]
 
 
 @dataclass(frozen=True, slots=True, init=False, eq=False)
@@ -96,12 +96,14 @@ class Analysis(Mapping[str, CaseResult]):
         """Spread of every case that was run with several schedules."""
         return spreads_of(self)
 
-    def sweep(self, quantity: str, values: Any, case: str | None = None) -> xr.Dataset:
+    def sweep(
+        self, quantity: str | Mapping[str, Any], values: Any = None, case: str | None = None, **more: Any
+    ) -> xr.Dataset:
         """Load factor of a case for several values of a joint property: :meth:`AnalysisManager.sweep`.
 
         Parameters
         ----------
-        quantity, values
+        quantity, values, store, listeners
             As there.
         case
             Name of the case; the only one by default.
@@ -122,7 +124,7 @@ class Analysis(Mapping[str, CaseResult]):
             msg = f"analysis of {self.model.name!r}: name the case to sweep: {', '.join(self)}"
             raise ModelError(msg)
         result = self[next(iter(self)) if case is None else case]
-        return self.conductor(quantity, values, result.case)
+        return self.conductor(quantity, values, result.case, **more)
 
     def replaced(self, **changes: Any) -> Self:
         """The same analysis, but for some of its attributes."""
