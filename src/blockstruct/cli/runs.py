@@ -1,6 +1,7 @@
 """Commands that run analyses."""
 
 import json
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -95,8 +96,11 @@ def _run(
 
 
 def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False) -> None:
-    print_results(analysis, iterations=True)
+    # Elsewhere than on a terminal they were printed as they were solved.
+    print_results(analysis, iterations=err.is_terminal)
     say(f"written: {output}")
+    name = shlex.quote(str(output))
+    say(f"next: blockstruct view {name}, blockstruct report {name}, or blockstruct history {name} CASE")
     if as_json:
         typer.echo(json.dumps(analysis_summary(analysis), indent=2))
     if any(r.status is bs.Status.INTERRUPTED for r in analysis.values()):
