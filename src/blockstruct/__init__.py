@@ -31,7 +31,7 @@ Look at every iteration:
 True
 """
 
-from blockstruct.analysis import AnalysisManager, log_to, print_lines, reproduce
+from blockstruct.analysis import AnalysisManager, log_to, print_lines, recover, reproduce
 from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.documents import Document, read_document, write_document, write_draft
 from blockstruct.errors import (
@@ -48,6 +48,7 @@ from blockstruct.errors import (
     StorageError,
     UnitError,
     UnknownNameError,
+    UnverifiedWarning,
 )
 from blockstruct.imports import Imported, ImportReport, read_assembly, read_drawing, read_mesh, write_obj
 from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
@@ -80,7 +81,7 @@ from blockstruct.results import (
     mechanism,
     utilisation,
 )
-from blockstruct.storage import Archive, check_file, open_analysis, recover, save_analysis
+from blockstruct.storage import Archive, check_file, open_analysis, save_analysis
 from blockstruct.structures import (
     Opening,
     Sidewall,
@@ -194,4 +195,5 @@ __all__ = [
     "StorageError",
     "UnitError",
     "UnknownNameError",
+    "UnverifiedWarning",
 ]

@@ -63,3 +63,7 @@ class MissingExtraError(BlockstructError, ImportError):
 
 class GeometryWarning(UserWarning):
     """Geometry from a file was repaired or left out; the report says what."""
+
+
+class UnverifiedWarning(UserWarning):
+    """A file is read although its seal does not match: nothing vouches for its numbers."""

@@ -13,6 +13,7 @@ import xarray as xr
 from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, Listener
 from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.analysis.recorder import Recorder
+from blockstruct.analysis.recovery import blank_history
 from blockstruct.analysis.replay import ReplaySolver, followed
 from blockstruct.errors import ModelError
 from blockstruct.limit import (
@@ -157,14 +158,14 @@ class AnalysisManager:
             A damaged file, or one whose iterations are not those of this version of blockstruct.
         """
         if is_unfinished(path):
-            with Checkpoint.reopen(path) as working:
+            with Checkpoint.reopen(path, blank_history) as working:
                 analysis = working.analysis()
                 return cls._resuming(analysis, path, listeners)._record(analysis, working)
         analysis = open_analysis(path)
         if analysis.status == "finished":
             return analysis
         manager = cls._resuming(analysis, path, listeners)
-        with Checkpoint.begin(Path(path), analysis) as working:
+        with Checkpoint.begin(path, analysis) as working:
             return manager._record(analysis, working)
 
     @classmethod
