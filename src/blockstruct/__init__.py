@@ -81,7 +81,7 @@ from blockstruct.results import (
     mechanism,
     utilisation,
 )
-from blockstruct.storage import Archive, check_file, open_analysis, save_analysis
+from blockstruct.storage import Archive, check_file, open_analysis, salvage, save_analysis
 from blockstruct.structures import (
     Opening,
     Sidewall,
@@ -180,6 +180,7 @@ __all__ = [
     "check_file",
     "open_analysis",
     "recover",
+    "salvage",
     "save_analysis",
     # errors
     "BlockstructError",

@@ -19,9 +19,14 @@ def unique_pairs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def write_new(path: Path, text: str) -> Path:
     """Write a text to a file that does not exist yet."""
+    return write_new_bytes(path, text.encode("utf-8"))
+
+
+def write_new_bytes(path: Path, content: bytes | memoryview) -> Path:
+    """Write bytes to a file that does not exist yet."""
     try:
-        with path.open("x", encoding="utf-8") as stream:
-            stream.write(text)
+        with path.open("xb") as stream:
+            stream.write(content)
     except FileExistsError as error:
         msg = f"{path}: exists and is not replaced; choose another name or remove it"
         raise StorageError(msg) from error

@@ -111,8 +111,8 @@ def validate(
             say(f"{file}: a valid model document")
             say(f"{len(document.model.blocks)} blocks, {document.report}")
         else:
-            analysis = bs.open_analysis(file)
-            say(f"{file}: a valid analysis of {len(analysis)} cases")
+            bs.check_file(file)
+            say(f"{file}: a valid analysis of {len(bs.open_analysis(file))} cases")
     except (bs.FormatError, bs.ModelError) as error:
         say("\n".join([str(error), *getattr(error, "__notes__", ())]))
         raise typer.Exit(VIOLATIONS) from None

@@ -204,10 +204,10 @@ class Archive:
         """Files, and what else there is that is worth a row, with its problem."""
         files, problems = [], {}
 
-        def locked(error: OSError) -> None:
+        def locked(error: OSError, path: Path | None = None) -> None:
             # A folder that vanishes meanwhile is that of a run which has ended.
             if not isinstance(error, FileNotFoundError):
-                problems[Path(error.filename)] = f"a folder that cannot be looked into ({error.strerror})"
+                problems[path or Path(error.filename)] = f"a folder that cannot be looked into ({error.strerror})"
 
         for place, folders, names in os.walk(self.folder, onerror=locked):
             files += [Path(place, name) for name in names if name.endswith(SUFFIX)]
@@ -218,7 +218,7 @@ class Archive:
                     if (path / "plan").is_file():
                         problems[path.with_suffix("")] = "a run that is under way, or was killed: recover or resume it"
                 except OSError as error:
-                    locked(error)
+                    locked(error, path.with_suffix(""))
         return sorted(files), problems
 
     def _rows(self, path: Path) -> list[dict[str, Any]]:

@@ -43,11 +43,11 @@ def claim(path: str | Path) -> Path:
         or is in a folder that cannot be made or written to.
     """
     place = place_of(path)
-    if place.suffix != SUFFIX:
-        msg = f"{path}: the name of an analysis ends in {SUFFIX}, by which an Archive finds it; write {path}{SUFFIX}"
-        raise StorageError(msg)
     try:
         _check_holder(place)
+        if place.suffix != SUFFIX:
+            msg = f"{path}: the name of an analysis ends in {SUFFIX}, as an Archive wants; write {path}{SUFFIX}"
+            raise StorageError(msg)
         place.parent.mkdir(parents=True, exist_ok=True)
         _try(folder_of(place))
     except StorageError:

@@ -78,10 +78,10 @@ def _write(group: h5py.Group, ds: xr.Dataset) -> None:
         scales[name] = scale = _stored(group, name, ds.variables[dim].values if dim in ds.variables else None, size)
         scale.make_scale(name if dim in ds.variables else f"{_BARE}{size:10d}")
         scale.attrs["_Netcdf4Dimid"] = np.int32(number)
-    for name, variable in ds.variables.items():
-        item = scales.get(str(name))
+    for key, variable in ds.variables.items():
+        item = scales.get(str(key))
         if item is None:
-            item = _stored(group, str(name), variable.values)
+            item = _stored(group, str(key), variable.values)
             for k, dim in enumerate(variable.dims):
                 item.dims[k].attach_scale(scales[str(dim)])
         _describe(item, variable.attrs)
