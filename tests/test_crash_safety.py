@@ -433,8 +433,3 @@ def test_a_full_disk(tmp_path, whole, share):
 def test_a_read_only_folder():
     with pytest.raises(bs.StorageError, match="cannot be written"):
         bs.AnalysisManager(wall(), "/proc/wall.h5")
-
-
-@pytest.mark.slow
-def test_killed_at_random_200_times(tmp_path, whole):
-    kill_at_random(tmp_path, whole, 200, seed=2)

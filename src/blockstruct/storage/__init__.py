@@ -8,7 +8,7 @@ from blockstruct.storage.archive import Archive
 from blockstruct.storage.checkpoint import Checkpoint
 from blockstruct.storage.claim import claim
 from blockstruct.storage.reader import check_file, open_analysis
-from blockstruct.storage.salvage import Salvaged, salvage
+from blockstruct.storage.salvaging import salvage
 from blockstruct.storage.working_data import is_unfinished
 from blockstruct.storage.writer import patterns, save_analysis
 
@@ -21,6 +21,5 @@ __all__ = [
     "open_analysis",
     "patterns",
     "salvage",
-    "Salvaged",
     "save_analysis",
 ]

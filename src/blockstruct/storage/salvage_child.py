@@ -28,7 +28,9 @@ def main(path: str, folder: Path, skip: set[str]) -> None:
     with (folder / "log").open("a", encoding="utf-8") as log:
         reader = _Reader(log, folder, skip)
         with reader.at("/"), h5py.File(path, "r") as file:
-            reader.group(file, "", 0)
+            # What describes values is in the part of a file that is lost most easily: they come first.
+            for look in (reader.values, reader.words):
+                reader.walk(file, "", look)
         reader.tell(done=True)
 
 
@@ -48,36 +50,47 @@ class _Reader:
         except Exception as error:  # Whatever the libraries make of damaged bytes.
             self.tell(at=place, lost=str(error) or type(error).__name__)
 
-    def group(self, group: Any, place: str, depth: int) -> None:
+    def walk(self, group: Any, place: str, look: Any) -> None:
+        """Look at everything in a group, and in the groups in it."""
+        look(group, place)
         names: list[str] = []
-        if f"{place}/" not in self.skip:
-            with self.at(f"{place}/"):
-                self.tell(at=f"{place}/", number=-1, attrs=_attrs(group))
-        if f"{place}/*" in self.skip:
-            return
-        with self.at(f"{place}/*"):
-            names = [name for name in group if isinstance(group.get(name, getlink=True), h5py.HardLink)]
+        if f"{place}/*" not in self.skip:
+            with self.at(f"{place}/*"):
+                names = [name for name in group if isinstance(group.get(name, getlink=True), h5py.HardLink)]
         for name in names:
-            if f"{place}/{name}" not in self.skip:
-                with self.at(f"{place}/{name}"):
+            path = f"{place}/{name}"
+            item = None
+            if path not in self.skip or look == self.words:
+                with self.at(path):
                     item = group[name]
-                    if isinstance(item, h5py.Dataset):
-                        self.dataset(item, f"{place}/{name}")
-                    elif depth < _DEEPEST:
-                        self.group(item, f"{place}/{name}", depth + 1)
+            if isinstance(item, h5py.Dataset):
+                look(item, path)
+            elif item is not None and path.count("/") < _DEEPEST:
+                self.walk(item, path, look)
 
-    def dataset(self, ds: Any, place: str) -> None:
-        if b"not a netCDF variable" in bytes(ds.attrs.get("NAME", b"")):
+    def values(self, item: Any, place: str) -> None:
+        """Keep the values of a dataset."""
+        if not isinstance(item, h5py.Dataset) or place in self.skip:
             return
-        if ds.nbytes > _LARGEST or ds.external or ds.is_virtual:
-            self.tell(at=place, lost=f"of an absurd size or in another file, {ds.shape}")
+        with self.at(place):
+            if item.nbytes > _LARGEST or item.external or item.is_virtual:
+                self.tell(at=place, lost=f"of an absurd size or in another file, {item.shape}")
+                return
+            values = np.asarray(item.asstr()[()] if h5py.check_string_dtype(item.dtype) else item[()])
+            values = values.astype("U") if values.dtype.kind == "O" else values
+            np.save(self.folder / f"{self.number}.npy", values, allow_pickle=False)
+            self.tell(at=place, number=self.number)
+            self.number += 1
+
+    def words(self, item: Any, place: str) -> None:
+        """Tell the dimensions and the attributes of an item."""
+        what = f"{place} (attributes)"
+        if what in self.skip:
             return
-        dims = [_dimension(ds, k) for k in range(ds.ndim)]
-        values = np.asarray(ds.asstr()[()] if h5py.check_string_dtype(ds.dtype) else ds[()])
-        values = values.astype("U") if values.dtype.kind == "O" else values
-        np.save(self.folder / f"{self.number}.npy", values, allow_pickle=False)
-        self.tell(at=place, number=self.number, dims=dims, attrs=_attrs(ds))
-        self.number += 1
+        with self.at(what):
+            is_bare = b"not a netCDF variable" in bytes(item.attrs.get("NAME", b""))
+            dims = [_dimension(item, k) for k in range(item.ndim)] if isinstance(item, h5py.Dataset) else []
+            self.tell(at=what, attrs=_attrs(item), dims=dims, is_bare=is_bare)
 
 
 def _dimension(ds: Any, k: int) -> str:

@@ -20,9 +20,9 @@ from blockstruct.storage.snapshot import Snapshot
 
 #: Format of a salvaged file, which open_analysis and Archive refuse.
 FORMAT = "blockstruct-salvaged"
-#: Seconds without a sign of life after which a process that reads is taken to be lost.
-_PATIENCE = 10.0
-_LOST = "its reader crashed or did not end"
+#: Seconds without a sign of life after which a process is taken to be lost: while it starts, and while it reads.
+_START, _PATIENCE = 20.0, 3.0
+_LOST = "HDF5 crashed or did not end"
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +96,7 @@ def salvage(path: str | Path, output: str | Path | None = None, *, time_limit: f
     return Salvaged(output, read, lost)
 
 
-def _read(path: Path, folder: Path, end: float) -> tuple[list[dict[str, Any]], dict[str, str]]:
+def _read(path: Path, folder: Path, end: float) -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
     """Items that child processes have read: a place at which one is lost is left out by the next."""
     found: dict[str, dict[str, Any]] = {}
     lost: dict[str, str] = {}
@@ -104,10 +104,10 @@ def _read(path: Path, folder: Path, end: float) -> tuple[list[dict[str, Any]], d
         skip = json.dumps([*found, *lost])
         place = _one_child(path, folder, skip, end, found, lost)
         if not place or place in lost:
-            return list(found.values()), lost
+            return found, lost
         lost[place] = _LOST
     lost["/"] = "the time limit has passed; give a longer one"
-    return list(found.values()), lost
+    return found, lost
 
 
 def _one_child(
@@ -123,7 +123,7 @@ def _one_child(
         child.stdin.write(skip.encode())
         child.stdin.close()
         size, heard = 0, time.monotonic()
-        while child.poll() is None and time.monotonic() < min(end, heard + _PATIENCE):
+        while child.poll() is None and time.monotonic() < min(end, heard + (_PATIENCE if size else _START)):
             time.sleep(0.02)
             if log.stat().st_size != size:
                 size, heard = log.stat().st_size, time.monotonic()
@@ -138,30 +138,32 @@ def _one_child(
         at = item.get("at", at)
         if "lost" in item:
             lost[at] = item["lost"]
-        elif "number" in item:
+        elif "number" in item or "attrs" in item:
             found[at] = item
         elif "done" in item:
             return ""
     return at
 
 
-def _tree(folder: Path, found: list[dict[str, Any]], lost: dict[str, str]) -> dict[str, xr.Dataset]:
-    """Datasets of what was read, by group; dimensions that contradict each other are given names of their own."""
+def _tree(folder: Path, found: dict[str, dict[str, Any]], lost: dict[str, str]) -> dict[str, xr.Dataset]:
+    """Datasets of what was read, by group; dimensions that were lost or contradict others get names of their own."""
     tree: dict[str, xr.Dataset] = {"/": xr.Dataset()}
-    for item in found:
-        group, _, name = item["at"].rpartition("/")
-        ds = tree.setdefault(group or "/", xr.Dataset())
-        if not name:
-            tree[group or "/"] = ds.assign_attrs(item["attrs"])
+    for place, item in found.items():
+        words = found.get(f"{place} (attributes)", {})
+        if "number" not in item or words.get("is_bare"):
             continue
+        group, _, name = place.rpartition("/")
+        ds = tree.get(group or "/", xr.Dataset(attrs=found.get(f"{group} (attributes)", {}).get("attrs", {})))
         try:
             values = np.load(folder / f"{item['number']}.npy", allow_pickle=False)
             values = values.astype(object) if values.dtype.kind == "U" else values
             dims = [
                 dim if ds.sizes.get(dim, size) == size else f"{name}_{k}"
-                for k, (dim, size) in enumerate(zip(item["dims"], values.shape, strict=True))
+                for k, (dim, size) in enumerate(
+                    zip(words.get("dims", [f"{name}_{k}" for k in range(values.ndim)]), values.shape, strict=True)
+                )
             ]
-            tree[group or "/"] = ds.assign({name: (dims, values, item["attrs"])})
+            tree[group or "/"] = ds.assign({name: (dims, values, words.get("attrs", {}))})
         except (OSError, ValueError, EOFError) as error:
-            lost[item["at"]] = str(error)
+            lost[place] = str(error)
     return tree
