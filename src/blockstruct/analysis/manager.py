@@ -13,6 +13,7 @@ import xarray as xr
 from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, Listener
 from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.analysis.recorder import Recorder
+from blockstruct.analysis.recovery import blank_history
 from blockstruct.analysis.replay import ReplaySolver, followed
 from blockstruct.analysis.sweeps import axes_of, joints_at, names_at
 from blockstruct.errors import LoadFactorWarning, ModelError, StorageError, shown
@@ -169,7 +170,7 @@ class AnalysisManager:
             A damaged file, or one whose iterations are not those of this version of blockstruct.
         """
         if is_unfinished(path):
-            with Checkpoint.reopen(path) as working:
+            with Checkpoint.reopen(path, blank_history) as working:
                 analysis = working.analysis()
                 done = cls._resuming(analysis, path, listeners)._record(analysis, working)
             _warn_of(done.values())
@@ -178,7 +179,7 @@ class AnalysisManager:
         if analysis.status == "finished":
             return analysis
         manager = cls._resuming(analysis, path, listeners)
-        with Checkpoint.begin(Path(path), analysis) as working:
+        with Checkpoint.begin(path, analysis) as working:
             done = manager._record(analysis, working)
         _warn_of(done.values())
         return done

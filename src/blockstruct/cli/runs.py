@@ -3,7 +3,7 @@
 import json
 import shlex
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -63,8 +63,16 @@ def run(
 
 
 @app.command()
-def recover(file: FileArgument) -> None:
+def recover(
+    file: FileArgument,
+    salvage: Annotated[
+        bool, typer.Option("--salvage", help="Keep what can still be read of a damaged file, unverified, in another.")
+    ] = False,
+) -> None:
     """Make the file of a run that was killed, with every iteration that it committed."""
+    if salvage:
+        say(str(bs.salvage(file)))
+        return
     analysis = bs.recover(file)
     say(str(analysis))
     say(f"written: {file}")
@@ -73,8 +81,11 @@ def recover(file: FileArgument) -> None:
 @app.command()
 def resume(file: FileArgument) -> None:
     """Go on with a run that was killed or interrupted, from its last committed iteration."""
+    events: list[Any] = []
     with following(err, quiet=False) as listeners:
-        analysis = bs.AnalysisManager.resume(file, listeners=listeners)
+        analysis = bs.AnalysisManager.resume(file, listeners=[*listeners, events.append])
+    if not events:
+        say(f"{file}: every case had ended, nothing was left to run")
     _report(analysis, file)
 
 
