@@ -6,6 +6,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.analysis import IterationDone
 from structures import model_of, push, single_block, solve
 
 STONE = bs.Material("stone", "20 kN/m^3")
@@ -176,3 +177,34 @@ def test_loads_that_cancel_to_rounding_are_none(loads):
         solve(model_of(*single_block(1.0, 1.0)), bs.LoadPattern("cancels", loads))
     pair = loads[:2]
     assert solve(model_of(*single_block(1.0, 1.0)), bs.LoadPattern("acts", pair)).status == "converged"
+
+
+@pytest.mark.filterwarnings("ignore::blockstruct.LoadFactorWarning")
+@pytest.mark.parametrize(
+    ("model", "load", "status"),
+    [
+        (lintel(3), MORE_WEIGHT, "depends_on_self_stress"),
+        (model_of(*single_block(1.0, 1.0)), push(0.3, 0, -1), "unbounded"),
+    ],
+)
+def test_an_interrupted_case_ends_as_it_would_have(model, load, status, tmp_path):
+    case = bs.LimitCase("case", bs.LoadPattern("dead", [bs.SelfWeight()]), load)
+    whole = bs.AnalysisManager(model).run([case])["case"]
+
+    def stop(event):
+        if isinstance(event, IterationDone) and event.index == 4:
+            raise KeyboardInterrupt
+
+    bs.AnalysisManager(model, tmp_path / "a.h5", listeners=[stop]).run([case])
+    resumed = bs.AnalysisManager.resume(tmp_path / "a.h5")["case"]
+    assert resumed.status == whole.status == status
+    assert resumed.history.stage.to_numpy().tolist() == whole.history.stage.to_numpy().tolist()
+    assert bs.contradictions(bs.open_analysis(tmp_path / "a.h5")) == []
+
+
+@pytest.mark.filterwarnings("error::blockstruct.LoadFactorWarning")
+def test_a_warning_made_an_error_loses_no_result(tmp_path):
+    case = bs.LimitCase("case", bs.LoadPattern("dead", [bs.SelfWeight()]), push(0, 1, 0))
+    with pytest.raises(bs.LoadFactorWarning):
+        bs.AnalysisManager(lintel(3), tmp_path / "a.h5").run([case])
+    assert bs.open_analysis(tmp_path / "a.h5")["case"].status == "converged"

@@ -49,7 +49,9 @@ from blockstruct.errors import (
     SolverError,
     StorageError,
     UnitError,
+    UnknownKeywordError,
     UnknownNameError,
+    UnusualValueWarning,
 )
 from blockstruct.imports import Imported, ImportReport, read_assembly, read_drawing, read_mesh, write_obj
 from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
@@ -207,5 +209,7 @@ __all__ = [
     "SolverError",
     "StorageError",
     "UnitError",
+    "UnknownKeywordError",
     "UnknownNameError",
+    "UnusualValueWarning",
 ]

@@ -2,7 +2,7 @@
 
 import reprlib
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
@@ -16,6 +16,7 @@ from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.replay import ReplaySolver, followed
 from blockstruct.errors import LoadFactorWarning, ModelError
+from blockstruct.keywords import checked_keywords
 from blockstruct.limit import (
     Iteration,
     LimitProblem,
@@ -36,6 +37,7 @@ from blockstruct.vocabulary import Flow, Status
 FALLS = (Status.UNSTABLE, Status.SELF_STRESS)
 
 
+@checked_keywords
 class AnalysisManager:
     """Runs limit cases of one model, whose statics are assembled once.
 
@@ -83,7 +85,7 @@ class AnalysisManager:
             raise ModelError(msg)
         self.model = model
         self.settings = settings or ProcedureSettings()
-        self.listeners = tuple(listeners)
+        self.listeners = checked_tuple(listeners, Callable, "AnalysisManager: listeners")
         self.tags = checked_tuple(tags, str, "AnalysisManager: tags")
         self.document_hash = document_hash
         self.statics = Statics.of(model, self.settings.crushing_cells)
@@ -137,10 +139,12 @@ class AnalysisManager:
             conductor=self.sweep,
         )
         if self.store is None:
-            return _warned(self._conduct(analysis, self.listeners))
-        with Checkpoint.begin(self.store, analysis) as working:
-            done = self._record(analysis, working)
-        return _warned(done)
+            done = self._conduct(analysis, self.listeners)
+        else:
+            with Checkpoint.begin(self.store, analysis) as working:
+                done = self._record(analysis, working)
+        _warn_of(done.values())
+        return done
 
     @classmethod
     def resume(cls, path: str | Path, *, listeners: Iterable[Listener] = ()) -> Analysis:
@@ -168,14 +172,16 @@ class AnalysisManager:
             with Checkpoint.reopen(path) as working:
                 analysis = working.analysis()
                 done = cls._resuming(analysis, path, listeners)._record(analysis, working)
-            return _warned(done)
+            _warn_of(done.values())
+            return done
         analysis = open_analysis(path)
         if analysis.status == "finished":
             return analysis
         manager = cls._resuming(analysis, path, listeners)
         with Checkpoint.begin(Path(path), analysis) as working:
             done = manager._record(analysis, working)
-        return _warned(done)
+        _warn_of(done.values())
+        return done
 
     @classmethod
     def again(cls, analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Analysis:
@@ -247,6 +253,7 @@ class AnalysisManager:
             results.append(self._run_case(planned, statics, problem, self.listeners))
             if results[-1].status is Status.INTERRUPTED:
                 break
+        _warn_of(results)
         found = [float(getattr(one[0], quantity)) for one in varied[: len(results)]]
         return sweep_of(quantity, JOINT_PROPERTIES[quantity].dimension, found, results)
 
@@ -353,12 +360,14 @@ def _planned(
     )
 
 
-def _warned(analysis: Analysis) -> Analysis:
-    """The analysis, when everything is kept, with its warnings given to who runs it."""
-    for name, result in analysis.items():
+def _warn_of(results: Iterable[CaseResult]) -> None:
+    """Give who runs cases the warnings of their results, each text once."""
+    said = dict[str, str]()
+    for result in results:
         for text in result.warnings:
-            warnings.warn(f"case {name!r}: {text}", LoadFactorWarning, stacklevel=3)
-    return analysis
+            said.setdefault(text, result.name)
+    for text, name in said.items():
+        warnings.warn(f"case {name!r}: {text}", LoadFactorWarning, stacklevel=3)
 
 
 def _tell(listeners: Sequence[Listener], event: Event) -> None:

@@ -10,7 +10,7 @@ import typer
 import blockstruct as bs
 from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, out, print_results, say
 from blockstruct.views import analysis_summary, archive_table, iteration_table
-from blockstruct.views.output import write_text
+from blockstruct.views.output import write_csv
 
 
 @app.command()
@@ -175,5 +175,5 @@ def _write_csv(frame: pd.DataFrame, path: Path) -> None:
     if path.suffix.lower() != ".csv":
         msg = f"{path}: give a name that ends in .csv"
         raise bs.StorageError(msg)
-    write_text(frame.to_csv(lineterminator="\n"), path)
+    write_csv(frame, path)
     say(f"{path}: {len(frame)} rows")

@@ -22,6 +22,7 @@ from blockstruct.geometry import (
     separations,
     unsupported,
 )
+from blockstruct.keywords import checked_keywords
 from blockstruct.model import (
     Block,
     DetectionReport,
@@ -55,6 +56,7 @@ class Detection:
     report: DetectionReport
 
 
+@checked_keywords
 def detect_interfaces(
     blocks: Iterable[Block],
     joint_material: Any,

@@ -6,12 +6,14 @@ from numbers import Integral, Real
 from types import MappingProxyType
 from typing import Any, Self
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, UnknownKeywordError, shown
+from blockstruct.keywords import checked_keywords, did_you_mean
 
 #: Tolerances of the certificate.
 CERTIFIED = ("equilibrium_tolerance", "yield_tolerance", "interpenetration_tolerance", "gap_tolerance")
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True)
 class ProcedureSettings:
     """Schedule and tolerances of the procedure: part of every result, because the answer depends on them.
@@ -123,17 +125,17 @@ class ProcedureSettings:
             value = getattr(self, field.name)
             if field.type is str or field.type == "str":
                 if not isinstance(value, str):
-                    msg = f"ProcedureSettings: {field.name} is {value!r}; give a text"
+                    msg = f"ProcedureSettings: {field.name} is {shown(value)}; give a text"
                     raise ModelError(msg)
                 continue
             low, high = limits.get(field.name, (0.0, 1e6))
             whole = field.type is int or field.type == "int"
             kind: type[Any] = Integral if whole else Real
             if isinstance(value, bool) or not isinstance(value, kind):
-                msg = f"ProcedureSettings: {field.name} is {value!r}; give a {'whole ' if whole else ''}number"
+                msg = f"ProcedureSettings: {field.name} is {shown(value)}; give a {'whole ' if whole else ''}number"
                 raise ModelError(msg)
             if not low <= value <= high:
-                msg = f"ProcedureSettings: {field.name} is {value!r}; give a value from {low:g} to {high:g}"
+                msg = f"ProcedureSettings: {field.name} is {shown(value)}; give a value from {low:g} to {high:g}"
                 raise ModelError(msg)
             # ProgramData of numpy are stored as JSON like any other.
             object.__setattr__(self, field.name, int(value) if whole else float(value))
@@ -160,11 +162,14 @@ class ProcedureSettings:
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> Self:
         """Settings from names and values, as documents and files keep them."""
-        known = {f.name for f in fields(cls)}
-        unknown = sorted(set(values) - known)
-        if unknown:
-            msg = f"ProcedureSettings: unknown {', '.join(unknown)}; known are {', '.join(sorted(known))}"
+        if not isinstance(values, Mapping):
+            msg = f"ProcedureSettings: {shown(values)} are no settings; give a mapping of names to values"
             raise ModelError(msg)
+        known = [f.name for f in fields(cls)]
+        for name in values:
+            if name not in known:
+                msg = f"ProcedureSettings: no setting {shown(name)}; {did_you_mean(str(name), known)}"
+                raise UnknownKeywordError(msg)
         return cls(**values)
 
 

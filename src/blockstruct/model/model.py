@@ -11,6 +11,7 @@ import numpy as np
 
 from blockstruct.errors import GeometryError, ModelError, UnknownNameError
 from blockstruct.geometry import areas_on_bodies, box_pairs, common_areas, overlapping_pairs, unsupported
+from blockstruct.keywords import checked_keywords
 from blockstruct.model.block import Block
 from blockstruct.model.checks import checked_name, checked_tuple
 from blockstruct.model.detection_report import DetectionReport
@@ -28,6 +29,7 @@ OFF_OUTLINE = 1e-2
 AREA_SHARE = 1e-3
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, init=False, eq=False)
 class Model:
     """Blocks, their interfaces and their materials.

@@ -66,8 +66,9 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
     if flow is Flow.NONASSOCIATIVE:
         steps = _without_dilatancy(program, first, settings, solver)
         return (yield from _concluded(steps, first, ray if jammed else None, problem, settings, solver))
-    if first.certificate.holds:
-        return _collapse(first, "the certificate of the associative program holds")
+    outcome = _collapse(first, "the certificate of the associative program holds")
+    if first.certificate.holds and outcome.load_factor >= 0:
+        return outcome
     return given_up("the certificate of the associative program does not hold", first)
 
 

@@ -3,7 +3,10 @@
 import os
 from pathlib import Path
 
+import pandas as pd
+
 import blockstruct as bs
+from blockstruct.files import csv_text
 
 #: First bytes of an HDF5 file.
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -33,6 +36,11 @@ def write_bytes(content: bytes, path: str | Path) -> Path:
         msg = f"{target}: cannot be written ({error.strerror or error}); choose another file"
         raise bs.StorageError(msg) from error
     return target
+
+
+def write_csv(frame: pd.DataFrame, path: str | Path) -> Path:
+    """Write a table, as :func:`write_text`; no text of it is a formula."""
+    return write_text(csv_text(frame), path)
 
 
 def _check(target: Path) -> None:

@@ -6,6 +6,7 @@ from traceback import extract_tb
 from types import MappingProxyType
 
 import jinja2
+from jinja2.sandbox import ImmutableSandboxedEnvironment
 from markupsafe import Markup
 
 import blockstruct as bs
@@ -74,7 +75,8 @@ def report_html(
         if name == _OWN:
             msg = f"{template}: this name is that of the standard template; rename the file"
             raise bs.StorageError(msg)
-    environment = jinja2.Environment(
+    # A template may come from anywhere: it sees the report, and nothing behind it.
+    environment = ImmutableSandboxedEnvironment(
         loader=jinja2.ChoiceLoader(loaders),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
