@@ -1,5 +1,7 @@
 """Structures the tests share."""
 
+import os
+import shutil
 import sys
 
 import pytest
@@ -56,3 +58,23 @@ def call(monkeypatch, capsys):
         return stop.value.code or 0, captured.out, captured.err
 
     return run
+
+
+def chromium():
+    named = os.environ.get("BLOCKSTRUCT_CHROMIUM")
+    return named or next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+
+@pytest.fixture(scope="session")
+def browser():
+    path = chromium()
+    if path is None:
+        pytest.skip("no Chromium: apt install chromium, or name one in BLOCKSTRUCT_CHROMIUM")
+    from playwright.sync_api import sync_playwright
+
+    # WebGL without a graphics card, and as root in a container.
+    options = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    with sync_playwright() as play:
+        found = play.chromium.launch(executable_path=path, args=options)
+        yield found
+        found.close()

@@ -2,9 +2,7 @@
 
 import base64
 import json
-import os
 import re
-import shutil
 import zlib
 from contextlib import contextmanager
 
@@ -119,26 +117,6 @@ def test_the_page_tells_the_spread_of_a_case(small_model):
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
     analysis = bs.AnalysisManager(small_model).run([case], spread="steep")
     assert page_html(analysis).count("2 of 2 schedules found a certified collapse state") == 3
-
-
-def chromium():
-    named = os.environ.get("BLOCKSTRUCT_CHROMIUM")
-    return named or next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-
-
-@pytest.fixture(scope="module")
-def browser():
-    path = chromium()
-    if path is None:
-        pytest.skip("no Chromium: apt install chromium, or name one in BLOCKSTRUCT_CHROMIUM")
-    from playwright.sync_api import sync_playwright
-
-    # WebGL without a graphics card, and as root in a container.
-    options = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-    with sync_playwright() as play:
-        found = play.chromium.launch(executable_path=path, args=options)
-        yield found
-        found.close()
 
 
 @contextmanager

@@ -3,6 +3,7 @@
 import dataclasses
 import re
 
+import numpy as np
 import pytest
 
 import blockstruct as bs
@@ -200,3 +201,49 @@ def test_what_moves_out_of_its_plane_is_drawn_in_space(small_analysis, small_mod
     assert best_look(across["across"]) == "3d"
     assert best_look(small_analysis["push nonassociative"]) == "y"
     assert best_look(small_model) == "y"
+
+
+def test_the_report_prints_its_own_margins_and_splits_no_sentence(browser, tmp_path):
+    blocks, joint = single_block(0.4, 0.8)
+    name = 'wall "A"; } </style> 墙'
+    analysis = bs.AnalysisManager(model_of(blocks, joint, name)).run([case(flow="associative")])
+    # As wide as the text of an A4 page.
+    page = browser.new_page(viewport={"width": 643, "height": 900})
+    page.goto(write_report(analysis, tmp_path / "r.html").as_uri())
+    page.emulate_media(media="print")
+    rule = page.evaluate(
+        "Array.from(document.styleSheets[0].cssRules).find(rule => rule instanceof CSSPageRule).cssText"
+    )
+    # A browser that finds margins of the page's own prints none of its own, with the place of the file.
+    for corner in ("@top-left", "@top-center", "@top-right", "@bottom-left", "@bottom-right"):
+        assert corner in rule
+    assert page.title() == f"{name} – limit analysis"
+    splits = page.evaluate(
+        "Array.from(document.querySelectorAll('p, li, tr, figure'), e => getComputedStyle(e).breakInside)"
+    )
+    assert set(splits) == {"avoid"}
+    images = page.evaluate("Array.from(document.images, e => e.width / document.body.clientWidth)")
+    assert min(images) > 0.9
+    page.close()
+
+
+def test_what_must_be_known_stands_below_the_load_factor():
+    analysis = run([case()])
+    history = analysis["case"].history.copy(deep=True)
+    history["load_factor"][0] = np.inf
+    result = dataclasses.replace(analysis["case"], history=history)
+    html = report_html(bs.Analysis(analysis.model, {"case": result}, analysis.created_at, analysis.versions))
+    assert "no associative bound" in html
+    (warning,) = result.warnings
+    assert html.index(warning) < html.index("<h2>Model</h2>")
+
+
+def test_dilatancy_is_stated_once_and_for_each_flow():
+    for flows, text in (
+        (["nonassociative"], "0°"),
+        (["associative"], "33°"),
+        (["nonassociative", "associative"], "0° nonassociative, 33° associative"),
+    ):
+        html = report_html(run([case(flow, flow=flow) for flow in flows]))
+        assert html.count("ilatancy") == 1
+        assert f"<td>0.65 (33°)</td><td>{text}</td>" in html

@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import Collection, PolyCollection
 
 import blockstruct as bs
@@ -80,6 +81,13 @@ class Canvas:
         """Add a collection, which leaves the limits to :meth:`frame`."""
         return self.ax.add_collection(collection, autolim=False)
 
+    def scale(self, mapping: ScalarMappable, label: str, extend: str = "neither") -> None:
+        """Scale of colours at the right."""
+        # A narrow structure stays near it, and not far from the middle.
+        place = {"shrink": 0.7, "aspect": 28, "pad": 0.02, "panchor": (0.7, 0.5)}
+        bar = self.ax.figure.colorbar(mapping, ax=self.ax, extend=extend, **place)
+        bar.set_label(label, fontsize="small")
+
     def frame(self, points: Array) -> None:
         """Fit the axes to points (n, 3), with equal scales and labels with units."""
         shown = self.view.project(points)
@@ -137,7 +145,7 @@ def legend_above(ax: Axes, handles: Sequence[Any] | None = None, labels: Sequenc
     if not handles:
         return
     # An entry takes some 1.6 inches.
-    columns = max(1, int(ax.get_position().width * ax.get_figure(root=True).get_size_inches()[0] / 1.6))  # type: ignore[union-attr]
+    columns = max(1, int(ax.get_position(original=True).width * ax.get_figure(root=True).get_size_inches()[0] / 1.6))  # type: ignore[union-attr]
     ax.legend(
         handles,
         labels,

@@ -19,7 +19,7 @@ from blockstruct.views.style import AMPLITUDE, DISPLACEMENT, FORCE, SUPPORT
 Array = NDArray[np.float64]
 
 #: Length of the arrow of the push, in multiples of the structure's extent.
-_PUSH = 0.14
+_PUSH = 0.16
 
 
 def mechanism(
@@ -68,10 +68,7 @@ def mechanism(
     canvas.bodies(model, solids, moved, np.where(fixed[:, None], to_rgba_array(SUPPORT), scale(share)))
     drawn = _push(canvas, result, index, moved)
     canvas.frame(np.concatenate([solids.vertices, moved, drawn]))
-    bar = canvas.ax.figure.colorbar(
-        ScalarMappable(Normalize(0, 1), scale), ax=canvas.ax, shrink=0.7, aspect=28, pad=0.02
-    )
-    bar.set_label("displacement, share of the largest [-]", fontsize="small")
+    canvas.scale(ScalarMappable(Normalize(0, 1), scale), "displacement, share of the largest [-]")
     canvas.ax.set_title(f"largest displacement drawn as {factor:.2g} m", fontsize="small", color="0.35", loc="left")
     return canvas.ax  # type: ignore[no-any-return]
 
@@ -99,7 +96,7 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, moved: Array) -
         above = np.array([(seen[:, 0].min() + seen[:, 0].max()) / 2, seen[:, 1].max() + 3 * gap])
         tip = above @ canvas.view.basis[:2] + length / 2 * direction
     tail = tip - length * direction
-    canvas.arrows(tail[None], length * direction[None], [0.009 * size], FORCE)
+    canvas.arrows(tail[None], length * direction[None], [0.012 * size], FORCE)
     right, up = canvas.view.project(direction)
     beyond = tail - (0.01 * size * direction if abs(up) > abs(right) else -0.045 * size * canvas.view.basis[1])
     align: dict[str, Any] = {"ha": "center", "va": "bottom" if up <= 0 or abs(right) >= abs(up) else "top"}

@@ -77,9 +77,7 @@ def structure(
     canvas.bodies(model, solids, solids.vertices, stones(model), lines)
     canvas.frame(solids.vertices)
     if colour == "sliding" and lines is not None:
-        scale = ScalarMappable(Normalize(0, 1), _sliding_scale())
-        bar = canvas.ax.figure.colorbar(scale, ax=canvas.ax, extend="max", shrink=0.7, aspect=28, pad=0.02)
-        bar.set_label("utilisation of sliding [-]", fontsize="small")
+        canvas.scale(ScalarMappable(Normalize(0, 1), _sliding_scale()), "utilisation of sliding [-]", extend="max")
     legend_above(canvas.ax, list(handles.values()), list(handles))
     return canvas.ax  # type: ignore[no-any-return]
 

@@ -206,7 +206,7 @@ async function draw(sketch) {
   if (!sketch) {
     change[GHOST] = {visible: shown.amplitude > 0 && !ticked("show-blocks")};
     change[EDGES] = {...xyz(segments(displaced(outer.blocks, blocks.of_vertex), blocks.edges)), visible: true};
-    if (ticked("show-interfaces")) [INTERFACES, JOINTS].forEach((t, k) => { change[t] = {...joints()[k], visible: true}; });
+    if (ticked("show-interfaces")) joints().forEach((values, k) => { change[[INTERFACES, JOINTS][k]] = {...values, visible: true}; });
     if (ticked("show-forces")) {
       const {line, heads, corners} = forceArrows();
       change[FORCES] = {...xyz(line), visible: true};
