@@ -93,6 +93,7 @@ def test_every_console_line_of_the_readme_is_a_command():
         "import",
         "check",
         "view",
+        "figures",
         "report",
     }
 

@@ -59,6 +59,10 @@ class FormatError(BlockstructError, ValueError):
     """A file that is no valid blockstruct analysis."""
 
 
+class CertificateError(BlockstructError, ValueError):
+    """A result whose status or certificate contradicts its own forces and velocities."""
+
+
 class MissingExtraError(BlockstructError, ImportError):
     """A package that only some views or file formats need and that is not installed."""
 
@@ -71,6 +75,10 @@ class MissingExtraError(BlockstructError, ImportError):
 
 class GeometryWarning(UserWarning):
     """Geometry from a file was repaired or left out; the report says what."""
+
+
+class LoadFactorWarning(UserWarning):
+    """A load factor that means less than it seems to; the result says why."""
 
 
 class UnusualValueWarning(UserWarning):

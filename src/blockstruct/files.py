@@ -23,14 +23,20 @@ def unique_pairs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
+def check_new(path: Path) -> Path:
+    """A path, refused if there is a file already: asked before the work that a file is to hold."""
+    if path.exists():
+        msg = f"{path}: exists and is not replaced; choose another name or remove it"
+        raise StorageError(msg)
+    return path
+
+
 def write_new(path: Path, text: str) -> Path:
     """Write a text to a file that does not exist yet."""
+    check_new(path)
     try:
         with path.open("x", encoding="utf-8") as stream:
             stream.write(text)
-    except FileExistsError as error:
-        msg = f"{path}: exists and is not replaced; choose another name or remove it"
-        raise StorageError(msg) from error
     except OSError as error:
         msg = f"{path}: cannot be written ({error.strerror or error}); choose another file"
         raise StorageError(msg) from error

@@ -1,5 +1,6 @@
 """The analysis manager."""
 
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,24 +14,27 @@ from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, Iterat
 from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.replay import ReplaySolver, followed
-from blockstruct.analysis.sweeps import axes_of, joints_at, names_at
-from blockstruct.errors import ModelError, StorageError, shown
+from blockstruct.analysis.sweeps import axes_of, joints_at, keep_point, names_at
+from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.keywords import checked_keywords
 from blockstruct.limit import (
-    SCHEDULES,
     Iteration,
     LimitProblem,
     Outcome,
     ProcedureSettings,
+    scheduled,
     schedules_of,
 )
-from blockstruct.model import JointMaterial, LimitCase, Model, checked_tuple
+from blockstruct.model import LimitCase, Model, checked_tuple
 from blockstruct.procedures import solve_limit_case
-from blockstruct.results import Analysis, CaseResult, contact_state, history_of, run_name, sweep_of
+from blockstruct.results import Analysis, CaseResult, active_joints, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
-from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, patterns, save_analysis
-from blockstruct.vocabulary import ContactState, Flow, Status
+from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, patterns
+from blockstruct.vocabulary import Flow, Status
+
+#: Statuses whose last iteration shows how the structure falls under its dead load.
+FALLS = (Status.UNSTABLE, Status.SELF_STRESS)
 
 
 @checked_keywords
@@ -100,6 +104,9 @@ class AnalysisManager:
             associative flow, as ``"case [schedule]"`` and ``"case [associative]"``; names run only those schedules.
             :meth:`Analysis.spread` then tells the lowest and the highest certified load factor.
 
+        What a load factor does not mean although it looks like it is told by a LoadFactorWarning, when all cases have
+        ended: :attr:`CaseResult.warnings`.
+
         A KeyboardInterrupt ends the run; the case at work gets the status ``interrupted`` and keeps the
         iterations it has, as do the cases after it, without any; the cases before it are complete.
 
@@ -132,9 +139,12 @@ class AnalysisManager:
             conductor=self.sweep,
         )
         if self.store is None:
-            return self._conduct(analysis, self.listeners)
-        with Checkpoint.begin(self.store, analysis) as working:
-            return self._record(analysis, working)
+            done = self._conduct(analysis, self.listeners)
+        else:
+            with Checkpoint.begin(self.store, analysis) as working:
+                done = self._record(analysis, working)
+        _warn_of(done.values())
+        return done
 
     @classmethod
     def resume(cls, path: str | Path, *, listeners: Iterable[Listener] = ()) -> Analysis:
@@ -161,13 +171,17 @@ class AnalysisManager:
         if is_unfinished(path):
             with Checkpoint.reopen(path) as working:
                 analysis = working.analysis()
-                return cls._resuming(analysis, path, listeners)._record(analysis, working)
+                done = cls._resuming(analysis, path, listeners)._record(analysis, working)
+            _warn_of(done.values())
+            return done
         analysis = open_analysis(path)
         if analysis.status == "finished":
             return analysis
         manager = cls._resuming(analysis, path, listeners)
         with Checkpoint.begin(Path(path), analysis) as working:
-            return manager._record(analysis, working)
+            done = manager._record(analysis, working)
+        _warn_of(done.values())
+        return done
 
     @classmethod
     def again(cls, analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Analysis:
@@ -246,23 +260,11 @@ class AnalysisManager:
             results.append(self._run_case(planned, statics, problem, heard))
             _tell(heard, CaseFinished(results[-1]))
             if store is not None:
-                self._keep(results[-1], joints, Path(store) / f"{name}.h5")
+                keep_point(self.model, joints, results[-1], Path(store) / f"{name}.h5", self.tags)
             if results[-1].status is Status.INTERRUPTED:
                 break
+        _warn_of(results)
         return sweep_of({axis.quantity: (axis.magnitudes, axis.unit) for axis in axes}, results, case.name)
-
-    def _keep(self, result: CaseResult, joints: Sequence[JointMaterial], path: Path) -> None:
-        """Save the analysis of one point of a sweep."""
-        interfaces = [i.with_joint_material(j) for i, j in zip(self.model.interfaces, joints, strict=True)]
-        model = Model(self.model.name, self.model.blocks, interfaces, detection=self.model.detection)
-        options = solver_options([result.settings])
-        analysis = Analysis(model, {result.name: result}, now(), versions(), solver_options=options, tags=self.tags)
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            msg = f"{path.parent}: is no folder to write to ({error.strerror or error}); choose another store"
-            raise StorageError(msg) from error
-        save_analysis(analysis, path)
 
     def _runs(self, cases: Sequence[LimitCase], schedules: Sequence[str]) -> list[tuple[LimitCase, ProcedureSettings]]:
         """Cases with their settings: those of the manager, and the schedules of a spread."""
@@ -272,7 +274,7 @@ class AnalysisManager:
             if schedules and case.flow is Flow.NONASSOCIATIVE:
                 for name in schedules:
                     run = replace(case, name=run_name(case.name, name))
-                    runs.append((run, replace(self.settings, **SCHEDULES[name])))
+                    runs.append((run, scheduled(self.settings, name)))
                 bound = replace(case, name=run_name(case.name, Flow.ASSOCIATIVE), flow=Flow.ASSOCIATIVE)
                 runs.append((bound, self.settings))
         return runs
@@ -331,7 +333,7 @@ class AnalysisManager:
             status=outcome.status,
             load_factor=outcome.load_factor,
             certificate=iterations[-1].certificate if iterations and outcome.status is not Status.UNBOUNDED else None,
-            message=outcome.message + (_where(history) if outcome.status is Status.UNSTABLE else ""),
+            message=outcome.message + (_where(history) if outcome.status in FALLS else ""),
             history=history,
             started_at=started_at,
             duration=before.duration + perf_counter() - start,
@@ -344,16 +346,9 @@ class AnalysisManager:
 
 
 def _where(history: xr.Dataset) -> str:
-    """Interfaces that fail fastest in the last iteration, with how they fail."""
-    last = history.isel(iteration=-1)
-    speed = np.linalg.norm(last["relative_velocity"].transpose("contact_point", "component"), axis=1)
-    fastest = np.zeros(history.sizes["interface"])
-    np.maximum.at(fastest, last["interface_of_contact_point"].to_numpy(), speed)
-    state = contact_state(last).to_numpy()
-    still = (ContactState.STICKING, ContactState.UNKNOWN)
-    order = [j for j in np.argsort(-fastest, kind="stable") if state[j] not in still][:3]
-    names = history["interface"].to_numpy()
-    return "; it fails at " + ", ".join(f"{names[j]} ({state[j]})" for j in order) if order else ""
+    """Interfaces that fail first of all in the last iteration, with how they fail."""
+    first = active_joints(history).head(3)["state"]
+    return "; it fails at " + ", ".join(f"{name} ({state})" for name, state in first.items()) if len(first) else ""
 
 
 def _planned(
@@ -361,6 +356,7 @@ def _planned(
 ) -> CaseResult:
     """Result of a case that is still to be run."""
     return CaseResult(
+        model=statics.model,
         case=case,
         settings=settings,
         status=Status.INTERRUPTED,
@@ -371,6 +367,16 @@ def _planned(
         started_at=started_at,
         duration=0.0,
     )
+
+
+def _warn_of(results: Iterable[CaseResult]) -> None:
+    """Give who runs cases the warnings of their results, each text once."""
+    said = dict[str, str]()
+    for result in results:
+        for text in result.warnings:
+            said.setdefault(text, result.name)
+    for text, name in said.items():
+        warnings.warn(f"case {name!r}: {text}", LoadFactorWarning, stacklevel=3)
 
 
 def _tell(listeners: Sequence[Listener], event: Event) -> None:

@@ -155,6 +155,24 @@ def report(
     _written(write_report(bs.open_analysis(file), target, project=head, template=template), show_it)
 
 
+@app.command()
+def figures(
+    file: FileArgument,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to write into.", show_default=False)],
+    look: Annotated[
+        str | None,
+        typer.Option("--look", help="x, y (elevations), z (plan) or 3d; what fits otherwise.", show_default=False),
+    ] = None,
+    file_format: Annotated[str, typer.Option("--format", help="png, svg or pdf.")] = "png",
+) -> None:
+    """Write the figures of every case: mechanism, states, sliding, forces, crushing, convergence, certificate."""
+    from blockstruct.views.figures import write_figures
+
+    written = write_figures(bs.open_analysis(file), output, look=look, file_format=file_format)
+    for path in written:
+        say(f"written: {path}")
+
+
 def _project_line(line: str) -> tuple[str, str]:
     what, equals, text = line.partition("=")
     if not (what and equals):

@@ -8,6 +8,7 @@
 ['ground|block']
 """
 
+from blockstruct.contacts.corrected import CorrectedJoints, corrected_joints
 from blockstruct.contacts.detection import Detection, detect_interfaces
 
-__all__ = ["Detection", "detect_interfaces"]
+__all__ = ["CorrectedJoints", "Detection", "corrected_joints", "detect_interfaces"]

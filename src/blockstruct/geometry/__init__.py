@@ -14,13 +14,14 @@ from blockstruct.geometry.lying import areas_on_bodies
 from blockstruct.geometry.neighbours import box_pairs, separations, unsupported
 from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.polygon import common_areas, plane_axes, polygon_area, tributary_areas
-from blockstruct.geometry.polyhedron import BOX_FACES, Polyhedron, box, polyhedron
+from blockstruct.geometry.polyhedron import BOX_FACES, Polyhedron, box, lofted, polyhedron
 
 __all__ = [
     # polyhedra
     "BOX_FACES",
     "Polyhedron",
     "box",
+    "lofted",
     "overlapping_pairs",
     "polyhedron",
     # polygons

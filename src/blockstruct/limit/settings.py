@@ -1,7 +1,7 @@
 """Settings of the procedure."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from numbers import Integral, Real
 from types import MappingProxyType
 from typing import Any, Self
@@ -180,9 +180,17 @@ SCHEDULES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
         "steep": {"slope": 0.6},
         "low cohesion": {"cohesion": 0.001, "slope": 0.5},
         "slow": {"cohesion": 0.1, "cohesion_decay": 0.7, "slope_decay": 0.6, "patience": 24},
-        "shift": {"procedure": "shifted"},
+        # Where the shift finds a certificate it does so in fewer than 30 programs; it need not try 120.
+        "shift": {"procedure": "shifted", "max_programs": 40},
     }
 )
+
+
+def scheduled(settings: ProcedureSettings, schedule: str) -> ProcedureSettings:
+    """Settings changed by a schedule, which never raises the number of programs."""
+    changes = dict(SCHEDULES[schedule])
+    changes["max_programs"] = min(settings.max_programs, changes.get("max_programs", settings.max_programs))
+    return replace(settings, **changes)
 
 
 def schedules_of(spread: bool | str | Iterable[str]) -> tuple[str, ...]:
