@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import ModelError
 from blockstruct.limit import Certificate, ProcedureSettings
 from blockstruct.model import LimitCase, Model
+from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.resultants import interface_resultants
@@ -243,6 +244,11 @@ class CaseResult:
             certificate=Certificate(**measures, holds=bool(certificate["holds"])) if certificate else None,
             **rest,
         )
+
+    def describe(self) -> str:
+        """How the structure collapses, in sentences: number, bodies that move, hinges, sliding and crushing joints."""
+        moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
+        return "\n".join([str(self), *([describe(self.model, self.history)] if moves else [])])
 
     def __str__(self) -> str:
         head = f"{self.name}: {self.status}, load factor {self.load_factor:.6g} ({self.message})"
