@@ -8,6 +8,7 @@
 ['ground|block']
 """
 
-from blockstruct.contacts.detection import Detection, detect_interfaces
+from blockstruct.contacts.detection import detect_interfaces
+from blockstruct.model import Detection
 
 __all__ = ["Detection", "detect_interfaces"]

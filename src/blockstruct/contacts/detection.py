@@ -3,7 +3,6 @@
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,17 +17,18 @@ from blockstruct.geometry import (
     coplanar_face_pairs,
     crossed_faces,
     joined_pairs,
-    overlapping_pairs,
     separations,
     unsupported,
 )
 from blockstruct.model import (
     Block,
+    Detection,
     DetectionReport,
     DetectionTolerances,
     FoundContact,
     Interface,
     checked_tuple,
+    overlaps,
 )
 from blockstruct.units import si, to_quantity
 from blockstruct.vocabulary import JointOrientation
@@ -45,14 +45,6 @@ REACH, CLOSE = 1e-2, 0.1
 ANGLE_REACH, ANGLE_TOLERANCE = math.radians(10), "1 deg"
 #: Angle, in radians, beyond which two faces do not look at each other.
 LARGEST_ANGLE = math.radians(45)
-
-
-@dataclass(frozen=True, slots=True)
-class Detection:
-    """Interfaces of a set of blocks, and the report on how they were found."""
-
-    interfaces: tuple[Interface, ...]
-    report: DetectionReport
 
 
 def detect_interfaces(
@@ -165,18 +157,18 @@ def _reason(pair: FacePair, limits: DetectionTolerances, factor: float = 1.0) ->
 
 
 def _report(blocks: Sequence[Block], limits: DetectionTolerances, contacts: Sequence[FoundContact]) -> DetectionReport:
-    shapes, names = [b.shape for b in blocks], [b.name for b in blocks]
+    names = [b.name for b in blocks]
     index = {name: k for k, name in enumerate(names)}
     accepted = [c for c in contacts if not c.reason]
     joined = np.array([(index[c.minus], index[c.plus]) for c in accepted], dtype=np.int64)
     touched = {end for c in accepted for end in (c.minus, c.plus)}
     met = np.array([sorted((index[c.minus], index[c.plus])) for c in contacts], dtype=np.int64).reshape(-1, 2)
-    overlaps = overlapping_pairs(shapes, limits.gap)
-    met = np.concatenate([met, np.array([o[:2] for o in overlaps], dtype=np.int64).reshape(-1, 2)])
+    shared = overlaps(blocks, contacts, limits.gap)
+    met = np.concatenate([met, np.array([o[:2] for o in shared], dtype=np.int64).reshape(-1, 2)])
     return DetectionReport(
         tolerances=limits,
         contacts=tuple(contacts),
-        overlaps=tuple((names[i], names[j], depth) for i, j, depth in overlaps),
+        overlaps=tuple((names[i], names[j], depth) for i, j, depth in shared),
         nonplanar_faces=tuple(
             (b.name, f, float(b.shape.deviations[f])) for b in blocks for f in b.shape.nonplanar_faces
         ),

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from blockstruct.geometry.faces import Faces
 from blockstruct.geometry.neighbours import box_pairs
-from blockstruct.geometry.polygon import plane_axes
+from blockstruct.geometry.polygon import plane_axes, uncrossed
 from blockstruct.geometry.polyhedron import Polyhedron
 
 Array = NDArray[np.float64]
@@ -79,7 +79,7 @@ def coplanar_face_pairs(
     middle = (faces.centre[front] + faces.centre[back]) / 2
     axes = np.stack(plane_axes(n), axis=1)
     extent = np.maximum(faces.extent[front], faces.extent[back])
-    outlines = [faces.outlines(f, axes, middle, extent) for f in (front, back)]
+    outlines = [uncrossed(faces.outlines(f, axes, middle, extent)) for f in (front, back)]
     parts, of_pair = shapely.get_parts(shapely.intersection(*outlines), return_index=True)
     # Faces are simple polygons, so what two of them share has no holes. Where edges of the two coincide but for
     # rounding, clipping leaves corners that are none: they would be contact points.

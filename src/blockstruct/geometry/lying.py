@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from blockstruct.geometry.faces import Faces
 from blockstruct.geometry.neighbours import CHUNK, expanded
-from blockstruct.geometry.polygon import flat_polygons, intersections, plane_axes
+from blockstruct.geometry.polygon import flat_polygons, intersections, plane_axes, uncrossed
 from blockstruct.geometry.polyhedron import Polyhedron
 
 Array = NDArray[np.float64]
@@ -63,7 +63,7 @@ def _shared_areas(polygons: Sequence[Array], normals: Array, limits: Array, face
     of = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
     extent = np.maximum(faces.extent[face], [np.ptp(p, axis=0).max() for p in polygons])
     outlines = flat_polygons(np.concatenate(polygons), of, axes, middles, extent)
-    shared = intersections(outlines, faces.outlines(face, axes, middles, extent))
+    shared = intersections(outlines, uncrossed(faces.outlines(face, axes, middles, extent)))
     corners, of = shapely.get_coordinates(shared, return_index=True)
     arms = faces.centre[face][of] - middles[of] - np.einsum("ka,kaj->kj", corners, axes[of])
     facing = np.einsum("ij,ij->i", faces.normal[face], normals)

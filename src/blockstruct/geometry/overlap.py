@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from blockstruct.geometry.neighbours import box_pairs, separations
 from blockstruct.geometry.polyhedron import Polyhedron
+from blockstruct.geometry.triangles import distances, triangulated
 
 Array = NDArray[np.float64]
 
@@ -12,6 +13,8 @@ Array = NDArray[np.float64]
 MOST_CROSSINGS = 20_000
 #: Points times faces worked on at once: bounds the memory, not the result.
 CHUNK = 500_000
+#: Area of a triangle, relative to the largest of its body, that is none.
+NO_AREA = 1e-12
 
 
 def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[int, int, float]]:
@@ -31,7 +34,7 @@ def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[
     -------
     list of (i, j, depth)
         ``i < j``. The depth is that of the convex hulls in the shallowest direction; where a body is not convex, at
-        most the least extent of the common bounding box.
+        most the thickness of what the two share.
     """
     if len(bodies) < 2:
         return []
@@ -83,6 +86,7 @@ def _hull_depth(a: Polyhedron, b: Polyhedron) -> float:
 
 
 def _sampled_depth(a: Polyhedron, b: Polyhedron, tolerance: float) -> float:
+    """Largest thickness of what two bodies share, measured at points of it: from a face of one to a face of the other."""
     low = np.maximum(a.vertices.min(axis=0), b.vertices.min(axis=0))
     high = np.minimum(a.vertices.max(axis=0), b.vertices.max(axis=0))
     # Off the regular points, where faces of neat blocks lie: a point on a face is neither inside nor outside.
@@ -94,16 +98,26 @@ def _sampled_depth(a: Polyhedron, b: Polyhedron, tolerance: float) -> float:
         on_face = body.vertices[[face[0] for face in body.faces]]
         heights = points @ body.normals[hull].T - np.einsum("ij,ij->i", body.normals, on_face)[hull]
         points = points[np.all(heights < 0, axis=1)]
-    for body in (a, b):
-        parts = np.array_split(points, len(points) * len(body.faces) // CHUNK + 1)
-        points = np.concatenate([part[_inside(body, part)] for part in parts])
-    return float((high - low).min()) if len(points) else 0.0
+    triangles = [_triangles(body) for body in (a, b)]
+    for surface in triangles:
+        parts = np.array_split(points, len(points) * len(surface) // CHUNK + 1)
+        points = np.concatenate([part[_inside(surface, part)] for part in parts])
+    if not len(points):
+        return 0.0
+    parts = np.array_split(points, len(points) * max(map(len, triangles)) // CHUNK + 1)
+    return max(float(sum(distances(part, surface) for surface in triangles).max()) for part in parts)
 
 
-def _inside(body: Polyhedron, points: Array) -> NDArray[np.bool_]:
-    """Whether each point lies inside, by the solid angle the surface spans (van Oosterom & Strackee 1983)."""
-    fan = np.array([(f[0], f[k], f[k + 1]) for f in body.faces for k in range(1, len(f) - 1)])
-    a, b, c = (body.vertices[fan[:, k]][None] - points[:, None] for k in range(3))
+def _triangles(body: Polyhedron) -> Array:
+    """Corners (t, 3, 3) of the surface, triangle by triangle, but for those without area between corners in line."""
+    corners = body.vertices[[t for face in body.faces for t in triangulated(body.vertices, face)]]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    return np.asarray(corners[areas > NO_AREA * areas.max()])
+
+
+def _inside(triangles: Array, points: Array) -> NDArray[np.bool_]:
+    """Whether each point lies inside a surface, by the solid angle it spans (van Oosterom & Strackee 1983)."""
+    a, b, c = (triangles[None, :, k] - points[:, None] for k in range(3))
     la, lb, lc = (np.linalg.norm(v, axis=2) for v in (a, b, c))
     numerator = np.einsum("ijk,ijk->ij", a, np.cross(b, c))
     denominator = (

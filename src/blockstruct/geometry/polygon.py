@@ -40,6 +40,11 @@ def polygon_area(points: Array) -> tuple[float, Array, Array]:
     return area, centroid, normal
 
 
+def perimeter(points: Array) -> float:
+    """Length of the outline of a polygon, shape (k, 3)."""
+    return float(np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1).sum())
+
+
 def tributary_areas(points: Array, starts: Index, centroids: Array, normals: Array) -> Array:
     """Share of its polygon's area that each vertex stands for: the shares of a polygon sum up to its area.
 
@@ -90,8 +95,19 @@ def flat_polygons(points: Array, of: Index, axes: Array, middles: Array, extent:
     return np.asarray(shapely.polygons(shapely.linearrings(np.round(flat / grid) * grid, indices=of)))
 
 
+def uncrossed(polygons: NDArray[np.object_]) -> NDArray[np.object_]:
+    """Polygons, those that cross themselves as the areas that they enclose.
+
+    A warped outline may cross itself when it is seen along another normal than its own.
+    """
+    crossed = ~shapely.is_valid(polygons)
+    polygons = polygons.copy()
+    polygons[crossed] = shapely.make_valid(polygons[crossed], method="structure", keep_collapsed=False)
+    return polygons
+
+
 def intersections(one: NDArray[np.object_], other: NDArray[np.object_]) -> NDArray[np.object_]:
-    """What polygons share, pair by pair; nothing where an outline crosses itself."""
+    """What polygons share, pair by pair; nothing where an outline crosses itself, which GEOS refuses."""
     shared = np.full(len(one), shapely.Polygon(), dtype=object)
     valid = shapely.is_valid(one) & shapely.is_valid(other)
     shared[valid] = shapely.intersection(one[valid], other[valid])

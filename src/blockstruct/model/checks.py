@@ -2,7 +2,7 @@
 
 import operator
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, get_args
 
 from blockstruct.errors import ModelError
@@ -63,3 +63,9 @@ def checked_count(value: Any, least: int, what: str) -> int:
         msg = f"{what} {value!r}; give a whole number of at least {least}"
         raise ModelError(msg)
     return count
+
+
+def listed(names: Sequence[str], most: int = 10) -> str:
+    """The first names, and how many more there are."""
+    rest = len(names) - most
+    return ", ".join(names[:most]) + (f" and {rest} more" if rest > 0 else "")

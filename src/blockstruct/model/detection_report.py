@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from blockstruct.model.interface import Interface
 from blockstruct.vocabulary import JointOrientation
 
 #: Findings of one kind that a printed report lists; the table has them all.
@@ -216,6 +217,14 @@ class DetectionReport:
         lines += _listed("floating", [b for b in self.floating if b not in untouched])
         lines += _listed("close", [f"{a} | {b}: {distance:.3g} m apart" for a, b, distance in apart])
         return "\n".join(lines)
+
+
+@dataclass(frozen=True, slots=True)
+class Detection:
+    """Interfaces of a set of blocks, and the report on how they were found."""
+
+    interfaces: tuple[Interface, ...]
+    report: DetectionReport
 
 
 def _finding(contact: FoundContact) -> str:
