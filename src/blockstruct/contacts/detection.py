@@ -163,7 +163,7 @@ def _report(blocks: Sequence[Block], limits: DetectionTolerances, contacts: Sequ
     joined = np.array([(index[c.minus], index[c.plus]) for c in accepted], dtype=np.int64)
     touched = {end for c in accepted for end in (c.minus, c.plus)}
     met = np.array([sorted((index[c.minus], index[c.plus])) for c in contacts], dtype=np.int64).reshape(-1, 2)
-    shared = overlaps(blocks, contacts, limits.gap)
+    shared = overlaps(blocks, limits.gap)
     met = np.concatenate([met, np.array([o[:2] for o in shared], dtype=np.int64).reshape(-1, 2)])
     return DetectionReport(
         tolerances=limits,

@@ -28,6 +28,8 @@ def triangulated(vertices: Array, face: Sequence[int]) -> list[Triangle]:
         Vertex indices of the triangles, which turn as the face does.
     """
     loop = list(face)
+    if len(loop) == 3:
+        return [(loop[0], loop[1], loop[2])]
     normal = polygon_area(vertices[loop])[2]
     triangles: list[Triangle] = []
     while len(loop) > 3:

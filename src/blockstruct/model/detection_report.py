@@ -82,8 +82,8 @@ class DetectionReport:
     contacts : tuple of FoundContact
         Every two faces that look at each other and come close: accepted or left out with the reason.
     overlaps : tuple of (block, block, depth in m)
-        Blocks that share more space than the tolerance of the gap, and the contacts between them, explain
-        (:func:`blockstruct.model.overlaps`). A model refuses them, unless both are supports.
+        Blocks that share space deeper than the tolerance of the gap, and what their faces deviate from planes. A model
+        refuses them, unless both are supports.
     nonplanar_faces : tuple of (block, face, deviation in m)
         Faces that are not plane; contacts are found on their mean planes.
     floating : tuple of str

@@ -3,7 +3,7 @@
 Both ask the functions below, so that a model never refuses what a detection accepted with the same tolerances.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import GeometryError
 from blockstruct.geometry import areas_on_bodies, box_pairs, common_areas, overlapping_pairs, perimeter
 from blockstruct.model.block import Block
-from blockstruct.model.detection_report import DetectionReport, FoundContact
+from blockstruct.model.detection_report import DetectionReport
 from blockstruct.model.interface import Interface
 from blockstruct.model.checks import listed
 
@@ -29,18 +29,15 @@ AREA_SHARE = 1e-3
 SAME_AREA = 1e-6
 
 
-def overlaps(blocks: Sequence[Block], contacts: Iterable[FoundContact], gap: float) -> list[tuple[int, int, float]]:
-    """Blocks that share more space than a gap, and the contacts found between them, explain.
+def overlaps(blocks: Sequence[Block], gap: float) -> list[tuple[int, int, float]]:
+    """Blocks that share more space than contacts within a gap explain.
 
-    Where two faces touch within the gap at an angle, one block reaches into the other by the gap and, at its far end,
-    by its extent times the sine of the angle; faces that are not plane add what they deviate.
+    Contacts are measured between the mean planes of faces: what corners deviate from these comes on top.
 
     Parameters
     ----------
     blocks
         The order that the result counts in.
-    contacts
-        Of these blocks, accepted or left out.
     gap
         Largest penetration of a contact, m.
 
@@ -49,25 +46,9 @@ def overlaps(blocks: Sequence[Block], contacts: Iterable[FoundContact], gap: flo
     list of (i, j, depth in m)
         ``i < j``, pairs of supports among them.
     """
+    off = [float(b.shape.deviations.max()) for b in blocks]
     found = overlapping_pairs([b.shape for b in blocks], gap)
-    if not found:
-        return []
-    angles: dict[frozenset[str], float] = {}
-    for contact in contacts:
-        # Whoever gave an interface did not measure it: its gap is not a number.
-        if abs(contact.gap) <= gap:
-            pair = frozenset((contact.minus, contact.plus))
-            angles[pair] = max(angles.get(pair, 0.0), contact.angle)
-    extents = [float(np.linalg.norm(np.ptp(b.shape.vertices, axis=0))) for b in blocks]
-    deviations = [float(b.shape.deviations.max()) for b in blocks]
-
-    def explained(i: int, j: int) -> float:
-        angle = angles.get(frozenset((blocks[i].name, blocks[j].name)))
-        if angle is None:
-            return gap
-        return gap + min(extents[i], extents[j]) * float(np.sin(angle)) + deviations[i] + deviations[j]
-
-    return [(i, j, depth) for i, j, depth in found if depth > explained(i, j)]
+    return [(i, j, depth) for i, j, depth in found if depth > gap + off[i] + off[j]]
 
 
 def check_overlaps(
@@ -81,12 +62,11 @@ def check_overlaps(
         Blocks that overlap by more than rounding and the tolerance of the detection; joined ones, by more than a
         hundredth of the mean block size.
     """
-    contacts, gap = (detection.contacts, detection.tolerances.gap) if detection else ((), 0.0)
-    gap = max(gap, OVERLAP_TOLERANCE * size)
+    gap = max(detection.tolerances.gap if detection else 0.0, OVERLAP_TOLERANCE * size)
     joined = {frozenset((i.minus, i.plus)) for i in interfaces}
     pairs = [
         (a.name, b.name, depth)
-        for a, b, depth in ((blocks[i], blocks[j], depth) for i, j, depth in overlaps(blocks, contacts, gap))
+        for a, b, depth in ((blocks[i], blocks[j], depth) for i, j, depth in overlaps(blocks, gap))
         if not (a.fixed and b.fixed or (depth <= JOINED_OVERLAP * size and frozenset((a.name, b.name)) in joined))
     ]
     if pairs:
