@@ -84,15 +84,13 @@ def check_that_the_model_accepts(blocks, tolerance, angle):
         measured.setdefault(frozenset((contact.minus, contact.plus)), []).append(abs(contact.gap))
     # Blocks that share space deeper than the tolerance do so at some contact left out for it, or at none.
     assert all(max(measured.get(frozenset(o[:2]), [np.inf])) > gap for o in deep)
-    if deep:
-        with pytest.raises(bs.GeometryError, match="overlapping blocks"):
-            bs.Model("vault", blocks, found)
-    elif found.report.floating:
-        with pytest.raises(bs.ModelError, match="floating blocks"):
-            bs.Model("vault", blocks, found)
-    else:
+    try:
         assert len(bs.Model("vault", blocks, found).interfaces) == found.report.accepted
-    return not deep and not found.report.floating
+    except bs.ModelError as error:
+        assert ("overlapping blocks" if deep else "floating blocks") in str(error)
+        assert deep or found.report.floating
+        return False
+    return not found.report.floating
 
 
 @pytest.mark.parametrize(("warp", "noise"), [(3e-3, 1e-3), (0.06, 0.01)])
@@ -101,8 +99,8 @@ def test_a_model_refuses_nothing_that_detection_accepted(warp, noise):
     blocks = warped_vault(5, 2, warp=warp, noise=noise)
     tolerances = ["0.01 mm", "1 mm", "5 mm", "2 cm", "15 cm"]
     made = [check_that_the_model_accepts(blocks, t, a) for t in tolerances for a in ("6 deg", "40 deg")]
-    assert made == sorted(made)
-    assert sum(made) >= 2
+    assert made[-1]
+    assert not made[0]
 
 
 @pytest.mark.slow
