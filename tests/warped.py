@@ -1,5 +1,7 @@
 """Shells of warped stones, whose corners were surveyed or rounded one stone at a time."""
 
+from itertools import pairwise
+
 import numpy as np
 
 import blockstruct as bs
@@ -40,7 +42,7 @@ def warped_vault(
     blocks = []
     for i in range(stones):
         cuts = range(0, 2 * rows + 1, 2) if i % 2 == 0 else [0, *range(1, 2 * rows, 2), 2 * rows]
-        for a, b in zip(cuts[:-1], cuts[1:], strict=True):
+        for a, b in pairwise(cuts):
             corners = np.array([nodes[k, j, r] for k in (i, i + 1) for j, r in ((a, 0), (b, 0), (b, 1), (a, 1))])
             points = Q_(corners + rng.uniform(-noise, noise, corners.shape), "m")
             name, fixed = f"{i}.{a}", i in (0, stones - 1)

@@ -11,6 +11,8 @@ Index = NDArray[np.int64]
 
 #: Grid of polygons to intersect, relative to their extent: well above rounding, well below every tolerance.
 GRID = 1e-11
+#: Share of the area of an outline that may lie where it crosses itself by rounding.
+CROSSING = 1e-3
 
 
 def plane_axes(n: Array) -> tuple[Array, Array]:
@@ -107,11 +109,15 @@ def uncrossed(polygons: NDArray[np.object_]) -> NDArray[np.object_]:
 
 
 def intersections(one: NDArray[np.object_], other: NDArray[np.object_]) -> NDArray[np.object_]:
-    """What polygons share, pair by pair; nothing where an outline crosses itself, which GEOS refuses."""
-    shared = np.full(len(one), shapely.Polygon(), dtype=object)
-    valid = shapely.is_valid(one) & shapely.is_valid(other)
-    shared[valid] = shapely.intersection(one[valid], other[valid])
-    return shared
+    """What polygons share, pair by pair; nothing where an outline crosses itself by more than rounding."""
+    return np.asarray(shapely.intersection(_simple(one), _simple(other)))
+
+
+def _simple(polygons: NDArray[np.object_]) -> NDArray[np.object_]:
+    """Polygons; empty where they do not enclose the area that they turn about, once."""
+    enclosed, areas = uncrossed(polygons), shapely.area(polygons)
+    enclosed[np.abs(shapely.area(enclosed) - areas) > CROSSING * areas] = shapely.Polygon()
+    return enclosed
 
 
 def common_areas(polygons: Sequence[Array], normals: Array, i: Index, j: Index, tolerance: float) -> Array:

@@ -176,9 +176,9 @@ class DetectionReport:
         Returns
         -------
         DataFrame
-            ``finding`` is ``accepted``, ``accepted sliver``, ``rejected``, ``near miss``, ``between supports``, ``overlap``, ``close``,
-            ``non-planar face`` or ``floating``; ``gap`` (negative for a penetration), ``deviation``, ``angle`` and
-            ``area`` have the units of ``table.attrs["units"]``.
+            ``finding`` is ``accepted``, ``accepted sliver``, ``rejected``, ``near miss``, ``between supports``,
+            ``overlap``, ``close``, ``non-planar face`` or ``floating``; ``gap`` (negative for a penetration),
+            ``deviation``, ``angle`` and ``area`` have the units of ``table.attrs["units"]``.
         """
         texts, numbers = ["minus", "plus", "interface", "reason", "orientation"], ["gap", "angle", "area", "deviation"]
         small = {c.interface for c in self.accepted_slivers}
@@ -227,8 +227,9 @@ class DetectionReport:
             )
         if small:
             lines.append(
-                f"{len(small)} of the interfaces are slivers, {1 / SLIVER:.0f} times smaller than the joints beside them, "
-                f"and may raise the load factor: an area tolerance of {self.sliver_tolerance:.2g} m^2 leaves them out"
+                f"{len(small)} of the interfaces are slivers, {1 / SLIVER:.0f} times smaller than the joints beside "
+                "them, and may raise the load factor: "
+                f"an area tolerance of {self.sliver_tolerance:.2g} m^2 leaves them out"
             )
         lines += _listed("accepted sliver", [f"{c.minus} | {c.plus}: {c.area:.3g} m^2" for c in small])
         lines += _listed("sliver", [f"{a} | {b}: {area:.3g} m^2" for a, b, area in self.slivers])

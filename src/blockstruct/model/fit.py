@@ -67,7 +67,7 @@ def check_overlaps(
     pairs = [
         (a.name, b.name, depth)
         for a, b, depth in ((blocks[i], blocks[j], depth) for i, j, depth in overlaps(blocks, gap))
-        if not (a.fixed and b.fixed or (depth <= JOINED_OVERLAP * size and frozenset((a.name, b.name)) in joined))
+        if not ((a.fixed and b.fixed) or (depth <= JOINED_OVERLAP * size and frozenset((a.name, b.name)) in joined))
     ]
     if pairs:
         named = [f"{a!r} and {b!r} by {depth:.3g} m" for a, b, depth in pairs]
@@ -104,8 +104,9 @@ def check_interfaces(
     slack = np.zeros(len(interfaces))
     if detection is not None:
         gap = detection.tolerances.gap
-        # Pieces of a rough joint lie within the gap of their plane, and their faces within half of it of them.
-        limits = np.maximum(limits, np.where(measured, 2 * gap, gap))
+        # Pieces of a rough joint lie within the gap of their plane, and their faces within half of it of them: along
+        # the normals of these.
+        limits = np.maximum(limits, np.where(measured, 2 * gap / np.cos(detection.tolerances.angle), gap))
         slack[measured] = gap * np.array([perimeter(i.polygon) for i in interfaces])[measured]
     normals, areas = np.array([i.normal for i in interfaces]), np.array([i.area for i in interfaces])
     # On the minus blocks, then on the plus blocks.
