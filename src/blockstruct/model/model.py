@@ -20,7 +20,6 @@ from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.material import Material
 
 
-
 @dataclass(frozen=True, slots=True, init=False, eq=False)
 class Model:
     """Blocks, their interfaces and their materials.
