@@ -33,18 +33,19 @@ from blockstruct.model import (
 from blockstruct.units import si, to_quantity
 from blockstruct.vocabulary import JointOrientation
 
-#: Gap between two faces, relative to the mean block size, that is still rounding.
-GAP_TOLERANCE = 1e-5
-#: Area, relative to the square of the mean block size, below which a contact is a line or a point, and below which it
-#: is nothing but the rounding of a line.
-AREA_TOLERANCE, AREA_ROUNDING = 1e-6, 1e-9
-#: Distance, relative to the mean block size, up to which two faces are judged, and up to which blocks without a contact
-#: are worth a word: the width of a mortar joint.
+# The limits of detection: lengths relative to the mean block size, areas to its square, angles in radians.
+
+#: Gap between two faces that is still rounding: the tolerance by default.
+GAP = 1e-5
+#: Distance up to which two faces are judged, and up to which blocks without a contact are worth a word: the width of a
+#: mortar joint.
 REACH, CLOSE = 1e-2, 0.1
-#: Angle up to which faces that look at each other are judged at all, and that of a contact by default.
-ANGLE_REACH, ANGLE_TOLERANCE = math.radians(10), "1 deg"
-#: Angle, in radians, beyond which two faces do not look at each other.
-LARGEST_ANGLE = math.radians(45)
+#: Area up to which a contact is a line or a point, by default, and up to which it is the rounding of a line.
+AREA, AREA_ROUNDING = 1e-6, 1e-9
+#: Angle between two faces in contact, by default, as users write it.
+ANGLE = "1 deg"
+#: Angle up to which faces that look at each other are judged at all, and beyond which they do not look at each other.
+ANGLE_REACH, LARGEST_ANGLE = math.radians(10), math.radians(45)
 
 
 def detect_interfaces(
@@ -52,7 +53,7 @@ def detect_interfaces(
     joint_material: Any,
     tolerance: Any = None,
     *,
-    angle_tolerance: Any = ANGLE_TOLERANCE,
+    angle_tolerance: Any = ANGLE,
     area_tolerance: Any = None,
     explicit: Iterable[Interface] = (),
 ) -> Detection:
@@ -138,9 +139,9 @@ def detect_interfaces(
 
 def _face_pairs(shapes: list[Polyhedron], size: float, limits: DetectionTolerances) -> list[FacePair]:
     """Faces that look at each other and come close; those in contact with their pieces made whole."""
-    rounding = min(limits.gap, GAP_TOLERANCE * size)
+    rounding = min(limits.gap, GAP * size)
     reach, angle = max(2 * limits.gap, REACH * size), max(2 * limits.angle, ANGLE_REACH)
-    pairs = coplanar_face_pairs(shapes, reach, angle=angle, rounding=rounding)
+    pairs = coplanar_face_pairs(shapes, reach, angle, rounding=rounding)
     pairs = [p for p in pairs if p.area > AREA_ROUNDING * size**2]
     apart = [p for p in pairs if _reason(p, limits) not in ("", "area")]
     met = joined_pairs([p for p in pairs if _reason(p, limits) in ("", "area")], limits.gap, limits.angle, rounding)
@@ -211,8 +212,8 @@ def _check_names(blocks: Sequence[Block], explicit: Sequence[Interface]) -> None
 
 
 def _tolerances(size: float, gap: Any, angle: Any, area: Any) -> DetectionTolerances:
-    gap = to_quantity(GAP_TOLERANCE * size, "length") if gap is None else gap
-    area = to_quantity(AREA_TOLERANCE * size**2, "area") if area is None else area
+    gap = to_quantity(GAP * size, "length") if gap is None else gap
+    area = to_quantity(AREA * size**2, "area") if area is None else area
     values = []
     for what, given, dimension, unit in (
         ("tolerance", gap, "length", "m"),

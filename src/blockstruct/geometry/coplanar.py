@@ -10,6 +10,7 @@ from blockstruct.geometry.faces import Faces
 from blockstruct.geometry.neighbours import box_pairs
 from blockstruct.geometry.polygon import plane_axes, uncrossed
 from blockstruct.geometry.polyhedron import Polyhedron
+from blockstruct.geometry.tolerances import SIDEWAYS
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -47,12 +48,8 @@ class FacePair:
     angle: float
 
 
-#: Angle, in radians, between two faces that look at each other.
-FACING = 0.02
-
-
 def coplanar_face_pairs(
-    bodies: list[Polyhedron], reach: float, *, angle: float = FACING, rounding: float | None = None
+    bodies: list[Polyhedron], reach: float, angle: float, *, rounding: float | None = None
 ) -> list[FacePair]:
     """All common areas of faces of different bodies, whatever their number and size.
 
@@ -150,6 +147,6 @@ def _angle(one: Array, other: Array) -> Array:
 
 def _half_space_sign(normals: Array) -> Array:
     """+1 where a normal points up (or, if level, along +y, then +x), else −1."""
-    x, y, z = np.where(np.abs(normals) < 1e-3, 0.0, normals).T
+    x, y, z = np.where(np.abs(normals) < SIDEWAYS, 0.0, normals).T
     lead = np.where(z != 0, z, np.where(y != 0, y, x))
     return np.where(lead > 0, 1.0, -1.0)

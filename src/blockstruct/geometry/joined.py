@@ -8,11 +8,9 @@ from numpy.typing import NDArray
 
 from blockstruct.geometry.coplanar import FacePair
 from blockstruct.geometry.polygon import plane_axes, uncrossed
+from blockstruct.geometry.tolerances import SNAP
 
 Array = NDArray[np.float64]
-
-#: Grid on which edges of pieces meet, as a part of what is rounding.
-SNAP = 1e-3
 
 
 def joined_pairs(pairs: Sequence[FacePair], gap: float, angle: float, rounding: float) -> list[FacePair]:

@@ -7,15 +7,13 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.geometry.faces import Faces
-from blockstruct.geometry.neighbours import CHUNK, expanded
+from blockstruct.geometry.neighbours import expanded
 from blockstruct.geometry.polygon import flat_polygons, intersections, plane_axes, uncrossed
 from blockstruct.geometry.polyhedron import Polyhedron
+from blockstruct.geometry.tolerances import CHUNK, LIES_ON
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-#: Cosine of the angle between a polygon and a face beyond which it does not lie on it, however close.
-FACING = 0.5
 
 
 def areas_on_bodies(
@@ -49,7 +47,7 @@ def areas_on_bodies(
         k = part[row]
         reach = limits[k, None]
         near = np.all((faces.low[face] <= high[k] + reach) & (faces.high[face] >= low[k] - reach), axis=1)
-        near[near] = np.einsum("ij,ij->i", faces.normal[face[near]], normals[k[near]]) > FACING
+        near[near] = np.einsum("ij,ij->i", faces.normal[face[near]], normals[k[near]]) > np.cos(LIES_ON)
         k, face = k[near], face[near]
         if len(k):
             np.add.at(areas, k, _shared_areas([polygons[i] for i in k.tolist()], normals[k], limits[k], faces, face))

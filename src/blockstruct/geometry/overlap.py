@@ -9,16 +9,10 @@ from numpy.typing import NDArray
 
 from blockstruct.geometry.neighbours import box_pairs, separations
 from blockstruct.geometry.polyhedron import Polyhedron
+from blockstruct.geometry.tolerances import CHUNK, MOST_CROSSINGS, NO_AREA, PARALLEL, SAMPLES
 from blockstruct.geometry.triangles import distances, triangulated
 
 Array = NDArray[np.float64]
-
-#: Pairs of edges that are tried for an axis between two bodies.
-MOST_CROSSINGS = 20_000
-#: Points times faces worked on at once: bounds the memory, not the result.
-CHUNK = 500_000
-#: Area of a triangle, relative to the largest of its body, that is none.
-NO_AREA = 1e-12
 
 
 def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[int, int, float]]:
@@ -105,7 +99,7 @@ def _hull_depth(a: Polyhedron, b: Polyhedron) -> float:
     if len(edges) * len(others) <= MOST_CROSSINGS:
         cross = np.cross(edges[:, None], others[None]).reshape(-1, 3)
         length = np.linalg.norm(cross, axis=1)
-        axes.append(cross[length > 1e-6] / length[length > 1e-6, None])
+        axes.append(cross[length > PARALLEL] / length[length > PARALLEL, None])
     directions = np.concatenate(axes).T
     pa, pb = a.vertices @ directions, b.vertices @ directions
     return float(np.minimum(pa.max(axis=0) - pb.min(axis=0), pb.max(axis=0) - pa.min(axis=0)).min())
@@ -115,17 +109,17 @@ def _sampled_depth(a: _Surface, b: _Surface) -> float:
     """Largest thickness of what two bodies share, at points of it: from a face of one to a face of the other."""
     low, high = np.maximum(a.low, b.low), np.minimum(a.high, b.high)
     # Off the regular points, where faces of neat blocks lie: a point on a face is neither inside nor outside.
-    steps = (np.arange(12) + 0.5 + 0.013 * np.sqrt(2)) / 12.1
+    steps = (np.arange(SAMPLES) + 0.5 + 0.013 * np.sqrt(2)) / (SAMPLES + 0.1)
     grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     points = low + grid * (high - low)
     for body in (a, b):
         points = points[np.all(points @ body.normals.T < body.heights, axis=1)]
     for body in (a, b):
-        parts = np.array_split(points, len(points) * len(body.triangles) // CHUNK + 1)
+        parts = np.array_split(points, body.triangles.size * len(points) // CHUNK + 1)
         points = np.concatenate([part[_inside(body.triangles, part)] for part in parts])
     if not len(points):
         return 0.0
-    parts = np.array_split(points, len(points) * max(len(a.triangles), len(b.triangles)) // CHUNK + 1)
+    parts = np.array_split(points, max(a.triangles.size, b.triangles.size) * len(points) // CHUNK + 1)
     return max(float((distances(p, a.triangles) + distances(p, b.triangles)).max()) for p in parts)
 
 

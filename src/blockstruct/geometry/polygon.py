@@ -6,20 +6,17 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from blockstruct.geometry.tolerances import CROSSING, GRID, LEVEL
+
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-#: Grid of polygons to intersect, relative to their extent: well above rounding, well below every tolerance.
-GRID = 1e-11
-#: Share of the area of an outline that may lie where it crosses itself by rounding.
-CROSSING = 1e-3
 
 
 def plane_axes(n: Array) -> tuple[Array, Array]:
     """In-plane axes s (horizontal, along x on a horizontal plane) and t of unit normals n, shape (..., 3)."""
     n = np.asarray(n, dtype=float)
     s = np.stack([-n[..., 1], n[..., 0], np.zeros(n.shape[:-1])], axis=-1)
-    flat = np.linalg.norm(s, axis=-1) < 1e-9
+    flat = np.linalg.norm(s, axis=-1) < LEVEL
     level = np.array([1.0, 0.0, 0.0]) - n[..., :1] * n
     s = np.where(flat[..., None], level, s)
     s = s / np.linalg.norm(s, axis=-1, keepdims=True)

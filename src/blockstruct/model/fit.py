@@ -18,13 +18,13 @@ from blockstruct.model.interface import Interface
 Array = NDArray[np.float64]
 
 #: Penetration, relative to the mean block size, that is rounding, and that blocks joined by an interface may have.
-OVERLAP_TOLERANCE, JOINED_OVERLAP = 1e-5, 1e-2
+OVERLAP, JOINED_OVERLAP = 1e-5, 1e-2
 #: Distance of an interface from the faces it lies on, relative to the smaller block: half of a wide, rough joint.
 OFF_FACE = 5e-2
 #: Share of the area of an interface that may lie beside the faces of its blocks: rounded corners.
 OFF_OUTLINE = 1e-2
-#: Share of an interface that another of the same blocks may cover.
-AREA_SHARE = 1e-3
+#: Share of an interface that another of the same blocks may cover, and cosine of the angle between such two.
+COVERED, PARALLEL = 1e-3, 0.99
 #: Agreement of an interface with the area that its detection measured.
 SAME_AREA = 1e-6
 
@@ -62,7 +62,7 @@ def check_overlaps(
         Blocks that overlap by more than rounding and the tolerance of the detection; joined ones, by more than a
         hundredth of the mean block size.
     """
-    gap = max(detection.tolerances.gap if detection else 0.0, OVERLAP_TOLERANCE * size)
+    gap = max(detection.tolerances.gap if detection else 0.0, OVERLAP * size)
     joined = {frozenset((i.minus, i.plus)) for i in interfaces}
     pairs = [
         (a.name, b.name, depth)
@@ -152,10 +152,10 @@ def _check_covered(
     normals = np.array([interface.normal for interface in interfaces])
     same = np.all(ends[i] == ends[j], axis=1) & ~(measured[i] & measured[j])
     i, j = i[same], j[same]
-    parallel = np.abs(np.einsum("ij,ij->i", normals[i], normals[j])) > 0.99
+    parallel = np.abs(np.einsum("ij,ij->i", normals[i], normals[j])) > PARALLEL
     i, j = i[parallel], j[parallel]
     areas = np.array([interface.area for interface in interfaces])
-    covered = np.flatnonzero(common_areas(polygons, normals, i, j, slack) > AREA_SHARE * areas[i])
+    covered = np.flatnonzero(common_areas(polygons, normals, i, j, slack) > COVERED * areas[i])
     if len(covered):
         k = covered[0]
         msg = (
