@@ -103,6 +103,7 @@ def large_history(folder: Path, columns: int, rows: int, iterations: int) -> Non
         {**data, "solver_iterations": solver_iterations}, {**coords, "iteration": whole["iteration"]}, history.attrs
     )
     result = bs.CaseResult(
+        model=model,
         case=CASE,
         settings=bs.ProcedureSettings(),
         status=bs.Status.INTERRUPTED,

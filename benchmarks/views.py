@@ -97,7 +97,7 @@ def main() -> None:
     print(f"{len(model.blocks)} blocks, {len(model.interfaces)} interfaces, {result.n_iterations} iterations")
 
     def drawn(draw: Callable[..., object], **options: object) -> Callable[[], None]:
-        return lambda: draw(model, result, **options).figure.canvas.draw()  # type: ignore[attr-defined]
+        return lambda: draw(result, **options).figure.canvas.draw()  # type: ignore[attr-defined]
 
     with tempfile.TemporaryDirectory() as scratch:
         folders = [Path(scratch) / name for name in ("page", "report", "paraview")]
@@ -110,7 +110,7 @@ def main() -> None:
         timed("page", lambda: write_page(analysis, page))
         slider(page)
         timed("report", lambda: write_report(analysis, folders[1] / "wall.html"))
-        timed("paraview", lambda: write_paraview(analysis, "push", folders[2] / "wall.pvd"))
+        timed("paraview", lambda: write_paraview(analysis["push"], folders[2] / "wall.pvd"))
 
 
 if __name__ == "__main__":

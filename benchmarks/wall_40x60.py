@@ -86,6 +86,7 @@ def main() -> None:
     in_solver = sum(i.solver_time for i in iterations)
     history = clock("history", lambda: history_of(statics, problem, iterations))
     result = bs.CaseResult(
+        model=model,
         case=case,
         settings=settings,
         status=outcome.status,

@@ -74,17 +74,12 @@ def curves(model: bs.Model) -> None:
         ("friction_coefficient", [0.3, 0.4, 0.5, 0.6, 0.7, 0.8]),
         ("compressive_strength", strengths),
     ):
-        save(f"wall-{name.partition('_')[0]}", partial(figures.curve, manager.sweep(name, values, case)))
+        save(f"wall-{name.partition('_')[0]}", partial(figures.curve, manager.sweep(name, values, case)), (6.2, 3.0))
 
 
-def save(name: str, draw: Callable[..., Axes], size: tuple[float, float] = (5.2, 3.2), look: str | None = None) -> None:
+def save(name: str, draw: Callable[..., Axes], size: tuple[float, float] = (6.2, 3.8)) -> None:
     figure = Figure(figsize=size, layout="constrained")
-    ax = figure.add_subplot(projection="3d" if look == "3d" else None)
-    draw(ax=ax, **({} if look is None else {"look": look}))
-    if look == "3d":
-        # Without labels there is room for more.
-        ax.set_axis_off()
-        ax.set_box_aspect(np.ptp([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()], axis=1), zoom=1.3)
+    draw(ax=figure.add_subplot())
     target = HERE / "pictures" / f"{name}.png"
     figure.savefig(target, dpi=110, pil_kwargs={"optimize": True})
     print(f"{target.name}: {target.stat().st_size / 1e3:.0f} kB")
@@ -93,27 +88,27 @@ def save(name: str, draw: Callable[..., Axes], size: tuple[float, float] = (5.2,
 def main() -> None:
     mpl.use("Agg")
     (HERE / "pictures").mkdir(exist_ok=True)
-    for name, build, look in (
-        ("wall", wall_with_opening, "y"),
-        ("arch", arch, "y"),
-        ("dome", dome, "3d"),
-        ("pier-spandrel", pier_spandrel, "y"),
+    for name, build in (
+        ("wall", wall_with_opening),
+        ("arch", arch),
+        ("dome", dome),
+        ("pier-spandrel", pier_spandrel),
     ):
         model, result = build()
-        save(f"{name}-mechanism", partial(figures.mechanism, model, result), look=look)
-        save(f"{name}-states", partial(figures.structure, model, result), look=look)
+        save(f"{name}-mechanism", partial(figures.mechanism, result))
+        save(f"{name}-states", partial(figures.structure, result))
         if name == "arch":
-            save(f"{name}-forces", partial(figures.forces, model, result), look=look)
+            save(f"{name}-forces", partial(figures.forces, result))
         if name == "wall":
-            save("wall-convergence", partial(figures.convergence, result))
-            save("wall-certificate", partial(figures.certificate, result), size=(6.2, 3.2))
+            save("wall-convergence", partial(figures.convergence, result), size=(6.2, 3.0))
+            save("wall-certificate", partial(figures.certificate, result), size=(6.2, 3.0))
             curves(model)
         if name == "pier-spandrel":
             moments = abs(result.resultants["moment"].isel(iteration=-1).sel(component=["s", "t"])).to_numpy()
             most, about = np.unravel_index(np.argmax(moments), moments.shape)
             joint = {"interface": model.interfaces[most].name, "about": "st"[about]}
-            save(f"{name}-utilisation", partial(figures.structure, model, result, colour="crushing"), look=look)
-            save(f"{name}-domain", partial(figures.crushing_domain, model, result, **joint))
+            save(f"{name}-utilisation", partial(figures.structure, result, colour="crushing"))
+            save(f"{name}-domain", partial(figures.crushing_domain, result, **joint), size=(6.2, 3.2))
 
 
 if __name__ == "__main__":

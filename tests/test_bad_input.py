@@ -134,6 +134,50 @@ def test_values_without_mechanical_meaning(make, words):
 
 
 @pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: bs.JointMaterial("j", friction=0.6), ["JointMaterial", "'friction'", "mean friction_coefficient or"]),
+        (lambda: bs.Material("tuff", unitweight="20 kN/m^3"), ["Material", "did you mean unit_weight?"]),
+        (lambda: bs.Block.box("b", Q_([0, 0, 0], "m"), sise=1), ["Block.box", "did you mean size?"]),
+        (lambda: bs.Model("m", block=[]), ["Model", "did you mean blocks?"]),
+        (lambda: bs.LimitCase("c", dead=None, vairable=None), ["LimitCase", "did you mean variable?"]),
+        (lambda: bs.BodyForce(dir=(1, 0, 0)), ["BodyForce", "did you mean direction?"]),
+        (lambda: bs.ProcedureSettings(max_program=3), ["ProcedureSettings", "did you mean max_programs?"]),
+        (lambda: bs.ProcedureSettings.of({"max_program": 3}), ["ProcedureSettings", "did you mean max_programs?"]),
+        (lambda: bs.detect_interfaces([], joint="lime"), ["detect_interfaces", "did you mean joint_material?"]),
+        (lambda: bs.wall(lenght="1 m"), ["wall", "'lenght'", "did you mean length?"]),
+        (lambda: bs.arch(colour="red"), ["arch", "'colour'", "known are span, thickness"]),
+        (lambda: bs.read_mesh("m.obj", units="mm"), ["read_mesh", "did you mean unit?"]),
+        (lambda: bs.AnalysisManager("m", stor="x"), ["AnalysisManager", "did you mean store?"]),
+    ],
+)
+def test_a_misspelt_argument_is_told_the_one_that_was_meant(make, words):
+    with refused(bs.UnknownKeywordError, *words):
+        make()
+    with pytest.raises(TypeError):
+        make()
+
+
+@pytest.mark.parametrize("weight", ["18 kN/mm^3", "18 N/m^3", "4.9 kN/m^3", "91 kN/m^3"])
+def test_an_unusual_unit_weight_is_asked_about(weight):
+    words = r"'tuff': a unit weight of .* from 5 to 90 kN/m\^3; is its unit right"
+    with pytest.warns(bs.UnusualValueWarning, match=words) as caught:
+        assert bs.Material("tuff", weight).unit_weight > 0
+    # It names the line of the user.
+    assert caught[0].filename == __file__
+
+
+def test_usual_and_zero_unit_weights_are_not_asked_about():
+    assert [bs.Material("m", w).unit_weight for w in ("0 N/m^3", "5 kN/m^3", "90 kN/m^3")] == [0, 5e3, 9e4]
+    assert bs.Material("m", density="2000 kg/m^3").unit_weight == pytest.approx(19613.3)
+
+
+def test_a_long_text_of_a_unit_is_not_searched():
+    with refused(bs.UnitError, "'tuff'", "300 characters", "write one as '12 kN/m^3'"):
+        bs.Material("tuff", "1 " + "k" * 298)
+
+
+@pytest.mark.parametrize(
     ("vertices", "faces", "words"),
     [
         (CUBE, FACES[:-1], ["'b'", "open at edge", "add the missing face"]),

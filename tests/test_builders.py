@@ -213,6 +213,22 @@ def test_piers_and_spandrels_count_in_whole_courses():
             ["opening 1", "beyond the wall of 3.2 m"],
         ),
         (lambda: wall(openings=[bs.Opening("1 m", "0.3 m", "0.8 m", "0.4 m")]), ["sill at 0.3 m", "nearest is at"]),
+        (
+            lambda: wall(openings=[bs.Opening("1 m", "0 m", "0.8 m", "9 m")]),
+            ["opening 1", "its head at 9 m exceeds the height of the wall", "lower or the wall higher"],
+        ),
+        (lambda: bs.stack(10**9, size=["1 m", "1 m", "1 m"], material=STONE), ["count 1000000000", "at most 100000"]),
+        (
+            lambda: bs.wall(**BRICK, length="1e5 m", courses=12),
+            ["blocks, the limit is 100000", "larger or fewer units"],
+        ),
+        (lambda: bs.wall(**BRICK, length="1e9 km", courses=12), ["length 1e+12 m", "is its unit right?"]),
+        (lambda: wall(prefix=3), ["prefix is 3", "give a text"]),
+        (lambda: wall(base="no"), ["base is 'no'", "True or False"]),
+        (
+            lambda: bs.wall(**BRICK | {"material": "tuff"}, length="1 m", courses=2),
+            ["material is 'tuff'", "give a Material"],
+        ),
         (lambda: wall(openings=[DOOR, bs.Opening("1 m", "0 m", "0.8 m", "0.4 m")]), ["overlaps the one at 1.2 m"]),
         (lambda: wall(openings=[bs.Opening("-1 m", "0 m", "0.8 m", "0.4 m")]), ["start -1 m"]),
         (lambda: wall(sidewalls=[bs.Sidewall("s", "3.1 m", "1 m")]), ["'s'", "not behind the wall"]),

@@ -3,6 +3,7 @@
 import json
 
 import ezdxf
+import numpy as np
 import pytest
 
 import blockstruct as bs
@@ -50,7 +51,7 @@ def test_without_supports_the_draft_is_written_and_the_check_says_why(call, stac
 
 
 def test_repairs_are_printed_once(call, tmp_path):
-    block = bs.Block.box("b", bs.Q_([0, 0, 0], "m"), bs.Q_([1, 1, 1], "m"), bs.Material("s", "1 kN/m^3"))
+    block = bs.Block.box("b", bs.Q_([0, 0, 0], "m"), bs.Q_([1, 1, 1], "m"), bs.Material("s", "20 kN/m^3"))
     scans = [tmp_path / "a.stl", tmp_path / "b.stl"]
     for scan in scans:
         scan.write_bytes(stl_bytes([block], inward=True))
@@ -59,12 +60,94 @@ def test_repairs_are_printed_once(call, tmp_path):
     assert "GeometryWarning" not in err
 
 
-def test_moved_vertices_widen_the_joints_and_say_so(call, tmp_path):
-    warped = obj_text([*CUBE[:6], (1, 1, 1.002), CUBE[7]])
-    (tmp_path / "a.obj").write_text(warped, encoding="utf-8")
-    _, out, _ = call("import", tmp_path / "a.obj", "-o", tmp_path / "m.yaml", "--unit", "m", *STONE)
-    assert "coordinates are rounded: allow a gap of 0.005 m in joints" in out
-    assert "tolerance: 0.005 m" in (tmp_path / "m.yaml").read_text(encoding="utf-8")
+def test_joints_opened_by_repairs_are_closed_and_listed_and_no_others(call, tmp_path):
+    # Two stones on a slab, 2 mm apart; a corner of the one is 2 mm too low, in the slab.
+    stones = [[(x * 0.9 + k * 0.902, y, z * 0.5) for x, y, z in CUBE] for k in range(2)]
+    stones[0][0] = (0, 0, -0.002)
+    slab = [(3 * x - 0.5, 2 * y - 0.5, z * 0.3 - 0.3) for x, y, z in CUBE]
+    text = "".join(
+        f"o {name}\n" + obj_text(vertices, [[i - 9 for i in f] for f in QUADS])
+        for name, vertices in zip(("slab", "low", "level"), (slab, *stones), strict=True)
+    )
+    (tmp_path / "a.obj").write_text(text, encoding="utf-8")
+    model = tmp_path / "m.yaml"
+    code, out, err = call("import", tmp_path / "a.obj", "-o", model, "--unit", "m", "--fix", "slab", *STONE)
+    assert (code, err) == (0, "")
+    assert "1 joints closed that repairs of their own faces opened" in out
+    assert "slab | low: " in out
+    found = {(i.minus, i.plus) for i in bs.read_document(model).model.interfaces}
+    assert found == {("slab", "low"), ("slab", "level")}
+
+
+def test_tolerances_of_detection_go_into_the_document(call, stack, tmp_path):
+    model = tmp_path / "m.yaml"
+    limits = ["--gap", "2 mm", "--angle", "5 deg", "--area-tolerance", "1 cm^2"]
+    code, _, _ = call("import", stack, "-o", model, "--unit", "mm", "--fix", "lowest", *STONE, *limits)
+    assert code == 0
+    tolerances = bs.read_document(model).report.tolerances
+    assert tolerances.gap == pytest.approx(2e-3)
+    assert tolerances.angle == pytest.approx(np.radians(5))
+    assert tolerances.area == pytest.approx(1e-4)
+
+
+def test_blocks_are_excluded_and_the_file_may_lie(call, stack, tmp_path):
+    # The stones stand along y in the file.
+    lying = tmp_path / "lying.obj"
+    rows = [line.split() for line in stack.read_text(encoding="utf-8").splitlines()]
+    text = "\n".join(f"v {r[1]} {r[3]} -{r[2]}" if r[0] == "v" else " ".join(r) for r in rows) + "\n"
+    lying.write_text(text.replace("--", ""), encoding="utf-8")
+    words = ["--unit", "mm", "--fix", "lowest", *STONE]
+    code, out, _ = call("import", lying, "-o", tmp_path / "m.yaml", "--up", "y", "--exclude", "stone 2", *words)
+    assert code == 0
+    assert "excluded as asked: stone 2" in out
+    model = bs.read_document(tmp_path / "m.yaml").model
+    assert [b.name for b in model.blocks] == ["stone 0", "stone 1"]
+    assert model.block("stone 1").centroid[2] == pytest.approx(0.75)
+
+
+def test_directions_flow_and_the_angle_of_a_tilting_table(call, stack, tmp_path):
+    model = tmp_path / "m.yaml"
+    words = ["--unit", "mm", "--fix", "lowest", *STONE, "--flow", "associative", "--tilt"]
+    code, out, _ = call("import", stack, "-o", model, *words, "--direction", "-y", "--direction", "3,4,0")
+    assert code == 0
+    assert "with the cases 'tilt -y', 'tilt (3,4,0)'" in out
+    cases = bs.read_document(model).cases
+    assert [case.flow for case in cases] == ["associative"] * 2
+    assert [case.variable.loads[0].direction for case in cases] == [(0, -1, 0), pytest.approx((0.6, 0.8, 0))]
+    code, out, _ = call("run", model, "-o", tmp_path / "m.h5")
+    # Two stones of slenderness 2 rock about an edge at a load factor of 1/2.
+    assert f"on a tilting table: falls at {np.degrees(np.arctan(0.5)):.4g} deg" in out
+    _, out, _ = call("show", tmp_path / "m.h5")
+    assert out.count("on a tilting table") == 2
+
+
+def test_files_of_several_kinds_in_one_import(call, stack, tmp_path):
+    drawing = ezdxf.new()
+    drawing.header["$INSUNITS"] = 4
+    drawing.modelspace().add_lwpolyline([(1000, 0), (1500, 0), (1500, 500), (1000, 500)], close=True)
+    drawing.saveas(tmp_path / "pier.dxf")
+    words = ["--unit", "mm", "--fix", "lowest", *STONE]
+    files = [stack, tmp_path / "pier.dxf"]
+    code, out, _ = call("import", *files, "-o", tmp_path / "m.yaml", *words, "--thickness", "50 cm")
+    assert code == 0
+    assert "4 blocks" in out
+    names = [b.name for b in bs.read_document(tmp_path / "m.yaml").model.blocks]
+    assert names == ["stack.stone 0", "stack.stone 1", "stack.stone 2", "pier.0.1"]
+
+
+def test_the_template_s_unit_of_a_drawing_is_overridden(call, tmp_path):
+    drawing = ezdxf.new()
+    drawing.header["$INSUNITS"] = 1
+    drawing.modelspace().add_lwpolyline([(0, 0), (1500, 0), (1500, 1500), (0, 1500)], close=True)
+    drawing.saveas(tmp_path / "wall.dxf")
+    words = ["--unit", "mm", "--thickness", "50 cm", *STONE]
+    code, _, err = call("import", tmp_path / "wall.dxf", "-o", tmp_path / "m.yaml", *words)
+    assert code == 2
+    assert "its unit is 0.0254 m ($INSUNITS)" in err
+    assert "--override-unit" in err
+    _, out, _ = call("import", tmp_path / "wall.dxf", "-o", tmp_path / "m.yaml", *words, "--override-unit")
+    assert "its unit is 0.0254 m ($INSUNITS), which is overridden: its unit is taken as 0.001 m" in out
+    assert "1.5 × 0.5 × 1.5 m" in out
 
 
 def test_a_drawing(call, tmp_path):
@@ -95,7 +178,15 @@ def test_an_assembly(call, tmp_path):
     ("words", "expected"),
     [
         (["none.obj"], "none.obj: cannot be read"),
-        (["STACK", "a.dxf"], "several can only be read if all are meshes"),
+        (["STACK", "STACK", "--unit-weight", "A=30 kN/m^3"], "--unit-weight: give it once"),
+        (["STACK", "--closing", "1 mm"], "closing belong to DXF drawings"),
+        (["STACK", "--segments", "0"], "segments belong to DXF drawings"),
+        (["STACK", "--override-unit"], "override_unit belong to DXF drawings"),
+        (["STACK", "--up", "w"], "up is 'w'; give the axis"),
+        (["STACK", "--exclude", "brick*"], "no block 'brick*' to exclude"),
+        (["STACK", "--direction", "north"], "--direction 'north': give +x"),
+        (["STACK", "--direction", "0,0,0"], "--direction '0,0,0': give +x"),
+        (["STACK", "--direction", "+z", "--tilt"], "a table tilts to a level direction"),
         (["STACK", "--thickness", "1 m"], "belong to DXF drawings"),
         (["STACK", "--fix", "stone 9"], "no block 'stone 9' to fix"),
         (["STACK", "--unit-weight", "30 kN/m^3"], "--unit-weight: give it once"),
@@ -111,9 +202,13 @@ def test_bad_input_is_one_message_and_no_document(call, stack, tmp_path, words, 
     assert not (tmp_path / "m.yaml").exists()
 
 
-def test_a_document_is_not_replaced(call, stack, tmp_path):
+@pytest.mark.parametrize("content", ["", "no mesh at all"])
+def test_a_document_is_not_replaced_whatever_the_files_hold(call, stack, tmp_path, content):
     stack.with_suffix(".yaml").write_text("mine", encoding="utf-8")
+    stack.write_text(content, encoding="utf-8")
     code, _, err = call("import", stack, "-o", stack.with_suffix(".yaml"), "--unit", "mm", *STONE)
     assert code == 2
     assert "exists and is not replaced" in err
     assert stack.with_suffix(".yaml").read_text(encoding="utf-8") == "mine"
+    code, _, err = call("import", stack, "-o", tmp_path / "m.txt", "--unit", "mm", *STONE)
+    assert "no name of a model document" in err

@@ -77,6 +77,19 @@ def test_the_area_that_is_a_line_is_for_the_user_to_say():
     assert report.floating == report.untouched == ("b",)
 
 
+def test_the_hint_names_the_tolerance_that_most_exceed():
+    # Three stones turned by 3 degrees so that they touch with an edge, and a level one 4 mm above the floor.
+    turn = rotation((0, 1, 0), np.radians(3))
+    stones = [*(moved([box(f"turned {k}", (0, 0, 0))], turn, (2 * k, 0, np.sin(np.radians(3))))[0] for k in range(3))]
+    report = detect(FLOOR, *stones, box("high", (6, 0, 0.004)), tolerance="1 mm").report
+    # Without limit their lower faces would be contact, open by 5 cm at the far side.
+    assert report.hints == (
+        "3 of 4 rejected by angle: an angle tolerance of 3.03 deg would take 0, with a gap tolerance of 0.0529 m 3",
+        "1 of 4 rejected by gap or penetration: a gap tolerance of 0.00404 m would take half of them, 0.00404 m all",
+    )
+    assert all(hint in str(report) for hint in report.hints)
+
+
 def test_a_wall_drawn_with_open_joints_says_how_wide_they_are():
     apart = detect(FLOOR, box("a", [0, 0, 0.025]), box("b", [1.03, 0, 0.025])).report
     assert {c[:2]: round(c[2], 6) for c in apart.close} == {
@@ -90,7 +103,7 @@ def test_a_wall_drawn_with_open_joints_says_how_wide_they_are():
     assert report.floating == ("a", "b")
     assert report.untouched == ("floor",)
     assert judged(report, "floor", "a").gap == pytest.approx(0.004)
-    assert "a tolerance of 0.00404 m would take the 1 rejected by gap or penetration" in str(report)
+    assert "1 of 1 rejected by gap or penetration: a gap tolerance of 0.00404 m would take" in str(report)
 
 
 def test_stones_in_wide_rough_joints_make_a_model():

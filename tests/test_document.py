@@ -6,9 +6,12 @@ import json
 import numpy as np
 import pytest
 import yaml
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.documents import reader, yaml_core
 
 BASIC = {
     "blockstruct": "model-1",
@@ -50,6 +53,9 @@ BASIC = {
     "cases": [{"name": "push", "dead": "dead", "variable": "push", "flow": "associative"}],
     "settings": {"max_programs": 30},
 }
+
+#: Names that a model may have, and texts that a version of YAML takes for something else.
+TEXTS = st.text().filter(str.isprintable) | st.text("0123456789_:.xobe-+~=<&*!?#'\" nys", max_size=6)
 
 
 def write(tmp_path, content, suffix=".yaml"):
@@ -180,6 +186,60 @@ def test_numbers_without_a_point_are_numbers(tmp_path):
     path = write(tmp_path, BASIC)
     path.write_text(path.read_text(encoding="utf-8") + "  gap_tolerance: 1e-3\n", encoding="utf-8")
     assert bs.read_document(path).settings["gap_tolerance"] == 1e-3
+
+
+@pytest.mark.parametrize("number", ["040", "010", "08", "1:30", "1_000", "0o17", "0b11", "-0x1F"])
+def test_numbers_that_versions_of_yaml_read_differently_are_refused(tmp_path, number):
+    path = write(tmp_path, BASIC)
+    path.write_text(path.read_text(encoding="utf-8") + f"  patience: {number}\n", encoding="utf-8")
+    with pytest.raises(bs.DocumentError, match=rf"{number} is read differently.*'{number}' in quotes[^$]*at line \d+"):
+        bs.read_document(path)
+
+
+@pytest.mark.parametrize(("word", "truth"), [("yes", "true"), ("Off", "false")])
+def test_yes_and_no_are_refused(tmp_path, word, truth):
+    path = write(tmp_path, BASIC)
+    path.write_text(path.read_text(encoding="utf-8").replace("fixed: true", f"fixed: {word}"), encoding="utf-8")
+    with pytest.raises(bs.DocumentError, match=f"{word} is {truth} in YAML 1.1 and a text in YAML 1.2; write {truth}"):
+        bs.read_document(path)
+
+
+@pytest.mark.parametrize(("text", "number"), [("1e3", 1000), ("+30", 30), ("0x1F", 31), ("1.", 1), (".5", 0.5)])
+def test_numbers_of_the_core_schema(text, number):
+    assert yaml_core.load(f"[{text}]") == [number]
+
+
+@given(content=st.recursive(TEXTS | st.integers() | st.floats(allow_nan=False), st.lists, max_leaves=5))
+@example(content=["1e5", "040", "1:30", "yes", "2026-01-31", "<<", "=", "null", "", "0x1F", ".nan", "1_0", "~", "0o7"])
+def test_what_is_written_is_read_back(content):
+    assert yaml_core.load(yaml_core.dump({"a": content})) == {"a": content}
+
+
+def test_a_misspelt_key_is_told_the_one_that_was_meant(tmp_path):
+    content = changed("joint_materials", "dry", to={"friction": 0.65})
+    with pytest.raises(bs.DocumentError, match=r"/dry: unknown key 'friction', did you mean friction_coefficient or"):
+        bs.read_document(write(tmp_path, content))
+
+
+def test_a_name_that_reads_as_a_number_is_told_to_be_quoted(tmp_path):
+    path = write(tmp_path, changed("blocks", 1, "name", to="1.1"))
+    path.write_text(path.read_text(encoding="utf-8").replace("'1.1'", "1.1"), encoding="utf-8")
+    with pytest.raises(bs.DocumentError, match=r"/blocks/1/name: 1.1 is not of type 'string'; .* is quoted"):
+        bs.read_document(path)
+
+
+def test_aliases_stand_for_what_they_name(tmp_path):
+    text = write(tmp_path, BASIC).read_text(encoding="utf-8")
+    shared = text.replace("material: stone", "material: &m stone", 1).replace("material: stone", "material: *m")
+    (tmp_path / "shared.yaml").write_text(shared, encoding="utf-8")
+    assert shared != text
+    assert bs.read_document(tmp_path / "shared.yaml").model.hash == bs.read_document(tmp_path / "model.yaml").model.hash
+
+
+def test_a_document_of_any_size_is_not_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(reader, "MOST_BYTES", 100)
+    with pytest.raises(bs.DocumentError, match="divide the structure"):
+        bs.read_document(write(tmp_path, BASIC))
 
 
 def test_errors_of_a_document_name_the_file(tmp_path):

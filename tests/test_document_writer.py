@@ -108,3 +108,14 @@ def test_bad_documents_are_not_written(tmp_path, model, cases):
     with pytest.raises(bs.StorageError, match="cannot be written"):
         bs.write_document(tmp_path / "none" / "m.yaml", model, cases)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["1e5", "040", "1:30", "yes", "2026-01-31", "1.1", "null", "<<", "a: b", " #"])
+def test_names_that_look_like_something_else_are_read_back(tmp_path, cases, name):
+    blocks = bs.stack(1, size=["1 m", "1 m", "1 m"], material=bs.Material(name, "20 kN/m^3"), prefix=name)
+    joint = bs.JointMaterial(name, 0.6)
+    model = bs.Model(name, blocks, bs.detect_interfaces(blocks, joint).interfaces)
+    case = bs.LimitCase(name, cases[0].dead, bs.LoadPattern(name, [bs.BodyForce((1, 0, 0))]))
+    path = bs.write_document(tmp_path / "m.yaml", model, [case])
+    back = bs.read_document(path)
+    assert (back.model.hash, back.cases) == (model.hash, (case,))

@@ -9,7 +9,7 @@ import pytest
 from ezdxf.render import MeshBuilder
 
 import blockstruct as bs
-from blockstruct.imports.profile import divided_arcs, prism
+from blockstruct.imports.outline import area, divided_arcs, prism, read_outline
 
 STONE = bs.Material("stone", "20 kN/m^3")
 TUFF = bs.Material("tuff", "12 kN/m^3")
@@ -149,12 +149,13 @@ def test_layers_give_materials_and_what_is_left_out_is_reported(draw):
     rectangle(space, 0, -250, 500, 250, "GROUND")
     rectangle(space, 900, 0, 100, 100, "NOTES")
     space.add_text("elevation", dxfattribs={"layer": "NOTES"})
-    space.add_lwpolyline([(0, 0), (1, 0), (1, 1)], dxfattribs={"layer": "STONE"})
+    line = space.add_lwpolyline([(0, 0), (400, 0), (400, 300)], dxfattribs={"layer": "STONE"})
     space.add_circle((0, 0), 100, dxfattribs={"layer": "STONE"})
-    with pytest.warns(bs.GeometryWarning, match="left out: 1 CIRCLE on layer STONE; 1 LWPOLYLINE on layer NOTES"):
+    with pytest.warns(bs.GeometryWarning, match="left out: 1 CIRCLE on layer STONE .*; 1 LWPOLYLINE on layer NOTES"):
         found = read(material={"STONE": TUFF, "GROUND": STONE})
     assert {b.name: b.material.name for b in found.blocks} == {"STONE.1": "tuff", "GROUND.1": "stone"}
-    assert "1 open polyline on layer STONE" in found.report.left_out
+    handle = f"(handle {line.dxf.handle} (ends 0.5 m apart))"
+    assert f"1 open polyline on layer STONE {handle}" in found.report.left_out
     space.doc.layers.get("GROUND").off()
     with pytest.warns(bs.GeometryWarning, match="LWPOLYLINE on layer GROUND, which is off or frozen"):
         assert len(read(material={"STONE": TUFF, "GROUND": STONE}).blocks) == 1
@@ -179,8 +180,138 @@ def test_a_polyline_may_have_its_own_thickness(draw):
     (block,) = read(thickness=None).blocks
     assert np.ptp(block.shape.vertices, axis=0) == pytest.approx((0.5, 0.12, 0.25))
     rectangle(space, 0, 250, 500, 250)
-    with pytest.raises(bs.GeometryFileError, match=r"polyline from \(0, 250\) on layer 'STONE' is flat; give a thick"):
+    with pytest.raises(bs.GeometryFileError, match=r"polyline from \(0, 250\) on layer 'STONE', handle .*, is flat"):
         read(thickness=None)
+
+
+SQUARE = [(0, 0), (500, 0), (500, 250), (0, 250)]
+
+
+@pytest.mark.parametrize("off", [0, 1e-12, 1e-9])
+@pytest.mark.parametrize("marked", [True, False])
+def test_rings_whose_ends_meet_to_rounding_are_closed(draw, off, marked):
+    space, read = draw
+    corners = [*SQUARE, (500 * off, -500 * off)]
+    space.add_lwpolyline(corners, close=marked, dxfattribs={"layer": "STONE"})
+    (block,) = read().blocks
+    assert len(block.shape.faces) == 6
+    assert block.volume == pytest.approx(0.5 * 0.25 * 0.3)
+
+
+def test_the_gap_of_rings_is_settable_and_reported(draw):
+    space, read = draw
+    rectangle(space, 600, 0, 500, 250)
+    line = space.add_lwpolyline([*SQUARE, (0, 3)], dxfattribs={"layer": "STONE"})
+    open_ = rf"1 open polyline on layer STONE \(handle {line.dxf.handle} \(ends 0.003 m apart\)\)"
+    with pytest.warns(bs.GeometryWarning, match=open_):
+        assert len(read(closing="2 mm").blocks) == 1
+    with pytest.warns(bs.GeometryWarning, match=r"outlines closed whose ends lie apart by up to 0.003 m \(STONE.2\)"):
+        found = read(closing="4 mm")
+    assert found.blocks[1].volume == pytest.approx(0.5 * 0.25 * 0.3)
+
+
+@pytest.mark.parametrize(
+    ("corners", "closed"),
+    [
+        ([*SQUARE, SQUARE[0], SQUARE[1]], False),  # on over the first edge
+        ([*SQUARE, SQUARE[0], SQUARE[1]], True),
+        ([*SQUARE, SQUARE[0], (200, 0)], False),  # and over a part of it
+        ([(200, 0), *SQUARE[1:], SQUARE[0], SQUARE[1]], False),
+        ([*SQUARE, *SQUARE], True),  # twice round
+        ([*SQUARE, *SQUARE, *SQUARE, SQUARE[0]], False),
+        ([SQUARE[0], SQUARE[1], SQUARE[0], *SQUARE[1:]], True),  # there, back and there again
+        ([*SQUARE[:2], (800, 0), *SQUARE[1:]], True),  # out along the line of an edge, and back
+        ([*SQUARE[:2], (700, -300), *SQUARE[1:]], True),  # out into the open, and back
+        ([*SQUARE[:2], (700, -300), (900, 100), (700, -300), *SQUARE[1:]], True),
+        ([*SQUARE[:2], (500, 150), (500, 50), *SQUARE[2:]], True),  # back a part of the way
+    ],
+)
+def test_edges_that_are_retraced_are_dropped_and_reported(draw, corners, closed):
+    space, read = draw
+    space.add_lwpolyline(corners, close=closed, dxfattribs={"layer": "STONE"})
+    with pytest.warns(bs.GeometryWarning, match=r"runs over its own edges again: \d+ \(STONE.1\)"):
+        (block,) = read().blocks
+    assert block.volume == pytest.approx(0.5 * 0.25 * 0.3)
+    assert len(block.shape.faces) == 6
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_random_outline_comes_back_from_whatever_retraces_it(seed):
+    rng = np.random.default_rng(seed)
+    angles = np.sort(rng.uniform(0, 2 * np.pi, rng.integers(5, 12)))
+    outline = np.column_stack([np.cos(angles), np.sin(angles)]) * rng.uniform(0.5, 1, len(angles))[:, None]
+    outline = outline * 10 ** rng.uniform(-3, 6) + rng.normal(size=2)
+    drawn = list(outline)
+    for k in sorted(rng.integers(1, len(outline), 3).tolist(), reverse=True):
+        share = rng.uniform(0.1, 0.9)
+        back = outline[k] + share * (outline[k - 1] - outline[k])
+        drawn[k + 1 : k + 1] = [back, outline[k]]
+    found = read_outline(np.array(drawn), np.zeros(len(drawn)), 1, closed=True, tolerance=None)
+    assert area(found.corners) == pytest.approx(area(outline), rel=1e-9)
+    assert found.retraced >= 3
+
+
+@pytest.mark.parametrize(
+    ("corners", "gap"),
+    [
+        (SQUARE, 0.25),  # three sides of a square
+        ([*SQUARE, (0, 100)], 0.1),
+        ([(200, 0), *SQUARE[1:], (0, 0), (0, 100)], 0.224),  # on over nothing that is drawn
+        ([(0, 0), (200, 100), *SQUARE[1:], (0, 0), (100, 100)], 0.141),
+    ],
+)
+def test_open_polylines_are_left_out_by_layer_handle_and_gap(draw, corners, gap):
+    space, read = draw
+    rectangle(space, 0, 600, 500, 250)
+    line = space.add_lwpolyline(corners, dxfattribs={"layer": "STONE"})
+    with pytest.warns(bs.GeometryWarning, match="left out"):
+        found = read()
+    assert found.report.left_out == (f"1 open polyline on layer STONE (handle {line.dxf.handle} (ends {gap} m apart))",)
+
+
+def test_a_body_drawn_twice_is_refused_if_it_is_not_the_same_twice(draw):
+    space, read = draw
+    rectangle(space, 0, 0, 500, 250)
+    rectangle(space, 0, 0, 500, 250, "GROUND")
+    with pytest.warns(bs.GeometryWarning, match=r"dropped: 1 \(GROUND.1 = STONE.1\)"):
+        assert [b.name for b in read().blocks] == ["STONE.1"]
+    twice = "'STONE.1' and 'GROUND.1' are one body given twice, of different materials or only once as a support"
+    for options in ({"supports": ["GROUND"]}, {"material": {"STONE": TUFF, "GROUND": STONE}}):
+        with pytest.raises(bs.GeometryFileError, match=twice):
+            read(**options)
+    assert [b.name for b in read(supports=["GROUND"], exclude="STONE.*").blocks] == ["GROUND.1"]
+
+
+def test_lines_there_and_back_are_left_out(draw):
+    space, read = draw
+    rectangle(space, 0, 600, 500, 250)
+    lines = [
+        space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "STONE"})
+        for corners in (
+            [(0, 0), (500, 0)],
+            [(0, 0), (500, 0), (200, 0)],
+            [(0, 0), (500, 0), (500, 0)],
+            [(5, 5), (5, 5)],
+        )
+    ]
+    with pytest.warns(bs.GeometryWarning, match="left out"):
+        found = read()
+    handles = ", ".join(line.dxf.handle for line in lines)
+    assert found.report.left_out == (f"4 polyline without area on layer STONE (handle {handles})",)
+
+
+def test_the_unit_of_the_user_overrides_that_of_the_template(draw):
+    space, read = draw
+    rectangle(space, 0, 0, 5000, 2500)
+    space.doc.header["$INSUNITS"] = 1
+    with pytest.raises(bs.GeometryFileError, match=r"0.0254 m .*override_unit=True"):
+        read()
+    found = read(override_unit=True)
+    assert found.report.extent == pytest.approx((5, 0.3, 2.5))
+    said = "the drawing states that its unit is 0.0254 m ($INSUNITS), which is overridden: its unit is taken as 0.001 m"
+    assert said in str(found.report)
+    space.doc.header["$INSUNITS"] = MM
+    assert read(override_unit=True).report.notes == ()
 
 
 @pytest.mark.parametrize(
@@ -206,8 +337,8 @@ def test_damaged_drawings_are_refused(draw, tmp_path, monkeypatch):
     space, read = draw
     space.add_circle((0, 0), 100)
     space.add_3dsolid().sat = ["700 0 1 0", "End-of-ACIS-data"]
-    left = r"left out: 1 3DSOLID on layer 0, to be exported as a mesh; 1 CIRCLE on layer 0"
-    with pytest.raises(bs.GeometryFileError, match=rf"holds no solid \({left}\)"):
+    left = r"left out: 1 3DSOLID on layer 0, to be exported as a mesh .*; 1 CIRCLE on layer 0"
+    with pytest.raises(bs.GeometryFileError, match=rf"holds no solid \({left}"):
         read()
     space.delete_all_entities()
     rectangle(space, 0, 0, 500, 250)
@@ -216,7 +347,7 @@ def test_damaged_drawings_are_refused(draw, tmp_path, monkeypatch):
         read()
     space.delete_entity(bow_tie)
     space.add_polyline2d([(0, 0), (1, 0), (1, 1)], close=True).vertices[0].dxf.discard("location")
-    with pytest.raises(bs.GeometryFileError, match="POLYLINE on layer '0' is damaged"):
+    with pytest.raises(bs.GeometryFileError, match=r"POLYLINE on layer '0', handle .*, is damaged"):
         read()
     content = (tmp_path / "drawing.dxf").read_bytes()
     for name, bad in [

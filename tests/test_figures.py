@@ -3,7 +3,7 @@
 import dataclasses
 import subprocess
 import sys
-from collections import Counter
+from collections import Counter, defaultdict
 from io import BytesIO
 
 import matplotlib as mpl
@@ -11,20 +11,19 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
-from matplotlib.quiver import Quiver
-from mpl_toolkits.mplot3d.proj3d import proj_transform
 
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.views import figures
 from blockstruct.views.figures.domain import stress_blocks
-from blockstruct.views.report.pictures import nearest_to_crushing, pictures
+from blockstruct.views.figures.sheet import _file_names, nearest_to_crushing
 from blockstruct.views.selection import application_points
 from blockstruct.views.solids import Solids, triangles
-from blockstruct.views.style import STATE_COLOURS, parts
+from blockstruct.views.style import DISPLACEMENT, FORCE, STATE_COLOURS, SUPPORT, parts
+from blockstruct.views.view import View
 from structures import SELF_WEIGHT, model_of, push, single_block, solve
 
 mpl.use("Agg")
@@ -36,8 +35,23 @@ def _no_figure_is_left_open():
     plt.close("all")
 
 
-def axes(look: str = "y"):
-    return Figure().add_subplot(projection="3d" if look == "3d" else None)
+def axes():
+    return Figure().add_subplot()
+
+
+def drawn(ax):
+    """Faces and lines of the bodies on Axes, each as its path, edge colour and face colour, in the order of drawing."""
+    (found,) = [c for c in ax.collections if isinstance(c, PathCollection) and c.get_zorder() == 1]
+    paths, edges, fills = found.get_paths(), found.get_edgecolor(), found.get_facecolor()
+    items = list(zip((p.vertices for p in paths), map(tuple, edges), map(tuple, fills), strict=True))
+    return [i for i in items if len(i[0]) > 2], [i for i in items if len(i[0]) == 2]
+
+
+def arrows(ax, colour):
+    """Tails and tips (n, 2) of the arrows of a colour."""
+    found = [c for c in ax.collections if c.get_zorder() == 4 and tuple(c.get_facecolor()[0]) == to_rgba(colour)]
+    shapes = np.array([p.vertices[:7] for c in found for p in c.get_paths()])
+    return (shapes[:, 0] + shapes[:, 6]) / 2, shapes[:, 3]
 
 
 @pytest.fixture(scope="module")
@@ -53,79 +67,176 @@ def wall(small_analysis):
     return small_analysis.model, small_analysis["push nonassociative"]
 
 
-@pytest.mark.parametrize("look", ["x", "y", "z", "3d"])
+@pytest.mark.parametrize("look", ["x", "y", "z", "3d", (-30, 40), None])
 @pytest.mark.parametrize("draw", [figures.structure, figures.mechanism, figures.forces])
-def test_every_figure_draws_on_the_axes_it_is_given_in_metres(wall, draw, look):
-    given = axes(look)
-    assert draw(*wall, look=look, ax=given) is given
-    labels = [getattr(given, f"get_{c}label")() for c in ("x", "y", "z")[: 3 if look == "3d" else 2]]
-    assert all(label.endswith("[m]") for label in labels)
+def test_every_figure_draws_on_the_axes_it_is_given_with_lengths(wall, draw, look):
+    given = axes()
+    assert draw(wall[1], look=look, ax=given) is given
+    labels = [given.get_xlabel(), given.get_ylabel()]
+    if look in ("x", "y", "z", None):
+        assert all(label.endswith("[m]") for label in labels)
+    else:
+        # In space the axes are three arrows of a round length.
+        assert [t.get_text() for t in given.texts if t.get_text() in "xyz"] == ["x", "y", "z"]
+        assert "0.1 m" in [t.get_text() for t in given.texts]
     given.figure.savefig(BytesIO(), dpi=30)
 
 
 @pytest.mark.parametrize("size", [(0.5, 0.5, 4.0), (8.0, 0.3, 0.5), (3.0, 3.0, 3.0), (2.0, 2.0, 0.1)])
-def test_nothing_is_cut_off_in_space(size):
+@pytest.mark.parametrize("draw", [figures.structure, figures.mechanism, figures.forces])
+def test_nothing_is_cut_off_in_space(size, draw):
     stone = bs.Material("stone", "20 kN/m^3")
     foot = bs.Block.box("foot", Q_([0, 0, -0.1], "m"), Q_([*size[:2], 0.1], "m"), stone, fixed=True)
     blocks = [foot, bs.Block.box("block", Q_([0, 0, 0], "m"), Q_(size, "m"), stone)]
-    ax = figures.structure(model_of(blocks, bs.JointMaterial("joint", 0.65)), look="3d", ax=axes("3d"))
+    ax = draw(solve(model_of(blocks, bs.JointMaterial("joint", 0.65)), push(1, 0, 0)), look="3d", ax=axes())
     ax.figure.draw_without_rendering()
-    points = np.concatenate([b.shape.vertices for b in blocks])
-    x, y, _ = proj_transform(*points.T, ax.get_proj())
-    inside = ax.patch.get_window_extent().padded(1)
-    assert all(inside.contains(*pixel) for pixel in ax.transData.transform(np.column_stack([x, y])))
+    points = np.concatenate([p.vertices for c in ax.collections for p in c.get_paths()])
+    low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
+    assert (points > low).all()
+    assert (points < high).all()
     # It fills them, too.
-    assert max(np.ptp(x), np.ptp(y)) > 0.5 * ax.viewLim.width
+    assert max(np.ptp(points, axis=0) / (high - low)) > 0.85
 
 
-def test_states_have_their_colours(wall):
-    model, result = wall
-    ax = figures.structure(model, result, ax=axes())
-    drawn = Counter()
-    for collection in ax.collections:
-        if collection.get_facecolor().size == 0:
-            drawn[to_rgba(collection.get_edgecolor()[0])] += len(collection.get_paths())
+def test_states_have_their_colours_where_joints_meet_the_surface(wall):
+    _, result = wall
+    ax = figures.structure(result, ax=axes())
+    _, lines = drawn(ax)
     states = result.states.isel(iteration=-1).to_numpy().tolist()
-    expected = Counter(to_rgba(STATE_COLOURS[part]) for state in states for part in parts(state))
-    assert drawn == expected
-    assert len(expected) > 1
-    assert {t.get_text() for t in ax.get_legend().get_texts()} == {part for state in states for part in parts(state)}
+    moving = [state for state in states if state != "sticking"]
+    # The front edge of each joint, once for each of its parts; joints that stick are edges of blocks.
+    assert Counter(edge for _, edge, _ in lines) == Counter(to_rgba(STATE_COLOURS[p]) for s in moving for p in parts(s))
+    assert len(lines) > 1
+    assert {t.get_text() for t in ax.get_legend().get_texts()} == {s.replace(" + ", ", ") for s in moving}
+
+
+def test_combined_states_have_dashes_of_each_colour_in_turn():
+    _, result = crushing((1, 0, 0))
+    assert result.states.isel(iteration=-1).to_numpy().tolist() == ["hinge + crushing"]
+    (found,) = [c for c in figures.structure(result, ax=axes()).collections if isinstance(c, PathCollection)]
+    lines = defaultdict(list)
+    for path, dash, edge in zip(found.get_paths(), found.get_linestyle(), found.get_edgecolor(), strict=True):
+        if len(path.vertices) == 2 and dash[1] is not None:
+            lines[path.vertices.tobytes()].append((dash, tuple(edge)))
+    assert lines
+    for single in lines.values():
+        (start, pattern), colours = single[0][0], {edge for _, edge in single}
+        assert len(colours) == len(single) >= 2
+        assert sorted(d[0] for d, _ in single) == pytest.approx([start + k * pattern[0] for k in range(len(single))])
 
 
 def test_an_elevation_shows_the_faces_that_look_at_the_reader(wall):
     model, _ = wall
-    ax = figures.structure(model, ax=axes())
-    (faces,) = [c for c in ax.collections if isinstance(c, PolyCollection)]
-    assert len(faces.get_paths()) == len(model.blocks)
+    faces, lines = drawn(figures.structure(model, ax=axes()))
+    assert len(faces) == len(model.blocks)
+    assert lines == []
+
+
+@pytest.fixture(scope="module")
+def walls():
+    """A block behind another, each on the ground and joined to each other, pushed along the joint."""
+    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
+    ground = bs.Block.box("ground", Q_([-4, 0, -0.5], "m"), Q_([5, 2, 0.5], "m"), stone, fixed=True)
+    front = bs.Block.box("front", Q_([0, 0, 0], "m"), Q_([1, 0.5, 1], "m"), stone)
+    back = bs.Block.box("back", Q_([0.25, 0.5, 0], "m"), Q_([0.5, 1, 0.8], "m"), stone)
+    # The back block is named first: what is drawn last is not what is named last.
+    model = model_of([back, front, ground], joint)
+    return solve(model, push(1, 0, 0))
+
+
+def test_joints_behind_other_blocks_are_hidden(walls):
+    states = walls.states.isel(iteration=-1).to_series()
+    assert "sticking" not in states[["ground|front", "ground|back"]].tolist()
+    ax = figures.structure(walls, look="y", ax=axes())
+    (found,) = [c for c in ax.collections if isinstance(c, PathCollection)]
+    paths = [p.vertices for p in found.get_paths()]
+    cover = next(k for k, p in enumerate(paths) if len(p) > 2 and np.ptp(p, axis=0).tolist() == [1, 1])
+    lines = [(k, p) for k, p in enumerate(paths) if len(p) == 2]
+    hidden = [(k, p) for k, p in lines if abs(np.ptp(p[:, 0]) - 0.5) < 1e-9]
+    assert all(k < cover for k, _ in hidden)
+    # The joint between the two is seen end-on by nobody who looks along y: its outline is not drawn.
+    assert all(np.ptp(p[:, 1]) == 0 for _, p in lines)
+
+
+def test_in_space_what_stands_on_a_slab_hides_it(walls):
+    # Seen along a slab whose centre is nearer than the blocks on it.
+    (found,) = [
+        c
+        for c in figures.structure(walls.model, look=(180, 10), ax=axes()).collections
+        if isinstance(c, PathCollection)
+    ]
+    colours = [tuple(np.round(c[:3] / c[0], 3)) for c in found.get_facecolor()]
+    support = tuple(np.round(np.array(to_rgba(SUPPORT)[:3]) / to_rgba(SUPPORT)[0], 3))
+    kinds = [c == support for c in colours]
+    assert kinds == sorted(kinds, reverse=True)
+    assert 0 < sum(kinds) < len(kinds)
+
+
+@pytest.mark.parametrize("direction", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)])
+def test_the_push_comes_nearer_and_goes_sideways_in_space(small_model, direction):
+    view = View.of(solve(small_model, push(*direction)), "3d")
+    right, _, toward = view.basis @ direction
+    assert toward > 0.4
+    assert abs(right) > 0.7
+    assert not view.flat
+    # Elevations of what moves in its plane, space for what does not.
+    assert View.of(solve(small_model, push(*direction))).flat == (direction[0] != 0)
 
 
 def test_utilisation_is_drawn_on_a_scale_from_zero_to_one(wall):
-    model, result = wall
-    ax = figures.structure(model, result, colour="sliding", ax=axes())
-    drawn = ax.collections[-1]
-    expected = bs.utilisation(result.history)["sliding"].isel(iteration=-1).to_numpy()
-    np.testing.assert_allclose(drawn.get_array(), expected[np.isfinite(expected)])
-    assert drawn.get_clim() == (0, 1)
+    _, result = wall
+    ax = figures.structure(result, colour="sliding", ax=axes())
+    _, lines = drawn(ax)
+    used = bs.utilisation(result.history)["sliding"].isel(iteration=-1).to_numpy()
+    used = used[np.isfinite(used)]
+    assert len(lines) == len(used)
+    assert sum(edge == to_rgba(FORCE) for _, edge, _ in lines) == (used >= 0.999).sum() > 0
+    assert ax.figure.axes[1].get_ylim() == (0, 1)
 
 
-def test_the_mechanism_is_drawn_to_its_amplitude(rocking):
-    model, result = rocking
-    ax = figures.mechanism(model, result, amplitude="10 cm", ax=axes())
-    moved = np.concatenate([p.vertices[:4] for p in ax.collections[-1].get_paths()])
+def test_the_mechanism_is_drawn_to_its_amplitude_and_coloured_by_it(rocking):
+    _, result = rocking
+    ax = figures.mechanism(result, amplitude="10 cm", look="y", ax=axes())
+    faces, _ = drawn(ax)
+    moved = np.concatenate([p[:4] for p, _, _ in faces])
     # The centroid is √(0.2² + 0.4²) m from the edge it turns about: the turn is 0.1 m over that.
     turn = 0.1 / np.hypot(0.2, 0.4)
     for corner in ([0.4, 0.0], [0.4 + 0.8 * turn, 0.8], [0.0, 0.4 * turn], [0.8 * turn, 0.8 + 0.4 * turn]):
         assert np.abs(moved - corner).sum(axis=1).min() == pytest.approx(0, abs=1e-6)
+    block = min(faces, key=lambda face: np.ptp(face[0], axis=0).sum())
+    np.testing.assert_allclose(block[2], to_rgba(DISPLACEMENT[-1]), atol=0.02)
+
+
+def test_the_push_is_an_arrow_with_the_load_factor(rocking):
+    _, result = rocking
+    ax = figures.mechanism(result, look="y", ax=axes())
+    (tail,), (tip,) = arrows(ax, FORCE)
+    assert tip[1] == pytest.approx(tail[1]) == pytest.approx(0.4)
+    # It points at the structure from the side that the push comes from.
+    assert tail[0] < tip[0] < -1
+    assert "α = 0.5" in [t.get_text() for t in ax.texts]
+
+
+def test_a_load_at_one_point_is_an_arrow_that_ends_there(rocking):
+    model, _ = rocking
+    load = bs.PointLoad("block", Q_([0, 0.5, 0.8], "m"), "[1, 0, 0] kN")
+    ax = figures.mechanism(solve(model, bs.LoadPattern("one", [load])), look="y", ax=axes())
+    _, (tip,) = arrows(ax, FORCE)
+    np.testing.assert_allclose(tip, [0, 0.8], atol=1e-9)
 
 
 def test_resultants_act_where_the_thrust_passes(rocking):
-    model, result = rocking
-    ax = figures.forces(model, result, ax=axes())
-    (arrows,) = [c for c in ax.collections if isinstance(c, Quiver)]
-    np.testing.assert_allclose(arrows.get_offsets(), [[0.4, 0]], atol=1e-6)
+    _, result = rocking
+    ax = figures.forces(result, look="y", ax=axes())
+    tails, tips = arrows(ax, FORCE)
+    np.testing.assert_allclose(tails[0], [0.4, 0], atol=1e-6)
     # α W sideways and W upwards: α = 1/2.
-    assert arrows.U[0] / arrows.V[0] == pytest.approx(-0.5, rel=1e-6)
-    assert ax.get_title() == f"longest arrow {np.hypot(0.5, 1) * 0.4 * 0.8 * 20:.3g} kN"
+    across, up = tips[0] - tails[0]
+    assert across / up == pytest.approx(-0.5, rel=1e-6)
+    # The key is an arrow of a round force on the same scale.
+    size = np.hypot(0.5, 1) * 0.4 * 0.8 * 20
+    assert [t.get_text() for t in ax.texts] == ["5 kN"]
+    assert tips[1][0] - tails[1][0] == pytest.approx(5 / size * np.hypot(across, up))
 
 
 def test_the_line_of_thrust_joins_the_two_pressed_interfaces_of_a_block():
@@ -136,8 +247,9 @@ def test_the_line_of_thrust_joins_the_two_pressed_interfaces_of_a_block():
     ]
     model = model_of(blocks, joint)
     result = solve(model, push(1, 0, 0))
-    ax = figures.forces(model, result, ax=axes())
-    (segment,) = ax.collections[-1].get_segments()
+    ax = figures.forces(result, look="y", ax=axes())
+    (lines,) = [c for c in ax.collections if isinstance(c, LineCollection)]
+    (segment,) = lines.get_segments()
     # At α = 0.4 the thrust leaves the base at its edge, x = 0.4, and the upper joint below the upper centroid.
     np.testing.assert_allclose(segment[np.argsort(segment[:, 1])], [[0.4, 0], [0.3, 0.5]], atol=1e-6)
 
@@ -147,7 +259,7 @@ def test_no_thrust_passes_through_a_support():
     ground = bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([3, 1, 1], "m"), stone, fixed=True)
     towers = [bs.Block.box(f"at {x}", Q_([x, 0, 0], "m"), Q_([1, 1, 1], "m"), stone) for x in (0, 2)]
     model = model_of([ground, *towers], joint)
-    ax = figures.forces(model, solve(model, push(1, 0, 0)), ax=axes())
+    ax = figures.forces(solve(model, push(1, 0, 0)), ax=axes())
     assert not [c for c in ax.collections if isinstance(c, LineCollection)]
 
 
@@ -160,12 +272,12 @@ def with_rounding(result, points):
 
 
 def test_forces_that_are_rounding_are_not_drawn(wall):
-    model, result = wall
+    _, result = wall
     still = with_rounding(result, slice(None))
     for at in ("interfaces", "contact points"):
         with pytest.raises(bs.ModelError, match="no forces in iteration"):
-            figures.forces(model, still, at=at, ax=axes())
-    assert not [p for p in pictures(model, still) if "Resultants" in p.caption]
+            figures.forces(still, at=at, ax=axes())
+    assert "forces" not in [d.name for d in figures.drawings(still)]
 
 
 def test_the_line_of_thrust_leaves_out_joints_whose_force_is_rounding(wall):
@@ -181,11 +293,27 @@ def test_convergence_draws_every_load_factor(wall):
     _, result = wall
     ax = figures.convergence(result, ax=axes())
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), result.history.load_factor)
-    markers = sum(len(line.get_xdata()) for line in ax.lines[1:])
+    markers = sum(len(line.get_xdata()) for line in ax.lines[1:] if line.get_marker() != "None")
     assert markers == result.n_iterations
     ax = figures.certificate(result, ax=axes())
-    assert [len(line.get_ydata()) for line in ax.lines] == [result.n_iterations] * 4
+    measures, limits = ax.lines[::2], ax.lines[1::2]
+    assert [len(line.get_ydata()) for line in measures] == [result.n_iterations] * 4
+    s = result.settings
+    expected = [s.equilibrium_tolerance, s.yield_tolerance, s.interpenetration_tolerance]
+    assert [line.get_ydata()[0] for line in limits] == [*expected, result.certificate.flow_rule_gap_limit]
     assert ax.get_yscale() == "log"
+
+
+def test_convergence_shows_the_associative_bound_and_the_certified_value(wall, rocking):
+    _, result = wall
+    ax = figures.convergence(result, ax=axes())
+    level = {line.get_label(): line.get_ydata()[0] for line in ax.lines}
+    bound = float(result.history.load_factor[0])
+    assert level[f"associative bound {bound:.4g}"] == bound
+    assert level[f"certified, α = {result.load_factor:.4g}"] == result.load_factor
+    # With associative flow the value is the bound.
+    labels = [line.get_label() for line in figures.convergence(rocking[1], ax=axes()).lines]
+    assert not [label for label in labels if "bound" in label]
 
 
 @pytest.mark.parametrize(("about", "depth"), [("s", 1.0), ("t", 0.4)])
@@ -200,7 +328,7 @@ def test_crushing_domain_of_a_rectangle_is_the_parabola(about, depth):
     # s is horizontal but either way round: which extent lies across `about` follows from the frame.
     across = frame.sel(component="t" if about == "s" else "s").to_numpy()
     depth = float(np.abs(across) @ [0.4, 1.0, 0.0])
-    ax = figures.crushing_domain(model, result, name, about=about, ax=axes())
+    ax = figures.crushing_domain(result, name, about=about, ax=axes())
     outline = ax.patches[0].get_path().vertices * [1e3, 1e3]
     F = strength * 0.4
     N, M = outline.T
@@ -234,17 +362,32 @@ TENSION = {"cohesion": Q_(1, "kPa"), "tensile_strength": Q_(1, "kPa")}
 )
 def test_the_domain_says_what_its_point_does_not_show(direction, more, text):
     structure = crushing(direction, **more)
-    title = figures.crushing_domain(*structure, "ground|block", about="t", ax=axes()).get_title()
+    title = figures.crushing_domain(structure[1], "ground|block", about="t", ax=axes()).get_title("left")
     assert title.startswith("ground|block\nutilisation of crushing ")
     assert title.endswith(text)
 
 
 def test_the_report_shows_the_axis_about_which_a_joint_crushes():
-    model, result = crushing((1, 1.5, 0))
+    _, result = crushing((1, 1.5, 0))
     moment = abs(result.resultants.moment.isel(iteration=-1).sel(interface="ground|block"))
     assert moment.sel(component="s") > moment.sel(component="t")
     # Across the thinner side the smaller moment is nearer to the strength.
-    assert nearest_to_crushing(model, result) == ("ground|block", "t")
+    assert nearest_to_crushing(result) == ("ground|block", "t")
+
+
+def test_stress_blocks_are_as_deep_as_the_normal_force_needs():
+    _, result = crushing((1, 0, 0))
+    strength, N = 0.2e6, 0.4 * 0.8 * 20e3
+    _, lines = drawn(figures.structure(result, colour="crushing", look="y", ax=axes()))
+    bars = [path for path, _, _ in lines if np.ptp(path[:, 1]) < 1e-9]
+    # About the resultant, which the crushing keeps half a block's depth off the edge at 0.4 m.
+    np.testing.assert_allclose(np.sort(bars[0][:, 0]), [0.4 - N / strength, 0.4], atol=1e-4)
+    assert all(edge == to_rgba(FORCE) for _, edge, _ in lines)
+
+
+def test_stress_blocks_need_a_strength(wall):
+    with pytest.raises(bs.ModelError, match="no joint material has a compressive strength"):
+        figures.structure(wall[1], colour="crushing", ax=axes())
 
 
 def test_stress_blocks_of_a_triangle():
@@ -269,12 +412,26 @@ def test_curves_have_readable_units_and_show_the_unlimited_strength():
     assert figures.curve(friction, ax=axes()).get_xlabel() == "friction coefficient μ [-]"
 
 
+def test_curves_on_one_axes_and_points_at_zero_are_not_cut_off():
+    friction = {"friction_coefficient": [0.3, 0.5, 0.7]}
+    low, high = (
+        xr.DataArray(v, dims="friction_coefficient", coords=friction) for v in ([0, 0.1, 0.2], [0.4, 0.6, 0.9])
+    )
+    ax = axes()
+    for label, data in (("low", low), ("high", high)):
+        figures.curve(data, label=label, ax=ax)
+    points = np.concatenate([line.get_xydata() for line in ax.lines])
+    for (least, most), values in zip((ax.get_xlim(), ax.get_ylim()), points.T, strict=True):
+        assert least < values.min() < values.max() < most
+    assert len({line.get_color() for line in ax.lines}) == 2
+
+
 @pytest.mark.parametrize("load_factor", [np.nan, np.inf])
 def test_a_curve_without_load_factors_is_empty(load_factor):
     coords = {"friction_coefficient": [0.5, 0.7]}
     ax = figures.curve(xr.DataArray([load_factor] * 2, dims="friction_coefficient", coords=coords), ax=axes())
     ax.figure.savefig(BytesIO())
-    assert ax.get_ylim()[0] == 0
+    assert ax.get_ylim()[0] <= 0
 
 
 def test_a_single_iteration_has_one_tick(rocking):
@@ -304,18 +461,21 @@ def test_edges_of_a_box_are_twelve(wall):
 @pytest.mark.parametrize(
     ("call", "error", "words"),
     [
-        (lambda m, r: figures.structure(m, r, iteration=99), bs.UnknownNameError, "no iteration 99; it has 0 to"),
-        (lambda m, r: figures.forces(m, r, iteration="3"), bs.ModelError, "iteration '3' is no integer; give 0 to"),
-        (lambda m, r: figures.mechanism(m, r, iteration=1.5), bs.ModelError, "iteration 1.5 is no integer"),
-        (lambda m, r: figures.structure(m, r, look="front"), bs.ModelError, "give 'x' or 'y'"),
-        (lambda m, r: figures.structure(m, r, look="3d", ax=axes()), bs.ModelError, "projection='3d'"),
-        (lambda m, r: figures.structure(m, r, colour="red"), bs.ModelError, "'state', 'sliding' or 'crushing'"),
-        (lambda m, r: figures.mechanism(m, r, amplitude=0.1), bs.UnitError, "has no unit"),
-        (lambda m, r: figures.mechanism(m, r, amplitude="3 kN"), bs.DimensionError, "does not fit"),
-        (lambda m, r: figures.forces(m, r, at="blocks"), bs.ModelError, "'interfaces' or 'contact points'"),
-        (lambda m, r: figures.crushing_domain(m, r, "a|b"), bs.UnknownNameError, "no interface 'a|b'; it has base|1.1"),
-        (lambda m, r: figures.crushing_domain(m, r, "base|1.1"), bs.ModelError, "no compressive strength"),
-        (lambda m, r: figures.crushing_domain(m, r, "base|1.1", about="n"), bs.ModelError, "give 's' or 't'"),
+        (lambda m, r: figures.structure(r, iteration=99), bs.UnknownNameError, "no iteration 99; it has 0 to"),
+        (lambda m, r: figures.forces(r, iteration="3"), bs.ModelError, "iteration '3' is no integer; give 0 to"),
+        (lambda m, r: figures.mechanism(r, iteration=1.5), bs.ModelError, "iteration 1.5 is no integer"),
+        (lambda m, r: figures.structure(r, look="front"), bs.ModelError, "give 'x' or 'y'"),
+        (lambda m, r: figures.structure(r, ax=Figure().add_subplot(projection="3d")), bs.ModelError, "give plain Axes"),
+        (lambda m, r: figures.structure(r, look=(1, 2, 3)), bs.ModelError, "azimuth and elevation in degrees"),
+        (lambda m, r: figures.mechanism(m), bs.ModelError, "Model is no result; give the CaseResult"),
+        (lambda m, r: figures.structure("push"), bs.ModelError, "str is no result"),
+        (lambda m, r: figures.structure(r, colour="red"), bs.ModelError, "'state', 'sliding' or 'crushing'"),
+        (lambda m, r: figures.mechanism(r, amplitude=0.1), bs.UnitError, "has no unit"),
+        (lambda m, r: figures.mechanism(r, amplitude="3 kN"), bs.DimensionError, "does not fit"),
+        (lambda m, r: figures.forces(r, at="blocks"), bs.ModelError, "'interfaces' or 'contact points'"),
+        (lambda m, r: figures.crushing_domain(r, "a|b"), bs.UnknownNameError, "no interface 'a|b'; it has base|1.1"),
+        (lambda m, r: figures.crushing_domain(r, "base|1.1"), bs.ModelError, "no compressive strength"),
+        (lambda m, r: figures.crushing_domain(r, "base|1.1", about="n"), bs.ModelError, "give 's' or 't'"),
         (lambda m, r: figures.curve(r.history.block_velocity), bs.ModelError, "over one coordinate"),
     ],
 )
@@ -325,9 +485,32 @@ def test_bad_input_is_told_with_the_remedy(wall, call, error, words):
     assert words in str(raised.value)
 
 
-def test_a_result_of_another_model_is_refused(wall, rocking):
-    with pytest.raises(bs.ModelError, match="has other blocks; give the model of the analysis"):
-        figures.structure(wall[0], rocking[1])
+def test_figures_of_an_analysis_are_written_into_a_folder(tmp_path, small_analysis):
+    folder = tmp_path / "new" / "figures"
+    written = figures.write_figures(small_analysis, folder)
+    names = ["mechanism", "states", "sliding", "forces"]
+    both = {"push-associative": names, "push-nonassociative": [*names, "convergence", "certificate"]}
+    assert [p.name for p in written] == [f"{case}-{name}.png" for case, all_ in both.items() for name in all_]
+    assert sorted(folder.iterdir()) == sorted(written)
+    first = written[0].read_bytes()
+    # 160 mm at 200 dots an inch.
+    assert int.from_bytes(first[16:20], "big") == 1260
+    assert figures.write_figures(small_analysis, folder)[0].read_bytes() == first
+    (vector, *_) = figures.write_figures(small_analysis, folder, file_format="svg", look="3d")
+    assert "α = " in vector.read_text(encoding="utf-8")
+
+
+def test_figures_that_cannot_be_written_are_refused(tmp_path, small_analysis):
+    with pytest.raises(bs.ModelError, match="give one of png, svg, pdf"):
+        figures.write_figures(small_analysis, tmp_path, file_format="bmp")
+    (tmp_path / "file").write_text("taken")
+    with pytest.raises(bs.StorageError, match="cannot be made"):
+        figures.write_figures(small_analysis, tmp_path / "file")
+
+
+def test_names_of_cases_become_different_names_of_files():
+    named = _file_names(["a/b", "a b", "../x", "A-B", "push +x [slow]", "墙", "///"])
+    assert list(named.values()) == ["a-b", "a-b-2", "x", "A-B-3", "push-+x-slow", "墙", "case"]
 
 
 def test_a_case_without_iterations_is_refused(small_model):
@@ -338,7 +521,7 @@ def test_a_case_without_iterations_is_refused(small_model):
     result = bs.AnalysisManager(small_model, listeners=[stop]).run([case])["case"]
     for draw in (figures.structure, figures.mechanism, figures.forces):
         with pytest.raises(bs.ModelError, match="no iteration to show, interrupted"):
-            draw(small_model, result)
+            draw(result)
     with pytest.raises(bs.ModelError, match="no iteration to show"):
         figures.convergence(result)
 
@@ -346,10 +529,10 @@ def test_a_case_without_iterations_is_refused(small_model):
 def test_an_unbounded_case_has_no_mechanism_to_draw(small_model):
     result = solve(small_model, push(0, 0, -1))
     with pytest.raises(bs.ModelError, match="no mechanism in iteration 0, unbounded"):
-        figures.mechanism(small_model, result, ax=axes())
+        figures.mechanism(result, ax=axes())
     with pytest.raises(bs.ModelError, match="no forces in iteration 0"):
-        figures.forces(small_model, result, ax=axes())
-    assert figures.structure(small_model, result, ax=axes()).get_legend().get_texts()[0].get_text() == "unknown"
+        figures.forces(result, ax=axes())
+    assert figures.structure(result, ax=axes()).get_legend().get_texts()[0].get_text() == "unknown"
 
 
 @pytest.mark.parametrize(

@@ -147,3 +147,10 @@ def test_an_uplifted_interface_is_open(tuff, dry):
     assert result.load_factor == pytest.approx(12.0, rel=1e-6)
     assert result.states.isel(iteration=-1).sel(interface="1.1|2.1") == "open"
     assert result.states.isel(iteration=-1).sel(interface="base|1.1") == "sticking"
+
+
+def test_a_result_knows_its_model(small_analysis, tmp_path):
+    assert all(result.model is small_analysis.model for result in small_analysis.values())
+    again = bs.open_analysis(bs.save_analysis(small_analysis, tmp_path / "a.h5"))
+    assert all(result.model is again.model for result in again.values())
+    assert "blocks" not in repr(again["push associative"])[:400]

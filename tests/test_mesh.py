@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.imports.profile import prism
+from blockstruct.contacts import corrected_joints
+from blockstruct.imports.outline import prism
 from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, ply_text, stl_bytes
 from structures import moved, rotation
 
@@ -80,6 +81,11 @@ def test_inward_normals_are_turned_with_a_warning(tmp_path, wall):
     same_bodies(found.blocks, wall)
     assert "warning: faces turned to look outward: 132" in str(found.report)
     assert set(found.report.table().query("kind == 'turned'").amount) == {12.0}
+
+
+def shifted(faces):
+    """Faces of the eight vertices that come after the first eight."""
+    return [[i + 8 for i in face] for face in faces]
 
 
 def cube(**changes):
@@ -162,9 +168,9 @@ def test_the_tolerance_decides_what_is_plane(tmp_path):
 
 
 def test_tolerances_are_those_of_the_body_not_of_the_file(tmp_path):
-    # A cube whose top is bent by a thousandth, in one file with another cube ten kilometres away.
+    # A cube whose top is bent by a thousandth, in one file with another cube far away.
     bent = [*CUBE[:6], (1, 1, 1.001), CUBE[7]]
-    far = [(x + 1e4, y, z) for x, y, z in CUBE]
+    far = [(x + 250, y, z) for x, y, z in CUBE]
     text = obj_text(bent, fans(QUADS)) + obj_text(far, [[i - 9 for i in f] for f in fans(QUADS)])
     blocks = bs.read_mesh(saved(tmp_path, "two.obj", text), unit="m", material=STONE).blocks
     assert [len(b.shape.faces) for b in blocks] == [7, 6]
@@ -193,10 +199,10 @@ def test_rounded_coordinates_give_plane_faces_and_the_same_contact(tmp_path):
     with pytest.warns(bs.GeometryWarning, match="moved into the planes"):
         found = bs.read_mesh(saved(tmp_path, "two.obj", text), unit="m", material=STONE)
     assert 0 < found.report.largest_move < 1e-3
-    gap = found.report.joint_gap
-    assert gap == max(10 * found.report.largest_move, 1e-3 * found.report.mean_size)
-    contact = bs.detect_interfaces(found.blocks, joint_material=JOINT, tolerance=Q_(gap, "m"))
-    assert contact.report.accepted == 1
+    assert set(found.moves) == {"a", "b"}
+    # The face in common is moved alike: there is nothing to allow for.
+    assert corrected_joints(found.blocks, JOINT, found.moves).closed == ()
+    assert bs.detect_interfaces(found.blocks, JOINT).report.accepted == 1
 
 
 def test_what_is_no_face_is_reported(tmp_path):
@@ -217,17 +223,83 @@ def test_vertices_of_no_face_are_reported(tmp_path, name):
 
 
 def test_names_used_twice_are_numbered(tmp_path):
-    path = saved(tmp_path, "a.obj", "o stone\n" + obj_text())
-    other = saved(tmp_path, "b.obj", "o stone\n" + obj_text([(x + 2, y, z) for x, y, z in CUBE]))
+    text = "o stone\n" + obj_text() + "o stone\n" + obj_text([(x + 2, y, z) for x, y, z in CUBE], shifted(QUADS))
     with pytest.warns(bs.GeometryWarning, match="name used twice"):
-        found = bs.read_mesh([path, other], unit="m", material=STONE)
+        found = bs.read_mesh(saved(tmp_path, "a.obj", text), unit="m", material=STONE)
     assert [b.name for b in found.blocks] == ["stone", "stone#2"]
 
 
-@pytest.mark.parametrize("unit", ["mm", "km"])
-def test_wrong_units_are_warned_of(tmp_path, unit):
-    with pytest.warns(bs.GeometryWarning, match="is the unit right"):
-        bs.read_mesh(saved(tmp_path, "cube.obj", obj_text()), unit=unit, material=STONE)
+def test_several_files_stand_with_their_names_before_their_blocks(tmp_path):
+    path = saved(tmp_path, "arch.obj", "o stone\n" + obj_text())
+    other = saved(tmp_path, "wall.obj", "o stone\n" + obj_text([(x + 2, y, z) for x, y, z in CUBE]))
+    third = saved(tmp_path, "pier.obj", obj_text([(x + 4, y, z) for x, y, z in CUBE]))
+    found = bs.read_mesh([path, other, third], unit="m", material=STONE, fixed=["arch.stone"])
+    assert [b.name for b in found.blocks] == ["arch.stone", "wall.stone", "pier"]
+    assert found.report.supports == ("arch.stone",)
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.parametrize("interleaved", [False, True])
+def test_a_body_whose_faces_are_all_given_twice_is_one_and_named(tmp_path, reverse, interleaved):
+    again = [f[::-1] for f in QUADS] if reverse else [f[1:] + f[:1] for f in QUADS]
+    faces = [f for pair in zip(QUADS, again, strict=True) for f in pair] if interleaved else [*QUADS, *again]
+    text = "o dome\n" + obj_text(faces=faces)
+    with pytest.warns(bs.GeometryWarning, match=r"bodies whose faces are all given twice, once each kept: 1 \(dome\)"):
+        found = bs.read_mesh(saved(tmp_path, "a.obj", text), unit="m", material=STONE)
+    assert [b.name for b in found.blocks] == ["dome"]
+    assert {r.kind for r in found.report.repairs} == {"doubled"}
+
+
+def test_a_body_given_again_under_another_name_is_dropped_and_named(tmp_path):
+    # Divided into triangles, and to rounding where the first is.
+    near = [(x + 1e-9, y, z) for x, y, z in CUBE]
+    text = "o one\n" + obj_text() + "o two\n" + obj_text(near, shifted(fans(QUADS)))
+    with pytest.warns(bs.GeometryWarning, match=r"given again under another name, dropped: 1 \(two = one\)"):
+        found = bs.read_mesh(saved(tmp_path, "a.obj", text), unit="m", material=STONE)
+    assert [b.name for b in found.blocks] == ["one"]
+
+
+@pytest.mark.parametrize("exclude", [["two"], "t*", ["t*o"]])
+def test_blocks_are_left_out_by_name_before_they_are_judged(tmp_path, exclude):
+    text = "o one\n" + obj_text() + "o two\n" + obj_text(CUBE, shifted(QUADS[:-1]))
+    path = saved(tmp_path, "a.obj", text)
+    found = bs.read_mesh(path, unit="m", material=STONE, exclude=exclude)
+    assert [b.name for b in found.blocks] == ["one"]
+    assert "excluded as asked: two" in str(found.report)
+    with pytest.raises(bs.UnknownNameError, match="no block 'three' to exclude; there are one, two"):
+        bs.read_mesh(path, unit="m", material=STONE, exclude=["three"])
+
+
+@pytest.mark.parametrize(("up", "height"), [("x", 1), ("y", 2), ("z", 3)])
+def test_the_axis_that_points_up_becomes_z(tmp_path, up, height):
+    # A wedge, so that a mirror image would not pass for it.
+    corners = [(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3)]
+    path = saved(tmp_path, "a.obj", obj_text(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]))
+    (block,) = bs.read_mesh(path, unit="m", material=STONE, up=up).blocks
+    assert np.ptp(block.shape.vertices[:, 2]) == height
+    assert block.volume == pytest.approx(1)
+    top = block.shape.vertices[np.argmax(block.shape.vertices[:, 2])]
+    assert top.tolist() == [0, 0, height]
+    axis = {"x": 1, "y": 0, "z": 0}[up]  # of the file, that is x of the model
+    assert np.ptp(block.shape.vertices[:, 0]) == axis + 1
+    with pytest.raises(bs.ModelError, match="up is 'w'"):
+        bs.read_mesh(path, unit="m", material=STONE, up="w")
+
+
+@pytest.mark.parametrize(
+    ("size", "unit", "expected"),
+    [
+        ((5000, 500, 3000), "m", "the whole is 5000 m long"),
+        ((5, 0.5, 3), "cm", "the whole is 0.05 m long"),
+        ((100, 5, 15), "cm", "the whole is 0.15 m high"),
+        ((5, 0.5, 3), "mm", "a typical edge is 0.005 m long"),
+        ((40, 5, 30), "m", "a typical edge is 40 m long"),
+    ],
+)
+def test_unlikely_sizes_are_warned_of(tmp_path, size, unit, expected):
+    path = saved(tmp_path, "block.obj", obj_text(np.array(CUBE) * size))
+    with pytest.warns(bs.GeometryWarning, match=rf"{expected}.*: is the unit right \(1 unit of the file is"):
+        bs.read_mesh(path, unit=unit, material=STONE)
 
 
 def test_obj_is_written_once_and_only_with_names_that_come_back(tmp_path, wall):

@@ -16,8 +16,11 @@ from blockstruct.analysis import CaseStarted
 from blockstruct.views.page import page_html, write_page
 from blockstruct.views.page.payload import payload
 from blockstruct.views.selection import is_pressed
+from blockstruct.views.style import AMPLITUDE
 from structures import SELF_WEIGHT, model_of, moved, push, single_block
 
+#: Traces of the scene.
+BLOCKS, EDGES, INTERFACES, JOINTS, FORCES, HEADS = range(1, 7)
 HOSTILE = "</script><b>wall</b> ’ü 墙 @data@"
 
 
@@ -62,6 +65,7 @@ def test_the_page_holds_the_numbers_of_every_iteration(analysis, data):
 def test_the_page_asks_nothing_of_the_network(html):
     skeleton = re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL)
     assert "default-src 'none'" in skeleton
+    assert "form-action 'none'" in skeleton
     assert "http://" not in skeleton
     assert "https://" not in skeleton
     assert "<b>wall" not in skeleton
@@ -88,7 +92,7 @@ def test_an_analysis_without_iterations_is_refused(small_model):
 def test_a_case_without_load_factor_has_a_page_too(small_model):
     case = bs.LimitCase("down", SELF_WEIGHT, push(0, 0, -1), "associative")
     html = page_html(bs.AnalysisManager(small_model).run([case]))
-    assert "load factor infinite" in html
+    assert '"head":{"number":"infinite","below":[]}' in html
     assert '"load_factor":[null]' in html
 
 
@@ -181,6 +185,7 @@ def coordinates(page, trace):
 def test_the_sliders_move_the_blocks(page, analysis):
     model, result = analysis.model, next(iter(analysis.values()))
     still = np.concatenate([b.shape.vertices for b in model.blocks])
+    slide(page, "amplitude", "0")
     np.testing.assert_allclose(coordinates(page, 1), still, atol=1e-6)
     slide(page, "amplitude", "0.1")
     moved = coordinates(page, 1)
@@ -195,6 +200,88 @@ def test_the_sliders_move_the_blocks(page, analysis):
     slide(page, "iteration", "0")
     assert page.inner_text("#iteration-value").startswith(f"0 of {n - 1}, associative")
     assert np.abs(coordinates(page, 1) - last).max() > 1e-4
+
+
+def test_the_toolbar_has_no_button_that_sends_anything(page):
+    found = page.evaluate("Array.from(document.querySelectorAll('.modebar-btn'), b => b.dataset.title)")
+    assert found == [
+        "Download plot as a PNG",
+        "Zoom",
+        "Pan",
+        "Orbital rotation",
+        "Turntable rotation",
+        "Reset camera to default",
+    ]
+    for view in ("view", "convergence"):
+        context = page.evaluate(
+            f"(({{plotlyServerURL, showSendToCloud}}) => [plotlyServerURL, showSendToCloud])"
+            f"(document.getElementById('{view}')._context)"
+        )
+        assert context == ["", False]
+
+
+def test_the_page_opens_with_the_mechanism_moved_and_blocks_opaque(page, analysis):
+    model, result = analysis.model, next(iter(analysis.values()))
+    still = np.concatenate([b.shape.vertices for b in model.blocks])
+    moved = coordinates(page, BLOCKS) - still
+    middle = moved.reshape(len(model.blocks), 8, 3).mean(axis=1)
+    size = np.ptp(still, axis=0).max()
+    np.testing.assert_allclose(middle, AMPLITUDE * size * result.mechanism.translation, atol=2e-3 * size)
+    assert page.evaluate("document.getElementById('view').data[1].opacity") == 1
+    assert "numerical iteration" in page.inner_text("label:has(#iteration)")
+    assert page.inner_text("#load-factor") == f"{result.load_factor:.4g}"
+
+
+def test_nothing_lies_in_the_face_of_a_block(page, analysis):
+    slide(page, "amplitude", "0")
+    model = analysis.model
+    size = np.ptp(coordinates(page, BLOCKS), axis=0).max()
+    # Fills of joints off the face of their minus block, lines off the surface of their blocks.
+    fill = coordinates(page, INTERFACES)
+    polygons = [np.asarray(i.polygon) for i in model.interfaces]
+    normals = np.repeat([i.normal for i in model.interfaces], [len(p) for p in polygons], axis=0)
+    off = ((fill - np.concatenate(polygons)) * normals).sum(axis=1)
+    assert (off > 1e-3 * size).all()
+    joints = coordinates(page, JOINTS)
+    joints = joints[np.isfinite(joints).all(axis=1)]
+    edges = coordinates(page, EDGES)
+    edges = edges[np.isfinite(edges).all(axis=1)]
+    for points in (joints, edges):
+        inside = [
+            (np.abs(points - b.shape.vertices.mean(axis=0)) <= np.ptp(b.shape.vertices, axis=0) / 2).all(axis=1)
+            for b in model.blocks
+        ]
+        # The edges of a block lie off its own faces, if within its neighbours.
+        assert np.sum(inside, axis=0).max() <= 1
+
+
+def test_the_mechanism_plays_when_asked_and_stops(page):
+    moved = coordinates(page, BLOCKS)
+    page.click("#play")
+    seen = {
+        page.evaluate("Number(document.getElementById('amplitude').value)")
+        for _ in range(40)
+        if not page.wait_for_timeout(50)
+    }
+    assert len(seen) > 3
+    assert max(seen) <= AMPLITUDE
+    page.click("#play")
+    page.wait_for_function("document.getElementById('play').textContent.includes('play')")
+    page.wait_for_timeout(500)
+    settle(page)
+    np.testing.assert_allclose(coordinates(page, BLOCKS), moved)
+
+
+def test_the_page_of_a_spread_opens_with_its_lowest_run(browser, small_model, tmp_path):
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
+    analysis = bs.AnalysisManager(small_model).run([case], spread="steep")
+    lowest = analysis.spread("push").lowest
+    with opened(browser, write_page(analysis, tmp_path / "page.html")) as page:
+        assert page.evaluate("document.getElementById('case').selectedOptions[0].text") == lowest.name
+        for index in range(3):
+            slide(page, "case", str(index))
+            # The number to rely on is that of the case, whichever run is shown.
+            assert page.inner_text("#load-factor") == f"{lowest.load_factor:.4g}"
 
 
 def test_names_are_text_and_never_markup(page):
@@ -226,10 +313,17 @@ def test_a_click_picks_a_block_and_a_name_picks_an_interface(page, analysis):
 def test_resultants_and_colours_can_be_chosen(page, analysis):
     page.check("#show-forces")
     settle(page)
-    lines = coordinates(page, 4)
+    lines = coordinates(page, FORCES)
     result = next(iter(analysis.values()))
     pressed = int(is_pressed(result.history, result.resultants)[-1].sum())
     assert len(lines) == 3 * pressed
+    # A head is two triangles whose first corner is the tip.
+    tips = lines[1::3]
+    heads = coordinates(page, HEADS).reshape(-1, 2, 3, 3)
+    assert 0 < len(heads) <= pressed
+    np.testing.assert_allclose(heads[:, 0, 0], heads[:, 1, 0])
+    assert all(np.abs(tips - tip).sum(axis=1).min() < 1e-6 for tip in heads[:, 0, 0])
+    assert page.evaluate("document.getElementById('view').data[1].opacity") < 1
     slide(page, "colour", "sliding")
     shades = page.evaluate("Array.from(document.getElementById('view').data[3].intensity)")
     expected = bs.utilisation(result.history).sliding.isel(iteration=-1).to_numpy()
@@ -261,6 +355,7 @@ def test_a_case_without_iterations_is_named_with_the_reason(browser, small_model
 def test_an_unbounded_case_has_no_translation(browser, surveyed, tmp_path):
     with opened(browser, write_page(surveyed, tmp_path / "page.html")) as page:
         choose(page, "find", "block")
+        slide(page, "amplitude", "0")
         assert "translation\t0, 0, 0 m" in page.inner_text("#picked")
         slide(page, "case", "1")
         still = coordinates(page, 1)

@@ -14,7 +14,7 @@ CASE = "push nonassociative"
 
 @pytest.fixture(scope="module")
 def reader(small_analysis, tmp_path_factory):
-    path = write_paraview(small_analysis, CASE, tmp_path_factory.mktemp("vtk") / "wall ü.pvd")
+    path = write_paraview(small_analysis[CASE], tmp_path_factory.mktemp("vtk") / "wall ü.pvd")
     return pv.get_reader(path)
 
 
@@ -59,36 +59,36 @@ def test_names_are_kept_in_any_script(tmp_path):
         bs.Block.box(n, Q_([0, 0, z], "m"), Q_([1, 1, 1], "m"), stone, fixed=z < 0) for n, z in (("地", -1), ("clé", 0))
     ]
     analysis = bs.AnalysisManager(model_of(boxes, joint)).run([bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0))])
-    blocks, interfaces, *_ = pv.read(write_paraview(analysis, "case", tmp_path / "a.pvd"))
+    blocks, interfaces, *_ = pv.read(write_paraview(analysis["case"], tmp_path / "a.pvd"))
     assert blocks.field_data["block names"].tolist() == ["地", "clé"]
     assert interfaces.field_data["interface names"].tolist() == ["地|clé"]
 
 
 def test_iterations_without_forces_have_no_resultants(small_model, tmp_path):
     case = bs.LimitCase("down", SELF_WEIGHT, push(0, 0, -1), "associative")
-    path = write_paraview(bs.AnalysisManager(small_model).run([case]), "down", tmp_path / "down.pvd")
+    path = write_paraview(bs.AnalysisManager(small_model).run([case])["down"], tmp_path / "down.pvd")
     blocks, _, _, resultants = pv.read(path)
     assert blocks.n_cells == 12 * len(small_model.blocks)
     assert resultants.n_points == 0
 
 
 def test_pieces_of_an_earlier_case_do_not_stay(small_analysis, tmp_path):
-    path = write_paraview(small_analysis, CASE, tmp_path / "a.pvd")
+    path = write_paraview(small_analysis[CASE], tmp_path / "a.pvd")
     own = path.with_suffix("") / "notes-0009.vtp"
     own.write_text("mine", encoding="utf-8")
-    write_paraview(small_analysis, "push associative", path)
+    write_paraview(small_analysis["push associative"], path)
     pieces = {f"{kind}-0000.vtp" for kind in ("blocks", "interfaces", "forces", "resultants")}
     assert {p.name for p in path.with_suffix("").iterdir()} == pieces | {own.name}
 
 
 def test_bad_input_is_refused(small_analysis, small_model, tmp_path):
-    with pytest.raises(bs.UnknownNameError, match="no case 'x'"):
-        write_paraview(small_analysis, "x", tmp_path / "a.pvd")
+    with pytest.raises(bs.ModelError, match="Analysis is no result"):
+        write_paraview(small_analysis, tmp_path / "a.pvd")
     with pytest.raises(bs.StorageError, match=r"ends in \.pvd"):
-        write_paraview(small_analysis, CASE, tmp_path / "a.vtk")
+        write_paraview(small_analysis[CASE], tmp_path / "a.vtk")
     (tmp_path / "a").write_text("in the way", encoding="utf-8")
     with pytest.raises(bs.StorageError, match="cannot be written"):
-        write_paraview(small_analysis, CASE, tmp_path / "a.pvd")
+        write_paraview(small_analysis[CASE], tmp_path / "a.pvd")
 
     def stop(event):
         raise KeyboardInterrupt
@@ -96,4 +96,4 @@ def test_bad_input_is_refused(small_analysis, small_model, tmp_path):
     case = bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0))
     cut = bs.AnalysisManager(small_model, listeners=[stop]).run([case])
     with pytest.raises(bs.ModelError, match="no iteration to export"):
-        write_paraview(cut, "case", tmp_path / "b.pvd")
+        write_paraview(cut["case"], tmp_path / "b.pvd")

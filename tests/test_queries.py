@@ -2,6 +2,7 @@
 
 import dataclasses
 import importlib.util
+import io
 
 import numpy as np
 import pandas as pd
@@ -9,6 +10,7 @@ import pytest
 import xarray as xr
 
 import blockstruct as bs
+from blockstruct.files import csv_text
 from structures import SELF_WEIGHT, model_of, push, single_block
 
 NAME = "push nonassociative"
@@ -207,3 +209,32 @@ def test_what_is_not_reproduced_is_told(small_analysis):
     assert not found.agrees()
     assert found.cases.loc[name, "relative_difference"] == pytest.approx(1 / 1.01 - 1)
     assert found.cases.loc[NAME, "relative_difference"] == 0
+
+
+def test_no_name_in_a_csv_file_is_a_formula(tmp_path):
+    """Spreadsheets run a text that begins with = + - or @; numbers stay numbers, negative ones too."""
+    blocks, joint = single_block(0.5, 1.0)
+    renamed = [bs.Block(f"{sign}{b.name}", b.shape, b.material, b.fixed) for sign, b in zip("=@", blocks, strict=True)]
+    case = bs.LimitCase("rocks", SELF_WEIGHT, push(1, 0, 0), "associative")
+    history = bs.AnalysisManager(model_of(renamed, joint)).run([case])["rocks"].history
+    read = {}
+    for variable in ("state", "block_velocity", "contact_force"):
+        path = history.blockstruct.export(tmp_path / f"{variable}.csv", variable)
+        read[variable] = pd.read_csv(path)
+        frame = history.blockstruct.frame(variable).reset_index()
+        numbers = frame.select_dtypes("number")
+        np.testing.assert_array_equal(read[variable][numbers.columns], numbers)
+    assert set(read["state"]["interface"]) == {"'=ground|@block"}
+    assert set(read["block_velocity"]["block"]) == {"'=ground", "'@block"}
+    assert set(read["contact_force"]["interface_of_contact_point"]) == {"'=ground|@block"}
+    assert read["block_velocity"].min(numeric_only=True).min() < 0
+
+
+def test_formulas_of_every_kind_are_texts():
+    texts = ["=1+1", "-2", "-x", "+1e-3", "@SUM(A1)", "\tx", "x=1", None]
+    frame = pd.DataFrame({"=a": texts, "n": [-1.5] * 8}, index=[f"-{k}+" for k in range(8)])
+    back = pd.read_csv(io.StringIO(csv_text(frame)), index_col=0)
+    assert back.columns.tolist() == ["'=a", "n"]
+    assert back["'=a"].tolist()[:-1] == ["'=1+1", "-2", "'-x", "+1e-3", "'@SUM(A1)", "'\tx", "x=1"]
+    assert back["n"].tolist() == [-1.5] * 8
+    assert back.index.tolist() == [f"'-{k}+" for k in range(8)]

@@ -46,6 +46,7 @@ def test_every_console_line_of_the_readme_is_a_command():
         "import",
         "check",
         "view",
+        "figures",
         "report",
     }
 

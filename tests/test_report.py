@@ -9,7 +9,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.views.report import report_html, write_report
 from blockstruct.views.report.detection import detection_rows
-from blockstruct.views.report.pictures import best_look
+from blockstruct.views.view import best_look
 from structures import SELF_WEIGHT, model_of, push, single_block
 
 
@@ -55,7 +55,7 @@ def test_every_status_is_reported_in_words(status, words, analysis):
 def test_the_report_says_what_was_given_and_found():
     analysis = run([case("push")])
     html = report_html(analysis)
-    assert '<td class="number">0.5</td>' in html
+    assert '<td class="number"><strong>0.5</strong></td><td class="number">0.5</td>' in html
     for text in (
         "20 kN/m³",
         "0.65 (33°)",
@@ -70,7 +70,7 @@ def test_the_report_says_what_was_given_and_found():
         bs.__version__,
     ):
         assert text in html, text
-    assert html.count("data:image/png;base64,") == 5
+    assert html.count("data:image/png;base64,") == 6
     assert not re.search(r'(src|href)="(?!data:)', html)
 
 
@@ -115,9 +115,14 @@ def test_a_spread_has_its_table_and_its_lowest_run(small_model):
     low, high = (f"{r.load_factor:.4g}" for r in (spread.lowest, spread.highest))
     assert f"3 of 3 schedules found a certified collapse state, at load factors from {low} to {high}; " in html
     assert "<td>steep</td><td>slope 0.6</td><td>converged</td><td>holds</td>" in html
-    assert "<td>shift</td><td>procedure shifted</td>" in html
+    assert "<td>shift</td><td>procedure shifted, max programs 40</td>" in html
     sections = re.findall(r"<section>\s*<h3>(.*?)</h3>", html)
-    assert sections == list(dict.fromkeys(["push", spread.lowest.name]))
+    assert sections == [spread.lowest.name]
+    # The number to rely on stands first, and alone.
+    head = html[: html.index("Spread of push")]
+    assert f"<strong>{low}</strong><br><small>lowest of 3" in head
+    assert head.count("<strong>") == 1
+    assert f">{spread.upper_bound.load_factor:.4g}</td>" in head
 
 
 def test_a_message_keeps_the_names_in_it():
@@ -171,6 +176,13 @@ def test_a_firm_changes_the_blocks_it_wants(tmp_path):
         ("own.j2", "\n\n{{ 1 + name }}", r"own\.j2: no usable template \(unsupported operand.*, line 3\)"),
         ("own.j2", b"\nclient: \xe9", r"own\.j2: no usable template \('utf-8' codec.*, line 2\)"),
         ("own.j2", "{% if %}", "line 1"),
+        (
+            "own.j2",
+            "\n{{ name.__class__.__mro__ }}",
+            r"attribute '__class__' of 'str' object is unsafe\., line 2",
+        ),
+        ("own.j2", "{{ cycler.__init__.__globals__.os.system('true') }}", "access to attribute '__init__'.*unsafe"),
+        ("own.j2", "{{ project.update(client='x') }}", "attribute 'update' of 'dict' object is unsafe"),
         ("missing.j2", None, "no usable template"),
         ("report.html.j2", "", "rename the file"),
     ],
@@ -185,5 +197,6 @@ def test_a_template_that_cannot_be_used_is_refused(tmp_path, name, text, words):
 
 def test_what_moves_out_of_its_plane_is_drawn_in_space(small_analysis, small_model):
     across = bs.AnalysisManager(small_model).run([bs.LimitCase("across", SELF_WEIGHT, push(0, 1, 0), "associative")])
-    assert best_look(small_model, across["across"]) == "3d"
-    assert best_look(small_model, small_analysis["push nonassociative"]) == "y"
+    assert best_look(across["across"]) == "3d"
+    assert best_look(small_analysis["push nonassociative"]) == "y"
+    assert best_look(small_model) == "y"

@@ -36,18 +36,22 @@ from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.documents import Document, read_document, write_document, write_draft
 from blockstruct.errors import (
     BlockstructError,
+    CertificateError,
     DimensionError,
     DocumentError,
     FormatError,
     GeometryError,
     GeometryFileError,
     GeometryWarning,
+    LoadFactorWarning,
     MissingExtraError,
     ModelError,
     SolverError,
     StorageError,
     UnitError,
+    UnknownKeywordError,
     UnknownNameError,
+    UnusualValueWarning,
 )
 from blockstruct.imports import Imported, ImportReport, read_assembly, read_drawing, read_mesh, write_obj
 from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
@@ -69,15 +73,20 @@ from blockstruct.model import (
     SelfWeight,
 )
 from blockstruct.results import (
+    AdmissibleState,
     Analysis,
     CaseResult,
     Comparison,
+    Headline,
     HistoryAccessor,
     Spread,
+    active_joints,
     compare,
     contact_state,
+    contradictions,
     interface_resultants,
     mechanism,
+    recomputed_certificate,
     utilisation,
 )
 from blockstruct.storage import Archive, check_file, open_analysis, recover, save_analysis
@@ -159,18 +168,23 @@ __all__ = [
     "print_lines",
     "reproduce",
     # results
+    "AdmissibleState",
     "Analysis",
     "CaseResult",
     "Spread",
     "Certificate",
     "Comparison",
     "ContactState",
+    "Headline",
     "HistoryAccessor",
     "SolverStatus",
     "Stage",
     "Status",
+    "active_joints",
     "compare",
     "contact_state",
+    "contradictions",
+    "recomputed_certificate",
     "utilisation",
     "interface_resultants",
     "mechanism",
@@ -182,6 +196,7 @@ __all__ = [
     "save_analysis",
     # errors
     "BlockstructError",
+    "CertificateError",
     "DimensionError",
     "DocumentError",
     "FormatError",
@@ -190,8 +205,11 @@ __all__ = [
     "MissingExtraError",
     "ModelError",
     "GeometryWarning",
+    "LoadFactorWarning",
     "SolverError",
     "StorageError",
     "UnitError",
+    "UnknownKeywordError",
     "UnknownNameError",
+    "UnusualValueWarning",
 ]

@@ -1,6 +1,10 @@
 """The one error tree: every blockstruct error is also a builtin, so plain ``except`` clauses work."""
 
-from typing import Self
+import reprlib
+from typing import Any, Self
+
+_REPR = reprlib.Repr()
+_REPR.maxstring = _REPR.maxother = 80
 
 
 class BlockstructError(Exception):
@@ -35,6 +39,10 @@ class UnknownNameError(ModelError, KeyError):
         return str(self.args[0]) if self.args else ""
 
 
+class UnknownKeywordError(ModelError, TypeError):
+    """An argument that a function or class does not take."""
+
+
 class DocumentError(ModelError):
     """A model document that does not follow ``schemas/model-1.json``."""
 
@@ -51,6 +59,10 @@ class FormatError(BlockstructError, ValueError):
     """A file that is no valid blockstruct analysis."""
 
 
+class CertificateError(BlockstructError, ValueError):
+    """A result whose status or certificate contradicts its own forces and velocities."""
+
+
 class MissingExtraError(BlockstructError, ImportError):
     """A package that only some views or file formats need and that is not installed."""
 
@@ -63,3 +75,23 @@ class MissingExtraError(BlockstructError, ImportError):
 
 class GeometryWarning(UserWarning):
     """Geometry from a file was repaired or left out; the report says what."""
+
+
+class LoadFactorWarning(UserWarning):
+    """A load factor that means less than it seems to; the result says why."""
+
+
+class UnusualValueWarning(UserWarning):
+    """A value that is possible but hardly meant, a unit weight of 18 kN/mm³ for instance: look at it again."""
+
+
+def shown(value: Any) -> str:
+    """Value on one line for the message of an error, cut short if it is long or deep.
+
+    >>> shown([0] * 9), len(shown("k" * 1000))
+    ('[0, 0, 0, 0, 0, 0, ...]', 80)
+    """
+    try:
+        return " ".join(_REPR.repr(value).split())
+    except Exception:  # numbers of many digits, objects that cannot be printed
+        return f"a {type(value).__name__}"

@@ -1,10 +1,16 @@
-"""Text files that are written once, and the objects of JSON that repeat no key."""
+"""Text files that are written once, CSV that is no formula, and the objects of JSON that repeat no key."""
 
+import re
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from blockstruct.errors import StorageError
+
+#: How a formula of a spreadsheet begins, if it is no number.
+_FORMULA = re.compile(r"(?![-+]?\d*\.?\d+([eE][-+]?\d+)?\Z)[=+\-@\t\r]")
 
 
 def unique_pairs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -17,15 +23,44 @@ def unique_pairs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
+def check_new(path: Path) -> Path:
+    """A path, refused if there is a file already: asked before the work that a file is to hold."""
+    if path.exists():
+        msg = f"{path}: exists and is not replaced; choose another name or remove it"
+        raise StorageError(msg)
+    return path
+
+
 def write_new(path: Path, text: str) -> Path:
     """Write a text to a file that does not exist yet."""
+    check_new(path)
     try:
         with path.open("x", encoding="utf-8") as stream:
             stream.write(text)
-    except FileExistsError as error:
-        msg = f"{path}: exists and is not replaced; choose another name or remove it"
-        raise StorageError(msg) from error
     except OSError as error:
         msg = f"{path}: cannot be written ({error.strerror or error}); choose another file"
         raise StorageError(msg) from error
     return path
+
+
+def csv_text(frame: pd.DataFrame) -> str:
+    """Table as CSV, in which a text that a spreadsheet would run as a formula begins with an apostrophe.
+
+    Names come from anyone's files: ``=HYPERLINK(…)`` is one. Numbers stay as they are, negative ones too.
+    """
+    plain = frame.copy(deep=False)
+    for name, column in frame.items():
+        if not pd.api.types.is_numeric_dtype(column):
+            plain[name] = _plain(column)
+    index = frame.index
+    if isinstance(index, pd.MultiIndex):
+        plain.index = index.set_levels([_plain(level) for level in index.levels])
+    else:
+        plain.index = _plain(index)
+    plain.columns = _plain(frame.columns)
+    return plain.to_csv(lineterminator="\n")
+
+
+def _plain(values: Any) -> Any:
+    """Texts of an index or a column, none of them a formula."""
+    return values.map(lambda value: f"'{value}" if isinstance(value, str) and _FORMULA.match(value) else value)

@@ -1,10 +1,17 @@
 """The JSON schemas that ship with blockstruct, and what an instance violates."""
 
 import json
+import reprlib
 from functools import cache
 from importlib import resources
+from itertools import islice
 from pathlib import Path
 from typing import Any
+
+from blockstruct.keywords import did_you_mean
+
+#: Violations beyond which an instance is of another kind, and more of them say nothing.
+MOST_VIOLATIONS = 100
 
 
 @cache
@@ -18,22 +25,24 @@ def schema_text(name: str) -> str:
 
 
 def violations(instance: Any, name: str) -> list[tuple[str, str]]:
-    """Each violation of a schema as (path inside the instance, message), in the order of the paths."""
+    """Violations of a schema, up to a hundred, as (path inside the instance, message), in the order of the paths."""
     import jsonschema
 
     validator = jsonschema.Draft202012Validator(json.loads(schema_text(name)))
     found = []
-    for error in validator.iter_errors(instance):
+    for error in islice(validator.iter_errors(instance), MOST_VIOLATIONS):
         best = jsonschema.exceptions.best_match([error]) or error
         path = "/" + "/".join(str(p) for p in best.absolute_path)
         message = best.message
-        if best.validator in ("const", "enum", "pattern"):
+        if best.validator == "additionalProperties" and isinstance(best.instance, dict):
+            known = best.schema.get("properties", {})
+            unknown = [key for key in best.instance if key not in known][:10]
+            message = "; ".join(f"unknown key {reprlib.repr(key)}, {did_you_mean(key, known)}" for key in unknown)
+        elif best.validator in ("const", "enum", "pattern"):
             message = f"found {best.instance!r}, {message}"
         elif best.validator == "type" and "description" in best.schema:
             message = f"{message}; {best.schema['description']}"
-        if len(message) > 300:
-            message = f"{message[:300]} …"
-        found.append((path, message))
+        found.append((_cut(path), _cut(message)))
     return sorted(found)
 
 
@@ -41,3 +50,7 @@ def listed_violations(found: list[tuple[str, str]]) -> str:
     """Violations as a text, a line each."""
     count = "a violation" if len(found) == 1 else f"{len(found)} violations"
     return "\n".join([f"{count} of the schema:", *(f"  {where}: {what}" for where, what in found)])
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= 300 else f"{text[:300]} …"

@@ -8,7 +8,6 @@
 
 import math
 import re
-import reprlib
 from collections.abc import Sequence
 from tokenize import TokenError
 from typing import Any, TypeAlias, cast
@@ -17,7 +16,7 @@ import numpy as np
 import pint
 from numpy.typing import NDArray
 
-from blockstruct.errors import DimensionError, UnitError
+from blockstruct.errors import DimensionError, UnitError, shown
 
 #: What a quantity may be given as: ``Q_(0.4, "m")`` of any registry, or a text such as ``"0.4 m"``.
 QuantityLike: TypeAlias = pint.Quantity[Any] | str
@@ -63,6 +62,10 @@ _EXAMPLES = {
 #: Names of units with small powers, multiplied and divided: nothing that a parser could make an expression of.
 _FACTOR = r"[^\W\d]+((\*\*|\^)-?\d)?"
 _UNIT = re.compile(rf"(1/)?({_FACTOR}((\s*[*/]\s*|\s+){_FACTOR}){{0,9}})?")
+#: Number in SI units beyond which nothing is a building, and its powers overflow.
+LARGEST_NUMBER = 1e30
+#: Characters of a quantity, three components with all their digits and a long unit included.
+LONGEST_TEXT = 250
 _FACTORS: dict[tuple[str, str], float | None] = {}
 
 
@@ -88,7 +91,7 @@ def si(value: Any, dimension: str, what: str) -> float:
     """
     array = si_array(value, dimension, what)
     if array.ndim:
-        msg = f"{what}: {_shown(value)} holds {array.size} numbers; give one"
+        msg = f"{what}: {shown(value)} holds {array.size} numbers; give one"
         raise UnitError(msg)
     return float(array)
 
@@ -102,20 +105,24 @@ def si_array(value: Any, dimension: str, what: str) -> NDArray[np.float64]:
     elif dimension == "dimensionless" and not isinstance(value, bool):
         magnitude, factor = value, 1.0
     else:
-        shown = _shown(value)
+        given = shown(value)
         msg = (
-            f"{what}: {shown} has no unit, but a {dimension} is due; "
-            f"write Q_({shown}, {_example_unit(dimension)!r}) or a text such as {_EXAMPLES.get(dimension, '0.65')!r}"
+            f"{what}: {given} has no unit, but a {dimension} is due; "
+            f"write Q_({given}, {_example_unit(dimension)!r}) or a text such as {_EXAMPLES.get(dimension, '0.65')!r}"
         )
         raise UnitError(msg)
     try:
-        array = np.asarray(magnitude, dtype=float) * factor
-    except (TypeError, ValueError, OverflowError):
+        with np.errstate(over="ignore", invalid="ignore"):
+            array = np.asarray(magnitude, dtype=float) * factor
+    except (TypeError, ValueError, ArithmeticError, RecursionError, pint.PintError):
         example = _EXAMPLES.get(dimension, "0.65")
-        msg = f"{what}: {_shown(value)} is no number; give numbers with a unit, as in {example!r}"
+        msg = f"{what}: {shown(value)} is no number; give numbers with a unit, as in {example!r}"
         raise UnitError(msg) from None
     if not np.all(np.isfinite(array)):
-        msg = f"{what}: {_shown(value)} is not finite; give finite numbers"
+        msg = f"{what}: {shown(value)} is not finite; give finite numbers"
+        raise DimensionError(msg)
+    if np.any(np.abs(array) > LARGEST_NUMBER):
+        msg = f"{what}: {shown(value)} is above {LARGEST_NUMBER:g} {SI_UNITS[dimension]}; is its unit right?"
         raise DimensionError(msg)
     return np.asarray(array)
 
@@ -130,7 +137,7 @@ def si_vector(value: Any, dimension: str, what: str) -> tuple[float, float, floa
     else:
         components = si_array(value, dimension, what).ravel().tolist()
     if len(components) != 3:
-        msg = f"{what}: {value!r} has {len(components)} components; give three, along x, y and z"
+        msg = f"{what}: {shown(value)} has {len(components)} components; give three, along x, y and z"
         raise DimensionError(msg)
     x, y, z = components
     return x, y, z
@@ -141,6 +148,10 @@ def parse(text: str, what: str) -> Any:
 
     The number and the unit are read apart, so that a text is never evaluated as an expression.
     """
+    if len(text) > LONGEST_TEXT:
+        # pint searches a long word for prefixes and suffixes in time that grows with its square.
+        msg = f"{what}: a text of {len(text)} characters ({shown(text)}) is no quantity; write one as '12 kN/m^3'"
+        raise UnitError(msg)
     listed = text.strip().startswith("[")
     number, end, unit = text.strip().lstrip("[").partition("]" if listed else " ")
     try:
@@ -215,8 +226,3 @@ def _conversion(unit: str, dimension: str) -> float | None:
 
 def _example_unit(dimension: str) -> str:
     return _EXAMPLES.get(dimension, "").partition(" ")[2]
-
-
-def _shown(value: Any) -> str:
-    """Value on one line, cut short if it is long."""
-    return " ".join(reprlib.repr(value).split())

@@ -22,6 +22,7 @@ class Status(StrEnum):
 
     CONVERGED = "converged"
     UNSTABLE = "unstable_under_dead_load"
+    SELF_STRESS = "depends_on_self_stress"
     UNBOUNDED = "unbounded"
     NOT_CONVERGED = "not_converged"
     INTERRUPTED = "interrupted"

@@ -1,7 +1,8 @@
 """The analysis manager."""
 
 import reprlib
-from collections.abc import Iterable, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
@@ -14,24 +15,29 @@ from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, Iterat
 from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.replay import ReplaySolver, followed
-from blockstruct.errors import ModelError
+from blockstruct.errors import LoadFactorWarning, ModelError
+from blockstruct.keywords import checked_keywords
 from blockstruct.limit import (
-    SCHEDULES,
     Iteration,
     LimitProblem,
     Outcome,
     ProcedureSettings,
+    scheduled,
     schedules_of,
 )
 from blockstruct.model import JOINT_PROPERTIES, LimitCase, Model, checked_tuple
 from blockstruct.procedures import solve_limit_case
-from blockstruct.results import Analysis, CaseResult, contact_state, history_of, run_name, sweep_of
+from blockstruct.results import Analysis, CaseResult, active_joints, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
 from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, patterns
-from blockstruct.vocabulary import ContactState, Flow, Status
+from blockstruct.vocabulary import Flow, Status
+
+#: Statuses whose last iteration shows how the structure falls under its dead load.
+FALLS = (Status.UNSTABLE, Status.SELF_STRESS)
 
 
+@checked_keywords
 class AnalysisManager:
     """Runs limit cases of one model, whose statics are assembled once.
 
@@ -79,7 +85,7 @@ class AnalysisManager:
             raise ModelError(msg)
         self.model = model
         self.settings = settings or ProcedureSettings()
-        self.listeners = tuple(listeners)
+        self.listeners = checked_tuple(listeners, Callable, "AnalysisManager: listeners")
         self.tags = checked_tuple(tags, str, "AnalysisManager: tags")
         self.document_hash = document_hash
         self.statics = Statics.of(model, self.settings.crushing_cells)
@@ -97,6 +103,9 @@ class AnalysisManager:
             True also runs every non-associative case with each of the named :data:`~blockstruct.SCHEDULES` and with
             associative flow, as ``"case [schedule]"`` and ``"case [associative]"``; names run only those schedules.
             :meth:`Analysis.spread` then tells the lowest and the highest certified load factor.
+
+        What a load factor does not mean although it looks like it is told by a LoadFactorWarning, when all cases have
+        ended: :attr:`CaseResult.warnings`.
 
         A KeyboardInterrupt ends the run; the case at work gets the status ``interrupted`` and keeps the
         iterations it has, as do the cases after it, without any; the cases before it are complete.
@@ -130,9 +139,12 @@ class AnalysisManager:
             conductor=self.sweep,
         )
         if self.store is None:
-            return self._conduct(analysis, self.listeners)
-        with Checkpoint.begin(self.store, analysis) as working:
-            return self._record(analysis, working)
+            done = self._conduct(analysis, self.listeners)
+        else:
+            with Checkpoint.begin(self.store, analysis) as working:
+                done = self._record(analysis, working)
+        _warn_of(done.values())
+        return done
 
     @classmethod
     def resume(cls, path: str | Path, *, listeners: Iterable[Listener] = ()) -> Analysis:
@@ -159,13 +171,17 @@ class AnalysisManager:
         if is_unfinished(path):
             with Checkpoint.reopen(path) as working:
                 analysis = working.analysis()
-                return cls._resuming(analysis, path, listeners)._record(analysis, working)
+                done = cls._resuming(analysis, path, listeners)._record(analysis, working)
+            _warn_of(done.values())
+            return done
         analysis = open_analysis(path)
         if analysis.status == "finished":
             return analysis
         manager = cls._resuming(analysis, path, listeners)
         with Checkpoint.begin(Path(path), analysis) as working:
-            return manager._record(analysis, working)
+            done = manager._record(analysis, working)
+        _warn_of(done.values())
+        return done
 
     @classmethod
     def again(cls, analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Analysis:
@@ -237,6 +253,7 @@ class AnalysisManager:
             results.append(self._run_case(planned, statics, problem, self.listeners))
             if results[-1].status is Status.INTERRUPTED:
                 break
+        _warn_of(results)
         found = [float(getattr(one[0], quantity)) for one in varied[: len(results)]]
         return sweep_of(quantity, JOINT_PROPERTIES[quantity].dimension, found, results)
 
@@ -248,7 +265,7 @@ class AnalysisManager:
             if schedules and case.flow is Flow.NONASSOCIATIVE:
                 for name in schedules:
                     run = replace(case, name=run_name(case.name, name))
-                    runs.append((run, replace(self.settings, **SCHEDULES[name])))
+                    runs.append((run, scheduled(self.settings, name)))
                 bound = replace(case, name=run_name(case.name, Flow.ASSOCIATIVE), flow=Flow.ASSOCIATIVE)
                 runs.append((bound, self.settings))
         return runs
@@ -307,7 +324,7 @@ class AnalysisManager:
             status=outcome.status,
             load_factor=outcome.load_factor,
             certificate=iterations[-1].certificate if iterations and outcome.status is not Status.UNBOUNDED else None,
-            message=outcome.message + (_where(history) if outcome.status is Status.UNSTABLE else ""),
+            message=outcome.message + (_where(history) if outcome.status in FALLS else ""),
             history=history,
             started_at=started_at,
             duration=before.duration + perf_counter() - start,
@@ -320,16 +337,9 @@ class AnalysisManager:
 
 
 def _where(history: xr.Dataset) -> str:
-    """Interfaces that fail fastest in the last iteration, with how they fail."""
-    last = history.isel(iteration=-1)
-    speed = np.linalg.norm(last["relative_velocity"].transpose("contact_point", "component"), axis=1)
-    fastest = np.zeros(history.sizes["interface"])
-    np.maximum.at(fastest, last["interface_of_contact_point"].to_numpy(), speed)
-    state = contact_state(last).to_numpy()
-    still = (ContactState.STICKING, ContactState.UNKNOWN)
-    order = [j for j in np.argsort(-fastest, kind="stable") if state[j] not in still][:3]
-    names = history["interface"].to_numpy()
-    return "; it fails at " + ", ".join(f"{names[j]} ({state[j]})" for j in order) if order else ""
+    """Interfaces that fail first of all in the last iteration, with how they fail."""
+    first = active_joints(history).head(3)["state"]
+    return "; it fails at " + ", ".join(f"{name} ({state})" for name, state in first.items()) if len(first) else ""
 
 
 def _planned(
@@ -337,6 +347,7 @@ def _planned(
 ) -> CaseResult:
     """Result of a case that is still to be run."""
     return CaseResult(
+        model=statics.model,
         case=case,
         settings=settings,
         status=Status.INTERRUPTED,
@@ -347,6 +358,16 @@ def _planned(
         started_at=started_at,
         duration=0.0,
     )
+
+
+def _warn_of(results: Iterable[CaseResult]) -> None:
+    """Give who runs cases the warnings of their results, each text once."""
+    said = dict[str, str]()
+    for result in results:
+        for text in result.warnings:
+            said.setdefault(text, result.name)
+    for text, name in said.items():
+        warnings.warn(f"case {name!r}: {text}", LoadFactorWarning, stacklevel=3)
 
 
 def _tell(listeners: Sequence[Listener], event: Event) -> None:

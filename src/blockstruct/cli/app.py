@@ -1,7 +1,9 @@
 """The command, its options and exit codes."""
 
+import math
+import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -25,7 +27,12 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as J
 def main() -> None:
     """Run the command; an error of the input is one message and exit code 2, never a traceback."""
     try:
-        app()
+        with warnings.catch_warnings():
+            # What it says counts, not the line of code that says it.
+            warnings.showwarning = _show_warning
+            # The text of every result tells its warnings.
+            warnings.simplefilter("ignore", bs.LoadFactorWarning)
+            app()
     except bs.BlockstructError as error:
         err.print("[bold red]error:[/]", end=" ")
         err.print(str(error), markup=False, soft_wrap=True)
@@ -35,6 +42,11 @@ def main() -> None:
     except KeyboardInterrupt:
         err.print("interrupted", markup=False)
         raise SystemExit(INTERRUPTED) from None
+
+
+def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+    err.print("[bold yellow]warning:[/]", end=" ")
+    err.print(str(message), markup=False, soft_wrap=True)
 
 
 @app.callback(
@@ -66,5 +78,20 @@ def print_results(analysis: bs.Analysis, *, iterations: bool = False) -> None:
         if iterations:
             out.print(iteration_table(result.history))
         out.print(result_text(result), soft_wrap=True)
+        if result.name.startswith("tilt") and (angle := _angle_of_table(result)) is not None:
+            say(f"  on a tilting table: falls at {angle:.4g} deg\n")
     out.print(summary_table(analysis))
     out.print(spread_text(analysis), markup=False, soft_wrap=True, end="")
+
+
+def _angle_of_table(result: bs.CaseResult) -> float | None:
+    """Angle, degrees, of a tilting table on which the weight is the load of a case at collapse; None if it is not."""
+    dead, variable = result.case.dead.loads, result.case.variable.loads
+    weight = all(isinstance(load, bs.SelfWeight) for load in dead) and len(dead) == 1
+    if not weight or len(variable) != 1 or not isinstance(variable[0], bs.BodyForce):
+        return None
+    x, y, z = (variable[0].share * v for v in variable[0].direction)
+    if z or result.status is not bs.Status.CONVERGED:
+        return None
+    # The weight W on a table tilted by θ has W cos θ into it and W sin θ along it.
+    return math.degrees(math.atan(result.load_factor * math.hypot(x, y)))

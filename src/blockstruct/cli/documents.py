@@ -1,5 +1,6 @@
 """Commands on model documents, and the check of any file."""
 
+import math
 import warnings
 from pathlib import Path
 from typing import Annotated, Any
@@ -15,7 +16,7 @@ from blockstruct.views import model_text
 def import_(
     files: Annotated[
         list[Path],
-        typer.Argument(help="OBJ, STL or PLY meshes, a DXF drawing or a COMPAS JSON file.", show_default=False),
+        typer.Argument(help="OBJ, STL or PLY meshes, DXF drawings, COMPAS JSON files.", show_default=False),
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Model document to write.", show_default=False)],
     unit: Annotated[str, typer.Option(help="Unit of the coordinates: mm, or '0.025 m'.", show_default=False)],
@@ -27,52 +28,101 @@ def import_(
     fix: Annotated[
         list[str] | None, typer.Option(help="A support: the name of a block, or lowest.", show_default=False)
     ] = None,
+    exclude: Annotated[
+        list[str] | None, typer.Option(help="A block to leave out; * is any text.", show_default=False)
+    ] = None,
+    up: Annotated[str, typer.Option(help="Axis of a mesh that points up: x, y or z.")] = "z",
+    override_unit: Annotated[
+        bool, typer.Option("--override-unit", help="Take --unit although a DXF drawing states another one.")
+    ] = False,
     fix_layer: Annotated[list[str] | None, typer.Option(help="A DXF layer of supports.", show_default=False)] = None,
+    plane: Annotated[
+        str | None, typer.Option(help="Of a DXF drawing: elevation or plan.", show_default="elevation")
+    ] = None,
     thickness: Annotated[
         str | None, typer.Option(help="Of a wall drawn in DXF, as in '30 cm'.", show_default=False)
     ] = None,
     segments: Annotated[int | None, typer.Option(help="Straight pieces of a DXF arc.", show_default=False)] = None,
-    gap: Annotated[
-        str | None, typer.Option(help="Largest gap in a joint, as in '1 mm'.", show_default="what rounding needs")
+    closing: Annotated[
+        str | None, typer.Option(help="Largest gap in a DXF outline, as in '1 mm'.", show_default="rounding")
     ] = None,
+    gap: Annotated[
+        str | None,
+        typer.Option(
+            help="Largest gap in a joint, as in '1 mm'.", show_default="rounding, and the repairs of its faces"
+        ),
+    ] = None,
+    angle: Annotated[
+        str | None, typer.Option(help="Largest angle between the faces of a joint.", show_default="1 deg")
+    ] = None,
+    area_tolerance: Annotated[
+        str | None, typer.Option(help="Area up to which a contact is none, as in '1 cm^2'.", show_default="rounding")
+    ] = None,
+    direction: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Of the push: +x, -y, or a vector such as 1,1,0; several give a case each.", show_default="+x"
+        ),
+    ] = None,
+    flow: Annotated[bs.Flow, typer.Option(help="Flow rule of the cases.")] = bs.Flow.NONASSOCIATIVE,
+    tilt: Annotated[
+        bool, typer.Option("--tilt", help="Name the cases 'tilt': results then tell the angle of a tilting table.")
+    ] = False,
 ) -> None:
     """Write a model document from blocks drawn elsewhere, then check it."""
-    fixed = "lowest" if fix == ["lowest"] else fix or ()
-    drawn = files[0].suffix.lower() == ".dxf"
-    if len(files) > 1 and any(f.suffix.lower() in (".dxf", ".json") for f in files):
-        msg = f"{len(files)} files; several can only be read if all are meshes, import the others one by one"
-        raise bs.ModelError(msg)
-    if not drawn and (fix_layer or thickness or segments or any("=" in w for w in unit_weight)):
-        msg = f"{files[0]}: layers, --thickness and --segments belong to DXF drawings; leave them out"
-        raise bs.ModelError(msg)
-    material = _materials(unit_weight)
+    bs.documents.check_new_document(output)
+    cases = [_case(text, flow, tilt=tilt) for text in direction or ["+x"]]
+    drawing: dict[str, Any] = {
+        "override_unit": override_unit or None,
+        "supports": fix_layer,
+        "plane": plane,
+        "thickness": thickness,
+        "segments": segments,
+        "closing": closing,
+    }
     with warnings.catch_warnings():
         # The report that is printed says the same.
         warnings.simplefilter("ignore", bs.GeometryWarning)
-        if drawn:
-            found = bs.read_drawing(
-                files[0],
-                unit=unit,
-                material=material,
-                thickness=thickness,
-                segments=segments,
-                supports=fix_layer or (),
-                fixed=fixed,
-            )
-        elif files[0].suffix.lower() == ".json":
-            found = bs.read_assembly(files[0], unit=unit, material=material, fixed=fixed)
-        else:
-            found = bs.read_mesh(files, unit=unit, material=material, fixed=fixed)
+        found = bs.imports.read_files(
+            files,
+            unit=unit,
+            material=_materials(unit_weight),
+            fixed="lowest" if fix == ["lowest"] else fix or (),
+            exclude=exclude or (),
+            up=up,
+            **{name: value for name, value in drawing.items() if value is not None},
+        )
     say(str(found.report))
-    if gap is None and found.report.joint_gap:
-        gap = f"{found.report.joint_gap:.2g} m"
-    dead = bs.LoadPattern("self-weight", [bs.SelfWeight()])
-    push = bs.LoadPattern("weight sideways, +x", [bs.BodyForce((1, 0, 0))])
-    case = bs.LimitCase("push +x", dead, push)
     joint = bs.JointMaterial("joint", friction)
-    bs.write_draft(output, output.stem, found.blocks, joint, [case], tolerance=gap)
-    say(f"written: {output}, with the case 'push +x': edit its loads and cases")
+    limits: dict[str, Any] = {"angle_tolerance": angle, "area_tolerance": area_tolerance}
+    explicit: tuple[bs.Interface, ...] = ()
+    tolerance = gap
+    if gap is None and found.moves:
+        corrected = bs.contacts.corrected_joints(found.blocks, joint, found.moves, **limits)
+        tolerance, explicit = corrected.tolerance, corrected.explicit
+        say(str(corrected))
+    bs.write_draft(output, output.stem, found.blocks, joint, cases, explicit=explicit, tolerance=tolerance, **limits)
+    names = ", ".join(repr(case.name) for case in cases)
+    say(f"written: {output}, with the case{'s' if len(cases) > 1 else ''} {names}: edit its loads and cases")
     check(output)
+
+
+def _case(text: str, flow: bs.Flow, *, tilt: bool) -> bs.LimitCase:
+    """Own weight, and the weight turned to a direction."""
+    name = f"+{text}" if text in ("x", "y", "z") else f"({text})" if "," in text else text
+    try:
+        vector = [float(part) for part in text.split(",")] if "," in text else []
+        force = bs.BodyForce([v / math.hypot(*vector) for v in vector] or name)
+    except (ValueError, ZeroDivisionError, bs.BlockstructError) as error:
+        msg = f"--direction {text!r}: give +x, -x, +y, -y, +z, -z or a vector such as 1,1,0"
+        raise bs.ModelError(msg) from error
+    if tilt and force.direction[2]:
+        msg = f"--direction {text!r}: a table tilts to a level direction, such as +x"
+        raise bs.ModelError(msg)
+    push = bs.LoadPattern(f"weight sideways, {name}", [force])
+    return bs.LimitCase(
+        f"{'tilt' if tilt else 'push'} {name}", bs.LoadPattern("self-weight", [bs.SelfWeight()]), push, flow
+    )
 
 
 def _materials(unit_weights: list[str]) -> Any:
@@ -102,7 +152,7 @@ def check(
 def validate(
     file: Annotated[Path, typer.Argument(help="An analysis file, or a model document.", show_default=False)],
 ) -> None:
-    """Check an analysis file or a model document against its schema."""
+    """Check an analysis file against its schema and its own numbers, or a model document."""
     try:
         if file.suffix.lower() in (".yaml", ".yml", ".json"):
             document = bs.read_document(file)
@@ -112,6 +162,10 @@ def validate(
             say(f"{len(document.model.blocks)} blocks, {document.report}")
         else:
             analysis = bs.open_analysis(file)
+            found = bs.contradictions(analysis)
+            if found:
+                say("\n".join(f"{file}: case {name!r}: {what}" for name, what in found))
+                raise typer.Exit(VIOLATIONS)
             say(f"{file}: a valid analysis of {len(analysis)} cases")
     except (bs.FormatError, bs.ModelError) as error:
         say("\n".join([str(error), *getattr(error, "__notes__", ())]))

@@ -10,7 +10,7 @@ import typer
 import blockstruct as bs
 from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, out, print_results, say
 from blockstruct.views import analysis_summary, archive_table, iteration_table
-from blockstruct.views.output import write_text
+from blockstruct.views.output import write_csv
 
 
 @app.command()
@@ -58,7 +58,7 @@ def archive(
     folder: Annotated[Path, typer.Argument(help="A folder of analysis files.", show_default=False)],
     query: Annotated[
         str | None,
-        typer.Option("--query", help='ConstraintRows to print, such as "load_factor < 0.3".', show_default=False),
+        typer.Option("--query", help='Rows to print, such as "load_factor < 0.3".', show_default=False),
     ] = None,
     csv: CsvOption = None,
 ) -> None:
@@ -131,6 +131,24 @@ def report(
     _written(write_report(bs.open_analysis(file), target, project=head, template=template), show_it)
 
 
+@app.command()
+def figures(
+    file: FileArgument,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to write into.", show_default=False)],
+    look: Annotated[
+        str | None,
+        typer.Option("--look", help="x, y (elevations), z (plan) or 3d; what fits otherwise.", show_default=False),
+    ] = None,
+    file_format: Annotated[str, typer.Option("--format", help="png, svg or pdf.")] = "png",
+) -> None:
+    """Write the figures of every case: mechanism, states, sliding, forces, crushing, convergence, certificate."""
+    from blockstruct.views.figures import write_figures
+
+    written = write_figures(bs.open_analysis(file), output, look=look, file_format=file_format)
+    for path in written:
+        say(f"written: {path}")
+
+
 def _project_line(line: str) -> tuple[str, str]:
     what, equals, text = line.partition("=")
     if not (what and equals):
@@ -157,5 +175,5 @@ def _write_csv(frame: pd.DataFrame, path: Path) -> None:
     if path.suffix.lower() != ".csv":
         msg = f"{path}: give a name that ends in .csv"
         raise bs.StorageError(msg)
-    write_text(frame.to_csv(lineterminator="\n"), path)
+    write_csv(frame, path)
     say(f"{path}: {len(frame)} rows")

@@ -8,7 +8,8 @@
 ['ground|block']
 """
 
+from blockstruct.contacts.corrected import CorrectedJoints, corrected_joints
 from blockstruct.contacts.detection import detect_interfaces
 from blockstruct.model import Detection
 
-__all__ = ["Detection", "detect_interfaces"]
+__all__ = ["CorrectedJoints", "Detection", "corrected_joints", "detect_interfaces"]

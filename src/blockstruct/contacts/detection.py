@@ -20,6 +20,7 @@ from blockstruct.geometry import (
     separations,
     unsupported,
 )
+from blockstruct.keywords import checked_keywords
 from blockstruct.model import (
     Block,
     Detection,
@@ -48,6 +49,7 @@ ANGLE = "1 deg"
 ANGLE_REACH, LARGEST_ANGLE = math.radians(10), math.radians(45)
 
 
+@checked_keywords
 def detect_interfaces(
     blocks: Iterable[Block],
     joint_material: Any,

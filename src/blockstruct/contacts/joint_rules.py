@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, shown
 from blockstruct.model import Interface, JointMaterial
 from blockstruct.vocabulary import JointOrientation
 
@@ -51,7 +51,7 @@ def joint_rule(given: Any, who: str) -> Rule:
     if callable(given) and not isinstance(given, type):
         return lambda interface: _given_by_function(given, interface, who)
     msg = (
-        f"{who}: joint_material is {given!r}; give a JointMaterial, a mapping such as "
+        f"{who}: joint_material is {shown(given)}; give a JointMaterial, a mapping such as "
         "{'bed': mortar, '*': dry}, or a function from an interface to its JointMaterial"
     )
     raise ModelError(msg)

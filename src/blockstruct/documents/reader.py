@@ -2,8 +2,6 @@
 
 import hashlib
 import json
-import re
-from collections.abc import Hashable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +9,7 @@ from typing import Any
 import yaml
 
 from blockstruct.contacts.detection import detect_interfaces
+from blockstruct.documents import yaml_core
 from blockstruct.errors import BlockstructError, DocumentError, StorageError, UnknownNameError
 from blockstruct.files import unique_pairs
 from blockstruct.model import (
@@ -28,6 +27,9 @@ from blockstruct.model import (
 from blockstruct.schema import listed_violations, violations
 from blockstruct.structures.courses import courses
 from blockstruct.units import parse, to_quantity
+
+#: Size of a document beyond which it is none: a block takes some 400 bytes.
+MOST_BYTES = 64_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,14 +73,11 @@ def read_document(path: str | Path) -> Document:
         A document that describes no valid model.
     """
     path = Path(path)
+    stored = _stored(path)
     try:
-        stored = path.read_bytes()
         text = stored.decode("utf-8")
     except UnicodeDecodeError as error:
         msg = f"{path}: is no text; give a YAML or JSON document (`blockstruct show` prints an analysis file)"
-        raise StorageError(msg) from error
-    except OSError as error:
-        msg = f"{path}: cannot be read: {error}"
         raise StorageError(msg) from error
     content = _load(text, path)
     found = violations(content, "model-1")
@@ -92,33 +91,34 @@ def read_document(path: str | Path) -> Document:
         raise
 
 
+def _stored(path: Path) -> bytes:
+    try:
+        # A pipe or a device might never end.
+        if path.exists() and not path.is_file():
+            msg = f"{path}: cannot be read: it is no file; give a YAML or JSON document"
+            raise StorageError(msg)
+        with path.open("rb") as stream:
+            stored = stream.read(MOST_BYTES + 1)
+    except (OSError, ValueError) as error:
+        if isinstance(error, StorageError):
+            raise
+        msg = f"{path}: cannot be read: {error}"
+        raise StorageError(msg) from error
+    if len(stored) > MOST_BYTES:
+        msg = f"{path}: more than {MOST_BYTES / 1e6:g} MB; no model document needs that, divide the structure"
+        raise DocumentError(msg)
+    return stored
+
+
 def _load(text: str, path: Path) -> Any:
     try:
         if path.suffix.lower() == ".json":
             return json.loads(text, object_pairs_hook=unique_pairs)
-        # The subclass of SafeLoader below only adds a check.
-        return yaml.load(text, Loader=_UniqueKeyLoader)
+        return yaml_core.load(text)
     except (ValueError, yaml.YAMLError, RecursionError) as error:
-        msg = f"{path}: no valid {'JSON' if path.suffix.lower() == '.json' else 'YAML'}: {error}"
+        said = str(error).replace('in "<unicode string>", ', "at ")
+        msg = f"{path}: no valid {'JSON' if path.suffix.lower() == '.json' else 'YAML'}: {said}"
         raise DocumentError(msg) from error
-
-
-class _UniqueKeyLoader(yaml.SafeLoader):
-    """SafeLoader that refuses a repeated key, which YAML would silently overwrite, and reads 1e-3 as a number."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        keys = [self.construct_object(key) for key, _ in node.value]
-        twice = [key for i, key in enumerate(keys) if key in keys[:i]]
-        if twice:
-            msg = f"repeated keys {twice}; rename or merge them"
-            raise yaml.constructor.ConstructorError(None, None, msg, node.start_mark)
-        return super().construct_mapping(node, deep)
-
-
-# YAML 1.1 takes 1e-3 for a text, YAML 1.2 and everybody else for a number.
-_UniqueKeyLoader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"^[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+$"), list("-+0123456789")
-)
 
 
 def _build(content: dict[str, Any], stem: str, digest: str) -> Document:

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from blockstruct.contacts.detection import detect_interfaces
+from blockstruct.documents import yaml_core
 from blockstruct.errors import DocumentError, ModelError
-from blockstruct.files import write_new
+from blockstruct.files import check_new, write_new
 from blockstruct.model import (
     JOINT_PROPERTIES,
     LOAD_KINDS,
@@ -37,6 +37,8 @@ def write_document(
     *,
     settings: Mapping[str, Any] | None = None,
     tolerance: Any = None,
+    angle_tolerance: Any = None,
+    area_tolerance: Any = None,
 ) -> Path:
     """Write a model and its cases as a model document, to the last digit.
 
@@ -51,7 +53,7 @@ def write_document(
         At least one.
     settings
         Settings of the procedure by name.
-    tolerance : quantity, length
+    tolerance, angle_tolerance, area_tolerance : quantity
         With which the interfaces of the model were found, if not by default.
 
     Raises
@@ -61,12 +63,14 @@ def write_document(
     StorageError
         A file that exists or cannot be written.
     """
+    check_new_document(path)
     own: dict[frozenset[str], list[Interface]] = {}
     for interface in model.interfaces:
         own.setdefault(frozenset((interface.minus, interface.plus)), []).append(interface)
     (joint, _), *_ = Counter(i.joint_material for i in model.interfaces).most_common()
     found: dict[frozenset[str], list[Interface]] = {pair: [] for pair in own}
-    for interface in detect_interfaces(model.blocks, joint, tolerance).interfaces:
+    limits = _limits(Path(path), tolerance, angle_tolerance, area_tolerance)
+    for interface in detect_interfaces(model.blocks, joint, **limits).interfaces:
         pair = frozenset((interface.minus, interface.plus))
         if pair not in own:
             msg = (
@@ -77,7 +81,7 @@ def write_document(
             raise ModelError(msg)
         found[pair].append(interface)
     stated = [i for pair, known in own.items() if not _same(known, found[pair]) for i in known]
-    return _write(Path(path), model.name, model.blocks, joint, stated, cases, settings, tolerance)
+    return _write(Path(path), model.name, model.blocks, joint, stated, cases, settings, limits)
 
 
 def _same(known: list[Interface], found: list[Interface]) -> bool:
@@ -99,14 +103,46 @@ def write_draft(
     joint_material: JointMaterial,
     cases: Sequence[LimitCase],
     *,
+    explicit: Iterable[Interface] = (),
     settings: Mapping[str, Any] | None = None,
     tolerance: Any = None,
+    angle_tolerance: Any = None,
+    area_tolerance: Any = None,
 ) -> Path:
     """Write blocks that may be no model yet, without supports for instance, as a document to be completed by hand.
 
-    Parameters are those of :func:`write_document`.
+    Interfaces are left to detection but for those that are ``explicit``; other parameters are those of
+    :func:`write_document`.
     """
-    return _write(Path(path), name, list(blocks), joint_material, [], cases, settings, tolerance)
+    limits = _limits(Path(path), tolerance, angle_tolerance, area_tolerance)
+    return _write(Path(path), name, list(blocks), joint_material, list(explicit), cases, settings, limits)
+
+
+def check_new_document(path: str | Path) -> Path:
+    """Path of a document that can be written.
+
+    Raises
+    ------
+    ModelError
+        No name of a document.
+    StorageError
+        A file that exists.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in (".yaml", ".yml", ".json"):
+        msg = f"{path}: no name of a model document; give one that ends in .yaml, .yml or .json"
+        raise ModelError(msg)
+    return check_new(path)
+
+
+def _limits(path: Path, gap: Any, angle: Any, area: Any) -> dict[str, Any]:
+    """Tolerances of detection that are not the default, as a document states them."""
+    given = (
+        ("tolerance", gap, "length", "m"),
+        ("angle_tolerance", angle, "angle", "rad"),
+        ("area_tolerance", area, "area", "m^2"),
+    )
+    return {n: f"{si(v, dim, f'{path}: {n}')!r} {unit}" for n, v, dim, unit in given if v is not None}
 
 
 def _write(
@@ -117,11 +153,9 @@ def _write(
     stated: Sequence[Interface],
     cases: Sequence[LimitCase],
     settings: Mapping[str, Any] | None,
-    tolerance: Any,
+    limits: Mapping[str, str],
 ) -> Path:
-    if path.suffix.lower() not in (".yaml", ".yml", ".json"):
-        msg = f"{path}: no name of a model document; give one that ends in .yaml, .yml or .json"
-        raise ModelError(msg)
+    check_new_document(path)
     patterns = {p.name: p for case in cases for p in (case.dead, case.variable)}
     if any(patterns[p.name] != p for case in cases for p in (case.dead, case.variable)):
         msg = f"{path}: different load patterns share a name; rename one"
@@ -130,9 +164,7 @@ def _write(
     if any(materials[b.material.name] != b.material for b in blocks):
         msg = f"{path}: different materials share a name; rename one"
         raise ModelError(msg)
-    detection: dict[str, Any] = {"joint_material": joint_material.name}
-    if tolerance is not None:
-        detection["tolerance"] = f"{si(tolerance, 'length', f'{path}: tolerance')!r} m"
+    detection: dict[str, Any] = {"joint_material": joint_material.name, **limits}
     if stated:
         detection["explicit"] = [
             {
@@ -164,16 +196,7 @@ def _write(
     if found:
         msg = f"{path}: {listed_violations(found)}"
         raise DocumentError(msg)
-    return write_new(path, json.dumps(content) + "\n" if path.suffix.lower() == ".json" else _yaml(content))
-
-
-def _yaml(content: Any) -> str:
-    dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
-    # Collections without collections inside on one line: a vertex, a face, a vector.
-    text: str = yaml.dump(
-        content, Dumper=dumper, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True
-    )
-    return text
+    return write_new(path, json.dumps(content) + "\n" if path.suffix.lower() == ".json" else yaml_core.dump(content))
 
 
 def _joint(joint: JointMaterial) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from blockstruct.geometry.lying import areas_on_bodies
 from blockstruct.geometry.neighbours import box_pairs, separations, unsupported
 from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.polygon import common_areas, perimeter, plane_axes, polygon_area, tributary_areas
-from blockstruct.geometry.polyhedron import BOX_FACES, Polyhedron, box, polyhedron
+from blockstruct.geometry.polyhedron import BOX_FACES, Polyhedron, box, lofted, polyhedron
 from blockstruct.geometry.triangles import triangulated
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "BOX_FACES",
     "Polyhedron",
     "box",
+    "lofted",
     "overlapping_pairs",
     "polyhedron",
     # polygons

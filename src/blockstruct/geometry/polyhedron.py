@@ -74,6 +74,21 @@ def box(origin: Sequence[float], size: Sequence[float]) -> tuple[Array, tuple[tu
     return np.asarray(origin, dtype=float) + corners * np.asarray(size, dtype=float), BOX_FACES
 
 
+def lofted(first: Array, second: Array) -> tuple[Array, tuple[tuple[int, ...], ...]]:
+    """Vertices (2n, 3) and outward faces of the body between two outlines (n, 3), each corner facing that of the other.
+
+    The faces are the two outlines, then the sides from one to the other, whichever way the outlines run.
+    """
+    n = len(first)
+    low, high = range(n), range(n, 2 * n)
+    sides = [(k, (k + 1) % n, n + (k + 1) % n, n + k) for k in range(n)]
+    if polygon_area(first)[2] @ (second - first).mean(axis=0) > 0:
+        faces = [tuple(low[::-1]), tuple(high), *sides]
+    else:
+        faces = [tuple(low), tuple(high[::-1]), *(side[::-1] for side in sides)]
+    return np.concatenate([first, second]), tuple(faces)
+
+
 def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Polyhedron:
     """Check a shape and integrate its volume and centroid.
 

@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 from blockstruct.geometry.polygon import polygon_area
 
 Array = NDArray[np.float64]
-Triangle = tuple[int, int, int]
 
 
-def triangulated(vertices: Array, face: Sequence[int]) -> list[Triangle]:
+def triangulated(vertices: Array, face: Sequence[int]) -> list[tuple[int, ...]]:
     """Triangles of a polygon, convex or not, cut off at its shortest diagonals first.
 
     Two bodies with one face in common, plane or warped, divide it alike.
@@ -31,7 +30,7 @@ def triangulated(vertices: Array, face: Sequence[int]) -> list[Triangle]:
     if len(loop) == 3:
         return [(loop[0], loop[1], loop[2])]
     normal = polygon_area(vertices[loop])[2]
-    triangles: list[Triangle] = []
+    triangles: list[tuple[int, ...]] = []
     while len(loop) > 3:
         before, after = [*loop[-1:], *loop[:-1]], [*loop[1:], *loop[:1]]
         lengths = np.linalg.norm(vertices[after] - vertices[before], axis=1)

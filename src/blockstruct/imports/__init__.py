@@ -5,6 +5,7 @@ from blockstruct.imports.drawing import read_drawing
 from blockstruct.imports.import_report import Imported, ImportReport, Repair
 from blockstruct.imports.mesh import read_mesh
 from blockstruct.imports.obj import write_obj
+from blockstruct.imports.several import read_files
 
 __all__ = [
     "ImportReport",
@@ -12,6 +13,7 @@ __all__ = [
     "Repair",
     "read_assembly",
     "read_drawing",
+    "read_files",
     "read_mesh",
     "write_obj",
 ]

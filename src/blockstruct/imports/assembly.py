@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from blockstruct.errors import GeometryFileError
 from blockstruct.files import unique_pairs
 from blockstruct.imports.import_report import Imported
-from blockstruct.imports.solid import Face, Solid, blocks_of
+from blockstruct.imports.solid import Content, Face, Solid, blocks_of
 from blockstruct.imports.source import checked_faces, text_of
+from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
+from blockstruct.units import QuantityLike
 
 Array = NDArray[np.float64]
 
@@ -32,13 +34,16 @@ class _Part:
     support: bool
 
 
+@checked_keywords
 def read_assembly(
     file: str | Path,
     *,
-    unit: Any,
+    unit: QuantityLike,
     material: Material,
     fixed: str | Iterable[str] = (),
-    tolerance: Any = None,
+    exclude: Iterable[str] = (),
+    up: str = "z",
+    tolerance: QuantityLike | None = None,
 ) -> Imported:
     """Blocks of a COMPAS JSON file.
 
@@ -55,7 +60,7 @@ def read_assembly(
         Unit of the coordinates, which the file does not state.
     material
         Material of all blocks.
-    fixed, tolerance
+    fixed, exclude, up, tolerance
         As for :func:`read_mesh`; ``fixed`` adds to the supports of the file.
 
     Returns
@@ -76,6 +81,12 @@ def read_assembly(
         Whatever was left out or repaired.
     """
     path = Path(file)
+    contents = [assembly_content(path, material)]
+    return blocks_of(contents, [path], unit=unit, fixed=fixed, exclude=exclude, up=up, tolerance=tolerance)
+
+
+def assembly_content(path: Path, material: Material) -> Content:
+    """Solids of a COMPAS JSON file, and what else it holds."""
     try:
         content = json.loads(text_of(path), object_pairs_hook=unique_pairs)
     except (ValueError, RecursionError) as error:
@@ -93,7 +104,7 @@ def read_assembly(
     names = [p.name for p in parts]
     own = None not in names and len(set(names)) == len(names)
     solids = [Solid(str(p.name if own else p.key), p.vertices, p.faces, material, p.support) for p in parts]
-    return blocks_of(solids, str(path), unit=unit, fixed=fixed, tolerance=tolerance, left_out=left_out)
+    return Content(solids, left_out)
 
 
 def _parts(content: Any, path: Path, left_out: list[str]) -> Iterator[_Part]:

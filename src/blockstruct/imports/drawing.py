@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, UnknownNameError
+from blockstruct.imports.expansion import check_expansion
 from blockstruct.imports.import_report import Imported, Repair
-from blockstruct.imports.profile import divided_arcs, prism
-from blockstruct.imports.solid import Face, Solid, blocks_of, scale_of
+from blockstruct.imports.outline import area, prism, read_outline
+from blockstruct.imports.solid import Content, Face, Solid, blocks_of, scale_of
 from blockstruct.imports.source import checked_faces, content_of, package
+from blockstruct.imports.tolerances import DEPTH, IN_DRAWING_PLANE, OUTLINE, SAME_UNIT
+from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
 from blockstruct.model.checks import positive_length
+from blockstruct.units import QuantityLike
 
 Array = NDArray[np.float64]
 
@@ -24,27 +27,32 @@ Array = NDArray[np.float64]
 _STATED_UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1}
 #: Bodies that only the program that made them can divide into faces.
 _SOLID_MODELS = ("3DSOLID", "BODY", "EXTRUDEDSURFACE", "LOFTEDSURFACE", "REVOLVEDSURFACE", "SURFACE", "SWEPTSURFACE")
-#: Levels of blocks inside blocks of a drawing that are followed.
-_DEPTH = 16
+#: Entities of one kind that are named one by one.
+_NAMED = 20
 
 
+@checked_keywords
 def read_drawing(
     file: str | Path,
     *,
-    unit: Any,
+    unit: QuantityLike,
     material: Material | Mapping[str, Material],
-    thickness: Any = None,
+    override_unit: bool = False,
+    thickness: QuantityLike | None = None,
     plane: str = "elevation",
     segments: int | None = None,
+    closing: QuantityLike | None = None,
     supports: Iterable[str] = (),
     fixed: str | Iterable[str] = (),
-    tolerance: Any = None,
+    exclude: Iterable[str] = (),
+    tolerance: QuantityLike | None = None,
 ) -> Imported:
     """Blocks of a DXF drawing: ``pip install "blockstruct[cad]"``.
 
     Closed polylines become prisms; meshes, polyface meshes and closed sets of 3D faces become blocks as they are.
-    The k-th on a layer is called ``layer.k``. Everything else in the model space is left out and reported, as is
-    what lies on a layer that is off or frozen.
+    The k-th on a layer is called ``layer.k``. A polyline whose ends meet to rounding is closed; edges that it runs over
+    again are dropped and reported. Everything else in the model space is left out and reported by layer and handle,
+    open polylines with the distance of their ends, as is what lies on a layer that is off or frozen.
 
     Parameters
     ----------
@@ -55,22 +63,26 @@ def read_drawing(
         two must agree.
     material
         Material of all blocks, or a material for each layer to be read: other layers are left out.
+    override_unit
+        Take ``unit`` although the drawing states another one: ``$INSUNITS`` is often that of the template.
     thickness : quantity, length
         Of the prisms. Polylines that have a thickness of their own in the drawing need none.
-    plane
+    plane : {"elevation", "plan"}
         ``"elevation"`` stands the drawing up: its x and y become x and z, and prisms reach from y = 0 to the
         thickness. ``"plan"`` keeps x and y, and prisms rise from z = 0. Bodies in 3D stay where they are.
     segments
         Number of straight segments that stand for each arc of a polyline; without it, arcs are refused.
+    closing : quantity, length
+        Distance up to which the ends of a polyline meet; by default a millionth of its size.
     supports
         Layers whose blocks are fixed.
-    fixed, tolerance
+    fixed, exclude, tolerance
         As for :func:`read_mesh`.
 
     Returns
     -------
     Imported
-        ``.blocks`` and ``.report``.
+        ``.blocks``, ``.report`` and ``.moves``.
 
     Raises
     ------
@@ -89,8 +101,36 @@ def read_drawing(
         Whatever was left out or repaired.
     """
     path = Path(file)
+    content = drawing_content(
+        path,
+        unit=unit,
+        material=material,
+        override_unit=override_unit,
+        thickness=thickness,
+        plane=plane,
+        segments=segments,
+        closing=closing,
+        supports=supports,
+    )
+    return blocks_of([content], [path], unit=unit, fixed=fixed, exclude=exclude, up="z", tolerance=tolerance)
+
+
+def drawing_content(
+    path: Path,
+    *,
+    unit: QuantityLike,
+    material: Material | Mapping[str, Material],
+    override_unit: bool = False,
+    thickness: QuantityLike | None = None,
+    plane: str = "elevation",
+    segments: int | None = None,
+    closing: QuantityLike | None = None,
+    supports: Iterable[str] = (),
+) -> Content:
+    """Solids of a DXF drawing, and what else it holds; parameters are those of :func:`read_drawing`."""
     scale = scale_of(unit, str(path))
     depth = None if thickness is None else positive_length(thickness, f"{path}: thickness") / scale
+    ends = None if closing is None else positive_length(closing, f"{path}: closing") / scale
     if plane not in ("elevation", "plan"):
         msg = f"{path}: plane is {plane!r}; give 'elevation' or 'plan'"
         raise ModelError(msg)
@@ -98,45 +138,44 @@ def read_drawing(
         msg = f"{path}: segments is {segments!r}; give a whole number of straight pieces for each arc, one or more"
         raise ModelError(msg)
     drawing = _opened(path)
-    _check_unit(drawing, scale, path)
-    reading = _Reading(path, depth, plane == "elevation", segments)
+    check_expansion(drawing, path, DEPTH)
+    reading = _Reading(path, scale, depth, plane == "elevation", segments, ends)
+    notes = _checked_unit(drawing, scale, path, override=override_unit)
     layers = {layer.dxf.name: layer for layer in drawing.layers}
     # DXF does not tell layers apart by case, and entities may lie on layers that no table lists.
     listed = {name.lower(): name for name in layers}
-    entities = [(e, listed.get(name.lower(), name)) for e, name in _entities(drawing.modelspace(), reading.left_out)]
-    known = {*layers, *(layer for _, layer in entities)}
+    entities = [(e, listed.get(name.lower(), name), h) for e, name, h in _entities(drawing.modelspace(), reading)]
+    known = {*layers, *(layer for _, layer, _ in entities)}
     materials = material if isinstance(material, Mapping) else None
     fixed_layers = set(supports)
     for name in sorted({*(materials or ()), *fixed_layers} - known):
         msg = f"{path}: has no layer {name!r}; it has {', '.join(sorted(known))}"
         raise UnknownNameError(msg)
-    for entity, layer in entities:
+    for entity, layer, handle in entities:
         if layer in layers and (layers[layer].is_off() or layers[layer].is_frozen()):
-            reading.left_out[f"{entity.dxftype()} on layer {layer}, which is off or frozen"] += 1
+            reading.leave_out(f"{entity.dxftype()} on layer {layer}, which is off or frozen", handle)
         elif materials is not None and layer not in materials:
-            reading.left_out[f"{entity.dxftype()} on layer {layer}, which has no material"] += 1
+            reading.leave_out(f"{entity.dxftype()} on layer {layer}, which has no material", handle)
         else:
-            reading.add(entity, layer)
-    bodies = reading.bodies + [
-        (layer, np.concatenate(corners), [tuple(range(k, k + len(c))) for k, c in _numbered(corners)])
-        for layer, corners in reading.loose.items()
-    ]
-    checked_faces(sum(len(faces) for _, _, faces in bodies), path)
-    count: Counter[str] = Counter()
+            reading.add(entity, layer, handle)
+    for layer, corners in reading.loose.items():
+        starts = np.cumsum([0, *(len(c) for c in corners)])
+        faces = [tuple(range(a, a + len(c))) for a, c in zip(starts.tolist(), corners, strict=False)]
+        reading.add_body(layer, np.concatenate(corners), faces)
+    checked_faces(sum(len(body.faces) for body in reading.bodies), path)
     solids = []
-    for layer, vertices, faces in bodies:
-        count[layer] += 1
-        stone: Any = material if materials is None else materials[layer]
-        solids.append(Solid(f"{layer}.{count[layer]}", vertices, faces, stone, layer in fixed_layers))
-    return blocks_of(
-        solids,
-        str(path),
-        unit=unit,
-        fixed=fixed,
-        tolerance=tolerance,
-        left_out=[f"{number} {what}" for what, number in sorted(reading.left_out.items())],
-        repairs=[Repair(layer, "arcs", rise * scale) for layer, rise in reading.arcs.items()],
-    )
+    for body in reading.bodies:
+        stone: Any = material if materials is None else materials[body.layer]
+        solids.append(Solid(body.name, body.vertices, body.faces, stone, body.layer in fixed_layers))
+    return Content(solids, reading.left_out, reading.repairs, notes)
+
+
+@dataclass(frozen=True, slots=True)
+class _Body:
+    layer: str
+    name: str
+    vertices: Array
+    faces: list[Face]
 
 
 @dataclass(slots=True)
@@ -144,80 +183,109 @@ class _Reading:
     """What a drawing holds, by layer and in coordinate units, as it is read."""
 
     path: Path
+    scale: float
     thickness: float | None
     standing: bool
     segments: int | None
-    bodies: list[tuple[str, Array, list[Face]]] = field(default_factory=list)
+    closing: float | None
+    bodies: list[_Body] = field(default_factory=list)
+    count: Counter[str] = field(default_factory=Counter)
     loose: dict[str, list[Array]] = field(default_factory=dict)
-    arcs: dict[str, float] = field(default_factory=dict)
-    left_out: Counter[str] = field(default_factory=Counter)
+    repairs: list[Repair] = field(default_factory=list)
+    apart: dict[str, list[str]] = field(default_factory=dict)
 
-    def add(self, entity: Any, layer: str) -> None:
+    def leave_out(self, what: str, handle: str, detail: str = "") -> None:
+        """Note that an entity is left out."""
+        self.apart.setdefault(what, []).append(f"{handle}{detail}")
+
+    @property
+    def left_out(self) -> list[str]:
+        """What was left out, a text for each kind and layer, with the handles."""
+        texts = []
+        for what, named in sorted(self.apart.items()):
+            more = f", and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
+            texts.append(f"{len(named)} {what} (handle {', '.join(named[:_NAMED])}{more})")
+        return texts
+
+    def add(self, entity: Any, layer: str, handle: str) -> None:
         """Add an entity, or note that it is left out."""
         try:
-            self._add(entity, layer)
+            self._add(entity, layer, handle)
         except BlockstructError:
             raise
         except Exception as error:  # Data of a damaged entity are missing or of any kind.
-            msg = f"{self.path}: {entity.dxftype()} on layer {layer!r} is damaged ({error}); draw it again"
+            msg = (
+                f"{self.path}: {entity.dxftype()} on layer {layer!r}, handle {handle}, is damaged ({error}); "
+                "draw it again"
+            )
             raise GeometryFileError(msg) from error
 
-    def _add(self, entity: Any, layer: str) -> None:
+    def add_body(self, layer: str, vertices: Array, faces: list[Face]) -> str:
+        """Add a body, which takes the next number of its layer; its name."""
+        self.count[layer] += 1
+        name = f"{layer}.{self.count[layer]}"
+        self.bodies.append(_Body(layer, name, vertices, faces))
+        return name
+
+    def _add(self, entity: Any, layer: str, handle: str) -> None:
         kind = entity.dxftype()
         if kind == "LWPOLYLINE":
             corners = [(x, y, entity.dxf.elevation, bulge) for x, y, bulge in entity.get_points("xyb")]
-            self._polyline(entity, layer, corners, entity.closed)
+            self._polyline(entity, layer, handle, corners, closed=entity.closed)
         elif kind == "POLYLINE" and entity.is_2d_polyline:
             level = entity.dxf.elevation.z
             corners = [(v.dxf.location.x, v.dxf.location.y, level, v.dxf.bulge) for v in entity.vertices]
-            self._polyline(entity, layer, corners, entity.is_closed)
+            self._polyline(entity, layer, handle, corners, closed=entity.is_closed)
         elif kind == "MESH" or (kind == "POLYLINE" and (entity.is_poly_face_mesh or entity.is_polygon_mesh)):
             builder = package("ezdxf.render", "cad", str(self.path)).MeshBuilder
             mesh = builder.from_mesh(entity) if kind == "MESH" else builder.from_polyface(entity)
             vertices = np.array([tuple(v) for v in mesh.vertices], dtype=float).reshape(-1, 3)
-            self.bodies.append((layer, vertices, [tuple(map(int, face)) for face in mesh.faces]))
+            self.add_body(layer, vertices, [tuple(map(int, face)) for face in mesh.faces])
         elif kind == "3DFACE":
             self.loose.setdefault(layer, []).append(np.array([tuple(v) for v in entity.wcs_vertices()], dtype=float))
         else:
             remedy = ", to be exported as a mesh" if kind in _SOLID_MODELS else ""
-            self.left_out[f"{kind} on layer {layer}{remedy}"] += 1
+            self.leave_out(f"{kind} on layer {layer}{remedy}", handle)
 
     def _polyline(
-        self, entity: Any, layer: str, corners: list[tuple[float, float, float, float]], closed: bool
+        self, entity: Any, layer: str, handle: str, corners: list[tuple[float, float, float, float]], *, closed: bool
     ) -> None:
-        if len(corners) > 2 and corners[0][:2] == corners[-1][:2]:
-            corners, closed = corners[:-1], True
-        if not closed or len(corners) < 2:
-            self.left_out[f"open polyline on layer {layer}"] += 1
+        if len(corners) < 2:
+            self.leave_out(f"polyline of fewer than two corners on layer {layer}", handle)
             return
         ocs = entity.ocs()
-        if abs(ocs.uz.z) < 1 - 1e-9:
-            self.left_out[f"polyline out of the drawing plane on layer {layer}"] += 1
+        if abs(ocs.uz.z) < IN_DRAWING_PLANE:
+            self.leave_out(f"polyline out of the drawing plane on layer {layer}", handle)
             return
         points = np.array([tuple(ocs.to_wcs(c[:3])) for c in corners], dtype=float)
         x, y, level = points[0]
-        outline = points[:, :2]
+        who = f"{self.path}: the polyline from ({x:.6g}, {y:.6g}) on layer {layer!r}, handle {handle},"
         # Seen from below, an arc turns the other way.
         bulges = np.array([c[3] for c in corners]) * np.sign(ocs.uz.z)
-        if np.any(bulges):
-            if self.segments is None:
-                msg = (
-                    f"{self.path}: the polyline from ({x:.6g}, {y:.6g}) on layer {layer!r} has arcs; "
-                    "give segments, the number of straight pieces for each arc"
-                )
-                raise GeometryFileError(msg)
-            outline, rise = divided_arcs(outline, bulges, self.segments)
-            self.arcs[layer] = max(rise, self.arcs.get(layer, 0.0))
+        outline = read_outline(
+            points[:, :2], bulges, closed=closed, segments=self.segments or 1, tolerance=self.closing
+        )
+        if isinstance(outline, float):
+            gap = f" (ends {outline * self.scale:.3g} m apart)"
+            self.leave_out(f"open polyline on layer {layer}", handle, gap)
+            return
+        if np.any(bulges) and self.segments is None:
+            msg = f"{who} has arcs; give segments, the number of straight pieces for each arc"
+            raise GeometryFileError(msg)
+        size = float(np.ptp(points, axis=0).max())
+        if len(outline.corners) < 3 or abs(area(outline.corners)) <= OUTLINE * size**2:
+            self.leave_out(f"polyline without area on layer {layer}", handle)
+            return
         thickness = self.thickness or abs(entity.dxf.get("thickness", 0.0))
         if not thickness:
-            msg = f"{self.path}: the polyline from ({x:.6g}, {y:.6g}) on layer {layer!r} is flat; give a thickness"
+            msg = f"{who} is flat; give a thickness"
             raise GeometryFileError(msg)
-        self.bodies.append((layer, *prism(outline, float(level), thickness, standing=self.standing)))
-
-
-def _numbered(corners: list[Array]) -> Iterator[tuple[int, Array]]:
-    """Each face with the number of its first corner."""
-    return zip(accumulate((len(c) for c in corners), initial=0), corners, strict=False)
+        body = prism(outline.corners, float(level), thickness, standing=self.standing)
+        name = self.add_body(layer, *body)
+        done = {"arcs": outline.rise * self.scale, "retraced": outline.retraced}
+        if outline.gap > OUTLINE * size:
+            done["closed"] = outline.gap * self.scale
+        self.repairs += [Repair(name, kind, amount) for kind, amount in done.items() if amount]
 
 
 def _opened(path: Path) -> Any:
@@ -233,32 +301,43 @@ def _opened(path: Path) -> Any:
         raise GeometryFileError(msg) from error
 
 
-def _check_unit(drawing: Any, scale: float, path: Path) -> None:
+def _checked_unit(drawing: Any, scale: float, path: Path, *, override: bool) -> list[str]:
+    """What there is to say about the unit that a drawing states."""
     stated = _STATED_UNITS.get(int(drawing.header.get("$INSUNITS", 0)))
-    if stated is not None and abs(stated - scale) > 1e-9 * stated:
-        msg = (
-            f"{path}: the drawing states that its unit is {stated:g} m ($INSUNITS), unit= says {scale:g} m; "
-            "give the unit of the drawing, or correct it there"
-        )
-        raise GeometryFileError(msg)
+    if stated is None or abs(stated - scale) <= SAME_UNIT * stated:
+        return []
+    states = f"the drawing states that its unit is {stated:g} m ($INSUNITS)"
+    if override:
+        return [f"{states}, which is overridden: its unit is taken as {scale:g} m"]
+    msg = (
+        f"{path}: {states}, unit= says {scale:g} m; give the unit of the drawing, or override_unit=True "
+        "(--override-unit) if the one it states is that of its template"
+    )
+    raise GeometryFileError(msg)
 
 
 def _entities(
-    layout: Iterable[Any], left_out: Counter[str], parent: str = "0", depth: int = 0
-) -> Iterator[tuple[Any, str]]:
-    """Entities with their layers, those inside blocks too: on layer 0 there, they take the layer of the block."""
+    layout: Iterable[Any], reading: _Reading, parent: str = "0", within: str = "", depth: int = 0
+) -> Iterator[tuple[Any, str, str]]:
+    """Entities with their layers and handles, those inside blocks too, which have the handle of their insert.
+
+    On layer 0 there, they take the layer of the block.
+    """
     for entity in layout:
         layer = entity.dxf.layer if entity.dxf.hasattr("layer") else "0"
         layer = parent if layer == "0" else layer
+        handle = within or entity.dxf.handle
         if entity.dxftype() != "INSERT":
-            yield entity, layer
-        elif depth == _DEPTH:
-            left_out[f"block {entity.dxf.name!r}, {_DEPTH} blocks deep"] += 1
+            yield entity, layer, handle
+        elif entity.block() is None:
+            reading.leave_out(f"block {entity.dxf.get('name', '')!r}, which the drawing does not have", handle)
+        elif depth == DEPTH:
+            reading.leave_out(f"block {entity.dxf.name!r}, {DEPTH} blocks deep", handle)
         else:
 
-            def skipped(inner: Any, reason: str, layer: str = layer) -> None:
-                left_out[f"{inner.dxftype()} in a block on layer {layer} ({reason})"] += 1
+            def skipped(inner: Any, reason: str, layer: str = layer, handle: str = handle) -> None:
+                reading.leave_out(f"{inner.dxftype()} in a block on layer {layer} ({reason})", handle)
 
             for single in entity.multi_insert() if entity.mcount > 1 else [entity]:
                 parts = single.virtual_entities(skipped_entity_callback=skipped)
-                yield from _entities(parts, left_out, layer, depth + 1)
+                yield from _entities(parts, reading, layer, handle, depth + 1)

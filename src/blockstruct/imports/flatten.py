@@ -1,34 +1,17 @@
 """Faces made planar: vertices moved into the planes, or polygons divided into triangles."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from blockstruct.geometry import triangulated
 from blockstruct.geometry.planes import Planes
-from blockstruct.geometry.polygon import polygon_area
-from blockstruct.imports.merge import EXACT
+from blockstruct.imports.tolerances import EXACT, ROUNDS, SHALLOW
 
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
 
-#: Rounds of moving vertices into planes fitted anew; one is enough where three faces meet at every vertex.
-ROUNDS = 50
-#: Sine of the angle between planes below which they do not tell where their common point lies.
-SHALLOW = 0.02
 
-
-@dataclass(frozen=True, slots=True)
-class Flattened:
-    """Planar faces; the largest move of a vertex, and the number of polygons divided into triangles."""
-
-    vertices: Array
-    faces: list[Face]
-    move: float
-    split: int
-
-
-def flattened(vertices: Array, faces: list[Face], tolerance: float, size: float) -> Flattened:
+def flattened(vertices: Array, faces: list[Face], tolerance: float, size: float) -> tuple[Array, list[Face], int]:
     """Make every face planar to rounding.
 
     Polygons within the tolerance get a plane each, and every vertex moves to the nearest point that all its planes
@@ -44,19 +27,24 @@ def flattened(vertices: Array, faces: list[Face], tolerance: float, size: float)
         Deviation from a plane up to which a polygon is flattened.
     size
         Largest extent of the body.
+
+    Returns
+    -------
+    vertices, faces, int
+        All vertices where they are now, planar faces, and the number of polygons divided into triangles.
     """
     off = Planes.of(vertices, faces).deviation
     limit = EXACT * size
     if np.all(off <= limit):
-        return Flattened(vertices, faces, 0.0, 0)
+        return vertices, faces, 0
     warped = off > tolerance
     kept = [f for f, bad in zip(faces, warped, strict=True) if not bad]
     points = _moved(vertices, kept, limit)
     move = float(np.linalg.norm(points - vertices, axis=1).max())
     if move > 2 * tolerance or (kept and Planes.of(points, kept).deviation.max() > limit):
-        points, move, warped = vertices, 0.0, off > limit
+        points, warped = vertices, off > limit
     loops = [t for f, bad in zip(faces, warped, strict=True) for t in (triangulated(points, f) if bad else [f])]
-    return Flattened(points, loops, move, int(warped.sum()))
+    return points, loops, int(warped.sum())
 
 
 def _moved(vertices: Array, faces: list[Face], limit: float) -> Array:
@@ -82,32 +70,3 @@ def _moved(vertices: Array, faces: list[Face], limit: float) -> Array:
         points[vertex] += (np.linalg.pinv(normals, rcond=SHALLOW) @ offsets)[:, :, 0]
         planes = Planes.of(points, polygons)
     return points
-
-
-def triangulated(vertices: Array, face: Face) -> list[Face]:
-    """Triangles of a polygon, convex or not, cut off at its shortest diagonals first."""
-    loop = list(face)
-    normal = polygon_area(vertices[loop])[2]
-    triangles: list[Face] = []
-    while len(loop) > 3:
-        ears = []
-        for k in range(len(loop)):
-            a, b, c = loop[k - 1], loop[k], loop[(k + 1) % len(loop)]
-            corners = vertices[[a, b, c]]
-            others = vertices[[i for i in loop if i not in (a, b, c)]]
-            turn = np.cross(corners[1] - corners[0], corners[2] - corners[1]) @ normal
-            if turn > 0 and not _covers(corners, others, normal):
-                # Among diagonals of one length the least corner decides, whichever block asks.
-                length = round(float(np.linalg.norm(corners[2] - corners[0])), 9)
-                ears.append((length, min(vertices[a].tolist(), vertices[c].tolist()), k))
-        k = min(ears)[2] if ears else 0
-        triangles.append((loop[k - 1], loop[k], loop[(k + 1) % len(loop)]))
-        del loop[k]
-    return [*triangles, (loop[0], loop[1], loop[2])]
-
-
-def _covers(triangle: Array, points: Array, normal: Array) -> bool:
-    """Whether a triangle, seen along the normal, covers one of the points."""
-    edges = np.roll(triangle, -1, axis=0) - triangle
-    side = np.cross(edges[None], points[:, None] - triangle[None]) @ normal
-    return bool(np.any(np.all(side >= 0, axis=1)))

@@ -1,35 +1,39 @@
 """What an import read, repaired and left out."""
 
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
+from blockstruct.geometry.planes import Planes
+from blockstruct.imports.tolerances import EDGE, EXTENT, LEAST_HEIGHT
 from blockstruct.model import Block
 
-#: Mean block sizes, m, between which masonry is found; a wrong unit leads out of them.
-SMALLEST, LARGEST = 5e-3, 20.0
-#: Gap in joints, relative to the mean block size, of blocks with rounded coordinates.
-ROUNDED_GAP = 1e-3
 #: What was done to a body, in words.
 KINDS = {
     "welded": "corners joined with others close by",
     "no area": "faces without area dropped",
     "twin": "faces given twice dropped",
+    "doubled": "bodies whose faces are all given twice, once each kept",
+    "copy": "bodies given again under another name, dropped",
     "turned": "faces turned to look outward",
     "merged": "faces joined with neighbours in one plane",
     "flattened": "vertices moved into the planes of their faces",
     "split": "warped faces divided into triangles",
     "divided": "more bodies than one in a solid, each a block",
+    "closed": "outlines closed whose ends lie apart",
+    "retraced": "corners dropped at which an outline runs over its own edges again",
     "arcs": "arcs taken as straight pieces, which they exceed",
     "renamed": "name used twice",
 }
 #: Part of most imports of triangles: reported, not warned of.
 _ROUTINE = ("merged", "divided")
 #: Kinds whose amount is a length.
-_LENGTHS = ("flattened", "arcs")
+_LENGTHS = ("flattened", "closed", "arcs")
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +62,7 @@ class ImportReport:
     Attributes
     ----------
     source : str
-        The file.
+        The file or files.
     scale : float
         Metres of a coordinate unit.
     blocks, faces : int
@@ -67,8 +71,8 @@ class ImportReport:
         Names of the fixed blocks.
     extent : tuple of float
         Size of the whole along x, y and z, m.
-    mean_size : float
-        Cube root of the mean volume of the blocks, m.
+    edge : float
+        Median of the longest edges of all faces, m.
     sizes : (float, float)
         Cube roots of the least and the largest volume, m.
     volume : float
@@ -76,6 +80,8 @@ class ImportReport:
     repairs : tuple of Repair
     left_out : tuple of str
         What the file holds beside solids, a text each.
+    notes : tuple of str
+        What was done because it was asked for, a text each.
     """
 
     source: str
@@ -84,20 +90,28 @@ class ImportReport:
     faces: int
     supports: tuple[str, ...]
     extent: tuple[float, ...]
-    mean_size: float
+    edge: float
     sizes: tuple[float, float]
     volume: float
     repairs: tuple[Repair, ...]
     left_out: tuple[str, ...]
+    notes: tuple[str, ...]
 
     @classmethod
     def of(
-        cls, blocks: list[Block], source: str, scale: float, repairs: tuple[Repair, ...], left_out: tuple[str, ...]
+        cls,
+        blocks: list[Block],
+        source: str,
+        scale: float,
+        *,
+        repairs: tuple[Repair, ...],
+        left_out: tuple[str, ...],
+        notes: tuple[str, ...],
     ) -> Self:
         """Report on blocks that were made."""
         points = np.concatenate([b.shape.vertices for b in blocks])
+        edges = np.concatenate([Planes.of(b.shape.vertices, b.shape.faces).longest for b in blocks])
         volumes = [b.volume for b in blocks]
-        volume = sum(volumes)
         return cls(
             source=source,
             scale=scale,
@@ -105,11 +119,12 @@ class ImportReport:
             faces=sum(len(b.shape.faces) for b in blocks),
             supports=tuple(b.name for b in blocks if b.fixed),
             extent=tuple(np.ptp(points, axis=0).tolist()),
-            mean_size=(volume / len(blocks)) ** (1 / 3),
+            edge=float(np.median(edges)),
             sizes=(min(volumes) ** (1 / 3), max(volumes) ** (1 / 3)),
-            volume=volume,
+            volume=sum(volumes),
             repairs=repairs,
             left_out=left_out,
+            notes=notes,
         )
 
     @property
@@ -118,23 +133,9 @@ class ImportReport:
         return max((r.amount for r in self.repairs if r.kind == "flattened"), default=0.0)
 
     @property
-    def joint_gap(self) -> float:
-        """Gap, m, to allow in joints because coordinates were rounded: zero if no vertex had to move.
-
-        Ten times the largest move, and no less than a thousandth of the mean block size.
-        """
-        move = self.largest_move
-        return max(ROUNDED_GAP * self.mean_size, 10 * move) if move > 0 else 0.0
-
-    @property
     def warnings(self) -> tuple[str, ...]:
         """What to look at before going on, a text each."""
-        found = []
-        if not SMALLEST <= self.mean_size <= LARGEST:
-            found.append(
-                f"the mean block size is {self.mean_size:.3g} m, masonry has {SMALLEST:g} to {LARGEST:g} m: "
-                f"is the unit right (1 unit of the file is {self.scale:g} m)?"
-            )
+        found = [self._unlikely_size] if self._unlikely_size else []
         found += [self._line(kind) for kind in KINDS if kind not in _ROUTINE and self._of(kind)]
         if self.left_out:
             found.append(f"left out: {'; '.join(self.left_out)}")
@@ -150,12 +151,24 @@ class ImportReport:
         lines = [
             f"{self.source}: {self.blocks} blocks of {self.faces} faces, {len(self.supports)} of them fixed",
             f"1 unit is {self.scale:g} m; {x:.4g} × {y:.4g} × {z:.4g} m, block sizes {least:.3g} to {most:.3g} m",
+            *self.notes,
         ]
         lines += [self._line(kind) for kind in _ROUTINE if self._of(kind)]
         lines += [f"warning: {text}" for text in self.warnings]
-        if self.joint_gap:
-            lines.append(f"coordinates are rounded: allow a gap of {self.joint_gap:.2g} m in joints")
         return "\n".join(lines)
+
+    @property
+    def _unlikely_size(self) -> str:
+        """What about the size speaks for another unit; empty if nothing does."""
+        length, height = max(self.extent), self.extent[2]
+        found = []
+        if not EXTENT[0] <= length <= EXTENT[1]:
+            found.append(f"the whole is {length:.4g} m long (masonry {EXTENT[0]:g} to {EXTENT[1]:g} m)")
+        if height < LEAST_HEIGHT:
+            found.append(f"the whole is {height:.4g} m high (masonry {LEAST_HEIGHT:g} m or more)")
+        if not EDGE[0] <= self.edge <= EDGE[1]:
+            found.append(f"a typical edge is {self.edge:.4g} m long (masonry {EDGE[0]:g} to {EDGE[1]:g} m)")
+        return f"{', '.join(found)}: is the unit right (1 unit of the file is {self.scale:g} m)?" if found else ""
 
     def _of(self, kind: str) -> list[Repair]:
         return [r for r in self.repairs if r.kind == kind]
@@ -171,7 +184,17 @@ class ImportReport:
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """Blocks of a file, and the report on how they were read."""
+    """Blocks of a file, and how they were read.
+
+    Attributes
+    ----------
+    blocks : tuple of Block
+    report : ImportReport
+    moves : mapping
+        How each vertex of a block was moved into the planes of its faces, shape (n, 3), m; of the blocks of which any
+        was. The joints that this opened are found by :func:`blockstruct.contacts.corrected_joints`.
+    """
 
     blocks: tuple[Block, ...]
     report: ImportReport
+    moves: Mapping[str, NDArray[np.float64]] = field(repr=False, compare=False)

@@ -10,15 +10,11 @@ from scipy.sparse import coo_array
 from blockstruct.geometry.neighbours import expanded
 from blockstruct.geometry.planes import Planes
 from blockstruct.geometry.polygon import plane_axes
+from blockstruct.imports.tolerances import EXACT, NO_AREA, ONE_PLANE
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Face = tuple[int, ...]
-
-#: Deviation from a plane, relative to the size of the body, that is rounding.
-EXACT = 1e-7
-#: Area, relative to the square of the longest edge, below which a face has none.
-NO_AREA = 1e-5
 
 
 def merged_faces(vertices: Array, faces: list[Face], tolerance: float, size: float) -> tuple[list[Face], int]:
@@ -100,7 +96,7 @@ def _in_one_plane(
 ) -> NDArray[np.bool_]:
     """Whether the vertices of each of two neighbours lie in the plane of the other."""
     # Fans over polygons that are not convex, as some readers make them, hold triangles that look the other way.
-    close = np.abs(np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]])) > 0.99
+    close = np.abs(np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]])) > ONE_PLANE
     count = np.bincount(planes.face)
     for one, other in (pairs.T, pairs.T[::-1]):
         of_pair, corner, _ = expanded(planes.start[other], count[other])

@@ -4,35 +4,40 @@ import io
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from blockstruct.errors import GeometryFileError, ModelError
 from blockstruct.imports.import_report import Imported
 from blockstruct.imports.obj import read_obj
-from blockstruct.imports.solid import Solid, blocks_of
+from blockstruct.imports.solid import Content, Solid, blocks_of
 from blockstruct.imports.source import checked_faces, content_of, package
+from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
+from blockstruct.units import QuantityLike
 
 #: Length of the header of a binary STL file, and of each of its triangles, in bytes.
 _STL_HEADER, _STL_TRIANGLE = 84, 50
 
 
+@checked_keywords
 def read_mesh(
     files: str | Path | Sequence[str | Path],
     *,
-    unit: Any,
+    unit: QuantityLike,
     material: Material,
     fixed: str | Iterable[str] = (),
-    tolerance: Any = None,
+    exclude: Iterable[str] = (),
+    up: str = "z",
+    tolerance: QuantityLike | None = None,
 ) -> Imported:
     """Blocks of one or several OBJ, STL or PLY files.
 
     Every closed body becomes a block. It takes the name of its OBJ object or group or of its STL solid, otherwise
-    that of its file; several bodies of one name are numbered. Corners close by are joined, all faces are made to
-    look outward, and neighbours in one plane become one face. What was done is in the report, and warned of where
-    it may not be meant.
+    that of its file; several bodies of one name are numbered, and of several files each stands before the names of
+    its blocks, as in ``arch.stone 1``. Corners close by are joined, all faces are made to look outward, neighbours in
+    one plane become one face, and what is given twice is kept once. What was done is in the report, and warned of
+    where it may not be meant.
 
     Parameters
     ----------
@@ -45,6 +50,10 @@ def read_mesh(
     fixed
         The supports: names of blocks, or ``"lowest"`` for every block that reaches the lowest level to within 1 %
         of the mean block size.
+    exclude
+        Names of blocks that are left out, in which ``*`` stands for any text.
+    up : {"z", "y", "x"}
+        Axis of the file that points up; the structure is turned until it is z.
     tolerance : quantity, length
         Largest deviation from the plane of a face. By default 0.5 % of the size of a block for polygons, whose
         vertices move into their planes, and 0.01 % for neighbouring triangles that become one face.
@@ -72,14 +81,14 @@ def read_mesh(
     if not paths:
         msg = "read_mesh: no files; give at least one"
         raise ModelError(msg)
-    solids: list[Solid] = []
-    left_out: list[str] = []
-    for path in paths:
-        found, other = (read_obj if _suffix(path) == ".obj" else _read_triangles)(path, material)
-        solids += found
-        left_out += other
-    source = ", ".join(map(str, paths[:3])) + (" …" if len(paths) > 3 else "")
-    return blocks_of(solids, source, unit=unit, fixed=fixed, tolerance=tolerance, left_out=left_out)
+    contents = [mesh_content(path, material) for path in paths]
+    return blocks_of(contents, paths, unit=unit, fixed=fixed, exclude=exclude, up=up, tolerance=tolerance)
+
+
+def mesh_content(path: Path, material: Material) -> Content:
+    """Solids of an OBJ, STL or PLY file, and what else it holds."""
+    solids, left_out = (read_obj if _suffix(path) == ".obj" else _read_triangles)(path, material)
+    return Content(solids, left_out)
 
 
 def _suffix(path: Path) -> str:

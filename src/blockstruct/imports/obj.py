@@ -4,7 +4,6 @@ import math
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from blockstruct.files import write_new
 from blockstruct.imports.solid import Face, Solid, scale_of
 from blockstruct.imports.source import checked_faces, text_of
 from blockstruct.model import Block, Material
+from blockstruct.units import QuantityLike
 
 #: Statements that say nothing about the shape of a solid.
 _SILENT = {"vn", "vt", "vp", "s", "usemtl", "mtllib", "mg", "lod", "bevel", "c_interp", "d_interp", "shadow_obj"}
@@ -125,7 +125,7 @@ def _face(words: list[str], known: int, path: Path, number: int) -> Face:
     return face
 
 
-def write_obj(path: str | Path, blocks: Iterable[Block], *, unit: Any = "m") -> Path:
+def write_obj(path: str | Path, blocks: Iterable[Block], *, unit: QuantityLike = "m") -> Path:
     """Write blocks as objects of a Wavefront OBJ file, to the last digit.
 
     Materials and supports have no place there; :func:`write_document` keeps them.

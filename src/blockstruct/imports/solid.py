@@ -1,27 +1,31 @@
 """Solids as a file gives them, and the blocks that they become."""
 
+import re
 import warnings
 from collections import Counter
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import chain
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from blockstruct.errors import GeometryError, GeometryFileError, GeometryWarning, ModelError, UnknownNameError
 from blockstruct.imports.import_report import Imported, ImportReport, Repair
 from blockstruct.imports.soup import closed_bodies, compact, gathered, welded
 from blockstruct.imports.surface import closed_surface
+from blockstruct.imports.tolerances import LOWEST, WELD
 from blockstruct.model import Block, Material
-from blockstruct.units import parse, si, to_quantity
+from blockstruct.model.checks import positive_length
+from blockstruct.units import QuantityLike, parse, si, to_quantity
 
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
 
-#: Height above the lowest point, relative to the mean block size, up to which a block belongs to the lowest ones.
-LOWEST = 1e-2
+#: Where x, y and z of the model come from, and with which sign, if an axis of the file points up.
+_UP = {"x": ([1, 2, 0], [1, 1, 1]), "y": ([0, 2, 1], [1, -1, 1]), "z": ([0, 1, 2], [1, 1, 1])}
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +51,17 @@ class Solid:
     fixed: bool = False
 
 
-def scale_of(unit: Any, source: str) -> float:
+@dataclass(slots=True)
+class Content:
+    """What a file holds: solids, what else is left out, what was repaired and done as asked on the way."""
+
+    solids: list[Solid] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+    repairs: list[Repair] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+
+def scale_of(unit: QuantityLike, source: str) -> float:
     """Metres of one coordinate unit: of ``"mm"``, or of a length such as ``"0.025 m"``."""
     what = f"{source}: unit of the coordinates"
     if isinstance(unit, str) and unit.strip()[:1].isalpha():
@@ -60,36 +74,42 @@ def scale_of(unit: Any, source: str) -> float:
 
 
 def blocks_of(
-    solids: Iterable[Solid],
-    source: str,
+    contents: Sequence[Content],
+    paths: Sequence[Path],
     *,
-    unit: Any,
+    unit: QuantityLike,
     fixed: str | Iterable[str],
-    tolerance: Any,
-    left_out: Iterable[str] = (),
-    repairs: Iterable[Repair] = (),
+    exclude: Iterable[str],
+    up: str,
+    tolerance: QuantityLike | None,
 ) -> Imported:
-    """Blocks of solids, each body a block, with the report on what was repaired.
+    """Blocks of the solids of some files, each body a block, with the report on what was repaired.
+
+    Of several files, each stands with its name before those of its blocks, unless they bear it anyway.
 
     Raises
     ------
     GeometryFileError
-        No solid, or solids that are no blocks: all of them are listed.
+        No solid, solids that are no blocks (all of them are listed), or a body given twice of which one is a support
+        or of another material.
     UnknownNameError
-        A name in ``fixed`` that no block has.
+        A name in ``fixed`` or ``exclude`` that no block has.
     """
+    source = ", ".join(map(str, paths[:3])) + (" …" if len(paths) > 3 else "")
+    content = contents[0] if len(contents) == 1 else _joined(contents, paths)
     scale = scale_of(unit, source)
-    flat = None if tolerance is None else si(tolerance, "length", f"{source}: tolerance")
-    if flat is not None and flat <= 0:
-        msg = f"{source}: tolerance {flat:.6g} m; give a length above zero"
+    flat = None if tolerance is None else positive_length(tolerance, f"{source}: tolerance")
+    if up not in _UP:
+        msg = f"{source}: up is {up!r}; give the axis of the file that points up: 'x', 'y' or 'z'"
         raise ModelError(msg)
-    left_out, repairs = tuple(left_out), list(repairs)
-    bodies = _renamed([body for solid in solids for body in _bodies(solid, scale, source, repairs)], repairs)
+    repairs, notes = list(content.repairs), list(content.notes)
+    bodies = _renamed([b for solid in content.solids for b in _bodies(solid, scale, up, source, repairs)], repairs)
+    bodies = _without(bodies, exclude, source, notes)
     if not bodies:
-        others = f" (left out: {'; '.join(left_out)})" if left_out else ""
+        others = f" (left out: {'; '.join(content.left_out)})" if content.left_out else ""
         msg = f"{source}: holds no solid{others}; give a file with closed bodies"
         raise GeometryFileError(msg)
-    blocks, refused = [], []
+    blocks, moves, refused = [], {}, []
     for body in bodies:
         try:
             surface = closed_surface(body.vertices, body.faces, body.name, flat)
@@ -99,21 +119,37 @@ def blocks_of(
             refused.append(str(error))
             continue
         blocks.append(block)
+        if surface.moves.any():
+            moves[body.name] = surface.moves
         repairs += [Repair(body.name, kind, amount) for kind, amount in surface.repairs.items()]
     if refused:
         rest = f"\n  and {len(refused) - 10} more" if len(refused) > 10 else ""
         listed = "\n  ".join(refused[:10])
         msg = f"{source}: {len(refused)} of {len(bodies)} bodies are no blocks:\n  {listed}{rest}"
         raise GeometryFileError(msg)
-    blocks = _supported(blocks, fixed, source)
-    report = ImportReport.of(blocks, source, scale, tuple(repairs), left_out)
+    blocks = _supported(_without_copies(blocks, source, repairs), fixed, source)
+    report = ImportReport.of(
+        blocks, source, scale, repairs=tuple(repairs), left_out=tuple(content.left_out), notes=tuple(notes)
+    )
     if report.warnings:
-        warnings.warn(f"{source}: {'; '.join(report.warnings)}", GeometryWarning, stacklevel=3)
-    return Imported(tuple(blocks), report)
+        warnings.warn(f"{source}: {'; '.join(report.warnings)}", GeometryWarning, stacklevel=4)
+    return Imported(tuple(blocks), report, {b.name: moves[b.name] for b in blocks if b.name in moves})
 
 
-def _bodies(solid: Solid, scale: float, source: str, repairs: list[Repair]) -> list[Solid]:
-    """Closed bodies of a solid in m, with welded corners."""
+def _joined(contents: Sequence[Content], paths: Sequence[Path]) -> Content:
+    """Content of several files, with the name of each file before what it holds."""
+    whole = Content()
+    for content, path in zip(contents, paths, strict=True):
+        names = {s.name: s.name if s.name == path.stem else f"{path.stem}.{s.name}" for s in content.solids}
+        whole.solids += [replace(s, name=names[s.name]) for s in content.solids]
+        whole.repairs += [replace(r, block=names.get(r.block, r.block)) for r in content.repairs]
+        whole.left_out += [f"{path.name}: {text}" for text in content.left_out]
+        whole.notes += [f"{path.name}: {text}" for text in content.notes]
+    return whole
+
+
+def _bodies(solid: Solid, scale: float, up: str, source: str, repairs: list[Repair]) -> list[Solid]:
+    """Closed bodies of a solid in m, upright, with welded corners."""
     given = [f for f in solid.faces if len(f) > 2]
     if not given:
         return []
@@ -126,11 +162,12 @@ def _bodies(solid: Solid, scale: float, source: str, repairs: list[Repair]) -> l
     if not np.all(np.isfinite(points)):
         msg = f"{source}: {solid.name!r}: a vertex has a coordinate that is not finite; correct the file"
         raise GeometryFileError(msg)
-    vertices, faces, moved = welded(points * scale, gathered(loops))
+    axis, sign = _UP[up]
+    vertices, faces, joined = welded(points[:, axis] * sign * scale, gathered(loops))
     proper = [f for f in faces if len(f) > 2]
-    parts, twins = closed_bodies(proper)
+    parts, twins, doubled = closed_bodies(proper)
     dropped = len(solid.faces) - len(proper)
-    done = {"welded": moved, "no area": dropped, "twin": twins, "divided": len(parts) - 1}
+    done = {"welded": joined, "no area": dropped, "twin": twins, "doubled": doubled, "divided": len(parts) - 1}
     repairs += [Repair(solid.name, kind, amount) for kind, amount in done.items() if amount > 0]
     names = [solid.name] if len(parts) == 1 else [f"{solid.name}.{k}" for k in range(1, len(parts) + 1)]
     bodies = [compact(vertices, [proper[i] for i in part]) for part in parts]
@@ -154,6 +191,52 @@ def _renamed(bodies: list[Solid], repairs: list[Repair]) -> list[Solid]:
     return unique
 
 
+def _without(bodies: list[Solid], exclude: Iterable[str], source: str, notes: list[str]) -> list[Solid]:
+    """Bodies but for those of some names, in which ``*`` stands for any text."""
+    if isinstance(exclude, str):
+        exclude = [exclude]
+    out: set[str] = set()
+    for pattern in exclude:
+        wanted = re.compile(".*".join(map(re.escape, pattern.split("*"))), re.DOTALL)
+        found = {b.name for b in bodies if wanted.fullmatch(b.name)}
+        if not found:
+            raise UnknownNameError(_no_block(pattern, "exclude", [b.name for b in bodies], source))
+        out |= found
+    if out:
+        notes.append(f"excluded as asked: {_few(sorted(out))}")
+    return [b for b in bodies if b.name not in out]
+
+
+def _without_copies(blocks: list[Block], source: str, repairs: list[Repair]) -> list[Block]:
+    """Blocks but for those that are another one given again."""
+    centres = np.array([b.centroid for b in blocks])
+    extents = np.array([np.ptp(b.shape.vertices, axis=0).max() for b in blocks])
+    pairs = cKDTree(centres).query_pairs(WELD * float(extents.max()), output_type="ndarray")
+    copies: dict[int, int] = {}
+    for i, j in sorted(map(tuple, pairs.tolist())):
+        one, other, near = blocks[i], blocks[j], WELD * extents[i]
+        if j in copies or i in copies or not _same_shape(one, other, near):
+            continue
+        if (one.material, one.fixed) != (other.material, other.fixed):
+            msg = (
+                f"{source}: blocks {one.name!r} and {other.name!r} are one body given twice, of different materials or "
+                "only once as a support; remove one of them, or exclude it by name"
+            )
+            raise GeometryFileError(msg)
+        copies[j] = i
+        repairs.append(Repair(f"{other.name} = {one.name}", "copy", 1))
+    return [b for k, b in enumerate(blocks) if k not in copies]
+
+
+def _same_shape(one: Block, other: Block, near: float) -> bool:
+    """Whether two blocks have the same corners and the same volume."""
+    a, b = one.shape.vertices, other.shape.vertices
+    if len(a) != len(b) or abs(one.volume - other.volume) > 3 * near / np.ptp(a, axis=0).max() * one.volume:
+        return False
+    distance, partner = map(np.asarray, cKDTree(a).query(b))
+    return bool(distance.max() <= near and len(np.unique(partner)) == len(a))
+
+
 def _supported(blocks: list[Block], fixed: str | Iterable[str], source: str) -> list[Block]:
     if isinstance(fixed, str):
         if fixed != "lowest":
@@ -166,7 +249,13 @@ def _supported(blocks: list[Block], fixed: str | Iterable[str], source: str) -> 
         names = set(fixed)
     unknown = sorted(names - {b.name for b in blocks})
     if unknown:
-        few = ", ".join(b.name for b in blocks[:10])
-        msg = f"{source}: no block {unknown[0]!r} to fix; there are {few}{' …' if len(blocks) > 10 else ''}"
-        raise UnknownNameError(msg)
+        raise UnknownNameError(_no_block(unknown[0], "fix", [b.name for b in blocks], source))
     return [replace(b, fixed=b.fixed or b.name in names) for b in blocks]
+
+
+def _no_block(name: str, verb: str, names: Sequence[str], source: str) -> str:
+    return f"{source}: no block {name!r} to {verb}; there are {_few(names)}"
+
+
+def _few(names: Sequence[str]) -> str:
+    return f"{', '.join(names[:10])}{' …' if len(names) > 10 else ''}"

@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 
+from blockstruct.imports.tolerances import WELD
+
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
-
-#: Distance, relative to the median edge, below which two corners are one.
-WELD = 1e-4
 
 
 def compact(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face]]:
@@ -76,8 +75,8 @@ def gathered(faces: list[Face]) -> list[Face]:
     return [faces[i] for i in np.argsort(first[np.searchsorted(np.unique(label), label)], kind="stable")]
 
 
-def closed_bodies(faces: list[Face]) -> tuple[list[list[int]], int]:
-    """Indices of the faces of each body, and how many faces were given twice and are in none.
+def closed_bodies(faces: list[Face]) -> tuple[list[list[int]], int, int]:
+    """Indices of the faces of each body; how many faces were given twice, and how many whole bodies, and are in none.
 
     Files list one body after the other: a body ends where its surface closes, whichever way its faces look.
     Blocks that touch, and so share corners, stay apart thereby. What then holds several pieces without a common
@@ -88,7 +87,14 @@ def closed_bodies(faces: list[Face]) -> tuple[list[list[int]], int]:
         bodies, closed, twins = _scanned(faces, whole_file)
         if closed:
             break
-    return [piece for body in bodies for piece in _pieces(faces, body)], twins
+    pieces = [piece for body in bodies for piece in _pieces(faces, body)]
+    # A body given twice face by face closes twice, the second time perhaps inside out.
+    once = {frozenset(frozenset(faces[i]) for i in piece): piece for piece in reversed(pieces)}
+    kept = sorted(once.values())
+    doubled = len(pieces) - len(kept)
+    if twins and twins == len(faces) - twins:
+        doubled, twins = len(kept), 0
+    return kept, twins, doubled
 
 
 def _scanned(faces: list[Face], whole_file: bool) -> tuple[list[list[int]], bool, int]:
@@ -96,14 +102,17 @@ def _scanned(faces: list[Face], whole_file: bool) -> tuple[list[list[int]], bool
     bodies: list[list[int]] = [[]]
     loose: set[tuple[int, int]] = set()
     seen: set[Face] = set()
-    twins = 0
+    awaited: Face = ()
+    twins = of_body = 0
     for index, face in enumerate(faces):
-        start = face.index(min(face))
-        key = face[start:] + face[:start]
-        if key in seen:
+        # Neighbours give the face that they share each in its own sense; one body gives none in both.
+        key = _from_least(face) if whole_file else min(_from_least(face), _from_least(face[::-1]))
+        if key in seen or key == awaited:
             twins += 1
+            of_body += 1
             continue
         seen.add(key)
+        awaited = ()
         bodies[-1].append(index)
         for edge in _edges(face):
             if edge in loose:
@@ -111,10 +120,19 @@ def _scanned(faces: list[Face], whole_file: bool) -> tuple[list[list[int]], bool
             else:
                 loose.add(edge)
         if not loose:
+            # Where each face was followed by its twin, that of the last is still to come.
+            awaited = key if of_body == len(bodies[-1]) - 1 else ()
             bodies.append([])
+            of_body = 0
             if not whole_file:
                 seen.clear()
     return [body for body in bodies if body], not bodies[-1], twins
+
+
+def _from_least(face: Face) -> Face:
+    """The same face, beginning with its least vertex."""
+    start = face.index(min(face))
+    return face[start:] + face[:start]
 
 
 def _edges(face: Face) -> list[tuple[int, int]]:

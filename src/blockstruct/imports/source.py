@@ -1,10 +1,11 @@
-"""Files that builders read and write: their content, and the packages that some formats need."""
+"""Files as they are read: their content, and the packages that some formats need."""
 
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from blockstruct.errors import GeometryFileError, MissingExtraError, StorageError
+from blockstruct.imports.tolerances import MOST_FACES
 
 
 def content_of(path: Path) -> bytes:
@@ -26,10 +27,6 @@ def content_of(path: Path) -> bytes:
         msg = f"{path}: is empty; export it again"
         raise GeometryFileError(msg)
     return content
-
-
-#: Faces of a file beyond which it is no model of rigid blocks.
-MOST_FACES = 500_000
 
 
 def checked_faces(faces: int, path: Path) -> int:

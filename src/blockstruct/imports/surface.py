@@ -5,23 +5,20 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError
-from blockstruct.imports.crossing import first_crossing
-from blockstruct.imports.flatten import Flattened, flattened
+from blockstruct.geometry import triangulated
+from blockstruct.geometry.planes import Planes
+from blockstruct.geometry.polygon import plane_axes
+from blockstruct.imports.flatten import flattened
 from blockstruct.imports.merge import merged_faces
 from blockstruct.imports.soup import compact
+from blockstruct.imports.tolerances import CHUNK, EXACT, MERGE, MOST_FACES_OF_BODY, POLYGON, TOUCHING
 
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
-
-#: Faces of a body beyond which it is a scan to be simplified first, not a rigid block.
-MOST_FACES = 20_000
-#: Deviation from a plane, relative to the size of the body, that a face given as one polygon may have.
-POLYGON_TOLERANCE = 5e-3
-#: Deviation from a plane, relative to the size of the body, within which neighbouring faces are one.
-MERGE_TOLERANCE = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +28,8 @@ class Surface:
     Attributes
     ----------
     vertices : (n, 3) array
+    moves : (n, 3) array
+        How each of them was moved.
     faces
         Vertex indices of each planar face, counter-clockwise seen from outside.
     repairs : dict
@@ -38,6 +37,7 @@ class Surface:
     """
 
     vertices: Array
+    moves: Array
     faces: list[Face]
     repairs: dict[str, float]
 
@@ -66,9 +66,9 @@ def closed_surface(vertices: Array, faces: list[Face], name: str, tolerance: flo
     GeometryError
         More than 20,000 faces; a surface that is open, not a manifold, one-sided, or crosses itself.
     """
-    if len(faces) > MOST_FACES:
+    if len(faces) > MOST_FACES_OF_BODY:
         msg = (
-            f"block {name!r}: {len(faces)} faces, the limit is {MOST_FACES}; simplify the mesh first "
+            f"block {name!r}: {len(faces)} faces, the limit is {MOST_FACES_OF_BODY}; simplify the mesh first "
             "(a rigid block needs the shape of its joints, not that of its grain)"
         )
         raise GeometryError(msg)
@@ -84,11 +84,12 @@ def closed_surface(vertices: Array, faces: list[Face], name: str, tolerance: flo
     _check_manifold(vertices, faces, name)
     outward, repairs["turned"] = _outward(vertices, faces, name)
     size = float(np.ptp(vertices, axis=0).max())
-    whole, repairs["no area"] = merged_faces(vertices, outward, tolerance or MERGE_TOLERANCE * size, size)
+    whole, repairs["no area"] = merged_faces(vertices, outward, tolerance or MERGE * size, size)
     repairs["merged"] = len(outward) - len(whole) - repairs["no area"]
-    done: Flattened = flattened(vertices, whole, tolerance or POLYGON_TOLERANCE * size, size)
-    repairs["flattened"], repairs["split"] = done.move, done.split
-    points, loops = compact(done.vertices, done.faces)
+    moved, divided, repairs["split"] = flattened(vertices, whole, tolerance or POLYGON * size, size)
+    repairs["flattened"] = float(np.linalg.norm(moved - vertices, axis=1).max())
+    rows, loops = compact(np.column_stack([moved, moved - vertices]), divided)
+    points, moves = rows[:, :3], rows[:, 3:]
     crossing = first_crossing(points, loops, size)
     if crossing is not None:
         x, y, z = crossing
@@ -97,7 +98,7 @@ def closed_surface(vertices: Array, faces: list[Face], name: str, tolerance: flo
             "correct the mesh there, or divide the block"
         )
         raise GeometryError(msg)
-    return Surface(points, loops, {kind: amount for kind, amount in repairs.items() if amount})
+    return Surface(points, moves, loops, {kind: amount for kind, amount in repairs.items() if amount})
 
 
 def _check_manifold(vertices: Array, faces: list[Face], name: str) -> None:
@@ -152,3 +153,62 @@ def _signed_volume(vertices: Array, faces: list[Face]) -> float:
     fan = np.array([(f[0], a, b) for f in faces for a, b in pairwise(f[1:])])
     a, b, c = (vertices - vertices.mean(axis=0))[fan.T]
     return float(np.einsum("ij,ij->", a, np.cross(b, c)))
+
+
+def first_crossing(vertices: Array, faces: list[Face], size: float) -> Array | None:
+    """A point (3,) where a closed surface crosses itself, or None.
+
+    An edge crosses a face if it passes through it; a polygon crosses itself if its outline does. A convex body is
+    done with at once.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array
+    faces
+        Vertex indices of each planar face.
+    size
+        Largest extent of the body.
+    """
+    planes = Planes.of(vertices, faces)
+    axes = np.stack(plane_axes(planes.normal), axis=1)[planes.face]
+    flat = np.einsum("kaj,kj->ka", axes, vertices[planes.corner] - planes.centre[planes.face])
+    simple = shapely.is_valid(shapely.polygons(shapely.linearrings(flat, indices=planes.face)))
+    if not simple.all():
+        return np.asarray(planes.centre[np.argmin(simple)])
+    if planes.heights(vertices).max() <= EXACT * size:
+        return None
+    triangles = np.array([t for f in faces for t in triangulated(vertices, f)])
+    edges = np.array(sorted({(min(a, b), max(a, b)) for f in faces for a, b in pairwise((*f, f[0]))}))
+    low_edge, high_edge = vertices[edges].min(axis=1), vertices[edges].max(axis=1)
+    low_face, high_face = vertices[triangles].min(axis=1), vertices[triangles].max(axis=1)
+    x, y, z = np.argsort(-np.ptp(vertices, axis=0))
+    tree = shapely.STRtree(shapely.box(low_face[:, x], low_face[:, y], high_face[:, x], high_face[:, y]))
+    e, t = tree.query(shapely.box(low_edge[:, x], low_edge[:, y], high_edge[:, x], high_edge[:, y]))
+    keep = (low_edge[e, z] <= high_face[t, z]) & (low_face[t, z] <= high_edge[e, z])
+    keep &= ~np.any(edges[e][:, :, None] == triangles[t][:, None, :], axis=(1, 2))
+    e, t = e[keep], t[keep]
+    for part in np.array_split(np.arange(len(e)), len(e) // CHUNK + 1):
+        point = _passage(vertices, edges[e[part]], triangles[t[part]], size)
+        if point is not None:
+            return point
+    return None
+
+
+def _passage(vertices: Array, edges: NDArray[np.int64], triangles: NDArray[np.int64], size: float) -> Array | None:
+    """Point where one of the edges (m, 2) passes through its triangle (m, 3), or None."""
+    start, end = vertices[edges[:, 0]], vertices[edges[:, 1]]
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    length = np.linalg.norm(normal, axis=1)
+    normal = normal / np.where(length > 0, length, 1.0)[:, None]
+    below, above = np.einsum("ij,ij->i", start - a, normal), np.einsum("ij,ij->i", end - a, normal)
+    # Touching, to within the planarity of faces, is no crossing.
+    margin = TOUCHING * size
+    through = (np.minimum(below, above) < -margin) & (np.maximum(below, above) > margin) & (length > 0)
+    share = np.where(through, below / np.where(through, below - above, 1.0), 0.0)
+    point = start + share[:, None] * (end - start)
+    for p, q in ((a, b), (b, c), (c, a)):
+        along = (q - p) / np.maximum(np.linalg.norm(q - p, axis=1), margin)[:, None]
+        through &= np.einsum("ij,ij->i", np.cross(along, point - p), normal) > -margin
+    hits = np.flatnonzero(through)
+    return np.asarray(point[hits[0]]) if len(hits) else None

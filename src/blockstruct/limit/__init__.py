@@ -13,13 +13,14 @@ from blockstruct.limit.friction import Sliding, fictitious_sliding, relax, true_
 from blockstruct.limit.iteration import Iteration, Outcome
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
-from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, schedules_of
+from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, scheduled, schedules_of
 
 __all__ = [
     # the question
     "LimitProblem",
     "ProcedureSettings",
     "SCHEDULES",
+    "scheduled",
     "schedules_of",
     # the programs
     "ConicProgram",

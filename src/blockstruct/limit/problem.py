@@ -1,6 +1,6 @@
 """One limit case of a model, non-dimensional."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -76,7 +76,7 @@ class LimitProblem:
         if not variable.any():
             msg = (
                 f"limit case {case.name!r}: the variable load {case.variable.name!r} is zero on every free block; "
-                "give it a load that acts, and blocks of weight above zero if it is mass-proportional"
+                "give it loads that act and do not cancel, and blocks of weight above zero if it is mass-proportional"
             )
             raise ModelError(msg)
         governing = np.linalg.norm(dead if dead.any() else variable, axis=1)
@@ -117,6 +117,11 @@ class LimitProblem:
         mask = np.isfinite(self.compression)
         mask[self.rectangles] = True
         return mask
+
+    @property
+    def dead_load_alone(self) -> Self:
+        """The same joints under a share ρ of the dead load and nothing else: ``A x + ρ w_D = 0``, ``w_D·u = 1``."""
+        return replace(self, w_D=np.zeros_like(self.w_D), w_L=self.w_D)
 
     def work_scale(self, u: Array) -> float:
         """Size of the work of the dead load in a mechanism, in units of the load factor: ``Σ |w_D| |u|``.

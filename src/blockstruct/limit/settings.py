@@ -1,17 +1,19 @@
 """Settings of the procedure."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from numbers import Integral, Real
 from types import MappingProxyType
 from typing import Any, Self
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, UnknownKeywordError, shown
+from blockstruct.keywords import checked_keywords, did_you_mean
 
 #: Tolerances of the certificate.
 CERTIFIED = ("equilibrium_tolerance", "yield_tolerance", "interpenetration_tolerance", "gap_tolerance")
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True)
 class ProcedureSettings:
     """Schedule and tolerances of the procedure: part of every result, because the answer depends on them.
@@ -123,17 +125,17 @@ class ProcedureSettings:
             value = getattr(self, field.name)
             if field.type is str or field.type == "str":
                 if not isinstance(value, str):
-                    msg = f"ProcedureSettings: {field.name} is {value!r}; give a text"
+                    msg = f"ProcedureSettings: {field.name} is {shown(value)}; give a text"
                     raise ModelError(msg)
                 continue
             low, high = limits.get(field.name, (0.0, 1e6))
             whole = field.type is int or field.type == "int"
             kind: type[Any] = Integral if whole else Real
             if isinstance(value, bool) or not isinstance(value, kind):
-                msg = f"ProcedureSettings: {field.name} is {value!r}; give a {'whole ' if whole else ''}number"
+                msg = f"ProcedureSettings: {field.name} is {shown(value)}; give a {'whole ' if whole else ''}number"
                 raise ModelError(msg)
             if not low <= value <= high:
-                msg = f"ProcedureSettings: {field.name} is {value!r}; give a value from {low:g} to {high:g}"
+                msg = f"ProcedureSettings: {field.name} is {shown(value)}; give a value from {low:g} to {high:g}"
                 raise ModelError(msg)
             # ProgramData of numpy are stored as JSON like any other.
             object.__setattr__(self, field.name, int(value) if whole else float(value))
@@ -160,11 +162,14 @@ class ProcedureSettings:
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> Self:
         """Settings from names and values, as documents and files keep them."""
-        known = {f.name for f in fields(cls)}
-        unknown = sorted(set(values) - known)
-        if unknown:
-            msg = f"ProcedureSettings: unknown {', '.join(unknown)}; known are {', '.join(sorted(known))}"
+        if not isinstance(values, Mapping):
+            msg = f"ProcedureSettings: {shown(values)} are no settings; give a mapping of names to values"
             raise ModelError(msg)
+        known = [f.name for f in fields(cls)]
+        for name in values:
+            if name not in known:
+                msg = f"ProcedureSettings: no setting {shown(name)}; {did_you_mean(str(name), known)}"
+                raise UnknownKeywordError(msg)
         return cls(**values)
 
 
@@ -175,9 +180,17 @@ SCHEDULES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
         "steep": {"slope": 0.6},
         "low cohesion": {"cohesion": 0.001, "slope": 0.5},
         "slow": {"cohesion": 0.1, "cohesion_decay": 0.7, "slope_decay": 0.6, "patience": 24},
-        "shift": {"procedure": "shifted"},
+        # Where the shift finds a certificate it does so in fewer than 30 programs; it need not try 120.
+        "shift": {"procedure": "shifted", "max_programs": 40},
     }
 )
+
+
+def scheduled(settings: ProcedureSettings, schedule: str) -> ProcedureSettings:
+    """Settings changed by a schedule, which never raises the number of programs."""
+    changes = dict(SCHEDULES[schedule])
+    changes["max_programs"] = min(settings.max_programs, changes.get("max_programs", settings.max_programs))
+    return replace(settings, **changes)
 
 
 def schedules_of(spread: bool | str | Iterable[str]) -> tuple[str, ...]:

@@ -7,8 +7,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.errors import GeometryError, ModelError
+from blockstruct.errors import GeometryError, ModelError, shown
 from blockstruct.geometry import Polyhedron, box, polyhedron
+from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_name
 from blockstruct.model.material import Material
 from blockstruct.units import VectorLike, si_array, si_vector
@@ -16,6 +17,7 @@ from blockstruct.units import VectorLike, si_array, si_vector
 Array = NDArray[np.float64]
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
     """A rigid polyhedral block. Make one with :meth:`box` or :meth:`from_faces`.
@@ -39,13 +41,14 @@ class Block:
     def __post_init__(self) -> None:
         checked_name(self.name, "block")
         if not isinstance(self.material, Material):
-            msg = f"block {self.name!r}: material is {self.material!r}; give a Material"
+            msg = f"block {self.name!r}: material is {shown(self.material)}; give a Material"
             raise ModelError(msg)
         if not isinstance(self.fixed, bool):
-            msg = f"block {self.name!r}: fixed is {self.fixed!r}; give True or False"
+            msg = f"block {self.name!r}: fixed is {shown(self.fixed)}; give True or False"
             raise ModelError(msg)
 
     @classmethod
+    @checked_keywords
     def box(cls, name: str, origin: VectorLike, size: VectorLike, material: Material, *, fixed: bool = False) -> Self:
         """Axis-parallel box, whose faces 0 to 5 look along −z, +z, −y, +x, +y, −x.
 
@@ -60,6 +63,7 @@ class Block:
         fixed
             Whether the block is a support.
         """
+        checked_name(name, "block")
         corner = si_vector(origin, "length", f"block {name!r}: origin")
         edges = si_vector(size, "length", f"block {name!r}: size")
         if min(edges) <= 0:
@@ -69,6 +73,7 @@ class Block:
         return cls(name, polyhedron(vertices, faces, name), material, fixed)
 
     @classmethod
+    @checked_keywords
     def from_faces(
         cls,
         name: str,
@@ -98,6 +103,7 @@ class Block:
         GeometryError
             A surface that is open, inside out, far from planar or without volume.
         """
+        checked_name(name, "block")
         points = si_array(vertices, "length", f"block {name!r}: vertices")
         return cls(name, polyhedron(points, faces, name), material, fixed)
 

@@ -1,18 +1,22 @@
 """Checks of what constructors and builders take: names, sequences, lengths and counts."""
 
 import operator
-import reprlib
 from collections.abc import Iterable, Sequence
 from typing import Any, get_args
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, shown
 from blockstruct.units import si
+
+#: Characters of a name. That of an interface holds two of blocks.
+LONGEST_NAME = 1000
+#: Lengths that a builder takes, m, and blocks that it makes.
+SHORTEST, LONGEST, MOST_BLOCKS = 1e-6, 1e6, 100_000
 
 
 def checked_name(name: Any, kind: str) -> str:
-    """The name, if it is a text that can be printed on one line and is not blank."""
-    if not isinstance(name, str) or not name.strip() or not name.isprintable():
-        msg = f"{kind} {name!r}: a name must be a text of printable characters, not blank"
+    """The name, if it is a text that can be printed on one line, is not blank and not too long to be stored."""
+    if not isinstance(name, str) or not name.strip() or not name.isprintable() or len(name) > LONGEST_NAME:
+        msg = f"{kind} {shown(name)}: a name must be a text of 1 to {LONGEST_NAME} printable characters, not blank"
         raise ModelError(msg)
     return name
 
@@ -22,12 +26,15 @@ def checked_tuple(items: Any, kind: Any, what: str) -> tuple[Any, ...]:
     kinds = get_args(kind) or (kind,)
     names = ", ".join(k.__name__ for k in kinds)
     if isinstance(items, str) or not isinstance(items, Iterable):
-        msg = f"{what}: {reprlib.repr(items)} is no list; give a list of {names}"
+        msg = f"{what}: {shown(items)} is no list; give a list of {names}"
         raise ModelError(msg)
-    found = tuple(items)
+    try:
+        found = tuple(items)
+    except TypeError:  # quantities and arrays without a dimension only look like lists
+        found = (items,)
     for item in found:
         if not isinstance(item, kinds):
-            msg = f"{what}: {reprlib.repr(item)} is none of {names}; give a list of {names}"
+            msg = f"{what}: {shown(item)} is none of {names}; give a list of {names}"
             raise ModelError(msg)
     return found
 
@@ -38,31 +45,47 @@ def positive_length(value: Any, what: str) -> float:
     Raises
     ------
     ModelError
-        A length that is not above zero.
+        A length that is not above zero, or of no building.
     """
     length = si(value, "length", what)
     if length <= 0:
         msg = f"{what} {length:.6g} m; give a length above zero"
         raise ModelError(msg)
+    if not SHORTEST <= length <= LONGEST:
+        msg = f"{what} {length:.6g} m; give a length from {SHORTEST:g} to {LONGEST:g} m, is its unit right?"
+        raise ModelError(msg)
     return length
 
 
 def checked_count(value: Any, least: int, what: str) -> int:
-    """Whole number of at least ``least``.
+    """Whole number of at least ``least``, and of no more blocks than anybody builds.
 
     Raises
     ------
     ModelError
-        No whole number, or one that is less.
+        No whole number, or one that is less or more.
     """
     try:
         count = operator.index(value)
     except TypeError:
         count = least - 1
-    if count < least or isinstance(value, bool):
-        msg = f"{what} {value!r}; give a whole number of at least {least}"
+    if not least <= count <= MOST_BLOCKS or isinstance(value, bool):
+        msg = f"{what} {shown(value)}; give a whole number of at least {least} and at most {MOST_BLOCKS}"
         raise ModelError(msg)
     return count
+
+
+def check_total(blocks: float, what: str) -> None:
+    """Refuse a structure of far too many blocks before the first of them is made.
+
+    Raises
+    ------
+    ModelError
+        More than any model has.
+    """
+    if blocks > MOST_BLOCKS:
+        msg = f"{what}: some {blocks:.3g} blocks, the limit is {MOST_BLOCKS}; give larger or fewer units"
+        raise ModelError(msg)
 
 
 def listed(names: Sequence[str], most: int = 10) -> str:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import pandas as pd
 
 from blockstruct.model.interface import Interface
@@ -170,6 +171,24 @@ class DetectionReport:
             if any(c.orientation == o and not c.reason for c in self.contacts)
         }
 
+    @property
+    def hints(self) -> tuple[str, ...]:
+        """Tolerances that would take the contacts left out, a text for each reason, the most frequent one first."""
+        left = [c for c in self.rejected if c.reason != "area"]
+        turned, apart = ([c for c in left if (c.reason == "angle") is by_angle] for by_angle in (True, False))
+        found = []
+        if turned:
+            alone = sum(abs(c.gap) <= self.tolerances.gap for c in turned)
+            angle, gap = (1.01 * max(values) for values in zip(*((c.angle, abs(c.gap)) for c in turned), strict=True))
+            rest = "" if alone == len(turned) else f", with a gap tolerance of {gap:.3g} m {len(turned)}"
+            taken = f"an angle tolerance of {math.degrees(angle):.3g} deg would take {alone}{rest}"
+            found.append((len(turned), f"{len(turned)} of {len(left)} rejected by angle: {taken}"))
+        if apart:
+            half, most = (f"{1.01 * gap:.3g} m" for gap in np.quantile([abs(c.gap) for c in apart], (0.5, 1.0)))
+            taken = f"a gap tolerance of {half} would take half of them, {most} all"
+            found.append((len(apart), f"{len(apart)} of {len(left)} rejected by gap or penetration: {taken}"))
+        return tuple(text for _, text in sorted(found, reverse=True))
+
     def table(self) -> pd.DataFrame:
         """Everything found, one row each.
 
@@ -220,11 +239,7 @@ class DetectionReport:
             f"{len(self.floating)} floating blocks",
             f"{len(apart)} pairs without contact up to {t.close:.3g} m apart, {len(self.close) - len(apart)} on a line",
         ]
-        wider = [abs(c.gap) for c in other if c.reason != "angle"]
-        if wider:
-            lines.append(
-                f"a tolerance of {1.01 * max(wider):.3g} m would take the {len(wider)} rejected by gap or penetration"
-            )
+        lines += self.hints
         if small:
             lines.append(
                 f"{len(small)} of the interfaces are slivers, {1 / SLIVER:.0f} times smaller than the joints beside "

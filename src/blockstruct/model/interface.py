@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.errors import GeometryError, ModelError
+from blockstruct.errors import GeometryError, ModelError, shown
 from blockstruct.geometry import polygon_area
+from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_name
 from blockstruct.model.joint_material import JointMaterial
 from blockstruct.units import si_array
@@ -21,6 +22,7 @@ Array = NDArray[np.float64]
 PLANARITY, LARGEST_DEVIATION = 1e-5, 0.2
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, eq=False)
 class Interface:
     """A contact between two blocks: plane, or fitted by a plane.
@@ -73,6 +75,8 @@ class Interface:
     def __post_init__(self) -> None:
         checked_name(self.name, "interface")
         who = f"interface {self.name!r}"
+        for end in (self.minus, self.plus):
+            checked_name(end, f"{who}: block")
         polygon = np.array(si_array(self.polygon, "length", f"{who}: polygon"))
         if polygon.ndim != 2 or polygon.shape[1:] != (3,) or len(polygon) < 3:
             msg = f"{who}: polygon of shape {polygon.shape}; give three or more points, shape (k, 3)"
@@ -81,7 +85,7 @@ class Interface:
             msg = f"{who}: joins block {self.minus!r} with itself; name two blocks"
             raise ModelError(msg)
         if not isinstance(self.joint_material, JointMaterial):
-            msg = f"{who}: joint material is {self.joint_material!r}; give a JointMaterial"
+            msg = f"{who}: joint material is {shown(self.joint_material)}; give a JointMaterial"
             raise ModelError(msg)
         area, centroid, normal = polygon_area(polygon)
         size = float(np.ptp(polygon, axis=0).max())

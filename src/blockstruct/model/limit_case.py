@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, shown
+from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_name
 from blockstruct.model.loads import LoadPattern
 from blockstruct.vocabulary import Flow
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True)
 class LimitCase:
     """A dead load that stays and a variable load that grows until collapse.
@@ -34,10 +36,10 @@ class LimitCase:
         checked_name(self.name, "limit case")
         for role in ("dead", "variable"):
             if not isinstance(getattr(self, role), LoadPattern):
-                msg = f"limit case {self.name!r}: {role} load is {getattr(self, role)!r}; give a LoadPattern"
+                msg = f"limit case {self.name!r}: {role} load is {shown(getattr(self, role))}; give a LoadPattern"
                 raise ModelError(msg)
         try:
             object.__setattr__(self, "flow", Flow(self.flow))
-        except ValueError:
-            msg = f"limit case {self.name!r}: flow {self.flow!r}; give one of {', '.join(Flow)}"
+        except (ValueError, TypeError, RecursionError):
+            msg = f"limit case {self.name!r}: flow {shown(self.flow)}; give one of {', '.join(Flow)}"
             raise ModelError(msg) from None

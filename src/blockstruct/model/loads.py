@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, shown
+from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_name, checked_tuple
 from blockstruct.units import VectorLike, si, si_vector
 
@@ -21,11 +22,13 @@ _AXES = {
 _LENGTH, _ROUNDING = 1e-3, 1e-12
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True)
 class SelfWeight:
     """The weight of every block, acting along −z."""
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class BodyForce:
     """Mass-proportional force on every block, at its centroid.
@@ -78,6 +81,7 @@ class BodyForce:
         object.__setattr__(self, "share", of_weight)
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class PointLoad:
     """A force at a point of a block.
@@ -107,6 +111,7 @@ class PointLoad:
         object.__setattr__(self, "force", si_vector(force, "force", f"{who}: force"))
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class FaceLoad:
     """A uniform traction on a face of a block.
@@ -133,13 +138,14 @@ class FaceLoad:
     def __init__(self, block: str, face: int, traction: VectorLike) -> None:
         who = f"FaceLoad on {checked_name(block, 'block')!r}"
         if not isinstance(face, int) or face < 0:
-            msg = f"{who}: face {face!r}; give the index of a face, zero or more"
+            msg = f"{who}: face {shown(face)}; give the index of a face, zero or more"
             raise ModelError(msg)
         object.__setattr__(self, "block", block)
         object.__setattr__(self, "face", face)
         object.__setattr__(self, "traction", si_vector(traction, "stress", f"{who}: traction"))
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class Moment:
     """A couple on a block.
@@ -209,6 +215,7 @@ def kind_of(load: Load) -> str:
     return _KINDS[type(load)]
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class LoadPattern:
     """A named sum of loads.

@@ -1,15 +1,20 @@
 """Material of blocks."""
 
+import warnings
 from dataclasses import dataclass
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, UnusualValueWarning
+from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_name
 from blockstruct.units import QuantityLike, si
 
 #: Standard acceleration of free fall, m/s² (CGPM 1901).
 STANDARD_GRAVITY = 9.80665
+#: Unit weights of masonry, N/m³: pumice and aerated blocks to lead. Others are rather slips of the unit.
+USUAL_UNIT_WEIGHT = (5e3, 90e3)
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class Material:
     """Material of rigid blocks: its weight is all that matters.
@@ -35,6 +40,11 @@ class Material:
     UnitError, DimensionError
         A bare number, or a quantity of another dimension.
 
+    Warns
+    -----
+    UnusualValueWarning
+        A unit weight outside 5 to 90 kN/m³, but for zero.
+
     Examples
     --------
     >>> Material("tuff", unit_weight="12 kN/m^3").unit_weight
@@ -58,5 +68,12 @@ class Material:
         if value < 0:
             msg = f"material {name!r}: unit weight {value:.6g} N/m^3 is negative; give zero or more"
             raise ModelError(msg)
+        low, high = USUAL_UNIT_WEIGHT
+        if value and not low <= value <= high:
+            msg = (
+                f"material {name!r}: a unit weight of {value / 1e3:.6g} kN/m^3 is none of masonry, which is from "
+                f"{low / 1e3:g} to {high / 1e3:g} kN/m^3; is its unit right?"
+            )
+            warnings.warn(msg, UnusualValueWarning, stacklevel=3)
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "unit_weight", value)

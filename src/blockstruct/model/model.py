@@ -11,6 +11,7 @@ import numpy as np
 
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry import unsupported
+from blockstruct.keywords import checked_keywords
 from blockstruct.model.block import Block
 from blockstruct.model.checks import checked_name, checked_tuple, listed
 from blockstruct.model.detection_report import Detection, DetectionReport
@@ -20,6 +21,7 @@ from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.material import Material
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True, init=False, eq=False)
 class Model:
     """Blocks, their interfaces and their materials.

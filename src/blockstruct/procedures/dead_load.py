@@ -36,7 +36,7 @@ def dead_load_program(
     """
     if not problem.w_D.any():
         return np.zeros(problem.n_points)
-    own = replace(problem, w_D=np.zeros_like(problem.w_D), w_L=problem.w_D, dilatancy=problem.friction)
+    own = replace(problem.dead_load_alone, dilatancy=problem.friction)
     # Crushing enters exactly, whatever the settings: one program has no iterate to linearise about.
     program, sliding = ConicProgram(own, replace(settings, crushing="conic")), true_sliding(own)
     step = solve_step(program, sliding, Stage.DEAD_LOAD, settings, solver, max_load_factor=1.0)

@@ -1,17 +1,15 @@
 """The non-associative iteration with fictitious sliding conditions."""
 
-from collections.abc import Generator
-
 import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.limit.crushing import Linearisation
 from blockstruct.limit.friction import fictitious_sliding, relax, shift_of, true_sliding
-from blockstruct.limit.iteration import Iteration, Outcome
+from blockstruct.limit.iteration import Iteration, Search
 from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.step import solve_step
-from blockstruct.vocabulary import Stage, Status
+from blockstruct.vocabulary import Stage
 
 Array = NDArray[np.float64]
 
@@ -23,7 +21,7 @@ def fictitious_iteration(
     settings: ProcedureSettings,
     solver: Solver,
     left: int,
-) -> Generator[Iteration, None, tuple[Outcome | None, Iteration]]:
+) -> Search:
     """Gilbert, Casapulla & Ahmed (2006), in cones: Portioli, Casapulla & Cascini (2014).
 
     Parameters
@@ -39,8 +37,8 @@ def fictitious_iteration(
 
     Returns
     -------
-    Outcome or None, Iteration
-        How it ended, None without a certificate; and the last step.
+    str or None, Iteration
+        Why the last step is certified, None if it is not; and the last step.
     """
     n0, c0, a, beta = first.x[:, 0], settings.cohesion, settings.slope, settings.relaxation
     linearisation = Linearisation.first(program.problem).after(program.problem, first.x, first.v, 1.0)
@@ -69,7 +67,7 @@ def fictitious_iteration(
             yield closing
             left -= 1
             if closing.certificate.holds:
-                return Outcome(Status.CONVERGED, closing.load_factor, "the certificate holds"), closing
+                return "the certificate holds", closing
             cooldown = pause = 2 * pause
             if closing.solved and load_factors[-1] > load_factors[-2]:
                 # A load factor that rises comes up from below: the next step starts from forces that break no true

@@ -7,12 +7,13 @@ import numpy as np
 
 from blockstruct.limit.crushing import Linearisation
 from blockstruct.limit.friction import fictitious_sliding, true_sliding
-from blockstruct.limit.iteration import Iteration, Outcome, Steps, given_up
+from blockstruct.limit.iteration import Iteration, Outcome, Search, Steps, given_up
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.dead_load import dead_load_program
 from blockstruct.procedures.fictitious import fictitious_iteration
+from blockstruct.procedures.self_stress import can_jam, collapse_of_dead_load, grows_without_limit
 from blockstruct.procedures.shifted import shifted_iteration
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import Flow, Stage, Status
@@ -49,8 +50,9 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
     if isinstance(dead, Outcome):
         return dead
     program = ConicProgram(problem, settings)
-    first = yield from _associate(program, flow, settings, solver)
-    if first.load_factor == np.inf and flow is Flow.NONASSOCIATIVE:
+    first = ray = yield from _associate(program, flow, settings, solver)
+    jammed = first.load_factor == np.inf and flow is Flow.NONASSOCIATIVE
+    if jammed:
         # Dilatancy jams the blocks; without it they may slide all the same. Go on from the forces of the dead load,
         # with sliding conditions of the slope tan ψ: they bound every load that does not jam them by itself.
         sliding = fictitious_sliding(problem, dead, settings.cohesion, 0.0)
@@ -62,9 +64,11 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
     if not first.solved:
         return given_up(f"the solver ended the {first.stage} program as {first.solver_status}", first)
     if flow is Flow.NONASSOCIATIVE:
-        return (yield from _without_dilatancy(program, first, settings, solver))
-    if first.certificate.holds:
-        return Outcome(Status.CONVERGED, first.load_factor, "the certificate of the associative program holds")
+        steps = _without_dilatancy(program, first, settings, solver)
+        return (yield from _concluded(steps, first, ray if jammed else None, problem, settings, solver))
+    outcome = _collapse(first, "the certificate of the associative program holds")
+    if first.certificate.holds and outcome.load_factor >= 0:
+        return outcome
     return given_up("the certificate of the associative program does not hold", first)
 
 
@@ -90,20 +94,70 @@ def _associate(
     return step
 
 
-def _without_dilatancy(program: ConicProgram, first: Iteration, settings: ProcedureSettings, solver: Solver) -> Steps:
+def _without_dilatancy(program: ConicProgram, first: Iteration, settings: ProcedureSettings, solver: Solver) -> Search:
     """The procedure of the settings; if the fictitious iteration finds no certificate, the shifted one goes on."""
     # The dead-load and the associative program are behind.
     left, last = settings.max_programs - 2, first
     of_cones = exact(program, settings)
-    why = f"no certificate within {settings.max_programs} programs, that of the dead load counted"
     if settings.procedure == "fictitious":
         within = min(left, settings.fallback_after - 2)
-        outcome, last = yield from fictitious_iteration(program, of_cones, first, settings, solver, within)
+        found, last = yield from fictitious_iteration(program, of_cones, first, settings, solver, within)
+        if found is not None:
+            return found, last
         left -= within
-        if outcome is not None:
-            return outcome
-    outcome, last = yield from shifted_iteration(of_cones, last, settings, solver, left)
-    return outcome or given_up(why, last)
+    return (yield from shifted_iteration(of_cones, last, settings, solver, left))
+
+
+def _concluded(
+    steps: Search,
+    first: Iteration,
+    ray: Iteration | None,
+    problem: LimitProblem,
+    settings: ProcedureSettings,
+    solver: Solver,
+) -> Steps:
+    """What the search for a collapse state comes to.
+
+    ``ray`` is the associative program, if it is unbounded: the proof that the joints carry any multiple of the
+    variable load, though not that they do so without dilatancy.
+    """
+    load_factors, watched, n = [first.load_factor], ray is not None, 1 if ray is None else 2
+    while True:
+        try:
+            step = next(steps)
+        except StopIteration as stop:
+            found, last = stop.value
+            break
+        n += 1
+        yield step
+        if watched and step.solved and step.stage is not Stage.ADMISSIBLE:
+            load_factors.append(step.load_factor)
+        if ray is not None and watched and grows_without_limit(load_factors):
+            watched = False
+            if not can_jam(problem, settings, solver):
+                yield ray
+                message = (
+                    "the joints carry any multiple of the variable load: it presses them together by more than it "
+                    f"makes them slide (without dilatancy no collapse state up to {step.load_factor:.3g})"
+                )
+                return Outcome(Status.UNBOUNDED, np.inf, message)
+    if found is None:
+        limit = f"no certificate in {n} programs (limit {settings.max_programs} programs, that under dead load counted)"
+        with_dilatancy = "" if ray is None else ", though with dilatancy the joints carry any multiple of the load"
+        return given_up(limit + with_dilatancy, last)
+    outcome = _collapse(last, found)
+    if outcome.load_factor >= 0:
+        return outcome
+    if n >= settings.max_programs - 1:
+        return given_up(f"no certificate of a positive load factor in {n} programs", last)
+    return (yield from collapse_of_dead_load(problem, last, settings, solver))
+
+
+def _collapse(step: Iteration, message: str) -> Outcome:
+    """Outcome of a certified state; a load factor within the gap of zero is zero."""
+    within = abs(step.load_factor) <= step.certificate.flow_rule_gap_limit
+    alpha = max(step.load_factor, 0.0) if within else step.load_factor
+    return Outcome(Status.CONVERGED, alpha, message)
 
 
 def exact(program: ConicProgram, settings: ProcedureSettings) -> ConicProgram:

@@ -1,13 +1,11 @@
 """The non-associative iteration with the true cones and a shifted objective."""
 
-from collections.abc import Generator
-
 from blockstruct.limit.friction import relax, shift_of, true_sliding
-from blockstruct.limit.iteration import Iteration, Outcome
+from blockstruct.limit.iteration import Iteration, Search
 from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.step import solve_step
-from blockstruct.vocabulary import Stage, Status
+from blockstruct.vocabulary import Stage
 
 #: Share of the new shift that is taken up.
 DAMPING = 0.5
@@ -15,7 +13,7 @@ DAMPING = 0.5
 
 def shifted_iteration(
     program: ConicProgram, first: Iteration, settings: ProcedureSettings, solver: Solver, left: int
-) -> Generator[Iteration, None, tuple[Outcome | None, Iteration]]:
+) -> Search:
     """Maximise ``α − Σ s_k n_k`` inside the true cones, with the shift s of the last mechanism.
 
     De Saxcé & Feng (1998), doi:10.1016/S0895-7177(98)00119-8, iterated as by Acary et al. (2011),
@@ -35,8 +33,8 @@ def shifted_iteration(
 
     Returns
     -------
-    Outcome or None, Iteration
-        How it ended, None without a certificate; and the last solved program.
+    str or None, Iteration
+        Why the last program is certified, None if it is not; and the last solved program.
     """
     problem, last = program.problem, first
     sliding, shift = true_sliding(problem), shift_of(problem, first.v)
@@ -47,6 +45,6 @@ def shifted_iteration(
             break
         last = step
         if step.certificate.holds:
-            return Outcome(Status.CONVERGED, step.load_factor, "the certificate holds (De Saxcé shift)"), step
+            return "the certificate holds (De Saxcé shift)", step
         shift = relax(shift, shift_of(problem, step.v), DAMPING)
     return None, last

@@ -7,30 +7,38 @@ compression positive, and velocities belong to one watt of variable load (``w_LÂ
 
 from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
-from blockstruct.results.case_result import CERTIFICATE_MEASURES, CaseResult
+from blockstruct.results.case_result import CERTIFICATE_MEASURES, AdmissibleState, CaseResult
 from blockstruct.results.comparison import Comparison, compare, relative_difference
 from blockstruct.results.frame import history_frame
+from blockstruct.results.headline import Headline
 from blockstruct.results.history import history_of
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
-from blockstruct.results.states import contact_state
+from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.sweep import sweep_of
 from blockstruct.results.utilisation import utilisation
+from blockstruct.results.verification import confirm, contradictions, recomputed_certificate
 
 __all__ = [
     # results
     "CERTIFICATE_MEASURES",
+    "AdmissibleState",
     "Analysis",
     "CaseResult",
+    "Headline",
     "Spread",
     "run_name",
     "sweep_of",
     "Comparison",
     "relative_difference",
     "compare",
+    "confirm",
+    "contradictions",
+    "recomputed_certificate",
     # histories
     "HistoryAccessor",
+    "active_joints",
     "contact_state",
     "history_frame",
     "history_of",

@@ -9,6 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from blockstruct.errors import ModelError, StorageError, UnknownNameError
+from blockstruct.files import csv_text
 from blockstruct.results.frame import history_frame
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import contact_state
@@ -217,7 +218,8 @@ class HistoryAccessor:
         Parameters
         ----------
         path
-            Its name tells the format. Parquet needs the package pyarrow.
+            Its name tells the format. Parquet needs the package pyarrow. In a ``.csv`` file a name that a spreadsheet
+            would run as a formula begins with an apostrophe.
         variable
             As of :meth:`frame`; a ``.nc`` file holds the whole history without one.
 
@@ -239,7 +241,7 @@ class HistoryAccessor:
                 ds = self._ds if variable is None else self._ds[[variable]]
                 path.write_bytes(ds.to_netcdf(engine="h5netcdf"))
             elif kind == ".csv":
-                self.frame(variable).to_csv(path)
+                path.write_text(csv_text(self.frame(variable)), encoding="utf-8")
             else:
                 self.frame(variable).to_parquet(path)
         except OSError as error:

@@ -10,6 +10,7 @@ import xarray as xr
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.model import LimitCase, Model, checked_tuple
 from blockstruct.results.case_result import CaseResult
+from blockstruct.results.headline import Headline
 from blockstruct.results.spread import Spread, spreads_of
 from blockstruct.vocabulary import Status
 
@@ -95,6 +96,13 @@ class Analysis(Mapping[str, CaseResult]):
     def spreads(self) -> dict[str, Spread]:
         """Spread of every case that was run with several schedules."""
         return spreads_of(self)
+
+    @property
+    def headlines(self) -> dict[str, Headline]:
+        """The load factor to rely on for every case: that of its spread, if it was run with several schedules."""
+        spreads = self.spreads
+        runs = {r.name for s in spreads.values() for r in s.results.values()} - set(spreads)
+        return {name: spreads.get(name, result).headline for name, result in self.items() if name not in runs}
 
     def sweep(self, quantity: str, values: Any, case: str | None = None) -> xr.Dataset:
         """Load factor of a case for several values of a joint property: :meth:`AnalysisManager.sweep`.

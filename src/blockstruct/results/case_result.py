@@ -5,19 +5,53 @@ from dataclasses import dataclass, field, fields
 from typing import Any, Self
 
 import numpy as np
+import pandas as pd
 import xarray as xr
+from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
 from blockstruct.limit import Certificate, ProcedureSettings
-from blockstruct.model import LimitCase
+from blockstruct.model import LimitCase, Model
+from blockstruct.results.headline import Headline
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.resultants import interface_resultants
-from blockstruct.results.states import contact_state
+from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.utilisation import utilisation
-from blockstruct.vocabulary import Status
+from blockstruct.vocabulary import Flow, Stage, Status
 
 #: Names of the measures of a certificate, as stored.
 CERTIFICATE_MEASURES = tuple(f.name for f in fields(Certificate))
+_JAMMED = (
+    "With dilatancy the joints carry any multiple of the variable load, so nothing bounds this load factor from above: "
+    "it depends on how firmly the blocks are jammed (self-stress), which the model does not determine; other schedules "
+    "may find multiples of it, or a fraction."
+)
+_NOT_PROVEN = (
+    "That no load causes collapse is proven for joints that dilate by their friction angle; for joints that do not, it "
+    "is what the iteration found: its load factor grew without limit."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class AdmissibleState:
+    """Forces in equilibrium that no joint refuses, at some load factor: a bound, and no collapse load by itself.
+
+    With associative flow the structure collapses at no lower load factor (static theorem). Without dilatancy the
+    theorem does not hold: joints may slide at a lower one, so that this is no safe bound.
+
+    Attributes
+    ----------
+    iteration : int
+        Where in the history.
+    load_factor : float
+    certificate : Certificate
+        Equilibrium residual and yield excess are within the tolerances; by how much the flow rule is missed is what
+        separates the state from a collapse state.
+    """
+
+    iteration: int
+    load_factor: float
+    certificate: Certificate
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,6 +60,8 @@ class CaseResult:
 
     Attributes
     ----------
+    model : Model
+        The structure the case is of.
     case : LimitCase
     settings : ProcedureSettings
     status : Status
@@ -33,7 +69,8 @@ class CaseResult:
         Load factor at collapse if the status is converged; infinite if unbounded; NaN otherwise.
     certificate : Certificate or None
         Of the last iteration. If the status is unstable under dead load, it is the proof of that: of the state in
-        which the joints carry the largest share of the dead load. None if unbounded, or without iterations.
+        which the joints carry the largest share of the dead load; if it depends on self-stress, of the collapse state
+        of the dead load. None if unbounded, or without iterations.
     message : str
         Why the case ended as it did.
     history : xarray.Dataset
@@ -44,6 +81,7 @@ class CaseResult:
         Seconds.
     """
 
+    model: Model = field(repr=False)
     case: LimitCase
     settings: ProcedureSettings
     status: Status
@@ -85,15 +123,73 @@ class CaseResult:
         return utilisation(self.history)
 
     @property
+    def active_joints(self) -> pd.DataFrame:
+        """Joints that move in the last iteration: :func:`blockstruct.active_joints`."""
+        return active_joints(self.history)
+
+    @property
+    def headline(self) -> Headline:
+        """The load factor as every text shows it, with the associative bound."""
+        return Headline.of([(self.status, self.load_factor)], self.case.flow, self.associative_load_factor)
+
+    @property
+    def associative_load_factor(self) -> float:
+        """Load factor of the associative program: an upper bound of every flow rule, infinite if it is unbounded.
+
+        NaN where the case ended before that program was solved.
+        """
+        found = np.flatnonzero(self.history["stage"].to_numpy() == Stage.ASSOCIATIVE.value)
+        if not len(found):
+            return np.nan
+        return float(self.history["load_factor"].to_numpy()[found[-1]])
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What one must know before using the load factor, as sentences; empty as a rule."""
+        if self.case.flow is not Flow.NONASSOCIATIVE or not np.isposinf(self.associative_load_factor):
+            return ()
+        if self.status is Status.CONVERGED:
+            return (_JAMMED,)
+        searched = np.isfinite(self.history["load_factor"].to_numpy()).any()
+        return (_NOT_PROVEN,) if self.status is Status.UNBOUNDED and searched else ()
+
+    @property
+    def admissible_state(self) -> AdmissibleState | None:
+        """Of the iterations inside the true conditions the one that misses the flow rule least, None without any.
+
+        It is what a case that has not converged leaves behind.
+        """
+        h = self.history
+        within = self._admissible & (h["load_factor"].to_numpy() >= 0) & np.isfinite(h["flow_rule_gap"].to_numpy())
+        within &= (h["stage"].to_numpy() != Stage.DEAD_LOAD.value) & np.isfinite(h["load_factor"].to_numpy())
+        if not within.any():
+            return None
+        i = int(np.argmin(np.where(within, h["flow_rule_gap"].to_numpy(), np.inf)))
+        measures = {name: float(h[name][i]) for name in CERTIFICATE_MEASURES if name != "holds"}
+        s, gap, limit = self.settings, measures["flow_rule_gap"], measures["flow_rule_gap_limit"]
+        holds = measures["interpenetration"] <= s.interpenetration_tolerance and gap <= limit
+        return AdmissibleState(i, float(h["load_factor"][i]), Certificate(**measures, holds=holds))
+
+    @property
+    def admissible_load_factor(self) -> float:
+        """Load factor of :attr:`admissible_state`; NaN without one."""
+        state = self.admissible_state
+        return np.nan if state is None else state.load_factor
+
+    @property
     def last_feasible(self) -> int | None:
         """Last iteration whose forces are in equilibrium inside the true conditions, whatever its mechanism.
 
         None if there is none. Where a case has not converged, its last iteration may well be another one.
         """
+        found = np.flatnonzero(self._admissible)
+        return int(found[-1]) if len(found) else None
+
+    @property
+    def _admissible(self) -> NDArray[np.bool_]:
         residual, excess = (self.history[name].to_numpy() for name in ("equilibrium_residual", "yield_excess"))
         s = self.settings
-        found = np.flatnonzero((residual <= s.equilibrium_tolerance) & (excess <= s.yield_tolerance))
-        return int(found[-1]) if len(found) else None
+        return np.asarray((residual <= s.equilibrium_tolerance) & (excess <= s.yield_tolerance))
 
     @classmethod
     def restored(
@@ -119,4 +215,5 @@ class CaseResult:
         )
 
     def __str__(self) -> str:
-        return f"{self.name}: {self.status}, load factor {self.load_factor:.6g} ({self.message})"
+        head = f"{self.name}: {self.status}, load factor {self.load_factor:.6g} ({self.message})"
+        return "\n".join([head, *(f"  warning: {text}" for text in self.warnings)])

@@ -10,6 +10,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from blockstruct.results.analysis import Analysis
+from blockstruct.results.case_result import CaseResult
+
+#: Relative difference of two measures beyond their tolerances that rounding makes.
+_ROUNDING = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,7 +27,10 @@ class Comparison:
     cases : pandas.DataFrame
         Indexed by the name of the case, of one analysis or both: ``load_factor``, ``status`` and ``n_iterations`` of
         each, with ``_other`` for the other one's, ``relative_difference`` of the load factor (0 where both are the
-        same, as two infinite ones are), and whether loads, flow and ``settings`` are ``same_question``.
+        same, as two infinite ones are), ``force_difference`` and ``mechanism_difference`` of the final states,
+        relative to the largest contact force and relative velocity (infinite where they cannot be compared), whether
+        both have the ``same_certificate``, within the tolerances of the settings, and whether loads, flow and
+        settings are ``same_question``.
     versions : mapping
         Packages of different versions, and both versions.
     settings : mapping
@@ -35,10 +42,21 @@ class Comparison:
     versions: Mapping[str, tuple[str, str]]
     settings: Mapping[str, Mapping[str, tuple[Any, Any]]]
 
-    def agrees(self, rtol: float = 1e-6) -> bool:
-        """Whether all cases ended alike, with load factors that differ by no more than a relative tolerance."""
+    def agrees(self, rtol: float = 1e-6, state_rtol: float = 1e-2) -> bool:
+        """Whether all cases ended alike: statuses, load factors, forces, mechanisms and certificates.
+
+        Parameters
+        ----------
+        rtol
+            Largest relative difference of load factors.
+        state_rtol
+            Largest relative difference of forces and velocities. Neither is unique, and both follow the last digits
+            of a solver more than the load factor does; infinity leaves them out.
+        """
         c = self.cases
-        alike = c["status"].eq(c["status_other"]) & c["relative_difference"].abs().le(rtol)
+        alike = c["status"].eq(c["status_other"]) & c["relative_difference"].abs().le(rtol) & c["same_certificate"]
+        for difference in ("force_difference", "mechanism_difference"):
+            alike &= c[difference].le(state_rtol)
         return bool(self.same_model and alike.all())
 
     def __str__(self) -> str:
@@ -46,7 +64,9 @@ class Comparison:
         for name, row in self.cases.iterrows():
             lines.append(
                 f"  {name}: {row['status']} {row['load_factor']:.8g}, other {row['status_other']} "
-                f"{row['load_factor_other']:.8g}, relative difference {row['relative_difference']:.1e}"
+                f"{row['load_factor_other']:.8g}, relative difference {row['relative_difference']:.1e}, "
+                f"of forces {row['force_difference']:.1e}, of the mechanism {row['mechanism_difference']:.1e}"
+                f"{'' if row['same_certificate'] else ', another certificate'}"
                 f"{'' if row['same_question'] else ', another question'}"
             )
         lines += [f"  {package}: {one}, other {two}" for package, (one, two) in self.versions.items()]
@@ -72,8 +92,13 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
             row[f"status{suffix}"] = "missing" if result is None else result.status.value
             row[f"n_iterations{suffix}"] = 0 if result is None else result.n_iterations
         row["relative_difference"] = float(relative_difference(row["load_factor"], row["load_factor_other"]))
+        row |= {"force_difference": np.inf, "mechanism_difference": np.inf, "same_certificate": False}
         row["same_question"] = False
         if first is not None and second is not None:
+            row["force_difference"] = _state_difference(first, second, "contact_force")
+            moving = (_state_difference(first, second, name) for name in ("relative_velocity", "block_velocity"))
+            row["mechanism_difference"] = max(moving)
+            row["same_certificate"] = _same_certificate(first, second)
             changed = _changed(asdict(first.settings), asdict(second.settings))
             row["same_question"] = not changed and first.case == second.case
             if changed:
@@ -93,6 +118,39 @@ def relative_difference(one: npt.ArrayLike, other: npt.ArrayLike) -> NDArray[np.
     a, b = np.asarray(one, dtype=float), np.asarray(other, dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, (b - a) / np.abs(a))
+
+
+def _state_difference(one: CaseResult, other: CaseResult, variable: str) -> float:
+    """Largest difference of a variable of the last iterations, relative to its largest value.
+
+    Infinite if they cannot be compared; two states without numbers are the same.
+    """
+    a, b = (r.history[variable].isel(iteration=slice(-1, None)) for r in (one, other))
+    if dict(a.sizes) != dict(b.sizes):
+        return np.inf
+    first, second = a.to_numpy(), b.transpose(*a.dims).to_numpy()
+    if np.array_equal(first, second, equal_nan=True):
+        return 0.0
+    difference = np.abs(first - second).max() / max(np.abs(first).max(), np.abs(second).max())
+    return float(difference) if np.isfinite(difference) else np.inf
+
+
+def _same_certificate(one: CaseResult, other: CaseResult) -> bool:
+    """Whether two certificates hold alike, with measures that differ by no more than their tolerances."""
+    a, b = one.certificate, other.certificate
+    if a is None or b is None:
+        return a is b
+    s, limit = one.settings, np.fmax(a.flow_rule_gap_limit, b.flow_rule_gap_limit)
+    pairs = (
+        (a.equilibrium_residual, b.equilibrium_residual, s.equilibrium_tolerance),
+        # Below zero is inside, however far.
+        (max(a.yield_excess, 0.0), max(b.yield_excess, 0.0), s.yield_tolerance),
+        (a.interpenetration, b.interpenetration, s.interpenetration_tolerance),
+        (a.flow_rule_gap, b.flow_rule_gap, limit),
+    )
+    # A NaN is as good as another one, and nothing else.
+    alike = (np.isnan([x, y]).all() or abs(x - y) <= max(scale, _ROUNDING * abs(x)) for x, y, scale in pairs)
+    return a.holds == b.holds and all(alike)
 
 
 def _changed(one: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, tuple[Any, Any]]:

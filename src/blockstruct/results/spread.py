@@ -7,6 +7,7 @@ from typing import Self
 
 from blockstruct.limit import SCHEDULES
 from blockstruct.results.case_result import CaseResult
+from blockstruct.results.headline import Headline
 from blockstruct.vocabulary import Flow, Status
 
 #: Key of the run with the settings as they were given.
@@ -55,11 +56,32 @@ class Spread:
         bound = {} if self.upper_bound is None else {str(Flow.ASSOCIATIVE): self.upper_bound}
         return {**self.runs, **bound}
 
+    @property
+    def certified(self) -> int:
+        """Number of schedules that ended with a certified load factor."""
+        return self.headline.certified
+
+    @property
+    def headline(self) -> Headline:
+        """The load factor to rely on, the lowest certified one, with its range and the associative bound."""
+        runs = list(self.runs.values())
+        bound = runs[0].associative_load_factor if self.upper_bound is None else self.upper_bound.load_factor
+        return Headline.of([(r.status, r.load_factor) for r in runs], runs[0].case.flow, bound)
+
+    @property
+    def load_factor(self) -> float:
+        """The load factor to rely on: that of :attr:`headline`."""
+        return self.headline.load_factor
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings of the runs, each once."""
+        return tuple(dict.fromkeys(text for result in self.runs.values() for text in result.warnings))
+
     def __str__(self) -> str:
-        lines = [f"spread over {len(self.runs)} schedules"]
-        for what, result in (("lowest", self.lowest), ("highest", self.highest), ("associative", self.upper_bound)):
-            lines.append(f"  {what:<12}{'none' if result is None else f'{result.load_factor:.6g} ({result.name})'}")
-        return "\n".join(lines)
+        lines = [str(self.headline)]
+        lines += [f"  {name:<14}{r.load_factor:<12.4g}{r.status}" for name, r in self.results.items()]
+        return "\n".join([*lines, *(f"  warning: {text}" for text in self.warnings)])
 
 
 def spreads_of(results: Mapping[str, CaseResult]) -> dict[str, Spread]:

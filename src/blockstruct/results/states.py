@@ -1,6 +1,7 @@
 """How the interfaces fail: open, hinge, sliding, twisting, crushing."""
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
@@ -11,6 +12,7 @@ Flags = NDArray[np.bool_]
 
 #: Parts of a state, in the order in which they are written.
 _PARTS = (ContactState.HINGE, ContactState.SLIDING, ContactState.TWISTING, ContactState.CRUSHING)
+_AT_REST = (ContactState.STICKING.value, ContactState.UNKNOWN.value)
 _NAMES = np.array(
     [
         " + ".join(p.value for bit, p in enumerate(_PARTS) if code >> bit & 1) or ContactState.STICKING.value
@@ -20,7 +22,12 @@ _NAMES = np.array(
 )
 
 
-def contact_state(history: xr.Dataset, tolerance: float = 1e-4) -> xr.DataArray:
+#: Share of the largest relative velocity below which a joint is shown at rest: the velocities of a mechanism are those
+#: of a solver, and its tolerances move joints far away from it by a thousandth.
+AT_REST = 0.01
+
+
+def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tolerance: float = 1e-4) -> xr.DataArray:
     """State of every interface in every iteration, read from its forces and its part in the mechanism.
 
     ``open``: no contact point stays closed, or none carries a force. ``sticking``: no relative motion. ``unknown``: the
@@ -38,7 +45,9 @@ def contact_state(history: xr.Dataset, tolerance: float = 1e-4) -> xr.DataArray:
     history
         History of a case, or a selection of its iterations.
     tolerance
-        Relative velocity, and normal force, that count as zero: relative to the largest of the iteration.
+        Relative velocity that counts as zero, relative to the largest of the iteration.
+    force_tolerance
+        Contact force that counts as zero, relative to the largest of the iteration.
 
     Returns
     -------
@@ -50,7 +59,7 @@ def contact_state(history: xr.Dataset, tolerance: float = 1e-4) -> xr.DataArray:
     v = history["relative_velocity"].transpose(..., "contact_point", "component").to_numpy()
     force = np.linalg.norm(history["contact_force"].transpose(..., "contact_point", "component"), axis=-1)
 
-    def threshold(values: Array) -> Array:
+    def threshold(values: Array, tolerance: float) -> Array:
         return np.asarray(np.maximum(tolerance * values.max(axis=-1, keepdims=True), np.finfo(float).tiny))
 
     def any_of(points: Flags) -> Flags:
@@ -59,12 +68,12 @@ def contact_state(history: xr.Dataset, tolerance: float = 1e-4) -> xr.DataArray:
     def sum_of(values: Array) -> Array:
         return np.asarray(np.add.reduceat(values, starts, axis=-1))
 
-    zero = threshold(np.linalg.norm(v, axis=-1))
+    zero = threshold(np.linalg.norm(v, axis=-1), tolerance)
     slip = np.linalg.norm(v[..., 1:], axis=-1)
     apart = v[..., 0] - history["dilatancy"].to_numpy() * slip
     opening = apart > zero
     soft = np.isfinite(history["compressive_strength"].to_numpy())[index]
-    is_open = ~any_of(~opening) | ~any_of(force > threshold(force))
+    is_open = ~any_of(~opening) | ~any_of(force > threshold(force, force_tolerance))
     slips = any_of(~opening & (slip > zero))
 
     # The velocity along the plane is that of a rigid motion: a mean and a turn about the mean of the points.
@@ -88,3 +97,44 @@ def contact_state(history: xr.Dataset, tolerance: float = 1e-4) -> xr.DataArray:
         name: history[name] for name in ("iteration", "stage", "interface") if set(history[name].dims) <= set(dims)
     }
     return xr.DataArray(state, dims=dims, coords=coords, name="contact_state")
+
+
+def active_joints(history: xr.Dataset, tolerance: float = AT_REST) -> pd.DataFrame:
+    """Joints that move in the last iteration of a history, those that dissipate most first.
+
+    Parameters
+    ----------
+    history
+        History of a case.
+    tolerance
+        As of :func:`contact_state`: slower joints are at rest.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Indexed by interface: its ``state``; ``dissipation``, the work of its forces on the mechanism in units of the
+        load factor (W at 1 W of variable load), by which the rows are ranked; and ``speed``, its largest relative
+        velocity as a share of that of the whole mechanism, by which joints that dissipate nothing are.
+    """
+    last = history.isel(iteration=[-1])
+    force, v = (
+        last[name].isel(iteration=0).transpose("contact_point", "component").to_numpy()
+        for name in ("contact_force", "relative_velocity")
+    )
+    index, n = last["interface_of_contact_point"].to_numpy(), last.sizes["interface"]
+    speed = np.zeros(n)
+    np.maximum.at(speed, index, np.linalg.norm(v, axis=1))
+    # Work of what rounding leaves of a dissipation is none: its rank would be by chance.
+    dissipation = np.bincount(index, weights=-(force * v).sum(axis=1), minlength=n)
+    scale = np.nanmax([np.abs(dissipation).sum(), np.abs(last["load_factor"].item())])
+    dissipation[np.abs(dissipation) <= 1e-6 * scale] = 0.0
+    frame = pd.DataFrame(
+        {
+            "state": contact_state(last, tolerance).to_numpy()[0],
+            "dissipation": dissipation,
+            "speed": speed / max(speed.max(initial=0.0), np.finfo(float).tiny),
+        },
+        index=pd.Index(last["interface"].to_numpy(), name="interface"),
+    )
+    moving = frame[(frame["speed"] > tolerance) & ~frame["state"].isin(_AT_REST)]
+    return moving.sort_values(["dissipation", "speed"], ascending=False, kind="stable")

@@ -12,6 +12,8 @@ Array = NDArray[np.float64]
 def wrenches(model: Model, pattern: LoadPattern) -> Array:
     """Force (N) and moment about the centroid (N·m) of a load pattern on every block, shape (B, 6).
 
+    Loads that cancel on a block but for rounding are none.
+
     Raises
     ------
     UnknownNameError
@@ -22,6 +24,8 @@ def wrenches(model: Model, pattern: LoadPattern) -> Array:
     weight = np.array([b.weight for b in model.blocks])
     index = {b.name: i for i, b in enumerate(model.blocks)}
     w = np.zeros((len(model.blocks), 6))
+    # Sums of the magnitudes, whose rounding is what is left where loads cancel.
+    gross = np.zeros((len(model.blocks), 2))
 
     def at(load: PointLoad | FaceLoad | Moment) -> int:
         if load.block not in index:
@@ -34,17 +38,22 @@ def wrenches(model: Model, pattern: LoadPattern) -> Array:
         return index[load.block]
 
     def add_force(i: int, point: Array, force: Array) -> None:
+        centroid, size = model.blocks[i].centroid, float(np.linalg.norm(force))
         w[i, :3] += force
-        w[i, 3:] += np.cross(point - model.blocks[i].centroid, force)
+        w[i, 3:] += np.cross(point - centroid, force)
+        gross[i] += size, (np.linalg.norm(point) + np.linalg.norm(centroid)) * size
 
     for load in pattern.loads:
         match load:
             case SelfWeight():
                 w[:, 2] -= weight
+                gross[:, 0] += weight
             case BodyForce(direction=direction, share=share):
                 w[:, :3] += share * weight[:, None] * np.array(direction)
+                gross[:, 0] += abs(share) * weight
             case Moment(moment=moment):
                 w[at(load), 3:] += moment
+                gross[at(load), 1] += np.linalg.norm(moment)
             case PointLoad(point=point, force=force):
                 i = at(load)
                 _check_on_block(model.blocks[i], point, pattern.name)
@@ -60,6 +69,9 @@ def wrenches(model: Model, pattern: LoadPattern) -> Array:
                     raise ModelError(msg)
                 centre = shape.face_centroid(face)
                 add_force(i, centre, shape.areas[face] * np.array(traction))
+    rounding = 4 * max(len(pattern.loads), 4) * np.finfo(float).eps * gross
+    for column, part in enumerate((slice(0, 3), slice(3, 6))):
+        w[np.linalg.norm(w[:, part], axis=1) <= rounding[:, column], part] = 0.0
     return w
 
 

@@ -15,6 +15,7 @@ from blockstruct.results import CERTIFICATE_MEASURES, relative_difference
 from blockstruct.storage.case_group import group_of
 from blockstruct.storage.check import case_names, check_file, checked_root
 from blockstruct.storage.file_outline import plain
+from blockstruct.storage.query import selected
 
 _NUMBERS = ("load_factor", "n_iterations", "duration", *CERTIFICATE_MEASURES)
 _TEXTS = ("status", "flow", "dead", "variable", "message", "started_at")
@@ -84,29 +85,21 @@ class Archive:
         return table
 
     def query(self, expression: str) -> pd.DataFrame:
-        """ConstraintRows of the table by an expression of :meth:`pandas.DataFrame.query`.
+        """Rows of the table by an expression, which is parsed and never evaluated.
 
         Parameters
         ----------
         expression
-            Of column names, as in ``"status == 'converged' and load_factor < 0.3"``.
+            Comparisons (``==``, ``!=``, ``<``, ``<=``, ``>``, ``>=``, ``in``, ``not in``) of columns with numbers,
+            texts, True or False, joined by ``and``, ``or``, ``not``: ``"status == 'converged' and load_factor < 0.3"``,
+            ``"case in ['push +x', 'push -x']"``, ``"'north' in tags"``, ``"created_at >= '2026-01-31'"``.
 
         Raises
         ------
         StorageError
-            An expression that pandas cannot evaluate.
+            Any other expression, a column that the table does not have, a value of another kind than the column's.
         """
-        table = self.table()
-        try:
-            found = table.query(expression, engine="python", local_dict={}, global_dict={})
-        except Exception as error:  # pandas passes on whatever the expression raises.
-            known = ", ".join(c for c in table.columns if not c.startswith("settings_"))
-            msg = f"query {expression!r}: {error}; columns are {known} and settings_…"
-            raise StorageError(msg) from error
-        if not isinstance(found, pd.DataFrame):
-            msg = f'query {expression!r} selects no rows; write a comparison such as "load_factor < 0.3"'
-            raise StorageError(msg)
-        return found
+        return selected(self.table(), expression)
 
     def select(
         self,

@@ -7,7 +7,7 @@ from typing import Any
 
 import xarray as xr
 
-from blockstruct.model import LimitCase, LoadPattern
+from blockstruct.model import LimitCase, LoadPattern, Model
 from blockstruct.results import CERTIFICATE_MEASURES, CaseResult
 from blockstruct.units import SI_UNITS
 
@@ -42,10 +42,11 @@ def case_dataset(result: CaseResult) -> xr.Dataset:
     return xr.Dataset(variables, attrs=attrs)
 
 
-def result_of(ds: xr.Dataset, history: xr.Dataset, patterns: Mapping[str, LoadPattern]) -> CaseResult:
-    """Result of a Dataset, its history and the load patterns of the model."""
+def result_of(ds: xr.Dataset, history: xr.Dataset, model: Model, patterns: Mapping[str, LoadPattern]) -> CaseResult:
+    """Result of a Dataset, its history, the model and its load patterns."""
     a = ds.attrs
     return CaseResult.restored(
+        model=model,
         case=LimitCase(a["name"], patterns[a["dead"]], patterns[a["variable"]], a["flow"]),
         settings=json.loads(a["settings"]),
         status=a["status"],

@@ -170,7 +170,9 @@ class Checkpoint:
             with contextlib.suppress(*_DAMAGED):
                 found = json.loads(ending.read_text(encoding="utf-8"))
         try:
-            return CaseResult.restored(case=planned.case, settings=asdict(planned.settings), history=history, **found)
+            return CaseResult.restored(
+                model=planned.model, case=planned.case, settings=asdict(planned.settings), history=history, **found
+            )
         except DAMAGE as error:
             msg = f"{ending}: {error}; delete it, the case then counts as interrupted"
             raise FormatError(msg) from error

@@ -54,7 +54,7 @@ def open_analysis(path: str | Path) -> Analysis:
     results = {}
     for name, case in cases.items():
         try:
-            results[name] = result_of(groups[case], groups[f"{case}/history"], patterns)
+            results[name] = result_of(groups[case], groups[f"{case}/history"], model, patterns)
         except DAMAGE as error:
             msg = f"{path}: {case}: {error}"
             raise FormatError(msg) from error

@@ -13,7 +13,7 @@ import xarray as xr
 
 from blockstruct.errors import ModelError, StorageError
 from blockstruct.model import LimitCase, LoadPattern
-from blockstruct.results import Analysis
+from blockstruct.results import Analysis, confirm
 from blockstruct.schema import schema_text
 from blockstruct.storage.case_group import case_dataset, group_of
 from blockstruct.storage.check import check_file, is_analysis
@@ -68,8 +68,11 @@ def save_analysis(analysis: Analysis, path: str | Path) -> Path:
         A path that cannot be written, or that another process is writing.
     ModelError
         Cases whose load patterns share a name but not their loads.
+    CertificateError
+        Results that contradict their own forces and velocities: :func:`blockstruct.contradictions`.
     """
     path = claim(path)
+    confirm(analysis)
     with WriterLock(path):
         return write_file(analysis, path)
 

@@ -5,14 +5,16 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
 from blockstruct.model import Block, Material
-from blockstruct.model.checks import checked_count, positive_length
+from blockstruct.model.checks import check_total, checked_count, positive_length
 from blockstruct.structures.arch_profile import ArchProfile
+from blockstruct.structures.builder import builder
 from blockstruct.structures.prism import prism
 from blockstruct.units import QuantityLike, VectorLike, si_vector
 
 Array = NDArray[np.float64]
 
 
+@builder
 def arch(
     *,
     span: QuantityLike,
@@ -72,6 +74,7 @@ def arch(
     )
 
 
+@builder
 def barrel_vault(
     *,
     span: QuantityLike,
@@ -123,13 +126,14 @@ def barrel_vault(
     x0, y0, z0 = si_vector(origin, "length", "arch: origin")
     inner, outer = (ends + np.array([x0, z0]) for ends in (profile.inner, profile.outer))
     whole = (y0, y0 + reach)
+    count = 1 if units is None else checked_count(units, 1, "barrel_vault: units")
+    check_total(count * (len(inner) - 1), "barrel_vault")
     blocks = []
     for row in range(len(inner) - 1):
         outline = [inner[row], outer[row], outer[row + 1], inner[row + 1]]
         if units is None:
             blocks.append(prism(f"{prefix}{row + 1}", outline, whole, material))
             continue
-        count = checked_count(units, 1, "barrel_vault: units")
         ends = np.linspace(0.0, 1.0, count + 1)
         if staggered and row % 2:
             ends = np.concatenate([[0.0], (ends[:-1] + ends[1:]) / 2, [1.0]])
@@ -142,6 +146,7 @@ def barrel_vault(
     return [left, *blocks, right]
 
 
+@builder
 def arch_on_piers(
     *,
     span: QuantityLike,

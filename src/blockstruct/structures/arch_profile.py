@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
-from blockstruct.model.checks import checked_count, positive_length
+from blockstruct.model.checks import SHORTEST, checked_count, positive_length
 from blockstruct.units import QuantityLike, si
 
 Array = NDArray[np.float64]
@@ -59,8 +59,8 @@ class ArchProfile:
         s, t = positive_length(span, f"{who}: span"), positive_length(thickness, f"{who}: thickness")
         n = checked_count(voussoirs, 2, f"{who}: voussoirs")
         f = s / 2 if rise is None else si(rise, "length", f"{who}: rise")
-        if f < 0:
-            msg = f"{who}: rise {f:.6g} m; give a length of zero (flat) or above"
+        if f < 0 or 0 < f < SHORTEST:
+            msg = f"{who}: rise {f:.6g} m; give zero (flat) or a length of at least {SHORTEST:g} m"
             raise ModelError(msg)
         if f == 0:
             angle = si(skewback, "angle", f"{who}: skewback")

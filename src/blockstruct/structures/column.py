@@ -7,12 +7,14 @@ import numpy as np
 
 from blockstruct.errors import ModelError
 from blockstruct.geometry import box, polyhedron
-from blockstruct.model import Block, Material
+from blockstruct.model import Block, Material, checked_tuple
 from blockstruct.model.checks import checked_count, positive_length
+from blockstruct.structures.builder import builder
 from blockstruct.structures.prism import prismatoid
 from blockstruct.units import QuantityLike, VectorLike, si, si_vector
 
 
+@builder
 def column(
     *,
     height: QuantityLike,
@@ -67,6 +69,7 @@ def column(
     return blocks
 
 
+@builder
 def stack(
     count: int,
     *,
@@ -104,16 +107,18 @@ def stack(
     if min(edges) <= 0:
         msg = f"stack: size {edges} m; give three lengths above zero"
         raise ModelError(msg)
-    dx, dy, _ = si_vector([*shift, "0 m"], "length", "stack: shift")
+    step = shift if isinstance(shift, list | tuple) else [shift]
+    dx, dy, _ = si_vector([*step, "0 m"], "length", "stack: shift")
     blocks = []
     for k in range(0 if base else 1, number + 1):
         name = prefix + (str(k) if k else "base")
-        step = max(k - 1, 0)
-        vertices, faces = box((step * dx, step * dy, (k - 1) * edges[2]), edges)
+        steps = max(k - 1, 0)
+        vertices, faces = box((steps * dx, steps * dy, (k - 1) * edges[2]), edges)
         blocks.append(Block(name, polyhedron(vertices, faces, name), material, fixed=k == 0))
     return blocks
 
 
+@builder
 def tilted(
     blocks: Iterable[Block],
     angle: QuantityLike,
@@ -141,6 +146,7 @@ def tilted(
     >>> leaning[3].centroid.round(3).tolist()
     [0.284, 0.1, 0.458]
     """
+    blocks = checked_tuple(blocks, Block, "tilted: blocks")
     theta = si(angle, "angle", "tilted: angle")
     point = np.array(si_vector(about, "length", "tilted: about"))
     direction = np.array(si_vector(axis, "dimensionless", "tilted: axis"))

@@ -2,14 +2,17 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from blockstruct.errors import ModelError
 from blockstruct.geometry import box, polyhedron
-from blockstruct.model import Block, Material
-from blockstruct.model.checks import positive_length
-from blockstruct.units import QuantityLike, VectorLike, si_vector
+from blockstruct.model import Block, Material, checked_tuple
+from blockstruct.model.checks import check_total, positive_length
+from blockstruct.structures.builder import builder
+from blockstruct.units import QuantityLike, VectorLike, si, si_vector
 
 
+@builder
 def courses(
     rows: Sequence[Sequence[float]],
     *,
@@ -49,7 +52,9 @@ def courses(
     height = positive_length(unit_height, "courses: unit_height")
     thickness = positive_length(depth, "courses: depth")
     x0, y0, z0 = si_vector(origin, "length", "courses: origin")
-    if not rows or not all(rows):
+    rows = [_lengths(row, j) for j, row in enumerate(checked_tuple(rows, object, "courses: rows"), start=1)]
+    check_total(sum(map(len, rows)), "courses")
+    if not rows:
         msg = "courses: a course without units; give at least one course, and one unit in each"
         raise ModelError(msg)
     width = math.fsum(abs(u) for u in rows[0])
@@ -69,11 +74,24 @@ def courses(
             raise ModelError(msg)
         x, k = 0.0, 0
         for u in row:
-            if not math.isfinite(u) or u == 0:
-                msg = f"courses: course {j} has a unit of length {u}; give a length, or a negative one for a void"
-                raise ModelError(msg)
             if u > 0:
                 k += 1
                 blocks.append(unit(f"{j}.{k}", x, x + u, j - 1.0, float(j)))
             x += abs(u)
     return blocks
+
+
+def _lengths(row: Any, course: int) -> list[float]:
+    """Lengths of the units of a course, as floats."""
+    who = f"courses: course {course}"
+    lengths = []
+    for u in checked_tuple(row, object, who):
+        length = si(u, "dimensionless", f"{who}: length of a unit")
+        if length == 0:
+            msg = f"{who} has a unit of length {u}; give a length, or a negative one for a void"
+            raise ModelError(msg)
+        lengths.append(length)
+    if not lengths:
+        msg = f"{who}: a course without units; give at least one course, and one unit in each"
+        raise ModelError(msg)
+    return lengths

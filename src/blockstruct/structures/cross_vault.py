@@ -7,12 +7,14 @@ from numpy.typing import NDArray
 
 from blockstruct.geometry import BOX_FACES, polyhedron
 from blockstruct.model import Block, Material
-from blockstruct.model.checks import checked_count, positive_length
+from blockstruct.model.checks import check_total, checked_count, positive_length
+from blockstruct.structures.builder import builder
 from blockstruct.units import QuantityLike
 
 Array = NDArray[np.float64]
 
 
+@builder
 def cross_vault(
     *,
     span: QuantityLike,
@@ -54,6 +56,7 @@ def cross_vault(
     radius, t = positive_length(span, "cross_vault: span") / 2, positive_length(thickness, "cross_vault: thickness")
     rows = checked_count(courses, 2, "cross_vault: courses")
     count = checked_count(units, 1, "cross_vault: units")
+    check_total(8 * rows * count, "cross_vault")
     end = radius + 2 * t
     angle = np.linspace(0.0, math.pi / 2, rows + 1)
     y, z = np.cos(angle), np.sin(angle)

@@ -8,14 +8,16 @@ from numpy.typing import NDArray
 from blockstruct.errors import ModelError
 from blockstruct.geometry import polyhedron
 from blockstruct.model import Block, Material
-from blockstruct.model.checks import checked_count, positive_length
+from blockstruct.model.checks import check_total, checked_count, positive_length
 from blockstruct.structures.arch_profile import half_profile
+from blockstruct.structures.builder import builder
 from blockstruct.structures.prism import prismatoid
 from blockstruct.units import QuantityLike, si
 
 Array = NDArray[np.float64]
 
 
+@builder
 def dome(
     *,
     span: QuantityLike,
@@ -67,6 +69,7 @@ def dome(
     s, t = positive_length(span, "dome: span"), positive_length(thickness, "dome: thickness")
     opening = positive_length(oculus, "dome: oculus")
     rings, count = checked_count(courses, 1, "dome: courses"), checked_count(units, 3, "dome: units")
+    check_total(rings * count, "dome")
     height = s / 2 if rise is None else si(rise, "length", "dome: rise")
     if height < s / 2 * (1 - 1e-9):
         msg = f"dome: rise {height:.6g} m; give half the span, {s / 2:.6g} m (hemispherical), or more (pointed)"

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from blockstruct.errors import ModelError
+from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import positive_length
 from blockstruct.units import si
 
@@ -12,6 +13,7 @@ from blockstruct.units import si
 LEVEL = 1e-6
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True)
 class Opening:
     """A rectangular opening through a wall.
@@ -75,9 +77,16 @@ def check_openings(openings: Sequence[Opening], length: float, course_height: fl
         if opening.end > length * (1 + 1e-9):
             msg = f"{what} ends at {opening.end:.6g} m, beyond the wall of {length:.6g} m; move it or make it narrower"
             raise ModelError(msg)
-        for name, z in (("sill", opening.sill), ("head", opening.sill + opening.height)):
-            if abs(z / course_height - round(z / course_height)) > LEVEL or round(z / course_height) > courses:
-                nearest = min(round(z / course_height), courses) * course_height
+        head, top = opening.sill + opening.height, courses * course_height
+        if head > top * (1 + LEVEL):
+            msg = (
+                f"{what}: its head at {head:.6g} m exceeds the height of the wall, {top:.6g} m in {courses} courses; "
+                "make the opening lower or the wall higher"
+            )
+            raise ModelError(msg)
+        for name, z in (("sill", opening.sill), ("head", head)):
+            if abs(z / course_height - round(z / course_height)) > LEVEL:
+                nearest = round(z / course_height) * course_height
                 msg = (
                     f"{what}: {name} at {z:.6g} m is on no bed joint of {courses} courses of {course_height:.6g} m; "
                     f"the nearest is at {nearest:.6g} m"

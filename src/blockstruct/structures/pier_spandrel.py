@@ -2,12 +2,14 @@
 
 from blockstruct.errors import ModelError
 from blockstruct.model import Block, Material
-from blockstruct.model.checks import checked_count, positive_length
+from blockstruct.model.checks import check_total, checked_count, positive_length
+from blockstruct.structures.builder import builder
 from blockstruct.structures.openings import Opening
 from blockstruct.structures.wall import wall
 from blockstruct.units import QuantityLike, to_quantity
 
 
+@builder
 def pier_spandrel(
     *,
     bays: int,
@@ -67,6 +69,7 @@ def pier_spandrel(
         if abs(value / course - round(value / course)) > 1e-6:
             msg = f"pier_spandrel: {what} {value:.6g} m is not of whole courses of {course:.6g} m; change one of them"
             raise ModelError(msg)
+    check_total(n * m, "pier_spandrel")
     openings = [
         Opening(
             *(to_quantity(v, "length") for v in (pier + k * (pier + clear), j * (opening + spandrel), clear, opening))

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from blockstruct.geometry import polyhedron
+from blockstruct.geometry import lofted, polyhedron
 from blockstruct.model import Block, Material
 
 
@@ -28,19 +28,12 @@ def prism(name: str, outline: ArrayLike, y: tuple[float, float], material: Mater
     # Counter-clockwise seen from −y, where x points right and z up.
     if np.sum(x * np.roll(z, -1) - z * np.roll(x, -1)) < 0:
         corners = corners[::-1]
-    n = len(corners)
-    vertices = np.concatenate([_at(corners, y[0]), _at(corners, y[1])])
-    sides = [(n + k, n + (k + 1) % n, (k + 1) % n, k) for k in range(n)]
-    faces = [tuple(range(n)), tuple(range(2 * n - 1, n - 1, -1)), *sides]
-    return Block(name, polyhedron(vertices, faces, name), material, fixed)
+    return Block(name, polyhedron(*lofted(_at(corners, y[0]), _at(corners, y[1])), name), material, fixed)
 
 
 def prismatoid(name: str, points: NDArray[np.float64], material: Material, *, fixed: bool = False) -> Block:
     """Block between two level polygons of as many corners: points (2 k, 3), the lower first, both counter-clockwise."""
-    n = len(points) // 2
-    sides = [(k, (k + 1) % n, n + (k + 1) % n, n + k) for k in range(n)]
-    faces = [tuple(range(n))[::-1], tuple(range(n, 2 * n)), *sides]
-    return Block(name, polyhedron(points, faces, name), material, fixed)
+    return Block(name, polyhedron(*lofted(*np.split(points, 2)), name), material, fixed)
 
 
 def _at(corners: NDArray[np.float64], y: float) -> NDArray[np.float64]:

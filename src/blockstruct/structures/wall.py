@@ -4,15 +4,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, shown
 from blockstruct.geometry import box, polyhedron
+from blockstruct.keywords import checked_keywords
 from blockstruct.model import Block, Material, checked_tuple
-from blockstruct.model.checks import checked_count, positive_length
+from blockstruct.model.checks import check_total, checked_count, checked_name, positive_length
 from blockstruct.structures.bond import Bond, without
+from blockstruct.structures.builder import builder
 from blockstruct.structures.openings import Opening, check_openings
 from blockstruct.units import QuantityLike, si
 
 
+@checked_keywords
 @dataclass(frozen=True, slots=True)
 class Sidewall:
     """A wall that runs along +y, from behind the wall along x.
@@ -39,12 +42,16 @@ class Sidewall:
     bonded: bool = True
 
     def __post_init__(self) -> None:
-        who = f"sidewall {self.name!r}"
+        who = f"sidewall {checked_name(self.name, 'sidewall')!r}"
+        if not isinstance(self.bonded, bool):
+            msg = f"{who}: bonded is {shown(self.bonded)}; give True or False"
+            raise ModelError(msg)
         object.__setattr__(self, "at", si(self.at, "length", f"{who}: at"))
         object.__setattr__(self, "length", positive_length(self.length, f"{who}: length"))
         object.__setattr__(self, "openings", checked_tuple(self.openings, Opening, f"{who}: openings"))
 
 
+@builder
 def wall(
     *,
     length: QuantityLike,
@@ -117,6 +124,7 @@ def wall(
     sides = checked_tuple(sidewalls, Sidewall, "wall: sidewalls")
     check_openings(front, reach, height, number, "wall")
     _check_sidewalls(sides, front, reach, t)
+    check_total(number * bond.leaves * (reach + sum(s.length for s in sides)) / bond.unit_length, "wall")
     for side in sides:
         check_openings(side.openings, side.length, height, number, f"sidewall {side.name!r}")
 

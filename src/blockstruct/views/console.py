@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 import blockstruct as bs
+from blockstruct.views.words import admissible_words
 
 _COLUMNS = {
     "load_factor": ("load factor", "{:.6f}"),
@@ -58,10 +59,15 @@ def result_text(result: bs.CaseResult) -> Text:
     text = Text("\n").append(f"{result.name}\n", style="bold")
     text.append(f"  {case.dead.name} + load factor × {case.variable.name}, {case.flow} flow\n")
     text.append(f"  status {result.status}: {result.message}\n")
-    text.append(f"  load factor {result.load_factor:.6g}\n", style="bold")
+    text.append(f"  load factor {result.headline}\n", style="bold")
+    for warning in result.warnings:
+        text.append(f"  warning: {warning}\n", style="bold yellow")
+    left = admissible_words(result)
+    if left:
+        text.append(f"  {left}\n")
     if c is None:
         return text
-    if result.status is bs.Status.UNSTABLE:
+    if result.status in (bs.Status.UNSTABLE, bs.Status.SELF_STRESS):
         return text.append(f"  proof of the mechanism {'holds' if c.holds else 'does not hold'}\n")
     rows = (
         ("equilibrium residual", c.equilibrium_residual, s.equilibrium_tolerance, "dead wrenches of the block"),
@@ -125,14 +131,17 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
                 "name": r.name,
                 "flow": r.case.flow.value,
                 "status": r.status.value,
-                "load_factor": r.load_factor if math.isfinite(r.load_factor) else None,
+                "load_factor": _finite(r.load_factor),
                 "iterations": r.n_iterations,
                 "duration": r.duration,
                 "message": r.message,
+                "warnings": list(r.warnings),
+                "admissible_load_factor": _finite(r.admissible_load_factor),
                 "certificate": None if r.certificate is None else _measures(r.certificate),
             }
             for r in analysis.values()
         ],
+        "headlines": {name: _headline(headline) for name, headline in analysis.headlines.items()},
         "spreads": {
             name: {
                 "lowest": spread.lowest and spread.lowest.name,
@@ -144,5 +153,14 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
     }
 
 
+def _headline(headline: bs.Headline) -> dict[str, Any]:
+    values = {"load_factor": headline.load_factor, **asdict(headline)}
+    return {name: _finite(v) if isinstance(v, float) else v for name, v in values.items()}
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
 def _measures(certificate: bs.Certificate) -> dict[str, float | bool | None]:
-    return {name: value if math.isfinite(value) else None for name, value in asdict(certificate).items()}
+    return {name: _finite(value) for name, value in asdict(certificate).items()}

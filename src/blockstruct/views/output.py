@@ -3,14 +3,22 @@
 import os
 from pathlib import Path
 
+import pandas as pd
+
 import blockstruct as bs
+from blockstruct.files import csv_text
 
 #: First bytes of an HDF5 file.
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
 def write_text(text: str, path: str | Path) -> Path:
-    """Write a text beside its place and put it there whole; an existing text is replaced.
+    """Write a text in UTF-8: :func:`write_bytes`."""
+    return write_bytes(text.encode("utf-8"), path)
+
+
+def write_bytes(content: bytes, path: str | Path) -> Path:
+    """Write a file beside its place and put it there whole; an existing text or picture is replaced.
 
     Raises
     ------
@@ -21,7 +29,7 @@ def write_text(text: str, path: str | Path) -> Path:
     draft = target.with_name(f".{target.name}.{os.getpid()}")
     try:
         _check(target)
-        draft.write_text(text, encoding="utf-8")
+        draft.write_bytes(content)
         draft.replace(target)
     except OSError as error:
         draft.unlink(missing_ok=True)
@@ -30,8 +38,13 @@ def write_text(text: str, path: str | Path) -> Path:
     return target
 
 
+def write_csv(frame: pd.DataFrame, path: str | Path) -> Path:
+    """Write a table, as :func:`write_text`; no text of it is a formula."""
+    return write_text(csv_text(frame), path)
+
+
 def _check(target: Path) -> None:
-    """Refuse what a text would destroy: a rename replaces anything."""
+    """Refuse what a view would destroy: a rename replaces anything."""
     if not target.is_file():
         if target.exists():
             msg = "it is no regular file"

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.views.output import write_text
-from blockstruct.views.selection import application_points, same_model
+from blockstruct.views.selection import application_points, given_result
 from blockstruct.views.solids import Patches, Solids, triangles
 
 try:
@@ -28,15 +28,13 @@ Array = NDArray[np.float64]
 _PIECE = re.compile(r"(blocks|interfaces|forces|resultants)-\d{4,}\.vtp")
 
 
-def write_paraview(analysis: bs.Analysis, case: str, path: str | Path) -> Path:
+def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
     """Write the blocks, interfaces and forces of all iterations of a case.
 
     Parameters
     ----------
-    analysis
-        The analysis.
-    case
-        Name of the case.
+    result
+        The result of a case.
     path
         The ``.pvd`` file. Its pieces, ``.vtp`` files, go into a folder beside it, of the same name without suffix.
         Names of arrays carry the unit: ``resultant [newton]``, ``area [meter ** 2]``. ``mechanism`` is the
@@ -46,25 +44,22 @@ def write_paraview(analysis: bs.Analysis, case: str, path: str | Path) -> Path:
 
     Raises
     ------
-    UnknownNameError
-        A case that the analysis does not have.
     ModelError
-        A case without iterations.
+        No result, or a case without iterations.
     StorageError
         A path that does not end in ``.pvd`` or cannot be written.
     """
-    target, result = Path(path), analysis[case]
+    target, model = Path(path), given_result(result, "write_paraview").model
     if target.suffix != ".pvd":
         msg = f"{target}: give a name that ends in .pvd"
         raise bs.StorageError(msg)
     if not result.n_iterations:
-        msg = f"case {case!r}: no iteration to export, {result.status} ({result.message}); run the case again"
+        msg = f"case {result.name!r}: no iteration to export, {result.status} ({result.message}); run the case again"
         raise bs.ModelError(msg)
-    same_model(analysis.model, result)
     folder = target.with_suffix("")
     root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
     collection = ElementTree.SubElement(root, "Collection")
-    still, written = _Still(analysis.model), set[Path]()
+    still, written = _Still(model), set[Path]()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for i in range(result.n_iterations):

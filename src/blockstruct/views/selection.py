@@ -50,21 +50,18 @@ def chosen_interface(model: bs.Model, name: str) -> int:
     return names.index(name)
 
 
-def same_model(model: bs.Model, result: bs.CaseResult) -> None:
-    """Refuse a result of another model, whose blocks or interfaces have other names.
+def given_result(result: object, what: str) -> bs.CaseResult:
+    """The result that a view is given.
 
     Raises
     ------
     ModelError
-        Names that differ.
+        Anything else.
     """
-    for kind, objects in (("block", model.blocks), ("interface", model.interfaces)):
-        if result.history[kind].to_numpy().tolist() != [o.name for o in objects]:
-            msg = (
-                f"model {model.name!r}: case {result.name!r} has other {kind}s; "
-                "give the model of the analysis, analysis.model"
-            )
-            raise bs.ModelError(msg)
+    if isinstance(result, bs.CaseResult):
+        return result
+    msg = f"{what}: {type(result).__name__} is no result; give the CaseResult of a case, analysis['name of the case']"
+    raise bs.ModelError(msg)
 
 
 #: Forces up to this many units of a contact point are rounding, by the tolerance of the certificate.
@@ -94,3 +91,18 @@ def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[n
     point = history["interface_position"].to_numpy() + np.einsum("ij,ija->ia", e, frame[:, 1:])
     point[~pressed] = np.nan
     return point, np.einsum("ic,ica->ia", force, frame)
+
+
+def shown_results(analysis: bs.Analysis) -> list[bs.CaseResult]:
+    """One result of each case: of a spread that of its headline, the lowest if there is a certified load factor."""
+    spreads = analysis.spreads
+    return [
+        _of_headline(spreads[name], head) if name in spreads else analysis[name]
+        for name, head in analysis.headlines.items()
+    ]
+
+
+def _of_headline(spread: bs.Spread, head: bs.Headline) -> bs.CaseResult:
+    if head.status is bs.Status.CONVERGED and spread.lowest is not None:
+        return spread.lowest
+    return next(r for r in spread.runs.values() if r.status is head.status)

@@ -17,8 +17,15 @@ STATE_COLOURS = {
 }
 STONE, SUPPORT, EDGE, GHOST = "#ede8df", "#c9c1b4", "#8d8578", "#d8d3ca"
 FORCE, ACCENT = "#d55e00", "#0072b2"
-#: Colours of a utilisation from 0 to 1: from that of a joint at rest to nearly black.
-UTILISATION = ("#d8d3ca", "#0072b2", "#001a2c")
+#: Blocks behind what is drawn over them.
+PALE_STONE, PALE_EDGE = "#f7f4ef", "#cfc8bd"
+#: Colours of a utilisation from 0 to 1, and where it counts as full.
+UTILISATION = ("#d8d3ca", "#56a3d0", "#003a5c")
+FULLY_USED = 0.999
+#: Colours of a displacement from none to the largest: stone that becomes darker.
+DISPLACEMENT = (STONE, "#8fc1de", "#2f86c1", "#0a4f86")
+#: Largest displacement of a mechanism as it is drawn, in multiples of the largest extent of the structure.
+AMPLITUDE = 0.08
 #: Measures of a certificate, and how they are drawn.
 MEASURES = {
     "equilibrium_residual": ("equilibrium residual", "#0072b2", "o"),

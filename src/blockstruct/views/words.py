@@ -5,10 +5,18 @@ import blockstruct as bs
 _STATUS = {
     bs.Status.CONVERGED: "The structure collapses at this load factor: the state is certified within the tolerances.",
     bs.Status.UNSTABLE: "The structure does not stand under its dead load alone; there is no load factor.",
+    bs.Status.SELF_STRESS: (
+        "Whether the structure stands under its dead load depends on self-stress, which the model does not determine: "
+        "without dilatancy the dead load by itself has a collapse state. There is no load factor to rely on."
+    ),
     bs.Status.UNBOUNDED: "The variable load never causes collapse, however large.",
     bs.Status.NOT_CONVERGED: "No state could be certified; the numbers of the last iteration are no result.",
     bs.Status.INTERRUPTED: "The run was interrupted; the numbers of the last iteration are no result.",
 }
+
+
+#: Statuses whose history may still hold an admissible state.
+_WITHOUT_STATE = (bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
 
 
 def status_words(result: bs.CaseResult) -> str:
@@ -23,21 +31,47 @@ def status_words(result: bs.CaseResult) -> str:
 
 def load_factor_words(result: bs.CaseResult) -> str:
     """The load factor as far as it is one: a number, ``infinite`` or ``none``."""
-    if result.status is bs.Status.CONVERGED:
-        return f"{result.load_factor:.4g}"
-    return "infinite" if result.status is bs.Status.UNBOUNDED else "none"
+    return result.headline.number
+
+
+def headline_words(headline: bs.Headline) -> str:
+    """The number of a case in a sentence, with its range and the associative bound.
+
+    >>> headline_words(bs.Headline(bs.Status.CONVERGED, 0.2637, 0.3069, 4, 5, 0.332, bs.Flow.NONASSOCIATIVE))
+    'Load factor 0.2637 (lowest of 4 of 5 schedules certified, up to 0.3069; associative bound 0.332).'
+    """
+    return f"Load factor {headline}."
+
+
+def warning_words(found: bs.CaseResult | bs.Spread) -> str:
+    """What must stand beside the load factor, as one paragraph; empty as a rule."""
+    return " ".join(found.warnings)
 
 
 def spread_words(spread: bs.Spread) -> str:
     """A sentence on how far the certified answers of several schedules lie apart."""
-    certified = sum(r.status is bs.Status.CONVERGED for r in spread.runs.values())
-    said = f"{certified} of {len(spread.runs)} schedules found a certified collapse state"
-    if spread.lowest and spread.highest:
-        said += f", at load factors from {spread.lowest.load_factor:.4g} to {spread.highest.load_factor:.4g}"
-    bound = spread.upper_bound
-    if bound and bound.status is bs.Status.CONVERGED:
-        said += f"; with associative flow {bound.load_factor:.4g}"
-    return f"{said}."
+    h = spread.headline
+    said = f"{h.certified} of {h.schedules} schedules found a certified collapse state"
+    if h.certified:
+        said += f", at load factors from {h.lowest:.4g} to {h.highest:.4g}"
+    return f"{'; '.join(filter(None, (said, h.bound)))}."
+
+
+def admissible_words(result: bs.CaseResult) -> str:
+    """What a case without a load factor leaves behind: its best admissible state, named as a bound; or nothing."""
+    state = result.admissible_state if result.status in _WITHOUT_STATE else None
+    if state is None:
+        return ""
+    meaning = (
+        "a lower bound of the collapse load factor"
+        if result.case.flow is bs.Flow.ASSOCIATIVE
+        else "no collapse load factor, and without dilatancy no lower bound of it either"
+    )
+    return (
+        f"Forces in equilibrium that no joint refuses were found at load factor {state.load_factor:.4g} (iteration "
+        f"{state.iteration}); they miss the flow rule by {state.certificate.flow_rule_gap:.1e} of load factor. "
+        f"It is {meaning}."
+    )
 
 
 def certificate_words(result: bs.CaseResult) -> str:
@@ -48,6 +82,9 @@ def certificate_words(result: bs.CaseResult) -> str:
     if result.status is bs.Status.UNSTABLE:
         verdict = "is proven" if found.holds else "is not proven"
         return f"A mechanism {verdict} in which the dead load alone does work."
+    if result.status is bs.Status.SELF_STRESS:
+        verdict = "is certified" if found.holds else "is not certified"
+        return f"A collapse state of the dead load alone {verdict} within the tolerances."
     verdict = "holds" if found.holds else "does not hold"
     return (
         f"The certificate {verdict}: equilibrium is met to {found.equilibrium_residual:.1e} "

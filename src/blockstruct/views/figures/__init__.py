@@ -12,7 +12,7 @@ Every function takes an Axes (or makes one) and returns it, so that figures comb
 >>> push = bs.LoadPattern("push", [bs.BodyForce((1, 0, 0))])
 >>> case = bs.LimitCase("rocking", bs.LoadPattern("dead", [bs.SelfWeight()]), push, "associative")
 >>> result = bs.AnalysisManager(model).run([case])["rocking"]
->>> ax = figures.mechanism(model, result, amplitude="10 cm")
+>>> ax = figures.mechanism(result, amplitude="10 cm", look="y")
 >>> ax.get_xlabel(), ax.get_ylabel()
 ('x [m]', 'z [m]')
 """
@@ -29,6 +29,7 @@ from blockstruct.views.figures.curve import curve
 from blockstruct.views.figures.domain import crushing_domain
 from blockstruct.views.figures.forces import forces
 from blockstruct.views.figures.mechanism import mechanism
+from blockstruct.views.figures.sheet import drawings, write_figures
 from blockstruct.views.figures.structure import structure
 
 __all__ = [
@@ -41,4 +42,7 @@ __all__ = [
     "convergence",
     "crushing_domain",
     "curve",
+    # all of an analysis
+    "drawings",
+    "write_figures",
 ]

@@ -1,135 +1,154 @@
-"""The Axes of figures: elevations, plans and space."""
+"""The Axes of figures: structures in elevation, plan or space, and diagrams."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
 from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.collections import Collection, PolyCollection
-from matplotlib.ticker import MaxNLocator
-from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
-from mpl_toolkits.mplot3d.proj3d import proj_transform
-from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.views.figures.bodies import Lines, bodies
 from blockstruct.views.solids import Solids
 from blockstruct.views.style import EDGE, GHOST, STONE, SUPPORT
+from blockstruct.views.view import View, round_value
 
-Array = NDArray[np.float64]
+Array = npt.NDArray[np.float64]
 
-_AXES = {
-    "x": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
-    "y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
-    "z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
-}
-#: Share of half the Axes that the farther side of a box in space reaches to: beyond it are the labels.
-_FILLED = 0.8
-_LABELS = {"x": ("y [m]", "z [m]"), "y": ("x [m]", "z [m]"), "z": ("x [m]", "y [m]")}
+_BODIES, _GHOST, _OVER = 1.0, 0.5, 4.0
 
 
 @dataclass(frozen=True, slots=True)
 class Canvas:
-    """Axes with the direction it looks along: ``"x"``, ``"y"`` (elevations), ``"z"`` (plan) or ``"3d"``."""
+    """Axes with the view they show."""
 
     ax: Any
-    look: str
+    view: View
 
     @classmethod
-    def of(cls, ax: Axes | None, look: str) -> "Canvas":
-        """Axes for a look, made anew if there is none.
+    def of(cls, shown: bs.Model | bs.CaseResult, ax: Axes | None, look: Any) -> "Canvas":
+        """Axes for a look, made anew if there are none.
 
         Raises
         ------
         ModelError
-            A look that is none of the four, or Axes that are not of its kind.
+            An unknown look, or Axes of a projection of their own.
         """
-        if look not in (*_AXES, "3d"):
-            msg = f"figure: look {look!r}; give 'x' or 'y' for an elevation, 'z' for a plan, '3d' for space"
-            raise bs.ModelError(msg)
-        kind = "3d" if look == "3d" else None
+        view = View.of(shown, look)
         if ax is None:
-            ax = plt.figure(layout="constrained").add_subplot(projection=kind)
-        if (ax.name == "3d") != (look == "3d"):
-            msg = f"figure: look {look!r} on Axes of projection {ax.name!r}; make them with projection={kind!r}"
+            ax = plt.figure(layout="constrained").add_subplot()
+        if ax.name != "rectilinear":
+            msg = f"figure: Axes of projection {ax.name!r}; give plain Axes, space is projected on them"
             raise bs.ModelError(msg)
-        return cls(ax, look)
+        return cls(ax, view)
 
-    @property
-    def flat(self) -> bool:
-        """Whether points are projected."""
-        return self.look != "3d"
+    def bodies(
+        self,
+        model: bs.Model,
+        solids: Solids,
+        vertices: Array,
+        fill: npt.ArrayLike,
+        lines: Lines | None = None,
+        *,
+        edge: tuple[str, float] = (EDGE, 0.4),
+    ) -> None:
+        """Draw all blocks, those in front over those behind, with lines on their faces."""
+        self.add(bodies(model, solids, vertices, self.view.basis, fill, edge, lines, zorder=_BODIES))
 
-    def project(self, points: Array) -> Array:
-        """Right and up coordinates (…, 2) of points or vectors (…, 3); in space they stay as they are."""
-        return points @ np.array(_AXES[self.look][:2], dtype=float).T if self.flat else points
+    def ghost(self, model: bs.Model, solids: Solids) -> None:
+        """Draw the faint outline of the blocks where they were, behind what is drawn: in an elevation only."""
+        if self.view.flat:
+            edge = (GHOST, 0.6)
+            still = bodies(model, solids, solids.vertices, self.view.basis, ["white"] * len(model.blocks), edge)
+            still.set(facecolors="none", zorder=_GHOST)
+            self.add(still)
 
-    def bodies(self, solids: Solids, supports: Sequence[bool], vertices: Array, *, ghost: bool = False) -> None:
-        """Draw the faces of all blocks, those in front over those behind; or only their faint ghost."""
-        fill = np.where(np.asarray(supports)[solids.block_of_face], SUPPORT, STONE)
-        if ghost:
-            fill = np.full(len(fill), "none")
-        edge, width = (GHOST, 0.6) if ghost else (EDGE, 0.4)
-        if not self.flat:
-            if ghost:
-                # Faces, however faint, add up to a veil over what is inside.
-                self.add(Line3DCollection(vertices[solids.edges], colors=edge, linewidths=width))
-                return
-            faces = [vertices[loop] for loop in solids.loops]
-            self.add(Poly3DCollection(faces, facecolors=fill, edgecolors=edge, linewidths=width, shade=True))
-            return
-        toward = np.array(_AXES[self.look][2], dtype=float)
-        front = np.flatnonzero(solids.normals @ toward > 1e-6)
-        depth = [float((vertices[solids.loops[f]] @ toward).mean()) for f in front]
-        order = front[np.argsort(depth, kind="stable")]
-        faces = [self.project(vertices[solids.loops[f]]) for f in order]
-        layer = 0 if ghost else 1
-        self.add(PolyCollection(faces, facecolors=fill[order], edgecolors=edge, linewidths=width, zorder=layer))
+    def arrows(self, tails: Array, vectors: Array, widths: npt.ArrayLike, colour: str) -> None:
+        """Draw arrows (n, 3) over everything, with shafts of these widths (n,) in m."""
+        shapes = _arrow(self.view.project(tails), self.view.project(vectors), np.asarray(widths, dtype=float))
+        self.add(PolyCollection(list(shapes), facecolors=colour, edgecolors="white", linewidths=0.3, zorder=_OVER))
 
-    def polygons(self, polygons: Sequence[Array], **style: Any) -> Any:
-        """Draw plane polygons (k, 3); gives the collection."""
-        flat = [self.project(p) for p in polygons]
-        return self.add((PolyCollection if self.flat else Poly3DCollection)(flat, **style))
+    def text(self, point: Array, text: str, **style: Any) -> None:
+        """Write at a point (3,)."""
+        x, y = self.view.project(point)
+        self.ax.text(x, y, text, fontsize="small", zorder=_OVER + 1, clip_on=False, **style)
 
     def add(self, collection: Collection) -> Any:
-        """Add a collection, which leaves the limits to :meth:`frame`.
-
-        ``add_collection3d`` would take limits from the unused ends of faces with fewer corners than others, which
-        matplotlib 3.11 does not initialise.
-        """
+        """Add a collection, which leaves the limits to :meth:`frame`."""
         return self.ax.add_collection(collection, autolim=False)
 
     def frame(self, points: Array) -> None:
         """Fit the axes to points (n, 3), with equal scales and labels with units."""
-        shown = self.project(points)
+        shown = self.view.project(points)
         low, high = shown.min(axis=0), shown.max(axis=0)
-        margin = 0.04 * (high - low).max()
-        if self.flat:
-            self.ax.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
-            self.ax.set_aspect("equal")
-            self.ax.set(xlabel=_LABELS[self.look][0], ylabel=_LABELS[self.look][1])
+        margin = 0.03 * (high - low).max()
+        self.ax.set_aspect("equal")
+        if self.view.labels is None:
+            low = self._triad(points, low, high)
+            self.ax.set_axis_off()
+        else:
+            self.ax.set(xlabel=self.view.labels[0], ylabel=self.view.labels[1])
             self.ax.spines[["top", "right"]].set_visible(False)
-            return
-        self.ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-        self._fill(np.maximum(high - low, 0.02 * (high - low).max()), low, high)
-        self.ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
-        self.ax.grid(visible=False)
-        for axis, extent in zip((self.ax.xaxis, self.ax.yaxis, self.ax.zaxis), high - low, strict=True):
-            axis.set_pane_color((1, 1, 1, 0))
-            # A short axis has room for its ends only.
-            axis.set_major_locator(MaxNLocator(3 if extent > 0.4 * (high - low).max() else 1))
+        self.ax.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
 
-    def _fill(self, aspect: Array, low: Array, high: Array) -> None:
-        """Zoom so that a box fills the Axes: by its own choice matplotlib cuts off what is high or long."""
-        corners = np.array(list(product(*zip(low, high, strict=True))))
-        zoom = 1.0
-        # In perspective a larger box is also nearer: its size is found in some steps.
-        for _ in range(4):
-            self.ax.set_box_aspect(aspect, zoom=zoom)
-            *plane, _depth = proj_transform(*corners.T, self.ax.get_proj())
-            zoom *= _FILLED * np.abs(self.ax.viewLim.extents).min() / np.abs(plane).max()
+    def _triad(self, points: Array, low: Array, high: Array) -> Array:
+        """Draw the axes in the lower left corner, a round length long; gives the lower left end of what is drawn."""
+        size = float((high - low).max())
+        length = round_value(0.16 * size)
+        axes = length * np.eye(3)
+        ends = self.view.project(axes)
+        # Beside the structure, as low as it is.
+        place = np.array([low[0] - ends[:, 0].max() - 0.06 * size, low[1] - min(ends[:, 1].min(), 0)])
+        origin = place @ self.view.basis[:2]
+        self.arrows(np.repeat(origin[None], 3, axis=0), axes, np.full(3, 0.004 * size), "0.35")
+        for name, axis in zip("xyz", axes, strict=True):
+            self.text(origin + 1.22 * axis, name, color="0.35", ha="center", va="center")
+        self.text(origin - np.array([0, 0, 0.07 * size]), f"{length:g} m", color="0.35", ha="center", va="top")
+        return np.array([place[0] + min(ends[:, 0].min(), 0), low[1] - 0.06 * size])
+
+
+def stones(model: bs.Model) -> list[str]:
+    """Colour of each block: that of stone, or of a support."""
+    return [SUPPORT if b.fixed else STONE for b in model.blocks]
+
+
+def _arrow(tails: Array, vectors: Array, widths: Array) -> Array:
+    """Outlines (n, 7, 2) of arrows whose heads can be seen."""
+    length = np.linalg.norm(vectors, axis=1)
+    along = vectors / np.maximum(length, np.finfo(float).tiny)[:, None]
+    side = along[:, ::-1] * (-1, 1)
+    head = np.minimum(4.0 * widths, 0.65 * length)
+    # Short arrows become slender, not blunt.
+    half = 0.5 * widths * head / np.maximum(4.0 * widths, np.finfo(float).tiny)
+    across = np.array([1, 1, 3.2, 0, -3.2, -1, -1])
+    back = np.stack([np.zeros_like(length), *[length - head] * 2, length, *[length - head] * 2, np.zeros_like(length)])
+    return np.asarray(
+        tails[:, None] + back.T[..., None] * along[:, None] + (across * half[:, None])[..., None] * side[:, None]
+    )
+
+
+def legend_above(ax: Axes, handles: Sequence[Any] | None = None, labels: Sequence[str] | None = None) -> None:
+    """Legend in rows above the Axes, where it takes no width from them."""
+    if handles is None or labels is None:
+        handles, labels = ax.get_legend_handles_labels()
+    if not handles:
+        return
+    # An entry takes some 1.6 inches.
+    columns = max(1, int(ax.get_position().width * ax.get_figure(root=True).get_size_inches()[0] / 1.6))  # type: ignore[union-attr]
+    ax.legend(
+        handles,
+        labels,
+        ncols=columns,
+        loc="lower left",
+        bbox_to_anchor=(0, 1.01),
+        borderaxespad=0,
+        frameon=False,
+        fontsize="small",
+        columnspacing=1.4,
+    )
 
 
 def new_axes(ax: Axes | None) -> Axes:

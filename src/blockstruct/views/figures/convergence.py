@@ -2,12 +2,13 @@
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 import blockstruct as bs
-from blockstruct.views.figures.canvas import new_axes
-from blockstruct.views.selection import chosen_iteration
-from blockstruct.views.style import ACCENT, MEASURES
+from blockstruct.views.figures.canvas import legend_above, new_axes
+from blockstruct.views.selection import chosen_iteration, given_result
+from blockstruct.views.style import ACCENT, FORCE, MEASURES
 
 _MARKERS = {
     bs.Stage.DEAD_LOAD.value: "x",
@@ -17,20 +18,22 @@ _MARKERS = {
     bs.Stage.SHIFTED.value: "^",
 }
 #: Measures below this are drawn here: rounding has no size.
-_FLOOR = 1e-16
+_FLOOR = 1e-12
 #: Load factors that differ by less, relatively, are drawn as level.
 _LEAST_SPAN = 0.01
 
 
 def convergence(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
-    """Draw the load factor of every iteration, by the stage of its program.
+    """Draw the load factor of every iteration, by the stage of its program, with the value that was certified.
+
+    A case without associative flow has the load factor of its associative program as a dashed line: a bound from above.
 
     Raises
     ------
     ModelError
-        A case without iterations.
+        No result, or a case without iterations.
     """
-    chosen_iteration(result)
+    chosen_iteration(given_result(result, "convergence"))
     ax = new_axes(ax)
     load_factor = result.history["load_factor"].to_numpy()
     stages = result.history["stage"].to_numpy()
@@ -40,6 +43,12 @@ def convergence(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
         at = stages == stage
         label = stage.replace("_", " ")
         ax.plot(iterations[at], load_factor[at], _MARKERS[stage], color=ACCENT, ls="none", ms=5, label=label)
+    bound = result.associative_load_factor
+    if result.case.flow is bs.Flow.NONASSOCIATIVE and np.isfinite(bound):
+        ax.axhline(bound, color="0.35", lw=1, ls="--", label=f"associative bound {bound:.4g}", zorder=0)
+    if result.status is bs.Status.CONVERGED:
+        found = result.load_factor
+        ax.axhline(found, color=FORCE, lw=1, ls=":", label=f"certified, α = {found:.4g}", zorder=0)
     _iterations(ax, result)
     ax.set_ylabel("load factor α [-]")
     ax.ticklabel_format(axis="y", useOffset=False)
@@ -48,32 +57,41 @@ def convergence(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
     least = _LEAST_SPAN * float(np.abs(load_factor[np.isfinite(load_factor)]).max(initial=0.0))
     if high - low < least:
         ax.set_ylim((low + high - least) / 2, (low + high + least) / 2)
-    ax.legend(frameon=False, fontsize="small")
+    legend_above(ax)
     return ax
 
 
 def certificate(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
-    """Draw the four measures of the certificate of every iteration, on a logarithmic scale.
+    """Draw the four measures of the certificate of every iteration, on a logarithmic scale, with their tolerances.
 
-    A yield excess that is negative, inside the true conditions, is drawn at the lower end.
+    Measures that are rounding, or negative as a yield excess inside the true conditions is, are drawn at the lower end.
 
     Raises
     ------
     ModelError
-        A case without iterations.
+        No result, or a case without iterations.
     """
-    chosen_iteration(result)
+    chosen_iteration(given_result(result, "certificate"))
     ax = new_axes(ax)
+    history, settings = result.history, result.settings
     for name, (label, colour, marker) in MEASURES.items():
-        values = np.maximum(result.history[name].to_numpy(), _FLOOR)
+        values = np.maximum(history[name].to_numpy(), _FLOOR)
         ax.semilogy(values, color=colour, marker=marker, markersize=3.5, lw=1, label=label)
+        limit = history["flow_rule_gap_limit"][-1] if name == "flow_rule_gap" else getattr(settings, _tolerance(name))
+        ax.axhline(float(limit), color=colour, lw=0.9, ls=(0, (5, 3)), zorder=0)
     _iterations(ax, result)
     ax.set_ylabel("certificate [-]")
-    ax.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1, 1))
+    handles, labels = ax.get_legend_handles_labels()
+    dashed = Line2D([], [], color="0.35", lw=0.9, ls=(0, (5, 3)))
+    legend_above(ax, [*handles, dashed], [*labels, "tolerance of each"])
     return ax
 
 
+def _tolerance(measure: str) -> str:
+    return f"{measure.removesuffix('_residual').removesuffix('_excess')}_tolerance"
+
+
 def _iterations(ax: Axes, result: bs.CaseResult) -> None:
-    ax.set(xlabel="iteration [-]", xlim=(-0.5, result.n_iterations - 0.5))
+    ax.set(xlabel="numerical iteration [-]", xlim=(-0.5, result.n_iterations - 0.5))
     # At least one tick: of a single iteration there are no two integers to show.
     ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))

@@ -5,9 +5,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 import blockstruct as bs
-from blockstruct.views.figures.canvas import new_axes
-from blockstruct.views.style import ACCENT, readable
+from blockstruct.views.figures.canvas import legend_above, new_axes
+from blockstruct.views.style import ACCENT, FORCE, readable
 
+#: Of the curves on one Axes, from the palette of Okabe & Ito.
+_COLOURS = (ACCENT, FORCE, "#009e73", "#cc79a7", "#000000")
 _SHORT = {"pascal": "Pa", "newton": "N", "meter": "m", "radian": "rad"}
 _SYMBOLS = {"compressive_strength": "compressive strength f_c", "friction_coefficient": "friction coefficient μ"}
 
@@ -43,12 +45,14 @@ def curve(sweep: xr.Dataset | xr.DataArray, *, label: str | None = None, ax: Axe
     long_unit = str(data[name].attrs.get("units", "dimensionless"))
     factor, unit = (1.0, "-") if long_unit == "dimensionless" else readable(values, _SHORT.get(long_unit, long_unit))
     ax = new_axes(ax)
-    colour = None if label else ACCENT
+    colour = _COLOURS[len(ax.get_legend_handles_labels()[1]) % len(_COLOURS)]
     (line,) = ax.plot(values[finite] * factor, load_factor[finite], "o-", color=colour, ms=4, lw=1.2, label=label)
     for level in load_factor[infinite]:
         ax.axhline(level, color=line.get_color(), lw=1, ls="--")
     ax.set(xlabel=f"{_SYMBOLS.get(name, name.replace('_', ' '))} [{unit}]", ylabel="load factor α [-]")
-    ax.set_ylim(bottom=min(0.0, float(load_factor[np.isfinite(load_factor)].min(initial=0.0))))
+    # From zero, with room for the points; set limits would cut off the curves still to come.
+    ax.update_datalim([(0.0, 0.0)], updatex=False)
+    ax.autoscale_view()
     if label:
-        ax.legend(frameon=False, fontsize="small")
+        legend_above(ax)
     return ax

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.views.figures.canvas import new_axes
-from blockstruct.views.selection import chosen_interface, chosen_iteration, same_model
+from blockstruct.views.selection import chosen_interface, chosen_iteration, given_result
 from blockstruct.views.style import ACCENT, FORCE, readable
 
 Array = NDArray[np.float64]
@@ -17,7 +17,6 @@ _CUTS = 65
 
 
 def crushing_domain(
-    model: bs.Model,
     result: bs.CaseResult,
     interface: str,
     *,
@@ -36,8 +35,8 @@ def crushing_domain(
 
     Parameters
     ----------
-    model, result
-        The structure and a case of it.
+    result
+        The result of a case.
     interface
         Name of the interface.
     about
@@ -54,7 +53,7 @@ def crushing_domain(
     UnknownNameError
         An unknown interface or iteration.
     """
-    same_model(model, result)
+    model = given_result(result, "crushing_domain").model
     k = chosen_interface(model, interface)
     last = chosen_iteration(result, iteration)
     if about not in ("s", "t"):
@@ -86,8 +85,9 @@ def crushing_domain(
     ax.plot(force[-1] * n_factor, moment[-1] * m_factor, "D", color=FORCE, ms=6, label=f"iteration {last}")
     ax.margins(0.08)
     ax.set(xlabel=f"N [{n_unit}]", ylabel=f"M about {about} [{m_unit}]")
-    ax.set_title(_title(result, k, last, "t" if about == "s" else "s"), fontsize="small")
-    ax.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1, 1))
+    ax.set_title(_title(result, k, last, "t" if about == "s" else "s"), fontsize="small", loc="left")
+    # The domain ends in points at either side: its corners are free.
+    ax.legend(frameon=False, fontsize="small", loc="upper left")
     return ax
 
 

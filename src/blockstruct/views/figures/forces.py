@@ -1,38 +1,44 @@
 """Forces between blocks: arrows and the thrust line."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.views.figures.canvas import Canvas
-from blockstruct.views.selection import ROUNDING, application_points, chosen_iteration, same_model
+from blockstruct.views.selection import ROUNDING, application_points, chosen_iteration, given_result
 from blockstruct.views.solids import Solids
-from blockstruct.views.style import ACCENT, FORCE, readable
+from blockstruct.views.style import ACCENT, FORCE, PALE_EDGE, PALE_STONE, readable
+from blockstruct.views.view import round_value
 
 Array = NDArray[np.float64]
 
-#: Length of the longest arrow, in multiples of the largest extent of the structure.
-LONGEST = 0.15
+#: Length and width of the longest arrow, in multiples of the largest extent of the structure.
+LONGEST, _WIDEST = 0.15, 0.008
+#: Share of the longest arrow that shorter ones need to be drawn, and of the widest shaft that the slenderest has.
+_LEAST, _SLENDEREST = 0.02, 0.3
 
 
 def forces(
-    model: bs.Model,
     result: bs.CaseResult,
     *,
     at: str = "interfaces",
     iteration: int = -1,
-    look: str = "y",
+    look: Any = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw the forces on the plus blocks, and the line of thrust through blocks pressed at two interfaces.
 
+    Arrows are as long, and as wide, as the forces are large; one of a round force is the key. Those below 2 % of the
+    largest are left out. Forces inside are drawn over the blocks.
+
     Parameters
     ----------
-    model, result
-        The structure and a case of it.
+    result
+        The result of a case.
     at
         ``"interfaces"``: the resultant of each compressed interface, where it acts, with the line of thrust.
         ``"contact points"``: the force at each contact point. Forces that are rounding are left out.
@@ -44,8 +50,7 @@ def forces(
     ModelError, UnknownNameError
         As :func:`structure`, an unknown ``at``, or an iteration without forces.
     """
-    same_model(model, result)
-    index = chosen_iteration(result, iteration)
+    index = chosen_iteration(given_result(result, "forces"), iteration)
     if at == "interfaces":
         points, force = application_points(result, index)
         acts = np.isfinite(points).all(axis=1)
@@ -62,36 +67,38 @@ def forces(
         msg = f"case {result.name!r}: no forces in iteration {index}; choose another iteration"
         raise bs.ModelError(msg)
 
+    model = result.model
     solids = Solids.of(model)
-    canvas = Canvas.of(ax, look)
-    canvas.bodies(solids, [b.fixed for b in model.blocks], solids.vertices, ghost=not canvas.flat)
-    size = np.where(acts, np.linalg.norm(force, axis=1), 0.0)
-    shown = size > 1e-3 * size.max()
-    scale = LONGEST * solids.size / size.max()
-    tails = canvas.project(points[shown])
-    arrows = canvas.project(force[shown] * scale)
-    if canvas.flat:
-        style = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.0035, "zorder": 4}
-        canvas.ax.quiver(*tails.T, *arrows.T, color=FORCE, **style)
-    else:
-        canvas.ax.quiver(*tails.T, *arrows.T, color=FORCE, linewidth=0.9, arrow_length_ratio=0.2)
+    canvas = Canvas.of(result, ax, look)
+    canvas.bodies(model, solids, solids.vertices, [PALE_STONE] * len(model.blocks), edge=(PALE_EDGE, 0.4))
     if at == "interfaces":
-        _thrust(canvas, _thrust_segments(model, points))
-    canvas.frame(np.concatenate([solids.vertices, (points + force * scale)[shown]]))
+        lines = canvas.view.project(_thrust_segments(model, points))
+        # Where few blocks are pressed at two joints alone, what passes through them is no line.
+        if len(lines) >= sum(not b.fixed for b in model.blocks) / 2:
+            canvas.add(LineCollection(list(lines), colors=ACCENT, linewidths=1.3, zorder=3))
+    size = np.where(acts, np.linalg.norm(force, axis=1), 0.0)
+    shown = np.flatnonzero(size > _LEAST * size.max())
+    shown = shown[np.argsort(size[shown])]
+    scale, widest = LONGEST * solids.size / size.max(), _WIDEST * solids.size
+    widths = widest * (_SLENDEREST + (1 - _SLENDEREST) * size / size.max())
+    canvas.arrows(points[shown], force[shown] * scale, widths[shown], FORCE)
+    drawn = np.concatenate([solids.vertices, points[shown], (points + force * scale)[shown]])
     factor, unit = readable(size, "N")
-    text = f"longest arrow {size.max() * factor:.3g} {unit}"
-    canvas.ax.set_title(text, fontsize="small", color="0.35")
+    known = round_value(float(size.max()) * factor) / factor
+    key = _key(canvas, drawn, known * scale, widest * known / size.max(), f"{known * factor:g} {unit}")
+    canvas.frame(np.concatenate([drawn, key]))
     return canvas.ax  # type: ignore[no-any-return]
 
 
-def _thrust(canvas: Canvas, segments: Array) -> None:
-    lines = canvas.project(segments)
-    if not len(lines):
-        return
-    if canvas.flat:
-        canvas.add(LineCollection(list(lines), colors=ACCENT, linewidths=1.4, zorder=3))
-    else:
-        canvas.add(Line3DCollection(list(lines), colors=ACCENT, linewidths=1.4))
+def _key(canvas: Canvas, points: Array, length: float, width: float, text: str) -> Array:
+    """Draw an arrow of a round force above the structure, with its force; gives its ends."""
+    right, up = canvas.view.basis[:2]
+    seen = canvas.view.project(points)
+    high, size = seen.max(axis=0), float(np.ptp(seen, axis=0).max())
+    tail = np.array([seen[:, 0].min(), high[1] + 0.07 * size]) @ canvas.view.basis[:2]
+    canvas.arrows(tail[None], length * right[None], [width], FORCE)
+    canvas.text(tail + (length + 0.02 * size) * right, text, color=FORCE, ha="left", va="center")
+    return np.array([tail, tail + length * right + 0.03 * size * up])
 
 
 def _thrust_segments(model: bs.Model, points: Array) -> Array:

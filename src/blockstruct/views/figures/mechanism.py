@@ -1,37 +1,44 @@
-"""The collapse mechanism over the ghost of the structure."""
+"""The collapse mechanism, its blocks coloured by how far they move."""
 
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba_array
+from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.units import si
 from blockstruct.views.figures.canvas import Canvas
-from blockstruct.views.selection import chosen_iteration, same_model
+from blockstruct.views.loads import applied, push
+from blockstruct.views.selection import chosen_iteration, given_result
 from blockstruct.views.solids import Solids
+from blockstruct.views.style import AMPLITUDE, DISPLACEMENT, FORCE, SUPPORT
 
-#: Amplitude where none is given, in multiples of the largest extent of the structure.
-AMPLITUDE = 0.08
+Array = NDArray[np.float64]
+
+#: Length of the arrow of the push, in multiples of the structure's extent.
+_PUSH = 0.14
 
 
 def mechanism(
-    model: bs.Model,
     result: bs.CaseResult,
     *,
     amplitude: Any = None,
     iteration: int = -1,
-    look: str = "y",
+    look: Any = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw the blocks displaced by a mechanism, over their original places.
+    """Draw the blocks displaced by a mechanism, coloured by how far they move, and the push with its load factor.
 
-    Displacements are to first order, so that joints that stay closed stay closed in the picture.
+    Displacements are to first order, so that joints that stay closed stay closed in the picture. Their size is
+    arbitrary: colours are shares of the largest. An elevation shows the outline of the structure at rest, too.
 
     Parameters
     ----------
-    model, result
-        The structure and a case of it.
+    result
+        The result of a case.
     amplitude : quantity, length
         The largest translation of a centroid; 8 % of the structure's largest extent by default.
     iteration, look, ax
@@ -42,18 +49,68 @@ def mechanism(
     ModelError, UnknownNameError, UnitError, DimensionError
         As :func:`structure`, and an amplitude that is no length.
     """
-    same_model(model, result)
-    index = chosen_iteration(result, iteration)
-    solids = Solids.of(model)
+    index = chosen_iteration(given_result(result, "mechanism"), iteration)
+    model, solids = result.model, Solids.of(result.model)
     factor = AMPLITUDE * solids.size if amplitude is None else si(amplitude, "length", "mechanism: amplitude")
-    moved = solids.vertices + factor * solids.displacement(result, index)
-    if not np.isfinite(moved).all():
+    displacement = solids.displacement(result, index)
+    if not np.isfinite(displacement).all():
         msg = f"case {result.name!r}: no mechanism in iteration {index}, {result.status}; choose another iteration"
         raise bs.ModelError(msg)
-    canvas = Canvas.of(ax, look)
-    supports = [b.fixed for b in model.blocks]
-    canvas.bodies(solids, supports, solids.vertices, ghost=True)
-    canvas.bodies(solids, supports, moved)
-    canvas.frame(np.concatenate([solids.vertices, moved]))
-    canvas.ax.set_title(f"largest translation drawn as {factor:.3g} m", fontsize="small", color="0.35")
+    moved = solids.vertices + factor * displacement
+    canvas = Canvas.of(result, ax, look)
+    canvas.ghost(model, solids)
+    starts = np.searchsorted(solids.block_of_vertex, np.arange(len(model.blocks)))
+    counts = np.bincount(solids.block_of_vertex)
+    size = np.linalg.norm(np.add.reduceat(displacement, starts) / counts[:, None], axis=1)
+    scale = LinearSegmentedColormap.from_list("displacement", DISPLACEMENT)
+    share = size / max(size.max(), np.finfo(float).tiny)
+    fixed = np.array([b.fixed for b in model.blocks])
+    canvas.bodies(model, solids, moved, np.where(fixed[:, None], to_rgba_array(SUPPORT), scale(share)))
+    drawn = _push(canvas, result, index, moved)
+    canvas.frame(np.concatenate([solids.vertices, moved, drawn]))
+    bar = canvas.ax.figure.colorbar(
+        ScalarMappable(Normalize(0, 1), scale), ax=canvas.ax, shrink=0.7, aspect=28, pad=0.02
+    )
+    bar.set_label("displacement, share of the largest [-]", fontsize="small")
+    canvas.ax.set_title(f"largest displacement drawn as {factor:.2g} m", fontsize="small", color="0.35", loc="left")
     return canvas.ax  # type: ignore[no-any-return]
+
+
+def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, moved: Array) -> Array:
+    """Draw the resultant of the variable load with its load factor; gives the ends of the arrow."""
+    direction = push(result)
+    at, forces = applied(result.case.variable, result.model)
+    text = _load_factor(result, iteration)
+    size = float(np.ptp(moved, axis=0).max())
+    length, gap = _PUSH * size, 0.025 * size
+    if np.linalg.norm(canvas.view.project(direction)) < 0.3:
+        canvas.ax.set_title(text, fontsize="small", color=FORCE, loc="right")
+        return np.empty((0, 3))
+    weight = np.linalg.norm(forces, axis=1)
+    centre = weight @ at / weight.sum()
+    loads = result.case.variable.loads
+    if all(isinstance(load, bs.PointLoad) for load in loads) and np.ptp(at, axis=0).max() < 1e-6 * size:
+        tip = centre
+    elif canvas.view.flat or abs(direction[2]) > 0.7:
+        tip = centre + (float(((moved - centre) @ direction).min()) - gap) * direction
+    else:
+        # In space an arrow beside the structure would be before or behind it: above it, it is neither.
+        seen = canvas.view.project(moved)
+        above = np.array([(seen[:, 0].min() + seen[:, 0].max()) / 2, seen[:, 1].max() + 3 * gap])
+        tip = above @ canvas.view.basis[:2] + length / 2 * direction
+    tail = tip - length * direction
+    canvas.arrows(tail[None], length * direction[None], [0.009 * size], FORCE)
+    right, up = canvas.view.project(direction)
+    beyond = tail - (0.01 * size * direction if abs(up) > abs(right) else -0.045 * size * canvas.view.basis[1])
+    align: dict[str, Any] = {"ha": "center", "va": "bottom" if up <= 0 or abs(right) >= abs(up) else "top"}
+    if abs(right) >= abs(up):
+        beyond = (tail + tip) / 2 + 0.03 * size * canvas.view.basis[1]
+    canvas.text(beyond, text, color=FORCE, fontweight="bold", **align)
+    return np.array([tail, tip, beyond + 0.05 * size * canvas.view.basis[1]])
+
+
+def _load_factor(result: bs.CaseResult, iteration: int) -> str:
+    if result.status is bs.Status.CONVERGED and iteration == result.n_iterations - 1:
+        return f"α = {result.load_factor:.4g}"
+    value = float(result.history["load_factor"].to_numpy()[iteration])
+    return f"α = {value:.4g} (iteration {iteration})" if np.isfinite(value) else f"iteration {iteration}"

@@ -1,114 +1,184 @@
-"""The structure, with its interfaces coloured by what they do."""
+"""The structure, with its joints coloured by what they do."""
 
-from collections import defaultdict
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba, to_rgba_array
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 import blockstruct as bs
-from blockstruct.views.figures.canvas import Canvas
-from blockstruct.views.selection import chosen_iteration, same_model
+from blockstruct.views.figures.bodies import Lines
+from blockstruct.views.figures.canvas import Canvas, legend_above, stones
+from blockstruct.views.selection import application_points, chosen_iteration, given_result
 from blockstruct.views.solids import Solids
-from blockstruct.views.style import STATE_COLOURS, UTILISATION, parts
+from blockstruct.views.style import ACCENT, FORCE, FULLY_USED, STATE_COLOURS, UTILISATION, parts
 
 Array = NDArray[np.float64]
 
-_DASH = 3.0
-_UTILISATION = LinearSegmentedColormap.from_list("utilisation", UTILISATION)
+_DASH, _WIDTH, _BAR = 2.5, 2.0, 3.2
+_COLOURS = ("state", "sliding", "crushing")
 
 
 def structure(
-    model: bs.Model,
-    result: bs.CaseResult | None = None,
+    shown: bs.Model | bs.CaseResult,
     *,
     colour: str = "state",
     iteration: int = -1,
-    look: str = "y",
+    look: Any = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw a structure; with a result, its interfaces in the colour of their state or utilisation.
+    """Draw a model; of a result, with its joints by their state or utilisation.
+
+    Joints are drawn where they meet the surface; what is behind other blocks is hidden. Joints that stick are drawn as
+    the edges of the blocks.
 
     Parameters
     ----------
-    model
-        The structure.
-    result
-        A case of it; None draws the blocks alone.
+    shown
+        A result, or a model alone.
     colour
-        ``"state"``; or ``"sliding"`` or ``"crushing"`` for the utilisation, 0 to 1, by
-        :func:`blockstruct.utilisation`. Interfaces that combine states are dashed in their colours.
+        ``"state"``: :func:`blockstruct.contact_state`; dashes combine two states or more. ``"sliding"``: utilisation
+        of sliding by :func:`blockstruct.utilisation`, in a colour of its own from 0.999. ``"crushing"``: the stress
+        block that the normal force of a joint needs at its compressive strength, ``N / (f_c b)`` deep about the
+        resultant, so that a hinge that carries little is a point.
     iteration
-        Index from zero, or from the end if negative.
+        Index from zero, or from the end if negative: numerical iterations, not steps of load.
     look
-        Along which axis one looks: ``"y"`` and ``"x"`` give elevations (seen from −y and from +x), ``"z"`` a plan,
-        ``"3d"`` space.
+        ``"y"`` and ``"x"`` give elevations (seen from −y and from +x), ``"z"`` a plan, ``"3d"`` space in orthographic
+        projection, and so do azimuth and elevation in degrees, as ``(-60, 25)``. By default an elevation of a thin
+        structure that moves in its plane, and space otherwise, obliquely against the push.
     ax
-        Axes to draw on, of projection ``"3d"`` for that look.
+        Axes to draw on.
 
     Raises
     ------
     ModelError, UnknownNameError
-        A result of another model or without iterations, an unknown iteration, colour or look.
+        Neither model nor result, a result without iterations, an unknown iteration, colour or look, or the
+        stress blocks of joints without a compressive strength.
     """
-    if colour not in ("state", "sliding", "crushing"):
+    if colour not in _COLOURS:
         msg = f"structure: colour {colour!r}; give 'state', 'sliding' or 'crushing'"
         raise bs.ModelError(msg)
-    history = None
-    if result is not None:
-        same_model(model, result)
-        history = result.history.isel(iteration=[chosen_iteration(result, iteration)])
-    canvas = Canvas.of(ax, look)
+    lines: Lines | None = None
+    handles: dict[str, Any] = {}
+    if isinstance(shown, bs.Model):
+        model = shown
+    else:
+        result = given_result(shown, "structure")
+        draw = {"state": _states, "sliding": _sliding, "crushing": _stress_blocks}[colour]
+        lines, handles = draw(result, chosen_iteration(result, iteration))
+        model = result.model
+    canvas = Canvas.of(shown, ax, look)
     solids = Solids.of(model)
-    # In space the blocks would hide their joints.
-    ghost = history is not None and not canvas.flat
-    canvas.bodies(solids, [b.fixed for b in model.blocks], solids.vertices, ghost=ghost)
-    if history is not None:
-        polygons = [np.asarray(i.polygon) for i in model.interfaces]
-        if colour == "state":
-            _states(canvas, polygons, bs.contact_state(history).to_numpy()[0])
-        else:
-            _utilisation(canvas, polygons, bs.utilisation(history)[colour].to_numpy()[0], colour)
+    canvas.bodies(model, solids, solids.vertices, stones(model), lines)
     canvas.frame(solids.vertices)
+    if colour == "sliding" and lines is not None:
+        scale = ScalarMappable(Normalize(0, 1), _sliding_scale())
+        bar = canvas.ax.figure.colorbar(scale, ax=canvas.ax, extend="max", shrink=0.7, aspect=28, pad=0.02)
+        bar.set_label("utilisation of sliding [-]", fontsize="small")
+    legend_above(canvas.ax, list(handles.values()), list(handles))
     return canvas.ax  # type: ignore[no-any-return]
 
 
-def _states(canvas: Canvas, polygons: list[Array], states: NDArray[Any]) -> None:
-    groups = defaultdict(list)
-    for polygon, state in zip(polygons, states.tolist(), strict=True):
-        groups[state].append(polygon)
-    seen = set()
-    for state, members in groups.items():
-        single = parts(state)
-        # A face in space has one colour: that of the gravest of its states.
-        seen.update(single if canvas.flat else single[:1])
-        if not canvas.flat:
-            quiet = single[0] == bs.ContactState.STICKING
-            canvas.polygons(members, facecolors=STATE_COLOURS[single[0]], linewidths=0, alpha=0.25 if quiet else 0.9)
+def _edges(model: bs.Model) -> Lines:
+    """Edges of all interfaces, as yet without colours."""
+    polygons = [np.asarray(i.polygon) for i in model.interfaces]
+    of = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
+    ends = np.concatenate([np.stack([p, np.roll(p, -1, axis=0)], axis=1) for p in polygons])
+    return Lines(ends, of, np.zeros((len(of), 4)), np.zeros(len(of)), ["-"] * len(of))
+
+
+def _states(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any]]:
+    lines = _edges(result.model)
+    of = lines.interface
+    states = shown_states(result, iteration)[of]
+    line, colours, dashes = [], [], []
+    for state in np.unique(states).tolist():
+        if state == bs.ContactState.STICKING:
             continue
+        members, single = np.flatnonzero(states == state), parts(state)
         for k, part in enumerate(single):
-            quiet = part == bs.ContactState.STICKING
-            dashes: Any = "-" if len(single) == 1 else (k * _DASH, (_DASH, _DASH * (len(single) - 1)))
-            canvas.polygons(
-                members,
-                facecolors="none",
-                edgecolors=STATE_COLOURS[part],
-                linewidths=0.6 if quiet else 1.8,
-                linestyles=[dashes],
-                zorder=2 if quiet else 3,
-                capstyle="butt",
-            )
-    handles = [Line2D([], [], color=c, lw=2, label=s) for s, c in STATE_COLOURS.items() if s in seen]
-    canvas.ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1, 1), frameon=False, fontsize="small")
+            line.append(members)
+            colours.append(np.repeat([to_rgba(STATE_COLOURS[part])], len(members), axis=0))
+            dashes += [_dash(k, len(single))] * len(members)
+    found = sorted({s for s in states.tolist() if s != bs.ContactState.STICKING}, key=_rank)
+    handles = {s.replace(" + ", ", "): _handle(parts(s)) for s in found}
+    if not line:
+        return _chosen(lines, np.array([], dtype=int), np.zeros((0, 4)), _WIDTH, []), handles
+    return _chosen(lines, np.concatenate(line), np.concatenate(colours), _WIDTH, dashes), handles
 
 
-def _utilisation(canvas: Canvas, polygons: list[Array], values: Array, kind: str) -> None:
-    shown = np.flatnonzero(np.isfinite(values))
-    style: dict[str, Any] = {"array": values[shown], "cmap": _UTILISATION, "clim": (0, 1)}
-    if canvas.flat:
-        style |= {"facecolors": "none", "linewidths": 1.8, "zorder": 3}
-    drawn = canvas.polygons([polygons[i] for i in shown], **style)
-    canvas.ax.figure.colorbar(drawn, ax=canvas.ax, shrink=0.7, label=f"utilisation of {kind} [-]")
+def shown_states(result: bs.CaseResult, iteration: int) -> NDArray[Any]:
+    """States (I,) of the interfaces in an iteration."""
+    return np.asarray(bs.contact_state(result.history.isel(iteration=[iteration])).to_numpy()[0])
+
+
+def _rank(state: str) -> list[int]:
+    order = list(STATE_COLOURS)
+    return [len(parts(state)), *(order.index(p) for p in parts(state))]
+
+
+def _dash(k: int, n: int) -> Any:
+    return "-" if n == 1 else (k * _DASH, (_DASH, _DASH * (n - 1)))
+
+
+def _handle(single: list[str]) -> Any:
+    lines = tuple(
+        Line2D([], [], color=STATE_COLOURS[p], lw=_WIDTH, ls=_dash(k, len(single)), dash_capstyle="butt")
+        for k, p in enumerate(single)
+    )
+    return lines if len(lines) > 1 else lines[0]
+
+
+def _sliding_scale() -> LinearSegmentedColormap:
+    return LinearSegmentedColormap.from_list("utilisation", UTILISATION).with_extremes(over=FORCE)  # type: ignore[return-value]
+
+
+def _sliding(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any]]:
+    lines = _edges(result.model)
+    of = lines.interface
+    used = bs.utilisation(result.history.isel(iteration=[iteration]))["sliding"].to_numpy()[0]
+    full = used >= FULLY_USED
+    line = np.flatnonzero(np.isfinite(used[of]))
+    # Over the scale is its colour of what is fully used.
+    colours = _sliding_scale()(np.where(full, 2.0, np.minimum(used, 1.0)))[of[line]]
+    handles = {f"fully used (≥ {FULLY_USED})": Line2D([], [], color=FORCE, lw=_WIDTH)} if full.any() else {}
+    return _chosen(lines, line, colours, _WIDTH, ["-"] * len(line)), handles
+
+
+def _stress_blocks(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any]]:
+    strength = np.array([i.joint_material.compressive_strength for i in result.model.interfaces])
+    if not np.isfinite(strength).any():
+        msg = (
+            f"case {result.name!r}: no joint material has a compressive strength, so there is no stress block to draw; "
+            "give the JointMaterial one, or choose another colour"
+        )
+        raise bs.ModelError(msg)
+    lines = _edges(result.model)
+    of = lines.interface
+    point, force = application_points(result, iteration)
+    frame = result.history["interface_frame"].to_numpy()
+    area = np.array([i.area for i in result.model.interfaces])
+    share = np.einsum("ic,ic->i", force, frame[:, 0]) / (strength * area)
+    vector = np.diff(lines.ends, axis=1)[:, 0]
+    length = np.linalg.norm(vector, axis=1)
+    middle = np.einsum("lc,lc->l", point[of] - lines.ends[:, 0], vector) / length**2
+    # The block is as wide as the joint: its share of the area is that of the depth.
+    span = np.clip(middle[:, None] + 0.5 * share[of, None] * (-1, 1), 0, 1)
+    line = np.flatnonzero(np.isfinite(middle) & (share[of] > 0))
+    start = lines.ends[:, :1]
+    bars = replace(lines, ends=start + span[..., None] * vector[:, None])
+    crushes = np.array([bs.ContactState.CRUSHING in s for s in shown_states(result, iteration)], dtype=bool)
+    colours = np.where(crushes[of[line], None], to_rgba_array(FORCE), to_rgba_array(ACCENT))
+    handles = {"stress block at $f_c$": Line2D([], [], color=ACCENT, lw=_BAR)}
+    if crushes.any():
+        handles["of a joint that crushes"] = Line2D([], [], color=FORCE, lw=_BAR)
+    return _chosen(bars, line, colours, _BAR, ["-"] * len(line)), handles
+
+
+def _chosen(lines: Lines, which: NDArray[np.int64], colours: Array, width: float, dashes: list[Any]) -> Lines:
+    return Lines(lines.ends[which], lines.interface[which], colours, np.full(len(which), width), dashes)

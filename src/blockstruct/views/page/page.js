@@ -36,7 +36,7 @@ interfaces.block_of_vertex = interfaces.of_vertex.map(i => interfaces.minus[i]);
 const B = blocks.name.length, I = interfaces.name.length;
 
 // ---------------------------------------------------------------- what is shown
-const shown = {case: 0, iteration: 0, amplitude: 0, colour: "state", picked: null};
+const shown = {case: data.first, iteration: 0, amplitude: data.look.amplitude, colour: "state", picked: null};
 const current = () => data.cases[shown.case];
 
 /** Coordinates of points after the mechanism of the iteration, to first order. */
@@ -55,6 +55,34 @@ function displaced(points, blockOf) {
   return moved;
 }
 const xyz = points => ({x: column(points, 0), y: column(points, 1), z: column(points, 2)});
+
+/** Lines and joints lie on the faces of blocks: they are drawn this far off them, m. */
+const OFF = 0.0015 * blocks.size;
+/** Points moved away from the centres of what they belong to. */
+function outward(points, centres, of, distance) {
+  const moved = points.slice();
+  for (let v = 0; v < of.length; v++) {
+    const p = 3 * v, c = 3 * of[v], away = [0, 1, 2].map(a => points[p + a] - centres[c + a]);
+    const length = Math.hypot(...away) || 1;
+    for (let a = 0; a < 3; a++) moved[p + a] += distance * away[a] / length;
+  }
+  return moved;
+}
+/** Where joints are filled: off the face of their minus block, which they go with, so that neither hides the other. */
+interfaces.fill = interfaces.vertices.map((value, k) => value + OFF * interfaces.frames[9 * interfaces.of_vertex[Math.floor(k / 3)] + k % 3]);
+const outer = {
+  blocks: outward(blocks.vertices, blocks.centroids, blocks.of_vertex, OFF),
+  interfaces: outward(interfaces.vertices, interfaces.centroids, interfaces.of_vertex, 2 * OFF),
+};
+/** Ends of the edges of the polygons of joints. */
+interfaces.edges = (() => {
+  const pairs = [], of = interfaces.of_vertex;
+  for (let v = 0, first = 0; v < of.length; v++) {
+    if (of[v] !== of[first]) first = v;
+    pairs.push(v, of[v + 1] === of[v] ? v + 1 : first);
+  }
+  return Int32Array.from(pairs);
+})();
 
 /** Points of line segments, parted by gaps. */
 function segments(points, pairs) {
@@ -76,32 +104,57 @@ function resultant(i) {
     point: [0, 1, 2].map(a => interfaces.centroids[3 * i + a] + e[0] * axis(1, a) + e[1] * axis(2, a)),
   };
 }
-function forceLines() {
-  const scale = 0.15 * blocks.size / current().largest[shown.iteration], line = [];
+/** Shafts of the resultants as lines, and their heads as triangles in two planes, as long as they are large. */
+function forceArrows() {
+  const scale = 0.15 * blocks.size / current().largest[shown.iteration], line = [], heads = [], corners = [];
   for (let i = 0; i < I; i++) {
     const {vector, point} = resultant(i);
     if (point.some(Number.isNaN)) continue;
-    line.push(...point, ...point.map((p, a) => p + scale * vector[a]), NaN, NaN, NaN);
+    const tip = point.map((p, a) => p + scale * vector[a]), length = scale * Math.hypot(...vector);
+    line.push(...point, ...tip, NaN, NaN, NaN);
+    if (length < 0.01 * blocks.size) continue;
+    const along = vector.map(c => scale * c / length), head = Math.min(0.022 * blocks.size, 0.5 * length);
+    const least = along.map(Math.abs).indexOf(Math.min(...along.map(Math.abs)));
+    const first = cross(along, [0, 1, 2].map(a => a === least ? 1 : 0)), unit = first.map(c => c / Math.hypot(...first));
+    for (const side of [unit, cross(along, unit)]) {
+      const k = heads.length / 3;
+      heads.push(...tip, ...[1, -1].flatMap(s => tip.map((t, a) => t - head * along[a] + s * 0.4 * head * side[a])));
+      corners.push(k, k + 1, k + 2);
+    }
   }
-  return line;
+  return {line: Float32Array.from(line), heads: Float32Array.from(heads), corners};
 }
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const stateOf = i => current().state[shown.iteration * I + i];
 const utilisation = (kind, i) => current()[kind][shown.iteration * I + i];
 
-function interfaceColours() {
-  const of = interfaces.of_triangle;
+/** Value and colour scale of joints; a joint at rest has no value among the states. */
+function jointColours() {
   if (shown.colour !== "state") {
-    const scale = data.look.utilisation.map((colour, k) => [k / 2, colour]);
-    return {intensity: Array.from(of, i => utilisation(shown.colour, i)), colorscale: scale, cmin: 0, cmax: 1, showscale: true};
+    const full = data.look.full, steps = data.look.utilisation.map((colour, k) => [full * k / 2, colour]);
+    return {
+      value: i => Math.min(1, utilisation(shown.colour, i)), cmin: 0, cmax: 1, showscale: true,
+      colorscale: [...steps, [full, data.look.force], [1, data.look.force]],
+    };
   }
   const names = Object.keys(data.look.states), n = names.length;
   const scale = names.flatMap((name, k) => [[k / n, data.look.states[name]], [(k + 1) / n, data.look.states[name]]]);
-  const rank = current().gravest.map(name => names.indexOf(name) + 0.5);
-  return {intensity: Array.from(of, i => rank[stateOf(i)]), colorscale: scale, cmin: 0, cmax: n, showscale: false};
+  const rank = current().gravest.map(name => name === "sticking" ? NaN : names.indexOf(name) + 0.5);
+  return {value: i => rank[stateOf(i)], cmin: 0, cmax: n, showscale: false, colorscale: scale};
+}
+/** Joints as faces, where they open, and as lines, where they meet the surface of the blocks. */
+function joints() {
+  const {value, ...scale} = jointColours();
+  const moved = displaced(outer.interfaces, interfaces.block_of_vertex), pairs = interfaces.edges;
+  const drawn = pairs.filter((_, e) => !Number.isNaN(value(interfaces.of_vertex[pairs[e - e % 2]])));
+  const colour = Array.from({length: 1.5 * drawn.length}, (_, k) => value(interfaces.of_vertex[drawn[2 * Math.floor(k / 3)]]));
+  const line = {width: 5, color: colour, cmin: scale.cmin, cmax: scale.cmax, colorscale: scale.colorscale};
+  const fill = Array.from(interfaces.of_triangle, value);
+  return [{...xyz(displaced(interfaces.fill, interfaces.block_of_vertex)), intensity: fill, ...scale}, {...xyz(segments(moved, drawn)), line}];
 }
 
 // ---------------------------------------------------------------- the scene
-const GHOST = 0, BLOCKS = 1, EDGES = 2, INTERFACES = 3, FORCES = 4, PICKED = 5;
+const GHOST = 0, BLOCKS = 1, EDGES = 2, INTERFACES = 3, JOINTS = 4, FORCES = 5, HEADS = 6, PICKED = 7;
 const lighting = {ambient: 0.75, diffuse: 0.45, specular: 0.05, roughness: 0.9};
 const mesh = (bodies, more) => ({
   type: "mesh3d", ...xyz(bodies.vertices), i: column(bodies.triangles, 0), j: column(bodies.triangles, 1),
@@ -115,13 +168,15 @@ const stone = Array.from(blocks.of_triangle, b => blocks.fixed[b] ? data.look.su
 const traces = [
   lines(outline, data.look.ghost, 1, {visible: false}),
   mesh(blocks, {facecolor: stone, hoverinfo: "text", text: Array.from(blocks.of_triangle, b => blocks.name[b]), name: "blocks"}),
-  lines(outline, "#8d8578", 1.5),
+  lines(outline, data.look.edge, 1.5),
   mesh(interfaces, {
     intensitymode: "cell", intensity: Array.from(interfaces.of_triangle, () => 0), hoverinfo: "text", name: "interfaces",
     text: Array.from(interfaces.of_triangle, i => interfaces.name[i]),
-    colorbar: {title: {text: "utilisation [-]"}, thickness: 12, len: 0.5, x: 0},
+    colorbar: {title: {text: "utilisation [-]", side: "top"}, thickness: 12, len: 0.5, x: 0},
   }),
-  lines([NaN, NaN, NaN], "#d55e00", 4, {visible: false}),
+  lines([NaN, NaN, NaN], data.look.force, 5),
+  lines([NaN, NaN, NaN], data.look.force, 4, {visible: false}),
+  {type: "mesh3d", x: [0], y: [0], z: [0], i: [0], j: [0], k: [0], color: data.look.force, hoverinfo: "skip", lighting: {ambient: 1, diffuse: 0}, visible: false},
   lines([NaN, NaN, NaN], "#d4007a", 7),
 ];
 // Coordinates are drawn from the origin: WebGL has no room for those of a survey.
@@ -133,24 +188,31 @@ const [x, y, z] = extents.map(e => 1.35 * e / Math.max(...extents));
 const layout = {
   margin: {l: 0, r: 0, t: 0, b: 0}, showlegend: false, uirevision: "kept",
   scene: {aspectmode: "manual", aspectratio: {x, y, z}, xaxis: axis("x", 0), yaxis: axis("y", 1), zaxis: axis("z", 2), dragmode: "orbit",
-          camera: {projection: {type: "orthographic"}, eye: {x: 0.7, y: -2, z: 0.6}}},
+          camera: {projection: {type: "orthographic"}, eye: Object.fromEntries(["x", "y", "z"].map((c, k) => [c, 2.2 * data.look.eye[k]]))}},
 };
-const config = {displaylogo: false, responsive: true};
+// No button but these: plotly has others, which would send what is drawn to a server.
+const config = {
+  displaylogo: false, responsive: true, plotlyServerURL: "", showSendToCloud: false,
+  modeBarButtons: [["toImage"], ["zoom3d", "pan3d", "orbitRotation", "tableRotation"], ["resetCameraDefault3d"]],
+  toImageButtonOptions: {filename: data.name, scale: 2},
+};
 
 // ---------------------------------------------------------------- drawing
 /** Draw everything, or of a large model, while a slider moves, only the blocks. */
 async function draw(sketch) {
   const moved = displaced(blocks.vertices, blocks.of_vertex);
-  const change = [[], [], [], [], [], []].map(() => ({visible: false})), ticked = id => at(id).checked;
-  change[BLOCKS] = {...xyz(moved), visible: sketch || ticked("show-blocks"), opacity: !sketch && ticked("show-interfaces") ? 0.6 : 1};
+  const change = traces.map(() => ({visible: false})), ticked = id => at(id).checked;
+  change[BLOCKS] = {...xyz(moved), visible: sketch || ticked("show-blocks"), opacity: !sketch && ticked("show-forces") ? 0.35 : 1};
   if (!sketch) {
-    change[GHOST] = {visible: shown.amplitude > 0};
-    change[EDGES] = {...xyz(segments(moved, blocks.edges)), visible: true};
-    change[INTERFACES] = {
-      ...xyz(displaced(interfaces.vertices, interfaces.block_of_vertex)), ...interfaceColours(), visible: ticked("show-interfaces"),
-    };
-    if (ticked("show-forces")) change[FORCES] = {...xyz(Float32Array.from(forceLines())), visible: true};
-    if (shown.picked) change[PICKED] = {...xyz(pickedOutline(moved)), visible: true};
+    change[GHOST] = {visible: shown.amplitude > 0 && !ticked("show-blocks")};
+    change[EDGES] = {...xyz(segments(displaced(outer.blocks, blocks.of_vertex), blocks.edges)), visible: true};
+    if (ticked("show-interfaces")) [INTERFACES, JOINTS].forEach((t, k) => { change[t] = {...joints()[k], visible: true}; });
+    if (ticked("show-forces")) {
+      const {line, heads, corners} = forceArrows();
+      change[FORCES] = {...xyz(line), visible: true};
+      change[HEADS] = {...xyz(heads), i: column(corners, 0), j: column(corners, 1), k: column(corners, 2), visible: corners.length > 0};
+    }
+    if (shown.picked) change[PICKED] = {...xyz(pickedOutline()), visible: true};
   }
   change.forEach((values, t) => Object.assign(traces[t], values));
   // Plotly sees a change where an object is a new one.
@@ -185,10 +247,10 @@ async function work() {
   busy = false;
 }
 
-function pickedOutline(moved) {
+function pickedOutline() {
   const p = shown.picked;
-  if (p.kind === "block") return segments(moved, blocks.edges.filter((_, e) => blocks.of_vertex[blocks.edges[e]] === p.index));
-  const corners = displaced(interfaces.vertices, interfaces.block_of_vertex), ring = [];
+  if (p.kind === "block") return segments(displaced(outer.blocks, blocks.of_vertex), blocks.edges.filter((_, e) => blocks.of_vertex[blocks.edges[e]] === p.index));
+  const corners = displaced(outer.interfaces, interfaces.block_of_vertex), ring = [];
   interfaces.of_vertex.forEach((i, v) => { if (i === p.index) ring.push(...corners.slice(3 * v, 3 * v + 3)); });
   return Float32Array.from([...ring, ...ring.slice(0, 3)]);
 }
@@ -239,7 +301,7 @@ function legend() {
   const present = new Set();
   for (let i = 0; i < I; i++) present.add(current().gravest[stateOf(i)]);
   for (const [name, colour] of Object.entries(data.look.states)) {
-    if (!present.has(name)) continue;
+    if (!present.has(name) || name === "sticking") continue;
     const item = document.createElement("span"), box = document.createElement("i");
     box.style.background = colour;
     item.append(box, name);
@@ -264,12 +326,13 @@ function convergence() {
     line(c.load_factor, "load factor", {text: c.stage, line: {color: "#0072b2", width: 1.2}}),
     line(gap, "flow-rule gap", {yaxis: "y2", line: {color: "#2b2925", width: 1.2}}),
   ], {
-    margin: {l: 58, r: 8, t: 8, b: 38}, showlegend: false, font: {size: 11},
-    xaxis: {title: {text: "iteration [-]"}, anchor: "y2", range: [-0.5, n - 0.5], tick0: 0, dtick: Math.ceil(n / 8)},
-    yaxis: {title: {text: "load factor α [-]"}, domain: [0.54, 1], range: found.length ? [low - margin, high + margin] : [0, 1]},
-    yaxis2: {title: {text: "flow-rule gap [-]"}, domain: [0, 0.46], ...decades(gap)},
+    margin: {l: 48, r: 8, t: 22, b: 38}, showlegend: false, font: {size: 11},
+    annotations: [["α [-]", 1], ["flow-rule gap [-]", 0.46]].map(([text, y]) => ({text, x: 0, y, xref: "paper", yref: "paper", xanchor: "left", yanchor: "bottom", showarrow: false})),
+    xaxis: {title: {text: "numerical iteration [-]"}, anchor: "y2", range: [-0.5, n - 0.5], tick0: 0, dtick: Math.ceil(n / 8)},
+    yaxis: {domain: [0.6, 1], range: found.length ? [low - margin, high + margin] : [0, 1]},
+    yaxis2: {domain: [0, 0.46], ...decades(gap)},
     shapes: [{type: "line", x0: shown.iteration, x1: shown.iteration, y0: 0, y1: 1, yref: "paper", line: {color: "#d55e00", width: 1.5}}],
-  }, {displayModeBar: false, responsive: true});
+  }, {...config, displayModeBar: false});
 }
 
 function iterationText() {
@@ -286,7 +349,10 @@ function chooseCase(index) {
   const c = current();
   shown.iteration = c.stage.length - 1;
   at("iteration").max = shown.iteration;
-  at("summary").replaceChildren(...c.summary.map(text => Object.assign(document.createElement("p"), {textContent: text})));
+  at("loads").textContent = c.loads;
+  at("load-factor").textContent = c.head.number;
+  at("below").replaceChildren(...c.head.below.map(text => Object.assign(document.createElement("p"), {textContent: text})));
+  at("status").textContent = c.status;
   at("certificate").textContent = c.certificate;
   return update();
 }
@@ -306,6 +372,28 @@ function find(name) {
   return redraw();
 }
 
+/** Move the mechanism to and fro between rest and its amplitude, until it is asked to stop. */
+const PERIOD = 4000;
+let playing = false;
+async function play() {
+  playing = !playing;
+  at("play").textContent = playing ? "■ stop" : "▶ play";
+  if (!playing) return;
+  const amplitude = shown.amplitude || data.look.amplitude, begun = performance.now();
+  while (playing) {
+    const now = await new Promise(requestAnimationFrame);
+    setAmplitude(amplitude * (1 - Math.cos(2 * Math.PI * (now - begun) / PERIOD)) / 2);
+    await follow();
+  }
+  setAmplitude(amplitude);
+  await redraw();
+}
+function setAmplitude(value) {
+  shown.amplitude = value;
+  at("amplitude").value = value;
+  iterationText();
+}
+
 async function start() {
   at("name").textContent = data.name;
   data.cases.forEach((c, k) => at("case").append(new Option(c.name, k)));
@@ -313,7 +401,10 @@ async function start() {
   for (const [value, text] of [["state", "state"], ["sliding", "utilisation of sliding"], ["crushing", "utilisation of crushing"]])
     at("colour").append(new Option(text, value));
   await Plotly.newPlot("view", traces, layout, config);
-  await chooseCase(0);
+  at("case").value = data.first;
+  at("amplitude").value = shown.amplitude;
+  await chooseCase(data.first);
+  at("play").addEventListener("click", play);
   at("case").addEventListener("input", event => chooseCase(Number(event.target.value)));
   at("colour").addEventListener("input", event => { shown.colour = event.target.value; update(); });
   at("iteration").addEventListener("input", event => { shown.iteration = Number(event.target.value); update(follow); });

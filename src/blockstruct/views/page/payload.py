@@ -13,10 +13,30 @@ import numpy as np
 import numpy.typing as npt
 
 import blockstruct as bs
-from blockstruct.views.selection import is_pressed, same_model
+from blockstruct.views.selection import is_pressed, shown_results
 from blockstruct.views.solids import Patches, Solids, triangles
-from blockstruct.views.style import GHOST, MEASURES, STATE_COLOURS, STONE, SUPPORT, UTILISATION, parts
-from blockstruct.views.words import certificate_words, load_factor_words, spread_words, status_words
+from blockstruct.views.style import (
+    AMPLITUDE,
+    EDGE,
+    FORCE,
+    FULLY_USED,
+    GHOST,
+    MEASURES,
+    STATE_COLOURS,
+    STONE,
+    SUPPORT,
+    UTILISATION,
+    parts,
+)
+from blockstruct.views.view import eye
+from blockstruct.views.words import (
+    admissible_words,
+    certificate_words,
+    load_factor_words,
+    spread_words,
+    status_words,
+    warning_words,
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -37,19 +57,27 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
         raise bs.ModelError(msg)
     solids = Solids.of(model)
     origin = _origin(solids)
+    # Open with the case whose number counts: of a spread, the lowest.
+    first = next((r for r in shown_results(analysis) if r.n_iterations), shown[0])
     return {
         "name": model.name,
         "look": {
             "stone": STONE,
             "support": SUPPORT,
             "ghost": GHOST,
+            "edge": EDGE,
+            "force": FORCE,
+            "amplitude": AMPLITUDE,
+            "full": FULLY_USED,
+            "eye": eye(first).tolist(),
             "states": STATE_COLOURS,
             "utilisation": UTILISATION,
         },
         "origin": origin.tolist(),
         "blocks": _blocks(model, solids, origin),
         "interfaces": _interfaces(model, shown[0], origin),
-        "cases": [_case(model, result, _spread(analysis, result)) for result in shown],
+        "cases": [_case(result, _head(analysis, result)) for result in shown],
+        "first": next(k for k, r in enumerate(shown) if r is first),
         "omitted": [f"{r.name}: {r.status}, {r.message}" for r in analysis.values() if not r.n_iterations],
     }
 
@@ -97,13 +125,16 @@ def _interfaces(model: bs.Model, result: bs.CaseResult, origin: Array) -> dict[s
     }
 
 
-def _spread(analysis: bs.Analysis, result: bs.CaseResult) -> list[str]:
-    """What a case or a run of its spread says of that spread."""
-    return [spread_words(s) for s in analysis.spreads.values() if result in s.results.values()]
+def _head(analysis: bs.Analysis, result: bs.CaseResult) -> dict[str, Any]:
+    """The load factor to rely on, of a run of a spread that of its case, and what is said below it."""
+    spread = next((s for s in analysis.spreads.values() if result in s.results.values()), None)
+    head = (spread or result).headline
+    below = [head.bound] if spread is None else [spread_words(spread), f"This run: {load_factor_words(result)}."]
+    below += [warning_words(spread or result), admissible_words(result)]
+    return {"number": head.number, "below": [text for text in below if text]}
 
 
-def _case(model: bs.Model, result: bs.CaseResult, spread: list[str]) -> dict[str, Any]:
-    same_model(model, result)
+def _case(result: bs.CaseResult, head: dict[str, Any]) -> dict[str, Any]:
     history, resultants = result.history, result.resultants
     force = resultants["force"].transpose("iteration", "interface", "component").to_numpy()
     eccentricity = resultants["eccentricity"].transpose("iteration", "interface", "in_plane").to_numpy()
@@ -114,12 +145,9 @@ def _case(model: bs.Model, result: bs.CaseResult, spread: list[str]) -> dict[str
     velocity = [np.hstack([m["translation"].to_numpy(), m["rotation"].to_numpy()]) for m in motion]
     return {
         "name": result.name,
-        "summary": [
-            f"{result.case.dead.name} + load factor × {result.case.variable.name}, {result.case.flow} flow",
-            f"load factor {load_factor_words(result)}",
-            status_words(result),
-            *spread,
-        ],
+        "loads": f"{result.case.dead.name} + load factor × {result.case.variable.name}, {result.case.flow} flow",
+        "head": head,
+        "status": status_words(result),
         "certificate": certificate_words(result),
         "stage": history["stage"].to_numpy().tolist(),
         "load_factor": _plain(history["load_factor"].to_numpy()),
@@ -147,5 +175,5 @@ def _packed(values: npt.ArrayLike, kind: str) -> str:
 
 
 def _plain(values: npt.NDArray[np.float64]) -> list[float | None]:
-    """ProgramData for JSON, which knows no NaN."""
+    """Numbers for JSON, which knows no NaN."""
     return [float(v) if np.isfinite(v) else None for v in values]

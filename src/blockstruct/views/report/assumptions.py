@@ -34,13 +34,13 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
         said.append("Joint materials whose compressive strength is unlimited do not crush.")
     if any(r.case.flow == bs.Flow.NONASSOCIATIVE for r in results):
         said.append(
-            "With non-associative sliding (by the dilatancy angles above) the load factor is not unique: a certified "
-            "load factor is that of a collapse state, not necessarily of the lowest; it depends on the settings below."
+            "With non-associative flow the load factor is not unique: a certified load factor is that of a collapse "
+            "state, not necessarily of the lowest; it depends on the settings below."
         )
     if any(r.case.flow == bs.Flow.ASSOCIATIVE for r in results):
         said.append(
-            "With associative sliding joints dilate by the friction angle: the load factor is an upper bound of all "
-            "non-associative rules."
+            "With associative flow the load factor is unique, and an upper bound of those of all non-associative flow "
+            "rules."
         )
     said.append("Load factors multiply the variable loads as modelled; no partial safety factor is included.")
     return said

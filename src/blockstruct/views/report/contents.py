@@ -1,18 +1,28 @@
 """What a report says, as names and texts for its template."""
 
+import base64
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 import blockstruct as bs
+from blockstruct.views.figures import drawings
+from blockstruct.views.figures.sheet import Drawing
 from blockstruct.views.report.assumptions import assumptions
 from blockstruct.views.report.detection import detection_rows
-from blockstruct.views.report.pictures import pictures
+from blockstruct.views.selection import shown_results
 from blockstruct.views.style import readable
-from blockstruct.views.words import certificate_words, load_factor_words, spread_words, status_words
+from blockstruct.views.words import (
+    admissible_words,
+    certificate_words,
+    load_factor_words,
+    spread_words,
+    status_words,
+    warning_words,
+)
 
 #: Loads of a pattern that are listed one by one.
 _LISTED = 12
@@ -22,10 +32,7 @@ def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any
     """Everything the template may name, texts with their units."""
     model, spreads = analysis.model, analysis.spreads
     results = list(analysis.values())
-    # The runs of a spread have a table of their own; of them the lowest is shown like a case.
-    runs = {r.name for s in spreads.values() for r in s.results.values() if r.name not in spreads}
-    cases = [r for r in results if r.name not in runs]
-    shown = [r for r in results if r in cases or any(r is s.lowest for s in spreads.values())]
+    flows = list(dict.fromkeys(r.case.flow for r in results))
     return {
         "project": {str(what): str(text) for what, text in project.items()},
         "name": model.name,
@@ -36,11 +43,11 @@ def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any
         "model": _model(model),
         "detection": detection_rows(model),
         "materials": [(m.name, quantity(m.unit_weight, "N/m³")) for m in model.materials.values()],
-        "joint_materials": [_joint(m) for m in model.joint_materials.values()],
+        "joint_materials": [_joint(m, flows) for m in model.joint_materials.values()],
         "patterns": _patterns(results),
-        "results": [_result(r) for r in cases],
+        "results": [_headline(name, spreads.get(name, analysis[name])) for name in analysis.headlines],
         "spreads": [_spread(name, spread) for name, spread in spreads.items()],
-        "cases": [_case(model, r) for r in shown],
+        "cases": [_case(r) for r in shown_results(analysis)],
         "assumptions": assumptions(model, results),
         "settings": list(asdict(results[0].settings).items()),
         "versions": dict(analysis.versions),
@@ -73,15 +80,24 @@ def _model(model: bs.Model) -> list[tuple[str, str]]:
     ]
 
 
-def _joint(m: bs.JointMaterial) -> list[str]:
+def _joint(m: bs.JointMaterial, flows: Sequence[bs.Flow]) -> list[str]:
     return [
         m.name,
         f"{m.friction_coefficient:.4g} ({np.degrees(np.arctan(m.friction_coefficient)):.3g}°)",
-        f"{np.degrees(m.dilatancy_angle):.3g}°",
+        _dilatancy(m, flows),
         quantity(m.cohesion, "Pa"),
         quantity(m.tensile_strength, "Pa"),
         quantity(m.compressive_strength, "Pa"),
     ]
+
+
+def _dilatancy(m: bs.JointMaterial, flows: Sequence[bs.Flow]) -> str:
+    """The dilatancy angle that each flow rule of the analysis takes: associative sliding has that of friction."""
+    angle = {
+        bs.Flow.NONASSOCIATIVE: f"{np.degrees(m.dilatancy_angle):.3g}°",
+        bs.Flow.ASSOCIATIVE: f"{np.degrees(np.arctan(m.friction_coefficient)):.3g}°",
+    }
+    return angle[flows[0]] if len(flows) == 1 else ", ".join(f"{angle[flow]} {flow}" for flow in flows)
 
 
 def _patterns(results: list[bs.CaseResult]) -> dict[str, list[str]]:
@@ -114,6 +130,19 @@ def _vector(values: Any, unit: str) -> str:
     return "(" + ", ".join(f"{v * factor:.4g}" for v in values) + f") {unit}"
 
 
+def _headline(name: str, found: bs.CaseResult | bs.Spread) -> dict[str, str]:
+    head = found.headline
+    return {
+        "name": name,
+        "flow": head.flow.value,
+        "status": head.status.value.replace("_", " "),
+        "number": head.number,
+        "range": head.range,
+        "bound": head.bound.removeprefix("associative bound "),
+        "warning": warning_words(found),
+    }
+
+
 def _result(r: bs.CaseResult) -> dict[str, str]:
     return {
         "name": r.name,
@@ -144,7 +173,7 @@ def _spread(name: str, spread: bs.Spread) -> dict[str, Any]:
     }
 
 
-def _case(model: bs.Model, r: bs.CaseResult) -> dict[str, Any]:
+def _case(r: bs.CaseResult) -> dict[str, Any]:
     # Without an iteration there is nothing to count and to draw.
     states = Counter(r.states.isel(iteration=-1).to_numpy().tolist()) if r.n_iterations else Counter()
     return _result(r) | {
@@ -153,9 +182,14 @@ def _case(model: bs.Model, r: bs.CaseResult) -> dict[str, Any]:
         "iterations": r.n_iterations,
         "duration": f"{r.duration:.2f} s",
         "started_at": r.started_at,
-        "status_words": status_words(r),
+        "status_words": " ".join(filter(None, (status_words(r), admissible_words(r)))),
         "certificate_words": certificate_words(r),
         "message": r.message,
         "states": sorted(states.items(), key=lambda item: -item[1]),
-        "pictures": pictures(model, r) if r.n_iterations else [],
+        "pictures": [{"caption": d.caption, "address": _address(d)} for d in drawings(r)],
     }
+
+
+def _address(drawing: Drawing) -> str:
+    """The picture itself, as a ``data:`` address."""
+    return "data:image/png;base64," + base64.b64encode(drawing.picture()).decode("ascii")

@@ -6,6 +6,8 @@ from traceback import extract_tb
 from types import MappingProxyType
 
 import jinja2
+from jinja2.sandbox import ImmutableSandboxedEnvironment
+from markupsafe import Markup
 
 import blockstruct as bs
 from blockstruct.views.output import write_text
@@ -73,13 +75,15 @@ def report_html(
         if name == _OWN:
             msg = f"{template}: this name is that of the standard template; rename the file"
             raise bs.StorageError(msg)
-    environment = jinja2.Environment(
+    # A template may come from anywhere: it sees the report, and nothing behind it.
+    environment = ImmutableSandboxedEnvironment(
         loader=jinja2.ChoiceLoader(loaders),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["css_text"] = _css_text
     said = contents(analysis, project)
     if template is None:
         return environment.get_template(name).render(said)
@@ -90,6 +94,11 @@ def report_html(
         where = f", line {line}" if line else ""
         msg = f"{template}: no usable template ({error}{where}); correct it, or report without it"
         raise bs.StorageError(msg) from error
+
+
+def _css_text(text: str) -> Markup:
+    """A text within a CSS string: whatever is no letter, digit or blank becomes its code point."""
+    return Markup("".join(c if c.isalnum() or c == " " else f"\\{ord(c):x} " for c in text))
 
 
 def _line(error: Exception, name: str) -> int | None:

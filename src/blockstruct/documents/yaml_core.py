@@ -1,0 +1,177 @@
+"""YAML as its version 1.2 reads it (core schema), for documents that may come from anywhere.
+
+Version 1.1, which most libraries still follow, reads ``040`` as 32, ``1:30`` as 90 and ``no`` as False. A plain text
+that the two versions read differently is refused with the remedy, and always written in quotes.
+"""
+
+import re
+from collections.abc import Iterator
+from typing import Any, NoReturn
+
+import yaml
+
+from blockstruct.errors import shown
+
+#: Levels of a document: a vertex of a block is on the sixth.
+MOST_LEVELS = 40
+#: Characters that aliases may add to a document: a few written ones could stand for more than any memory holds.
+MOST_ADDED = 1_000_000
+
+_SIXTY = r"[0-9][0-9_]*(?::[0-5]?[0-9])+(?:\.[0-9_]*)?"
+#: Plain scalars that version 1.1 or 1.2 takes for a number or a truth value, and the other for something else.
+_AMBIGUOUS = re.compile(
+    rf"""(?: [-+]?0[0-9_]+ | 0o[0-7]+ | [-+]?0b[01_]+ | [-+]0x[0-9a-fA-F_]+ | [-+]?{_SIXTY}
+    | (?=.*_) (?: [-+]?[0-9.][0-9_]*(?:\.[0-9_]*)?(?:[eE][-+]?[0-9]+)? | 0x[0-9a-fA-F_]+ )
+    | yes|Yes|YES|no|No|NO|on|On|ON|off|Off|OFF | << )\Z""",
+    re.VERBOSE,
+)
+_CORE = {
+    "null": re.compile(r"(?:~|null|Null|NULL|)\Z"),
+    "bool": re.compile(r"(?:true|True|TRUE|false|False|FALSE)\Z"),
+    "int": re.compile(r"(?:[-+]?(?:0|[1-9][0-9]*)|0x[0-9a-fA-F]+)\Z"),
+    "float": re.compile(r"(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.inf|\.nan)\Z", re.I),
+}
+
+
+def load(text: str) -> Any:
+    """Content of a YAML document: numbers, texts, truth values, lists and mappings of texts, nothing else.
+
+    Raises
+    ------
+    yaml.YAMLError, ValueError
+        No YAML; a repeated key, or one that is no text; a text that YAML 1.1 and 1.2 read differently; a tag; more
+        levels, or more that aliases stand for, than any model needs.
+    """
+    # libyaml where there is one: it is several times as fast.
+    return _Reading(yaml.parse(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))).document()
+
+
+def dump(content: Any) -> str:
+    """Text of a document that :func:`load`, and any YAML 1.1 reader, reads back as it was."""
+    # Collections without collections inside on one line: a vertex, a face, a vector.
+    text: str = yaml.dump(
+        content, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True
+    )
+    return text
+
+
+class _Reading:
+    """A document as it is read, event by event; each value comes with its characters, aliases written out."""
+
+    def __init__(self, events: Iterator[Any]) -> None:
+        self._events = events
+        self._anchors: dict[str, tuple[Any, int] | None] = {}
+        self._added = 0
+
+    def document(self) -> Any:
+        next(self._events)
+        if isinstance(next(self._events), yaml.StreamEndEvent):
+            return None
+        value, _ = self._value(next(self._events), 0)
+        next(self._events)
+        after = next(self._events)
+        if not isinstance(after, yaml.StreamEndEvent):
+            _refuse("a second document; keep one in a file", after)
+        return value
+
+    def _value(self, event: Any, level: int) -> tuple[Any, int]:
+        if isinstance(event, yaml.AliasEvent):
+            return self._alias(event)
+        if event.tag is not None:
+            _refuse(f"the tag {event.tag!r}; leave tags out, and quote a text that looks like a number", event)
+        if level > MOST_LEVELS:
+            _refuse(f"nested more than {MOST_LEVELS} deep; no model needs that", event)
+        if event.anchor is not None:
+            # None until it is known what it stands for.
+            self._anchors[event.anchor] = None
+        found: tuple[Any, int]
+        match event:
+            case yaml.MappingStartEvent():
+                found = self._mapping(event, level)
+            case yaml.SequenceStartEvent():
+                found = self._sequence(level)
+            case _:
+                found = _scalar(event), 1 + len(event.value)
+        if event.anchor is not None:
+            self._anchors[event.anchor] = found
+        return found
+
+    def _alias(self, event: Any) -> tuple[Any, int]:
+        if event.anchor not in self._anchors:
+            _refuse(f"the alias *{event.anchor} stands for nothing before it", event)
+        found = self._anchors[event.anchor]
+        if found is None:
+            _refuse(f"the alias *{event.anchor} stands for what it is part of; write it out", event)
+        self._added += found[1]
+        if self._added > MOST_ADDED:
+            _refuse(f"aliases stand for more than {MOST_ADDED:,} characters in all; write out what is meant", event)
+        return found
+
+    def _sequence(self, level: int) -> tuple[list[Any], int]:
+        values, size = [], 1
+        while not isinstance(event := next(self._events), yaml.SequenceEndEvent):
+            value, more = self._value(event, level + 1)
+            values.append(value)
+            size += more
+        return values, size
+
+    def _mapping(self, start: Any, level: int) -> tuple[dict[str, Any], int]:
+        values: dict[str, Any] = {}
+        twice, size = [], 1
+        while not isinstance(event := next(self._events), yaml.MappingEndEvent):
+            key, more = self._value(event, level + 1)
+            if not isinstance(key, str):
+                _refuse("a key that is no text; quote it", event)
+            if key in values:
+                twice.append(key)
+            values[key], size_of_value = self._value(next(self._events), level + 1)
+            size += more + size_of_value
+        if twice:
+            _refuse(f"repeated keys {shown(sorted(set(twice)))}; rename or merge them", start)
+        return values, size
+
+
+def _scalar(event: Any) -> Any:
+    text: str = event.value
+    if not event.implicit[0]:
+        return text
+    if _AMBIGUOUS.match(text):
+        _refuse(f"{text} {_remedy(text)}", event)
+    kind = next((kind for kind, pattern in _CORE.items() if pattern.match(text)), "str")
+    match kind:
+        case "null":
+            return None
+        case "bool":
+            return text.lower() == "true"
+        case "int":
+            return int(text, 16 if text.startswith("0x") else 10)
+        case "float":
+            # The pattern lets no other words pass than .inf and .nan.
+            return float(re.sub(r"\.(?=inf|nan)", "", text.lower()))
+    return text
+
+
+class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
+    """Quotes each text that YAML 1.1, YAML 1.2 or :func:`load` would take for anything else."""
+
+
+for _name, _pattern in _CORE.items():
+    _Dumper.add_implicit_resolver(f"tag:yaml.org,2002:{_name}", _pattern, None)
+_Dumper.add_implicit_resolver("!ambiguous", _AMBIGUOUS, None)
+
+
+def _remedy(text: str) -> str:
+    """What an ambiguous text can be read as, and what to write instead."""
+    if text == "<<":
+        return "merges keys in YAML 1.1 and is a text in YAML 1.2; write the keys out"
+    if text.lower() in ("yes", "no", "on", "off"):
+        truth = str(text.lower() in ("yes", "on")).lower()
+        return f"is {truth} in YAML 1.1 and a text in YAML 1.2; write {truth}, or '{text}' in quotes for a text"
+    return (
+        "is read differently by YAML 1.1 and YAML 1.2; write a number without leading zeros, colons, underscores or "
+        f"bases, or '{text}' in quotes for a text"
+    )
+
+
+def _refuse(what: str, place: Any) -> NoReturn:
+    raise yaml.constructor.ConstructorError(None, None, what, place.start_mark)

@@ -1,0 +1,146 @@
+"""Closed outlines in a drawing plane, and the prisms over them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from blockstruct.geometry import lofted
+from blockstruct.imports.tolerances import OUTLINE
+
+Array = NDArray[np.float64]
+Face = tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """A closed outline as it was drawn, and what had to be done to it.
+
+    Attributes
+    ----------
+    corners : (n, 2) array
+    rise : float
+        Largest rise of an arc over the straight pieces that stand for it.
+    gap : float
+        Distance of the ends that were joined.
+    retraced : int
+        Number of corners at which the outline turned back on itself, or that it went through again.
+    """
+
+    corners: Array
+    rise: float
+    gap: float
+    retraced: int
+
+
+def read_outline(
+    points: Array, bulges: Array, segments: int, *, closed: bool, tolerance: float | None
+) -> Outline | float:
+    """Outline of a polyline; if it is open, the distance of its ends.
+
+    A polyline is closed if it is marked so, if its ends meet, or if what is missing between them runs over an edge
+    that it has already. Edges drawn there and back, and turns after the first, are dropped.
+
+    Parameters
+    ----------
+    points : (n, 2) array
+    bulges : (n,) array
+        As for :func:`divided_arcs`.
+    segments
+        Number of segments of each arc.
+    closed
+        Whether the polyline is marked as closed.
+    tolerance
+        Distance of ends that meet; by default a millionth of the size of the polyline.
+    """
+    size = float(np.ptp(points, axis=0).max())
+    gap = float(np.linalg.norm(points[-1] - points[0]))
+    # Of a polyline that closes anyway, ends a little apart are corners of their own.
+    meets = len(points) > 2 and gap <= (OUTLINE * size if closed or tolerance is None else tolerance)
+    if meets:
+        points, bulges = points[:-1], bulges[:-1]
+    ring = closed or meets
+    bulges = bulges if ring else np.append(bulges[:-1], 0.0)
+    path, rise = divided_arcs(points, bulges, segments)
+    corners, retraced = _once(path, OUTLINE * size)
+    if not ring:
+        # Only an outline that covers all that was drawn, and had to close over itself, is meant as one.
+        around = shapely.buffer(shapely.linearrings(corners), 2 * OUTLINE * size) if len(corners) > 2 else None
+        if not retraced or not shapely.covers(around, shapely.linestrings(path)):
+            return gap
+    return Outline(corners, rise, gap if meets else 0.0, retraced)
+
+
+def _once(ring: Array, rounding: float) -> tuple[Array, int]:
+    """Corners of a ring without edges that run back over the one before and turns after the first, and their number."""
+    points = ring @ [1, 1j]
+    points = points[np.abs(np.roll(points, -1) - points) > rounding]
+    n = len(points)
+    turns = (k for k in range(3, n // 2 + 1) if n % k == 0 and np.all(np.abs(points - np.roll(points, k)) <= rounding))
+    corners = points[: next(turns, n)].tolist()
+    k, steady = 0, 0
+    while len(corners) > 2 and steady < len(corners):
+        k %= len(corners)
+        a, b, c = corners[k - 1], corners[k], corners[(k + 1) % len(corners)]
+        if _turns_back(b - a, c - b, rounding):
+            del corners[k]
+            if abs(c - a) <= rounding:
+                del corners[k % len(corners)]
+            k, steady = max(k - 2, 0), 0
+        else:
+            k, steady = k + 1, steady + 1
+    left = np.array(corners)
+    return np.column_stack([left.real, left.imag]), n - len(corners)
+
+
+def _turns_back(there: complex, back: complex, rounding: float) -> bool:
+    """Whether a way there and the next one back lie on one line, so that the shorter runs over the longer."""
+    product = there.conjugate() * back
+    return product.real < 0 and abs(product.imag) <= rounding * max(abs(there), abs(back))
+
+
+def divided_arcs(points: Array, bulges: Array, segments: int) -> tuple[Array, float]:
+    """Corners of a closed outline whose arcs are divided into straight segments, and the largest rise over one.
+
+    Parameters
+    ----------
+    points : (n, 2) array
+    bulges : (n,) array
+        Tangent of a quarter of the angle of the arc from each corner to the next, counter-clockwise if positive;
+        zero where the outline is straight.
+    segments
+        Number of segments of each arc.
+    """
+    start = points @ [1, 1j]
+    chord = np.roll(start, -1) - start
+    pieces, rise = [], 0.0
+    for p, c, b in zip(start, chord, bulges, strict=True):
+        if b == 0:
+            pieces.append(np.array([p]))
+            continue
+        centre = p + c / 2 + 1j * c * (1 - b * b) / (4 * b)
+        turn = 4 * np.arctan(b) / segments
+        pieces.append(centre + (p - centre) * np.exp(1j * turn * np.arange(segments)))
+        rise = max(rise, float(abs(p - centre) * (1 - np.cos(turn / 2))))
+    corners = np.concatenate(pieces)
+    return np.column_stack([corners.real, corners.imag]), rise
+
+
+def prism(points: Array, level: float, thickness: float, *, standing: bool) -> tuple[Array, list[Face]]:
+    """Vertices (2n, 3) and outward faces of the prism over an outline (n, 2) at a level over the drawing plane.
+
+    Standing, x and y of the drawing become x and z, and the prism reaches along +y; otherwise it rises along +z.
+    """
+    x, y = points.T
+    # The drawing's own z looks at the reader: standing up, it points to -y.
+    levels = (thickness - level, -level) if standing else (level, level + thickness)
+    rings = [np.column_stack([x, np.full(len(x), z), y] if standing else [x, y, np.full(len(x), z)]) for z in levels]
+    vertices, faces = lofted(*rings)
+    return vertices, list(faces)
+
+
+def area(points: Array) -> float:
+    """Area of an outline (n, 2), negative if it runs clockwise."""
+    x, y = (points - points[0]).T
+    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2

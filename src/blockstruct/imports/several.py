@@ -1,0 +1,73 @@
+"""Blocks of several files of any kinds, as parts of one structure."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from blockstruct.errors import ModelError
+from blockstruct.imports.assembly import assembly_content
+from blockstruct.imports.drawing import drawing_content
+from blockstruct.imports.import_report import Imported
+from blockstruct.imports.mesh import mesh_content
+from blockstruct.imports.solid import blocks_of
+from blockstruct.model import Material
+from blockstruct.units import QuantityLike
+
+
+def read_files(
+    files: Sequence[str | Path],
+    *,
+    unit: QuantityLike,
+    material: Material | Mapping[str, Material],
+    fixed: str | Iterable[str] = (),
+    exclude: Iterable[str] = (),
+    up: str = "z",
+    tolerance: QuantityLike | None = None,
+    **drawing: Any,
+) -> Imported:
+    """Blocks of one or several meshes, drawings and COMPAS files, by the ends of their names.
+
+    Of several files, each stands with its name before those of its blocks, as in ``arch.stone 1``.
+
+    Parameters
+    ----------
+    files
+        Names that end in ``.obj``, ``.stl``, ``.ply``, ``.dxf`` or ``.json``.
+    unit, material, fixed, exclude, up, tolerance
+        As for :func:`read_mesh`, and of :func:`read_drawing` if all files are drawings.
+    drawing
+        Further arguments of :func:`read_drawing`, for the drawings among the files.
+
+    Returns
+    -------
+    Imported
+        ``.blocks``, ``.report`` and ``.moves``.
+
+    Raises
+    ------
+    ModelError
+        No files, arguments for drawings where none is, or materials of layers where not all files are drawings.
+    BlockstructError
+        What the readers of the files raise.
+    """
+    paths = [Path(f) for f in files]
+    drawn = [p.suffix.lower() == ".dxf" for p in paths]
+    if not paths:
+        msg = "read_files: no files; give at least one"
+        raise ModelError(msg)
+    if (drawing and not any(drawn)) or (isinstance(material, Mapping) and not all(drawn)):
+        what = ", ".join(drawing) or "materials of layers"
+        msg = f"{paths[drawn.index(False)]}: {what} belong to DXF drawings; leave them out"
+        raise ModelError(msg)
+    if up != "z" and any(drawn):
+        msg = f"{paths[drawn.index(True)]}: a drawing is stood up by its plane; give up for meshes only"
+        raise ModelError(msg)
+    stone: Any = material
+    contents = []
+    for path in paths:
+        if path.suffix.lower() == ".dxf":
+            contents.append(drawing_content(path, unit=unit, material=material, **drawing))
+        else:
+            read = assembly_content if path.suffix.lower() == ".json" else mesh_content
+            contents.append(read(path, stone))
+    return blocks_of(contents, paths, unit=unit, fixed=fixed, exclude=exclude, up=up, tolerance=tolerance)

@@ -1,0 +1,93 @@
+"""The one number of a case that every text, figure and table shows."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from blockstruct.vocabulary import Flow, Status
+
+#: Statuses of one run that are the answer to the case, whatever its other runs find: they are about the dead load.
+_OF_DEAD_LOAD = (Status.UNSTABLE, Status.SELF_STRESS)
+
+
+@dataclass(frozen=True, slots=True)
+class Headline:
+    """Load factor of a case to rely on, its range over the schedules that were run, and the associative bound.
+
+    Attributes
+    ----------
+    status : Status
+        Of the runs that the load factor stands for. ``depends_on_self_stress`` if any run ended so: it is a finding
+        about the dead load.
+    lowest, highest : float
+        Lowest and highest certified load factor; NaN without any.
+    certified, schedules : int
+        How many runs ended with a certified load factor, of how many.
+    associative : float
+        Load factor with associative flow, above all non-associative ones; infinite where that is unbounded, so that it
+        bounds nothing; NaN where it was not found.
+    flow : Flow
+    """
+
+    status: Status
+    lowest: float
+    highest: float
+    certified: int
+    schedules: int
+    associative: float
+    flow: Flow
+
+    @classmethod
+    def of(cls, ends: Sequence[tuple[Status, float]], flow: Flow, associative: float) -> Self:
+        """Headline of the runs of one case by their statuses and load factors, the one as given first."""
+        certified = [load_factor for status, load_factor in ends if status is Status.CONVERGED]
+        statuses = [status for status, _ in ends]
+        of_dead_load = [status for status in statuses if status in _OF_DEAD_LOAD]
+        status = of_dead_load[0] if of_dead_load else Status.CONVERGED if certified else statuses[0]
+        return cls(
+            status=status,
+            lowest=min(certified, default=np.nan),
+            highest=max(certified, default=np.nan),
+            certified=len(certified),
+            schedules=len(ends),
+            associative=associative,
+            flow=flow,
+        )
+
+    @property
+    def load_factor(self) -> float:
+        """The load factor to rely on: the lowest certified one; infinite if unbounded, NaN with any other status."""
+        if self.status is Status.CONVERGED:
+            return self.lowest
+        return np.inf if self.status is Status.UNBOUNDED else np.nan
+
+    @property
+    def number(self) -> str:
+        """The load factor to four digits, ``infinite`` or ``none``."""
+        if np.isinf(self.load_factor):
+            return "infinite"
+        return "none" if np.isnan(self.load_factor) else f"{self.load_factor:.4g}"
+
+    @property
+    def range(self) -> str:
+        """How far the schedules lie apart, and how many of them were certified; empty for a single run."""
+        if self.schedules == 1:
+            return ""
+        said = f"{self.certified} of {self.schedules} schedules certified"
+        if self.certified and self.status is Status.CONVERGED:
+            said = f"lowest of {said}, up to {self.highest:.4g}"
+        return said
+
+    @property
+    def bound(self) -> str:
+        """The associative bound of a non-associative case in words; empty where it was not found."""
+        if self.flow is Flow.ASSOCIATIVE or np.isnan(self.associative):
+            return ""
+        return "no associative bound" if np.isinf(self.associative) else f"associative bound {self.associative:.4g}"
+
+    def __str__(self) -> str:
+        number = self.number if self.status in (Status.CONVERGED, Status.UNBOUNDED) else f"none, {self.status}"
+        more = "; ".join(filter(None, (self.range, self.bound)))
+        return f"{number} ({more})" if more else number

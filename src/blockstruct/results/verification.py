@@ -1,0 +1,224 @@
+"""The certificate recomputed: what a result says, against its own model, loads, forces and velocities."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from blockstruct.errors import BlockstructError, CertificateError
+from blockstruct.limit import Certificate, LimitProblem, ProcedureSettings, certify
+from blockstruct.results.analysis import Analysis
+from blockstruct.results.case_result import CaseResult
+from blockstruct.statics import Statics
+from blockstruct.vocabulary import Stage, Status
+
+Array = NDArray[np.float64]
+
+#: Relative difference of two computations of one measure, in which rounding is summed in another order.
+_ROUNDING = 1e-3
+#: Difference of coordinates and strengths of the history from those of the model, relative to their size.
+_SAME = 1e-9
+#: Statuses with a load factor, and those whose state is one under a share of the dead load alone.
+_OF_DEAD_LOAD = (Status.UNSTABLE, Status.SELF_STRESS)
+
+
+@dataclass(frozen=True, slots=True)
+class _State:
+    """Final state of a history, non-dimensional by the units of the problem."""
+
+    problem: LimitProblem
+    x: Array
+    u: Array
+    alpha: float
+
+    @classmethod
+    def of(cls, statics: Statics, result: CaseResult) -> "_State":
+        """Of SI forces and velocities; under dead load alone the load factor is the share that they carry."""
+        problem, last = LimitProblem.of(statics, result.case), result.history.isel(iteration=-1)
+        x = last["contact_force"].transpose("contact_point", "component").to_numpy() / problem.force_unit[:, None]
+        velocity = last["block_velocity"].transpose("block", "dof").to_numpy()[statics.free]
+        u = (velocity * np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))).ravel()
+        alpha = float(last["load_factor"])
+        if last["stage"].item() == Stage.DEAD_LOAD.value:
+            dilatancy = problem.friction if result.status is not Status.SELF_STRESS else problem.dilatancy
+            problem = replace(problem.dead_load_alone, dilatancy=dilatancy)
+            alpha = -float(problem.A @ x.ravel() @ problem.w_L / (problem.w_L @ problem.w_L))
+        return cls(problem, x, u, alpha)
+
+    @property
+    def v(self) -> Array:
+        return np.asarray((self.problem.A.T @ self.u).reshape(-1, 3))
+
+
+def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
+    """Certificate of the final state of a case, from the model, the loads and the SI numbers of the history alone.
+
+    None if the case is unbounded, or without iterations: there is no state to certify.
+
+    Raises
+    ------
+    ModelError
+        A history that is none of this model and case.
+    """
+    result = analysis[name]
+    if result.status is Status.UNBOUNDED or not result.n_iterations:
+        return None
+    state = _State.of(Statics.of(analysis.model, result.settings.crushing_cells), result)
+    return _certificate(state, result.settings)
+
+
+def contradictions(analysis: Analysis) -> list[tuple[str, str]]:
+    """What the results of an analysis say against their own model, loads, forces and velocities.
+
+    Statics, yield conditions, kinematics and flow-rule gap of the final state of every case are built again from the
+    model and from the forces and velocities of its history, and status, load factor and stored certificate are held
+    against them.
+
+    Returns
+    -------
+    list of (name of the case, what is contradicted); empty if nothing is
+    """
+    found, statics = [], dict[int, Statics]()
+    for name, result in analysis.items():
+        try:
+            cells = result.settings.crushing_cells
+            if cells not in statics:
+                statics[cells] = Statics.of(analysis.model, cells)
+            found += [(name, what) for what in _of_case(statics[cells], result)]
+        except (BlockstructError, KeyError, ValueError, IndexError) as error:
+            found.append((name, f"the history is none of this model and case ({error})"))
+    return found
+
+
+def confirm(analysis: Analysis) -> None:
+    """Refuse an analysis whose results contradict their own numbers.
+
+    Raises
+    ------
+    CertificateError
+        Everything that :func:`contradictions` finds.
+    """
+    found = contradictions(analysis)
+    if found:
+        listed = "; ".join(f"case {name!r}: {what}" for name, what in found[:5])
+        more = f"; and {len(found) - 5} more" if len(found) > 5 else ""
+        msg = f"analysis of {analysis.model.name!r}: {listed}{more}; run the model again, these results are no proof"
+        raise CertificateError(msg)
+
+
+def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
+    yield from _status(result)
+    if not result.n_iterations:
+        return
+    yield from _other_model(statics, result)
+    if result.status is Status.UNBOUNDED:
+        return
+    state = _State.of(statics, result)
+    yield from _velocities(statics, state, result.history.isel(iteration=-1))
+    again = _certificate(state, result.settings)
+    stored = result.certificate
+    if stored is None:
+        yield "there is no certificate"
+        return
+    last = {f.name: float(result.history[f.name][-1]) for f in fields(Certificate) if f.name != "holds"}
+    for name, scale in _tolerances(result.settings, again).items():
+        now = getattr(again, name)
+        for where, value in (("certificate", getattr(stored, name)), ("history", last[name])):
+            if not _same(value, now, scale):
+                yield f"{name.replace('_', ' ')} of the {where} is {value:.3g}, its final state has {now:.3g}"
+    if stored.holds != again.holds:
+        says, has = ("holds" if c.holds else "does not hold" for c in (stored, again))
+        yield f"the certificate {says} by what is stored, that of the final state {has}"
+    if result.status in (Status.CONVERGED, *_OF_DEAD_LOAD) and not again.holds:
+        yield f"{result.status}, but the certificate of the final state does not hold"
+    whole = state.alpha >= 1 - max(result.settings.gap_tolerance, result.settings.equilibrium_tolerance)
+    if result.status is Status.SELF_STRESS and not whole:
+        yield f"{result.status}, but the final state carries {state.alpha:.3g} of the dead load, not all of it"
+    if result.status is Status.UNSTABLE and state.alpha >= 1 - result.settings.equilibrium_tolerance:
+        yield f"{result.status}, but the final state carries the whole dead load"
+
+
+def _status(result: CaseResult) -> Iterator[str]:
+    """Status against load factor and last iteration."""
+    alpha, h = result.load_factor, result.history
+    last = float(h["load_factor"][-1]) if result.n_iterations else np.nan
+    stage = str(h["stage"].to_numpy()[-1]) if result.n_iterations else ""
+    if result.status is Status.CONVERGED:
+        if not (np.isfinite(alpha) and alpha >= 0):
+            yield f"converged, but its load factor is {alpha:.6g}"
+        within = result.certificate.flow_rule_gap_limit if result.certificate else 0.0
+        if not (alpha == last or (alpha == 0 and abs(last) <= within)):
+            yield f"the load factor is {alpha:.6g}, that of its last iteration {last:.6g}"
+        if stage == Stage.DEAD_LOAD.value:
+            yield "converged, but its last iteration is the dead-load program"
+    elif result.status is Status.UNBOUNDED:
+        if not (np.isposinf(alpha) and np.isposinf(last)):
+            yield f"unbounded, but its load factor is {alpha:.6g} and that of its last iteration {last:.6g}"
+        if result.certificate is not None:
+            yield "unbounded, but it has a certificate of a collapse state"
+    elif not np.isnan(alpha):
+        yield f"{result.status}, but its load factor is {alpha:.6g}"
+    if result.status in _OF_DEAD_LOAD and stage != Stage.DEAD_LOAD.value:
+        yield f"{result.status}, but its last iteration is no dead-load program"
+
+
+def _other_model(statics: Statics, result: CaseResult) -> Iterator[str]:
+    """Places, frames and strengths of the history against those of the model."""
+    points, h = statics.points, result.history
+    problem = LimitProblem.of(statics, result.case)
+    expected = {
+        "block_position": np.array([b.centroid for b in statics.model.blocks]),
+        "contact_position": points.position,
+        "interface_of_contact_point": points.interface,
+        "interface_position": points.centroid,
+        "interface_frame": points.frame,
+        "interface_area": points.area,
+        "unit_of_force": problem.force_unit,
+        "friction_coefficient": points.friction,
+        "dilatancy": problem.dilatancy,
+        "cohesion": points.cohesion,
+        "tensile_strength": points.tension,
+        "cell_strength": points.compression,
+        "compressive_strength": points.strength,
+    }
+    for name, values in expected.items():
+        stored = h[name].to_numpy()
+        finite = np.abs(values[np.isfinite(values)])
+        same = stored.shape == values.shape
+        if not (same and np.allclose(stored, values, rtol=_SAME, atol=_SAME * finite.max(initial=0.0))):
+            yield f"{name} of the history is not that of the model"
+
+
+def _velocities(statics: Statics, state: _State, last: xr.Dataset) -> Iterator[str]:
+    """Relative velocities, and those of supports, against the velocities of the free blocks."""
+    v = state.v / state.problem.force_unit[:, None]
+    stored = last["relative_velocity"].transpose("contact_point", "component").to_numpy()
+    largest = float(np.abs(v).max(initial=0.0))
+    if not np.allclose(stored, v, rtol=0, atol=_ROUNDING * largest, equal_nan=True):
+        yield "the relative velocities of the history are not those of its blocks"
+    fixed = np.setdiff1d(np.arange(len(statics.model.blocks)), statics.free)
+    if np.any(last["block_velocity"].transpose("block", "dof").to_numpy()[fixed]):
+        yield "supports move in the mechanism of the history"
+
+
+def _certificate(state: _State, settings: ProcedureSettings) -> Certificate:
+    return certify(state.problem, state.x, state.u, state.alpha, settings)
+
+
+def _tolerances(settings: ProcedureSettings, certificate: Certificate) -> dict[str, float]:
+    """Scale of each measure: its tolerance."""
+    return {
+        "equilibrium_residual": settings.equilibrium_tolerance,
+        "yield_excess": settings.yield_tolerance,
+        "interpenetration": settings.interpenetration_tolerance,
+        "flow_rule_gap": certificate.flow_rule_gap_limit,
+        "flow_rule_gap_limit": certificate.flow_rule_gap_limit,
+    }
+
+
+def _same(one: float, other: float, scale: float) -> bool:
+    if np.isnan(one) or np.isnan(other):
+        return bool(np.isnan(one) and np.isnan(other))
+    return abs(one - other) <= max(_ROUNDING * abs(other), 1e-2 * scale, 1e-9)

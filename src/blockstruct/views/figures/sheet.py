@@ -1,0 +1,185 @@
+"""The figures that show a case, as far as there is something to draw."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+import blockstruct as bs
+from blockstruct.views.figures.convergence import certificate, convergence
+from blockstruct.views.figures.domain import crushing_domain
+from blockstruct.views.figures.forces import forces
+from blockstruct.views.figures.mechanism import mechanism
+from blockstruct.views.figures.structure import structure
+from blockstruct.views.output import write_bytes
+from blockstruct.views.selection import is_pressed, shown_results
+
+#: Width and height, inches, of pictures of the structure and of diagrams: 160 mm is the width of a page.
+_STRUCTURE, _DIAGRAM = (6.3, 4.0), (6.3, 3.0)
+_FORMATS = ("png", "svg", "pdf")
+#: Texts of an SVG stay texts; a file does not tell when it was drawn.
+_STYLE: Any = {"font.size": 9, "svg.fonttype": "none", "svg.hashsalt": "blockstruct"}
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """A figure of a case: its name, what it shows, how it is drawn on an Axes, and its size in inches."""
+
+    name: str
+    caption: str
+    draw: Callable[[Axes], object]
+    size: tuple[float, float]
+
+    def picture(self, file_format: str = "png", dpi: int = 200) -> bytes:
+        """Content of the file of the figure."""
+        with rc_context(_STYLE):
+            # A Figure of its own: pyplot would keep it, and may want a screen.
+            figure = Figure(figsize=self.size, layout="constrained")
+            self.draw(figure.add_subplot())
+            stream = BytesIO()
+            undated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(file_format)
+            figure.savefig(stream, format=file_format, dpi=dpi, metadata=undated)
+        return stream.getvalue()
+
+
+def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
+    """Figures of a case; none without iterations.
+
+    Parameters
+    ----------
+    result
+        The result of a case.
+    look
+        As in :func:`structure`.
+    """
+    if not result.n_iterations:
+        return []
+    last = result.history.isel(iteration=[-1])
+    view = {"look": look}
+    found: list[Drawing] = []
+
+    def add(name: str, caption: str, draw: Callable[..., Axes], size: tuple[float, float], **options: Any) -> None:
+        found.append(Drawing(name, caption, lambda ax: draw(result, **options, ax=ax), size))
+
+    if np.isfinite(last["block_velocity"]).all():
+        add("mechanism", "Mechanism of the last iteration, to first order", mechanism, _STRUCTURE, **view)
+    if np.any(np.nan_to_num(last["contact_force"]) != 0):
+        joints = "Joints that move in the mechanism; dashes combine the states of a joint"
+        add("states", joints, structure, _STRUCTURE, **view)
+        add("sliding", "Share of the sliding strength in use", structure, _STRUCTURE, colour="sliding", **view)
+    pressed = is_pressed(last, bs.interface_resultants(last)).any()
+    if pressed:
+        add(
+            "forces",
+            "Resultants on the interfaces, and the line of thrust where there is one",
+            forces,
+            _STRUCTURE,
+            **view,
+        )
+    name, about = nearest_to_crushing(result)
+    if pressed and name:
+        blocks = "Depth of the stress block that the compressive strength needs in each joint"
+        add("crushing", blocks, structure, _STRUCTURE, colour="crushing", **view)
+    if name:
+        domain = f"Interface {name}, the nearest to crushing: normal force and bending in every iteration"
+        add("domain", domain, crushing_domain, _DIAGRAM, interface=name, about=about)
+    if np.isfinite(result.history["load_factor"]).sum() > 1:
+        add("convergence", "Load factor of every iteration: numerical steps, not steps of load", convergence, _DIAGRAM)
+        add("certificate", "Certificate of every iteration, with its tolerances", certificate, _DIAGRAM)
+    return found
+
+
+def write_figures(
+    analysis: bs.Analysis,
+    folder: str | Path,
+    *,
+    look: Any = None,
+    file_format: str = "png",
+    dpi: int = 200,
+) -> list[Path]:
+    """Write the figures of all cases into a folder, as ``case-mechanism.png`` and so on; existing ones are replaced.
+
+    Parameters
+    ----------
+    analysis
+        The analysis. Of the runs of a spread the lowest is drawn.
+    folder
+        Made if it does not exist.
+    look
+        As in :func:`structure`.
+    file_format
+        ``"png"``, ``"svg"`` or ``"pdf"``.
+    dpi
+        Resolution of PNG; figures are 160 mm wide.
+
+    Returns
+    -------
+    list of Path
+        What was written.
+
+    Raises
+    ------
+    ModelError
+        An unknown look or format, or an analysis of which no case has an iteration.
+    StorageError
+        A folder that cannot be written.
+    """
+    if file_format not in _FORMATS:
+        msg = f"write_figures: format {file_format!r}; give one of {', '.join(_FORMATS)}"
+        raise bs.ModelError(msg)
+    target = Path(folder)
+    named = _file_names([r.name for r in shown_results(analysis)])
+    sheets = {named[r.name]: drawings(r, look=look) for r in shown_results(analysis)}
+    if not any(sheets.values()):
+        ended = "; ".join(map(str, analysis.values())) or "it has no case"
+        msg = f"analysis of {analysis.model.name!r}: no case has an iteration to draw ({ended}); run it again"
+        raise bs.ModelError(msg)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        msg = f"{target}: cannot be made ({error.strerror or error}); choose another folder"
+        raise bs.StorageError(msg) from error
+    return [
+        write_bytes(drawing.picture(file_format, dpi), target / f"{case}-{drawing.name}.{file_format}")
+        for case, sheet in sheets.items()
+        for drawing in sheet
+    ]
+
+
+def _file_names(cases: list[str]) -> dict[str, str]:
+    """Names of cases as parts of file names, each another one."""
+    names: dict[str, str] = {}
+    for case in cases:
+        plain = re.sub(r"[^\w+-]+", "-", case).strip("-")[:60] or "case"
+        name, k = plain, 2
+        while name.lower() in {n.lower() for n in names.values()}:
+            name, k = f"{plain}-{k}", k + 1
+        names[case] = name
+    return names
+
+
+def nearest_to_crushing(result: bs.CaseResult) -> tuple[str, str]:
+    """Most compressed of the interfaces that use most of their compressive strength, and the axis that takes most.
+
+    No name if none has a strength.
+    """
+    use = np.nan_to_num(result.utilisation["crushing"].isel(iteration=-1).to_numpy())
+    if not use.any():
+        return "", ""
+    last = result.resultants.isel(iteration=-1)
+    N = last["force"].sel(component="n").to_numpy()
+    k = int(np.argmax(np.where(use >= 0.99 * use.max(), N, -np.inf)))
+    # The eccentricity as a share of the depth: the smaller moment may be the one that crushes.
+    frame = result.history["interface_frame"].to_numpy()[k]
+    interface = result.model.interfaces[k]
+    width = dict(zip("st", np.ptp(np.asarray(interface.polygon) @ frame[1:].T, axis=0), strict=True))
+    moment = last["moment"].isel(interface=k)
+    share = {about: abs(float(moment.sel(component=about))) / width[across] for about, across in ("st", "ts")}
+    return interface.name, max(share, key=share.__getitem__)

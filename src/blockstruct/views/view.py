@@ -1,0 +1,135 @@
+"""The direction in which a structure is looked at."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import blockstruct as bs
+from blockstruct.views.loads import push
+from blockstruct.views.solids import Solids
+
+Array = NDArray[np.float64]
+
+#: Right, up, and toward the reader.
+_PLANE = {
+    "x": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
+    "y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
+    "z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+}
+_LABELS = {"x": ("y [m]", "z [m]"), "y": ("x [m]", "z [m]"), "z": ("x [m]", "y [m]")}
+#: A structure thinner than this share of its extent is drawn in elevation if nothing moves across it.
+_THIN, _ACROSS = 0.25, 0.1
+#: In space one looks down by this angle, and from this angle beside the push: it comes nearer and goes sideways.
+_ELEVATION, _BESIDE = 24.0, 55.0
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """Orthographic projection.
+
+    Attributes
+    ----------
+    basis : (3, 3) array
+        Unit vectors to the right, up and toward the reader.
+    labels
+        Of the two axes; none in space.
+    """
+
+    basis: Array
+    labels: tuple[str, str] | None
+
+    @classmethod
+    def of(cls, shown: bs.Model | bs.CaseResult, look: Any = None) -> "View":
+        """View for a look, or the one that fits what is shown if there is none.
+
+        Raises
+        ------
+        ModelError
+            A look that is none of those of :func:`blockstruct.views.figures.structure`.
+        """
+        if look is None:
+            look = best_look(shown)
+        if isinstance(look, str) and look in _PLANE:
+            return cls(np.array(_PLANE[look], dtype=float), _LABELS[look])
+        if isinstance(look, str) and look == "3d":
+            return cls(_basis(_azimuth(shown), _ELEVATION), None)
+        try:
+            azimuth, elevation = (float(angle) for angle in look)
+        except (TypeError, ValueError):
+            msg = (
+                f"figure: look {look!r}; give 'x' or 'y' for an elevation, 'z' for a plan, '3d' for space, "
+                "or azimuth and elevation in degrees as (-60, 25)"
+            )
+            raise bs.ModelError(msg) from None
+        return cls(_basis(azimuth, elevation), None)
+
+    @property
+    def flat(self) -> bool:
+        """Whether it is an elevation or a plan."""
+        return self.labels is not None
+
+    def project(self, points: Array) -> Array:
+        """Right and up coordinates (…, 2) of points or vectors (…, 3)."""
+        return np.asarray(points @ self.basis[:2].T)
+
+
+def best_look(shown: bs.Model | bs.CaseResult) -> str:
+    """Elevation of a structure that is thin and neither moves nor is pushed across; space otherwise."""
+    model = shown if isinstance(shown, bs.Model) else shown.model
+    extent = np.ptp(Solids.of(model).vertices, axis=0)
+    thin = int(np.argmin(extent[:2]))
+    if extent[thin] > _THIN * extent.max():
+        return "3d"
+    if isinstance(shown, bs.CaseResult):
+        across = [abs(push(shown)[thin])]
+        if shown.n_iterations:
+            motion = np.abs(np.nan_to_num(shown.mechanism["translation"].transpose("block", "axis"))).max(axis=0)
+            across.append(motion[thin] / max(motion.max(), np.finfo(float).tiny))
+        if max(across) > _ACROSS:
+            return "3d"
+    return "xy"[thin]
+
+
+def eye(shown: bs.Model | bs.CaseResult) -> Array:
+    """Unit vector (3,) from a structure to who looks at it in space, nearly from the front where it is thin."""
+    look = best_look(shown)
+    azimuth = _azimuth(shown) if look == "3d" else {"x": 15.0, "y": -75.0}[look]
+    return np.asarray(_basis(azimuth, _ELEVATION if look == "3d" else 12.0)[2])
+
+
+def _azimuth(shown: bs.Model | bs.CaseResult) -> float:
+    """Direction to look from: obliquely against a horizontal push, so that most of the structure is seen."""
+    direction = push(shown)[:2] if isinstance(shown, bs.CaseResult) else np.zeros(2)
+    if np.linalg.norm(direction) < 0.1:
+        return -_BESIDE
+    towards = float(np.degrees(np.arctan2(direction[1], direction[0])))
+    model = shown.model if isinstance(shown, bs.CaseResult) else shown
+    vertices = Solids.of(model).vertices
+
+    def seen(azimuth: float) -> tuple[float, float]:
+        width = float(np.ptp(vertices @ _basis(azimuth, 0)[0]))
+        # From -y where both sides are alike, as elevations are.
+        return round(width, 6), -float(np.sin(np.radians(azimuth)))
+
+    return max((towards - _BESIDE, towards + _BESIDE), key=seen)
+
+
+def _basis(azimuth: float, elevation: float) -> Array:
+    a, e = np.radians([azimuth, elevation])
+    toward = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    right = np.array([-np.sin(a), np.cos(a), 0.0])
+    return np.array([right, np.cross(toward, right), toward])
+
+
+def round_value(value: float) -> float:
+    """Largest of 1, 2 and 5 times a power of ten that does not exceed a value.
+
+    >>> round_value(314.0), round_value(0.07)
+    (200.0, 0.05)
+    """
+    power = 10.0 ** np.floor(np.log10(value))
+    steps: Sequence[int] = (5, 2, 1)
+    return float(next((s * power for s in steps if s * power <= value * (1 + 1e-9)), power))

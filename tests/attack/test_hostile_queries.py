@@ -1,0 +1,175 @@
+"""Queries that want more than rows: refused by name, and nothing of them is ever evaluated."""
+
+import random
+
+import pytest
+
+import blockstruct as bs
+from structures import SELF_WEIGHT, model_of, push, single_block
+from trials import attack
+
+HOSTILE = [
+    "path.__class__.__init__.__globals__['sys'].modules['os'].system('touch {proof}') == 0",
+    "load_factor.to_csv('{proof}') == 1",
+    "path.str.replace('w', 'v').map(path.to_csv)",
+    "path.str.len() > 3",
+    "__import__('os').system('touch {proof}') == 0",
+    "open('{proof}', 'w') == 1",
+    'exec(\'open("{proof}", "w")\') == None',
+    "eval('1') == 1",
+    "@pd.io.common.os.system('touch {proof}')",
+    "@builtins == 1",
+    "load_factor.values.tofile('{proof}') == 1",
+    "(lambda: 0)() == load_factor",
+    "[open('{proof}', 'w') for x in [1]] == load_factor",
+    "{{x: x for x in path}} == 1",
+    "(x := 1) == load_factor",
+    "f'{{load_factor}}' == status",
+    "load_factor[0] < 1",
+    "load_factor + 1 < 2",
+    "-load_factor < 0",
+    "load_factor < 2 ** 9 ** 9 ** 9",
+    "load_factor < 9 ** 999999999",
+    "status == 'a' * 9999999999",
+    "load_factor if 1 else 2",
+    "status == status.__class__",
+    "globals() == 1",
+    "yield load_factor",
+    "await load_factor",
+    "load_factor < 1; import os",
+    "import os",
+    "load_factor = 1",
+    "status == b'converged'",
+    "load_factor < 1j",
+    "load_factor is None",
+    "load_factor < ...",
+    "load_factor & 1",
+    "~holds",
+    "index > 0",
+    "`load_factor` < 1",
+    "1 == 1",
+    "'a' in 'abc'",
+]
+#: What exhausts a parser: too large to be written out.
+LARGE = {
+    "10,001 characters": "load_factor < " + "1" * 10_000,
+    "4,900 digits": "load_factor < " + "1" * 4_900,
+    "3,000 brackets": "(" * 3_000 + "load_factor < 1" + ")" * 3_000,
+    "150 brackets": "not (" * 150 + "load_factor < 1" + ")" * 150,
+    "2,000 not": "not " * 2_000 + "load_factor < 1",
+    "9,000 signs": "load_factor < " + "-" * 9_000 + "1",
+    "a list in a list": "load_factor in " + "[" * 90 + "1" + "]" * 90,
+    "NUL": "load_factor < 1\0",
+    "surrogate": "status == '\ud800'",
+    "backslash": "status == '\\d'",
+    "no text": 1,
+    "bytes": b"load_factor < 1",
+    "empty": "",
+}
+#: Large or odd, and yet harmless: rows are selected, or none.
+HARMLESS = {
+    "500 comparisons": " or ".join(["load_factor < 1"] * 500),
+    "800 texts": f"case in {[str(k) for k in range(800)]}",
+    "300 digits": "load_factor < " + "1" * 300,
+    "an exponent of 3,000 digits": "load_factor < 1e" + "9" * 3_000,
+    "infinity": "load_factor < 1e999",
+}
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory):
+    """A block that rocks, one that cannot, and a file that is none."""
+    folder = tmp_path_factory.mktemp("queries")
+    for name, tags in (("slender", ["north", "survey"]), ("squat", ["south"])):
+        model = model_of(*single_block(0.5, 1.0 if name == "slender" else 0.1), name=name)
+        cases = [bs.LimitCase("push +x", SELF_WEIGHT, push(1, 0, 0), "associative")]
+        bs.AnalysisManager(model, folder / f"{name}.h5", tags=tags).run(cases)
+    (folder / "text.h5").write_text("notes", encoding="utf-8")
+    return bs.Archive(folder)
+
+
+@pytest.mark.parametrize("name", [*HOSTILE, *LARGE])
+def test_nothing_but_comparisons_is_understood(archive, tmp_path, name):
+    proof = tmp_path / "proof"
+    expression = LARGE[name] if name in LARGE else name.format(proof=proof)
+    with pytest.raises(bs.StorageError, match=r"(?s)^query .*; write comparisons of columns with numbers or texts"):
+        archive.query(expression)
+    assert not proof.exists()
+    with pytest.raises((bs.StorageError, TypeError)):
+        archive.history(expression)
+    assert not proof.exists()
+
+
+def test_the_command_refuses_them_too(archive, tmp_path, call):
+    proof = tmp_path / "proof"
+    code, out, err = call("archive", archive.folder, "--query", HOSTILE[0].format(proof=proof))
+    assert (code, out, "Call is not understood" in err) == (2, "", True), err
+    assert not proof.exists()
+
+
+@pytest.mark.parametrize(
+    ("expression", "files"),
+    [
+        ("load_factor < 0.6", ["slender"]),
+        ("0.6 > load_factor", ["slender"]),
+        ("0.4 < load_factor <= 0.6", ["slender"]),
+        ("not load_factor < 0.6", ["squat", "text"]),
+        ("load_factor != -1", ["slender", "squat", "text"]),
+        ("status == 'converged' and not (model == 'squat' or problem != '')", ["slender"]),
+        ("model in ['squat', 'other']", ["squat"]),
+        ("model not in ('squat',) and load_factor > 0", ["slender"]),
+        ("'north' in tags", ["slender"]),
+        ("'slen' in path", ["slender"]),
+        ("'north' not in tags", ["squat", "text"]),
+        ("holds == True", ["slender", "squat"]),
+        ("holds == 0", []),
+        ("n_iterations >= 1", ["slender", "squat"]),
+        ("created_at > '2026-01-31' or created_at < '2026-01-31'", ["slender", "squat"]),
+        ("settings_max_programs == 120", ["slender", "squat"]),
+        ("settings_crushing == 'conic'", ["slender", "squat"]),
+        *((text, None) for text in HARMLESS.values()),
+    ],
+)
+def test_comparisons_select_rows(archive, expression, files):
+    found = archive.query(expression)
+    assert found.attrs["units"]
+    if files is not None:
+        assert found["path"].tolist() == [f"{name}.h5" for name in files]
+
+
+@pytest.mark.parametrize(
+    ("expression", "words"),
+    [
+        ("load_factr < 1", ["no column 'load_factr'", "columns are path, case"]),
+        ("load_factor < '0.3'", ["'0.3'", "'load_factor', which holds numbers"]),
+        ("status < 1", ["'status', which holds texts"]),
+        ("tags == 'north'", ["'tags', which holds tags, which a text can be in"]),
+        ("status == converged", ["'converged' stands where a number or a text is due (texts are quoted)"]),
+        ("created_at > 'yesterday'", ["'yesterday' is no date, write '2026-01-31'"]),
+        ("created_at > 2026", ["is no date"]),
+        ("status in 'converged'", ["'status' can only be in a list"]),
+        ("1 in load_factor", ["only a text can be in a column"]),
+        ("holds", ["column 'holds' is compared with nothing"]),
+        ("load_factor is 1", ["write == or !="]),
+        ("load_factor <", ["no expression"]),
+    ],
+)
+def test_a_refusal_names_what_is_wrong(archive, expression, words):
+    with pytest.raises(bs.StorageError) as caught:
+        archive.query(expression)
+    for word in words:
+        assert word in str(caught.value)
+
+
+@pytest.mark.slow
+def test_the_attack(archive, tmp_path):
+    """Every expression of above, and random pieces of all of them: rows, or one error of ours."""
+    proof = tmp_path / "proof"
+    given = {**{text: text.format(proof=proof) for text in HOSTILE}, **LARGE, **HARMLESS}
+    rng = random.Random(16)
+    pieces = [word for text in HOSTILE for word in text.format(proof=proof).split()] + ["load_factor", "<", "1", "and"]
+    for k in range(300):
+        given[f"random {k}"] = " ".join(rng.choices(pieces, k=rng.randint(2, 9)))
+    found = attack("queries", [(name, lambda text=text: archive.query(text)) for name, text in given.items()])
+    assert {how for how, _ in found.values()} <= {"answered", "refused"}
+    assert not proof.exists()

@@ -1,0 +1,71 @@
+"""Trials of an attack: each ends with an answer or with an error of ours, within five seconds and 4 GB."""
+
+import resource
+import signal
+import time
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterable
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import blockstruct as bs
+
+#: Seconds and bytes that a trial may take.
+SECONDS, MEMORY = 5, 4 << 30
+#: Characters of the longest message.
+MESSAGE = 100_000
+
+
+class HangError(BaseException):
+    """A trial that did not end in time; no ``except Exception`` holds it up."""
+
+
+@contextmanager
+def bounded():
+    """Context that ends after five seconds, and in which memory is short."""
+
+    def stop(number, frame):
+        raise HangError
+
+    before = signal.signal(signal.SIGALRM, stop)
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    used = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, hard))
+    signal.setitimer(signal.ITIMER_REAL, SECONDS)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
+def outcome(trial: Callable[[], Any]) -> tuple[str, str]:
+    """How a trial ended, and what it said: ``answered``, ``refused``, or what must not happen."""
+    try:
+        with bounded(), warnings.catch_warnings():
+            warnings.simplefilter("ignore", bs.UnusualValueWarning)
+            return "answered", repr(trial())[:80]
+    except HangError:
+        return "HANG", ""
+    except bs.BlockstructError as error:
+        said = str(error)
+        return ("refused", said) if len(said) <= MESSAGE else ("LONG MESSAGE", said)
+    except BaseException as error:  # whatever else comes out is what the attack looks for
+        return "RAW", f"{type(error).__name__}: {error}"[:400]
+
+
+def attack(what: str, trials: Iterable[tuple[str, Callable[[], Any]]]) -> dict[str, tuple[str, str]]:
+    """Outcome of each trial by its name; prints them as a table."""
+    found, seconds = {}, {}
+    for name, trial in trials:
+        start = time.perf_counter()
+        found[name] = outcome(trial)
+        seconds[name] = time.perf_counter() - start
+    counts = Counter(how for how, _ in found.values())
+    print(f"\n{what}: {len(found)} trials, {dict(counts)}, longest {max(seconds.values()):.2f} s")
+    for name, (how, said) in found.items():
+        print(f"  {how:<10}{seconds[name]:7.2f} s  {name:<40.40}  {' '.join(said.split())[:110]}")
+    return found

@@ -1,0 +1,153 @@
+"""One number a case: the result, the spread, the console and the JSON say the same."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct.limit import ProcedureSettings, scheduled
+from blockstruct.views import analysis_summary, result_text, spread_text
+from blockstruct.views.words import (
+    admissible_words,
+    certificate_words,
+    headline_words,
+    load_factor_words,
+    spread_words,
+    status_words,
+    warning_words,
+)
+from structures import SELF_WEIGHT, model_of, push, single_block, solve
+
+
+@pytest.fixture(scope="module")
+def surveyed(small_model):
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
+    return bs.AnalysisManager(small_model).run([case], spread=True)
+
+
+def headline(*ends, associative=0.4):
+    return bs.Headline.of([(bs.Status(status), alpha) for status, alpha in ends], bs.Flow.NONASSOCIATIVE, associative)
+
+
+def test_the_lowest_certified_number_is_the_headline_everywhere(surveyed):
+    spread = surveyed.spread("push")
+    found = surveyed.headlines
+    assert list(found) == ["push"]
+    assert found["push"] == spread.headline
+    assert spread.load_factor == spread.lowest.load_factor
+    assert spread.headline.highest == spread.highest.load_factor
+    assert spread.headline.associative == spread.upper_bound.load_factor
+    said = f"{spread.lowest.load_factor:.4g} (lowest of 5 of 5 schedules certified, up to"
+    assert str(spread).startswith(said)
+    assert said in spread_text(surveyed)
+    assert said in headline_words(spread.headline)
+    summary = json.loads(json.dumps(analysis_summary(surveyed)))["headlines"]["push"]
+    assert summary["load_factor"] == spread.load_factor
+    assert summary["certified"] == 5
+
+
+def test_a_single_run_shows_its_associative_bound(small_analysis):
+    lower, upper = small_analysis["push nonassociative"], small_analysis["push associative"]
+    assert lower.associative_load_factor == pytest.approx(upper.load_factor, rel=1e-7)
+    assert str(lower.headline) == f"{lower.load_factor:.4g} (associative bound {upper.load_factor:.4g})"
+    assert str(upper.headline) == f"{upper.load_factor:.4g}"
+    assert f"load factor {lower.headline}" in result_text(lower).plain
+    assert load_factor_words(lower) == lower.headline.number
+
+
+def test_print_tells_how_many_schedules_converged():
+    found = headline(("converged", 0.31), ("not_converged", math.nan), ("converged", 0.26))
+    assert str(found) == "0.26 (lowest of 2 of 3 schedules certified, up to 0.31; associative bound 0.4)"
+    assert (found.lowest, found.highest, found.certified) == (0.26, 0.31, 2)
+
+
+@pytest.mark.parametrize(
+    ("ends", "status", "load_factor"),
+    [
+        # What is found about the dead load holds whatever other schedules find.
+        ([("converged", 0.3), ("depends_on_self_stress", math.nan)], "depends_on_self_stress", math.nan),
+        ([("unbounded", math.inf), ("converged", 0.3)], "converged", 0.3),
+        ([("unbounded", math.inf), ("not_converged", math.nan)], "unbounded", math.inf),
+        ([("not_converged", math.nan), ("converged", 0.3)], "converged", 0.3),
+        ([("unstable_under_dead_load", math.nan)], "unstable_under_dead_load", math.nan),
+    ],
+)
+def test_status_of_a_headline(ends, status, load_factor):
+    found = headline(*ends)
+    assert found.status == status
+    assert found.load_factor == pytest.approx(load_factor, nan_ok=True)
+    assert status in str(found) or math.isfinite(found.load_factor) or found.load_factor == math.inf
+
+
+def test_a_schedule_never_raises_the_number_of_programs():
+    assert scheduled(ProcedureSettings(max_programs=7), "shift").max_programs == 7
+    # The shift took 59 % of the time of a spread, and failed in three of four: it has a budget.
+    assert scheduled(ProcedureSettings(), "shift").max_programs == 40
+    assert scheduled(ProcedureSettings(), "steep") == ProcedureSettings(slope=0.6)
+
+
+@pytest.mark.parametrize("status", list(bs.Status))
+def test_every_status_has_its_sentence(small_analysis, status):
+    result = replace(small_analysis["push nonassociative"], status=status)
+    assert status_words(result).endswith(".")
+    assert certificate_words(result).endswith(".")
+
+
+def test_words_of_what_has_not_converged(small_model):
+    for flow, meaning in (("nonassociative", "no lower bound"), ("associative", "a lower bound")):
+        result = solve(small_model, push(1, 0, 0), flow, max_programs=6, gap_tolerance=0.0)
+        assert result.status == "not_converged"
+        words = admissible_words(result)
+        assert f"at load factor {result.admissible_load_factor:.4g}" in words
+        assert meaning in words
+        assert words in result_text(result).plain
+
+
+def test_words_of_a_warning():
+    with pytest.warns(bs.LoadFactorWarning):
+        result = solve(model_of(*single_block(1.0, 1.0)), push(0.3, 0, -1), "nonassociative")
+    assert warning_words(result) == result.warnings[0]
+    assert result.warnings[0] in result_text(result).plain
+    assert warning_words(solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0))) == ""
+
+
+def test_spread_words_count_the_schedules(surveyed):
+    assert spread_words(surveyed.spread("push")).startswith("5 of 5 schedules found a certified collapse state, at")
+
+
+def test_few_joints_are_active_and_the_first_dissipates_most(surveyed):
+    """At a threshold of 1e-4 the mechanism of a solver moves joints far away from it."""
+    result = surveyed["push"]
+    active = result.active_joints
+    assert list(active.columns) == ["state", "dissipation", "speed"]
+    assert active["dissipation"].is_monotonic_decreasing
+    assert active["speed"].gt(0.01).all()
+    assert not active["state"].isin(["sticking", "unknown"]).any()
+    # All work of the loads is dissipated in the joints: w_L·u = 1, and the dead load's.
+    last = result.history.isel(iteration=-1)
+    weight = np.array([0.0 if b.fixed else b.weight for b in surveyed.model.blocks])
+    falls = -(weight * last.block_velocity.sel(dof="vz").to_numpy()).sum()
+    assert active["dissipation"].sum() == pytest.approx(result.load_factor + falls, rel=5e-3)
+
+
+def test_joints_at_rest_are_not_active(small_analysis):
+    history = small_analysis["push nonassociative"].history
+    slow = history.copy(deep=True)
+    v = slow.relative_velocity.to_numpy()
+    fastest = int(np.argmax(np.abs(v[-1]).max(axis=1)))
+    joint = slow.interface_of_contact_point.to_numpy()[fastest]
+    # Every other joint moves at half a percent of the fastest.
+    others = slow.interface_of_contact_point.to_numpy() != joint
+    v[-1, others] = 0.005 * np.abs(v[-1]).max() * np.sign(v[-1, others])
+    assert list(bs.active_joints(slow).index) == [slow.interface.to_numpy()[joint]]
+    assert len(bs.active_joints(slow, tolerance=1e-4)) > 1
+
+
+def test_a_block_that_rocks_has_an_active_hinge_that_dissipates_nothing():
+    active = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0)).active_joints
+    assert active["state"].tolist() == ["hinge"]
+    assert active["dissipation"].tolist() == [0.0]
+    assert active["speed"].tolist() == [1.0]

@@ -1,0 +1,210 @@
+"""Loads that only jammed blocks carry: no load factor below zero, and none without a warning."""
+
+import math
+
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.analysis import IterationDone
+from structures import model_of, push, single_block, solve
+
+STONE = bs.Material("stone", "20 kN/m^3")
+MORE_WEIGHT = push(0, 0, -1)
+
+
+def lintel(n, mu=0.65):
+    """A flat lintel of n cubes between fixed jambs, with vertical joints and no support below."""
+    jambs = [
+        bs.Block.box(name, Q_([x, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE, fixed=True)
+        for name, x in (("left", -1), ("right", n))
+    ]
+    blocks = [bs.Block.box(f"{i}", Q_([i, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE) for i in range(n)]
+    return model_of([*jambs, *blocks], bs.JointMaterial("dry", mu))
+
+
+def point_load(n):
+    """10 kN down on the block in the middle."""
+    at = Q_([n / 2, 0.5, 1], "m")
+    return bs.LoadPattern("point", [bs.PointLoad(f"{n // 2}", at, Q_([0, 0, -10], "kN"))])
+
+
+def pads(order, mu=0.65):
+    """A block on four pads in a row, slick or rough: how much each bears is not determined."""
+    rough, slick = bs.JointMaterial("rough", mu), bs.JointMaterial("slick", 0.0)
+    feet = [
+        bs.Block.box(f"pad {i}", Q_([i, 0, -0.5], "m"), Q_([0.5, 1, 0.5], "m"), STONE, fixed=True) for i in range(4)
+    ]
+    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([3.5, 1, 1], "m"), STONE)
+    found = bs.detect_interfaces([*feet, block], joint_material=rough).interfaces
+    joints = {"r": rough, "s": slick}
+    interfaces = [
+        bs.Interface(i.name, i.minus, i.plus, Q_(i.polygon, "m"), joints[order[int(i.name[4])]]) for i in found
+    ]
+    return bs.Model("pads", [*feet, block], interfaces)
+
+
+HANGING = pytest.mark.parametrize(
+    ("blocks", "load"),
+    [(3, MORE_WEIGHT), (5, point_load(5)), (1, MORE_WEIGHT)],
+    ids=["3 blocks, more weight", "5 blocks, a point load", "one clamped block"],
+)
+
+
+@HANGING
+def test_the_dead_load_of_a_flat_lintel_hangs_on_self_stress(blocks, load):
+    """Load factors of −0.9988, −1.7775 and −0.9997 were certified here, and called converged."""
+    model = lintel(blocks)
+    result = solve(model, load, "nonassociative")
+    assert result.status == "depends_on_self_stress"
+    assert math.isnan(result.load_factor)
+    assert "self-stress" in result.message
+    # The proof is a collapse state of the whole dead load: friction does as much work as the falling blocks.
+    assert result.certificate.holds
+    assert result.history.stage[-1] == "dead_load"
+    last = result.history.isel(iteration=-1)
+    friction = -(last.contact_force * last.relative_velocity).sum().item()
+    fall = -sum(b.weight * last.block_velocity.sel(block=b.name, dof="vz").item() for b in model.blocks)
+    assert fall > 0
+    assert friction == pytest.approx(fall, rel=2e-3)
+    assert bs.recomputed_certificate(bs.AnalysisManager(model).run([result.case]), "case").holds
+
+
+@HANGING
+@pytest.mark.filterwarnings("ignore::blockstruct.LoadFactorWarning")
+@pytest.mark.parametrize("schedule", list(bs.SCHEDULES))
+def test_no_schedule_converges_below_zero(blocks, load, schedule):
+    """Another path may end in a state of more self-stress; then the result warns."""
+    result = solve(lintel(blocks), load, "nonassociative", **bs.SCHEDULES[schedule])
+    assert result.status != "converged" or (result.load_factor > 0 and result.warnings)
+
+
+def test_headline_and_spread_say_that_the_dead_load_depends_on_self_stress():
+    case = bs.LimitCase("more", bs.LoadPattern("dead", [bs.SelfWeight()]), MORE_WEIGHT)
+    spread = bs.AnalysisManager(lintel(3)).run([case], spread="steep").spread("more")
+    assert spread.headline.status == "depends_on_self_stress"
+    assert math.isnan(spread.load_factor)
+    assert str(spread).startswith("none, depends_on_self_stress")
+
+
+def test_a_jammed_load_factor_warns():
+    with pytest.warns(bs.LoadFactorWarning, match=r"case 'case': .* how firmly the blocks are jammed"):
+        result = solve(lintel(3), push(0, 1, 0), "nonassociative")
+    assert result.status == "converged"
+    assert "jammed" in result.warnings[0]
+    assert "warning: With dilatancy" in str(result)
+    assert result.headline.bound == "no associative bound"
+
+
+def test_an_ordinary_load_factor_does_not_warn(small_analysis):
+    assert [r.warnings for r in small_analysis.values()] == [(), ()]
+
+
+@pytest.mark.parametrize(("share", "mu"), [(0.1, 0.4), (0.3, 0.4), (0.3, 0.65), (0.5, 0.65)])
+def test_a_load_inside_the_friction_cone_is_recognised_early(share, mu):
+    """Pushed down by more than friction needs: it ended after 60 programs and more, as not converged, at −0.857."""
+    with pytest.warns(bs.LoadFactorWarning, match="grew without limit"):
+        result = solve(model_of(*single_block(1.0, 1.0, mu=mu)), push(share, 0, -1), "nonassociative")
+    assert result.status == "unbounded"
+    assert result.load_factor == math.inf
+    assert result.certificate is None
+    assert result.n_iterations <= 15
+
+
+def test_a_load_outside_the_friction_cone_slides():
+    # 0.5 α = 0.4 (1 + α).
+    result = solve(model_of(*single_block(1.0, 1.0, mu=0.4)), push(0.5, 0, -1), "nonassociative")
+    assert result.load_factor == pytest.approx(4.0, rel=1e-3)
+
+
+@pytest.mark.filterwarnings("ignore::blockstruct.LoadFactorWarning")
+@pytest.mark.parametrize("order", ["srrs", "rssr", "rsrs", "ssrr"])
+def test_growth_for_a_while_is_not_taken_for_unbounded(order):
+    """The slick pads may bear all of it, so that the block slides at once; for a while its load factor only grows."""
+    result = solve(pads(order), push(0.1, 0, -1), "nonassociative")
+    assert result.status == "converged"
+    assert result.load_factor < 0.05
+
+
+def test_a_load_factor_of_zero_is_not_negative():
+    result = solve(model_of(*single_block(1.0, 1.0, mu=0.0)), push(1, 0, 0), "nonassociative")
+    assert result.status == "converged"
+    assert 0 <= result.load_factor < 1e-6
+
+
+def test_programs_are_counted_as_recorded(small_model):
+    result = solve(small_model, push(1, 0, 0), "nonassociative", max_programs=6, gap_tolerance=1e-12)
+    assert result.status == "not_converged"
+    assert f"no certificate in {result.n_iterations} programs (limit 6" in result.message
+
+
+def test_what_has_not_converged_keeps_its_best_admissible_state(small_model):
+    result = solve(small_model, push(1, 0, 0), "nonassociative", max_programs=8, gap_tolerance=1e-12)
+    state = result.admissible_state
+    assert math.isnan(result.load_factor)
+    assert result.admissible_load_factor == state.load_factor
+    # It is admissible, not a collapse state, and none of the others misses the flow rule less.
+    assert state.certificate.yield_excess <= result.settings.yield_tolerance
+    assert not state.certificate.holds
+    h = result.history
+    inside = (h.yield_excess <= result.settings.yield_tolerance) & (h.equilibrium_residual <= 1e-6)
+    assert state.certificate.flow_rule_gap == h.flow_rule_gap.where(inside).min().item()
+    assert state.load_factor <= result.associative_load_factor * (1 + 1e-9)
+
+
+def test_without_iterations_nothing_is_admissible(small_model, small_cases):
+    def stop(event):
+        raise KeyboardInterrupt
+
+    result = bs.AnalysisManager(small_model, listeners=[stop]).run(small_cases[:1])[small_cases[0].name]
+    assert result.status == "interrupted"
+    assert result.admissible_state is None
+    assert math.isnan(result.admissible_load_factor)
+    assert math.isnan(result.associative_load_factor)
+
+
+@pytest.mark.parametrize("loads", [
+    [bs.BodyForce("+x", 0.1), bs.BodyForce("+x", 0.2), bs.BodyForce("-x", 0.3)],
+    [
+        bs.PointLoad("block", Q_([0.1, 0.3, 0.7], "m"), Q_([0.1, 0.7, 0], "kN")),
+        bs.PointLoad("block", Q_([0.1, 0.3, 0.7], "m"), Q_([0.2, 0.1, 0], "kN")),
+        bs.PointLoad("block", Q_([0.1, 0.3, 0.7], "m"), Q_([-0.3, -0.8, 0], "kN")),
+    ],
+])  # fmt: skip
+def test_loads_that_cancel_to_rounding_are_none(loads):
+    """They were a variable load of 1e-17, and ``converged 3.5e17``."""
+    with pytest.raises(bs.ModelError, match=r"'cancels' is zero on every free block.*do not cancel"):
+        solve(model_of(*single_block(1.0, 1.0)), bs.LoadPattern("cancels", loads))
+    pair = loads[:2]
+    assert solve(model_of(*single_block(1.0, 1.0)), bs.LoadPattern("acts", pair)).status == "converged"
+
+
+@pytest.mark.filterwarnings("ignore::blockstruct.LoadFactorWarning")
+@pytest.mark.parametrize(
+    ("model", "load", "status"),
+    [
+        (lintel(3), MORE_WEIGHT, "depends_on_self_stress"),
+        (model_of(*single_block(1.0, 1.0)), push(0.3, 0, -1), "unbounded"),
+    ],
+)
+def test_an_interrupted_case_ends_as_it_would_have(model, load, status, tmp_path):
+    case = bs.LimitCase("case", bs.LoadPattern("dead", [bs.SelfWeight()]), load)
+    whole = bs.AnalysisManager(model).run([case])["case"]
+
+    def stop(event):
+        if isinstance(event, IterationDone) and event.index == 4:
+            raise KeyboardInterrupt
+
+    bs.AnalysisManager(model, tmp_path / "a.h5", listeners=[stop]).run([case])
+    resumed = bs.AnalysisManager.resume(tmp_path / "a.h5")["case"]
+    assert resumed.status == whole.status == status
+    assert resumed.history.stage.to_numpy().tolist() == whole.history.stage.to_numpy().tolist()
+    assert bs.contradictions(bs.open_analysis(tmp_path / "a.h5")) == []
+
+
+@pytest.mark.filterwarnings("error::blockstruct.LoadFactorWarning")
+def test_a_warning_made_an_error_loses_no_result(tmp_path):
+    case = bs.LimitCase("case", bs.LoadPattern("dead", [bs.SelfWeight()]), push(0, 1, 0))
+    with pytest.raises(bs.LoadFactorWarning):
+        bs.AnalysisManager(lintel(3), tmp_path / "a.h5").run([case])
+    assert bs.open_analysis(tmp_path / "a.h5")["case"].status == "converged"

@@ -1,0 +1,172 @@
+"""Random models in space against a linear program that shares nothing with the library but the geometry.
+
+The load factor with associative flow lies between those of friction pyramids inside and around the cones; that without
+dilatancy lies below, and its certificate is recomputed contact by contact.
+"""
+
+import math
+import warnings
+from collections import Counter
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from independent import Structure, bounds, measures
+from structures import model_of, moved, rotation, solve
+
+KINDS = ("box", "stack", "boxes", "wall", "arch")
+
+
+def random_model(seed):
+    """A model of one of five kinds, turned about the vertical, and a variable load."""
+    rng = np.random.default_rng(seed)
+    kind = KINDS[seed % len(KINDS)]
+    stone = bs.Material("stone", f"{rng.uniform(10, 25)} kN/m^3")
+    joint = bs.JointMaterial("joint", rng.uniform(0.2, 0.9))
+    blocks = globals()[f"random_{kind}"](rng, stone)
+    model = model_of(
+        moved(blocks, rotation((0, 0, 1), rng.uniform(0, 6)), rng.uniform(-5, 5, 3)), joint, f"{kind} {seed}"
+    )
+    direction = rng.normal(size=3) * (1, 1, rng.choice([0.0, 0.3, 1.0]))
+    direction /= np.linalg.norm(direction)
+    loaded = [b for b in model.blocks if not b.fixed]
+    block = loaded[rng.integers(len(loaded))]
+    if rng.random() < 0.7:
+        return model, bs.BodyForce(direction)
+    corner = block.shape.vertices[rng.integers(len(block.shape.vertices))]
+    return model, bs.PointLoad(block.name, Q_(corner, "m"), Q_(direction * block.weight, "N"))
+
+
+def random_box(rng, stone):
+    size = rng.uniform(0.3, 1.5, 3)
+    ground = bs.Block.box("ground", Q_([-2, -2, -1], "m"), Q_([6, 6, 1], "m"), stone, fixed=True)
+    return [ground, bs.Block.box("box", Q_([0, 0, 0], "m"), Q_(size, "m"), stone)]
+
+
+def random_stack(rng, stone):
+    blocks = [bs.Block.box("ground", Q_([-3, -3, -1], "m"), Q_([6, 6, 1], "m"), stone, fixed=True)]
+    low = np.zeros(3)
+    for i in range(rng.integers(2, 7)):
+        size = rng.uniform((0.5, 0.5, 0.2), (1.2, 1.2, 0.8))
+        blocks.append(bs.Block.box(f"{i}", Q_(low, "m"), Q_(size, "m"), stone))
+        low = low + np.append(rng.uniform(-0.12, 0.12, 2), size[2])
+    return blocks
+
+
+def random_boxes(rng, stone):
+    """Piers of boxes under beams of two bays: several supports, joints on more than one side."""
+    blocks = [bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([8, 3, 1], "m"), stone, fixed=True)]
+    height, depth = rng.uniform(0.3, 0.7), rng.uniform(0.3, 0.8)
+    courses = int(rng.integers(1, 4))
+    for pier in range(3):
+        for course in range(courses):
+            low = (2.0 * pier + rng.uniform(-0.05, 0.05), 0, course * height)
+            blocks.append(bs.Block.box(f"{pier}.{course}", Q_(low, "m"), Q_([0.6, depth, height], "m"), stone))
+    for bay in range(2):
+        low, size = (2.0 * bay + 0.3 - 0.3 * (bay == 0), 0, courses * height), (2.0 + 0.3 * (bay == 0), depth, 0.4)
+        blocks.append(bs.Block.box(f"beam {bay}", Q_(low, "m"), Q_(size, "m"), stone))
+    return blocks
+
+
+def random_wall(rng, stone):
+    n, rows = int(rng.integers(2, 5)), int(rng.integers(2, 6))
+    widths = rng.uniform(0.5, 1.5, n)
+    pattern = [[*widths], [widths[0] / 2, *(widths[:-1] + widths[1:]) / 2, widths[-1] / 2]]
+    return bs.courses(
+        [pattern[i % 2] for i in range(rows)],
+        unit_length="0.4 m",
+        unit_height="0.2 m",
+        depth=f"{rng.uniform(0.1, 0.4)} m",
+        material=stone,
+    )
+
+
+def random_arch(rng, stone):
+    return bs.arch(
+        span=f"{rng.uniform(2, 6)} m",
+        thickness=f"{rng.uniform(0.3, 0.9)} m",
+        depth=f"{rng.uniform(0.3, 1.0)} m",
+        voussoirs=int(rng.integers(5, 14)),
+        material=stone,
+    )
+
+
+def wrenches(structure, load):
+    if isinstance(load, bs.BodyForce):
+        return structure.body_force(load.share * np.array(load.direction))
+    return structure.wrench({load.block: [(np.array(load.point), np.array(load.force))]})
+
+
+def agree(seed):
+    """Compare both flows of one model; gives its kind, how it ended, and where α lies between the pyramids."""
+    model, load = random_model(seed)
+    structure = Structure.of(model)
+    dead, variable = structure.body_force((0, 0, -1)), wrenches(structure, load)
+    inner, outer = bounds(structure, dead, variable)
+    pattern = bs.LoadPattern("variable", [load])
+    upper = solve(model, pattern, "associative")
+    kind, status = model.name.split()[0], upper.status.value
+
+    # The cone lies between the pyramids, and so does what it carries.
+    assert (
+        status
+        in {
+            (True, True): ("unstable_under_dead_load",),
+            (True, False): ("unstable_under_dead_load", "converged", "unbounded"),
+            (False, False): ("converged", "unbounded"),
+        }[math.isnan(inner), math.isnan(outer)]
+    ), (model.name, status, inner, outer)
+    assert status != "converged" or outer > -1e-9
+    if math.isfinite(outer):
+        assert status != "unbounded", (model.name, outer)
+    if math.isinf(inner):
+        assert status == "unbounded", (model.name, inner)
+    if status == "converged":
+        low = 0.0 if math.isnan(inner) else inner
+        assert low - 1e-6 * (1 + low) <= upper.load_factor <= outer + 1e-6 * (1 + outer), (model.name, inner, outer)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", bs.LoadFactorWarning)
+        lower = solve(model, pattern, "nonassociative")
+    if upper.status == "unstable_under_dead_load":
+        assert lower.status == "unstable_under_dead_load"
+    if lower.status == "converged":
+        assert lower.load_factor >= 0
+        assert lower.load_factor <= upper.load_factor * (1 + 1e-6) + 1e-6
+        by_hand = measures(structure, dead, variable, lower)
+        s = lower.settings
+        assert by_hand.residual < 1e-5, (model.name, by_hand)
+        assert by_hand.excess < 10 * s.yield_tolerance, (model.name, by_hand)
+        assert by_hand.penetration < 1.01 * s.interpenetration_tolerance, (model.name, by_hand)
+        assert by_hand.gap < 1.01 * lower.certificate.flow_rule_gap_limit + 1e-9, (model.name, by_hand)
+        assert by_hand.work == pytest.approx(1.0, abs=1e-5)
+    return kind, status, lower.status.value
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_linear_program_agrees(seed):
+    agree(seed)
+
+
+@pytest.mark.slow
+def test_a_linear_program_agrees_on_150_models(capsys):
+    ends = Counter(agree(seed) for seed in range(150))
+    with capsys.disabled():
+        print(f"\n{'kind':<8}{'associative':<26}{'non-associative':<26}models")
+        for (kind, upper, lower), count in sorted(ends.items()):
+            print(f"{kind:<8}{upper:<26}{lower:<26}{count:>6}")
+    # Statuses of every sort were met, and most models have a load factor.
+    assert sum(count for (_, upper, _), count in ends.items() if upper == "converged") > 100
+
+
+def test_the_independent_program_knows_the_closed_form():
+    # A box 0.5 × 1 × 1 rocks at b / h; the pyramids bound friction, which is not what governs.
+    stone = bs.Material("stone", "20 kN/m^3")
+    ground = bs.Block.box("ground", Q_([-2, -2, -1], "m"), Q_([6, 6, 1], "m"), stone, fixed=True)
+    box = bs.Block.box("box", Q_([0, 0, 0], "m"), Q_([0.5, 1, 1], "m"), stone)
+    structure = Structure.of(model_of([ground, box], bs.JointMaterial("joint", 0.8)))
+    dead, variable = structure.body_force((0, 0, -1)), structure.body_force((1, 0, 0))
+    assert bounds(structure, dead, variable) == pytest.approx((0.5, 0.5), rel=1e-6)
+    assert structure.weight["box"] == pytest.approx(10e3)
