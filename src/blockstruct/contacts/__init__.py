@@ -9,6 +9,7 @@
 """
 
 from blockstruct.contacts.corrected import CorrectedJoints, corrected_joints
-from blockstruct.contacts.detection import Detection, detect_interfaces
+from blockstruct.contacts.detection import detect_interfaces
+from blockstruct.model import Detection
 
 __all__ = ["CorrectedJoints", "Detection", "corrected_joints", "detect_interfaces"]
