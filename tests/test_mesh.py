@@ -259,6 +259,25 @@ def test_a_body_given_again_under_another_name_is_dropped_and_named(tmp_path):
     assert [b.name for b in found.blocks] == ["one"]
 
 
+def test_the_lowest_blocks_are_those_within_a_height_and_the_next_ones_are_noted(tmp_path):
+    # Four cubes, of which the second stands 2 cm and the third 8 cm higher than the first.
+    text = "".join(
+        f"o c{k}\n" + obj_text([(x + 2 * k, y, z + lift) for x, y, z in CUBE], [[i + 8 * k for i in f] for f in QUADS])
+        for k, lift in enumerate((0, 0.02, 0.08, 1))
+    )
+    path = saved(tmp_path, "cubes.obj", text)
+    found = bs.read_mesh(path, unit="m", material=STONE, fixed="lowest")
+    assert found.report.supports == ("c0",)
+    assert "2 more blocks reach down to within 0.08 m of the lowest level and are free" in str(found.report)
+    found = bs.read_mesh(path, unit="m", material=STONE, fixed=["lowest 3 cm", "c3"])
+    assert found.report.supports == ("c0", "c1", "c3")
+    assert "1 more blocks" in str(found.report)
+    (note,) = bs.read_mesh(path, unit="m", material=STONE, fixed="lowest").report.notes
+    wider = note.partition("fix '")[2].partition("'")[0]
+    found = bs.read_mesh(path, unit="m", material=STONE, fixed=wider)
+    assert (found.report.supports, found.report.notes) == (("c0", "c1", "c2"), ())
+
+
 @pytest.mark.parametrize("exclude", [["two"], "t*", ["t*o"]])
 def test_blocks_are_left_out_by_name_before_they_are_judged(tmp_path, exclude):
     text = "o one\n" + obj_text() + "o two\n" + obj_text(CUBE, shifted(QUADS[:-1]))

@@ -26,7 +26,8 @@ def import_(
     ],
     friction: Annotated[float, typer.Option(help="Friction coefficient of all joints.", show_default=False)],
     fix: Annotated[
-        list[str] | None, typer.Option(help="A support: the name of a block, or lowest.", show_default=False)
+        list[str] | None,
+        typer.Option(help="A support: the name of a block, lowest, or 'lowest 3 cm'.", show_default=False),
     ] = None,
     exclude: Annotated[
         list[str] | None, typer.Option(help="A block to leave out; * is any text.", show_default=False)
@@ -87,7 +88,7 @@ def import_(
             files,
             unit=unit,
             material=_materials(unit_weight),
-            fixed="lowest" if fix == ["lowest"] else fix or (),
+            fixed=fix or (),
             exclude=exclude or (),
             up=up,
             **{name: value for name, value in drawing.items() if value is not None},
