@@ -155,4 +155,5 @@ class Analysis(Mapping[str, CaseResult]):
         head = (
             f"analysis of {self.model.name!r}: {len(self.model.blocks)} blocks, {len(self.model.interfaces)} interfaces"
         )
-        return "\n".join([head, *(f"  {r}" for r in self.results.values())])
+        results = [f"  {r}" for r in self.results.values()]
+        return "\n".join([head, *results, *(f"  {name}: {s.headline}" for name, s in self.spreads.items())])

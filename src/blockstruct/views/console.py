@@ -59,7 +59,7 @@ def result_text(result: bs.CaseResult) -> Text:
     text = Text("\n").append(f"{result.name}\n", style="bold")
     text.append(f"  {case.dead.name} + load factor × {case.variable.name}, {case.flow} flow\n")
     text.append(f"  status {result.status}: {result.message}\n")
-    text.append(f"  load factor {result.headline}\n", style="bold")
+    text.append(f"  load factor {result.headline.text(6)}\n", style="bold")
     for warning in result.warnings:
         text.append(f"  warning: {warning}\n", style="bold yellow")
     left = admissible_words(result)
