@@ -88,9 +88,9 @@ def test_spread_by_name_and_none(small_model):
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
     manager = bs.AnalysisManager(small_model)
     assert set(manager.run([case], spread="steep")) == {"push", "push [steep]", "push [associative]"}
-    with pytest.raises(bs.ModelError, match="unknown schedule 'gentle'; known are steep"):
+    with pytest.raises(bs.errors.ModelError, match="unknown schedule 'gentle'; known are steep"):
         manager.run([case], spread=["gentle"])
-    with pytest.raises(bs.ModelError, match="run it again with spread=True"):
+    with pytest.raises(bs.errors.ModelError, match="run it again with spread=True"):
         manager.run([case]).spread("push")
 
 
@@ -163,11 +163,11 @@ def test_sweep_refuses():
         ("friction_coefficient", "12", "is no list of values"),
         (["cohesion"], ["1 kPa"], "joints have no"),
     ):
-        with pytest.raises(bs.ModelError, match=match):
+        with pytest.raises(bs.errors.ModelError, match=match):
             manager.sweep(quantity, values, case)
-    with pytest.raises(bs.UnitError):
+    with pytest.raises(bs.errors.UnitError):
         manager.sweep("compressive_strength", [4.0], case)
-    with pytest.raises(bs.ModelError, match="a mapping such as"):
+    with pytest.raises(bs.errors.ModelError, match="a mapping such as"):
         manager.sweep({}, case=case)
-    with pytest.raises(bs.ModelError, match="'push' is no LimitCase"):
+    with pytest.raises(bs.errors.ModelError, match="'push' is no LimitCase"):
         manager.sweep("compressive_strength", ["4 MPa"], "push")

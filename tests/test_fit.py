@@ -27,7 +27,7 @@ def test_boxes_that_penetrate_within_the_tolerance_of_detection_make_a_model():
     assert model.detection is found.report
     assert bs.Model("wall", blocks=blocks, interfaces=found).hash == model.hash
     # Interfaces alone do not say with which tolerance they were found.
-    with pytest.raises(bs.GeometryError, match=r"'a' and 'b' by 0.004 m; .*interfaces=found"):
+    with pytest.raises(bs.errors.GeometryError, match=r"'a' and 'b' by 0.004 m; .*interfaces=found"):
         bs.Model("wall", blocks, found.interfaces)
     assert bs.Model("wall", blocks, found.interfaces, detection=found.report).hash == model.hash
 
@@ -38,7 +38,7 @@ def test_a_penetration_beyond_the_tolerance_is_refused_and_reported(tolerance):
     found = bs.detect_interfaces(blocks, DRY, tolerance)
     ((*names, depth),) = found.report.overlaps
     assert (names, depth) == (["a", "b"], pytest.approx(0.02))
-    with pytest.raises(bs.GeometryError, match=r"'a' and 'b' by 0.02 m"):
+    with pytest.raises(bs.errors.GeometryError, match=r"'a' and 'b' by 0.02 m"):
         bs.Model("wall", blocks, found)
 
 
@@ -86,7 +86,7 @@ def check_that_the_model_accepts(blocks, tolerance, angle):
     assert all(max(measured.get(frozenset(o[:2]), [np.inf])) > gap for o in deep)
     try:
         model = bs.Model("vault", blocks, found)
-    except bs.ModelError as error:
+    except bs.errors.ModelError as error:
         refused = str(error)
     else:
         assert len(model.interfaces) == found.report.accepted
@@ -139,7 +139,7 @@ def test_a_measured_interface_moved_off_its_blocks_is_refused():
     found = bs.detect_interfaces(blocks, DRY, "1 mm")
     (bed,) = found.interfaces
     beside = bs.Interface(bed.name, bed.minus, bed.plus, Q_(np.add(bed.polygon, [0.1, 0, 0]), "m"), DRY)
-    with pytest.raises(bs.GeometryError, match="does not lie on a face of block 'a'"):
+    with pytest.raises(bs.errors.GeometryError, match="does not lie on a face of block 'a'"):
         bs.Model("wall", blocks, replace(found, interfaces=(beside,)))
 
 

@@ -61,7 +61,7 @@ def test_the_pages_are_carried_out_in_order(page, clone, call, small_analysis):
     results = {name: replace(r, case=replace(r.case, name=name)) for name, r in named.items()}
     bs.save_analysis(small_analysis.replaced(results=results), "runs/wall.h5")
     if "write_obj(" not in page.read_text(encoding="utf-8"):
-        bs.write_obj("wall.obj", small_analysis.model.blocks, unit="mm")
+        bs.imports.write_obj("wall.obj", small_analysis.model.blocks, unit="mm")
     carry_out(page, call, {"bs": bs, "xarray": xarray})
 
 

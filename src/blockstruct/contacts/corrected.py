@@ -72,7 +72,7 @@ def corrected_joints(
         As for :func:`blockstruct.detect_interfaces`.
     moves
         How each vertex of a block was moved, shape (n, 3), m; of the blocks of which any was, as in
-        :attr:`blockstruct.Imported.moves`.
+        :attr:`blockstruct.imports.Imported.moves`.
 
     Raises
     ------

@@ -135,27 +135,27 @@ class CaseResult:
 
     @property
     def mechanism(self) -> xr.Dataset:
-        """Collapse mechanism of the last iteration: :func:`blockstruct.mechanism`."""
+        """Collapse mechanism of the last iteration: :func:`blockstruct.results.mechanism`."""
         return mechanism(self.history)
 
     @property
     def resultants(self) -> xr.Dataset:
-        """Interface resultants of every iteration: :func:`blockstruct.interface_resultants`."""
+        """Interface resultants of every iteration: :func:`blockstruct.results.interface_resultants`."""
         return interface_resultants(self.history)
 
     @property
     def states(self) -> xr.DataArray:
-        """Interface states of every iteration: :func:`blockstruct.contact_state`."""
+        """Interface states of every iteration: :func:`blockstruct.results.contact_state`."""
         return contact_state(self.history)
 
     @property
     def utilisation(self) -> xr.Dataset:
-        """Utilisation and neutral-axis depth of every iteration: :func:`blockstruct.utilisation`."""
+        """Utilisation and neutral-axis depth of every iteration: :func:`blockstruct.results.utilisation`."""
         return utilisation(self.history)
 
     @property
     def active_joints(self) -> pd.DataFrame:
-        """Joints that move in the last iteration: :func:`blockstruct.active_joints`."""
+        """Joints that move in the last iteration: :func:`blockstruct.results.active_joints`."""
         return active_joints(self.history)
 
     @property

@@ -153,7 +153,7 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
     }
 
 
-def _headline(headline: bs.Headline) -> dict[str, Any]:
+def _headline(headline: bs.results.Headline) -> dict[str, Any]:
     values = {"load_factor": headline.load_factor, **asdict(headline)}
     return {name: _finite(v) if isinstance(v, float) else v for name, v in values.items()}
 
