@@ -120,14 +120,14 @@ def test_last_feasible(small_model):
 def test_sweep():
     """α = (b / h) (1 − W / (f_c A)) at every strength, and the model's own joints are left as they are."""
     model = model_of(*single_block(0.5, 1.0, mu=0.9))
-    analysis = bs.AnalysisManager(model).run([bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))])
-    curve = analysis.sweep("compressive_strength", [None, "200 kPa", "50 kPa", "10 kPa"])
+    manager, case = bs.AnalysisManager(model), bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
+    curve = manager.sweep("compressive_strength", [None, "200 kPa", "50 kPa", "10 kPa"], case)
     assert list(curve.compressive_strength) == [np.inf, 200, 50, 10]
     assert curve.load_factor[:3].to_numpy() == pytest.approx([0.5, 0.5 * 0.9, 0.5 * 0.6], rel=1e-6)
     assert curve.status[3] == "unstable_under_dead_load"
     assert np.isnan(curve.load_factor[3])
     assert curve.compressive_strength.units == "kilopascal"
-    friction = analysis.sweep("friction_coefficient", [0.2, 0.4, 0.8])
+    friction = manager.sweep("friction_coefficient", [0.2, 0.4, 0.8], case)
     assert friction.load_factor.to_numpy() == pytest.approx([0.2, 0.4, 0.5], rel=1e-6)
 
 

@@ -137,7 +137,6 @@ class AnalysisManager:
             solver_options=solver_options([settings for _, settings in runs]),
             document_hash=self.document_hash,
             tags=self.tags,
-            conductor=self.sweep,
         )
         if self.store is None:
             done = self._conduct(analysis, self.listeners)

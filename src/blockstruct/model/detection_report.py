@@ -222,6 +222,12 @@ class DetectionReport:
         table.attrs["units"] = {"gap": "meter", "angle": "radian", "area": "meter ** 2", "deviation": "meter"}
         return table
 
+    def __repr__(self) -> str:
+        return (
+            f"<DetectionReport: {self.accepted} interfaces, {len(self.rejected)} contacts rejected, "
+            f"{len(self.near_misses)} near misses, {len(self.overlaps)} overlaps>"
+        )
+
     def __str__(self) -> str:
         t = self.tolerances
         joints = [f"{orientation} {area:.6g} m^2" for orientation, area in self.area_by_orientation.items()]
@@ -273,6 +279,9 @@ class Detection:
 
     interfaces: tuple[Interface, ...]
     report: DetectionReport
+
+    def __repr__(self) -> str:
+        return f"<Detection: {self.report!r}>"
 
 
 def _finding(contact: FoundContact) -> str:

@@ -72,6 +72,11 @@ class Model:
         object.__setattr__(self, "detection", detection)
         self._check()
 
+    def __repr__(self) -> str:
+        fixed = sum(b.fixed for b in self.blocks)
+        size = f"{len(self.blocks)} blocks, {fixed} of them fixed, {len(self.interfaces)} interfaces"
+        return f"<Model {self.name!r}: {size}>"
+
     @property
     def materials(self) -> dict[str, Material]:
         """Materials of the blocks by name."""

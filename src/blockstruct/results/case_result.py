@@ -250,6 +250,9 @@ class CaseResult:
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
         return "\n".join([str(self), *([describe(self.model, self.history)] if moves else [])])
 
+    def __repr__(self) -> str:
+        return f"<CaseResult {self.name!r}: {self.status}, load factor {self.headline.number}>"
+
     def __str__(self) -> str:
         head = f"{self.name}: {self.status}, load factor {self.load_factor:.6g} ({self.message})"
         return "\n".join([head, *(f"  warning: {text}" for text in self.warnings)])
