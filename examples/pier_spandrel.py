@@ -51,8 +51,8 @@ def main() -> dict[str, float]:
     curve = manager.sweep("compressive_strength", [None, "4 MPa", "2 MPa"], pushed())
     shear = {}
     for fc, status, alpha in curve[["status", "load_factor"]].to_dataframe().itertuples():
-        shear[f"{fc / 1e6:g} MPa"] = alpha * PUSH.to("kN").magnitude
-        print(f"f_c {fc / 1e6:>4g} MPa: {status}, load factor {alpha:.4g}, base shear {alpha * PUSH:.4~P}")
+        shear[f"{fc:g} MPa"] = alpha * PUSH.to("kN").magnitude
+        print(f"f_c {fc:>4g} MPa: {status}, load factor {alpha:.4g}, base shear {alpha * PUSH:.4~P}")
     return shear
 
 

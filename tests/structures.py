@@ -7,7 +7,7 @@ import numpy as np
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.storage.seal import seal_of
+from blockstruct.storage.snapshot import seal_of
 
 SELF_WEIGHT = bs.LoadPattern("dead", [bs.SelfWeight()])
 

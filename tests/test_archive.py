@@ -41,6 +41,7 @@ def damaged(folder, tmp_path):
     with h5py.File(tmp_path / "a" / "linked.h5", "r+") as file:
         del file["/cases/push associative/load_factor"]
         file["/cases/push associative/load_factor"] = h5py.ExternalLink("wall.h5", "/cases/push associative/duration")
+    seal_again(tmp_path / "a" / "linked.h5")
     return tmp_path / "a"
 
 
@@ -104,10 +105,10 @@ def test_damaged_files_are_listed_with_the_reason(damaged):
     table = bs.Archive(damaged).table().set_index("path")
     assert table.index.nunique() == 7
     for name, reason in {
-        "cut.h5": "no readable HDF5 file",
+        "cut.h5": "do not match its seal",
         "text.h5": "no readable HDF5 file",
-        "other.h5": "no blockstruct analysis",
-        "linked.h5": "/cases/push associative: no member 'load_factor' of its own",
+        "other.h5": "is no blockstruct analysis",
+        "linked.h5": "/cases/push associative/load_factor: 'load_factor' is missing, or a link to elsewhere",
     }.items():
         assert reason in table.loc[name, "problem"]
         assert table.loc[name, "case"] is None or pd.isna(table.loc[name, "case"])

@@ -32,11 +32,15 @@ def test_demo(call, tmp_path):
     assert code == 0
     # Without a terminal, progress is a line an iteration.
     assert "load factor 0.494770" in err
+    assert err.count("load factor 0.494770") + out.count("0.494770") == 2  # as it is solved, and as the result
     assert "39 blocks, 86 interfaces" in out
     assert "certificate holds" in out
     assert "load factor 0.4948" in out
-    assert all(len(line) <= 80 for line in out.splitlines() if line.startswith((" 1 ", "10 ")))
-    assert bs.open_analysis(tmp_path / "demo.h5")["push +x, nonassociative"].status == "converged"
+    target = tmp_path / "demo.h5"
+    assert f"next: blockstruct view {target}, blockstruct report {target}, or" in out
+    _, table, _ = call("history", target, "push +x, nonassociative")
+    assert [len(line) <= 80 for line in table.splitlines() if line.startswith((" 1 ", "10 "))] == [True, True]
+    assert bs.open_analysis(target)["push +x, nonassociative"].status == "converged"
 
 
 def test_run_and_show(call, tmp_path):
@@ -50,6 +54,30 @@ def test_run_and_show(call, tmp_path):
     assert "Ferris & Tin-Loi wall 1: 34 blocks, 83 interfaces" in out
     for word in ("0.642859", "nonassociative", "equilibrium residual", "flow-rule gap", "tolerance"):
         assert word in out
+
+
+def test_the_last_iteration_and_one_interface_of_a_history(call, file, tmp_path, small_analysis):
+    name = "push nonassociative"
+    history = small_analysis[name].history
+    _, out, _ = call("history", file, name, "--last")
+    assert [line.split()[0] for line in out.splitlines()] == ["#", str(history.sizes["iteration"] - 1)]
+    _, out, _ = call("history", file, name, "--last", "--interface", "base|1.1")
+    force = history.blockstruct.frame("force")
+    at = (force.index.get_level_values("iteration") == history.sizes["iteration"] - 1) & (
+        force.index.get_level_values("interface") == "base|1.1"
+    )
+    assert out == f"{force[at].to_string()}\n"
+    assert at.sum() == 3
+    table = tmp_path / "t.csv"
+    call("history", file, name, "--variable", "contact_force", "--interface", "base|1.1", "--last", "--csv", table)
+    with table.open(newline="", encoding="utf-8") as stream:
+        assert {row["interface_of_contact_point"] for row in csv.DictReader(stream)} == {"base|1.1"}
+    for words, said in (
+        (["--interface", "base|1.9"], "no 'base|1.9'; did you mean"),
+        (["--variable", "block_velocity", "--interface", "base|1.1"], "none of interfaces"),
+    ):
+        code, _, err = call("history", file, name, *words)
+        assert (code, said in err) == (2, True), err
 
 
 def test_a_case_without_load_factor_exits_with_3(call, tmp_path):

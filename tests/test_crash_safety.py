@@ -272,16 +272,71 @@ def test_iterations_of_another_procedure_are_not_gone_on_with(tmp_path):
         bs.AnalysisManager.resume(path)
 
 
-@pytest.mark.parametrize("damage", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b[:900] + b"x" + b[901:]])
-def test_a_damaged_iteration_ends_what_is_recovered(tmp_path, whole, damage):
+def records(path):
+    """The records of a journal, each with its line."""
+    return [b"blockstruct record " + part for part in path.read_bytes().split(b"blockstruct record ")[1:]]
+
+
+def changed(record):
+    return record[:900] + b"x" + record[901:]
+
+
+@pytest.mark.parametrize(
+    ("damage", "left"),
+    [
+        (lambda r: [*r[:5], r[5][: len(r[5]) // 2]], 4),
+        (lambda r: [*r[:5], r[5][:50], *r[6:]], 4),
+        (lambda r: [*r[:5], changed(r[5]), *r[6:]], 4),
+        (lambda r: [*r[:3], r[4], r[3], *r[5:]], 2),
+        (lambda r: [*r[:2], *r[3:]], 1),
+        (lambda r: [r[0], r[1], r[1], *r[2:]], 1),
+        (lambda r: [changed(r[0]), *r[1:]], 0),
+        (lambda r: r[1:], 0),
+    ],
+    ids=["cut", "shortened", "changed", "swapped", "left out", "twice", "first changed", "first left out"],
+)
+def test_a_damaged_record_ends_what_is_recovered(tmp_path, whole, damage, left):
     path = tmp_path / "wall.h5"
     interrupt_after(path, 8)
-    file = tmp_path / "wall.h5.partial" / "1.4.npz"
-    file.write_bytes(damage(file.read_bytes()))
+    journal = tmp_path / "wall.h5.partial" / "1.journal"
+    journal.write_bytes(b"".join(damage(records(journal))))
     found = bs.recover(path)["sideways"]
-    assert found.n_iterations == 4
-    assert "1.4.npz is damaged" in found.message
+    assert found.n_iterations == left
+    assert f"in record {left + 1 if left else 0}, which is left out with all behind it" in found.message
     check_resumed(path, whole)
+
+
+def test_a_lost_last_record_is_an_earlier_state(tmp_path, whole):
+    path = tmp_path / "wall.h5"
+    interrupt_after(path, 8)
+    journal = tmp_path / "wall.h5.partial" / "1.journal"
+    before = len(records(journal)) - 1
+    journal.write_bytes(b"".join(records(journal)[:-1]))
+    found = bs.recover(path)["sideways"]
+    assert found.n_iterations == before - 1
+    assert f"killed after {before - 1} iterations" in found.message
+    check_resumed(path, whole)
+
+
+def test_an_edited_ending_is_not_taken_over(tmp_path, whole):
+    """As by who changes the status of a case that has ended: its case counts as interrupted."""
+    path = tmp_path / "wall.h5"
+    interrupt_after(path, 8)
+    journal = tmp_path / "wall.h5.partial" / "0.journal"
+    journal.write_bytes(journal.read_bytes().replace(b'"status": "converged"', b'"status": "unbounded"'))
+    found = bs.recover(path)["upper"]
+    assert found.status == "interrupted"
+    assert "0.journal does not match its checksum" in found.message
+    check_resumed(path, whole)
+
+
+def test_journals_of_another_run_are_not_taken_over(tmp_path, whole):
+    for name in ("wall", "other"):
+        (tmp_path / name).mkdir()
+        interrupt_after(tmp_path / name / "wall.h5", 8)
+    for name in ("0.journal", "1.journal"):
+        shutil.copy(tmp_path / "other" / "wall.h5.partial" / name, tmp_path / "wall" / "wall.h5.partial" / name)
+    assert [r.n_iterations for r in bs.recover(tmp_path / "wall" / "wall.h5").values()] == [0, 0, 0]
 
 
 def test_the_second_writer_is_refused(tmp_path, whole):
@@ -356,11 +411,12 @@ def run_on_a_full_disk(path, limit, report):
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
 def test_a_full_disk(tmp_path, whole, share):
-    """The plan, or the finished file, does not fit: one message, and what was committed is kept."""
-    path = bs.save_analysis(whole, tmp_path / "other.h5")
-    size = path.stat().st_size
+    """The plan, a journal or the finished file does not fit: one message, and what was committed is kept."""
+    path = tmp_path / "wall.h5"
+    size = bs.save_analysis(whole, path).stat().st_size
+    path.unlink()
     here, there = FRESH.Pipe(duplex=False)
-    process = FRESH.Process(target=run_on_a_full_disk, args=(tmp_path / "wall.h5", int(share * size), there))
+    process = FRESH.Process(target=run_on_a_full_disk, args=(path, int(share * size), there))
     process.start()
     there.close()
     message = here.recv()
@@ -368,18 +424,12 @@ def test_a_full_disk(tmp_path, whole, share):
     assert process.exitcode == 0
     assert "cannot be written" in message
     assert "free some space" in message
-    if is_unfinished(tmp_path / "wall.h5"):
-        found = bs.recover(tmp_path / "wall.h5")
-        assert all(found[name].status == whole[name].status for name in whole)
+    if share:
+        check_resumed(path, whole)
     else:
-        assert sorted(p.name for p in tmp_path.iterdir()) == ["other.h5"]
+        assert not any(tmp_path.iterdir())
 
 
 def test_a_read_only_folder():
     with pytest.raises(bs.StorageError, match="cannot be written"):
         bs.AnalysisManager(wall(), "/proc/wall.h5")
-
-
-@pytest.mark.slow
-def test_killed_at_random_200_times(tmp_path, whole):
-    kill_at_random(tmp_path, whole, 200, seed=2)

@@ -5,6 +5,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.analysis import CaseFinished
 from structures import SELF_WEIGHT, model_of, push, single_block, solve
 
 
@@ -121,13 +122,33 @@ def test_sweep():
     model = model_of(*single_block(0.5, 1.0, mu=0.9))
     analysis = bs.AnalysisManager(model).run([bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))])
     curve = analysis.sweep("compressive_strength", [None, "200 kPa", "50 kPa", "10 kPa"])
-    assert list(curve.compressive_strength) == [np.inf, 200e3, 50e3, 10e3]
+    assert list(curve.compressive_strength) == [np.inf, 200, 50, 10]
     assert curve.load_factor[:3].to_numpy() == pytest.approx([0.5, 0.5 * 0.9, 0.5 * 0.6], rel=1e-6)
     assert curve.status[3] == "unstable_under_dead_load"
     assert np.isnan(curve.load_factor[3])
-    assert curve.compressive_strength.units == "pascal"
+    assert curve.compressive_strength.units == "kilopascal"
     friction = analysis.sweep("friction_coefficient", [0.2, 0.4, 0.8])
     assert friction.load_factor.to_numpy() == pytest.approx([0.2, 0.4, 0.5], rel=1e-6)
+
+
+def test_a_sweep_of_several_quantities_with_a_store_and_listeners(tmp_path):
+    """α = min(μ, (b / h) (1 − W / (f_c A)))."""
+    events = []
+    manager = bs.AnalysisManager(model_of(*single_block(0.5, 1.0, mu=0.9)), tags=["swept"])
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
+    values = {"friction_coefficient": [0.2, 0.9], "compressive_strength": ["0.2 MPa", Q_(50, "kPa"), None]}
+    found = manager.sweep(values, case=case, store=tmp_path / "points", listeners=[events.append])
+    assert found.load_factor.dims == ("friction_coefficient", "compressive_strength")
+    assert found.compressive_strength.to_numpy() == pytest.approx([0.2, 0.05, np.inf])
+    assert found.compressive_strength.units == "megapascal"
+    assert found.load_factor.to_numpy() == pytest.approx(np.array([[0.2] * 3, [0.45, 0.3, 0.5]]), rel=1e-6)
+    assert sum(isinstance(event, CaseFinished) for event in events) == 6
+    table = bs.Archive(tmp_path / "points").table()
+    assert sorted(table["load_factor"]) == sorted(found.load_factor.to_numpy().ravel())
+    assert set(table["tags"]) == {("swept",)}
+    name = "friction_coefficient=0.9,compressive_strength=0.2-megapascal.h5"
+    kept = bs.open_analysis(tmp_path / "points" / name)
+    assert {j.compressive_strength for j in kept.model.joint_materials.values()} == {2e5}
 
 
 def test_sweep_refuses():
@@ -146,5 +167,7 @@ def test_sweep_refuses():
             manager.sweep(quantity, values, case)
     with pytest.raises(bs.UnitError):
         manager.sweep("compressive_strength", [4.0], case)
+    with pytest.raises(bs.ModelError, match="a mapping such as"):
+        manager.sweep({}, case=case)
     with pytest.raises(bs.ModelError, match="'push' is no LimitCase"):
         manager.sweep("compressive_strength", ["4 MPa"], "push")

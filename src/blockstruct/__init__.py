@@ -31,7 +31,7 @@ Look at every iteration:
 True
 """
 
-from blockstruct.analysis import AnalysisManager, log_to, print_lines, reproduce
+from blockstruct.analysis import AnalysisManager, log_to, print_lines, recover, reproduce
 from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.documents import Document, read_document, write_document, write_draft
 from blockstruct.errors import (
@@ -52,6 +52,7 @@ from blockstruct.errors import (
     UnknownKeywordError,
     UnknownNameError,
     UnusualValueWarning,
+    UnverifiedWarning,
 )
 from blockstruct.imports import Imported, ImportReport, read_assembly, read_drawing, read_mesh, write_obj
 from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
@@ -89,7 +90,7 @@ from blockstruct.results import (
     recomputed_certificate,
     utilisation,
 )
-from blockstruct.storage import Archive, check_file, open_analysis, recover, save_analysis
+from blockstruct.storage import Archive, check_file, open_analysis, salvage, save_analysis
 from blockstruct.structures import (
     Opening,
     Sidewall,
@@ -193,6 +194,7 @@ __all__ = [
     "check_file",
     "open_analysis",
     "recover",
+    "salvage",
     "save_analysis",
     # errors
     "BlockstructError",
@@ -212,4 +214,5 @@ __all__ = [
     "UnknownKeywordError",
     "UnknownNameError",
     "UnusualValueWarning",
+    "UnverifiedWarning",
 ]

@@ -77,6 +77,10 @@ class GeometryWarning(UserWarning):
     """Geometry from a file was repaired or left out; the report says what."""
 
 
+class UnverifiedWarning(UserWarning):
+    """A file is read although its seal does not match: nothing vouches for its numbers."""
+
+
 class LoadFactorWarning(UserWarning):
     """A load factor that means less than it seems to; the result says why."""
 

@@ -33,10 +33,17 @@ def check_new(path: Path) -> Path:
 
 def write_new(path: Path, text: str) -> Path:
     """Write a text to a file that does not exist yet."""
-    check_new(path)
+    return write_new_bytes(path, text.encode("utf-8"))
+
+
+def write_new_bytes(path: Path, content: bytes | memoryview) -> Path:
+    """Write bytes to a file that does not exist yet."""
     try:
-        with path.open("x", encoding="utf-8") as stream:
-            stream.write(text)
+        with path.open("xb") as stream:
+            stream.write(content)
+    except FileExistsError as error:
+        msg = f"{path}: exists and is not replaced; choose another name or remove it"
+        raise StorageError(msg) from error
     except OSError as error:
         msg = f"{path}: cannot be written ({error.strerror or error}); choose another file"
         raise StorageError(msg) from error

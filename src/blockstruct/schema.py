@@ -24,13 +24,21 @@ def schema_text(name: str) -> str:
     return (Path(__file__).parents[2] / "schemas" / f"{name}.json").read_text(encoding="utf-8")
 
 
-def violations(instance: Any, name: str) -> list[tuple[str, str]]:
-    """Violations of a schema, up to a hundred, as (path inside the instance, message), in the order of the paths."""
+@cache
+def _validator(name: str, part: str) -> Any:
     import jsonschema
 
-    validator = jsonschema.Draft202012Validator(json.loads(schema_text(name)))
+    schema = json.loads(schema_text(name))
+    chosen = {"$defs": schema["$defs"], "$ref": f"#/$defs/{part}"} if part else schema
+    return jsonschema.Draft202012Validator(chosen)
+
+
+def violations(instance: Any, name: str, part: str = "") -> list[tuple[str, str]]:
+    """Violations of a schema or a part of it, up to a hundred, as (path, message), in order of the paths."""
+    import jsonschema
+
     found = []
-    for error in islice(validator.iter_errors(instance), MOST_VIOLATIONS):
+    for error in islice(_validator(name, part).iter_errors(instance), MOST_VIOLATIONS):
         best = jsonschema.exceptions.best_match([error]) or error
         path = "/" + "/".join(str(p) for p in best.absolute_path)
         message = best.message

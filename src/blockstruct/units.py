@@ -173,6 +173,29 @@ def parse(text: str, what: str) -> Any:
     return Q_(values, units)
 
 
+def in_first_unit(values: Sequence[Any], dimension: str, what: str) -> tuple[list[float], str]:
+    """Magnitudes of single quantities in the unit of the first of them, and its long name; None is infinite."""
+    given = [parse(value, what) if isinstance(value, str) else value for value in values]
+    units = [str(value.units) if hasattr(value, "units") else SI_UNITS["dimensionless"] for value in given]
+    unit = next((u for u, value in zip(units, given, strict=True) if value is not None), SI_UNITS[dimension])
+    magnitudes = []
+    for own, value in zip(units, given, strict=True):
+        if value is None:
+            magnitudes.append(math.inf)
+        elif own == unit:
+            si(value, dimension, what)
+            # As it was written, not there and back.
+            magnitudes.append(float(getattr(value, "magnitude", value)))
+        else:
+            magnitudes.append(si(value, dimension, what) / _factor(unit, dimension, what))
+    return magnitudes, unit
+
+
+def short_unit(unit: str) -> str:
+    """Symbol of a unit by its long name: ``"MPa"``."""
+    return f"{ureg.Unit(unit):~C}"
+
+
 def to_quantity(value: Any, dimension: str) -> Any:
     """Pint quantity of coherent-SI floats."""
     return Q_(value, SI_UNITS[dimension])
@@ -189,7 +212,7 @@ def si_text(value: float, dimension: str) -> str:
 
 def symbol(dimension: str) -> str:
     """Symbol of the coherent SI unit of a dimension: ``"Pa"``."""
-    return f"{ureg.Unit(SI_UNITS[dimension]):~C}"
+    return short_unit(SI_UNITS[dimension])
 
 
 def _factor(unit: str, dimension: str, what: str) -> float:

@@ -24,11 +24,13 @@ from blockstruct.analysis.events import (
     print_lines,
 )
 from blockstruct.analysis.manager import AnalysisManager
+from blockstruct.analysis.recovery import recover
 from blockstruct.analysis.reproduction import reproduce
 
 __all__ = [
     # running
     "AnalysisManager",
+    "recover",
     "reproduce",
     # events
     "CaseFinished",

@@ -1,6 +1,5 @@
 """The analysis manager."""
 
-import reprlib
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -14,8 +13,10 @@ import xarray as xr
 from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, Listener
 from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.analysis.recorder import Recorder
+from blockstruct.analysis.recovery import blank_history
 from blockstruct.analysis.replay import ReplaySolver, followed
-from blockstruct.errors import LoadFactorWarning, ModelError
+from blockstruct.analysis.sweeps import axes_of, joints_at, names_at
+from blockstruct.errors import LoadFactorWarning, ModelError, StorageError, shown
 from blockstruct.keywords import checked_keywords
 from blockstruct.limit import (
     Iteration,
@@ -25,12 +26,12 @@ from blockstruct.limit import (
     scheduled,
     schedules_of,
 )
-from blockstruct.model import JOINT_PROPERTIES, LimitCase, Model, checked_tuple
+from blockstruct.model import JointMaterial, LimitCase, Model, checked_tuple
 from blockstruct.procedures import solve_limit_case
 from blockstruct.results import Analysis, CaseResult, active_joints, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
-from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, patterns
+from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, patterns, save_analysis
 from blockstruct.vocabulary import Flow, Status
 
 #: Statuses whose last iteration shows how the structure falls under its dead load.
@@ -78,10 +79,10 @@ class AnalysisManager:
         document_hash: str = "",
     ) -> None:
         if not isinstance(model, Model):
-            msg = f"AnalysisManager: model is {reprlib.repr(model)}; give a Model"
+            msg = f"AnalysisManager: model is {shown(model)}; give a Model"
             raise ModelError(msg)
         if not isinstance(settings, ProcedureSettings | None):
-            msg = f"AnalysisManager: settings are {reprlib.repr(settings)}; give ProcedureSettings(…)"
+            msg = f"AnalysisManager: settings are {shown(settings)}; give ProcedureSettings(…)"
             raise ModelError(msg)
         self.model = model
         self.settings = settings or ProcedureSettings()
@@ -169,7 +170,7 @@ class AnalysisManager:
             A damaged file, or one whose iterations are not those of this version of blockstruct.
         """
         if is_unfinished(path):
-            with Checkpoint.reopen(path) as working:
+            with Checkpoint.reopen(path, blank_history) as working:
                 analysis = working.analysis()
                 done = cls._resuming(analysis, path, listeners)._record(analysis, working)
             _warn_of(done.values())
@@ -178,7 +179,7 @@ class AnalysisManager:
         if analysis.status == "finished":
             return analysis
         manager = cls._resuming(analysis, path, listeners)
-        with Checkpoint.begin(Path(path), analysis) as working:
+        with Checkpoint.begin(path, analysis) as working:
             done = manager._record(analysis, working)
         _warn_of(done.values())
         return done
@@ -207,55 +208,77 @@ class AnalysisManager:
         patterns(cases)
         return [LimitProblem.of(self.statics, case) for case in cases]
 
-    def sweep(self, quantity: str, values: Any, case: LimitCase) -> xr.Dataset:
-        """Load factor of a case for several values of a joint property, on the statics assembled once.
+    def sweep(
+        self,
+        quantity: str | Mapping[str, Any],
+        values: Any = None,
+        case: LimitCase | None = None,
+        *,
+        store: str | Path | None = None,
+        listeners: Iterable[Listener] = (),
+    ) -> xr.Dataset:
+        """Load factor of a case for several values of joint properties, on the statics assembled once.
 
         Parameters
         ----------
         quantity
             A property of joints such as ``"compressive_strength"`` or ``"friction_coefficient"``: every joint of the
-            model takes the value.
+            model takes the value. Or a mapping from several of them to their values, all of which are combined.
         values
-            An array quantity, or one quantity a value; None is an infinite compressive strength.
+            An array quantity, or one quantity a value; None is an infinite compressive strength. Left out with a
+            mapping.
         case
             The case.
+        store
+            A folder that keeps the analysis of every point, for :class:`blockstruct.Archive`; None keeps none.
+        listeners
+            Called after those of the manager.
 
         Returns
         -------
         xarray.Dataset
-            ``load_factor``, ``status``, ``flow_rule_gap`` and ``n_iterations`` along the quantity, in SI units.
+            ``load_factor``, ``status``, ``flow_rule_gap`` and ``n_iterations`` along the quantities, each in
+            the unit of its first value.
 
         Raises
         ------
         ModelError
             A quantity that joints do not have, no value, or one that a joint cannot take.
+        StorageError
+            A folder that cannot be written to.
         """
-        joints = [i.joint_material for i in self.model.interfaces]
         if not isinstance(case, LimitCase):
-            msg = f"sweep: case {case!r} is no LimitCase; give the case itself"
+            msg = f"sweep: case {shown(case)} is no LimitCase; give the case itself"
             raise ModelError(msg)
-        if isinstance(values, str | Mapping) or not np.iterable(values):
-            msg = f"sweep of {quantity}: {values!r} is no list of values; give several, as in Q_([1, 2], 'MPa')"
-            raise ModelError(msg)
-        values = list(values)
-        if not isinstance(quantity, str) or quantity not in JOINT_PROPERTIES:
-            msg = f"sweep: joints have no {quantity!r}; give one of {', '.join(JOINT_PROPERTIES)}"
-            raise ModelError(msg)
-        if not values:
-            msg = f"sweep of {quantity}: no value; give at least one"
-            raise ModelError(msg)
-        varied = [[joint.varied(**{quantity: value}) for joint in joints] for value in values]
+        axes = axes_of(quantity, values)
+        heard = (*self.listeners, *checked_tuple(listeners, Callable, "sweep: listeners"))
         results, statics = [], self.statics
-        for one in varied:
-            statics = statics.varied(one, self.settings.crushing_cells)
+        varied = list(joints_at(axes, self.model.interfaces))
+        for joints, name in zip(varied, names_at(axes), strict=True):
+            statics = statics.varied(joints, self.settings.crushing_cells)
             problem = LimitProblem.of(statics, case)
             planned = _planned(case, self.settings, statics, problem, now())
-            results.append(self._run_case(planned, statics, problem, self.listeners))
+            results.append(self._run_case(planned, statics, problem, heard))
+            _tell(heard, CaseFinished(results[-1]))
+            if store is not None:
+                self._keep(results[-1], joints, Path(store) / f"{name}.h5")
             if results[-1].status is Status.INTERRUPTED:
                 break
         _warn_of(results)
-        found = [float(getattr(one[0], quantity)) for one in varied[: len(results)]]
-        return sweep_of(quantity, JOINT_PROPERTIES[quantity].dimension, found, results)
+        return sweep_of({axis.quantity: (axis.magnitudes, axis.unit) for axis in axes}, results, case.name)
+
+    def _keep(self, result: CaseResult, joints: Sequence[JointMaterial], path: Path) -> None:
+        """Save the analysis of one point of a sweep."""
+        interfaces = [i.with_joint_material(j) for i, j in zip(self.model.interfaces, joints, strict=True)]
+        model = Model(self.model.name, self.model.blocks, interfaces, detection=self.model.detection)
+        options = solver_options([result.settings])
+        analysis = Analysis(model, {result.name: result}, now(), versions(), solver_options=options, tags=self.tags)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            msg = f"{path.parent}: is no folder to write to ({error.strerror or error}); choose another store"
+            raise StorageError(msg) from error
+        save_analysis(analysis, path)
 
     def _runs(self, cases: Sequence[LimitCase], schedules: Sequence[str]) -> list[tuple[LimitCase, ProcedureSettings]]:
         """Cases with their settings: those of the manager, and the schedules of a spread."""

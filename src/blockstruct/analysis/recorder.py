@@ -27,7 +27,8 @@ class Recorder:
     def __call__(self, event: Event) -> None:
         """Commit what an event tells."""
         match event:
-            case CaseStarted(statics=statics, problem=problem):
+            case CaseStarted(case, statics=statics, problem=problem):
+                self._working.start(case.name, history_of(statics, problem, []))
                 self._history = lambda iteration: history_of(statics, problem, [iteration])
             case IterationDone(case, index, iteration):
                 holds = ("iteration", [iteration.certificate.holds])

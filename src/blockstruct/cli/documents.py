@@ -161,6 +161,7 @@ def validate(
             say(f"{file}: a valid model document")
             say(f"{len(document.model.blocks)} blocks, {document.report}")
         else:
+            bs.check_file(file)
             analysis = bs.open_analysis(file)
             found = bs.contradictions(analysis)
             if found:

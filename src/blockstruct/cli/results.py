@@ -9,6 +9,7 @@ import typer
 
 import blockstruct as bs
 from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, out, print_results, say
+from blockstruct.keywords import did_you_mean
 from blockstruct.views import analysis_summary, archive_table, iteration_table
 from blockstruct.views.output import write_csv
 
@@ -39,18 +40,41 @@ def history(
             show_default=False,
         ),
     ] = None,
+    interface: Annotated[
+        str | None, typer.Option("--interface", help="Print that of one interface only.", show_default=False)
+    ] = None,
+    last: Annotated[bool, typer.Option("--last", help="Print the last iteration only.")] = False,
     csv: CsvOption = None,
 ) -> None:
     """Print the iteration history of a case."""
-    result = bs.open_analysis(file)[case]
+    found = bs.open_analysis(file)[case].history
+    if variable is None and interface is not None:
+        variable = "force"
     if variable is None and csv is None:
-        out.print(iteration_table(result.history))
+        out.print(iteration_table(found.isel(iteration=slice(-1, None)) if last else found))
         return
-    frame = result.history.blockstruct.frame(variable)
+    frame = found.blockstruct.frame(variable)
+    if last:
+        frame = frame[frame.index.get_level_values("iteration") == found.iteration.to_numpy()[-1]]
+    if interface is not None:
+        frame = _of_interface(frame, interface, found.interface.to_numpy().tolist())
     if csv is None:
         say(frame.to_string())
         return
     _write_csv(frame, csv)
+
+
+def _of_interface(frame: pd.DataFrame, interface: str, known: list[str]) -> pd.DataFrame:
+    """Rows of a table that belong to an interface."""
+    if interface not in known:
+        msg = f"--interface: no {interface!r}; {did_you_mean(interface, known)}"
+        raise bs.UnknownNameError(msg)
+    if "interface_of_contact_point" in frame:
+        return frame[frame["interface_of_contact_point"] == interface]
+    if "interface" in frame.index.names:
+        return frame[frame.index.get_level_values("interface") == interface]
+    msg = "--interface: this variable is none of interfaces; give --variable contact_force, force or state for instance"
+    raise bs.ModelError(msg)
 
 
 @app.command()

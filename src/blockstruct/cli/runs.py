@@ -1,8 +1,9 @@
 """Commands that run analyses."""
 
 import json
+import shlex
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -62,8 +63,16 @@ def run(
 
 
 @app.command()
-def recover(file: FileArgument) -> None:
+def recover(
+    file: FileArgument,
+    salvage: Annotated[
+        bool, typer.Option("--salvage", help="Keep what can still be read of a damaged file, unverified, in another.")
+    ] = False,
+) -> None:
     """Make the file of a run that was killed, with every iteration that it committed."""
+    if salvage:
+        say(str(bs.salvage(file)))
+        return
     analysis = bs.recover(file)
     say(str(analysis))
     say(f"written: {file}")
@@ -72,8 +81,11 @@ def recover(file: FileArgument) -> None:
 @app.command()
 def resume(file: FileArgument) -> None:
     """Go on with a run that was killed or interrupted, from its last committed iteration."""
+    events: list[Any] = []
     with following(err, quiet=False) as listeners:
-        analysis = bs.AnalysisManager.resume(file, listeners=listeners)
+        analysis = bs.AnalysisManager.resume(file, listeners=[*listeners, events.append])
+    if not events:
+        say(f"{file}: every case had ended, nothing was left to run")
     _report(analysis, file)
 
 
@@ -95,8 +107,11 @@ def _run(
 
 
 def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False) -> None:
-    print_results(analysis, iterations=True)
+    # Elsewhere than on a terminal they were printed as they were solved.
+    print_results(analysis, iterations=err.is_terminal)
     say(f"written: {output}")
+    name = shlex.quote(str(output))
+    say(f"next: blockstruct view {name}, blockstruct report {name}, or blockstruct history {name} CASE")
     if as_json:
         typer.echo(json.dumps(analysis_summary(analysis), indent=2))
     if any(r.status is bs.Status.INTERRUPTED for r in analysis.values()):

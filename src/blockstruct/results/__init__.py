@@ -7,7 +7,7 @@ compression positive, and velocities belong to one watt of variable load (``w_LÂ
 
 from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
-from blockstruct.results.case_result import CERTIFICATE_MEASURES, AdmissibleState, CaseResult
+from blockstruct.results.case_result import CERTIFICATE_MEASURES, AdmissibleState, CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, relative_difference
 from blockstruct.results.frame import history_frame
 from blockstruct.results.headline import Headline
@@ -27,6 +27,7 @@ __all__ = [
     "Analysis",
     "CaseResult",
     "Headline",
+    "LazyHistory",
     "Spread",
     "run_name",
     "sweep_of",

@@ -14,7 +14,7 @@ from blockstruct.results.headline import Headline
 from blockstruct.results.spread import Spread, spreads_of
 from blockstruct.vocabulary import Status
 
-Sweep = Callable[[str, Any, LimitCase], xr.Dataset]
+Sweep = Callable[..., xr.Dataset]
 
 
 @dataclass(frozen=True, slots=True, init=False, eq=False)
@@ -104,12 +104,14 @@ class Analysis(Mapping[str, CaseResult]):
         runs = {r.name for s in spreads.values() for r in s.results.values()} - set(spreads)
         return {name: spreads.get(name, result).headline for name, result in self.items() if name not in runs}
 
-    def sweep(self, quantity: str, values: Any, case: str | None = None) -> xr.Dataset:
+    def sweep(
+        self, quantity: str | Mapping[str, Any], values: Any = None, case: str | None = None, **more: Any
+    ) -> xr.Dataset:
         """Load factor of a case for several values of a joint property: :meth:`AnalysisManager.sweep`.
 
         Parameters
         ----------
-        quantity, values
+        quantity, values, store, listeners
             As there.
         case
             Name of the case; the only one by default.
@@ -130,7 +132,7 @@ class Analysis(Mapping[str, CaseResult]):
             msg = f"analysis of {self.model.name!r}: name the case to sweep: {', '.join(self)}"
             raise ModelError(msg)
         result = self[next(iter(self)) if case is None else case]
-        return self.conductor(quantity, values, result.case)
+        return self.conductor(quantity, values, result.case, **more)
 
     def replaced(self, **changes: Any) -> Self:
         """The same analysis, but for some of its attributes."""

@@ -1,6 +1,6 @@
 """The result of one limit case."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Self
 
@@ -54,6 +54,21 @@ class AdmissibleState:
     certificate: Certificate
 
 
+@dataclass(frozen=True, slots=True)
+class LazyHistory:
+    """A history that is read when it is first looked at.
+
+    Attributes
+    ----------
+    n_iterations : int
+    read : callable
+        Gives the history.
+    """
+
+    n_iterations: int
+    read: Callable[[], xr.Dataset]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class CaseResult:
     """Load factor of a case, how it was found and why to believe it.
@@ -74,7 +89,7 @@ class CaseResult:
     message : str
         Why the case ended as it did.
     history : xarray.Dataset
-        Every iteration.
+        Every iteration; of a file, it is read when it is first looked at.
     started_at : str
         UTC, ISO 8601.
     duration : float
@@ -91,6 +106,21 @@ class CaseResult:
     history: xr.Dataset = field(repr=False)
     started_at: str
     duration: float
+    _unread: LazyHistory | None = field(init=False, default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        if isinstance(self.history, LazyHistory):
+            object.__setattr__(self, "_unread", self.history)
+            object.__delattr__(self, "history")
+
+    def __getattr__(self, name: str) -> Any:
+        # Python asks here for what an instance does not have, which can only be a history that is not read yet.
+        if name != "history" or self._unread is None:
+            msg = f"{type(self).__name__!r} object has no attribute {name!r}"
+            raise AttributeError(msg)
+        object.__setattr__(self, "history", self._unread.read())
+        object.__setattr__(self, "_unread", None)
+        return self.history
 
     @property
     def name(self) -> str:
@@ -100,7 +130,7 @@ class CaseResult:
     @property
     def n_iterations(self) -> int:
         """Number of iterations in the history."""
-        return int(self.history.sizes["iteration"])
+        return self._unread.n_iterations if self._unread else int(self.history.sizes["iteration"])
 
     @property
     def mechanism(self) -> xr.Dataset:

@@ -5,10 +5,12 @@ is ``schemas/analysis-1.json``, checked on writing and on reading, and embedded 
 """
 
 from blockstruct.storage.archive import Archive
-from blockstruct.storage.check import check_file
-from blockstruct.storage.checkpoint import Checkpoint, is_unfinished, recover
-from blockstruct.storage.reader import open_analysis
-from blockstruct.storage.writer import claim, patterns, save_analysis
+from blockstruct.storage.checkpoint import Checkpoint
+from blockstruct.storage.claim import claim
+from blockstruct.storage.reader import check_file, open_analysis
+from blockstruct.storage.salvaging import salvage
+from blockstruct.storage.working_data import is_unfinished
+from blockstruct.storage.writer import patterns, save_analysis
 
 __all__ = [
     "Archive",
@@ -18,6 +20,6 @@ __all__ = [
     "is_unfinished",
     "open_analysis",
     "patterns",
-    "recover",
+    "salvage",
     "save_analysis",
 ]

@@ -1,21 +1,25 @@
 """Many analysis files as one table."""
 
 import json
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from blockstruct.errors import BlockstructError, FormatError, StorageError
 from blockstruct.results import CERTIFICATE_MEASURES, relative_difference
+from blockstruct.storage.analysis_file import AnalysisFile, member
 from blockstruct.storage.case_group import group_of
-from blockstruct.storage.check import case_names, check_file, checked_root
+from blockstruct.storage.claim import SUFFIX
 from blockstruct.storage.file_outline import plain
+from blockstruct.storage.lazy import lazy_history
+from blockstruct.storage.lock import PARTIAL
 from blockstruct.storage.query import selected
+from blockstruct.storage.snapshot import Stamp, unreadable
 
 _NUMBERS = ("load_factor", "n_iterations", "duration", *CERTIFICATE_MEASURES)
 _TEXTS = ("status", "flow", "dead", "variable", "message", "started_at")
@@ -51,7 +55,7 @@ class Archive:
         if not self.folder.is_dir():
             msg = f"{self.folder}: no such folder; give the folder of the analysis files"
             raise StorageError(msg)
-        self._known: dict[Path, tuple[tuple[int, int], list[dict[str, Any]]]] = {}
+        self._known: dict[Path, tuple[Stamp, list[dict[str, Any]]]] = {}
 
     def __repr__(self) -> str:
         return f"Archive({str(self.folder)!r})"
@@ -59,7 +63,7 @@ class Archive:
     @property
     def paths(self) -> list[Path]:
         """All files ``*.h5``, in order."""
-        return sorted(p for p in self.folder.rglob("*.h5") if p.is_file())
+        return self._found()[0]
 
     def table(self) -> pd.DataFrame:
         """One row a case.
@@ -71,11 +75,11 @@ class Archive:
         cannot be read. A run that is under way or was killed has a row of that kind, too. The units of columns are
         in ``table.attrs["units"]``.
         """
-        rows = [row for path in self.paths for row in self._rows(path)]
-        for folder in sorted(self.folder.rglob("*.partial")):
-            if (folder / "plan").is_file():
-                path = folder.with_suffix("").relative_to(self.folder).as_posix()
-                rows.append({"path": path, "problem": "a run that is under way, or was killed: recover or resume it"})
+        paths, problems = self._found()
+        rows = [row for path in paths for row in self._rows(path)]
+        rows += [
+            {"path": path.relative_to(self.folder).as_posix(), "problem": problems[path]} for path in sorted(problems)
+        ]
         first = ("path", "case", "model", "model_hash", *_NUMBERS, *_TEXTS, "created_at", "version", "tags", "problem")
         table = pd.DataFrame(rows)
         table = table.reindex(columns=[*first, *(c for c in table.columns if c not in first)])
@@ -158,13 +162,10 @@ class Archive:
         """
         rows = self.query(selection) if isinstance(selection, str) else selection
         rows = rows[rows["case"].notna()]
-        for path in rows["path"].unique():
-            check_file(self.folder / path)
+        files = {path: self._opened(self.folder / path) for path in rows["path"].unique()}
         nodes = {}
         for path, case in zip(rows["path"], rows["case"], strict=True):
-            group = f"/cases/{group_of(case)}/history"
-            history = xr.open_dataset(self.folder / path, group=group, engine="h5netcdf", cache=False)
-            nodes[f"{path}/{group_of(case)}"] = history
+            nodes[f"{path}/{group_of(case)}"] = lazy_history(files[path], f"/cases/{group_of(case)}")
         return xr.DataTree.from_dict(nodes)
 
     def difference(self, other: "Archive") -> pd.DataFrame:
@@ -187,64 +188,77 @@ class Archive:
             joined["agree"] &= joined[column].eq(joined[f"{column}_other"])
         return joined
 
+    def _opened(self, path: Path) -> AnalysisFile:
+        """A file, whose seal is checked once as long as the file stays what it is."""
+        known = self._known.get(path)
+        return AnalysisFile(path, verified=None if known is None else known[0])
+
+    def _found(self) -> tuple[list[Path], dict[Path, str]]:
+        """Files, and what else there is that is worth a row, with its problem."""
+        files, problems = [], {}
+
+        def locked(error: OSError, path: Path | None = None) -> None:
+            # A folder that vanishes meanwhile is that of a run which has ended.
+            if not isinstance(error, FileNotFoundError):
+                problems[path or Path(error.filename)] = f"a folder that cannot be looked into ({error.strerror})"
+
+        for place, folders, names in os.walk(self.folder, onerror=locked):
+            files += [Path(place, name) for name in names if name.endswith(SUFFIX)]
+            for name in [name for name in folders if name.endswith(PARTIAL)]:
+                folders.remove(name)
+                path = Path(place, name)
+                try:
+                    if (path / "plan").is_file():
+                        problems[path.with_suffix("")] = "a run that is under way, or was killed: recover or resume it"
+                except OSError as error:
+                    locked(error, path.with_suffix(""))
+        return sorted(files), problems
+
     def _rows(self, path: Path) -> list[dict[str, Any]]:
         relative = path.relative_to(self.folder).as_posix()
         try:
-            status = path.stat()
-            stamp = (status.st_mtime_ns, status.st_size)
-            if self._known.get(path, (None,))[0] != stamp:
-                self._known[path] = (stamp, [{"path": relative, **row} for row in _cases(path)])
-            return self._known[path][1]
+            known = self._known.get(path)
+            if known is None or Stamp.at(path) != known[0]:
+                file = self._opened(path)
+                self._known[path] = known = (file.stamp, [{"path": relative, **row} for row in _cases(file)])
+            return known[1]
         except BlockstructError as error:
-            problem = str(error).removeprefix(f"{path}: ")
-        except Exception as error:  # Whatever the libraries make of damaged bytes.
-            problem = f"no readable HDF5 file ({error}); it is damaged or of another kind"
-        return [{"path": relative, "problem": problem}]
+            problem = str(error)
+        except OSError as error:
+            problem = str(unreadable(path, error))
+        return [{"path": relative, "problem": problem.removeprefix(f"{path}: ")}]
 
 
-def _cases(path: Path) -> Iterator[dict[str, Any]]:
-    """ConstraintRows of one file, from its attributes and scalars alone."""
-    with h5py.File(path, "r") as file:
-        attrs = checked_root(file, path)
-        names = case_names(file)
-        if names is None:
-            msg = f"{path}: /: attribute cases is no list of names"
-            raise FormatError(msg)
+def _cases(file: AnalysisFile) -> Iterator[dict[str, Any]]:
+    """Rows of one file, from its attributes and scalars alone."""
+    with file.opened() as groups:
         of_file = {
-            "model": plain(_inside(file, "model").attrs["name"]),
-            "model_hash": str(attrs["model_hash"]),
-            "created_at": attrs["created_at"],
-            "version": json.loads(attrs["versions"]).get("blockstruct"),
-            "tags": tuple(json.loads(attrs["tags"])),
+            "model": plain(member(groups, "/model").attrs["name"]),
+            "model_hash": str(file.attrs["model_hash"]),
+            "created_at": file.attrs["created_at"],
+            "version": json.loads(file.attrs["versions"]).get("blockstruct"),
+            "tags": tuple(json.loads(file.attrs["tags"])),
             "problem": "",
         }
-        for name in names:
-            case = _inside(_inside(file, "cases"), group_of(name))
+        for name, place in file.cases.items():
+            case = member(groups, place)
             settings = json.loads(plain(case.attrs["settings"]))
             yield {
                 **of_file,
                 "case": name,
-                **{number: _scalar(case, number) for number in _NUMBERS if number in case},
+                **{number: _scalar(groups, f"{place}/{number}") for number in _NUMBERS if number in case},
                 **{text: plain(case.attrs[text]) for text in _TEXTS},
                 **{f"settings_{key}": value for key, value in settings.items()},
             }
 
 
-def _inside(group: h5py.Group, name: str) -> Any:
-    """Member of a group, never by a link."""
-    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-        msg = f"{group.file.filename}: {group.name}: no member {name!r} of its own"
-        raise FormatError(msg)
-    return group[name]
-
-
-def _scalar(case: h5py.Group, name: str) -> Any:
-    number = _inside(case, name)
+def _scalar(groups: Any, place: str) -> Any:
+    number = member(groups, place)
     if number.shape != () or number.dtype.kind not in "fiu":
-        msg = f"{case.file.filename}: {number.name}: {number.dtype} {number.shape} is no number"
+        msg = f"{place}: {number.dtype} {number.shape} is no number"
         raise FormatError(msg)
     value = np.asarray(number[()]).item()
-    return bool(value) if name == "holds" else value
+    return bool(value) if place.endswith("/holds") else value
 
 
 def _time(text: str) -> pd.Timestamp:

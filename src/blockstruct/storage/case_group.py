@@ -8,7 +8,7 @@ from typing import Any
 import xarray as xr
 
 from blockstruct.model import LimitCase, LoadPattern, Model
-from blockstruct.results import CERTIFICATE_MEASURES, CaseResult
+from blockstruct.results import CERTIFICATE_MEASURES, CaseResult, LazyHistory
 from blockstruct.units import SI_UNITS
 
 
@@ -42,7 +42,9 @@ def case_dataset(result: CaseResult) -> xr.Dataset:
     return xr.Dataset(variables, attrs=attrs)
 
 
-def result_of(ds: xr.Dataset, history: xr.Dataset, model: Model, patterns: Mapping[str, LoadPattern]) -> CaseResult:
+def result_of(
+    ds: xr.Dataset, history: xr.Dataset | LazyHistory, model: Model, patterns: Mapping[str, LoadPattern]
+) -> CaseResult:
     """Result of a Dataset, its history, the model and its load patterns."""
     a = ds.attrs
     return CaseResult.restored(

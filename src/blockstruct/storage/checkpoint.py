@@ -1,9 +1,7 @@
 """The working data of a run: what it commits while it goes on, beside the file that it will become."""
 
-import contextlib
 import json
-import os
-import zipfile
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from types import TracebackType
@@ -14,38 +12,39 @@ import xarray as xr
 
 from blockstruct.errors import FormatError, StorageError
 from blockstruct.results import CERTIFICATE_MEASURES, Analysis, CaseResult
+from blockstruct.storage.analysis_file import AnalysisFile
+from blockstruct.storage.claim import place_of, sync
+from blockstruct.storage.journal import Journal, Record
 from blockstruct.storage.lock import WriterLock, folder_of
-from blockstruct.storage.reader import DAMAGE, open_analysis
-from blockstruct.storage.writer import sync, write_file
+from blockstruct.storage.packing import packed, unpacked
+from blockstruct.storage.reader import DAMAGE, Blank, analysis_of
+from blockstruct.storage.snapshot import Stamp
+from blockstruct.storage.working_data import clear, is_unfinished, refuse_killed
+from blockstruct.storage.writer import sealed_image, write_draft, write_file
 from blockstruct.vocabulary import Status
-
-#: What a damaged file of an iteration can make of its reader.
-_DAMAGED = (*DAMAGE, OSError, EOFError, MemoryError, zipfile.BadZipFile)
-
-
-def is_unfinished(path: str | Path) -> bool:
-    """Whether a run that writes to a path is under way, or was killed."""
-    return (folder_of(Path(path)) / "plan").is_file()
 
 
 class Checkpoint:
     """Working data of one run, held by one process.
 
-    The folder ``NAME.partial`` holds ``plan``, an analysis file of every case as it was before the run (interrupted,
-    as a rule without iterations), ``<case>.<iteration>.npz`` for each iteration of the run and ``<case>.json`` for each
-    case that has ended. Each file is put in place by a rename, so that a process killed at any moment leaves none that
-    is half written. Without ``plan`` the rest of the folder is rubbish: it is made last and removed first.
+    The folder ``NAME.partial`` holds ``plan``, an analysis file of every case as it was before the run, without the
+    histories that are empty; ``replaces``, which tells the file of that name before the run; and ``<case>.journal``
+    for each case that has begun: its history without iterations, each iteration, and how it has ended. A record of a
+    journal is sealed together with those before it and with the plan, so that a process killed at any moment leaves
+    at most one that is half written, and none that is changed is read. Without ``plan`` the rest of the folder is
+    rubbish: it is made last and removed first.
 
     Use :meth:`begin` or :meth:`reopen`, as a context.
     """
 
-    def __init__(self, path: Path, lock: WriterLock, planned: Analysis) -> None:
-        self.path, self.folder, self.planned = path, folder_of(path), planned
-        self._lock = lock
-        self._number = {name: k for k, name in enumerate(planned)}
+    def __init__(self, place: Path, lock: WriterLock, planned: Analysis, seal: str, replaced: Sequence[Stamp]) -> None:
+        self.place, self.folder, self.planned = place, folder_of(place), planned
+        self._lock, self._replaced = lock, tuple(replaced)
+        self._journals = {name: Journal(self.folder / f"{k}.journal", f"{seal} {k}") for k, name in enumerate(planned)}
+        self._committed = dict.fromkeys(planned, 0)
 
     @classmethod
-    def begin(cls, path: Path, planned: Analysis) -> Self:
+    def begin(cls, path: str | Path, planned: Analysis) -> Self:
         """Working data of a run that begins.
 
         Raises
@@ -53,25 +52,32 @@ class Checkpoint:
         StorageError
             A path that another run writes to, or that holds the iterations of a killed one.
         """
-        folder = folder_of(path)
-        lock = WriterLock(path)
+        place = place_of(path)
+        lock = WriterLock(place)
         try:
-            if is_unfinished(path) and any(folder.glob("*.npz")):
-                msg = (
-                    f"{path}: {folder} holds the iterations of a run that was killed; go on with it by "
-                    f"AnalysisManager.resume, keep what it found by recover, or delete the folder"
-                )
-                raise StorageError(msg)
-            _clear(folder)
-            write_file(planned, folder / "plan")
+            refuse_killed(place)
+            folder = folder_of(place)
+            clear(folder)
+            stamp = Stamp.at(place)
+            replaced = () if stamp is None else (stamp,)
+            _put(folder / "replaces", json.dumps(replaced).encode())
+            image, seal = sealed_image(planned, folder / "plan", is_plan=True)
+            _put(folder / "plan", image, seal)
         except BaseException:
             lock.release()
             raise
-        return cls(path, lock, planned)
+        return cls(place, lock, planned, seal.decode(), replaced)
 
     @classmethod
-    def reopen(cls, path: str | Path) -> Self:
+    def reopen(cls, path: str | Path, blank: Blank) -> Self:
         """Working data of a run that was killed.
+
+        Parameters
+        ----------
+        path
+            The file that the run would have written.
+        blank
+            Makes the history of a case that had not begun.
 
         Raises
         ------
@@ -80,30 +86,35 @@ class Checkpoint:
         FormatError
             Data whose plan is damaged.
         """
-        path = Path(path)
-        if not is_unfinished(path):
-            msg = f"{path}: no working data, {folder_of(path)}: no run that writes to it was killed"
+        place = place_of(path)
+        if not is_unfinished(place):
+            msg = f"{path}: no working data, {folder_of(place)}: no run that writes to it was killed"
             raise StorageError(msg)
-        lock = WriterLock(path)
+        lock = WriterLock(place)
         try:
-            return cls(path, lock, open_analysis(folder_of(path) / "plan"))
+            plan = AnalysisFile(folder_of(place) / "plan")
+            replaced = _stamps(folder_of(place) / "replaces")
+            return cls(place, lock, analysis_of(plan, blank), plan.seal, replaced)
         except BaseException:
             lock.release()
             raise
 
+    def start(self, case: str, history: xr.Dataset) -> None:
+        """Commit what the history of a case looks like, without iterations."""
+        if not self._journals[case].is_begun:
+            self._append(case, "case", packed(history))
+
     def commit(self, case: str, index: int, iteration: xr.Dataset) -> None:
         """Commit an iteration of a case: its variables, and whether its certificate holds, ``holds``."""
-        arrays: dict[str, Any] = {
-            str(name): v.to_numpy().astype("U") if v.dtype.kind == "O" else v.to_numpy()
-            for name, v in iteration.variables.items()
-            if "iteration" in v.dims
-        }
-        self._put(f"{self._number[case]}.{index}.npz", lambda stream: np.savez(stream, **arrays))
+        if index < self._committed[case]:
+            return  # It is replayed.
+        of_case = [name for name, v in iteration.variables.items() if "iteration" not in v.dims]
+        self._append(case, "iteration", packed(iteration.drop_vars(of_case).drop_attrs()))
+        self._committed[case] += 1
 
     def end(self, result: CaseResult) -> None:
         """Commit how a case has ended."""
-        text = json.dumps(_ending(result))
-        self._put(f"{self._number[result.name]}.json", lambda stream: stream.write(text.encode()))
+        self._append(result.name, "end", json.dumps(_ending(result)).encode())
 
     def analysis(self) -> Analysis:
         """The analysis as far as it is committed; a case that has not ended is interrupted."""
@@ -112,8 +123,8 @@ class Checkpoint:
 
     def finish(self, analysis: Analysis) -> None:
         """Write the finished file, then remove the working data."""
-        write_file(analysis, self.path)
-        _clear(self.folder)
+        write_file(analysis, self.place, self._replaced, self._tell)
+        clear(self.folder)
 
     def __enter__(self) -> Self:
         return self
@@ -123,39 +134,37 @@ class Checkpoint:
     ) -> None:
         self._lock.release()
 
-    def _put(self, name: str, write: Any) -> None:
-        draft = self.folder / f"{name}.draft"
+    def _tell(self, draft: Stamp) -> None:
+        """Note that the finished file is the run's own, before it takes the name: a kill may come just behind."""
+        self._replaced = (*self._replaced, draft)
+        _put(self.folder / "replaces", json.dumps(self._replaced).encode())
+
+    def _append(self, case: str, kind: str, content: bytes) -> None:
+        journal = self._journals[case]
         try:
-            with draft.open("wb") as stream:
-                write(stream)
-                stream.flush()
-                os.fsync(stream.fileno())
-            draft.replace(self.folder / name)
-            sync(self.folder)
+            journal.append(kind, content)
         except OSError as error:
             msg = (
-                f"{self.folder / name}: cannot be written ({error.strerror or error}); free some space, then go on by "
-                f"AnalysisManager.resume({str(self.path)!r})"
+                f"{journal.path}: cannot be written ({error.strerror or error}); free some space, then go on by "
+                f"AnalysisManager.resume({str(self.place)!r})"
             )
             raise StorageError(msg) from error
 
     def _result(self, planned: CaseResult) -> CaseResult:
         if planned.status is not Status.INTERRUPTED:
             return planned
-        number = self._number[planned.name]
-        pieces: list[dict[str, np.ndarray]] = []
-        damage = ""
-        while (file := self.folder / f"{number}.{len(pieces)}.npz").is_file():
-            try:
-                pieces.append(_iteration(file, planned.history))
-            except _DAMAGED as error:
-                damage = f"; {file.name} is damaged ({error}), it and what follows is left out"
-                break
-        if len(pieces) < planned.n_iterations:
-            return planned
+        journal, records = self._journals[planned.name], _Records()
+        damage = journal.read(records.take)
+        if damage:
+            damage = f"; {journal.path.name} {damage} in record {records.count}, which is left out with all behind it"
+        pieces = records.iterations
+        self._committed[planned.name] = len(pieces)
+        if records.blank is None or len(pieces) < planned.n_iterations:
+            return replace(planned, message=planned.message + damage)
         if not pieces:
-            return replace(planned, message=f"interrupted before its first program was solved{damage}")
-        history = _joined(planned.history, pieces)
+            message = f"interrupted before its first program was solved{damage}"
+            return replace(planned, history=records.blank, message=message)
+        history = _joined(records.blank, pieces)
         last = {name: float(history[name][-1]) for name in CERTIFICATE_MEASURES if name != "holds"}
         found: dict[str, Any] = {
             "status": Status.INTERRUPTED.value,
@@ -165,41 +174,70 @@ class Checkpoint:
             "started_at": planned.started_at,
             "duration": float(history["solver_time"].sum()),
         }
-        ending = self.folder / f"{number}.json"
-        if not damage and ending.is_file():
-            with contextlib.suppress(*_DAMAGED):
-                found = json.loads(ending.read_text(encoding="utf-8"))
+        settings = asdict(planned.settings)
         try:
             return CaseResult.restored(
-                model=planned.model, case=planned.case, settings=asdict(planned.settings), history=history, **found
+                model=planned.model, case=planned.case, settings=settings, history=history, **(records.ending or found)
             )
         except DAMAGE as error:
-            msg = f"{ending}: {error}; delete it, the case then counts as interrupted"
+            msg = f"{journal.path}: {error}; delete it, the case then counts as interrupted"
             raise FormatError(msg) from error
 
 
-def recover(path: str | Path) -> Analysis:
-    """Make the analysis file of a run that was killed, with every iteration that it committed.
+class _Records:
+    """What the journal of a case holds."""
 
-    Cases that had not ended get the status ``interrupted``. :meth:`blockstruct.AnalysisManager.resume` goes on with
-    either, the killed run or the recovered file.
+    def __init__(self) -> None:
+        self.blank: xr.Dataset | None = None
+        self.iterations: list[dict[str, np.ndarray]] = []
+        self.ending: dict[str, Any] | None = None
+        self.count = 0
 
-    Parameters
-    ----------
-    path
-        The file that the run would have written. An analysis of that name is replaced, as the run would have done.
+    def take(self, record: Record) -> None:
+        """Take the next record; a ValueError tells what is wrong with it."""
+        match record.kind:
+            case "case" if self.blank is None:
+                self.blank = unpacked(record.content)
+            case "iteration" if self.blank is not None and self.ending is None:
+                self.iterations.append(_arrays(unpacked(record.content), self.blank, len(self.iterations)))
+            case "end" if self.blank is not None and self.ending is None:
+                self.ending = json.loads(record.content)
+            case _:
+                msg = f"{record.kind!r} is not what follows"
+                raise ValueError(msg)
+        self.count += 1
 
-    Raises
-    ------
-    StorageError
-        No killed run, one that is still under way, or a path that cannot be written.
-    FormatError
-        Working data that are damaged at their root.
-    """
-    with Checkpoint.reopen(path) as working:
-        analysis = working.analysis()
-        working.finish(analysis)
-    return analysis
+
+def _arrays(iteration: xr.Dataset, blank: xr.Dataset, index: int) -> dict[str, np.ndarray]:
+    """Arrays of an iteration, of the kinds and shapes that the history of the case has."""
+    arrays = {}
+    expected = {str(name): v for name, v in blank.variables.items() if "iteration" in v.dims}
+    for name in (*expected, "holds"):
+        dims = expected[name].dims if name in expected else ("iteration",)
+        shape = tuple(1 if d == "iteration" else blank.sizes[d] for d in dims)
+        values = iteration[name].to_numpy()
+        if values.shape != shape or (values.dtype.kind in "OU") != (name in expected and _is_text(expected[name])):
+            msg = f"{name} is {values.dtype} {values.shape}, not of shape {shape}"
+            raise ValueError(msg)
+        arrays[name] = np.array([index]) if name == "iteration" else values
+    return arrays
+
+
+def _is_text(variable: xr.Variable) -> bool:
+    return variable.dtype.kind in "OU"
+
+
+def _joined(blank: xr.Dataset, pieces: list[dict[str, np.ndarray]]) -> xr.Dataset:
+    """History of the iterations of a case."""
+
+    def variable(name: str, old: xr.Variable) -> xr.Variable:
+        if "iteration" not in old.dims:
+            return old
+        return xr.Variable(old.dims, np.concatenate([piece[name] for piece in pieces]), old.attrs)
+
+    data = {str(n): variable(str(n), blank.variables[n]) for n in blank.data_vars}
+    coords = {str(n): variable(str(n), blank.variables[n]) for n in blank.coords}
+    return xr.Dataset(data, coords=coords, attrs=blank.attrs)
 
 
 def _ending(result: CaseResult) -> dict[str, Any]:
@@ -213,48 +251,21 @@ def _ending(result: CaseResult) -> dict[str, Any]:
     }
 
 
-def _iteration(file: Path, history: xr.Dataset) -> dict[str, np.ndarray]:
-    """Arrays of an iteration, each checked against its kind and shape in a history before it is read."""
-    expected = {str(name): v for name, v in history.variables.items() if "iteration" in v.dims}
-    arrays = {}
-    with file.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
-        for name in (*expected, "holds"):
-            dims = expected[name].dims if name in expected else ("iteration",)
-            shape = tuple(1 if d == "iteration" else history.sizes[d] for d in dims)
-            size = stored.zip.getinfo(f"{name}.npy").file_size
-            if size > 8 * int(np.prod(shape)) + 4096:
-                msg = f"{name} is of an absurd size, {size} bytes"
-                raise FormatError(msg)
-            array = stored[name]
-            kind = "U" if name in expected and expected[name].dtype.kind in "OU" else None
-            if array.shape != shape or (array.dtype.kind == "U") != (kind == "U"):
-                msg = f"{name} is {array.dtype} {array.shape}, not of shape {shape}"
-                raise FormatError(msg)
-            arrays[name] = array.astype(object) if kind else array
-    return arrays
-
-
-def _joined(history: xr.Dataset, pieces: list[dict[str, np.ndarray]]) -> xr.Dataset:
-    """History of the iterations, with everything else of another history of the same case."""
-
-    def variable(name: str, old: xr.Variable) -> xr.Variable:
-        if "iteration" not in old.dims:
-            return old
-        values = np.concatenate([piece[name] for piece in pieces])
-        return xr.Variable(old.dims, np.arange(len(pieces)) if name == "iteration" else values, old.attrs)
-
-    data = {str(n): variable(str(n), history.variables[n]) for n in history.data_vars}
-    coords = {str(n): variable(str(n), history.variables[n]) for n in history.coords}
-    return xr.Dataset(data, coords=coords, attrs=history.attrs)
-
-
-def _clear(folder: Path) -> None:
-    """Remove working data: the plan first, without which the rest counts for nothing."""
+def _put(path: Path, *parts: bytes | memoryview) -> None:
+    """Write a file of the working data by a rename, and wait until its name is on the disk."""
+    draft = path.with_name(f"{path.name}.draft")
+    write_draft(parts, draft)
     try:
-        (folder / "plan").unlink(missing_ok=True)
-        for file in folder.iterdir():
-            if file.name != "lock":
-                file.unlink()
+        draft.replace(path)
+        sync(path.parent)
     except OSError as error:
-        msg = f"{folder}: cannot be emptied ({error.strerror}); delete it"
+        msg = f"{path}: cannot be written ({error.strerror or error}); choose another folder"
         raise StorageError(msg) from error
+
+
+def _stamps(path: Path) -> list[Stamp]:
+    """Stamps of the files that a run may replace; none if that cannot be read."""
+    try:
+        return [Stamp(*map(int, stamp)) for stamp in json.loads(path.read_bytes())]
+    except (OSError, TypeError, ValueError):
+        return []

@@ -1,22 +1,77 @@
-"""The skeleton of a file, as the schema describes it: read without trusting the file."""
+"""The outline of a group, as the schema describes it: read without trusting the file."""
 
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import h5py
 import numpy as np
+import xarray as xr
 
-#: Largest size of all data together, in multiples of the size of the file: compression may make some of that.
+from blockstruct.errors import FormatError
+
+#: Largest size of the data of a group, in multiples of the size of the file: iterations left out take no space in it.
 EXPANSION = 100
+#: Members that a group has at most.
+_MEMBERS = 1000
 #: Bytes of text that are read at once, at most, if the file is larger than its longest text.
 _CHUNK = 1_000_000_000
 
 
-def skeleton(file: h5py.File) -> dict[str, Any]:
-    """Attributes, variables (dimensions, kind and units) and groups of a file.
+def outline(group: h5py.Group) -> dict[str, Any]:
+    """Attributes, variables (dimensions, kind and units) and names of the groups of a group.
 
     What could lead out of the file, round in it, or to more data than fit in memory gets a kind that no schema has.
+
+    Raises
+    ------
+    FormatError
+        A group with an absurd number of members.
     """
-    return _Walk(file).group(file)
+    if len(group) > _MEMBERS:
+        msg = f"{len(group)} members are absurd, more than {_MEMBERS}"
+        raise FormatError(msg)
+    links = [name for name in group if not isinstance(group.get(name, getlink=True), h5py.HardLink)]
+    members = {name: group[name] for name in group if name not in links}
+    names = {_address(item): name for name, item in members.items()}
+    size = int(group.file.id.get_filesize())
+    budget = _Budget(size)
+    return {
+        "attrs": {k: plain(v) for k, v in group.attrs.items() if not k.startswith("_")},
+        "variables": {name: {"kind": "link"} for name in links}
+        | {
+            name: _variable(item, names, budget)
+            for name, item in members.items()
+            if isinstance(item, h5py.Dataset) and not _is_bare_dimension(item)
+        },
+        "groups": {name: {} for name, item in members.items() if not isinstance(item, h5py.Dataset)},
+    }
+
+
+def outline_of(ds: xr.Dataset, groups: Iterable[str]) -> dict[str, Any]:
+    """Outline that the group of a Dataset will have."""
+    return {
+        "attrs": dict(ds.attrs),
+        "variables": {
+            str(name): {
+                "dims": [str(d) for d in v.dims],
+                "kind": "text" if v.dtype.kind in "OU" else v.dtype.kind,
+                **({"units": str(v.attrs["units"])} if "units" in v.attrs else {}),
+            }
+            for name, v in ds.variables.items()
+        },
+        "groups": {name: {} for name in groups},
+    }
+
+
+def dimensions_of(group: h5py.Group) -> dict[str, tuple[str, ...]]:
+    """Dimensions of each variable of a group."""
+    members = dict(group.items())
+    names = {_address(item): name for name, item in members.items()}
+    return {
+        name: tuple(_dimensions(item, names))
+        for name, item in members.items()
+        if isinstance(item, h5py.Dataset) and not _is_bare_dimension(item)
+    }
 
 
 def plain(value: Any) -> Any:
@@ -28,59 +83,53 @@ def plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-class _Walk:
-    def __init__(self, file: h5py.File) -> None:
-        self.file_size = int(file.id.get_filesize())
-        self.left = EXPANSION * self.file_size
-        self.seen: set[int] = set()
+def _variable(ds: h5py.Dataset, names: Mapping[int, str], budget: "_Budget") -> dict[str, Any]:
+    kind = "text" if h5py.check_string_dtype(ds.dtype) else ds.dtype.kind
+    variable = {"dims": _dimensions(ds, names), "kind": kind}
+    if "units" in ds.attrs:
+        # Compared as it stands: a text from a file is never given to a parser.
+        variable["units"] = str(plain(ds.attrs["units"]))
+    if ds.is_virtual or ds.external:
+        variable["kind"] = "stored in another file"
+    elif not budget.affords(ds):
+        variable["kind"] = f"of an absurd size, {ds.shape}"
+    return variable
 
-    def group(self, group: h5py.Group) -> dict[str, Any]:
-        self.seen.add(h5py.h5o.get_info(group.id).addr)
-        variables: dict[str, Any] = {}
-        groups: dict[str, Any] = {}
-        for name in group:
-            # A link out of the file, or to elsewhere in it, is nothing blockstruct writes: it is never followed.
-            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-                variables[name] = {"kind": "link"}
-            elif isinstance(group[name], h5py.Group):
-                twice = h5py.h5o.get_info(group[name].id).addr in self.seen
-                groups[name] = {"variables": {name: {"kind": "link"}}} if twice else self.group(group[name])
-            elif not _is_bare_dimension(group[name]):
-                variables[name] = self.variable(group[name], name)
-        attrs = {k: plain(v) for k, v in group.attrs.items() if not k.startswith("_")}
-        return {"attrs": attrs, "variables": variables, "groups": groups}
 
-    def variable(self, ds: h5py.Dataset, name: str) -> dict[str, Any]:
-        kind = "text" if h5py.check_string_dtype(ds.dtype) else ds.dtype.kind
-        if ds.ndim == 1 and ds.is_scale:
-            dims = [name]
-        else:
-            scales = [ds.dims[k][0] if len(ds.dims[k]) else None for k in range(ds.ndim)]
-            dims = [
-                str(scale.name).rpartition("/")[2] if scale is not None and len(scale) == size else "?"
-                for scale, size in zip(scales, ds.shape, strict=True)
-            ]
-        variable = {"dims": dims, "kind": kind}
-        if "units" in ds.attrs:
-            # Compared as it stands: a text from a file is never given to a parser.
-            variable["units"] = str(plain(ds.attrs["units"]))
-        if ds.is_virtual or ds.external:
-            variable["kind"] = "stored in another file"
-        elif not self._affords(ds):
-            variable["kind"] = f"of an absurd size, {ds.shape}"
-        return variable
+def _dimensions(ds: h5py.Dataset, names: Mapping[int, str]) -> list[str]:
+    """Names of the scales of a dataset in its own group: found by address, which takes no search through the file."""
+    if ds.ndim == 1 and ds.is_scale:
+        return [names[_address(ds)]]
+    found = []
+    for k, size in enumerate(ds.shape):
+        scale = ds.dims[k][0] if len(ds.dims[k]) else None
+        fits = scale is not None and scale.shape == (size,)
+        found.append(names.get(_address(scale), "?") if fits else "?")
+    return found
 
-    def _affords(self, ds: h5py.Dataset) -> bool:
+
+class _Budget:
+    """How much of a group may be read."""
+
+    def __init__(self, file_size: int) -> None:
+        self._file_size = file_size
+        self._left = EXPANSION * file_size
+
+    def affords(self, ds: h5py.Dataset) -> bool:
         """Whether a dataset and all before it may be read."""
-        self.left -= ds.size * ds.dtype.itemsize
-        if self.left >= 0 and ds.ndim == 1 and h5py.check_string_dtype(ds.dtype):
+        self._left -= ds.size * ds.dtype.itemsize
+        if self._left >= 0 and ds.ndim == 1 and h5py.check_string_dtype(ds.dtype):
             # Many elements can point to one long text.
-            step = max(1, _CHUNK // self.file_size)
+            step = max(1, _CHUNK // self._file_size)
             for start in range(0, len(ds), step):
-                self.left -= sum(map(len, ds[start : start + step]))
-                if self.left < 0:
+                self._left -= sum(map(len, ds[start : start + step]))
+                if self._left < 0:
                     break
-        return self.left >= 0
+        return self._left >= 0
+
+
+def _address(item: Any) -> int:
+    return int(h5py.h5o.get_info(item.id).addr)
 
 
 def _is_bare_dimension(ds: h5py.Dataset) -> bool:

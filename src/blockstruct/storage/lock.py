@@ -1,6 +1,7 @@
 """One writer a file: a lock that dies with its process."""
 
 import contextlib
+import errno
 import os
 import platform
 import sys
@@ -26,9 +27,17 @@ else:
         fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
+#: Ending of the folder of a run.
+PARTIAL = ".partial"
+
+
 def folder_of(path: Path) -> Path:
     """Folder beside a file that holds its lock, and the working data of a run that writes to it."""
-    return path.with_name(f"{path.name}.partial")
+    return path.with_name(f"{path.name}{PARTIAL}")
+
+
+#: What a lock that somebody else holds fails with; anything else is a file system without locks.
+_HELD = (errno.EACCES, errno.EAGAIN, errno.EWOULDBLOCK, errno.EDEADLK)
 
 
 class WriterLock:
@@ -42,7 +51,7 @@ class WriterLock:
     Raises
     ------
     StorageError
-        A file that another writer holds: the message says who.
+        A file that another writer holds: the message says who. A file system without locks.
     """
 
     def __init__(self, path: Path) -> None:
@@ -53,6 +62,13 @@ class WriterLock:
             try:
                 _take(self._stream)
             except OSError as error:
+                if error.errno not in _HELD:
+                    self._stream.close()
+                    msg = (
+                        f"{path}: its file system has no locks ({error.strerror}), so two runs could write to one "
+                        "file; choose a folder on a local disk, and copy the file when it is finished"
+                    )
+                    raise StorageError(msg) from error
                 self._stream.seek(0)
                 holder = self._stream.read().decode(errors="replace").strip() or f"another process ({error.strerror})"
                 self._stream.close()

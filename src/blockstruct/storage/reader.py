@@ -1,72 +1,140 @@
 """Read an analysis."""
 
 import json
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from blockstruct.errors import BlockstructError, FormatError
-from blockstruct.results import Analysis
-from blockstruct.storage.case_group import group_of, result_of
-from blockstruct.storage.check import check_file, major
-from blockstruct.storage.content import content_hash
+from blockstruct.model import LoadPattern, Model
+from blockstruct.results import Analysis, CaseResult, LazyHistory
+from blockstruct.storage.analysis_file import AnalysisFile, major, violated
+from blockstruct.storage.case_group import result_of
+from blockstruct.storage.consistency import Finding, case_findings, history_findings, index_findings
 from blockstruct.storage.migration import migrated
 from blockstruct.storage.model_group import model_of, patterns_of
 from blockstruct.vocabulary import FORMAT_VERSION
 
 #: What contents that satisfy the schema can still make of constructors.
-DAMAGE = (BlockstructError, ArithmeticError, IndexError, KeyError, TypeError, ValueError)
+DAMAGE = (BlockstructError, ArithmeticError, IndexError, KeyError, TypeError, ValueError, RecursionError)
 
-_CHANGED = "the file was changed or is damaged, use the original"
+#: Makes the history of a case without iterations, which a plan leaves out.
+Blank = Callable[[Model, CaseResult], xr.Dataset]
 
 
-def open_analysis(path: str | Path) -> Analysis:
-    """Read an analysis back, whole: the model, its cases and their histories.
+def open_analysis(path: str | Path, *, verify: bool = True) -> Analysis:
+    """Read an analysis back: the model and its cases. A history is read when it is first looked at.
 
     Parameters
     ----------
     path
         A file that :class:`blockstruct.AnalysisManager` or :func:`blockstruct.save_analysis` wrote.
+    verify
+        Whether a file whose seal does not match its bytes is refused. Without, it is opened with a warning: this is
+        for a file that somebody has added something to on purpose. On damaged bytes it may take for ever.
 
     Raises
     ------
     StorageError
         A file that is missing or cannot be read.
     FormatError
-        A file that is no blockstruct analysis, comes from a newer major version, or violates its schema.
+        A file that is no blockstruct analysis, was changed, comes from a newer major version, or violates its schema.
+
+    Warns
+    -----
+    UnverifiedWarning
+        A file whose seal does not match.
     """
-    attrs = check_file(path)
-    cases = {name: f"/cases/{group_of(name)}" for name in json.loads(attrs["cases"])}
-    names = ["/", "/model", *(name for case in cases.values() for name in (case, f"{case}/history"))]
-    stored = {name: _load(path, name) for name in names}
+    return analysis_of(AnalysisFile(path, verify=verify))
+
+
+def check_file(path: str | Path) -> dict[str, Any]:
+    """Check all of a file, its histories included, and give its root attributes.
+
+    Raises
+    ------
+    StorageError
+        A file that is missing or cannot be read.
+    FormatError
+        A file that is no valid analysis; every violation is listed with its HDF5 path.
+    """
+    file = AnalysisFile(path)
+    found = findings(file)
+    if found:
+        raise violated(file.path, found)
+    analysis_of(file)
+    return file.attrs
+
+
+def findings(file: AnalysisFile) -> list[Finding]:
+    """Everything that a file violates, of its schema and beyond."""
+    found = file.root_findings()
+    model, wrong = file.group("/model", "model")
+    found += wrong if model is None else index_findings("/model", model)
+    for place in file.cases.values():
+        case, wrong = file.group(place, "case")
+        history, wrong_too = file.group(f"{place}/history", "history")
+        found += [*wrong, *wrong_too]
+        if case is not None and history is not None:
+            found += case_findings(place, case, history["load_factor"].to_numpy())
+        if history is not None and model is not None:
+            found += history_findings(f"{place}/history", history, model)
+    return found
+
+
+def analysis_of(file: AnalysisFile, blank: Blank | None = None) -> Analysis:
+    """Analysis of a file; of a plan, if what its cases without iterations look like is told."""
+    found = file.root_findings()
+    groups: dict[str, xr.Dataset] = {"/": xr.Dataset(attrs=file.attrs)}
+    places = {"/model": "model", **dict.fromkeys(file.cases.values(), "case")}
+    is_old = file.major < major(FORMAT_VERSION)
+    if is_old:
+        places |= {f"{place}/history": "history" for place in file.cases.values()}
+    for place, part in places.items():
+        ds, wrong = file.group(place, part)
+        found += wrong
+        if ds is not None:
+            groups[place] = ds
+    if found:
+        raise violated(file.path, found)
+    if not is_old:
+        return _analysis(file, groups, blank)
     try:
-        groups = migrated(stored, major(attrs["format_version"]), major(FORMAT_VERSION))
+        return _analysis(file, dict(migrated(groups, file.major, major(FORMAT_VERSION))), blank)
     except DAMAGE as error:
-        msg = f"{path}: /: {error}"
+        msg = f"{file.path}: /: {error}"
         raise FormatError(msg) from error
+
+
+def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank | None) -> Analysis:
+    root, held = groups["/"].attrs, groups["/model"]
+    found = list(index_findings("/model", held))
+    for place in file.cases.values():
+        if blank is None or int(groups[place]["n_iterations"]):
+            found += case_findings(place, groups[place], _load_factors(file, groups, place))
+    if found:
+        raise violated(file.path, found)
     try:
-        with np.errstate(all="ignore"):  # ProgramData that overflow end in an error below.
-            model, patterns = model_of(groups["/model"]), patterns_of(groups["/model"])
+        with np.errstate(all="ignore"):  # Numbers that overflow end in an error below.
+            model, patterns = model_of(held), patterns_of(held)
     except DAMAGE as error:
-        msg = f"{path}: /model: {error}"
+        msg = f"{file.path}: /model: {error}"
         raise FormatError(msg) from error
-    results = {}
-    for name, case in cases.items():
-        try:
-            results[name] = result_of(groups[case], groups[f"{case}/history"], model, patterns)
-        except DAMAGE as error:
-            msg = f"{path}: {case}: {error}"
-            raise FormatError(msg) from error
-    if model.hash != attrs["model_hash"]:
-        msg = f"{path}: /model: its content does not match model_hash; {_CHANGED}"
+    if model.hash != root["model_hash"]:
+        msg = f"{file.path}: /model: its content does not match model_hash; the file was changed, use the original"
         raise FormatError(msg)
-    hashes = json.loads(attrs["content_hash"])
-    for name, ds in stored.items():
-        if content_hash(ds) != hashes.get(name):
-            msg = f"{path}: {name}: its content does not match content_hash; {_CHANGED}"
-            raise FormatError(msg)
-    root = groups["/"].attrs
+    names = held[["block", "interface"]]
+    results = {}
+    for name, place in file.cases.items():
+        try:
+            results[name] = _result(file, groups, place, patterns, model, names, blank)
+        except DAMAGE as error:
+            msg = f"{file.path}: {place}: {error}"
+            raise FormatError(msg) from error
     return Analysis(
         model,
         results,
@@ -78,10 +146,34 @@ def open_analysis(path: str | Path) -> Analysis:
     )
 
 
-def _load(path: str | Path, group: str) -> xr.Dataset:
-    try:
-        with xr.open_dataset(path, group=group, engine="h5netcdf") as ds:
-            return ds.load()
-    except Exception as error:  # Whatever the libraries make of damaged bytes.
-        msg = f"{path}: {group}: cannot be read ({error}); the file is damaged, use a copy"
-        raise FormatError(msg) from error
+def _load_factors(file: AnalysisFile, groups: Mapping[str, xr.Dataset], place: str) -> Any:
+    history = groups.get(f"{place}/history")
+    return file.load_factors(place) if history is None else history["load_factor"].to_numpy()
+
+
+def _result(
+    file: AnalysisFile,
+    groups: Mapping[str, xr.Dataset],
+    place: str,
+    patterns: Mapping[str, LoadPattern],
+    model: Model,
+    names: xr.Dataset,
+    blank: Blank | None,
+) -> CaseResult:
+    n = int(groups[place]["n_iterations"])
+    if f"{place}/history" in groups:
+        return result_of(groups[place], groups[f"{place}/history"], model, patterns)
+    if n == 0 and blank is not None:
+        result = result_of(groups[place], LazyHistory(0, xr.Dataset), model, patterns)
+        return result_of(groups[place], LazyHistory(0, partial(blank, model, result)), model, patterns)
+    return result_of(groups[place], LazyHistory(n, partial(_history, file, place, names)), model, patterns)
+
+
+def _history(file: AnalysisFile, place: str, names: xr.Dataset) -> xr.Dataset:
+    place = f"{place}/history"
+    history, found = file.group(place, "history")
+    if history is not None:
+        found = list(history_findings(place, history, names))
+        if not found:
+            return history
+    raise violated(file.path, found)

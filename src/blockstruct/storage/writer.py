@@ -2,54 +2,28 @@
 
 import contextlib
 import json
-import os
-import tempfile
-from collections.abc import Iterable
-from io import BytesIO
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from uuid import uuid4
 
 import xarray as xr
 
 from blockstruct.errors import ModelError, StorageError
 from blockstruct.model import LimitCase, LoadPattern
 from blockstruct.results import Analysis, confirm
-from blockstruct.schema import schema_text
+from blockstruct.schema import schema_text, violations
+from blockstruct.storage.analysis_file import placed, violated
 from blockstruct.storage.case_group import case_dataset, group_of
-from blockstruct.storage.check import check_file, is_analysis
-from blockstruct.storage.content import content_hash
-from blockstruct.storage.lock import WriterLock
+from blockstruct.storage.claim import claim, put_in_place, sync
+from blockstruct.storage.consistency import Finding, case_findings, history_findings, index_findings
+from blockstruct.storage.file_outline import outline_of
+from blockstruct.storage.lock import WriterLock, folder_of
 from blockstruct.storage.model_group import model_dataset
-from blockstruct.storage.seal import seal_of
+from blockstruct.storage.netcdf import image_of
+from blockstruct.storage.snapshot import Stamp, seal_of
+from blockstruct.storage.working_data import clear, refuse_killed
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
 
 SCHEMA = "analysis-1"
-
-
-def claim(path: str | Path) -> Path:
-    """Check, before any work is done, that a file can be written at a path; make its folder if it is missing.
-
-    Raises
-    ------
-    StorageError
-        A path that is a folder, that holds something else than an analysis, or in a folder that cannot be made
-        or written to.
-    """
-    path = Path(path)
-    if path.is_dir():
-        msg = f"{path}: is a folder; give the path of a file, such as {path / 'analysis.h5'}"
-        raise StorageError(msg)
-    if path.exists() and not is_analysis(path):
-        msg = f"{path}: exists and is no blockstruct analysis, so it is not replaced; choose another name"
-        raise StorageError(msg)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path.parent):
-            pass
-    except OSError as error:
-        msg = f"{path}: cannot be written ({error.strerror}); choose a folder you can write to"
-        raise StorageError(msg) from error
-    return path
 
 
 def save_analysis(analysis: Analysis, path: str | Path) -> Path:
@@ -60,52 +34,96 @@ def save_analysis(analysis: Analysis, path: str | Path) -> Path:
     analysis
         Model and results.
     path
-        Where; an existing analysis is replaced, any other existing file is refused.
+        Where, with a name that ends in ``.h5``; an existing analysis is replaced, any other existing file is refused.
+
+    Returns
+    -------
+    pathlib.Path
+        Absolute, behind all symbolic links.
 
     Raises
     ------
     StorageError
-        A path that cannot be written, or that another process is writing.
+        A path that cannot be written, that another process is writing, or for which a killed run has iterations.
     ModelError
         Cases whose load patterns share a name but not their loads.
+    FormatError
+        Results that contradict each other.
     CertificateError
         Results that contradict their own forces and velocities: :func:`blockstruct.contradictions`.
     """
-    path = claim(path)
+    place = claim(path)
     confirm(analysis)
-    with WriterLock(path):
-        return write_file(analysis, path)
+    with WriterLock(place):
+        refuse_killed(place)
+        clear(folder_of(place))
+        replaced = Stamp.at(place)
+        write_file(analysis, place, () if replaced is None else (replaced,))
+    return place
 
 
-def write_file(analysis: Analysis, path: Path) -> Path:
-    """Write an analysis to a path that is claimed and held."""
-    tree = {"/model": model_dataset(analysis.model, patterns(analysis.cases))}
-    for name, result in analysis.items():
-        tree[f"/cases/{group_of(name)}"] = case_dataset(result)
-        tree[f"/cases/{group_of(name)}/history"] = result.history
-    draft = path.with_name(f".{path.name}.{uuid4().hex}.part")
-    root = _root(analysis)
-    hashes = {group: content_hash(ds) for group, ds in {"/": root, **tree}.items()}
-    tree["/"] = root.assign_attrs(content_hash=json.dumps(hashes))
-    # Made in memory: libhdf5 crashes the process on a disk that is full.
-    image = BytesIO()
-    xr.DataTree.from_dict(tree).to_netcdf(image, engine="h5netcdf")
-    seal = seal_of(image.getbuffer())
-    image.seek(0, os.SEEK_END)
-    image.write(seal)
+def write_file(
+    analysis: Analysis, place: Path, replaced: Sequence[Stamp], tell: Callable[[Stamp], None] | None = None
+) -> None:
+    """Write an analysis to a place that is claimed and held, in the place of nothing but what it replaces.
+
+    The stamp of the file is told before it takes its name.
+    """
+    draft = folder_of(place) / "draft"
+    write_draft(sealed_image(analysis, place), draft)
     try:
-        draft.write_bytes(image.getbuffer())
-        check_file(draft)
-        sync(draft)
-        draft.replace(path)
-        sync(path.parent)
+        if tell is not None:
+            tell(Stamp.of(draft.stat()))
+        put_in_place(draft, place, replaced)
     except OSError as error:
-        msg = f"{path}: cannot be written ({error.strerror or error}); free some space or choose another folder"
+        if isinstance(error, StorageError):
+            raise
+        msg = f"{place}: cannot be written ({error.strerror or error}); choose another folder"
         raise StorageError(msg) from error
     finally:
-        with contextlib.suppress(FileNotFoundError):
+        with contextlib.suppress(OSError):
             draft.unlink()
-    return path
+
+
+def write_draft(parts: Iterable[bytes | memoryview], draft: Path) -> None:
+    """Write bytes to a file that has not got its name yet, and wait until they are on the disk."""
+    try:
+        with draft.open("wb") as stream:
+            stream.writelines(parts)
+        sync(draft)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            draft.unlink()
+        msg = f"{draft}: cannot be written ({error.strerror or error}); free some space or choose another folder"
+        raise StorageError(msg) from error
+
+
+def sealed_image(analysis: Analysis, path: Path, *, is_plan: bool = False) -> tuple[memoryview, bytes]:
+    """Bytes of the file of an analysis, and their seal; a plan leaves histories without iterations out.
+
+    Raises
+    ------
+    FormatError
+        Results that violate the schema or contradict each other.
+    """
+    model = model_dataset(analysis.model, patterns(analysis.cases))
+    tree = {"/": _root(analysis), "/model": model}
+    found = [*_violations("/", tree["/"], "", ("model", "cases")), *_violations("/model", model, "model")]
+    found += index_findings("/model", model)
+    for name, result in analysis.items():
+        place = f"/cases/{group_of(name)}"
+        case = case_dataset(result)
+        tree |= {place: case, f"{place}/history": xr.Dataset()}
+        found += _violations(place, case, "case", ("history",))
+        if result.n_iterations or not is_plan:
+            tree[f"{place}/history"] = history = result.history
+            wrong = _violations(f"{place}/history", history, "history")
+            found += wrong or history_findings(f"{place}/history", history, model)
+            found += [] if wrong else case_findings(place, case, history["load_factor"].to_numpy())
+    if found:
+        raise violated(path, found)
+    image = image_of(tree)
+    return image, seal_of(image)
 
 
 def patterns(cases: Iterable[LimitCase]) -> list[LoadPattern]:
@@ -125,6 +143,10 @@ def patterns(cases: Iterable[LimitCase]) -> list[LoadPattern]:
     return list(found.values())
 
 
+def _violations(place: str, ds: xr.Dataset, part: str, groups: Iterable[str] = ()) -> list[Finding]:
+    return [(placed(place, where), what) for where, what in violations(outline_of(ds, groups), SCHEMA, part)]
+
+
 def _root(analysis: Analysis) -> xr.Dataset:
     attrs = {
         "format": FORMAT,
@@ -139,12 +161,3 @@ def _root(analysis: Analysis) -> xr.Dataset:
         "tags": json.dumps(list(analysis.tags)),
     }
     return xr.Dataset({"schema": ((), schema_text(SCHEMA))}, attrs=attrs)
-
-
-def sync(path: str | Path) -> None:
-    """Wait until a file, or the names in a folder, are on the disk."""
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

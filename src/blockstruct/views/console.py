@@ -35,7 +35,7 @@ def iteration_table(history: xr.Dataset) -> Table:
     for i in range(history.sizes["iteration"]):
         row = history.isel(iteration=i)
         cells = [form.format(row[name].item()) for name, (_, form) in _COLUMNS.items()]
-        table.add_row(str(i), str(row["stage"].item()), *cells)
+        table.add_row(str(row["iteration"].item()), str(row["stage"].item()), *cells)
     return table
 
 

@@ -5,6 +5,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 import blockstruct as bs
+from blockstruct.units import short_unit
 from blockstruct.views.figures.canvas import legend_above, new_axes
 from blockstruct.views.style import ACCENT, FORCE, readable
 
@@ -43,7 +44,7 @@ def curve(sweep: xr.Dataset | xr.DataArray, *, label: str | None = None, ax: Axe
     finite, infinite = (ordered[chosen] for chosen in (np.isfinite(values[ordered]), np.isinf(values[ordered])))
     load_factor = data.to_numpy()
     long_unit = str(data[name].attrs.get("units", "dimensionless"))
-    factor, unit = (1.0, "-") if long_unit == "dimensionless" else readable(values, _SHORT.get(long_unit, long_unit))
+    factor, unit = readable(values, _SHORT[long_unit]) if long_unit in _SHORT else (1.0, short_unit(long_unit) or "-")
     ax = new_axes(ax)
     colour = _COLOURS[len(ax.get_legend_handles_labels()[1]) % len(_COLOURS)]
     (line,) = ax.plot(values[finite] * factor, load_factor[finite], "o-", color=colour, ms=4, lw=1.2, label=label)

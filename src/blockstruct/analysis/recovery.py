@@ -1,0 +1,42 @@
+"""Keeping what a killed run has found."""
+
+from pathlib import Path
+
+import xarray as xr
+
+from blockstruct.limit import LimitProblem
+from blockstruct.model import Model
+from blockstruct.results import Analysis, CaseResult, history_of
+from blockstruct.statics import Statics
+from blockstruct.storage import Checkpoint
+
+
+def recover(path: str | Path) -> Analysis:
+    """Make the analysis file of a run that was killed, with every iteration that it committed.
+
+    Cases that had not ended get the status ``interrupted``. :meth:`blockstruct.AnalysisManager.resume` goes on with
+    either, the killed run or the recovered file.
+
+    Parameters
+    ----------
+    path
+        The file that the run would have written. What stood there when the run began is replaced, as the run would
+        have done, and nothing else.
+
+    Raises
+    ------
+    StorageError
+        No killed run, one that is still under way, or a path that cannot be written.
+    FormatError
+        Working data that are damaged at their root.
+    """
+    with Checkpoint.reopen(path, blank_history) as working:
+        analysis = working.analysis()
+        working.finish(analysis)
+    return analysis
+
+
+def blank_history(model: Model, result: CaseResult) -> xr.Dataset:
+    """History of a case that has not begun."""
+    statics = Statics.of(model, result.settings.crushing_cells)
+    return history_of(statics, LimitProblem.of(statics, result.case), [])

@@ -1,0 +1,83 @@
+"""What a sweep varies."""
+
+import itertools
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from blockstruct.errors import ModelError, shown
+from blockstruct.model import JOINT_PROPERTIES, Interface, JointMaterial
+from blockstruct.units import in_first_unit
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """Values of one joint property, as they were given.
+
+    Attributes
+    ----------
+    quantity : str
+    values : tuple
+        Quantities; None where the property is absent.
+    magnitudes, unit : list of float, str
+        The same in the unit of the first of them.
+    """
+
+    quantity: str
+    values: tuple[Any, ...]
+    magnitudes: list[float]
+    unit: str
+
+
+def axes_of(quantity: str | Mapping[str, Any], values: Any) -> list[Axis]:
+    """Axes of a sweep along one quantity, or along each of a mapping from quantities to values.
+
+    Raises
+    ------
+    ModelError
+        A quantity that joints do not have, or no value.
+    """
+    return [_axis(name, given) for name, given in _given(quantity, values).items()]
+
+
+def _given(quantity: Any, values: Any) -> Mapping[Any, Any]:
+    if not isinstance(quantity, Mapping):
+        return {quantity: values} if isinstance(quantity, str) else {shown(quantity): values}
+    if not quantity or values is not None:
+        msg = 'sweep: give a quantity and its values, or a mapping such as {"friction_coefficient": [0.5, 0.6]} alone'
+        raise ModelError(msg)
+    return quantity
+
+
+def _axis(quantity: Any, values: Any) -> Axis:
+    if quantity not in JOINT_PROPERTIES:
+        msg = f"sweep: joints have no {quantity!r}; give one of {', '.join(JOINT_PROPERTIES)}"
+        raise ModelError(msg)
+    if isinstance(values, str | Mapping) or not np.iterable(values):
+        msg = f"sweep of {quantity}: {shown(values)} is no list of values; give several, as in Q_([1, 2], 'MPa')"
+        raise ModelError(msg)
+    found = tuple(values)
+    if not found:
+        msg = f"sweep of {quantity}: no value; give at least one"
+        raise ModelError(msg)
+    return Axis(quantity, found, *in_first_unit(found, JOINT_PROPERTIES[quantity].dimension, f"sweep of {quantity}"))
+
+
+def joints_at(axes: Sequence[Axis], interfaces: Sequence[Interface]) -> Iterator[list[JointMaterial]]:
+    """Joint material of every interface at each point of a sweep, the last axis running fastest."""
+    for values in itertools.product(*(axis.values for axis in axes)):
+        changes = dict(zip((axis.quantity for axis in axes), values, strict=True))
+        yield [interface.joint_material.varied(**changes) for interface in interfaces]
+
+
+def names_at(axes: Sequence[Axis]) -> Iterator[str]:
+    """Name of a file for each point of a sweep, as ``friction_coefficient=0.6,cohesion=50-kilopascal``."""
+    for magnitudes in itertools.product(*(axis.magnitudes for axis in axes)):
+        parts = (
+            f"{axis.quantity}={value!r}" + ("" if axis.unit == "dimensionless" else f" {axis.unit}")
+            for axis, value in zip(axes, magnitudes, strict=True)
+        )
+        yield re.sub(r"[^\w.,=+-]+", "-", ",".join(parts))

@@ -1,0 +1,78 @@
+"""What a schema cannot say of the groups of a file: index ranges, sizes across groups, contradictions."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from blockstruct.storage.case_group import group_of
+from blockstruct.vocabulary import Status
+
+#: A place in a file and what is wrong there.
+Finding = tuple[str, str]
+
+#: Index variables and the dimension each must stay within; −1 means none where it is allowed.
+_INDICES = {
+    "material_of_block": ("material", 0),
+    "block_of_vertex": ("block", 0),
+    "block_of_face": ("block", 0),
+    "face_of_corner": ("face", 0),
+    "vertex_of_corner": ("vertex", 0),
+    "minus_block": ("block", 0),
+    "plus_block": ("block", 0),
+    "joint_material_of_interface": ("joint_material", 0),
+    "interface_of_contact_point": ("interface", 0),
+    "interface_of_corner": ("interface", 0),
+    "pattern_of_load": ("load_pattern", 0),
+    "block_of_load": ("block", -1),
+    "minus_of_contact": ("block", 0),
+    "plus_of_contact": ("block", 0),
+    "interface_of_contact": ("interface", -1),
+    "first_of_overlap": ("block", 0),
+    "second_of_overlap": ("block", 0),
+    "first_of_close_pair": ("block", 0),
+    "second_of_close_pair": ("block", 0),
+    "block_of_nonplanar_face": ("block", 0),
+}
+_ASCENDING = (
+    "block_of_vertex",
+    "block_of_face",
+    "face_of_corner",
+    "interface_of_contact_point",
+    "interface_of_corner",
+)
+
+
+def index_findings(path: str, ds: xr.Dataset) -> Iterator[Finding]:
+    """Indices of a group that are out of their range or order."""
+    for name, (dim, least) in _INDICES.items():
+        if name not in ds.variables:
+            continue
+        values = ds[name].to_numpy()
+        if values.size and (values.min() < least or values.max() >= ds.sizes[dim]):
+            yield f"{path}/{name}", f"an index is outside {least}..{ds.sizes[dim] - 1}"
+        if name in _ASCENDING and np.any(np.diff(values) < 0):
+            yield f"{path}/{name}", "the indices are not in ascending order"
+
+
+def case_findings(path: str, case: xr.Dataset, load_factors: Any) -> Iterator[Finding]:
+    """What a result says against its own place, and against the load factors of its history."""
+    if group_of(str(case.attrs["name"])) != path.rpartition("/")[2]:
+        yield path, "the attribute name is not that of the group"
+    if int(case["n_iterations"]) != len(load_factors):
+        yield path, "n_iterations is not the length of the history"
+    if case.attrs["status"] == Status.CONVERGED:
+        last = load_factors[-1] if len(load_factors) else np.nan
+        if "holds" not in case or not int(case["holds"]) or float(case["load_factor"]) != max(last, 0.0):
+            yield path, "converged, but the certificate does not hold or the load factor is not the last of the history"
+
+
+def history_findings(path: str, history: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
+    """What a history says against itself or the model."""
+    yield from index_findings(path, history)
+    for dim in ("block", "interface"):
+        if history.sizes[dim] != model.sizes[dim]:
+            yield path, f"{history.sizes[dim]} along {dim}, but /model has {model.sizes[dim]}"
+        elif np.any(history[dim].to_numpy() != model[dim].to_numpy()):
+            yield path, f"the {dim} names of the history are not those of /model"

@@ -1,0 +1,44 @@
+"""Histories whose values stay in their file until they are used."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from xarray.backends import BackendArray
+from xarray.core import indexing
+
+from blockstruct.storage.analysis_file import AnalysisFile, member, violated
+from blockstruct.storage.netcdf import dataset_of, values_of
+
+
+def lazy_history(file: AnalysisFile, case: str) -> xr.Dataset:
+    """History of a case, whose group is named.
+
+    Raises
+    ------
+    FormatError
+        A history that violates the schema.
+    """
+    place = f"{case}/history"
+    found = file.findings(place, "history")
+    if found:
+        raise violated(file.path, found)
+    with file.opened() as groups:
+        return dataset_of(
+            member(groups, place),
+            lambda ds, name: indexing.LazilyIndexedArray(_Stored(file, f"{place}/{name}", ds.shape, ds.dtype)),
+        )
+
+
+class _Stored(BackendArray):
+    """Values of one variable."""
+
+    def __init__(self, file: AnalysisFile, place: str, shape: tuple[int, ...], dtype: Any) -> None:
+        self._file, self._place, self.shape, self.dtype = file, place, shape, np.dtype(dtype)
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, self._read)
+
+    def _read(self, key: Any) -> Any:
+        with self._file.opened() as groups:
+            return values_of(member(groups, self._place), key)

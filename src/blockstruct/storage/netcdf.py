@@ -1,0 +1,104 @@
+"""Datasets as groups of a netCDF-4 file, and back.
+
+Written and read with h5py alone, because h5netcdf looks every dimension up by its name, which takes time that grows
+with the square of the number of groups.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import h5py
+import numpy as np
+import xarray as xr
+
+from blockstruct.storage.file_outline import dimensions_of, plain
+
+_TEXT = h5py.string_dtype()
+#: What netCDF calls the scale of a dimension that has no coordinate, which is followed by its length.
+_BARE = "This is a netCDF dimension but not a netCDF variable."
+#: Attribute of a group that names the coordinates which are not dimensions, as xarray reads and writes it.
+_COORDINATES = "coordinates"
+
+
+def image_of(tree: dict[str, xr.Dataset]) -> memoryview:
+    """Bytes of a netCDF-4 file with a Dataset in each group; parents stand before their children.
+
+    It is made in memory: libhdf5 crashes the process on a disk that is full.
+    """
+    with h5py.File("image", "w", driver="core", backing_store=False) as file:
+        for path, ds in tree.items():
+            _write(file if path == "/" else _created(file, path), ds)
+        file.flush()
+        return memoryview(file.id.get_file_image())
+
+
+def read_group(group: h5py.Group) -> xr.Dataset:
+    """Dataset of a group whose outline is as it must be."""
+    return dataset_of(group, lambda ds, _: values_of(ds))
+
+
+def dataset_of(group: h5py.Group, values: Callable[[h5py.Dataset, str], Any]) -> xr.Dataset:
+    """Dataset of a group, its values as a function of a variable and its name gives them."""
+    dimensions = dimensions_of(group)
+    variables = {
+        name: (dims, values(group[name], name), {k: plain(v) for k, v in group[name].attrs.items() if _is_own(k)})
+        for name, dims in dimensions.items()
+    }
+    attrs = {name: plain(value) for name, value in group.attrs.items() if not name.startswith("_")}
+    coordinates = {*str(attrs.pop(_COORDINATES, "")).split(), *(d for dims in dimensions.values() for d in dims)}
+    coords = {name: variables.pop(name) for name in [n for n in variables if n in coordinates]}
+    return xr.Dataset(variables, coords, attrs)
+
+
+def values_of(ds: h5py.Dataset, key: Any = ()) -> Any:
+    """Values of a variable, or some of them; texts as objects."""
+    return ds.asstr()[key] if h5py.check_string_dtype(ds.dtype) else ds[key]
+
+
+def _is_own(attribute: str) -> bool:
+    return not attribute.startswith("_") and attribute not in ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST")
+
+
+def _created(file: h5py.File, path: str) -> h5py.Group:
+    """New group that keeps the order of what is put into it, as netCDF-4 wants."""
+    kind, parent = h5py.h5p.create(h5py.h5p.GROUP_CREATE), file
+    kind.set_link_creation_order(h5py.h5p.CRT_ORDER_TRACKED | h5py.h5p.CRT_ORDER_INDEXED)
+    names = path.strip("/").split("/")
+    for name in names:
+        if name not in parent:
+            h5py.h5g.create(parent.id, name.encode(), gcpl=kind)
+        parent = parent[name]
+    return parent
+
+
+def _write(group: h5py.Group, ds: xr.Dataset) -> None:
+    scales = {}
+    for number, (dim, size) in enumerate(ds.sizes.items()):
+        name = str(dim)
+        scales[name] = scale = _stored(group, name, ds.variables[dim].values if dim in ds.variables else None, size)
+        scale.make_scale(name if dim in ds.variables else f"{_BARE}{size:10d}")
+        scale.attrs["_Netcdf4Dimid"] = np.int32(number)
+    for key, variable in ds.variables.items():
+        item = scales.get(str(key))
+        if item is None:
+            item = _stored(group, str(key), variable.values)
+            for k, dim in enumerate(variable.dims):
+                item.dims[k].attach_scale(scales[str(dim)])
+        _describe(item, variable.attrs)
+    _describe(group, ds.attrs)
+    others = [str(name) for name in ds.coords if name not in ds.sizes]
+    if others:
+        _describe(group, {_COORDINATES: " ".join(others)})
+
+
+def _stored(group: h5py.Group, name: str, values: Any, size: int = 0) -> h5py.Dataset:
+    if values is None:
+        return group.create_dataset(name, (size,), ">f4")
+    if values.dtype.kind in "OU":
+        return group.create_dataset(name, data=values.astype(object), dtype=_TEXT)
+    return group.create_dataset(name, data=values)
+
+
+def _describe(item: Any, attrs: dict[Any, Any]) -> None:
+    for name, value in attrs.items():
+        item.attrs.create(str(name), value, dtype=_TEXT if isinstance(value, str) else None)

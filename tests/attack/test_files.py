@@ -1,0 +1,254 @@
+"""An attack on files: finished ones, sealed again or not, and the working data of killed runs.
+
+Every trial ends as refused by an error of ours, or as the analysis that was written. Under ``slow`` there are 2,000
+corruptions and 200 kills; a small share runs by default.
+"""
+
+import contextlib
+import json
+import random
+import shutil
+
+import h5py
+import numpy as np
+import pytest
+from processes import count
+
+import blockstruct as bs
+from blockstruct.analysis import IterationDone
+from blockstruct.storage.journal import Journal
+from structures import SELF_WEIGHT, model_of, push, seal_again, single_block
+from test_crash_safety import cases, kill_at_random, wall
+
+GOOD = {"refused", "identical"}
+#: Half of the corruptions are near the beginning, where HDF5 keeps what its readers trust most.
+HEAD = 8192
+
+
+def damage(content, chance, end):
+    """Bytes with some of them changed, a sector zeroed, or the end cut off, before a place."""
+    content, place = bytearray(content), chance.randrange(max(end, 1))
+    match chance.choice(["byte", "byte", "bytes", "sector", "cut", "block"]):
+        case "byte":
+            content[place] = chance.randrange(256)
+        case "bytes":
+            for _ in range(16):
+                content[chance.randrange(end)] = chance.randrange(256)
+        case "sector":
+            start = place - place % 512
+            content[start : start + 512] = bytes(len(content[start : start + 512]))
+        case "cut":
+            del content[place:]
+        case "block":
+            start = chance.randrange(len(content))
+            content[place : place + 64] = content[start : start + 64]
+    return bytes(content)
+
+
+def same(one, other):
+    """Whether two analyses are the same, to the last bit of their histories."""
+    return (
+        one.model.hash == other.model.hash
+        and list(one) == list(other)
+        and all(
+            repr((a.status, a.load_factor, a.certificate)) == repr((b.status, b.load_factor, b.certificate))
+            and a.history.identical(b.history)
+            for a, b in zip(one.values(), other.values(), strict=True)
+        )
+    )
+
+
+def judged(read, is_right):
+    """Outcome of reading what was attacked."""
+    try:
+        found = read()
+    except bs.BlockstructError:
+        return "refused"
+    except Exception as error:
+        print(repr(error))
+        return "raw"
+    return "identical" if is_right(found) else "wrong"
+
+
+def worst(outcomes):
+    return next((o for o in ("raw", "wrong", "identical") if o in outcomes), "refused")
+
+
+def finished(seed, folder, near):
+    """Bytes of a finished file are changed."""
+    path, original = folder / f"finished-{near}.h5", bs.open_analysis(folder / "whole.h5")
+    content = (folder / "whole.h5").read_bytes()
+    path.write_bytes(damage(content, random.Random(seed), HEAD if near else len(content)))
+    rows = bs.Archive(folder).table().set_index("path")
+    listed = rows.loc[[path.name]]
+    right = rows.loc[["whole.h5"], "load_factor"].to_numpy()
+    outcomes = [
+        judged(lambda: bs.open_analysis(path), lambda found: same(found, original)),
+        judged(lambda: bs.AnalysisManager(original.model, path), lambda _: path.read_bytes() == content),
+        "refused"
+        if listed["problem"].all()
+        else judged(lambda: listed, lambda t: np.array_equal(t.load_factor, right)),
+    ]
+    path.unlink()
+    return worst(outcomes)
+
+
+def resealed(seed, folder):
+    """What an HDF5 library can change is changed, and the file sealed again: it is what it says, or refused."""
+    chance, path = random.Random(seed), folder / "resealed.h5"
+    shutil.copy(folder / "whole.h5", path)
+    original = bs.open_analysis(folder / "whole.h5")
+    with h5py.File(path, "r+") as file:
+        items = []
+        file.visititems(lambda _, item: items.append(item))
+        edit(file, chance.choice(items), chance)
+    seal_again(path)
+
+    def read():
+        bs.check_file(path)
+        found = bs.open_analysis(path)
+        for result in found.values():
+            assert result.history
+        return found
+
+    def numbers(analysis):
+        return repr(
+            [(r.status, r.load_factor, r.certificate is not None and r.certificate.holds) for r in analysis.values()]
+        )
+
+    return judged(read, lambda found: numbers(found) == numbers(original))
+
+
+def edit(file, item, chance):
+    """Change an attribute, values, the type, or the place of an item."""
+    names = [name for name in item.attrs if name.isupper() is False]
+    match chance.choice(["attribute", "values", "values", "delete", "move", "group", "type", "text"]):
+        case "attribute" if names:
+            item.attrs[chance.choice(names)] = chance.choice(["", "{", "[]", "x" * 70_000, 7, np.nan, "9**9**9", "-1"])
+        case "values" if isinstance(item, h5py.Dataset) and item.dtype.kind in "fi" and item.size:
+            at = tuple(chance.randrange(n) for n in item.shape)
+            item[at] = chance.choice([0, -1, 99, 10**6, *([np.nan, np.inf, 1e300] if item.dtype.kind == "f" else [])])
+        case "delete":
+            del file[item.name]
+        case "move":
+            file.move(item.name, item.name + "%2F")
+        case "group" if isinstance(item, h5py.Group):
+            for k in range(20_000 if chance.random() < 0.1 else 20):
+                item.create_group(f"{k}")
+        case "type" if isinstance(item, h5py.Dataset):
+            name, shape = item.name, item.shape
+            del file[name]
+            file.create_dataset(name, shape or (3,), chance.choice(["i1", "f4", "c16", "S3", h5py.string_dtype()]))
+        case _:
+            file.attrs["cases"] = chance.choice(["[]", '["a"]', json.dumps(["x"] * 20_000), "[" * 50_000])
+
+
+def working(seed, folder, again):
+    """The working data of a killed run are changed: what is recovered was committed."""
+    chance, path = random.Random(seed), folder / f"working-{again}" / "wall.h5"
+    shutil.rmtree(path.parent, ignore_errors=True)
+    shutil.copytree(folder / "killed", path.parent)
+    whole = bs.open_analysis(folder / "run.h5")
+    place = path.parent / "wall.h5.partial"
+    file = chance.choice(sorted(p for p in place.iterdir() if p.suffix == ".journal" or p.name in ("plan", "replaces")))
+    if again and file.suffix == ".journal":
+        chain_again(file, chance, place / "plan")
+    elif again and file.name == "plan":
+        with h5py.File(file, "r+") as plan:
+            items = []
+            plan.visititems(lambda _, item: items.append(item))
+            edit(plan, chance.choice(items), chance)
+        seal_again(file)
+    else:
+        content = file.read_bytes()
+        end = len(content) if chance.random() < 0.5 else min(HEAD, len(content))
+        file.write_bytes(damage(content, chance, end))
+
+    def is_right(found):
+        return all(
+            r.history.drop_vars("solver_time").identical(
+                whole[name].history.isel(iteration=slice(r.n_iterations)).drop_vars("solver_time")
+            )
+            and (r.status == "interrupted" or r.status == whole[name].status)
+            for name, r in found.items()
+        )
+
+    return judged(
+        lambda: bs.recover(path), is_right if not again else lambda found: all(map(consistent, found.values()))
+    )
+
+
+def consistent(result):
+    """What a case says of itself does not contradict its history, whoever has sealed it."""
+    if result.status == "converged":
+        return result.certificate.holds and result.load_factor == float(result.history.load_factor[-1])
+    return True
+
+
+def chain_again(file, chance, plan):
+    """Change, swap or drop records, and give them the checksums that go with it."""
+    records, seed = [], f"{plan.read_bytes()[-85:].decode()} {file.stem}"
+    Journal(file, seed).read(records.append)
+    k = chance.randrange(len(records))
+    match chance.choice(["content", "swap", "drop", "status"]):
+        case "content":
+            content = damage(records[k].content, chance, len(records[k].content))
+            records[k] = records[k]._replace(content=content)
+        case "swap":
+            records[k], records[-1] = records[-1], records[k]
+        case "drop":
+            del records[k]
+        case "status" if records[-1].kind == "end":
+            ending = json.loads(records[-1].content) | {"load_factor": 0.6392}
+            records[-1] = records[-1]._replace(content=json.dumps(ending).encode())
+    file.unlink()
+    journal = Journal(file, seed)
+    for record in records:
+        journal.append(record.kind, record.content)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A finished file, and a killed run with what it would have become."""
+    folder = tmp_path_factory.mktemp("attack")
+    both = [bs.LimitCase(f"rocks, {flow}", SELF_WEIGHT, push(1, 0, 0), flow) for flow in bs.Flow]
+    bs.AnalysisManager(model_of(*single_block(0.5, 1.0)), folder / "whole.h5").run(both)
+    bs.AnalysisManager(wall(), folder / "run.h5").run(cases())
+    seen = []
+
+    def stop(event):
+        if isinstance(event, IterationDone):
+            seen.append(event)
+        if len(seen) == 12:
+            raise RuntimeError
+
+    with contextlib.suppress(RuntimeError):
+        bs.AnalysisManager(wall(), folder / "killed" / "wall.h5", listeners=[stop]).run(cases())
+    return folder
+
+
+@pytest.mark.parametrize("share", [0.02, pytest.param(1.0, marks=pytest.mark.slow)])
+def test_corrupted_files_are_refused_or_identical(folder, share):
+    table = {}
+    for k, (trial, n, *words) in enumerate(
+        [
+            (finished, 700, folder, True),
+            (finished, 500, folder, False),
+            (resealed, 300, folder),
+            (working, 350, folder, False),
+            (working, 150, folder, True),
+        ]
+    ):
+        name = " ".join([trial.__name__, *(str(w) for w in words[1:])])
+        table[name] = count(trial, range(1000 * k, 1000 * k + round(share * n)), *words)
+    for name, outcomes in table.items():
+        print(f"{name:<16} {sum(outcomes.values()):5d} trials  {dict(outcomes)}")
+    assert all(set(outcomes) <= GOOD for outcomes in table.values()), table
+
+
+@pytest.mark.slow
+def test_200_kills_lose_no_iteration(tmp_path):
+    whole = bs.AnalysisManager(wall(), tmp_path / "whole" / "wall.h5").run(cases())
+    (tmp_path / "killed").mkdir()
+    kill_at_random(tmp_path / "killed", whole, 200, seed=2)
+    print("200 kills, 0 committed iterations lost, 200 of 200 resumed")

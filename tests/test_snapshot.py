@@ -1,0 +1,226 @@
+"""Opening: the seal first, one snapshot, histories when they are looked at, and what is left of a damaged file."""
+
+import os
+import pickle
+import shutil
+import warnings
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+import blockstruct as bs
+from blockstruct.storage import analysis_file, salvage_child, salvaging, snapshot
+from structures import seal_again
+
+CASE = "/cases/push associative"
+
+
+@pytest.fixture(scope="module")
+def path(small_analysis, tmp_path_factory):
+    return bs.save_analysis(small_analysis, tmp_path_factory.mktemp("snapshot") / "small.h5")
+
+
+@pytest.fixture
+def copy(path, tmp_path):
+    return shutil.copy(path, tmp_path / "copy.h5")
+
+
+@pytest.fixture(params=["in memory", "by its descriptor"])
+def kept(request, monkeypatch):
+    """Both ways of keeping what a file was."""
+    if request.param == "by its descriptor":
+        monkeypatch.setattr(snapshot, "_SMALL", 0)
+
+
+def test_no_byte_of_a_damaged_file_reaches_libhdf5(copy, small_model, monkeypatch):
+    content = bytearray(copy.read_bytes())
+    content[1000] ^= 1
+    copy.write_bytes(content)
+
+    def opened(*_, **__):
+        raise AssertionError
+
+    monkeypatch.setattr(h5py, "File", opened)
+    with pytest.raises(bs.FormatError, match=r"do not match its seal.*verify=False.*--salvage"):
+        bs.open_analysis(copy)
+    with pytest.raises(bs.FormatError, match="do not match its seal"):
+        bs.check_file(copy)
+    with pytest.raises(bs.StorageError, match="no intact blockstruct analysis"):
+        bs.AnalysisManager(small_model, copy)
+    assert "do not match its seal" in bs.Archive(copy.parent).table()["problem"][0]
+
+
+@pytest.mark.parametrize("change", ["replaced", "removed"])
+def test_what_is_opened_stays_what_it_was(copy, small_analysis, kept, change):
+    stored = bs.open_analysis(copy)
+    if change == "replaced":
+        name = "push associative"
+        bs.save_analysis(small_analysis.replaced(results={name: small_analysis[name]}), copy)
+    else:
+        copy.unlink()
+    for name, result in small_analysis.items():
+        assert stored[name].history.identical(result.history)
+
+
+def test_a_file_that_is_written_to_while_it_is_open_is_refused(copy, monkeypatch):
+    monkeypatch.setattr(snapshot, "_SMALL", 0)
+    stored = bs.open_analysis(copy)
+    with copy.open("r+b") as file:
+        file.write(b"x")
+    with pytest.raises(bs.FormatError, match="was written to by another program while it was open"):
+        stored["push associative"].history.load()
+
+
+def test_histories_are_read_when_they_are_looked_at(path, small_analysis, kept, monkeypatch):
+    read = []
+    plain = analysis_file.read_group
+    monkeypatch.setattr(analysis_file, "read_group", lambda group: read.append(group.name) or plain(group))
+    stored = bs.open_analysis(path)
+    assert not any("history" in name for name in read)
+    result = stored["push associative"]
+    assert result.n_iterations == small_analysis["push associative"].n_iterations
+    assert repr(result)
+    assert not any("history" in name for name in read)
+    assert result.history is result.history
+    assert [name for name in read if "history" in name] == ["/cases/push associative/history"]
+
+
+def test_descriptors_are_closed(copy, monkeypatch):
+    monkeypatch.setattr(snapshot, "_SMALL", 0)
+    before = len(list(Path("/proc/self/fd").iterdir()))
+    for _ in range(20):
+        bs.open_analysis(copy)["push associative"].history.load()
+    assert len(list(Path("/proc/self/fd").iterdir())) == before
+
+
+def test_a_result_can_be_sent_to_another_process(path, small_analysis):
+    sent = pickle.loads(pickle.dumps(bs.open_analysis(path)["push associative"]))
+    assert sent.history.identical(small_analysis["push associative"].history)
+
+
+def test_an_attribute_that_is_not_there_is_named(path):
+    result = bs.open_analysis(path)["push associative"]
+    with pytest.raises(AttributeError, match="no attribute 'histroy'"):
+        _ = result.histroy
+
+
+def test_a_file_with_an_addition_is_opened_on_demand(copy, small_analysis):
+    with h5py.File(copy, "r+") as file:
+        file.attrs["note"] = "mine"
+    with pytest.raises(bs.FormatError, match="verify=False"):
+        bs.open_analysis(copy)
+    with pytest.warns(bs.UnverifiedWarning, match="nothing vouches for its numbers"):
+        found = bs.open_analysis(copy, verify=False)
+    assert found["push associative"].history.identical(small_analysis["push associative"].history)
+    seal_again(copy)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        bs.open_analysis(copy, verify=False)
+
+
+def test_an_archive_checks_a_seal_once_a_file(copy, small_analysis, monkeypatch):
+    checked = []
+    plain = snapshot.Snapshot._is_sealed
+    monkeypatch.setattr(snapshot.Snapshot, "_is_sealed", lambda self: checked.append(self.path) or plain(self))
+    archive = bs.Archive(copy.parent)
+    for _ in range(2):
+        assert set(archive.table()["problem"]) == {""}
+        archive.history("load_factor > 0")
+    assert checked == [copy]
+    times = copy.stat()
+    with h5py.File(copy, "r+") as file:
+        file["/cases/push associative/load_factor"][...] = 0.8892
+    os.utime(copy, ns=(times.st_atime_ns, times.st_mtime_ns + 1))
+    assert "do not match its seal" in archive.table()["problem"][0]
+
+
+@pytest.mark.parametrize(
+    "group", ["/", "/model", "/cases", "/cases/push associative", "/cases/push associative/history"]
+)
+def test_absurdly_many_groups_are_refused_without_a_look_into_them(copy, group, monkeypatch):
+    with h5py.File(copy, "r+") as file:
+        for k in range(20_000):
+            file[group].create_group(f"{k}")
+    seal_again(copy)
+    looked = []
+    plain = h5py.Group.__getitem__
+    monkeypatch.setattr(h5py.Group, "__getitem__", lambda self, name: looked.append(name) or plain(self, name))
+    for read in (bs.check_file, lambda path: [r.history for r in bs.open_analysis(path).values()]):
+        with pytest.raises(bs.FormatError, match=r"absurd|not those that the attribute cases"):
+            read(copy)
+    assert len(looked) < 1000
+
+
+def test_salvage_keeps_what_can_be_read_and_says_so(copy, small_analysis):
+    content = bytearray(copy.read_bytes())
+    with h5py.File(copy) as file:
+        place = file["/cases/push associative/history/contact_force"].id.get_offset()
+    content[place : place + 8] = np.float64(7.0).tobytes()
+    copy.write_bytes(content)
+    found = bs.salvage(copy)
+    assert found.path == copy.with_suffix(".salvaged.nc")
+    assert not found.lost
+    assert "/model/vertex_position" in found.read
+    assert "nothing in it is verified" in str(found)
+    with xr.open_dataset(found.path, group="/cases/push nonassociative/history", engine="h5netcdf") as ds:
+        expected = small_analysis["push nonassociative"].history
+        np.testing.assert_array_equal(ds["contact_force"], expected["contact_force"])
+        assert ds["contact_force"].attrs["units"] == "newton"
+        assert ds["block"].to_numpy().tolist() == expected["block"].to_numpy().tolist()
+    with h5py.File(found.path) as file:
+        assert "any number may be wrong" in file.attrs["unverified"]
+        assert file["/cases/push associative/history/contact_force"][0, 0, 0] == 7.0
+    with pytest.raises(bs.FormatError, match="no blockstruct analysis"):
+        bs.open_analysis(found.path)
+    with pytest.raises(bs.StorageError, match="exists and is not replaced"):
+        bs.salvage(copy)
+
+
+def test_salvage_of_zeroed_sectors(copy):
+    """Whatever they held, all that can be read without them is."""
+    content = bytearray(copy.read_bytes())
+    for start in range(40_000, len(content) - 1000, 40_000):
+        content[start : start + 512] = bytes(512)
+    copy.write_bytes(content)
+    found = bs.salvage(copy, time_limit=15)
+    assert found.read
+    assert all(found.lost.values())
+
+
+@pytest.mark.parametrize("end", ["while True: pass", "import os; os.abort()"])
+def test_salvage_goes_on_behind_what_its_reader_dies_of(copy, tmp_path, monkeypatch, end):
+    content = bytearray(copy.read_bytes())
+    content[-1] ^= 1
+    copy.write_bytes(content)
+    source = (tmp_path / "child.py").resolve()
+    text = Path(salvage_child.__file__).read_text(encoding="utf-8")
+    head = "            values = np.asarray("
+    assert head in text
+    trap = f"            if place.endswith('contact_force'):\n                {end}\n"
+    source.write_text(text.replace(head, trap + head))
+    monkeypatch.setattr(salvage_child, "__file__", str(source))
+    monkeypatch.setattr(salvaging, "_PATIENCE", 1.0)
+    found = bs.salvage(copy)
+    assert sorted(found.lost) == [f"/cases/push {flow}/history/contact_force" for flow in bs.Flow]
+    assert "/cases/push nonassociative/history/block_velocity" in found.read
+
+
+def test_salvage_of_what_needs_none(path, tmp_path):
+    with pytest.raises(bs.FormatError, match="is undamaged"):
+        bs.salvage(path)
+    (tmp_path / "text.h5").write_text("notes")
+    with pytest.raises(bs.FormatError, match=r"nothing of it can be read.*use a copy"):
+        bs.salvage(tmp_path / "text.h5")
+
+
+def test_the_command_salvages_and_says_when_nothing_is_left_to_run(copy, call):
+    code, out, _ = call("resume", copy)
+    assert code == 0
+    assert "nothing was left to run" in out
+    copy.write_bytes(copy.read_bytes()[:-10] + b"x" * 10)
+    code, out, _ = call("recover", "--salvage", copy)
+    assert code == 0
+    assert "variables could be read" in out
