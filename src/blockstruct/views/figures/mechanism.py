@@ -103,7 +103,9 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, moved: Array) -
     if abs(right) >= abs(up):
         beyond = (tail + tip) / 2 + 0.03 * size * canvas.view.basis[1]
     canvas.text(beyond, text, color=FORCE, fontweight="bold", **align)
-    return np.array([tail, tip, beyond + 0.05 * size * canvas.view.basis[1]])
+    # The text is wider than the arrow.
+    across, upward = 0.11 * size * canvas.view.basis[0], 0.05 * size * canvas.view.basis[1]
+    return np.array([tail, tip, beyond - across, beyond + across, beyond + upward])
 
 
 def _load_factor(result: bs.CaseResult, iteration: int) -> str:

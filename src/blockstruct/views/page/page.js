@@ -181,9 +181,10 @@ const traces = [
 ];
 // Coordinates are drawn from the origin: WebGL has no room for those of a survey.
 const from = origin => origin ? ` ${origin < 0 ? "+" : "−"} ${Number(Math.abs(origin).toPrecision(12))}` : "";
-const axis = (name, c) => ({title: {text: `${name}${from(data.origin[c])} [m]`}, showbackground: false, gridcolor: "#eee9e1", zerolinecolor: "#eee9e1", showspikes: false});
-// The longest extent fills the picture.
 const extents = ["x", "y", "z"].map((_, c) => { const v = column(blocks.vertices, c); return v.reduce((a, b) => Math.max(a, b)) - v.reduce((a, b) => Math.min(a, b)); });
+// A short axis has room for few numbers.
+const axis = (name, c) => ({nticks: 1 + Math.round(8 * extents[c] / Math.max(...extents)), title: {text: `${name}${from(data.origin[c])} [m]`}, showbackground: false, gridcolor: "#eee9e1", zerolinecolor: "#eee9e1", showspikes: false});
+// The longest extent fills the picture.
 const [x, y, z] = extents.map(e => 1.35 * e / Math.max(...extents));
 const layout = {
   margin: {l: 0, r: 0, t: 0, b: 0}, showlegend: false, uirevision: "kept",
@@ -206,7 +207,12 @@ async function draw(sketch) {
   if (!sketch) {
     change[GHOST] = {visible: shown.amplitude > 0 && !ticked("show-blocks")};
     change[EDGES] = {...xyz(segments(displaced(outer.blocks, blocks.of_vertex), blocks.edges)), visible: true};
-    if (ticked("show-interfaces")) joints().forEach((values, k) => { change[[INTERFACES, JOINTS][k]] = {...values, visible: true}; });
+    if (ticked("show-interfaces")) {
+      const [faces, edges] = joints();
+      // Through blocks that are not opaque, faces would hide the forces.
+      change[INTERFACES] = {...faces, visible: !(ticked("show-blocks") && ticked("show-forces"))};
+      change[JOINTS] = {...edges, visible: true};
+    }
     if (ticked("show-forces")) {
       const {line, heads, corners} = forceArrows();
       change[FORCES] = {...xyz(line), visible: true};
