@@ -86,14 +86,14 @@ def test_query_and_select(folder, small_analysis):
 @pytest.mark.parametrize("expression", ["load_factr < 1", "load_factor <", "@builtins", "1", "case"])
 def test_bad_queries(folder, expression):
     assert builtins  # A name that an expression must not reach.
-    with pytest.raises(bs.StorageError, match=r"^query "):
+    with pytest.raises(bs.errors.StorageError, match=r"^query "):
         bs.Archive(folder).query(expression)
 
 
 def test_bad_dates_and_folders(folder, tmp_path):
-    with pytest.raises(bs.StorageError, match="'yesterday' is no date"):
+    with pytest.raises(bs.errors.StorageError, match="'yesterday' is no date"):
         bs.Archive(folder).select(since="yesterday")
-    with pytest.raises(bs.StorageError, match="no such folder"):
+    with pytest.raises(bs.errors.StorageError, match="no such folder"):
         bs.Archive(tmp_path / "none")
     empty = bs.Archive(tmp_path)
     assert empty.table().empty
@@ -174,7 +174,7 @@ def test_histories_of_damaged_files_are_refused(damaged):
     with h5py.File(damaged / "wall.h5", "r+") as file:
         del file["/cases/push associative/history/contact_force"]
     seal_again(damaged / "wall.h5")
-    with pytest.raises(bs.FormatError, match=r"push associative.*contact_force"):
+    with pytest.raises(bs.errors.FormatError, match=r"push associative.*contact_force"):
         archive.history(rows)
 
 
@@ -200,5 +200,5 @@ def test_the_difference_of_two_archives(folder, tmp_path, small_analysis):
 
 def test_tags_are_texts(small_model, small_analysis):
     for tags in ("north", [1]):
-        with pytest.raises(bs.ModelError, match="tags"):
+        with pytest.raises(bs.errors.ModelError, match="tags"):
             bs.AnalysisManager(small_model, tags=tags)

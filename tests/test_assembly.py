@@ -72,7 +72,7 @@ def polyhedra():
 def read(tmp_path, content, **options):
     path = tmp_path / "assembly.json"
     path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
-    return bs.read_assembly(path, **{"unit": "m", "material": STONE} | options)
+    return bs.imports.read_assembly(path, **{"unit": "m", "material": STONE} | options)
 
 
 @pytest.mark.parametrize(
@@ -105,7 +105,9 @@ def test_supports_add_up(tmp_path):
 
 def test_interfaces_of_the_file_are_left_out_with_a_warning(tmp_path):
     edges = {"0": {"1": {"interfaces": [typed("Interface", {})]}}, "1": {"2": {"interfaces": [typed("Interface", {})]}}}
-    with pytest.warns(bs.GeometryWarning, match="left out: the interfaces of 2 pairs of blocks, to be detected anew"):
+    with pytest.warns(
+        bs.errors.GeometryWarning, match="left out: the interfaces of 2 pairs of blocks, to be detected anew"
+    ):
         assert len(read(tmp_path, assembly(edge=edges)).blocks) == 3
 
 
@@ -142,12 +144,12 @@ def without(content, *path):
     ],
 )
 def test_other_files_are_refused(tmp_path, content, expected):
-    with pytest.raises(bs.GeometryFileError, match=expected):
+    with pytest.raises(bs.errors.GeometryFileError, match=expected):
         read(tmp_path, content)
 
 
 def test_a_transformation_inside_a_group_is_refused(tmp_path):
     grouped = model()
     grouped["data"]["tree"] = {"root": {"children": [{"children": [{"element": "guid-0"}]}]}}
-    with pytest.raises(bs.GeometryFileError, match="element 1 has a transformation inside a group"):
+    with pytest.raises(bs.errors.GeometryFileError, match="element 1 has a transformation inside a group"):
         read(tmp_path, grouped)

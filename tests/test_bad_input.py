@@ -56,7 +56,7 @@ def refused(error, *words):
     ],
 )
 def test_a_unit_is_due(make, words):
-    with refused(bs.UnitError, *words):
+    with refused(bs.errors.UnitError, *words):
         make()
     with pytest.raises(TypeError):
         make()
@@ -83,9 +83,9 @@ def test_a_unit_is_due(make, words):
     ],
 )
 def test_wrong_dimension_or_no_number(make, words):
-    with refused(bs.DimensionError, *words):
+    with refused(bs.errors.DimensionError, *words):
         make()
-    assert issubclass(bs.DimensionError, ValueError)
+    assert issubclass(bs.errors.DimensionError, ValueError)
 
 
 @pytest.mark.parametrize(
@@ -129,7 +129,7 @@ def test_wrong_dimension_or_no_number(make, words):
     ],
 )
 def test_values_without_mechanical_meaning(make, words):
-    with refused(bs.ModelError, *words):
+    with refused(bs.errors.ModelError, *words):
         make()
 
 
@@ -147,12 +147,12 @@ def test_values_without_mechanical_meaning(make, words):
         (lambda: bs.detect_interfaces([], joint="lime"), ["detect_interfaces", "did you mean joint_material?"]),
         (lambda: bs.wall(lenght="1 m"), ["wall", "'lenght'", "did you mean length?"]),
         (lambda: bs.arch(colour="red"), ["arch", "'colour'", "known are span, thickness"]),
-        (lambda: bs.read_mesh("m.obj", units="mm"), ["read_mesh", "did you mean unit?"]),
+        (lambda: bs.imports.read_mesh("m.obj", units="mm"), ["read_mesh", "did you mean unit?"]),
         (lambda: bs.AnalysisManager("m", stor="x"), ["AnalysisManager", "did you mean store?"]),
     ],
 )
 def test_a_misspelt_argument_is_told_the_one_that_was_meant(make, words):
-    with refused(bs.UnknownKeywordError, *words):
+    with refused(bs.errors.UnknownKeywordError, *words):
         make()
     with pytest.raises(TypeError):
         make()
@@ -161,7 +161,7 @@ def test_a_misspelt_argument_is_told_the_one_that_was_meant(make, words):
 @pytest.mark.parametrize("weight", ["18 kN/mm^3", "18 N/m^3", "4.9 kN/m^3", "91 kN/m^3"])
 def test_an_unusual_unit_weight_is_asked_about(weight):
     words = r"'tuff': a unit weight of .* from 5 to 90 kN/m\^3; is its unit right"
-    with pytest.warns(bs.UnusualValueWarning, match=words) as caught:
+    with pytest.warns(bs.errors.UnusualValueWarning, match=words) as caught:
         assert bs.Material("tuff", weight).unit_weight > 0
     # It names the line of the user.
     assert caught[0].filename == __file__
@@ -173,7 +173,7 @@ def test_usual_and_zero_unit_weights_are_not_asked_about():
 
 
 def test_a_long_text_of_a_unit_is_not_searched():
-    with refused(bs.UnitError, "'tuff'", "300 characters", "write one as '12 kN/m^3'"):
+    with refused(bs.errors.UnitError, "'tuff'", "300 characters", "write one as '12 kN/m^3'"):
         bs.Material("tuff", "1 " + "k" * 298)
 
 
@@ -195,28 +195,28 @@ def test_a_long_text_of_a_unit_is_not_searched():
     ],
 )
 def test_shapes_that_are_no_block(vertices, faces, words):
-    with refused(bs.GeometryError, *words):
+    with refused(bs.errors.GeometryError, *words):
         bs.Block.from_faces("b", Q_(vertices, "m"), faces, STONE)
 
 
 def test_boxes_without_volume():
-    with refused(bs.GeometryError, "'b'", "above zero"):
+    with refused(bs.errors.GeometryError, "'b'", "above zero"):
         bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([1, 0, 1], "m"), STONE)
 
 
 @pytest.mark.parametrize(
     ("blocks", "error", "words"),
     [
-        ([box("a", fixed=True), box("a", z=1)], bs.ModelError, ["more than once", "a"]),
-        ([box("a"), box("b", z=1)], bs.ModelError, ["no block is fixed", "fixed=True"]),
-        ([box("a", fixed=True)], bs.ModelError, ["every block is fixed"]),
+        ([box("a", fixed=True), box("a", z=1)], bs.errors.ModelError, ["more than once", "a"]),
+        ([box("a"), box("b", z=1)], bs.errors.ModelError, ["no block is fixed", "fixed=True"]),
+        ([box("a", fixed=True)], bs.errors.ModelError, ["every block is fixed"]),
         (
             [box("a", fixed=True), box("b", z=1), box("c", x=9)],
-            bs.ModelError,
+            bs.errors.ModelError,
             ["floating blocks, 1 in all", "c", "tolerance"],
         ),
-        ([box("a", fixed=True), box("b", z=1.01)], bs.ModelError, ["floating", "b"]),
-        ([box("a", fixed=True), box("b", z=0.5)], bs.GeometryError, ["'a' and 'b' by 0.5 m", "move or cut"]),
+        ([box("a", fixed=True), box("b", z=1.01)], bs.errors.ModelError, ["floating", "b"]),
+        ([box("a", fixed=True), box("b", z=0.5)], bs.errors.GeometryError, ["'a' and 'b' by 0.5 m", "move or cut"]),
     ],
 )
 def test_models_that_cannot_stand(blocks, error, words):
@@ -226,14 +226,14 @@ def test_models_that_cannot_stand(blocks, error, words):
 
 def test_overlapping_blocks_are_named_with_their_depth():
     blocks = [box("a", fixed=True), box("b", z=1), box("c", x=0.25, z=1.0)]
-    with refused(bs.GeometryError, "'b'", "'c'", "0.75 m", "move or cut"):
+    with refused(bs.errors.GeometryError, "'b'", "'c'", "0.75 m", "move or cut"):
         model_of(blocks, JOINT)
 
 
 def test_an_interface_of_an_unknown_block():
     polygon = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0]], dtype=float)
     interface = bs.Interface("i", "a", "nobody", Q_(polygon, "m"), JOINT)
-    with refused(bs.UnknownNameError, "'i'", "'nobody'"):
+    with refused(bs.errors.UnknownNameError, "'i'", "'nobody'"):
         bs.Model("m", [box("a", fixed=True), box("b", z=1)], [interface])
     with pytest.raises(KeyError):
         bs.Model("m", [box("a", fixed=True), box("b", z=1)], [interface])
@@ -248,7 +248,7 @@ def test_an_interface_of_an_unknown_block():
     ],
 )
 def test_interfaces_without_area_or_plane(polygon, words):
-    with refused(bs.GeometryError, *words):
+    with refused(bs.errors.GeometryError, *words):
         bs.Interface("i", "a", "b", Q_(np.array(polygon, dtype=float), "m"), JOINT)
 
 
@@ -267,7 +267,7 @@ SQUARE = np.array([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float)
 )
 def test_interfaces_that_do_not_fit_their_blocks(polygons, words):
     interfaces = [bs.Interface(f"i{k}", "a", "b", Q_(p, "m"), JOINT) for k, p in enumerate(polygons)]
-    with refused(bs.GeometryError, *words):
+    with refused(bs.errors.GeometryError, *words):
         bs.Model("m", [box("a", fixed=True), box("b", z=1)], interfaces)
 
 
@@ -278,7 +278,7 @@ def test_an_interface_beside_its_face_within_its_box():
     ground = bs.Block.box("a", Q_([-2, -2, 0], "m"), Q_([4, 4, 1], "m"), STONE, fixed=True)
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / np.sqrt(2)
     around = bs.Interface("i", "a", "b", Q_(np.column_stack([corners, np.ones(4)]), "m"), JOINT)
-    with refused(bs.GeometryError, "'i'", "'b'", "1 of its 2 m^2"):
+    with refused(bs.errors.GeometryError, "'i'", "'b'", "1 of its 2 m^2"):
         bs.Model("m", [ground, stone], [around])
 
 
@@ -288,7 +288,7 @@ def test_a_joint_in_mid_air_beside_large_blocks():
     tile = bs.Block.box("tile", Q_([0, 0, 0.7], "m"), Q_([0.2, 0.2, 0.05], "m"), STONE)
     between = bs.Interface("air", "ground", "tile", Q_(SQUARE * [0.2, 0.2, 0.35], "m"), JOINT)
     found = bs.detect_interfaces([ground, cube, tile], JOINT, explicit=[between])
-    with refused(bs.GeometryError, "'air'", "'ground'", "0 of its 0.04 m^2", "within 0.01 m"):
+    with refused(bs.errors.GeometryError, "'air'", "'ground'", "0 of its 0.04 m^2", "within 0.01 m"):
         bs.Model("m", [ground, cube, tile], found.interfaces)
 
 
@@ -296,7 +296,7 @@ def test_an_interface_between_supports():
     blocks = [box("a", fixed=True), box("b", z=1), box("c", x=1, fixed=True)]
     joint = bs.Interface("i", "a", "c", Q_(SQUARE[:, [2, 0, 1]], "m"), JOINT)
     found = bs.detect_interfaces(blocks, JOINT)
-    with refused(bs.ModelError, "'i' joins two supports, 'a' and 'c'", "remove it"):
+    with refused(bs.errors.ModelError, "'i' joins two supports, 'a' and 'c'", "remove it"):
         bs.Model("m", blocks, [*found.interfaces, joint])
 
 
@@ -308,7 +308,7 @@ def test_slight_penetration_is_contact_or_an_error_but_never_nothing():
     # 0.05 mm on blocks of 1 m: found as contact with a tolerance above it, refused as overlap below.
     blocks = [box("a", fixed=True), box("b", z=1), box("c", x=1 - 5e-5, z=1), box("g", x=1.0, fixed=True)]
     blocks[3] = box("g", x=1.0 + 1e-9, fixed=True)
-    with refused(bs.GeometryError, "'b' and 'c'", "tolerance above the penetration"):
+    with refused(bs.errors.GeometryError, "'b' and 'c'", "tolerance above the penetration"):
         model_of(blocks, JOINT)
     found = bs.detect_interfaces(blocks, JOINT, tolerance="0.1 mm")
     assert "b|c" in [i.name for i in bs.Model("m", blocks, found.interfaces).interfaces]
@@ -324,22 +324,30 @@ def test_arrays_of_a_model_are_frozen(small_model):
 def test_different_materials_of_one_name():
     other = bs.Material("stone", "21 kN/m^3")
     odd = bs.Block.box("b", Q_([0, 0, 1], "m"), Q_([1, 1, 1], "m"), other)
-    with refused(bs.ModelError, "different materials", "stone"):
+    with refused(bs.errors.ModelError, "different materials", "stone"):
         model_of([box("a", fixed=True), odd], JOINT)
 
 
 @pytest.mark.parametrize(
     ("variable", "error", "words"),
     [
-        ([], bs.ModelError, ["'case'", "'v'", "zero on every free block"]),
-        ([bs.PointLoad("ground", Q_([0, 0, 0], "m"), Q_([1, 0, 0], "N"))], bs.ModelError, ["zero on every free"]),
-        ([bs.PointLoad("nobody", Q_([0, 0, 0], "m"), Q_([1, 0, 0], "N"))], bs.UnknownNameError, ["'nobody'", "block"]),
+        ([], bs.errors.ModelError, ["'case'", "'v'", "zero on every free block"]),
+        (
+            [bs.PointLoad("ground", Q_([0, 0, 0], "m"), Q_([1, 0, 0], "N"))],
+            bs.errors.ModelError,
+            ["zero on every free"],
+        ),
+        (
+            [bs.PointLoad("nobody", Q_([0, 0, 0], "m"), Q_([1, 0, 0], "N"))],
+            bs.errors.UnknownNameError,
+            ["'nobody'", "block"],
+        ),
         (
             [bs.PointLoad("block", Q_([50, 50, 100], "m"), Q_([1, 0, 0], "N"))],
-            bs.ModelError,
+            bs.errors.ModelError,
             ["'block'", "outside", "Moment"],
         ),
-        ([bs.FaceLoad("block", 6, Q_([1, 0, 0], "Pa"))], bs.ModelError, ["'block'", "face 6", "0..5"]),
+        ([bs.FaceLoad("block", 6, Q_([1, 0, 0], "Pa"))], bs.errors.ModelError, ["'block'", "face 6", "0..5"]),
     ],
 )
 def test_loads_the_model_cannot_take(variable, error, words):
@@ -350,43 +358,43 @@ def test_loads_the_model_cannot_take(variable, error, words):
 
 def test_cases_are_checked_before_anything_is_solved(small_model, small_cases, tmp_path):
     manager = bs.AnalysisManager(small_model, tmp_path / "x.h5")
-    with refused(bs.ModelError, "no case"):
+    with refused(bs.errors.ModelError, "no case"):
         manager.run([])
-    with refused(bs.ModelError, "more than once", small_cases[0].name):
+    with refused(bs.errors.ModelError, "more than once", small_cases[0].name):
         manager.run([small_cases[0], small_cases[0]])
     other = bs.LimitCase("other", bs.LoadPattern("dead", [bs.BodyForce("-z", share=2)]), push(1, 0, 0))
-    with refused(bs.ModelError, "'dead'", "different loads"):
+    with refused(bs.errors.ModelError, "'dead'", "different loads"):
         manager.run([small_cases[0], other])
-    with refused(bs.ModelError, "cases", "no list", "LimitCase"):
+    with refused(bs.errors.ModelError, "cases", "no list", "LimitCase"):
         manager.run(small_cases[0])
-    with refused(bs.ModelError, "settings", "ProcedureSettings"):
+    with refused(bs.errors.ModelError, "settings", "ProcedureSettings"):
         bs.AnalysisManager(small_model, settings={"patience": 3})
     assert list(tmp_path.iterdir()) == []
 
 
 def test_unknown_solvers(small_model):
-    with refused(bs.SolverError, "'mosek'", "clarabel"):
+    with refused(bs.errors.SolverError, "'mosek'", "clarabel"):
         bs.AnalysisManager(small_model, settings=bs.ProcedureSettings(solver="mosek"))
-    with refused(bs.SolverError, "'NOSUCH'", "not installed"):
+    with refused(bs.errors.SolverError, "'NOSUCH'", "not installed"):
         bs.AnalysisManager(small_model, settings=bs.ProcedureSettings(solver="cvxpy:NOSUCH"))
-    with refused(bs.SolverError, "'OSQP'", "no second-order cones", "CLARABEL"):
+    with refused(bs.errors.SolverError, "'OSQP'", "no second-order cones", "CLARABEL"):
         bs.AnalysisManager(small_model, settings=bs.ProcedureSettings(solver="cvxpy:OSQP"))
 
 
 def test_unknown_cases_are_named(small_analysis):
-    with refused(bs.UnknownNameError, "'nothing'", "push associative"):
+    with refused(bs.errors.UnknownNameError, "'nothing'", "push associative"):
         small_analysis["nothing"]
     assert small_analysis.get("nothing") is None
 
 
 def test_paths_that_cannot_be_written_are_refused_before_the_run(small_model, tmp_path):
-    with refused(bs.StorageError, "is a folder"):
+    with refused(bs.errors.StorageError, "is a folder"):
         bs.AnalysisManager(small_model, tmp_path)
     (tmp_path / "file").write_text("x")
-    with refused(bs.StorageError, "no blockstruct analysis", "not replaced", "another name"):
+    with refused(bs.errors.StorageError, "no blockstruct analysis", "not replaced", "another name"):
         bs.AnalysisManager(small_model, tmp_path / "file")
     assert (tmp_path / "file").read_text() == "x"
-    with refused(bs.StorageError, "cannot be written", "choose a folder"):
+    with refused(bs.errors.StorageError, "cannot be written", "choose a folder"):
         bs.AnalysisManager(small_model, tmp_path / "file" / "x.h5")
     with refused(OSError, "cannot be written"):
         bs.AnalysisManager(small_model, "/proc/blockstruct/x.h5")
@@ -395,7 +403,7 @@ def test_paths_that_cannot_be_written_are_refused_before_the_run(small_model, tm
 def test_vertices_that_are_no_numbers_are_refused_wherever_they_come_from():
     corners = CUBE.copy()
     corners[3, 1] = np.nan
-    with refused(bs.GeometryError, "'b'", "vertex 3 is not finite"):
+    with refused(bs.errors.GeometryError, "'b'", "vertex 3 is not finite"):
         polyhedron(corners, FACES, "b")
 
 

@@ -20,7 +20,7 @@ STL, PLY = stl_bytes(BLOCK), ply_text(BLOCK)
 def read(tmp_path, name, content, **options):
     path = tmp_path / name
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    return bs.read_mesh(path, **{"unit": "m", "material": STONE} | options)
+    return bs.imports.read_mesh(path, **{"unit": "m", "material": STONE} | options)
 
 
 def sphere(n):
@@ -69,7 +69,7 @@ def sphere(n):
     ],
 )
 def test_what_is_no_mesh_of_blocks_is_refused(tmp_path, name, content, expected):
-    with pytest.raises(bs.GeometryFileError, match=expected) as refusal:
+    with pytest.raises(bs.errors.GeometryFileError, match=expected) as refusal:
         read(tmp_path, name, content)
     assert str(tmp_path / name) in str(refusal.value)
 
@@ -78,7 +78,7 @@ def test_all_bad_bodies_are_named_at_once(tmp_path):
     text = "o good\n" + obj_text()
     for name in ("left", "right"):
         text += f"o {name}\n" + obj_text(CUBE, [[i - 9 for i in f] for f in QUADS[:-1]])
-    with pytest.raises(bs.GeometryFileError, match=r"2 of 3 bodies are no blocks(.|\n)*'left'(.|\n)*'right'"):
+    with pytest.raises(bs.errors.GeometryFileError, match=r"2 of 3 bodies are no blocks(.|\n)*'left'(.|\n)*'right'"):
         read(tmp_path, "a.obj", text)
 
 
@@ -86,7 +86,7 @@ def test_two_bodies_grown_together_are_no_block():
     # Two cubes with one edge in common, as one body.
     vertices = np.array([*CUBE, *((x + 1, y + 1, z) for x, y, z in CUBE)])
     second = [tuple({0: 2, 4: 6}.get(i, i + 8) for i in f) for f in QUADS]
-    with pytest.raises(bs.GeometryError, match=r"belongs to 4 .*each block as a body of its own"):
+    with pytest.raises(bs.errors.GeometryError, match=r"belongs to 4 .*each block as a body of its own"):
         closed_surface(vertices, [*QUADS, *second], "pair")
 
 
@@ -95,7 +95,7 @@ def test_a_surface_of_one_side_is_refused():
     faces = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5), (0, 5, 1)]
     faces += [(1, 2, 4), (2, 3, 5), (3, 4, 1), (4, 5, 2), (5, 1, 3)]
     points = np.random.default_rng(0).normal(size=(6, 3))
-    with pytest.raises(bs.GeometryError, match="only one side"):
+    with pytest.raises(bs.errors.GeometryError, match="only one side"):
         closed_surface(points, faces, "plane")
 
 
@@ -105,33 +105,33 @@ def test_a_surface_that_crosses_itself_is_refused(tmp_path, aside):
     (ball,) = read(tmp_path, "ball.obj", obj_text(vertices, faces)).blocks
     assert ball.volume == pytest.approx(4 / 3 * np.pi, rel=0.1)
     vertices[-2] = (aside, aside / 3, -1.5)  # the top pushed through the bottom
-    with pytest.raises(bs.GeometryFileError, match="crosses itself near"):
+    with pytest.raises(bs.errors.GeometryFileError, match="crosses itself near"):
         read(tmp_path, "spike.obj", obj_text(vertices, faces))
 
 
 def test_an_outline_that_crosses_itself_is_refused(tmp_path):
     # The corners of top and bottom in the order of a bow tie.
     faces = [(0, 2, 1, 3)[::-1], (4, 6, 5, 7), (0, 2, 6, 4), (2, 1, 5, 6), (1, 3, 7, 5), (3, 0, 4, 7)]
-    with pytest.raises(bs.GeometryFileError, match=r"crosses itself|volume"):
+    with pytest.raises(bs.errors.GeometryFileError, match=r"crosses itself|volume"):
         read(tmp_path, "tie.obj", obj_text(faces=faces))
 
 
 def test_a_scan_is_no_block(tmp_path):
     vertices, faces = sphere(101)
-    with pytest.raises(bs.GeometryFileError, match="20604 faces, the limit is 20000; simplify the mesh"):
+    with pytest.raises(bs.errors.GeometryFileError, match="20604 faces, the limit is 20000; simplify the mesh"):
         read(tmp_path, "scan.obj", obj_text(vertices, faces))
 
 
 def test_a_million_faces_are_refused_before_they_are_read(tmp_path, monkeypatch):
     header = bytes(80) + (1_000_000).to_bytes(4, "little")
     monkeypatch.setitem(sys.modules, "trimesh", None)
-    with pytest.raises(bs.GeometryFileError, match="1000000 faces, the limit is 500000"):
+    with pytest.raises(bs.errors.GeometryFileError, match="1000000 faces, the limit is 500000"):
         read(tmp_path, "million.stl", header + bytes(50 * 1_000_000))
 
 
 def test_without_trimesh_the_message_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "trimesh", None)
-    with pytest.raises(bs.MissingExtraError, match=r'pip install "blockstruct\[mesh\]"'):
+    with pytest.raises(bs.errors.MissingExtraError, match=r'pip install "blockstruct\[mesh\]"'):
         read(tmp_path, "a.stl", STL)
     assert len(read(tmp_path, "a.obj", obj_text()).blocks) == 1
 
@@ -139,15 +139,17 @@ def test_without_trimesh_the_message_says_what_to_install(tmp_path, monkeypatch)
 @pytest.mark.parametrize(
     ("options", "error", "expected"),
     [
-        ({"unit": 1}, bs.UnitError, "has no unit, but a length is due"),
-        ({"unit": "kg"}, bs.DimensionError, "does not fit; give a length"),
-        ({"unit": "0 m"}, bs.ModelError, "give a length above zero"),
-        ({"unit": "furlongs per"}, bs.UnitError, "is no quantity"),
-        ({"tolerance": "-1 mm"}, bs.ModelError, "give a length above zero"),
-        ({"tolerance": 1}, bs.UnitError, "has no unit"),
-        ({"fixed": "highest"}, bs.ModelError, "give 'lowest' or a list of block names"),
-        ({"fixed": ["base"]}, bs.UnknownNameError, "no block 'base' to fix; there are a"),
-        ({"material": None}, bs.ModelError, "give a Material"),
+        ({"unit": 1}, bs.errors.UnitError, "has no unit, but a length is due"),
+        ({"unit": "kg"}, bs.errors.DimensionError, "does not fit; give a length"),
+        ({"unit": "0 m"}, bs.errors.ModelError, "give a length above zero"),
+        ({"unit": "furlongs per"}, bs.errors.UnitError, "is no quantity"),
+        ({"tolerance": "-1 mm"}, bs.errors.ModelError, "give a length above zero"),
+        ({"tolerance": 1}, bs.errors.UnitError, "has no unit"),
+        ({"fixed": "highest"}, bs.errors.ModelError, "give 'lowest', 'lowest 3 cm' or a list of block names"),
+        ({"fixed": "lowest 3"}, bs.errors.DimensionError, "lowest blocks"),
+        ({"fixed": ["lowest -3 cm"]}, bs.errors.ModelError, "lowest blocks -0.03 m; give a length above zero"),
+        ({"fixed": ["base"]}, bs.errors.UnknownNameError, "no block 'base' to fix; there are a"),
+        ({"material": None}, bs.errors.ModelError, "give a Material"),
     ],
 )
 def test_options_are_checked(tmp_path, options, error, expected):
@@ -156,9 +158,9 @@ def test_options_are_checked(tmp_path, options, error, expected):
 
 
 def test_files_are_checked(tmp_path):
-    with pytest.raises(bs.StorageError, match="cannot be read"):
-        bs.read_mesh(tmp_path / "none.obj", unit="m", material=STONE)
-    with pytest.raises(bs.ModelError, match=r"ends in .obj, .stl or .ply"):
-        bs.read_mesh(tmp_path / "wall.3dm", unit="m", material=STONE)
-    with pytest.raises(bs.ModelError, match="give at least one"):
-        bs.read_mesh([], unit="m", material=STONE)
+    with pytest.raises(bs.errors.StorageError, match="cannot be read"):
+        bs.imports.read_mesh(tmp_path / "none.obj", unit="m", material=STONE)
+    with pytest.raises(bs.errors.ModelError, match=r"ends in .obj, .stl or .ply"):
+        bs.imports.read_mesh(tmp_path / "wall.3dm", unit="m", material=STONE)
+    with pytest.raises(bs.errors.ModelError, match="give at least one"):
+        bs.imports.read_mesh([], unit="m", material=STONE)

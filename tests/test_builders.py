@@ -64,7 +64,7 @@ def test_arches_of_piers_and_springers():
         blocks = bs.arch_on_piers(**size, rise=rise)
         assert sum("springer" in b.name for b in blocks) == springers
         assert checked(blocks).accepted == 2 * 3 + springers + 11
-    with pytest.raises(bs.ModelError, match=r"pier_width 0\.4 m is less than the springing, 0\.5 m"):
+    with pytest.raises(bs.errors.ModelError, match=r"pier_width 0\.4 m is less than the springing, 0\.5 m"):
         bs.arch_on_piers(**size | {"pier_width": "0.4 m"})
 
 
@@ -192,7 +192,7 @@ def test_piers_and_spandrels_count_in_whole_courses():
     blocks = bs.pier_spandrel(bays=3, storeys=2, **size, **BRICK)
     checked(blocks)
     assert volume(blocks) == pytest.approx(0.2 * ((4 * 1 + 3 * 0.8) * 3.6 - 6 * 0.8 * 1.2))
-    with pytest.raises(bs.ModelError, match=r"spandrel_height 0\.5 m is not of whole courses of 0\.2 m"):
+    with pytest.raises(bs.errors.ModelError, match=r"spandrel_height 0\.5 m is not of whole courses of 0\.2 m"):
         bs.pier_spandrel(bays=3, storeys=2, **size | {"spandrel_height": "0.5 m"}, **BRICK)
 
 
@@ -239,7 +239,7 @@ def test_piers_and_spandrels_count_in_whole_courses():
     ],
 )
 def test_builders_refuse_with_a_remedy(make, words):
-    with pytest.raises(bs.BlockstructError) as error:
+    with pytest.raises(bs.errors.BlockstructError) as error:
         make()
     assert all(word in str(error.value) for word in words), str(error.value)
 

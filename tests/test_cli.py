@@ -32,7 +32,7 @@ def test_demo(call, tmp_path):
     assert code == 0
     # Without a terminal, progress is a line an iteration.
     assert "load factor 0.494770" in err
-    assert err.count("load factor 0.494770") + out.count("0.494770") == 2  # as it is solved, and as the result
+    assert not re.search(r"^ *# ", out, re.MULTILINE)
     assert "39 blocks, 86 interfaces" in out
     assert "certificate holds" in out
     assert "load factor 0.4948" in out
@@ -382,7 +382,7 @@ def test_on_a_terminal_a_bar_tells_the_iteration_and_the_rest(small_model, small
     assert seen[-1][1:] == ("", 1)
 
 
-@pytest.mark.filterwarnings("default::blockstruct.UnusualValueWarning")
+@pytest.mark.filterwarnings("default::blockstruct.errors.UnusualValueWarning")
 def test_a_warning_is_one_line(call, tmp_path):
     wall = (Path(__file__).parents[1] / "examples" / "ferris_tin_loi_wall_1.yaml").read_text(encoding="utf-8")
     (tmp_path / "m.yaml").write_text(wall.replace("12 kN/m^3", "12 kN/mm^3"), encoding="utf-8")

@@ -161,7 +161,7 @@ def test_only_dilatancy_jams_a_drawer():
     """
     model = model_of(drawer(), bs.JointMaterial("joint", 0.5))
     assert solve(model, push(0, 1, 0)).status == "unbounded"
-    with pytest.warns(bs.LoadFactorWarning, match="how firmly the blocks are jammed"):
+    with pytest.warns(bs.errors.LoadFactorWarning, match="how firmly the blocks are jammed"):
         slides = solve(model, push(0, 1, 0), "nonassociative")
     assert slides.status == "converged"
     assert slides.load_factor == pytest.approx(0.5, rel=1e-3)
@@ -202,7 +202,7 @@ def test_frictionless_block_moves_at_once():
     assert result.load_factor == pytest.approx(0.0, abs=1e-6)
 
 
-@pytest.mark.filterwarnings("ignore::blockstruct.UnusualValueWarning")
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.UnusualValueWarning")
 def test_weights_that_differ_by_orders_of_magnitude():
     # 1 g on 100 t: the crumb is slender and rocks at b / h = 0.1, long before anything slides.
     heavy, light = bs.Material("heavy", density="20000 kg/m^3"), bs.Material("light", density="1 kg/m^3")
@@ -269,7 +269,7 @@ def test_a_pebble_beside_a_boulder(size, flow):
     assert result.load_factor == pytest.approx(0.4 * 20e3 * 0.4 * size**3, rel=REL)
 
 
-@pytest.mark.filterwarnings("ignore::blockstruct.UnusualValueWarning")
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.UnusualValueWarning")
 def test_an_unstable_pebble_beside_a_boulder():
     stone, heavy = bs.Material("stone", "20 kN/m^3"), bs.Material("heavy", "2e10 kN/m^3")
     ledge = bs.Block.box("ledge", Q_([-5, 0, -1], "m"), Q_([5.1, 1, 1], "m"), stone, fixed=True)

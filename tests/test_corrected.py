@@ -33,8 +33,8 @@ def imported(tmp_path, text):
     path = tmp_path / "wall.obj"
     path.write_text(text, encoding="utf-8")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", bs.GeometryWarning)
-        return bs.read_mesh(path, unit="mm", material=STONE, fixed=["slab"])
+        warnings.simplefilter("ignore", bs.errors.GeometryWarning)
+        return bs.imports.read_mesh(path, unit="mm", material=STONE, fixed=["slab"])
 
 
 def pairs(contacts):

@@ -247,16 +247,16 @@ def test_a_finished_analysis_is_resumed_as_it_is(tmp_path, whole):
     before = path.stat()
     assert bs.AnalysisManager.resume(path)["sideways"].load_factor == whole["sideways"].load_factor
     assert path.stat() == before
-    with pytest.raises(bs.StorageError, match="no working data"):
+    with pytest.raises(bs.errors.StorageError, match="no working data"):
         bs.recover(path)
-    with pytest.raises(bs.StorageError, match="no such file"):
+    with pytest.raises(bs.errors.StorageError, match="no such file"):
         bs.AnalysisManager.resume(tmp_path / "other.h5")
 
 
 def test_a_killed_run_is_not_replaced_unasked(tmp_path):
     path = tmp_path / "wall.h5"
     interrupt_after(path, 3)
-    with pytest.raises(bs.StorageError, match=r"wall\.h5\.partial.*killed.*resume.*recover"):
+    with pytest.raises(bs.errors.StorageError, match=r"wall\.h5\.partial.*killed.*resume.*recover"):
         bs.AnalysisManager(wall(), path).run(cases())
     assert bs.recover(path)["sideways"].n_iterations == 3
 
@@ -268,7 +268,7 @@ def test_iterations_of_another_procedure_are_not_gone_on_with(tmp_path):
     other = stored["sideways"].history.assign(c0=stored["sideways"].history.c0 * 2)
     results = {**stored, "sideways": dataclasses.replace(stored["sideways"], history=other)}
     bs.save_analysis(stored.replaced(results=results), path)
-    with pytest.raises(bs.FormatError, match=r"iteration 1 of the history.*run the case anew"):
+    with pytest.raises(bs.errors.FormatError, match=r"iteration 1 of the history.*run the case anew"):
         bs.AnalysisManager.resume(path)
 
 
@@ -351,7 +351,9 @@ def test_the_second_writer_is_refused(tmp_path, whole):
                 lambda: bs.AnalysisManager.resume(path),
                 lambda: bs.recover(path),
             ):
-                with pytest.raises(bs.StorageError, match=rf"is being written by process {os.getpid()} on .* since"):
+                with pytest.raises(
+                    bs.errors.StorageError, match=rf"is being written by process {os.getpid()} on .* since"
+                ):
                     write()
                 refused.append(write)
 
@@ -364,7 +366,7 @@ def test_the_second_writer_is_refused(tmp_path, whole):
 def write_many(path, start, done):
     start.wait()
     for _ in range(4):
-        with contextlib.suppress(bs.StorageError):
+        with contextlib.suppress(bs.errors.StorageError):
             done.put(str(bs.save_analysis(bs.open_analysis(path), path)))
 
 
@@ -404,7 +406,7 @@ def run_on_a_full_disk(path, limit, report):
     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
     try:
         bs.AnalysisManager(wall(), path).run(cases())
-    except bs.StorageError as error:
+    except bs.errors.StorageError as error:
         report.send(str(error))
     report.close()
 
@@ -431,5 +433,5 @@ def test_a_full_disk(tmp_path, whole, share):
 
 
 def test_a_read_only_folder():
-    with pytest.raises(bs.StorageError, match="cannot be written"):
+    with pytest.raises(bs.errors.StorageError, match="cannot be written"):
         bs.AnalysisManager(wall(), "/proc/wall.h5")

@@ -63,3 +63,12 @@ def test_crushing_moves_the_axis_inwards():
     _, point = body.axis
     assert point[0] == pytest.approx(0.6, abs=1e-4)
     assert "Crushing joints: ground|block." in describe(model, result.history)
+
+
+def test_a_result_describes_itself_even_without_a_mechanism():
+    blocks, joint = single_block(1.0, 2.0)
+    model = model_of(blocks, joint)
+    assert solve(model, push(1, 0, 0)).describe().startswith("case: converged, load factor 0.5")
+    lifted = solve(model, push(0, 0, -1))
+    assert "unbounded" in lifted.describe()
+    assert "bod" not in lifted.describe()

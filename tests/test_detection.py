@@ -177,7 +177,7 @@ def test_names_in_patterns_may_hold_any_character():
 
 
 def test_a_misspelt_name_in_a_pattern_is_refused():
-    with pytest.raises(bs.ModelError, match=r"no interface fits the pattern 'bsae\|\*'.*'base\|1\.1'"):
+    with pytest.raises(bs.errors.ModelError, match=r"no interface fits the pattern 'bsae\|\*'.*'base\|1\.1'"):
         bs.detect_interfaces(wall(), {"bsae|*": LIME, "*": DRY})
 
 
@@ -200,7 +200,7 @@ def test_joint_materials_by_a_function():
     ],
 )
 def test_rules_that_do_not_say_a_material(rules, words):
-    with pytest.raises(bs.ModelError) as error:
+    with pytest.raises(bs.errors.ModelError) as error:
         bs.detect_interfaces(wall(), rules)
     assert all(word in str(error.value) for word in words)
 
@@ -215,7 +215,7 @@ def test_rules_that_do_not_say_a_material(rules, words):
     ],
 )
 def test_tolerances_that_are_none(limits, words):
-    with pytest.raises(bs.BlockstructError) as error:
+    with pytest.raises(bs.errors.BlockstructError) as error:
         detect(FLOOR, **limits)
     assert all(word in str(error.value) for word in words)
 
@@ -226,7 +226,7 @@ def test_a_face_that_crosses_itself_is_refused():
     vertices = [(x, y, z) for z in (0, 1) for x, y in star]
     sides = [[k, (k + 1) % 5, 5 + (k + 1) % 5, 5 + k] for k in range(5)]
     block = bs.Block.from_faces("star", Q_(vertices, "m"), [[4, 3, 2, 1, 0], [5, 6, 7, 8, 9], *sides], STONE)
-    with pytest.raises(bs.GeometryError, match=r"'star': the outline of face 0 crosses itself"):
+    with pytest.raises(bs.errors.GeometryError, match=r"'star': the outline of face 0 crosses itself"):
         detect(FLOOR, block)
 
 
@@ -372,7 +372,7 @@ def test_an_explicit_interface_is_kept_and_not_found_again():
     assert [i.name for i in found.interfaces] == ["half a bed", "floor|b", "a|b"]
     # Nobody measured it.
     assert np.isnan(found.report.contacts[0].gap)
-    with pytest.raises(bs.UnknownNameError, match="'floor', which is not given"):
+    with pytest.raises(bs.errors.UnknownNameError, match="'floor', which is not given"):
         bs.detect_interfaces([box("a", [0, 0, 0])], DRY, explicit=[given])
 
 

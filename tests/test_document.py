@@ -125,7 +125,7 @@ def test_joints_by_rule_with_tolerances_and_explicit_interfaces(tmp_path):
     }
     assert document.model.interfaces[0].area == pytest.approx(0.5)
     content["interfaces"]["joint_material"] = {"beds": "dry"}
-    with pytest.raises(bs.ModelError, match="'beds' is no pattern"):
+    with pytest.raises(bs.errors.ModelError, match="'beds' is no pattern"):
         bs.read_document(write(tmp_path, content))
 
 
@@ -157,7 +157,7 @@ def changed(*path, to=None, remove=False):
     ],
 )
 def test_violations_of_the_schema_name_their_place(tmp_path, content, words):
-    with pytest.raises(bs.DocumentError) as caught:
+    with pytest.raises(bs.errors.DocumentError) as caught:
         bs.read_document(write(tmp_path, content))
     for word in words:
         assert word in str(caught.value)
@@ -166,13 +166,13 @@ def test_violations_of_the_schema_name_their_place(tmp_path, content, words):
 @pytest.mark.parametrize(
     ("content", "error", "words"),
     [
-        (changed("blocks", 1, "material", to="glass"), bs.UnknownNameError, ["'glass'", "stone"]),
-        (changed("interfaces", "joint_material", to="glue"), bs.UnknownNameError, ["'glue'", "dry"]),
-        (changed("cases", 0, "dead", to="live"), bs.UnknownNameError, ["'push'", "'live'"]),
-        (changed("materials", "stone", to={"unit_weight": "-1 N/m^3"}), bs.ModelError, ["'stone'", "negative"]),
-        (changed("blocks", 1, "polyhedron", "unit", to="kg"), bs.DimensionError, ["'wedge'", "length"]),
-        (changed("blocks", 0, "fixed", to=False), bs.ModelError, ["no block is fixed"]),
-        (changed("blocks", 0, "box", "origin", to=["0 m", "0 m", "much"]), bs.UnitError, ["'base'", "'much'"]),
+        (changed("blocks", 1, "material", to="glass"), bs.errors.UnknownNameError, ["'glass'", "stone"]),
+        (changed("interfaces", "joint_material", to="glue"), bs.errors.UnknownNameError, ["'glue'", "dry"]),
+        (changed("cases", 0, "dead", to="live"), bs.errors.UnknownNameError, ["'push'", "'live'"]),
+        (changed("materials", "stone", to={"unit_weight": "-1 N/m^3"}), bs.errors.ModelError, ["'stone'", "negative"]),
+        (changed("blocks", 1, "polyhedron", "unit", to="kg"), bs.errors.DimensionError, ["'wedge'", "length"]),
+        (changed("blocks", 0, "fixed", to=False), bs.errors.ModelError, ["no block is fixed"]),
+        (changed("blocks", 0, "box", "origin", to=["0 m", "0 m", "much"]), bs.errors.UnitError, ["'base'", "'much'"]),
     ],
 )
 def test_documents_that_describe_no_model(tmp_path, content, error, words):
@@ -192,7 +192,9 @@ def test_numbers_without_a_point_are_numbers(tmp_path):
 def test_numbers_that_versions_of_yaml_read_differently_are_refused(tmp_path, number):
     path = write(tmp_path, BASIC)
     path.write_text(path.read_text(encoding="utf-8") + f"  patience: {number}\n", encoding="utf-8")
-    with pytest.raises(bs.DocumentError, match=rf"{number} is read differently.*'{number}' in quotes[^$]*at line \d+"):
+    with pytest.raises(
+        bs.errors.DocumentError, match=rf"{number} is read differently.*'{number}' in quotes[^$]*at line \d+"
+    ):
         bs.read_document(path)
 
 
@@ -200,7 +202,9 @@ def test_numbers_that_versions_of_yaml_read_differently_are_refused(tmp_path, nu
 def test_yes_and_no_are_refused(tmp_path, word, truth):
     path = write(tmp_path, BASIC)
     path.write_text(path.read_text(encoding="utf-8").replace("fixed: true", f"fixed: {word}"), encoding="utf-8")
-    with pytest.raises(bs.DocumentError, match=f"{word} is {truth} in YAML 1.1 and a text in YAML 1.2; write {truth}"):
+    with pytest.raises(
+        bs.errors.DocumentError, match=f"{word} is {truth} in YAML 1.1 and a text in YAML 1.2; write {truth}"
+    ):
         bs.read_document(path)
 
 
@@ -217,14 +221,16 @@ def test_what_is_written_is_read_back(content):
 
 def test_a_misspelt_key_is_told_the_one_that_was_meant(tmp_path):
     content = changed("joint_materials", "dry", to={"friction": 0.65})
-    with pytest.raises(bs.DocumentError, match=r"/dry: unknown key 'friction', did you mean friction_coefficient or"):
+    with pytest.raises(
+        bs.errors.DocumentError, match=r"/dry: unknown key 'friction', did you mean friction_coefficient or"
+    ):
         bs.read_document(write(tmp_path, content))
 
 
 def test_a_name_that_reads_as_a_number_is_told_to_be_quoted(tmp_path):
     path = write(tmp_path, changed("blocks", 1, "name", to="1.1"))
     path.write_text(path.read_text(encoding="utf-8").replace("'1.1'", "1.1"), encoding="utf-8")
-    with pytest.raises(bs.DocumentError, match=r"/blocks/1/name: 1.1 is not of type 'string'; .* is quoted"):
+    with pytest.raises(bs.errors.DocumentError, match=r"/blocks/1/name: 1.1 is not of type 'string'; .* is quoted"):
         bs.read_document(path)
 
 
@@ -238,18 +244,20 @@ def test_aliases_stand_for_what_they_name(tmp_path):
 
 def test_a_document_of_any_size_is_not_read(tmp_path, monkeypatch):
     monkeypatch.setattr(reader, "MOST_BYTES", 100)
-    with pytest.raises(bs.DocumentError, match="divide the structure"):
+    with pytest.raises(bs.errors.DocumentError, match="divide the structure"):
         bs.read_document(write(tmp_path, BASIC))
 
 
 def test_errors_of_a_document_name_the_file(tmp_path):
-    with pytest.raises(bs.UnitError) as caught:
+    with pytest.raises(bs.errors.UnitError) as caught:
         bs.read_document(write(tmp_path, changed("materials", "stone", to={"density": "heavy"})))
     assert any("model.yaml" in note for note in caught.value.__notes__)
 
 
 def test_a_number_where_a_quantity_is_due_is_told_so(tmp_path):
-    with pytest.raises(bs.DocumentError, match=r"/materials/stone/density: 2600 .* A number, a space and a unit"):
+    with pytest.raises(
+        bs.errors.DocumentError, match=r"/materials/stone/density: 2600 .* A number, a space and a unit"
+    ):
         bs.read_document(write(tmp_path, changed("materials", "stone", to={"density": 2600})))
 
 
@@ -261,7 +269,7 @@ def test_walls_may_stand_anywhere(tuff):
 
 def test_unknown_settings_are_refused(tmp_path):
     document = bs.read_document(write(tmp_path, changed("settings", to={"speed": 3})))
-    with pytest.raises(bs.ModelError, match="speed"):
+    with pytest.raises(bs.errors.ModelError, match="speed"):
         bs.ProcedureSettings.of(document.settings)
 
 
@@ -269,7 +277,7 @@ def test_unknown_settings_are_refused(tmp_path):
 def test_repeated_keys_are_refused(tmp_path, suffix):
     path = tmp_path / f"m{suffix}"
     path.write_text('{"materials": {"a": {"density": "1 kg/m^3"}, "a": {"density": "2 kg/m^3"}}}', encoding="utf-8")
-    with pytest.raises(bs.DocumentError, match=r"repeated keys \['a'\]"):
+    with pytest.raises(bs.errors.DocumentError, match=r"repeated keys \['a'\]"):
         bs.read_document(path)
 
 
@@ -277,13 +285,13 @@ def test_repeated_keys_are_refused(tmp_path, suffix):
 def test_texts_that_are_no_document(tmp_path, text):
     path = tmp_path / "m.yaml"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(bs.DocumentError, match=r"m\.yaml"):
+    with pytest.raises(bs.errors.DocumentError, match=r"m\.yaml"):
         bs.read_document(path)
 
 
 def test_files_that_cannot_be_read(tmp_path):
-    with pytest.raises(bs.StorageError, match="cannot be read"):
+    with pytest.raises(bs.errors.StorageError, match="cannot be read"):
         bs.read_document(tmp_path / "missing.yaml")
     (tmp_path / "latin.yaml").write_bytes(b"name: gr\xf6\xdfer")
-    with pytest.raises(bs.StorageError, match="is no text"):
+    with pytest.raises(bs.errors.StorageError, match="is no text"):
         bs.read_document(tmp_path / "latin.yaml")

@@ -78,14 +78,14 @@ def test_what_detection_does_not_find_is_stated(tmp_path, model, cases):
 
 def test_what_detection_finds_cannot_be_left_out(tmp_path, model, cases):
     fewer = bs.Model("fewer", model.blocks, model.interfaces[1:])
-    with pytest.raises(bs.ModelError, match="which the model does not have; give the tolerance"):
+    with pytest.raises(bs.errors.ModelError, match="which the model does not have; give the tolerance"):
         bs.write_document(tmp_path / "m.yaml", fewer, cases)
 
 
 def test_a_draft_may_lack_supports(tmp_path, model, cases):
     free = [bs.Block(b.name, b.shape, b.material) for b in model.blocks]
     path = bs.write_draft(tmp_path / "m.yaml", "free", free, LIME, cases)
-    with pytest.raises(bs.ModelError, match="no block is fixed") as refusal:
+    with pytest.raises(bs.errors.ModelError, match="no block is fixed") as refusal:
         bs.read_document(path)
     assert "6 blocks, 9 interfaces" in "".join(refusal.value.__notes__)
     content = yaml.safe_load(path.read_text(encoding="utf-8"))
@@ -95,17 +95,17 @@ def test_a_draft_may_lack_supports(tmp_path, model, cases):
 
 
 def test_bad_documents_are_not_written(tmp_path, model, cases):
-    with pytest.raises(bs.DocumentError, match="/cases"):
+    with pytest.raises(bs.errors.DocumentError, match="/cases"):
         bs.write_document(tmp_path / "m.yaml", model, [])
-    with pytest.raises(bs.ModelError, match=r"ends in .yaml, .yml or .json"):
+    with pytest.raises(bs.errors.ModelError, match=r"ends in .yaml, .yml or .json"):
         bs.write_document(tmp_path / "m.txt", model, cases)
     other = bs.LimitCase("other", bs.LoadPattern("dead", []), cases[0].variable)
-    with pytest.raises(bs.ModelError, match="different load patterns share a name"):
+    with pytest.raises(bs.errors.ModelError, match="different load patterns share a name"):
         bs.write_document(tmp_path / "m.yaml", model, [*cases, other])
     blocks = [*model.blocks[:-1], bs.Block("2.3", model.blocks[-1].shape, bs.Material("tuff", "20 kN/m^3"))]
-    with pytest.raises(bs.ModelError, match="different materials share a name"):
+    with pytest.raises(bs.errors.ModelError, match="different materials share a name"):
         bs.write_draft(tmp_path / "m.yaml", "two tuffs", blocks, LIME, cases)
-    with pytest.raises(bs.StorageError, match="cannot be written"):
+    with pytest.raises(bs.errors.StorageError, match="cannot be written"):
         bs.write_document(tmp_path / "none" / "m.yaml", model, cases)
     assert list(tmp_path.iterdir()) == []
 

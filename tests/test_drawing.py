@@ -28,7 +28,7 @@ def draw(tmp_path):
     def read(**options):
         path = tmp_path / "drawing.dxf"
         document.saveas(path)
-        return bs.read_drawing(path, **{"unit": "mm", "material": STONE, "thickness": "0.3 m"} | options)
+        return bs.imports.read_drawing(path, **{"unit": "mm", "material": STONE, "thickness": "0.3 m"} | options)
 
     return document.modelspace(), read
 
@@ -106,9 +106,9 @@ def voussoirs(space, n, inner, outer):
 def test_arcs_are_refused_unless_their_segments_are_stated(draw):
     space, read = draw
     voussoirs(space, 9, 1900, 2100)
-    with pytest.raises(bs.GeometryFileError, match="has arcs; give segments"):
+    with pytest.raises(bs.errors.GeometryFileError, match="has arcs; give segments"):
         read()
-    with pytest.warns(bs.GeometryWarning, match="arcs taken as straight pieces, which they exceed by up to"):
+    with pytest.warns(bs.errors.GeometryWarning, match="arcs taken as straight pieces, which they exceed by up to"):
         found = read(segments=6)
     rise = 2.1 * (1 - np.cos(np.pi / 9 / 12))
     assert found.report.table().query("kind == 'arcs'").amount.max() == pytest.approx(rise)
@@ -151,13 +151,15 @@ def test_layers_give_materials_and_what_is_left_out_is_reported(draw):
     space.add_text("elevation", dxfattribs={"layer": "NOTES"})
     line = space.add_lwpolyline([(0, 0), (400, 0), (400, 300)], dxfattribs={"layer": "STONE"})
     space.add_circle((0, 0), 100, dxfattribs={"layer": "STONE"})
-    with pytest.warns(bs.GeometryWarning, match="left out: 1 CIRCLE on layer STONE .*; 1 LWPOLYLINE on layer NOTES"):
+    with pytest.warns(
+        bs.errors.GeometryWarning, match="left out: 1 CIRCLE on layer STONE .*; 1 LWPOLYLINE on layer NOTES"
+    ):
         found = read(material={"STONE": TUFF, "GROUND": STONE})
     assert {b.name: b.material.name for b in found.blocks} == {"STONE.1": "tuff", "GROUND.1": "stone"}
     handle = f"(handle {line.dxf.handle} (ends 0.5 m apart))"
     assert f"1 open polyline on layer STONE {handle}" in found.report.left_out
     space.doc.layers.get("GROUND").off()
-    with pytest.warns(bs.GeometryWarning, match="LWPOLYLINE on layer GROUND, which is off or frozen"):
+    with pytest.warns(bs.errors.GeometryWarning, match="LWPOLYLINE on layer GROUND, which is off or frozen"):
         assert len(read(material={"STONE": TUFF, "GROUND": STONE}).blocks) == 1
 
 
@@ -180,7 +182,9 @@ def test_a_polyline_may_have_its_own_thickness(draw):
     (block,) = read(thickness=None).blocks
     assert np.ptp(block.shape.vertices, axis=0) == pytest.approx((0.5, 0.12, 0.25))
     rectangle(space, 0, 250, 500, 250)
-    with pytest.raises(bs.GeometryFileError, match=r"polyline from \(0, 250\) on layer 'STONE', handle .*, is flat"):
+    with pytest.raises(
+        bs.errors.GeometryFileError, match=r"polyline from \(0, 250\) on layer 'STONE', handle .*, is flat"
+    ):
         read(thickness=None)
 
 
@@ -203,9 +207,11 @@ def test_the_gap_of_rings_is_settable_and_reported(draw):
     rectangle(space, 600, 0, 500, 250)
     line = space.add_lwpolyline([*SQUARE, (0, 3)], dxfattribs={"layer": "STONE"})
     open_ = rf"1 open polyline on layer STONE \(handle {line.dxf.handle} \(ends 0.003 m apart\)\)"
-    with pytest.warns(bs.GeometryWarning, match=open_):
+    with pytest.warns(bs.errors.GeometryWarning, match=open_):
         assert len(read(closing="2 mm").blocks) == 1
-    with pytest.warns(bs.GeometryWarning, match=r"outlines closed whose ends lie apart by up to 0.003 m \(STONE.2\)"):
+    with pytest.warns(
+        bs.errors.GeometryWarning, match=r"outlines closed whose ends lie apart by up to 0.003 m \(STONE.2\)"
+    ):
         found = read(closing="4 mm")
     assert found.blocks[1].volume == pytest.approx(0.5 * 0.25 * 0.3)
 
@@ -229,7 +235,7 @@ def test_the_gap_of_rings_is_settable_and_reported(draw):
 def test_edges_that_are_retraced_are_dropped_and_reported(draw, corners, closed):
     space, read = draw
     space.add_lwpolyline(corners, close=closed, dxfattribs={"layer": "STONE"})
-    with pytest.warns(bs.GeometryWarning, match=r"runs over its own edges again: \d+ \(STONE.1\)"):
+    with pytest.warns(bs.errors.GeometryWarning, match=r"runs over its own edges again: \d+ \(STONE.1\)"):
         (block,) = read().blocks
     assert block.volume == pytest.approx(0.5 * 0.25 * 0.3)
     assert len(block.shape.faces) == 6
@@ -264,7 +270,7 @@ def test_open_polylines_are_left_out_by_layer_handle_and_gap(draw, corners, gap)
     space, read = draw
     rectangle(space, 0, 600, 500, 250)
     line = space.add_lwpolyline(corners, dxfattribs={"layer": "STONE"})
-    with pytest.warns(bs.GeometryWarning, match="left out"):
+    with pytest.warns(bs.errors.GeometryWarning, match="left out"):
         found = read()
     assert found.report.left_out == (f"1 open polyline on layer STONE (handle {line.dxf.handle} (ends {gap} m apart))",)
 
@@ -273,11 +279,11 @@ def test_a_body_drawn_twice_is_refused_if_it_is_not_the_same_twice(draw):
     space, read = draw
     rectangle(space, 0, 0, 500, 250)
     rectangle(space, 0, 0, 500, 250, "GROUND")
-    with pytest.warns(bs.GeometryWarning, match=r"dropped: 1 \(GROUND.1 = STONE.1\)"):
+    with pytest.warns(bs.errors.GeometryWarning, match=r"dropped: 1 \(GROUND.1 = STONE.1\)"):
         assert [b.name for b in read().blocks] == ["STONE.1"]
     twice = "'STONE.1' and 'GROUND.1' are one body given twice, of different materials or only once as a support"
     for options in ({"supports": ["GROUND"]}, {"material": {"STONE": TUFF, "GROUND": STONE}}):
-        with pytest.raises(bs.GeometryFileError, match=twice):
+        with pytest.raises(bs.errors.GeometryFileError, match=twice):
             read(**options)
     assert [b.name for b in read(supports=["GROUND"], exclude="STONE.*").blocks] == ["GROUND.1"]
 
@@ -294,7 +300,7 @@ def test_lines_there_and_back_are_left_out(draw):
             [(5, 5), (5, 5)],
         )
     ]
-    with pytest.warns(bs.GeometryWarning, match="left out"):
+    with pytest.warns(bs.errors.GeometryWarning, match="left out"):
         found = read()
     handles = ", ".join(line.dxf.handle for line in lines)
     assert found.report.left_out == (f"4 polyline without area on layer STONE (handle {handles})",)
@@ -304,7 +310,7 @@ def test_the_unit_of_the_user_overrides_that_of_the_template(draw):
     space, read = draw
     rectangle(space, 0, 0, 5000, 2500)
     space.doc.header["$INSUNITS"] = 1
-    with pytest.raises(bs.GeometryFileError, match=r"0.0254 m .*override_unit=True"):
+    with pytest.raises(bs.errors.GeometryFileError, match=r"0.0254 m .*override_unit=True"):
         read()
     found = read(override_unit=True)
     assert found.report.extent == pytest.approx((5, 0.3, 2.5))
@@ -317,13 +323,17 @@ def test_the_unit_of_the_user_overrides_that_of_the_template(draw):
 @pytest.mark.parametrize(
     ("options", "error", "expected"),
     [
-        ({"unit": "m"}, bs.GeometryFileError, r"its unit is 0.001 m \(\$INSUNITS\), unit= says 1 m"),
-        ({"thickness": "-1 m"}, bs.ModelError, "give a length above zero"),
-        ({"thickness": 300}, bs.UnitError, "has no unit"),
-        ({"plane": "section"}, bs.ModelError, "give 'elevation' or 'plan'"),
-        ({"segments": 0}, bs.ModelError, "one or more"),
-        ({"supports": ["GROND"]}, bs.UnknownNameError, "no layer 'GROND'; it has 0, Defpoints, GROUND, NOTES, STONE"),
-        ({"material": {"MARBLE": STONE}}, bs.UnknownNameError, "no layer 'MARBLE'"),
+        ({"unit": "m"}, bs.errors.GeometryFileError, r"its unit is 0.001 m \(\$INSUNITS\), unit= says 1 m"),
+        ({"thickness": "-1 m"}, bs.errors.ModelError, "give a length above zero"),
+        ({"thickness": 300}, bs.errors.UnitError, "has no unit"),
+        ({"plane": "section"}, bs.errors.ModelError, "give 'elevation' or 'plan'"),
+        ({"segments": 0}, bs.errors.ModelError, "one or more"),
+        (
+            {"supports": ["GROND"]},
+            bs.errors.UnknownNameError,
+            "no layer 'GROND'; it has 0, Defpoints, GROUND, NOTES, STONE",
+        ),
+        ({"material": {"MARBLE": STONE}}, bs.errors.UnknownNameError, "no layer 'MARBLE'"),
     ],
 )
 def test_options_are_checked(draw, options, error, expected):
@@ -338,16 +348,16 @@ def test_damaged_drawings_are_refused(draw, tmp_path, monkeypatch):
     space.add_circle((0, 0), 100)
     space.add_3dsolid().sat = ["700 0 1 0", "End-of-ACIS-data"]
     left = r"left out: 1 3DSOLID on layer 0, to be exported as a mesh .*; 1 CIRCLE on layer 0"
-    with pytest.raises(bs.GeometryFileError, match=rf"holds no solid \({left}"):
+    with pytest.raises(bs.errors.GeometryFileError, match=rf"holds no solid \({left}"):
         read()
     space.delete_all_entities()
     rectangle(space, 0, 0, 500, 250)
     bow_tie = space.add_lwpolyline([(0, 0), (100, 100), (100, 0), (0, 300)], close=True)
-    with pytest.raises(bs.GeometryFileError, match=r"'0.1': its surface crosses itself"):
+    with pytest.raises(bs.errors.GeometryFileError, match=r"'0.1': its surface crosses itself"):
         read()
     space.delete_entity(bow_tie)
     space.add_polyline2d([(0, 0), (1, 0), (1, 1)], close=True).vertices[0].dxf.discard("location")
-    with pytest.raises(bs.GeometryFileError, match=r"POLYLINE on layer '0', handle .*, is damaged"):
+    with pytest.raises(bs.errors.GeometryFileError, match=r"POLYLINE on layer '0', handle .*, is damaged"):
         read()
     content = (tmp_path / "drawing.dxf").read_bytes()
     for name, bad in [
@@ -360,8 +370,8 @@ def test_damaged_drawings_are_refused(draw, tmp_path, monkeypatch):
     ]:
         path = tmp_path / f"{name}.dxf"
         path.write_bytes(bad)
-        with pytest.raises(bs.GeometryFileError, match=f"{name}.dxf"):
-            bs.read_drawing(path, unit="mm", material=STONE, thickness="0.3 m")
+        with pytest.raises(bs.errors.GeometryFileError, match=f"{name}.dxf"):
+            bs.imports.read_drawing(path, unit="mm", material=STONE, thickness="0.3 m")
     monkeypatch.setitem(sys.modules, "ezdxf", None)
-    with pytest.raises(bs.MissingExtraError, match=r'pip install "blockstruct\[cad\]"'):
-        bs.read_drawing(tmp_path / "drawing.dxf", unit="mm", material=STONE, thickness="0.3 m")
+    with pytest.raises(bs.errors.MissingExtraError, match=r'pip install "blockstruct\[cad\]"'):
+        bs.imports.read_drawing(tmp_path / "drawing.dxf", unit="mm", material=STONE, thickness="0.3 m")

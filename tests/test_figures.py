@@ -187,7 +187,7 @@ def test_utilisation_is_drawn_on_a_scale_from_zero_to_one(wall):
     _, result = wall
     ax = figures.structure(result, colour="sliding", ax=axes())
     _, lines = drawn(ax)
-    used = bs.utilisation(result.history)["sliding"].isel(iteration=-1).to_numpy()
+    used = bs.results.utilisation(result.history)["sliding"].isel(iteration=-1).to_numpy()
     used = used[np.isfinite(used)]
     assert len(lines) == len(used)
     assert sum(edge == to_rgba(FORCE) for _, edge, _ in lines) == (used >= 0.999).sum() > 0
@@ -275,7 +275,7 @@ def test_forces_that_are_rounding_are_not_drawn(wall):
     _, result = wall
     still = with_rounding(result, slice(None))
     for at in ("interfaces", "contact points"):
-        with pytest.raises(bs.ModelError, match="no forces in iteration"):
+        with pytest.raises(bs.errors.ModelError, match="no forces in iteration"):
             figures.forces(still, at=at, ax=axes())
     assert "forces" not in [d.name for d in figures.drawings(still)]
 
@@ -386,7 +386,7 @@ def test_stress_blocks_are_as_deep_as_the_normal_force_needs():
 
 
 def test_stress_blocks_need_a_strength(wall):
-    with pytest.raises(bs.ModelError, match="no joint material has a compressive strength"):
+    with pytest.raises(bs.errors.ModelError, match="no joint material has a compressive strength"):
         figures.structure(wall[1], colour="crushing", ax=axes())
 
 
@@ -461,22 +461,30 @@ def test_edges_of_a_box_are_twelve(wall):
 @pytest.mark.parametrize(
     ("call", "error", "words"),
     [
-        (lambda m, r: figures.structure(r, iteration=99), bs.UnknownNameError, "no iteration 99; it has 0 to"),
-        (lambda m, r: figures.forces(r, iteration="3"), bs.ModelError, "iteration '3' is no integer; give 0 to"),
-        (lambda m, r: figures.mechanism(r, iteration=1.5), bs.ModelError, "iteration 1.5 is no integer"),
-        (lambda m, r: figures.structure(r, look="front"), bs.ModelError, "give 'x' or 'y'"),
-        (lambda m, r: figures.structure(r, ax=Figure().add_subplot(projection="3d")), bs.ModelError, "give plain Axes"),
-        (lambda m, r: figures.structure(r, look=(1, 2, 3)), bs.ModelError, "azimuth and elevation in degrees"),
-        (lambda m, r: figures.mechanism(m), bs.ModelError, "Model is no result; give the CaseResult"),
-        (lambda m, r: figures.structure("push"), bs.ModelError, "str is no result"),
-        (lambda m, r: figures.structure(r, colour="red"), bs.ModelError, "'state', 'sliding' or 'crushing'"),
-        (lambda m, r: figures.mechanism(r, amplitude=0.1), bs.UnitError, "has no unit"),
-        (lambda m, r: figures.mechanism(r, amplitude="3 kN"), bs.DimensionError, "does not fit"),
-        (lambda m, r: figures.forces(r, at="blocks"), bs.ModelError, "'interfaces' or 'contact points'"),
-        (lambda m, r: figures.crushing_domain(r, "a|b"), bs.UnknownNameError, "no interface 'a|b'; it has base|1.1"),
-        (lambda m, r: figures.crushing_domain(r, "base|1.1"), bs.ModelError, "no compressive strength"),
-        (lambda m, r: figures.crushing_domain(r, "base|1.1", about="n"), bs.ModelError, "give 's' or 't'"),
-        (lambda m, r: figures.curve(r.history.block_velocity), bs.ModelError, "over one coordinate"),
+        (lambda m, r: figures.structure(r, iteration=99), bs.errors.UnknownNameError, "no iteration 99; it has 0 to"),
+        (lambda m, r: figures.forces(r, iteration="3"), bs.errors.ModelError, "iteration '3' is no integer; give 0 to"),
+        (lambda m, r: figures.mechanism(r, iteration=1.5), bs.errors.ModelError, "iteration 1.5 is no integer"),
+        (lambda m, r: figures.structure(r, look="front"), bs.errors.ModelError, "give 'x' or 'y'"),
+        (
+            lambda m, r: figures.structure(r, ax=Figure().add_subplot(projection="3d")),
+            bs.errors.ModelError,
+            "give plain Axes",
+        ),
+        (lambda m, r: figures.structure(r, look=(1, 2, 3)), bs.errors.ModelError, "azimuth and elevation in degrees"),
+        (lambda m, r: figures.mechanism(m), bs.errors.ModelError, "Model is no result; give the CaseResult"),
+        (lambda m, r: figures.structure("push"), bs.errors.ModelError, "str is no result"),
+        (lambda m, r: figures.structure(r, colour="red"), bs.errors.ModelError, "'state', 'sliding' or 'crushing'"),
+        (lambda m, r: figures.mechanism(r, amplitude=0.1), bs.errors.UnitError, "has no unit"),
+        (lambda m, r: figures.mechanism(r, amplitude="3 kN"), bs.errors.DimensionError, "does not fit"),
+        (lambda m, r: figures.forces(r, at="blocks"), bs.errors.ModelError, "'interfaces' or 'contact points'"),
+        (
+            lambda m, r: figures.crushing_domain(r, "a|b"),
+            bs.errors.UnknownNameError,
+            "no interface 'a|b'; it has base|1.1",
+        ),
+        (lambda m, r: figures.crushing_domain(r, "base|1.1"), bs.errors.ModelError, "no compressive strength"),
+        (lambda m, r: figures.crushing_domain(r, "base|1.1", about="n"), bs.errors.ModelError, "give 's' or 't'"),
+        (lambda m, r: figures.curve(r.history.block_velocity), bs.errors.ModelError, "over one coordinate"),
     ],
 )
 def test_bad_input_is_told_with_the_remedy(wall, call, error, words):
@@ -501,10 +509,10 @@ def test_figures_of_an_analysis_are_written_into_a_folder(tmp_path, small_analys
 
 
 def test_figures_that_cannot_be_written_are_refused(tmp_path, small_analysis):
-    with pytest.raises(bs.ModelError, match="give one of png, svg, pdf"):
+    with pytest.raises(bs.errors.ModelError, match="give one of png, svg, pdf"):
         figures.write_figures(small_analysis, tmp_path, file_format="bmp")
     (tmp_path / "file").write_text("taken")
-    with pytest.raises(bs.StorageError, match="cannot be made"):
+    with pytest.raises(bs.errors.StorageError, match="cannot be made"):
         figures.write_figures(small_analysis, tmp_path / "file")
 
 
@@ -520,17 +528,17 @@ def test_a_case_without_iterations_is_refused(small_model):
     case = bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0))
     result = bs.AnalysisManager(small_model, listeners=[stop]).run([case])["case"]
     for draw in (figures.structure, figures.mechanism, figures.forces):
-        with pytest.raises(bs.ModelError, match="no iteration to show, interrupted"):
+        with pytest.raises(bs.errors.ModelError, match="no iteration to show, interrupted"):
             draw(result)
-    with pytest.raises(bs.ModelError, match="no iteration to show"):
+    with pytest.raises(bs.errors.ModelError, match="no iteration to show"):
         figures.convergence(result)
 
 
 def test_an_unbounded_case_has_no_mechanism_to_draw(small_model):
     result = solve(small_model, push(0, 0, -1))
-    with pytest.raises(bs.ModelError, match="no mechanism in iteration 0, unbounded"):
+    with pytest.raises(bs.errors.ModelError, match="no mechanism in iteration 0, unbounded"):
         figures.mechanism(result, ax=axes())
-    with pytest.raises(bs.ModelError, match="no forces in iteration 0"):
+    with pytest.raises(bs.errors.ModelError, match="no forces in iteration 0"):
         figures.forces(result, ax=axes())
     assert figures.structure(result, ax=axes()).get_legend().get_texts()[0].get_text() == "unknown"
 

@@ -58,7 +58,7 @@ def test_far_from_the_origin_nothing_is_lost():
 
 def test_l_shaped_contact_and_its_area():
     lower, upper = prism(L_SHAPE, 1.0), prism(L_SHAPE, 1.0, z=1.0)
-    (pair,) = coplanar_face_pairs([lower, upper], 1e-6)
+    (pair,) = coplanar_face_pairs([lower, upper], 1e-6, 0.02)
     assert pair.area == pytest.approx(5.0)
     assert (pair.minus, pair.plus) == (0, 1)
     assert len(pair.polygon) == 6
@@ -67,7 +67,7 @@ def test_l_shaped_contact_and_its_area():
 def test_u_shape_touches_twice():
     u = prism([(0, 0), (3, 0), (3, 1), (2, 1), (2, 0.5), (1, 0.5), (1, 1), (0, 1)], 1.0)
     vertices, faces = box((0, 1, 0), (3, 1, 1))
-    pairs = coplanar_face_pairs([u, polyhedron(vertices, faces, "beam")], 1e-6)
+    pairs = coplanar_face_pairs([u, polyhedron(vertices, faces, "beam")], 1e-6, 0.02)
     assert sorted(p.area for p in pairs) == pytest.approx([1.0, 1.0])
 
 
@@ -77,7 +77,7 @@ def test_one_block_spanning_200_others_meets_them_all():
     for i in range(200):
         vertices, faces = box((i, 0, 0), (1, 1, 1))
         bodies.append(polyhedron(vertices, faces, f"{i}"))
-    pairs = coplanar_face_pairs(bodies, 1e-6)
+    pairs = coplanar_face_pairs(bodies, 1e-6, 0.02)
     assert sum(p.minus == 0 or p.plus == 0 for p in pairs) == 200
     assert len(pairs) == 200 + 199
 

@@ -51,7 +51,7 @@ def test_velocities_have_the_unit_of_their_dof(result):
     ask = result.history.blockstruct
     assert str(ask.quantity("block_velocity", dof="vx").units) == "meter / second"
     assert str(ask.quantity("block_velocity", dof="wy").units) == "radian / second"
-    with pytest.raises(bs.ModelError, match="in meter / second and in radian / second; select one dof"):
+    with pytest.raises(bs.errors.ModelError, match="in meter / second and in radian / second; select one dof"):
         ask.quantity("block_velocity", iteration=-1)
     frame = ask.frame("block_velocity")
     assert "block_velocity" in frame
@@ -117,11 +117,11 @@ def test_relative_velocity_is_that_of_the_blocks(result):
 
 
 def test_resultants_take_selections(result):
-    one = bs.interface_resultants(result.history.isel(iteration=3))
+    one = bs.results.interface_resultants(result.history.isel(iteration=3))
     every = result.resultants.isel(iteration=3)
     assert one.force.dims == ("interface", "component")
     assert np.allclose(one.moment, every.moment)
-    states = bs.contact_state(result.history.isel(iteration=[2, 3]))
+    states = bs.results.contact_state(result.history.isel(iteration=[2, 3]))
     assert states.sizes["iteration"] == 2
     assert states[1].equals(result.states[3])
 

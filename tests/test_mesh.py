@@ -44,7 +44,7 @@ def same_bodies(one, other, rel=1e-9):
     [("wall.stl", stl_bytes), ("ascii.stl", ascii_stl), ("wall.ply", ply_text)],
 )
 def test_a_wall_comes_back_from_triangles_with_all_its_interfaces(tmp_path, wall, name, write):
-    found = bs.read_mesh(saved(tmp_path, name, write(wall)), unit="m", material=STONE, fixed="lowest")
+    found = bs.imports.read_mesh(saved(tmp_path, name, write(wall)), unit="m", material=STONE, fixed="lowest")
     same_bodies(found.blocks, wall)
     assert [b.fixed for b in found.blocks] == [b.fixed for b in wall]
     assert found.report.warnings == ()
@@ -54,8 +54,8 @@ def test_a_wall_comes_back_from_triangles_with_all_its_interfaces(tmp_path, wall
 
 
 def test_obj_keeps_blocks_to_the_last_digit(tmp_path, wall):
-    path = bs.write_obj(tmp_path / "wall.obj", moved(wall, rotation((1, 2, 3), 0.7), (0.1, 0.2, 0.3)))
-    found = bs.read_mesh(path, unit="m", material=STONE, fixed=["base"])
+    path = bs.imports.write_obj(tmp_path / "wall.obj", moved(wall, rotation((1, 2, 3), 0.7), (0.1, 0.2, 0.3)))
+    found = bs.imports.read_mesh(path, unit="m", material=STONE, fixed=["base"])
     for a, b in zip(found.blocks, moved(wall, rotation((1, 2, 3), 0.7), (0.1, 0.2, 0.3)), strict=True):
         assert (a.name, a.fixed) == (b.name, b.fixed)
         assert a.shape.vertices.tolist() == b.shape.vertices.tolist()
@@ -70,14 +70,14 @@ def test_units_and_orientation_do_not_matter(tmp_path_factory, unit, turn):
     rows = [[1, 2], [0.5, 1, 1.5]]
     blocks = bs.courses(rows, unit_length="40 cm", unit_height="20 cm", depth="30 cm", material=STONE)
     blocks = moved(blocks, rotation((1, 1, 0.3), turn))
-    path = bs.write_obj(tmp_path_factory.mktemp("obj") / "wall.obj", blocks, unit=unit)
-    same_bodies(bs.read_mesh(path, unit=unit, material=STONE).blocks, blocks)
+    path = bs.imports.write_obj(tmp_path_factory.mktemp("obj") / "wall.obj", blocks, unit=unit)
+    same_bodies(bs.imports.read_mesh(path, unit=unit, material=STONE).blocks, blocks)
 
 
 def test_inward_normals_are_turned_with_a_warning(tmp_path, wall):
     path = saved(tmp_path, "scan.stl", stl_bytes(wall, inward=True))
-    with pytest.warns(bs.GeometryWarning, match=r"faces turned to look outward: 132 \(scan.1, scan.2"):
-        found = bs.read_mesh(path, unit="m", material=STONE)
+    with pytest.warns(bs.errors.GeometryWarning, match=r"faces turned to look outward: 132 \(scan.1, scan.2"):
+        found = bs.imports.read_mesh(path, unit="m", material=STONE)
     same_bodies(found.blocks, wall)
     assert "warning: faces turned to look outward: 132" in str(found.report)
     assert set(found.report.table().query("kind == 'turned'").amount) == {12.0}
@@ -115,7 +115,7 @@ def cube(**changes):
 def test_every_repair_is_reported(tmp_path, text, kind, faces):
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
-        found = bs.read_mesh(saved(tmp_path, "cube.obj", text), unit="m", material=STONE)
+        found = bs.imports.read_mesh(saved(tmp_path, "cube.obj", text), unit="m", material=STONE)
     (block,) = found.blocks
     assert kind in {r.kind for r in found.report.repairs}
     assert len(block.shape.faces) == faces
@@ -132,7 +132,7 @@ def test_a_hole_keeps_its_triangles(tmp_path):
     ends = [(i + 4, (i + 1) % 4 + 4, (i + 1) % 4 + 12, i + 12) for i in range(4)]
     ends += [((i + 1) % 4, i, i + 8, (i + 1) % 4 + 8) for i in range(4)]
     path = saved(tmp_path, "tube.obj", obj_text(outer + inner, fans(sides + holes + ends)))
-    (tube,) = bs.read_mesh(path, unit="m", material=STONE).blocks
+    (tube,) = bs.imports.read_mesh(path, unit="m", material=STONE).blocks
     assert tube.volume == pytest.approx(8)
     assert sorted(map(len, tube.shape.faces)) == [3] * 16 + [4] * 8
 
@@ -152,8 +152,8 @@ def test_order_and_sense_of_the_faces_do_not_matter(tmp_path_factory, data):
     corners = [corner for triangle in soup for corner in triangle]
     text = obj_text(corners, [(i, i + 1, i + 2) for i in range(0, len(corners), 3)])
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", bs.GeometryWarning)
-        found = bs.read_mesh(saved(tmp_path_factory.mktemp("soup"), "s.obj", text), unit="m", material=STONE)
+        warnings.simplefilter("ignore", bs.errors.GeometryWarning)
+        found = bs.imports.read_mesh(saved(tmp_path_factory.mktemp("soup"), "s.obj", text), unit="m", material=STONE)
     assert [b.volume for b in found.blocks] == pytest.approx([1, 1])
     assert [len(b.shape.faces) for b in found.blocks] == [6, 6]
     assert bs.detect_interfaces(found.blocks, joint_material=JOINT).report.accepted == 1
@@ -161,9 +161,9 @@ def test_order_and_sense_of_the_faces_do_not_matter(tmp_path_factory, data):
 
 def test_the_tolerance_decides_what_is_plane(tmp_path):
     path = saved(tmp_path, "bent.obj", obj_text([*CUBE[:6], (1, 1, 1.001), CUBE[7]], fans(QUADS)))
-    (exact,) = bs.read_mesh(path, unit="m", material=STONE).blocks
-    with pytest.warns(bs.GeometryWarning, match="moved into the planes"):
-        (coarse,) = bs.read_mesh(path, unit="m", material=STONE, tolerance="2 mm").blocks
+    (exact,) = bs.imports.read_mesh(path, unit="m", material=STONE).blocks
+    with pytest.warns(bs.errors.GeometryWarning, match="moved into the planes"):
+        (coarse,) = bs.imports.read_mesh(path, unit="m", material=STONE, tolerance="2 mm").blocks
     assert (len(exact.shape.faces), len(coarse.shape.faces)) == (7, 6)
 
 
@@ -172,7 +172,7 @@ def test_tolerances_are_those_of_the_body_not_of_the_file(tmp_path):
     bent = [*CUBE[:6], (1, 1, 1.001), CUBE[7]]
     far = [(x + 250, y, z) for x, y, z in CUBE]
     text = obj_text(bent, fans(QUADS)) + obj_text(far, [[i - 9 for i in f] for f in fans(QUADS)])
-    blocks = bs.read_mesh(saved(tmp_path, "two.obj", text), unit="m", material=STONE).blocks
+    blocks = bs.imports.read_mesh(saved(tmp_path, "two.obj", text), unit="m", material=STONE).blocks
     assert [len(b.shape.faces) for b in blocks] == [7, 6]
 
 
@@ -180,7 +180,7 @@ def test_polygons_of_a_ply_file_need_not_be_convex(tmp_path):
     outline = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)], dtype=float)
     vertices, faces = prism(outline, 0.0, 1.0, standing=False)
     block = bs.Block.from_faces("L", Q_(vertices, "m"), faces, STONE)
-    (found,) = bs.read_mesh(saved(tmp_path, "L.ply", ply_text([block])), unit="m", material=STONE).blocks
+    (found,) = bs.imports.read_mesh(saved(tmp_path, "L.ply", ply_text([block])), unit="m", material=STONE).blocks
     assert found.volume == pytest.approx(5)
     assert sorted(map(len, found.shape.faces)) == [4] * 6 + [6] * 2
 
@@ -196,8 +196,8 @@ def test_rounded_coordinates_give_plane_faces_and_the_same_contact(tmp_path):
         f"o {name}\n" + obj_text(v, [[i - 1 for i in f] for f in faces])
         for name, v in zip("ab", (lower, upper), strict=True)
     )
-    with pytest.warns(bs.GeometryWarning, match="moved into the planes"):
-        found = bs.read_mesh(saved(tmp_path, "two.obj", text), unit="m", material=STONE)
+    with pytest.warns(bs.errors.GeometryWarning, match="moved into the planes"):
+        found = bs.imports.read_mesh(saved(tmp_path, "two.obj", text), unit="m", material=STONE)
     assert 0 < found.report.largest_move < 1e-3
     assert set(found.moves) == {"a", "b"}
     # The face in common is moved alike: there is nothing to allow for.
@@ -207,8 +207,10 @@ def test_rounded_coordinates_give_plane_faces_and_the_same_contact(tmp_path):
 
 def test_what_is_no_face_is_reported(tmp_path):
     text = "o empty\no cube\n" + obj_text().replace("f", "l 1 2\nf", 1)
-    with pytest.warns(bs.GeometryWarning, match="1 statements 'l', which are no faces; object 'empty' without faces"):
-        found = bs.read_mesh(saved(tmp_path, "cube.obj", text), unit="m", material=STONE)
+    with pytest.warns(
+        bs.errors.GeometryWarning, match="1 statements 'l', which are no faces; object 'empty' without faces"
+    ):
+        found = bs.imports.read_mesh(saved(tmp_path, "cube.obj", text), unit="m", material=STONE)
     assert [b.name for b in found.blocks] == ["cube"]
 
 
@@ -218,14 +220,14 @@ def test_vertices_of_no_face_are_reported(tmp_path, name):
     block = bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
     ply = ply_text([block]).replace("vertex 8", "vertex 9").replace("\n4 0 3", "\n5 5 5\n4 0 3", 1)
     text = obj_text([*CUBE, (5, 5, 5)]) if name == "a.obj" else ply
-    with pytest.warns(bs.GeometryWarning, match="left out: 1 vertices of no face"):
-        assert len(bs.read_mesh(saved(tmp_path, name, text), unit="m", material=STONE).blocks) == 1
+    with pytest.warns(bs.errors.GeometryWarning, match="left out: 1 vertices of no face"):
+        assert len(bs.imports.read_mesh(saved(tmp_path, name, text), unit="m", material=STONE).blocks) == 1
 
 
 def test_names_used_twice_are_numbered(tmp_path):
     text = "o stone\n" + obj_text() + "o stone\n" + obj_text([(x + 2, y, z) for x, y, z in CUBE], shifted(QUADS))
-    with pytest.warns(bs.GeometryWarning, match="name used twice"):
-        found = bs.read_mesh(saved(tmp_path, "a.obj", text), unit="m", material=STONE)
+    with pytest.warns(bs.errors.GeometryWarning, match="name used twice"):
+        found = bs.imports.read_mesh(saved(tmp_path, "a.obj", text), unit="m", material=STONE)
     assert [b.name for b in found.blocks] == ["stone", "stone#2"]
 
 
@@ -233,7 +235,7 @@ def test_several_files_stand_with_their_names_before_their_blocks(tmp_path):
     path = saved(tmp_path, "arch.obj", "o stone\n" + obj_text())
     other = saved(tmp_path, "wall.obj", "o stone\n" + obj_text([(x + 2, y, z) for x, y, z in CUBE]))
     third = saved(tmp_path, "pier.obj", obj_text([(x + 4, y, z) for x, y, z in CUBE]))
-    found = bs.read_mesh([path, other, third], unit="m", material=STONE, fixed=["arch.stone"])
+    found = bs.imports.read_mesh([path, other, third], unit="m", material=STONE, fixed=["arch.stone"])
     assert [b.name for b in found.blocks] == ["arch.stone", "wall.stone", "pier"]
     assert found.report.supports == ("arch.stone",)
 
@@ -244,8 +246,10 @@ def test_a_body_whose_faces_are_all_given_twice_is_one_and_named(tmp_path, rever
     again = [f[::-1] for f in QUADS] if reverse else [f[1:] + f[:1] for f in QUADS]
     faces = [f for pair in zip(QUADS, again, strict=True) for f in pair] if interleaved else [*QUADS, *again]
     text = "o dome\n" + obj_text(faces=faces)
-    with pytest.warns(bs.GeometryWarning, match=r"bodies whose faces are all given twice, once each kept: 1 \(dome\)"):
-        found = bs.read_mesh(saved(tmp_path, "a.obj", text), unit="m", material=STONE)
+    with pytest.warns(
+        bs.errors.GeometryWarning, match=r"bodies whose faces are all given twice, once each kept: 1 \(dome\)"
+    ):
+        found = bs.imports.read_mesh(saved(tmp_path, "a.obj", text), unit="m", material=STONE)
     assert [b.name for b in found.blocks] == ["dome"]
     assert {r.kind for r in found.report.repairs} == {"doubled"}
 
@@ -254,20 +258,39 @@ def test_a_body_given_again_under_another_name_is_dropped_and_named(tmp_path):
     # Divided into triangles, and to rounding where the first is.
     near = [(x + 1e-9, y, z) for x, y, z in CUBE]
     text = "o one\n" + obj_text() + "o two\n" + obj_text(near, shifted(fans(QUADS)))
-    with pytest.warns(bs.GeometryWarning, match=r"given again under another name, dropped: 1 \(two = one\)"):
-        found = bs.read_mesh(saved(tmp_path, "a.obj", text), unit="m", material=STONE)
+    with pytest.warns(bs.errors.GeometryWarning, match=r"given again under another name, dropped: 1 \(two = one\)"):
+        found = bs.imports.read_mesh(saved(tmp_path, "a.obj", text), unit="m", material=STONE)
     assert [b.name for b in found.blocks] == ["one"]
+
+
+def test_the_lowest_blocks_are_those_within_a_height_and_the_next_ones_are_noted(tmp_path):
+    # Four cubes, of which the second stands 2 cm and the third 8 cm higher than the first.
+    text = "".join(
+        f"o c{k}\n" + obj_text([(x + 2 * k, y, z + lift) for x, y, z in CUBE], [[i + 8 * k for i in f] for f in QUADS])
+        for k, lift in enumerate((0, 0.02, 0.08, 1))
+    )
+    path = saved(tmp_path, "cubes.obj", text)
+    found = bs.imports.read_mesh(path, unit="m", material=STONE, fixed="lowest")
+    assert found.report.supports == ("c0",)
+    assert "2 more blocks reach down to within 0.08 m of the lowest level and are free" in str(found.report)
+    found = bs.imports.read_mesh(path, unit="m", material=STONE, fixed=["lowest 3 cm", "c3"])
+    assert found.report.supports == ("c0", "c1", "c3")
+    assert "1 more blocks" in str(found.report)
+    (note,) = bs.imports.read_mesh(path, unit="m", material=STONE, fixed="lowest").report.notes
+    wider = note.partition("fix '")[2].partition("'")[0]
+    found = bs.imports.read_mesh(path, unit="m", material=STONE, fixed=wider)
+    assert (found.report.supports, found.report.notes) == (("c0", "c1", "c2"), ())
 
 
 @pytest.mark.parametrize("exclude", [["two"], "t*", ["t*o"]])
 def test_blocks_are_left_out_by_name_before_they_are_judged(tmp_path, exclude):
     text = "o one\n" + obj_text() + "o two\n" + obj_text(CUBE, shifted(QUADS[:-1]))
     path = saved(tmp_path, "a.obj", text)
-    found = bs.read_mesh(path, unit="m", material=STONE, exclude=exclude)
+    found = bs.imports.read_mesh(path, unit="m", material=STONE, exclude=exclude)
     assert [b.name for b in found.blocks] == ["one"]
     assert "excluded as asked: two" in str(found.report)
-    with pytest.raises(bs.UnknownNameError, match="no block 'three' to exclude; there are one, two"):
-        bs.read_mesh(path, unit="m", material=STONE, exclude=["three"])
+    with pytest.raises(bs.errors.UnknownNameError, match="no block 'three' to exclude; there are one, two"):
+        bs.imports.read_mesh(path, unit="m", material=STONE, exclude=["three"])
 
 
 @pytest.mark.parametrize(("up", "height"), [("x", 1), ("y", 2), ("z", 3)])
@@ -275,15 +298,15 @@ def test_the_axis_that_points_up_becomes_z(tmp_path, up, height):
     # A wedge, so that a mirror image would not pass for it.
     corners = [(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3)]
     path = saved(tmp_path, "a.obj", obj_text(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]))
-    (block,) = bs.read_mesh(path, unit="m", material=STONE, up=up).blocks
+    (block,) = bs.imports.read_mesh(path, unit="m", material=STONE, up=up).blocks
     assert np.ptp(block.shape.vertices[:, 2]) == height
     assert block.volume == pytest.approx(1)
     top = block.shape.vertices[np.argmax(block.shape.vertices[:, 2])]
     assert top.tolist() == [0, 0, height]
     axis = {"x": 1, "y": 0, "z": 0}[up]  # of the file, that is x of the model
     assert np.ptp(block.shape.vertices[:, 0]) == axis + 1
-    with pytest.raises(bs.ModelError, match="up is 'w'"):
-        bs.read_mesh(path, unit="m", material=STONE, up="w")
+    with pytest.raises(bs.errors.ModelError, match="up is 'w'"):
+        bs.imports.read_mesh(path, unit="m", material=STONE, up="w")
 
 
 @pytest.mark.parametrize(
@@ -298,16 +321,16 @@ def test_the_axis_that_points_up_becomes_z(tmp_path, up, height):
 )
 def test_unlikely_sizes_are_warned_of(tmp_path, size, unit, expected):
     path = saved(tmp_path, "block.obj", obj_text(np.array(CUBE) * size))
-    with pytest.warns(bs.GeometryWarning, match=rf"{expected}.*: is the unit right \(1 unit of the file is"):
-        bs.read_mesh(path, unit=unit, material=STONE)
+    with pytest.warns(bs.errors.GeometryWarning, match=rf"{expected}.*: is the unit right \(1 unit of the file is"):
+        bs.imports.read_mesh(path, unit=unit, material=STONE)
 
 
 def test_obj_is_written_once_and_only_with_names_that_come_back(tmp_path, wall):
-    path = bs.write_obj(tmp_path / "wall.obj", wall)
-    with pytest.raises(bs.StorageError, match="exists and is not replaced"):
-        bs.write_obj(path, wall)
+    path = bs.imports.write_obj(tmp_path / "wall.obj", wall)
+    with pytest.raises(bs.errors.StorageError, match="exists and is not replaced"):
+        bs.imports.write_obj(path, wall)
     odd = bs.Block.box("a  b", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
-    with pytest.raises(bs.ModelError, match="does not survive OBJ"):
-        bs.write_obj(tmp_path / "odd.obj", [odd])
-    with pytest.raises(bs.ModelError, match="no blocks to write"):
-        bs.write_obj(tmp_path / "none.obj", [])
+    with pytest.raises(bs.errors.ModelError, match="does not survive OBJ"):
+        bs.imports.write_obj(tmp_path / "odd.obj", [odd])
+    with pytest.raises(bs.errors.ModelError, match="no blocks to write"):
+        bs.imports.write_obj(tmp_path / "none.obj", [])

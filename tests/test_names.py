@@ -46,7 +46,9 @@ def kill_run(model, path, at=CaseFinished):
 @pytest.mark.parametrize("name", ["wall", "wall.nc", "wall.hdf5", "wall.h5.txt"])
 def test_names_without_the_suffix_are_refused(model, done, tmp_path, name):
     for write in (lambda: bs.AnalysisManager(model, tmp_path / name), lambda: bs.save_analysis(done, tmp_path / name)):
-        with pytest.raises(bs.StorageError, match=rf"{name}: the name of an analysis ends in \.h5.*write .*{name}\.h5"):
+        with pytest.raises(
+            bs.errors.StorageError, match=rf"{name}: the name of an analysis ends in \.h5.*write .*{name}\.h5"
+        ):
             write()
     assert not any(tmp_path.iterdir())
 
@@ -54,7 +56,7 @@ def test_names_without_the_suffix_are_refused(model, done, tmp_path, name):
 def test_a_name_too_long_is_refused_before_the_run(model, done, tmp_path):
     name = "w" * 250 + ".h5"
     for write in (lambda: bs.AnalysisManager(model, tmp_path / name), lambda: bs.save_analysis(done, tmp_path / name)):
-        with pytest.raises(bs.StorageError, match="name is too long"):
+        with pytest.raises(bs.errors.StorageError, match="name is too long"):
             write()
     longest = tmp_path / ("w" * 244 + ".h5")
     bs.AnalysisManager(model, longest).run([CASE])
@@ -63,16 +65,16 @@ def test_a_name_too_long_is_refused_before_the_run(model, done, tmp_path):
 
 @pytest.mark.parametrize("path", ["a\0b.h5", "", 3, None, b"\xff.h5"])
 def test_what_is_no_path_is_refused(done, path):
-    with pytest.raises(bs.StorageError):
+    with pytest.raises(bs.errors.StorageError):
         bs.save_analysis(done, path)
 
 
 def test_pipes_and_devices_are_refused_at_once(model, done, tmp_path):
     pipe = tmp_path / "pipe.h5"
     os.mkfifo(pipe)
-    with pytest.raises(bs.StorageError, match=r"pipe\.h5: exists and is no intact blockstruct analysis"):
+    with pytest.raises(bs.errors.StorageError, match=r"pipe\.h5: exists and is no intact blockstruct analysis"):
         bs.AnalysisManager(model, pipe)
-    with pytest.raises(bs.StorageError, match="no regular file but a pipe"):
+    with pytest.raises(bs.errors.StorageError, match="no regular file but a pipe"):
         bs.open_analysis(pipe)
     assert "pipe" in bs.Archive(tmp_path).table().set_index("path").loc["pipe.h5", "problem"]
 
@@ -82,7 +84,7 @@ def test_a_damaged_file_is_not_replaced(model, done, tmp_path):
     content = bytearray(path.read_bytes())
     content[512:1024] = bytes(512)
     path.write_bytes(content)
-    with pytest.raises(bs.StorageError, match="no intact blockstruct analysis, so it is not replaced"):
+    with pytest.raises(bs.errors.StorageError, match="no intact blockstruct analysis, so it is not replaced"):
         bs.AnalysisManager(model, path)
     assert path.read_bytes() == content
 
@@ -91,7 +93,7 @@ def test_a_killed_run_is_neither_lost_nor_mixed_up(model, done, tmp_path):
     """A file saved over a killed run would be replaced when that is resumed."""
     path = tmp_path / "block.h5"
     kill_run(model, path)
-    with pytest.raises(bs.StorageError, match=r"holds the iterations of a run that was killed.*resume.*recover"):
+    with pytest.raises(bs.errors.StorageError, match=r"holds the iterations of a run that was killed.*resume.*recover"):
         bs.save_analysis(done, path)
     assert bs.AnalysisManager.resume(path)["rocks"].status == "converged"
     assert [p.name for p in tmp_path.iterdir()] == ["block.h5"]
@@ -105,10 +107,12 @@ def test_a_file_that_appears_during_the_run_is_kept(model, done, tmp_path, conte
         if isinstance(event, CaseStarted):
             path.write_bytes(content or other.read_bytes())
 
-    with pytest.raises(bs.StorageError, match="another file has appeared at this name, and is not replaced; move it"):
+    with pytest.raises(
+        bs.errors.StorageError, match="another file has appeared at this name, and is not replaced; move it"
+    ):
         bs.AnalysisManager(model, path, listeners=[meddle]).run([CASE])
     assert path.read_bytes() == (content or other.read_bytes())
-    with pytest.raises(bs.StorageError, match="another file has appeared"):
+    with pytest.raises(bs.errors.StorageError, match="another file has appeared"):
         bs.recover(path)
     path.rename(tmp_path / "mine")
     assert bs.recover(path)["rocks"].status == "converged"
@@ -122,7 +126,7 @@ def test_a_file_that_changes_during_the_run_is_kept(model, done, tmp_path):
         if isinstance(event, CaseStarted):
             path.write_bytes(b"foreign")
 
-    with pytest.raises(bs.StorageError, match="another file has appeared"):
+    with pytest.raises(bs.errors.StorageError, match="another file has appeared"):
         bs.AnalysisManager(model, path, listeners=[meddle]).run([CASE])
     assert path.read_bytes() == b"foreign"
 
@@ -191,7 +195,7 @@ def test_a_file_system_without_locks_is_named(model, tmp_path, monkeypatch):
         raise OSError(errno.ENOLCK, "No locks available")
 
     monkeypatch.setattr(lock, "_take", none)
-    with pytest.raises(bs.StorageError, match=r"has no locks \(No locks available\).*local disk"):
+    with pytest.raises(bs.errors.StorageError, match=r"has no locks \(No locks available\).*local disk"):
         bs.AnalysisManager(model, tmp_path / "block.h5").run([CASE])
 
 
@@ -223,10 +227,10 @@ def test_read_only_places(model, done, open_folder, unprivileged):
         lambda: bs.save_analysis(done, path),
         lambda: bs.AnalysisManager(model, open_folder / "sub" / "block.h5"),
     ):
-        with pytest.raises(bs.StorageError, match=r"cannot be written \(Permission denied\); choose a folder"):
+        with pytest.raises(bs.errors.StorageError, match=r"cannot be written \(Permission denied\); choose a folder"):
             write()
     # What view and report end with.
-    with pytest.raises(bs.StorageError, match=r"cannot be written \(Permission denied\); choose another file"):
+    with pytest.raises(bs.errors.StorageError, match=r"cannot be written \(Permission denied\); choose another file"):
         write_text("page", path.with_suffix(".html"))
 
 
@@ -238,7 +242,7 @@ def test_unreadable_files_and_locked_folders(model, open_folder, request):
     kill_run(model, open_folder / "killed.h5")
     (open_folder / "killed.h5.partial").chmod(0o700)
     request.getfixturevalue("unprivileged")
-    with pytest.raises(bs.StorageError, match=r"secret\.h5: cannot be read \(Permission denied\)"):
+    with pytest.raises(bs.errors.StorageError, match=r"secret\.h5: cannot be read \(Permission denied\)"):
         bs.open_analysis(open_folder / "secret.h5")
     problems = bs.Archive(open_folder).table().set_index("path")["problem"]
     assert problems["block.h5"] == ""
@@ -246,5 +250,5 @@ def test_unreadable_files_and_locked_folders(model, open_folder, request):
     assert "cannot be looked into" in problems["locked"]
     assert "cannot be looked into" in problems["killed.h5"]
     for go_on in (bs.recover, bs.AnalysisManager.resume):
-        with pytest.raises(bs.StorageError, match=r"killed\.h5\.partial: cannot be looked into"):
+        with pytest.raises(bs.errors.StorageError, match=r"killed\.h5\.partial: cannot be looked into"):
             go_on(open_folder / "killed.h5")

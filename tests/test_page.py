@@ -73,7 +73,7 @@ def test_the_page_is_written_whole_or_not_at_all(analysis, tmp_path):
     target = write_page(analysis, tmp_path / "page.html")
     assert target.read_text(encoding="utf-8").startswith("<!doctype html>")
     assert [p.name for p in tmp_path.iterdir()] == ["page.html"]
-    with pytest.raises(bs.StorageError, match="cannot be written"):
+    with pytest.raises(bs.errors.StorageError, match="cannot be written"):
         write_page(analysis, tmp_path / "nowhere" / "page.html")
 
 
@@ -83,7 +83,7 @@ def test_an_analysis_without_iterations_is_refused(small_model):
 
     case = bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0))
     analysis = bs.AnalysisManager(small_model, listeners=[stop]).run([case])
-    with pytest.raises(bs.ModelError, match="no case has an iteration to show"):
+    with pytest.raises(bs.errors.ModelError, match="no case has an iteration to show"):
         page_html(analysis)
 
 
@@ -304,7 +304,7 @@ def test_resultants_and_colours_can_be_chosen(page, analysis):
     assert page.evaluate("document.getElementById('view').data[1].opacity") < 1
     slide(page, "colour", "sliding")
     shades = page.evaluate("Array.from(document.getElementById('view').data[3].intensity)")
-    expected = bs.utilisation(result.history).sliding.isel(iteration=-1).to_numpy()
+    expected = bs.results.utilisation(result.history).sliding.isel(iteration=-1).to_numpy()
     np.testing.assert_allclose(np.array(shades, dtype=float), np.repeat(expected, 2), rtol=1e-3, atol=1e-6)
 
 

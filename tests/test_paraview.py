@@ -33,14 +33,14 @@ def test_counts_and_values_are_those_of_the_history(reader, small_analysis, iter
     assert blocks.field_data["block names"].tolist() == [b.name for b in model.blocks]
     assert blocks.volume == pytest.approx(sum(b.volume for b in model.blocks), rel=1e-6)
     moved = blocks["mechanism"].reshape(-1, 8, 3).mean(axis=1)
-    found = bs.mechanism(result.history.isel(iteration=[iteration]))
+    found = bs.results.mechanism(result.history.isel(iteration=[iteration]))
     np.testing.assert_allclose(moved, found.translation, atol=1e-12)
 
     assert interfaces.n_cells == 2 * len(model.interfaces)
     assert interfaces.area == pytest.approx(sum(i.area for i in model.interfaces), rel=1e-6)
     states = result.states.isel(iteration=iteration).to_numpy()
     np.testing.assert_array_equal(interfaces["sliding"][::2], ["sliding" in state for state in states])
-    used = bs.utilisation(result.history).sliding.isel(iteration=iteration)
+    used = bs.results.utilisation(result.history).sliding.isel(iteration=iteration)
     np.testing.assert_allclose(interfaces["utilisation of sliding [dimensionless]"][::2], used)
 
     np.testing.assert_allclose(forces.points, history.contact_position)
@@ -82,12 +82,12 @@ def test_pieces_of_an_earlier_case_do_not_stay(small_analysis, tmp_path):
 
 
 def test_bad_input_is_refused(small_analysis, small_model, tmp_path):
-    with pytest.raises(bs.ModelError, match="Analysis is no result"):
+    with pytest.raises(bs.errors.ModelError, match="Analysis is no result"):
         write_paraview(small_analysis, tmp_path / "a.pvd")
-    with pytest.raises(bs.StorageError, match=r"ends in \.pvd"):
+    with pytest.raises(bs.errors.StorageError, match=r"ends in \.pvd"):
         write_paraview(small_analysis[CASE], tmp_path / "a.vtk")
     (tmp_path / "a").write_text("in the way", encoding="utf-8")
-    with pytest.raises(bs.StorageError, match="cannot be written"):
+    with pytest.raises(bs.errors.StorageError, match="cannot be written"):
         write_paraview(small_analysis[CASE], tmp_path / "a.pvd")
 
     def stop(event):
@@ -95,5 +95,5 @@ def test_bad_input_is_refused(small_analysis, small_model, tmp_path):
 
     case = bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0))
     cut = bs.AnalysisManager(small_model, listeners=[stop]).run([case])
-    with pytest.raises(bs.ModelError, match="no iteration to export"):
+    with pytest.raises(bs.errors.ModelError, match="no iteration to export"):
         write_paraview(cut["case"], tmp_path / "b.pvd")

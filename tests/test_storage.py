@@ -82,13 +82,15 @@ def test_every_kind_of_finding_of_a_detection_is_stored(tuff, dry, tmp_path):
 def test_a_detection_of_other_blocks_is_refused(small_model, tuff, dry):
     one = [bs.Block.box("other", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), tuff)]
     report = bs.detect_interfaces(one, dry).report
-    with pytest.raises(bs.UnknownNameError, match="blocks other, which are not in the model; give the report of these"):
+    with pytest.raises(
+        bs.errors.UnknownNameError, match="blocks other, which are not in the model; give the report of these"
+    ):
         bs.Model("wall", small_model.blocks, small_model.interfaces, detection=report)
     fewer = [i for i in small_model.interfaces if i.name != "3.1|3.2"]
-    with pytest.raises(bs.UnknownNameError, match=r"interfaces 3\.1\|3\.2, which"):
+    with pytest.raises(bs.errors.UnknownNameError, match=r"interfaces 3\.1\|3\.2, which"):
         bs.Model("wall", small_model.blocks, fewer, detection=small_model.detection)
     found = bs.detect_interfaces(small_model.blocks, dry)
-    with pytest.raises(bs.ModelError, match=r"detection is a Detection; give found\.report"):
+    with pytest.raises(bs.errors.ModelError, match=r"detection is a Detection; give found\.report"):
         bs.Model("wall", small_model.blocks, small_model.interfaces, detection=found)
 
 
@@ -186,7 +188,7 @@ def test_round_trip_of_any_model(tmp_path_factory, name, loads, case_name, joint
 def test_other_files_are_never_replaced(small_analysis, tmp_path):
     for name, content in (("notes.h5", b"notes"), ("x.h5", b"")):
         (tmp_path / name).write_bytes(content)
-        with pytest.raises(bs.StorageError, match="not replaced"):
+        with pytest.raises(bs.errors.StorageError, match="not replaced"):
             bs.save_analysis(small_analysis, tmp_path / name)
         assert (tmp_path / name).read_bytes() == content
 
@@ -204,7 +206,7 @@ def test_a_failed_write_leaves_nothing_behind(small_analysis, path, tmp_path, mo
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(writer, "sync", full)
-    with pytest.raises(bs.StorageError, match=r"No space left.*free some space"):
+    with pytest.raises(bs.errors.StorageError, match=r"No space left.*free some space"):
         bs.save_analysis(small_analysis, target)
     assert target.read_bytes() == path.read_bytes()
     assert [p.name for p in tmp_path.iterdir()] == ["x.h5"]
@@ -353,7 +355,7 @@ def test_damaged_files_are_refused_with_the_place(path, tmp_path, change, words)
     # Who damages a file on purpose seals it again.
     seal_again(copy)
     for read in (bs.check_file, look_at_all_of):
-        with pytest.raises(bs.FormatError) as caught:
+        with pytest.raises(bs.errors.FormatError) as caught:
             read(copy)
         for word in [copy.name, *words]:
             assert word in str(caught.value)
@@ -369,7 +371,7 @@ def test_a_changed_file_is_not_read(path, tmp_path):
     shutil.copy(path, copy)
     with h5py.File(copy, "r+") as file:
         file.attrs["note"] = "mine"
-    with pytest.raises(bs.FormatError, match=r"copy\.h5: /: its bytes do not match its seal.*use the original"):
+    with pytest.raises(bs.errors.FormatError, match=r"copy\.h5: /: its bytes do not match its seal.*use the original"):
         bs.open_analysis(copy)
 
 
@@ -381,7 +383,7 @@ def test_validation_lists_each_violation_with_its_path(path, tmp_path):
         del file[f"{HISTORY}/load_factor"], file["/cases/push associative"].attrs["flow"]
         file.attrs["status"] = "fine"
     seal_again(copy)
-    with pytest.raises(bs.FormatError) as caught:
+    with pytest.raises(bs.errors.FormatError) as caught:
         bs.check_file(copy)
     assert str(caught.value).splitlines() == [
         f"{copy}: 4 violations of the schema:",
@@ -414,7 +416,7 @@ def test_older_versions_migrate_step_by_step(path, monkeypatch):
         return {**groups, "/": groups["/"].assign_attrs(tags='["migrated"]')}
 
     monkeypatch.setattr(reader, "FORMAT_VERSION", "3.0")
-    with pytest.raises(bs.FormatError, match="format version 1: no migration to 2"):
+    with pytest.raises(bs.errors.FormatError, match="format version 1: no migration to 2"):
         bs.open_analysis(path)
     monkeypatch.setitem(MIGRATIONS, (1, 2), lambda groups: groups)
     monkeypatch.setitem(MIGRATIONS, (2, 3), rename)
@@ -422,13 +424,13 @@ def test_older_versions_migrate_step_by_step(path, monkeypatch):
 
 
 def test_files_that_are_something_else(tmp_path):
-    with pytest.raises(bs.StorageError, match="no such file"):
+    with pytest.raises(bs.errors.StorageError, match="no such file"):
         bs.open_analysis(tmp_path / "missing.h5")
     (tmp_path / "text.h5").write_text("not HDF5")
-    with pytest.raises(bs.FormatError, match="no readable HDF5 file"):
+    with pytest.raises(bs.errors.FormatError, match="no readable HDF5 file"):
         bs.open_analysis(tmp_path / "text.h5")
     xr.Dataset({"t": ("x", [1.0])}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
-    with pytest.raises(bs.FormatError, match="no blockstruct analysis"):
+    with pytest.raises(bs.errors.FormatError, match="no blockstruct analysis"):
         bs.open_analysis(tmp_path / "other.nc")
 
 
@@ -447,7 +449,7 @@ def test_truncated_files_are_refused(path, tmp_path):
     cut = tmp_path / "cut.h5"
     for size in sorted({p + d for p in places for d in (-1, 0, 1)} & set(range(len(content)))):
         cut.write_bytes(content[:size])
-        with pytest.raises(bs.FormatError, match=r"cut\.h5"):
+        with pytest.raises(bs.errors.FormatError, match=r"cut\.h5"):
             bs.open_analysis(cut)
 
 
@@ -459,7 +461,7 @@ def corrupt(path, copy, seeds):
         for _ in range(chance.choice([1, 1, 1, 4, 16])):
             damaged[chance.randrange(len(damaged))] = chance.randrange(256)
         copy.write_bytes(damaged)
-        with contextlib.suppress(bs.FormatError):
+        with contextlib.suppress(bs.errors.FormatError):
             same(original, bs.open_analysis(copy))
 
 

@@ -89,10 +89,10 @@ LIES = {
 def test_a_result_that_contradicts_its_state_is_found_out(small_analysis, tmp_path, lie):
     changes, words = LIES[lie]
     lying = tampered(small_analysis, **changes(small_analysis))
-    found = bs.contradictions(lying)
+    found = bs.results.contradictions(lying)
     assert {name for name, _ in found} == {NAME}
     assert any(word in what for word in words for _, what in found), found
-    with pytest.raises(bs.CertificateError, match="push nonassociative"):
+    with pytest.raises(bs.errors.CertificateError, match="push nonassociative"):
         bs.save_analysis(lying, tmp_path / "lie.h5")
     assert not list(tmp_path.iterdir())
 
@@ -119,10 +119,10 @@ def test_honest_results_of_every_status_pass(model, direction, status, settings,
     manager = bs.AnalysisManager(model, tmp_path / "a.h5", settings=bs.ProcedureSettings(**settings))
     analysis = manager.run([bs.LimitCase("case", SELF_WEIGHT, push(*direction), flow)])
     assert analysis["case"].status == status
-    assert bs.contradictions(analysis) == []
+    assert bs.results.contradictions(analysis) == []
     stored = bs.open_analysis(tmp_path / "a.h5")
-    assert bs.contradictions(stored) == []
-    again = bs.recomputed_certificate(stored, "case")
+    assert bs.results.contradictions(stored) == []
+    again = bs.results.recomputed_certificate(stored, "case")
     assert (again is None) == (status == "unbounded")
 
 
@@ -133,8 +133,8 @@ def test_crushing_is_recomputed(tmp_path):
         manager = bs.AnalysisManager(model_of(blocks, joint), settings=bs.ProcedureSettings(crushing=crushing))
         analysis = manager.run([bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0))])
         assert analysis["case"].status == "converged"
-        assert bs.contradictions(analysis) == []
-        again = bs.recomputed_certificate(analysis, "case")
+        assert bs.results.contradictions(analysis) == []
+        again = bs.results.recomputed_certificate(analysis, "case")
         assert again.holds
         assert again.flow_rule_gap == pytest.approx(analysis["case"].certificate.flow_rule_gap, rel=1e-6, abs=1e-12)
 
@@ -144,7 +144,7 @@ def test_another_model_is_found_out(small_analysis, small_cases):
         [replace(case, variable=push(1, 0, 0)) for case in small_cases]
     )
     mixed = small_analysis.replaced(results=dict(other))
-    assert {name for name, _ in bs.contradictions(mixed)} == set(other)
+    assert {name for name, _ in bs.results.contradictions(mixed)} == set(other)
 
 
 def test_validate_prints_contradictions(small_analysis, tmp_path, call, monkeypatch):

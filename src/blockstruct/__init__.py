@@ -31,38 +31,15 @@ Look at every iteration:
 True
 """
 
-from blockstruct.analysis import AnalysisManager, log_to, print_lines, recover, reproduce
+from blockstruct import contacts, errors, imports, results
+from blockstruct.analysis import AnalysisManager, log_to, print_lines, recover, reproduce, run
 from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.documents import Document, read_document, write_document, write_draft
-from blockstruct.errors import (
-    BlockstructError,
-    CertificateError,
-    DimensionError,
-    DocumentError,
-    FormatError,
-    GeometryError,
-    GeometryFileError,
-    GeometryWarning,
-    LoadFactorWarning,
-    MissingExtraError,
-    ModelError,
-    SolverError,
-    StorageError,
-    UnitError,
-    UnknownKeywordError,
-    UnknownNameError,
-    UnusualValueWarning,
-    UnverifiedWarning,
-)
-from blockstruct.imports import Imported, ImportReport, read_assembly, read_drawing, read_mesh, write_obj
 from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
 from blockstruct.model import (
     Block,
     BodyForce,
-    DetectionReport,
-    DetectionTolerances,
     FaceLoad,
-    FoundContact,
     Interface,
     JointMaterial,
     LimitCase,
@@ -74,21 +51,10 @@ from blockstruct.model import (
     SelfWeight,
 )
 from blockstruct.results import (
-    AdmissibleState,
     Analysis,
     CaseResult,
-    Comparison,
-    Headline,
-    HistoryAccessor,
     Spread,
-    active_joints,
     compare,
-    contact_state,
-    contradictions,
-    interface_resultants,
-    mechanism,
-    recomputed_certificate,
-    utilisation,
 )
 from blockstruct.storage import Archive, check_file, open_analysis, salvage, save_analysis
 from blockstruct.structures import (
@@ -112,6 +78,11 @@ from blockstruct.vocabulary import ContactState, Flow, JointOrientation, SolverS
 __version__ = "0.1.0"
 
 __all__ = [
+    # namespaces
+    "contacts",
+    "errors",
+    "imports",
+    "results",
     # units
     "Q_",
     "ureg",
@@ -129,23 +100,13 @@ __all__ = [
     "Moment",
     "PointLoad",
     "SelfWeight",
-    # builders
+    # interfaces and documents
     "Detection",
-    "DetectionReport",
-    "DetectionTolerances",
     "Document",
-    "FoundContact",
     "detect_interfaces",
     "read_document",
     "write_document",
     "write_draft",
-    # files of geometry
-    "ImportReport",
-    "Imported",
-    "read_assembly",
-    "read_drawing",
-    "read_mesh",
-    "write_obj",
     # structures
     "Opening",
     "Sidewall",
@@ -168,27 +129,17 @@ __all__ = [
     "log_to",
     "print_lines",
     "reproduce",
+    "run",
     # results
-    "AdmissibleState",
     "Analysis",
     "CaseResult",
     "Spread",
     "Certificate",
-    "Comparison",
     "ContactState",
-    "Headline",
-    "HistoryAccessor",
     "SolverStatus",
     "Stage",
     "Status",
-    "active_joints",
     "compare",
-    "contact_state",
-    "contradictions",
-    "recomputed_certificate",
-    "utilisation",
-    "interface_resultants",
-    "mechanism",
     # storage
     "Archive",
     "check_file",
@@ -197,22 +148,4 @@ __all__ = [
     "salvage",
     "save_analysis",
     # errors
-    "BlockstructError",
-    "CertificateError",
-    "DimensionError",
-    "DocumentError",
-    "FormatError",
-    "GeometryError",
-    "GeometryFileError",
-    "MissingExtraError",
-    "ModelError",
-    "GeometryWarning",
-    "LoadFactorWarning",
-    "SolverError",
-    "StorageError",
-    "UnitError",
-    "UnknownKeywordError",
-    "UnknownNameError",
-    "UnusualValueWarning",
-    "UnverifiedWarning",
 ]

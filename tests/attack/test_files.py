@@ -62,7 +62,7 @@ def judged(read, is_right):
     """Outcome of reading what was attacked."""
     try:
         found = read()
-    except bs.BlockstructError:
+    except bs.errors.BlockstructError:
         return "refused"
     except Exception as error:
         print(repr(error))

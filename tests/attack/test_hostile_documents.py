@@ -197,14 +197,16 @@ def trials(folder):
     for k, (name, made) in enumerate(DRAWINGS.items()):
         path = folder / f"{k}.dxf"
         made().saveas(path)
-        yield f"dxf: {name}", lambda p=path: bs.read_drawing(p, unit="m", material=STONE, thickness="1 m")
+        yield f"dxf: {name}", lambda p=path: bs.imports.read_drawing(p, unit="m", material=STONE, thickness="1 m")
 
 
 def test_the_basis_is_a_document(tmp_path):
     assert len(read(tmp_path / "m.yaml", BASIC).interfaces) == 1
 
 
-@pytest.mark.filterwarnings("ignore::blockstruct.GeometryWarning", "ignore::blockstruct.UnusualValueWarning")
+@pytest.mark.filterwarnings(
+    "ignore::blockstruct.errors.GeometryWarning", "ignore::blockstruct.errors.UnusualValueWarning"
+)
 def test_hostile_documents(tmp_path):
     found = attack("documents", trials(tmp_path))
     assert len(found) >= 60
@@ -214,7 +216,7 @@ def test_hostile_documents(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::blockstruct.UnusualValueWarning")
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.UnusualValueWarning")
 def test_documents_changed_at_random(tmp_path):
     found = attack(
         "changed documents",
@@ -229,5 +231,5 @@ def test_devices_and_pipes_are_no_documents(tmp_path):
     os.mkfifo(tmp_path / "pipe.yaml")
     (tmp_path / "zero.yaml").symlink_to("/dev/zero")
     for name in ("pipe.yaml", "zero.yaml", "."):
-        with pytest.raises(bs.StorageError, match="it is no file"):
+        with pytest.raises(bs.errors.StorageError, match="it is no file"):
             bs.read_document(tmp_path / name)

@@ -92,10 +92,12 @@ def archive(tmp_path_factory):
 def test_nothing_but_comparisons_is_understood(archive, tmp_path, name):
     proof = tmp_path / "proof"
     expression = LARGE[name] if name in LARGE else name.format(proof=proof)
-    with pytest.raises(bs.StorageError, match=r"(?s)^query .*; write comparisons of columns with numbers or texts"):
+    with pytest.raises(
+        bs.errors.StorageError, match=r"(?s)^query .*; write comparisons of columns with numbers or texts"
+    ):
         archive.query(expression)
     assert not proof.exists()
-    with pytest.raises((bs.StorageError, TypeError)):
+    with pytest.raises((bs.errors.StorageError, TypeError)):
         archive.history(expression)
     assert not proof.exists()
 
@@ -155,7 +157,7 @@ def test_comparisons_select_rows(archive, expression, files):
     ],
 )
 def test_a_refusal_names_what_is_wrong(archive, expression, words):
-    with pytest.raises(bs.StorageError) as caught:
+    with pytest.raises(bs.errors.StorageError) as caught:
         archive.query(expression)
     for word in words:
         assert word in str(caught.value)

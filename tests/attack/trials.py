@@ -46,11 +46,11 @@ def outcome(trial: Callable[[], Any]) -> tuple[str, str]:
     """How a trial ended, and what it said: ``answered``, ``refused``, or what must not happen."""
     try:
         with bounded(), warnings.catch_warnings():
-            warnings.simplefilter("ignore", bs.UnusualValueWarning)
+            warnings.simplefilter("ignore", bs.errors.UnusualValueWarning)
             return "answered", repr(trial())[:80]
     except HangError:
         return "HANG", ""
-    except bs.BlockstructError as error:
+    except bs.errors.BlockstructError as error:
         said = str(error)
         return ("refused", said) if len(said) <= MESSAGE else ("LONG MESSAGE", said)
     except BaseException as error:  # whatever else comes out is what the attack looks for

@@ -128,7 +128,7 @@ def agree(seed):
         assert low - 1e-6 * (1 + low) <= upper.load_factor <= outer + 1e-6 * (1 + outer), (model.name, inner, outer)
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", bs.LoadFactorWarning)
+        warnings.simplefilter("ignore", bs.errors.LoadFactorWarning)
         lower = solve(model, pattern, "nonassociative")
     if upper.status == "unstable_under_dead_load":
         assert lower.status == "unstable_under_dead_load"

@@ -25,13 +25,14 @@ from blockstruct.analysis.events import (
 )
 from blockstruct.analysis.manager import AnalysisManager
 from blockstruct.analysis.recovery import recover
-from blockstruct.analysis.reproduction import reproduce
+from blockstruct.analysis.runs import reproduce, run
 
 __all__ = [
     # running
     "AnalysisManager",
     "recover",
     "reproduce",
+    "run",
     # events
     "CaseFinished",
     "CaseStarted",

@@ -15,8 +15,8 @@ from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.recovery import blank_history
 from blockstruct.analysis.replay import ReplaySolver, followed
-from blockstruct.analysis.sweeps import axes_of, joints_at, names_at
-from blockstruct.errors import LoadFactorWarning, ModelError, StorageError, shown
+from blockstruct.analysis.sweeps import axes_of, joints_at, keep_point, names_at
+from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.keywords import checked_keywords
 from blockstruct.limit import (
     Iteration,
@@ -26,12 +26,12 @@ from blockstruct.limit import (
     scheduled,
     schedules_of,
 )
-from blockstruct.model import JointMaterial, LimitCase, Model, checked_tuple
+from blockstruct.model import LimitCase, Model, checked_tuple
 from blockstruct.procedures import solve_limit_case
 from blockstruct.results import Analysis, CaseResult, active_joints, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
-from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, patterns, save_analysis
+from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, patterns
 from blockstruct.vocabulary import Flow, Status
 
 #: Statuses whose last iteration shows how the structure falls under its dead load.
@@ -137,7 +137,6 @@ class AnalysisManager:
             solver_options=solver_options([settings for _, settings in runs]),
             document_hash=self.document_hash,
             tags=self.tags,
-            conductor=self.sweep,
         )
         if self.store is None:
             done = self._conduct(analysis, self.listeners)
@@ -261,24 +260,11 @@ class AnalysisManager:
             results.append(self._run_case(planned, statics, problem, heard))
             _tell(heard, CaseFinished(results[-1]))
             if store is not None:
-                self._keep(results[-1], joints, Path(store) / f"{name}.h5")
+                keep_point(self.model, joints, results[-1], Path(store) / f"{name}.h5", self.tags)
             if results[-1].status is Status.INTERRUPTED:
                 break
         _warn_of(results)
         return sweep_of({axis.quantity: (axis.magnitudes, axis.unit) for axis in axes}, results, case.name)
-
-    def _keep(self, result: CaseResult, joints: Sequence[JointMaterial], path: Path) -> None:
-        """Save the analysis of one point of a sweep."""
-        interfaces = [i.with_joint_material(j) for i, j in zip(self.model.interfaces, joints, strict=True)]
-        model = Model(self.model.name, self.model.blocks, interfaces, detection=self.model.detection)
-        options = solver_options([result.settings])
-        analysis = Analysis(model, {result.name: result}, now(), versions(), solver_options=options, tags=self.tags)
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            msg = f"{path.parent}: is no folder to write to ({error.strerror or error}); choose another store"
-            raise StorageError(msg) from error
-        save_analysis(analysis, path)
 
     def _runs(self, cases: Sequence[LimitCase], schedules: Sequence[str]) -> list[tuple[LimitCase, ProcedureSettings]]:
         """Cases with their settings: those of the manager, and the schedules of a spread."""

@@ -2,14 +2,18 @@
 
 import itertools
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from blockstruct.errors import ModelError, shown
-from blockstruct.model import JOINT_PROPERTIES, Interface, JointMaterial
+from blockstruct.analysis.provenance import now, solver_options, versions
+from blockstruct.errors import ModelError, StorageError, shown
+from blockstruct.model import JOINT_PROPERTIES, Interface, JointMaterial, Model
+from blockstruct.results import Analysis, CaseResult
+from blockstruct.storage import save_analysis
 from blockstruct.units import in_first_unit
 
 
@@ -81,3 +85,24 @@ def names_at(axes: Sequence[Axis]) -> Iterator[str]:
             for axis, value in zip(axes, magnitudes, strict=True)
         )
         yield re.sub(r"[^\w.,=+-]+", "-", ",".join(parts))
+
+
+def keep_point(
+    model: Model, joints: Sequence[JointMaterial], result: CaseResult, path: Path, tags: Iterable[str]
+) -> None:
+    """Save the result at one point of a sweep, with the joints that the model has there.
+
+    Raises
+    ------
+    StorageError
+        A path that cannot be written.
+    """
+    interfaces = [i.with_joint_material(j) for i, j in zip(model.interfaces, joints, strict=True)]
+    varied = Model(model.name, model.blocks, interfaces, detection=model.detection)
+    options = solver_options([result.settings])
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        msg = f"{path.parent}: is no folder to write to ({error.strerror or error}); choose another store"
+        raise StorageError(msg) from error
+    save_analysis(Analysis(varied, {result.name: result}, now(), versions(), solver_options=options, tags=tags), path)

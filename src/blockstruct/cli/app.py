@@ -31,9 +31,9 @@ def main() -> None:
             # What it says counts, not the line of code that says it.
             warnings.showwarning = _show_warning
             # The text of every result tells its warnings.
-            warnings.simplefilter("ignore", bs.LoadFactorWarning)
+            warnings.simplefilter("ignore", bs.errors.LoadFactorWarning)
             app()
-    except bs.BlockstructError as error:
+    except bs.errors.BlockstructError as error:
         err.print("[bold red]error:[/]", end=" ")
         err.print(str(error), markup=False, soft_wrap=True)
         for note in getattr(error, "__notes__", ()):

@@ -26,7 +26,8 @@ def import_(
     ],
     friction: Annotated[float, typer.Option(help="Friction coefficient of all joints.", show_default=False)],
     fix: Annotated[
-        list[str] | None, typer.Option(help="A support: the name of a block, or lowest.", show_default=False)
+        list[str] | None,
+        typer.Option(help="A support: the name of a block, lowest, or 'lowest 3 cm'.", show_default=False),
     ] = None,
     exclude: Annotated[
         list[str] | None, typer.Option(help="A block to leave out; * is any text.", show_default=False)
@@ -82,12 +83,12 @@ def import_(
     }
     with warnings.catch_warnings():
         # The report that is printed says the same.
-        warnings.simplefilter("ignore", bs.GeometryWarning)
+        warnings.simplefilter("ignore", bs.errors.GeometryWarning)
         found = bs.imports.read_files(
             files,
             unit=unit,
             material=_materials(unit_weight),
-            fixed="lowest" if fix == ["lowest"] else fix or (),
+            fixed=fix or (),
             exclude=exclude or (),
             up=up,
             **{name: value for name, value in drawing.items() if value is not None},
@@ -113,12 +114,12 @@ def _case(text: str, flow: bs.Flow, *, tilt: bool) -> bs.LimitCase:
     try:
         vector = [float(part) for part in text.split(",")] if "," in text else []
         force = bs.BodyForce([v / math.hypot(*vector) for v in vector] or name)
-    except (ValueError, ZeroDivisionError, bs.BlockstructError) as error:
+    except (ValueError, ZeroDivisionError, bs.errors.BlockstructError) as error:
         msg = f"--direction {text!r}: give +x, -x, +y, -y, +z, -z or a vector such as 1,1,0"
-        raise bs.ModelError(msg) from error
+        raise bs.errors.ModelError(msg) from error
     if tilt and force.direction[2]:
         msg = f"--direction {text!r}: a table tilts to a level direction, such as +x"
-        raise bs.ModelError(msg)
+        raise bs.errors.ModelError(msg)
     push = bs.LoadPattern(f"weight sideways, {name}", [force])
     return bs.LimitCase(
         f"{'tilt' if tilt else 'push'} {name}", bs.LoadPattern("self-weight", [bs.SelfWeight()]), push, flow
@@ -130,7 +131,7 @@ def _materials(unit_weights: list[str]) -> Any:
     layers = {name: weight for name, _, weight in (w.rpartition("=") for w in unit_weights)}
     if len(layers) < len(unit_weights) or ("" in layers and len(layers) > 1):
         msg = "--unit-weight: give it once for all blocks, or once for each layer as in 'WALL=20 kN/m^3'"
-        raise bs.ModelError(msg)
+        raise bs.errors.ModelError(msg)
     if "" in layers:
         return bs.Material("stone", layers[""])
     return {name: bs.Material(name, weight) for name, weight in layers.items()}
@@ -163,11 +164,11 @@ def validate(
         else:
             bs.check_file(file)
             analysis = bs.open_analysis(file)
-            found = bs.contradictions(analysis)
+            found = bs.results.contradictions(analysis)
             if found:
                 say("\n".join(f"{file}: case {name!r}: {what}" for name, what in found))
                 raise typer.Exit(VIOLATIONS)
             say(f"{file}: a valid analysis of {len(analysis)} cases")
-    except (bs.FormatError, bs.ModelError) as error:
+    except (bs.errors.FormatError, bs.errors.ModelError) as error:
         say("\n".join([str(error), *getattr(error, "__notes__", ())]))
         raise typer.Exit(VIOLATIONS) from None

@@ -68,13 +68,13 @@ def _of_interface(frame: pd.DataFrame, interface: str, known: list[str]) -> pd.D
     """Rows of a table that belong to an interface."""
     if interface not in known:
         msg = f"--interface: no {interface!r}; {did_you_mean(interface, known)}"
-        raise bs.UnknownNameError(msg)
+        raise bs.errors.UnknownNameError(msg)
     if "interface_of_contact_point" in frame:
         return frame[frame["interface_of_contact_point"] == interface]
     if "interface" in frame.index.names:
         return frame[frame.index.get_level_values("interface") == interface]
     msg = "--interface: this variable is none of interfaces; give --variable contact_force, force or state for instance"
-    raise bs.ModelError(msg)
+    raise bs.errors.ModelError(msg)
 
 
 @app.command()
@@ -177,7 +177,7 @@ def _project_line(line: str) -> tuple[str, str]:
     what, equals, text = line.partition("=")
     if not (what and equals):
         msg = f"--project {line!r}: no name and text; give both, as in 'client=Town of Lucca'"
-        raise bs.ModelError(msg)
+        raise bs.errors.ModelError(msg)
     return what, text
 
 
@@ -185,7 +185,7 @@ def _beside(target: Path, *read: Path | None) -> Path:
     """Target of a view, which must be none of the files that it is made from."""
     if target.resolve() in [file.resolve() for file in read if file is not None]:
         msg = f"{target}: the view is made from this file, which it would replace; choose another one with --output"
-        raise bs.StorageError(msg)
+        raise bs.errors.StorageError(msg)
     return target
 
 
@@ -198,6 +198,6 @@ def _written(path: Path, show_it: bool) -> None:
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:
     if path.suffix.lower() != ".csv":
         msg = f"{path}: give a name that ends in .csv"
-        raise bs.StorageError(msg)
+        raise bs.errors.StorageError(msg)
     write_csv(frame, path)
     say(f"{path}: {len(frame)} rows")

@@ -38,7 +38,7 @@ def demo(
     rows = [solid, half, solid, jamb, toothed, jamb, solid, half, solid]
     blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.175 m", depth="0.3 m", material=tuff)
     found = bs.detect_interfaces(blocks, joint_material=lime)
-    model = bs.Model("wall with an opening", blocks, found.interfaces, detection=found.report)
+    model = bs.Model("wall with an opening", blocks, found)
     dead = bs.LoadPattern("self-weight", [bs.SelfWeight()])
     push = bs.LoadPattern("weight sideways, +x", [bs.BodyForce((1, 0, 0))])
     cases = [bs.LimitCase(f"push +x, {flow}", dead, push, flow) for flow in bs.Flow]

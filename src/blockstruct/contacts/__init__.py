@@ -9,6 +9,15 @@
 """
 
 from blockstruct.contacts.corrected import CorrectedJoints, corrected_joints
-from blockstruct.contacts.detection import Detection, detect_interfaces
+from blockstruct.contacts.detection import detect_interfaces
+from blockstruct.model import Detection, DetectionReport, DetectionTolerances, FoundContact
 
-__all__ = ["CorrectedJoints", "Detection", "corrected_joints", "detect_interfaces"]
+__all__ = [
+    "CorrectedJoints",
+    "Detection",
+    "DetectionReport",
+    "DetectionTolerances",
+    "FoundContact",
+    "corrected_joints",
+    "detect_interfaces",
+]

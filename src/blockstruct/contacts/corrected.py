@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from blockstruct.contacts.detection import Detection, detect_interfaces
-from blockstruct.model import Block, FoundContact, Interface, checked_tuple
+from blockstruct.contacts.detection import LARGEST_ANGLE, detect_interfaces
+from blockstruct.model import Block, Detection, FoundContact, Interface, checked_tuple
 from blockstruct.units import QuantityLike, to_quantity
 
 Array = NDArray[np.float64]
 
-#: Cosine of the angle between an interface and a face beyond which it does not lie on it.
-FACING = 0.7
 #: By how much more than its planes, fitted anew, shows a corner of a face may be off: four times, in a quadrilateral.
 CORNER_OFF = 4.0
 #: Joints that a printed list names.
@@ -74,7 +72,7 @@ def corrected_joints(
         As for :func:`blockstruct.detect_interfaces`.
     moves
         How each vertex of a block was moved, shape (n, 3), m; of the blocks of which any was, as in
-        :attr:`blockstruct.Imported.moves`.
+        :attr:`blockstruct.imports.Imported.moves`.
 
     Raises
     ------
@@ -120,7 +118,7 @@ def _allowed(interface: Interface, blocks: Mapping[str, Block], moves: Mapping[s
     total = 0.0
     for name, normal in ((interface.minus, interface.normal), (interface.plus, -interface.normal)):
         shape = blocks[name].shape
-        corners = [list(shape.faces[f]) for f in np.flatnonzero(shape.normals @ normal > FACING)]
+        corners = [list(shape.faces[f]) for f in np.flatnonzero(shape.normals @ normal > np.cos(LARGEST_ANGLE))]
         if name in moves and corners:
             # Of the faces that look that way, the nearest: a step has several.
             off = [abs((shape.vertices[c].mean(axis=0) - interface.polygon.mean(axis=0)) @ normal) for c in corners]

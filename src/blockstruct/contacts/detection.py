@@ -3,7 +3,6 @@
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,42 +17,36 @@ from blockstruct.geometry import (
     coplanar_face_pairs,
     crossed_faces,
     joined_pairs,
-    overlapping_pairs,
     separations,
     unsupported,
 )
 from blockstruct.keywords import checked_keywords
 from blockstruct.model import (
     Block,
+    Detection,
     DetectionReport,
     DetectionTolerances,
     FoundContact,
     Interface,
     checked_tuple,
+    overlaps,
 )
 from blockstruct.units import si, to_quantity
 from blockstruct.vocabulary import JointOrientation
 
-#: Gap between two faces, relative to the mean block size, that is still rounding.
-GAP_TOLERANCE = 1e-5
-#: Area, relative to the square of the mean block size, below which a contact is a line or a point, and below which it
-#: is nothing but the rounding of a line.
-AREA_TOLERANCE, AREA_ROUNDING = 1e-6, 1e-9
-#: Distance, relative to the mean block size, up to which two faces are judged, and up to which blocks without a contact
-#: are worth a word: the width of a mortar joint.
+# The limits of detection: lengths relative to the mean block size, areas to its square, angles in radians.
+
+#: Gap between two faces that is still rounding: the tolerance by default.
+GAP = 1e-5
+#: Distance up to which two faces are judged, and up to which blocks without a contact are worth a word: the width of a
+#: mortar joint.
 REACH, CLOSE = 1e-2, 0.1
-#: Angle up to which faces that look at each other are judged at all, and that of a contact by default.
-ANGLE_REACH, ANGLE_TOLERANCE = math.radians(10), "1 deg"
-#: Angle, in radians, beyond which two faces do not look at each other.
-LARGEST_ANGLE = math.radians(45)
-
-
-@dataclass(frozen=True, slots=True)
-class Detection:
-    """Interfaces of a set of blocks, and the report on how they were found."""
-
-    interfaces: tuple[Interface, ...]
-    report: DetectionReport
+#: Area up to which a contact is a line or a point, by default, and up to which it is the rounding of a line.
+AREA, AREA_ROUNDING = 1e-6, 1e-9
+#: Angle between two faces in contact, by default, as users write it.
+ANGLE = "1 deg"
+#: Angle up to which faces that look at each other are judged at all, and beyond which they do not look at each other.
+ANGLE_REACH, LARGEST_ANGLE = math.radians(10), math.radians(45)
 
 
 @checked_keywords
@@ -62,7 +55,7 @@ def detect_interfaces(
     joint_material: Any,
     tolerance: Any = None,
     *,
-    angle_tolerance: Any = ANGLE_TOLERANCE,
+    angle_tolerance: Any = ANGLE,
     area_tolerance: Any = None,
     explicit: Iterable[Interface] = (),
 ) -> Detection:
@@ -148,9 +141,9 @@ def detect_interfaces(
 
 def _face_pairs(shapes: list[Polyhedron], size: float, limits: DetectionTolerances) -> list[FacePair]:
     """Faces that look at each other and come close; those in contact with their pieces made whole."""
-    rounding = min(limits.gap, GAP_TOLERANCE * size)
+    rounding = min(limits.gap, GAP * size)
     reach, angle = max(2 * limits.gap, REACH * size), max(2 * limits.angle, ANGLE_REACH)
-    pairs = coplanar_face_pairs(shapes, reach, angle=angle, rounding=rounding)
+    pairs = coplanar_face_pairs(shapes, reach, angle, rounding=rounding)
     pairs = [p for p in pairs if p.area > AREA_ROUNDING * size**2]
     apart = [p for p in pairs if _reason(p, limits) not in ("", "area")]
     met = joined_pairs([p for p in pairs if _reason(p, limits) in ("", "area")], limits.gap, limits.angle, rounding)
@@ -167,18 +160,18 @@ def _reason(pair: FacePair, limits: DetectionTolerances, factor: float = 1.0) ->
 
 
 def _report(blocks: Sequence[Block], limits: DetectionTolerances, contacts: Sequence[FoundContact]) -> DetectionReport:
-    shapes, names = [b.shape for b in blocks], [b.name for b in blocks]
+    names = [b.name for b in blocks]
     index = {name: k for k, name in enumerate(names)}
     accepted = [c for c in contacts if not c.reason]
     joined = np.array([(index[c.minus], index[c.plus]) for c in accepted], dtype=np.int64)
     touched = {end for c in accepted for end in (c.minus, c.plus)}
     met = np.array([sorted((index[c.minus], index[c.plus])) for c in contacts], dtype=np.int64).reshape(-1, 2)
-    overlaps = overlapping_pairs(shapes, limits.gap)
-    met = np.concatenate([met, np.array([o[:2] for o in overlaps], dtype=np.int64).reshape(-1, 2)])
+    shared = overlaps(blocks, limits.gap)
+    met = np.concatenate([met, np.array([o[:2] for o in shared], dtype=np.int64).reshape(-1, 2)])
     return DetectionReport(
         tolerances=limits,
         contacts=tuple(contacts),
-        overlaps=tuple((names[i], names[j], depth) for i, j, depth in overlaps),
+        overlaps=tuple((names[i], names[j], depth) for i, j, depth in shared),
         nonplanar_faces=tuple(
             (b.name, f, float(b.shape.deviations[f])) for b in blocks for f in b.shape.nonplanar_faces
         ),
@@ -221,8 +214,8 @@ def _check_names(blocks: Sequence[Block], explicit: Sequence[Interface]) -> None
 
 
 def _tolerances(size: float, gap: Any, angle: Any, area: Any) -> DetectionTolerances:
-    gap = to_quantity(GAP_TOLERANCE * size, "length") if gap is None else gap
-    area = to_quantity(AREA_TOLERANCE * size**2, "area") if area is None else area
+    gap = to_quantity(GAP * size, "length") if gap is None else gap
+    area = to_quantity(AREA * size**2, "area") if area is None else area
     values = []
     for what, given, dimension, unit in (
         ("tolerance", gap, "length", "m"),

@@ -8,13 +8,14 @@ from typing import Any
 
 import yaml
 
-from blockstruct.contacts.detection import Detection, detect_interfaces
+from blockstruct.contacts.detection import detect_interfaces
 from blockstruct.documents import yaml_core
 from blockstruct.errors import BlockstructError, DocumentError, StorageError, UnknownNameError
 from blockstruct.files import unique_pairs
 from blockstruct.model import (
     LOAD_KINDS,
     Block,
+    Detection,
     DetectionReport,
     Interface,
     JointMaterial,
@@ -130,7 +131,7 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
         blocks.append(_block(entry, _named(materials, entry["material"], "material")))
     found = _detection(blocks, content["interfaces"], joints)
     try:
-        model = Model(content.get("name", stem), blocks, found.interfaces, detection=found.report)
+        model = Model(content.get("name", stem), blocks, found)
     except BlockstructError as error:
         # What was found and what was left out mostly tells why.
         error.add_note(f"{len(blocks)} blocks, {found.report}")

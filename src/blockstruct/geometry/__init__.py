@@ -13,8 +13,9 @@ from blockstruct.geometry.joined import joined_pairs
 from blockstruct.geometry.lying import areas_on_bodies
 from blockstruct.geometry.neighbours import box_pairs, separations, unsupported
 from blockstruct.geometry.overlap import overlapping_pairs
-from blockstruct.geometry.polygon import common_areas, plane_axes, polygon_area, tributary_areas
+from blockstruct.geometry.polygon import common_areas, perimeter, plane_axes, polygon_area, tributary_areas
 from blockstruct.geometry.polyhedron import BOX_FACES, Polyhedron, box, lofted, polyhedron
+from blockstruct.geometry.triangles import triangulated
 
 __all__ = [
     # polyhedra
@@ -27,9 +28,11 @@ __all__ = [
     # polygons
     "common_areas",
     "is_rectangle",
+    "perimeter",
     "plane_axes",
     "polygon_area",
     "polygon_cells",
+    "triangulated",
     "tributary_areas",
     # contacts
     "FacePair",

@@ -5,11 +5,9 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError
+from blockstruct.geometry.tolerances import NO_CELL, RECTANGLE
 
 Array = NDArray[np.float64]
-
-#: Deviation of a corner, relative to the diagonal, that still makes a rectangle.
-RECTANGLE = 1e-6
 
 
 def is_rectangle(points: Array) -> bool:
@@ -52,6 +50,6 @@ def polygon_cells(points: Array, centroid: Array, normal: Array, count: int, nam
     right, high = (a.ravel() for a in np.meshgrid(x[1:], y[1:]))
     parts = shapely.get_parts(shapely.intersection(shapely.box(left, low, right, high), outline))
     areas = shapely.area(parts)
-    keep = areas > 1e-9 * outline.area
+    keep = areas > NO_CELL * outline.area
     centres = shapely.get_coordinates(shapely.centroid(parts[keep]))
     return centroid + centres @ axes, areas[keep]

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from blockstruct.geometry.faces import Faces
 from blockstruct.geometry.neighbours import box_pairs
-from blockstruct.geometry.polygon import plane_axes
+from blockstruct.geometry.polygon import plane_axes, uncrossed
 from blockstruct.geometry.polyhedron import Polyhedron
+from blockstruct.geometry.tolerances import SIDEWAYS
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -47,12 +48,8 @@ class FacePair:
     angle: float
 
 
-#: Angle, in radians, between two faces that look at each other.
-FACING = 0.02
-
-
 def coplanar_face_pairs(
-    bodies: list[Polyhedron], reach: float, *, angle: float = FACING, rounding: float | None = None
+    bodies: list[Polyhedron], reach: float, angle: float, *, rounding: float | None = None
 ) -> list[FacePair]:
     """All common areas of faces of different bodies, whatever their number and size.
 
@@ -79,7 +76,7 @@ def coplanar_face_pairs(
     middle = (faces.centre[front] + faces.centre[back]) / 2
     axes = np.stack(plane_axes(n), axis=1)
     extent = np.maximum(faces.extent[front], faces.extent[back])
-    outlines = [faces.outlines(f, axes, middle, extent) for f in (front, back)]
+    outlines = [uncrossed(faces.outlines(f, axes, middle, extent)) for f in (front, back)]
     parts, of_pair = shapely.get_parts(shapely.intersection(*outlines), return_index=True)
     # Faces are simple polygons, so what two of them share has no holes. Where edges of the two coincide but for
     # rounding, clipping leaves corners that are none: they would be contact points.
@@ -150,6 +147,6 @@ def _angle(one: Array, other: Array) -> Array:
 
 def _half_space_sign(normals: Array) -> Array:
     """+1 where a normal points up (or, if level, along +y, then +x), else −1."""
-    x, y, z = np.where(np.abs(normals) < 1e-3, 0.0, normals).T
+    x, y, z = np.where(np.abs(normals) < SIDEWAYS, 0.0, normals).T
     lead = np.where(z != 0, z, np.where(y != 0, y, x))
     return np.where(lead > 0, 1.0, -1.0)

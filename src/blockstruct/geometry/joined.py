@@ -7,12 +7,10 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.geometry.coplanar import FacePair
-from blockstruct.geometry.polygon import plane_axes
+from blockstruct.geometry.polygon import plane_axes, uncrossed
+from blockstruct.geometry.tolerances import SNAP
 
 Array = NDArray[np.float64]
-
-#: Grid on which edges of pieces meet, as a part of what is rounding.
-SNAP = 1e-3
 
 
 def joined_pairs(pairs: Sequence[FacePair], gap: float, angle: float, rounding: float) -> list[FacePair]:
@@ -74,14 +72,14 @@ def _whole(pieces: list[FacePair], gap: float, rounding: float) -> list[FacePair
         return pieces
     middle, normal = _plane(pieces)
     axes = np.stack(plane_axes(normal))
-    outlines = [shapely.Polygon((p.polygon - middle) @ axes.T) for p in pieces]
+    outlines = uncrossed(np.array([shapely.Polygon((p.polygon - middle) @ axes.T) for p in pieces]))
     union = shapely.union_all(outlines, grid_size=SNAP * rounding)
     pieced = union
     if _has_holes(union) or len(shapely.get_parts(union)) > 1:
         # Slits as wide as a gap between pieces of a rough face are none.
         closed = shapely.buffer(union, gap, join_style="mitre", mitre_limit=20)
         union = shapely.buffer(closed, -gap, join_style="mitre", mitre_limit=20)
-    parts = shapely.get_parts(shapely.simplify(shapely.normalize(union), rounding))
+    parts = shapely.get_parts(uncrossed(shapely.get_parts(shapely.simplify(shapely.normalize(union), rounding))))
     parts = parts[(shapely.get_type_id(parts) == shapely.GeometryType.POLYGON) & ~shapely.is_empty(parts)]
     # Closing slits may leave corners where no piece was.
     parts = parts[shapely.area(shapely.intersection(parts, pieced)) > 0.5 * shapely.area(parts)]

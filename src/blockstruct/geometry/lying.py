@@ -7,15 +7,13 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.geometry.faces import Faces
-from blockstruct.geometry.neighbours import CHUNK, expanded
-from blockstruct.geometry.polygon import flat_polygons, intersections, plane_axes
+from blockstruct.geometry.neighbours import expanded
+from blockstruct.geometry.polygon import flat_polygons, intersections, plane_axes, uncrossed
 from blockstruct.geometry.polyhedron import Polyhedron
+from blockstruct.geometry.tolerances import CHUNK, LIES_ON
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-#: Cosine of the angle between a polygon and a face beyond which it does not lie on it, however close.
-FACING = 0.5
 
 
 def areas_on_bodies(
@@ -23,8 +21,8 @@ def areas_on_bodies(
 ) -> Array:
     """Areas (m,) of polygons that lie on faces of a body, each its own.
 
-    They are measured in the plane of the polygon, over faces that look along its normal; where an area is further
-    than the limit from the plane of the face at some corner, it does not count.
+    They are measured in the plane of the polygon, over faces that look along its normal; what is further than the limit
+    from the plane of the face does not count.
 
     Parameters
     ----------
@@ -49,7 +47,7 @@ def areas_on_bodies(
         k = part[row]
         reach = limits[k, None]
         near = np.all((faces.low[face] <= high[k] + reach) & (faces.high[face] >= low[k] - reach), axis=1)
-        near[near] = np.einsum("ij,ij->i", faces.normal[face[near]], normals[k[near]]) > FACING
+        near[near] = np.einsum("ij,ij->i", faces.normal[face[near]], normals[k[near]]) > np.cos(LIES_ON)
         k, face = k[near], face[near]
         if len(k):
             np.add.at(areas, k, _shared_areas([polygons[i] for i in k.tolist()], normals[k], limits[k], faces, face))
@@ -63,10 +61,31 @@ def _shared_areas(polygons: Sequence[Array], normals: Array, limits: Array, face
     of = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
     extent = np.maximum(faces.extent[face], [np.ptp(p, axis=0).max() for p in polygons])
     outlines = flat_polygons(np.concatenate(polygons), of, axes, middles, extent)
-    shared = intersections(outlines, faces.outlines(face, axes, middles, extent))
-    corners, of = shapely.get_coordinates(shared, return_index=True)
-    arms = faces.centre[face][of] - middles[of] - np.einsum("ka,kaj->kj", corners, axes[of])
+    shared = intersections(outlines, uncrossed(faces.outlines(face, axes, middles, extent)))
+    # Height of the plane of the face over that of the polygon: linear over the latter.
     facing = np.einsum("ij,ij->i", faces.normal[face], normals)
-    off = np.zeros(len(polygons))
-    np.maximum.at(off, of, np.abs(np.einsum("ij,ij->i", arms, faces.normal[face][of])) / facing[of])
-    return np.asarray(np.where(off <= limits, shapely.area(shared), 0.0))
+    level = np.einsum("ij,ij->i", faces.centre[face] - middles, faces.normal[face]) / facing
+    slope = -np.einsum("kaj,kj->ka", axes, faces.normal[face]) / facing[:, None]
+    corners, of = shapely.get_coordinates(shared, return_index=True)
+    heights = level[of] + np.einsum("ka,ka->k", corners, slope[of])
+    far = np.unique(of[np.abs(heights) > limits[of]])
+    if len(far):
+        shared[far] = shapely.intersection(shared[far], _strips(level[far], slope[far], limits[far], extent[far]))
+    return np.asarray(shapely.area(shared))
+
+
+def _strips(level: Array, slope: Array, limits: Array, extent: Array) -> NDArray[np.object_]:
+    """Where linear functions (m,) of two coordinates are no further than limits from zero, over some extent."""
+    steep = np.linalg.norm(slope, axis=1)[:, None]
+    along = np.divide(slope, steep, out=np.tile([1.0, 0.0], (len(slope), 1)), where=steep > 0)
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    far = 4 * extent[:, None]
+    # From the origin along the slope; without any slope all of it lies too far.
+    low, high = (
+        np.clip(np.divide(end, steep, out=np.full_like(steep, np.inf), where=steep > 0), -far, far)
+        for end in ((-limits - level)[:, None], (limits - level)[:, None])
+    )
+    corners = [low * along - far * across, high * along - far * across]
+    corners += [high * along + far * across, low * along + far * across]
+    # Those without width are no polygons to GEOS.
+    return uncrossed(np.asarray(shapely.polygons(np.stack(corners, axis=1))))

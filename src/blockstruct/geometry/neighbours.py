@@ -9,12 +9,10 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 
 from blockstruct.geometry.polyhedron import Polyhedron
+from blockstruct.geometry.tolerances import CHUNK
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-#: Products of a normal and a vertex worked on at once: bounds the memory, not the result.
-CHUNK = 2_000_000
 
 
 def unsupported(held: NDArray[np.bool_], ends: Index) -> Index:

@@ -1,17 +1,18 @@
 """Bodies that occupy the same space."""
 
+from dataclasses import dataclass
+from functools import cache
+from typing import Self
+
 import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.geometry.neighbours import box_pairs, separations
 from blockstruct.geometry.polyhedron import Polyhedron
+from blockstruct.geometry.tolerances import CHUNK, MOST_CROSSINGS, NO_AREA, PARALLEL, SAMPLES
+from blockstruct.geometry.triangles import distances, triangulated
 
 Array = NDArray[np.float64]
-
-#: Pairs of edges that are tried for an axis between two bodies.
-MOST_CROSSINGS = 20_000
-#: Points times faces worked on at once: bounds the memory, not the result.
-CHUNK = 500_000
 
 
 def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[int, int, float]]:
@@ -31,7 +32,7 @@ def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[
     -------
     list of (i, j, depth)
         ``i < j``. The depth is that of the convex hulls in the shallowest direction; where a body is not convex, at
-        most the least extent of the common bounding box.
+        most the thickness of what the two share.
     """
     if len(bodies) < 2:
         return []
@@ -41,25 +42,47 @@ def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[
     # Nearly all neighbours are kept apart by a plane along a face of one of them: the rest is looked at one by one.
     close = separations(bodies, i, j) < -tolerance
     found = []
-    convex: dict[int, bool] = {}
+    surface = cache(lambda k: _Surface.of(bodies[k], tolerance))
     for one, other in zip(i[close].tolist(), j[close].tolist(), strict=True):
-        a, b = bodies[one], bodies[other]
-        for k in (one, other):
-            if k not in convex:
-                convex[k] = bool(_hull_faces(bodies[k], tolerance).all())
-        depth = _hull_depth(a, b)
-        if depth > tolerance and not (convex[one] and convex[other]):
-            depth = min(depth, _sampled_depth(a, b, tolerance))
+        depth = _hull_depth(bodies[one], bodies[other])
+        if depth > tolerance and not (surface(one).convex and surface(other).convex):
+            depth = min(depth, _sampled_depth(surface(one), surface(other)))
         if depth > tolerance:
             found.append((one, other, depth))
     return found
 
 
-def _hull_faces(body: Polyhedron, tolerance: float) -> NDArray[np.bool_]:
-    """Which faces have the whole body on one side; all of them if it is convex."""
-    on_face = body.vertices[[face[0] for face in body.faces]]
-    heights = body.normals @ body.vertices.T - np.einsum("ij,ij->i", body.normals, on_face)[:, None]
-    return np.asarray(heights.max(axis=1) <= tolerance)
+@dataclass(frozen=True, slots=True)
+class _Surface:
+    """A body as its points are told from those outside.
+
+    Attributes
+    ----------
+    low, high : (3,) arrays
+    normals, heights : (h, 3) and (h,) arrays
+        Planes of the faces that have the whole body on one side.
+    convex
+        Whether all faces have.
+    triangles : (t, 3, 3) array
+        Corners, but for triangles without area between corners in line.
+    """
+
+    low: Array
+    high: Array
+    normals: Array
+    heights: Array
+    convex: bool
+    triangles: Array
+
+    @classmethod
+    def of(cls, body: Polyhedron, tolerance: float) -> Self:
+        v = body.vertices
+        heights = np.einsum("ij,ij->i", body.normals, v[[face[0] for face in body.faces]])
+        hull = (body.normals @ v.T - heights[:, None]).max(axis=1) <= tolerance
+        corners = v[[t for face in body.faces for t in triangulated(v, face)]]
+        areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        triangles = corners[areas > NO_AREA * areas.max()]
+        return cls(v.min(axis=0), v.max(axis=0), body.normals[hull], heights[hull], bool(hull.all()), triangles)
 
 
 def _directions(body: Polyhedron) -> Array:
@@ -76,34 +99,33 @@ def _hull_depth(a: Polyhedron, b: Polyhedron) -> float:
     if len(edges) * len(others) <= MOST_CROSSINGS:
         cross = np.cross(edges[:, None], others[None]).reshape(-1, 3)
         length = np.linalg.norm(cross, axis=1)
-        axes.append(cross[length > 1e-6] / length[length > 1e-6, None])
+        axes.append(cross[length > PARALLEL] / length[length > PARALLEL, None])
     directions = np.concatenate(axes).T
     pa, pb = a.vertices @ directions, b.vertices @ directions
     return float(np.minimum(pa.max(axis=0) - pb.min(axis=0), pb.max(axis=0) - pa.min(axis=0)).min())
 
 
-def _sampled_depth(a: Polyhedron, b: Polyhedron, tolerance: float) -> float:
-    low = np.maximum(a.vertices.min(axis=0), b.vertices.min(axis=0))
-    high = np.minimum(a.vertices.max(axis=0), b.vertices.max(axis=0))
+def _sampled_depth(a: _Surface, b: _Surface) -> float:
+    """Largest thickness of what two bodies share, at points of it: from a face of one to a face of the other."""
+    low, high = np.maximum(a.low, b.low), np.minimum(a.high, b.high)
     # Off the regular points, where faces of neat blocks lie: a point on a face is neither inside nor outside.
-    steps = (np.arange(12) + 0.5 + 0.013 * np.sqrt(2)) / 12.1
+    steps = (np.arange(SAMPLES) + 0.5 + 0.013 * np.sqrt(2)) / (SAMPLES + 0.1)
     grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     points = low + grid * (high - low)
     for body in (a, b):
-        hull = _hull_faces(body, tolerance)
-        on_face = body.vertices[[face[0] for face in body.faces]]
-        heights = points @ body.normals[hull].T - np.einsum("ij,ij->i", body.normals, on_face)[hull]
-        points = points[np.all(heights < 0, axis=1)]
+        points = points[np.all(points @ body.normals.T < body.heights, axis=1)]
     for body in (a, b):
-        parts = np.array_split(points, len(points) * len(body.faces) // CHUNK + 1)
-        points = np.concatenate([part[_inside(body, part)] for part in parts])
-    return float((high - low).min()) if len(points) else 0.0
+        parts = np.array_split(points, body.triangles.size * len(points) // CHUNK + 1)
+        points = np.concatenate([part[_inside(body.triangles, part)] for part in parts])
+    if not len(points):
+        return 0.0
+    parts = np.array_split(points, max(a.triangles.size, b.triangles.size) * len(points) // CHUNK + 1)
+    return max(float((distances(p, a.triangles) + distances(p, b.triangles)).max()) for p in parts)
 
 
-def _inside(body: Polyhedron, points: Array) -> NDArray[np.bool_]:
-    """Whether each point lies inside, by the solid angle the surface spans (van Oosterom & Strackee 1983)."""
-    fan = np.array([(f[0], f[k], f[k + 1]) for f in body.faces for k in range(1, len(f) - 1)])
-    a, b, c = (body.vertices[fan[:, k]][None] - points[:, None] for k in range(3))
+def _inside(triangles: Array, points: Array) -> NDArray[np.bool_]:
+    """Whether each point lies inside a surface, by the solid angle it spans (van Oosterom & Strackee 1983)."""
+    a, b, c = (triangles[None, :, k] - points[:, None] for k in range(3))
     la, lb, lc = (np.linalg.norm(v, axis=2) for v in (a, b, c))
     numerator = np.einsum("ijk,ijk->ij", a, np.cross(b, c))
     denominator = (

@@ -6,18 +6,17 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from blockstruct.geometry.tolerances import CROSSING, GRID, LEVEL
+
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-#: Grid of polygons to intersect, relative to their extent: well above rounding, well below every tolerance.
-GRID = 1e-11
 
 
 def plane_axes(n: Array) -> tuple[Array, Array]:
     """In-plane axes s (horizontal, along x on a horizontal plane) and t of unit normals n, shape (..., 3)."""
     n = np.asarray(n, dtype=float)
     s = np.stack([-n[..., 1], n[..., 0], np.zeros(n.shape[:-1])], axis=-1)
-    flat = np.linalg.norm(s, axis=-1) < 1e-9
+    flat = np.linalg.norm(s, axis=-1) < LEVEL
     level = np.array([1.0, 0.0, 0.0]) - n[..., :1] * n
     s = np.where(flat[..., None], level, s)
     s = s / np.linalg.norm(s, axis=-1, keepdims=True)
@@ -38,6 +37,11 @@ def polygon_area(points: Array) -> tuple[float, Array, Array]:
     normal = vector / area
     centroid = origin + ((cross @ normal) @ (a + b)) / (3 * area)
     return area, centroid, normal
+
+
+def perimeter(points: Array) -> float:
+    """Length of the outline of a polygon, shape (k, 3)."""
+    return float(np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1).sum())
 
 
 def tributary_areas(points: Array, starts: Index, centroids: Array, normals: Array) -> Array:
@@ -90,12 +94,27 @@ def flat_polygons(points: Array, of: Index, axes: Array, middles: Array, extent:
     return np.asarray(shapely.polygons(shapely.linearrings(np.round(flat / grid) * grid, indices=of)))
 
 
+def uncrossed(polygons: NDArray[np.object_]) -> NDArray[np.object_]:
+    """Polygons, those that cross themselves as the areas that they enclose.
+
+    A warped outline may cross itself when it is seen along another normal than its own.
+    """
+    crossed = ~shapely.is_valid(polygons)
+    polygons = polygons.copy()
+    polygons[crossed] = shapely.make_valid(polygons[crossed], method="structure", keep_collapsed=False)
+    return polygons
+
+
 def intersections(one: NDArray[np.object_], other: NDArray[np.object_]) -> NDArray[np.object_]:
-    """What polygons share, pair by pair; nothing where an outline crosses itself."""
-    shared = np.full(len(one), shapely.Polygon(), dtype=object)
-    valid = shapely.is_valid(one) & shapely.is_valid(other)
-    shared[valid] = shapely.intersection(one[valid], other[valid])
-    return shared
+    """What polygons share, pair by pair; nothing where an outline crosses itself by more than rounding."""
+    return np.asarray(shapely.intersection(_simple(one), _simple(other)))
+
+
+def _simple(polygons: NDArray[np.object_]) -> NDArray[np.object_]:
+    """Polygons; empty where they do not enclose the area that they turn about, once."""
+    enclosed, areas = uncrossed(polygons), shapely.area(polygons)
+    enclosed[np.abs(shapely.area(enclosed) - areas) > CROSSING * areas] = shapely.Polygon()
+    return enclosed
 
 
 def common_areas(polygons: Sequence[Array], normals: Array, i: Index, j: Index, tolerance: float) -> Array:

@@ -13,11 +13,9 @@ from numpy.typing import NDArray
 from blockstruct.errors import GeometryError
 from blockstruct.geometry.planes import Planes
 from blockstruct.geometry.polygon import polygon_area
+from blockstruct.geometry.tolerances import LARGEST_DEVIATION, NO_AREA, NO_VOLUME, PLANARITY
 
 Array = NDArray[np.float64]
-
-#: Deviation of a face from its mean plane, relative to the size of the block: what is rounding, and what is no face.
-PLANARITY, LARGEST_DEVIATION = 1e-6, 2e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +127,7 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
     a, b, c = (vertices - origin)[fan.T]
     planes = Planes.of(vertices, loops)
     size = float(np.ptp(vertices, axis=0).max())
-    if np.any(planes.area <= 1e-12 * size**2):
+    if np.any(planes.area <= NO_AREA * size**2):
         face = int(np.argmin(planes.area))
         msg = f"block {name!r}: face {face} {loops[face]} has no area; remove it or correct its vertices"
         raise GeometryError(msg)
@@ -144,7 +142,7 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
 
     tetrahedra = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
     volume = float(tetrahedra.sum())
-    if abs(volume) <= 1e-9 * size**3:
+    if abs(volume) <= NO_VOLUME * size**3:
         msg = f"block {name!r}: the volume is zero; give a body with thickness in all three directions"
         raise GeometryError(msg)
     if volume < 0:

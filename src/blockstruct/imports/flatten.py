@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from blockstruct.geometry import triangulated
 from blockstruct.geometry.planes import Planes
-from blockstruct.geometry.polygon import polygon_area
 from blockstruct.imports.tolerances import EXACT, ROUNDS, SHALLOW
 
 Array = NDArray[np.float64]
@@ -70,32 +70,3 @@ def _moved(vertices: Array, faces: list[Face], limit: float) -> Array:
         points[vertex] += (np.linalg.pinv(normals, rcond=SHALLOW) @ offsets)[:, :, 0]
         planes = Planes.of(points, polygons)
     return points
-
-
-def triangulated(vertices: Array, face: Face) -> list[Face]:
-    """Triangles of a polygon, convex or not, cut off at its shortest diagonals first."""
-    loop = list(face)
-    normal = polygon_area(vertices[loop])[2]
-    triangles: list[Face] = []
-    while len(loop) > 3:
-        ears = []
-        for k in range(len(loop)):
-            a, b, c = loop[k - 1], loop[k], loop[(k + 1) % len(loop)]
-            corners = vertices[[a, b, c]]
-            others = vertices[[i for i in loop if i not in (a, b, c)]]
-            turn = np.cross(corners[1] - corners[0], corners[2] - corners[1]) @ normal
-            if turn > 0 and not _covers(corners, others, normal):
-                # Among diagonals of one length the least corner decides, whichever block asks.
-                length = round(float(np.linalg.norm(corners[2] - corners[0])), 9)
-                ears.append((length, min(vertices[a].tolist(), vertices[c].tolist()), k))
-        k = min(ears)[2] if ears else 0
-        triangles.append((loop[k - 1], loop[k], loop[(k + 1) % len(loop)]))
-        del loop[k]
-    return [*triangles, (loop[0], loop[1], loop[2])]
-
-
-def _covers(triangle: Array, points: Array, normal: Array) -> bool:
-    """Whether a triangle, seen along the normal, covers one of the points."""
-    edges = np.roll(triangle, -1, axis=0) - triangle
-    side = np.cross(edges[None], points[:, None] - triangle[None]) @ normal
-    return bool(np.any(np.all(side >= 0, axis=1)))

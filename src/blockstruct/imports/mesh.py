@@ -48,8 +48,8 @@ def read_mesh(
     material
         Material of all blocks.
     fixed
-        The supports: names of blocks, or ``"lowest"`` for every block that reaches the lowest level to within 1 %
-        of the mean block size.
+        The supports: names of blocks, ``"lowest"`` for every block that reaches the lowest level to within 1 % of the
+        mean block size, or ``"lowest 3 cm"``.
     exclude
         Names of blocks that are left out, in which ``*`` stands for any text.
     up : {"z", "y", "x"}

@@ -16,7 +16,7 @@ from blockstruct.errors import GeometryError, GeometryFileError, GeometryWarning
 from blockstruct.imports.import_report import Imported, ImportReport, Repair
 from blockstruct.imports.soup import closed_bodies, compact, gathered, welded
 from blockstruct.imports.surface import closed_surface
-from blockstruct.imports.tolerances import LOWEST, WELD
+from blockstruct.imports.tolerances import LOWEST, NEARLY_LOWEST, WELD
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import positive_length
 from blockstruct.units import QuantityLike, parse, si, to_quantity
@@ -127,7 +127,7 @@ def blocks_of(
         listed = "\n  ".join(refused[:10])
         msg = f"{source}: {len(refused)} of {len(bodies)} bodies are no blocks:\n  {listed}{rest}"
         raise GeometryFileError(msg)
-    blocks = _supported(_without_copies(blocks, source, repairs), fixed, source)
+    blocks = _supported(_without_copies(blocks, source, repairs), fixed, source, notes)
     report = ImportReport.of(
         blocks, source, scale, repairs=tuple(repairs), left_out=tuple(content.left_out), notes=tuple(notes)
     )
@@ -237,20 +237,38 @@ def _same_shape(one: Block, other: Block, near: float) -> bool:
     return bool(distance.max() <= near and len(np.unique(partner)) == len(a))
 
 
-def _supported(blocks: list[Block], fixed: str | Iterable[str], source: str) -> list[Block]:
+def _supported(blocks: list[Block], fixed: str | Iterable[str], source: str, notes: list[str]) -> list[Block]:
+    """Blocks of which those named, and the lowest ones if they are asked for, are supports."""
     if isinstance(fixed, str):
-        if fixed != "lowest":
-            msg = f"{source}: fixed is {fixed!r}; give 'lowest' or a list of block names"
+        if not fixed.startswith("lowest"):
+            msg = f"{source}: fixed is {fixed!r}; give 'lowest', 'lowest 3 cm' or a list of block names"
             raise ModelError(msg)
-        low = np.array([b.shape.vertices[:, 2].min() for b in blocks])
-        size = float(np.mean([b.volume for b in blocks]) ** (1 / 3))
-        names = {b.name for b, z in zip(blocks, low, strict=True) if z <= low.min() + LOWEST * size}
-    else:
-        names = set(fixed)
-    unknown = sorted(names - {b.name for b in blocks})
-    if unknown:
-        raise UnknownNameError(_no_block(unknown[0], "fix", [b.name for b in blocks], source))
+        fixed = [fixed]
+    known = {b.name for b in blocks}
+    names: set[str] = set()
+    for name in fixed:
+        if name in known:
+            names.add(name)
+        elif name.partition(" ")[0] == "lowest":
+            names |= _lowest(blocks, name.removeprefix("lowest").strip(), source, notes)
+        else:
+            raise UnknownNameError(_no_block(name, "fix", [b.name for b in blocks], source))
     return [replace(b, fixed=b.fixed or b.name in names) for b in blocks]
+
+
+def _lowest(blocks: list[Block], height: str, source: str, notes: list[str]) -> set[str]:
+    """Names of the blocks that reach down to a height over the lowest point; a note on those that nearly do."""
+    low = np.array([b.shape.vertices[:, 2].min() for b in blocks])
+    low -= low.min()
+    size = float(np.mean([b.volume for b in blocks]) ** (1 / 3))
+    limit = positive_length(height, f"{source}: height of the lowest blocks") if height else LOWEST * size
+    nearly = low[(low > limit) & (low <= NEARLY_LOWEST * size)]
+    if len(nearly):
+        notes.append(
+            f"{len(nearly)} more blocks reach down to within {nearly.max():.2g} m of the lowest level and are free: "
+            f"fix 'lowest {1.06 * nearly.max():.2g} m' makes them supports"
+        )
+    return {b.name for b, z in zip(blocks, low, strict=True) if z <= limit}
 
 
 def _no_block(name: str, verb: str, names: Sequence[str], source: str) -> str:

@@ -9,9 +9,10 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError
+from blockstruct.geometry import triangulated
 from blockstruct.geometry.planes import Planes
 from blockstruct.geometry.polygon import plane_axes
-from blockstruct.imports.flatten import flattened, triangulated
+from blockstruct.imports.flatten import flattened
 from blockstruct.imports.merge import merged_faces
 from blockstruct.imports.soup import compact
 from blockstruct.imports.tolerances import CHUNK, EXACT, MERGE, MOST_FACES_OF_BODY, POLYGON, TOUCHING

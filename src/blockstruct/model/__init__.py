@@ -9,7 +9,8 @@
 
 from blockstruct.model.block import Block
 from blockstruct.model.checks import checked_tuple
-from blockstruct.model.detection_report import DetectionReport, DetectionTolerances, FoundContact
+from blockstruct.model.detection_report import Detection, DetectionReport, DetectionTolerances, FoundContact
+from blockstruct.model.fit import overlaps
 from blockstruct.model.interface import Interface
 from blockstruct.model.joint_material import JOINT_PROPERTIES, JointMaterial
 from blockstruct.model.limit_case import LimitCase
@@ -39,9 +40,11 @@ __all__ = [
     "Interface",
     "Model",
     # how interfaces were found
+    "Detection",
     "DetectionReport",
     "DetectionTolerances",
     "FoundContact",
+    "overlaps",
     # loads
     "BodyForce",
     "FaceLoad",

@@ -1,7 +1,7 @@
 """Checks of what constructors and builders take: names, sequences, lengths and counts."""
 
 import operator
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, get_args
 
 from blockstruct.errors import ModelError, shown
@@ -86,3 +86,9 @@ def check_total(blocks: float, what: str) -> None:
     if blocks > MOST_BLOCKS:
         msg = f"{what}: some {blocks:.3g} blocks, the limit is {MOST_BLOCKS}; give larger or fewer units"
         raise ModelError(msg)
+
+
+def listed(names: Sequence[str], most: int = 10) -> str:
+    """The first names, and how many more there are."""
+    rest = len(names) - most
+    return ", ".join(names[:most]) + (f" and {rest} more" if rest > 0 else "")

@@ -7,10 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from blockstruct.model.interface import Interface
 from blockstruct.vocabulary import JointOrientation
 
 #: Findings of one kind that a printed report lists; the table has them all.
 LISTED = 20
+#: Area of a contact, relative to the largest of either of its blocks, below which it is a sliver beside it.
+SLIVER = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +83,8 @@ class DetectionReport:
     contacts : tuple of FoundContact
         Every two faces that look at each other and come close: accepted or left out with the reason.
     overlaps : tuple of (block, block, depth in m)
-        Blocks that share space deeper than the tolerance of the gap.
+        Blocks that share space deeper than the tolerance of the gap, and what their faces deviate from planes. A model
+        refuses them, unless both are supports.
     nonplanar_faces : tuple of (block, face, deviation in m)
         Faces that are not plane; contacts are found on their mean planes.
     floating : tuple of str
@@ -127,6 +131,28 @@ class DetectionReport:
         return tuple(c for c in self.contacts if c.near_miss)
 
     @property
+    def accepted_slivers(self) -> tuple[FoundContact, ...]:
+        """Interfaces a thousand times smaller than the largest one of either of their blocks.
+
+        Neighbours that meet along an edge or in a corner share such areas where coordinates are rounded. Each is a
+        contact that carries any force, so they can raise a load factor by a percent: :attr:`sliver_tolerance`.
+        """
+        accepted = [c for c in self.contacts if not c.reason]
+        largest: dict[str, float] = {}
+        for c in accepted:
+            for end in (c.minus, c.plus):
+                largest[end] = max(largest.get(end, 0.0), c.area)
+        return tuple(c for c in accepted if c.area < SLIVER * min(largest[c.minus], largest[c.plus]))
+
+    @property
+    def sliver_tolerance(self) -> float:
+        """Tolerance of the area, m², with which a detection leaves out the accepted slivers; zero without any."""
+        area = max((c.area for c in self.accepted_slivers), default=0.0)
+        # To two digits, upwards.
+        unit = 10.0 ** (math.floor(math.log10(area)) - 1) if area else 0.0
+        return unit * math.ceil(1.01 * area / unit) if area else 0.0
+
+    @property
     def slivers(self) -> tuple[tuple[str, str, float], ...]:
         """Contacts left out because their area is that of a line or a point: minus, plus, area in m²."""
         return tuple((c.minus, c.plus, c.area) for c in self.contacts if c.reason == "area")
@@ -169,14 +195,15 @@ class DetectionReport:
         Returns
         -------
         DataFrame
-            ``finding`` is ``accepted``, ``rejected``, ``near miss``, ``between supports``, ``overlap``, ``close``,
-            ``non-planar face`` or ``floating``; ``gap`` (negative for a penetration), ``deviation``, ``angle`` and
-            ``area`` have the units of ``table.attrs["units"]``.
+            ``finding`` is ``accepted``, ``accepted sliver``, ``rejected``, ``near miss``, ``between supports``,
+            ``overlap``, ``close``, ``non-planar face`` or ``floating``; ``gap`` (negative for a penetration),
+            ``deviation``, ``angle`` and ``area`` have the units of ``table.attrs["units"]``.
         """
         texts, numbers = ["minus", "plus", "interface", "reason", "orientation"], ["gap", "angle", "area", "deviation"]
+        small = {c.interface for c in self.accepted_slivers}
         rows: list[dict[str, object]] = [
             {
-                "finding": _finding(c),
+                "finding": "accepted sliver" if c.interface in small else _finding(c),
                 "orientation": str(c.orientation),
                 **{name: getattr(c, name) for name in ("minus", "plus", "interface", "reason", "gap", "angle", "area")},
             }
@@ -195,10 +222,16 @@ class DetectionReport:
         table.attrs["units"] = {"gap": "meter", "angle": "radian", "area": "meter ** 2", "deviation": "meter"}
         return table
 
+    def __repr__(self) -> str:
+        return (
+            f"<DetectionReport: {self.accepted} interfaces, {len(self.rejected)} contacts rejected, "
+            f"{len(self.near_misses)} near misses, {len(self.overlaps)} overlaps>"
+        )
+
     def __str__(self) -> str:
         t = self.tolerances
         joints = [f"{orientation} {area:.6g} m^2" for orientation, area in self.area_by_orientation.items()]
-        other = [c for c in self.rejected if c.reason != "area"]
+        other, small = [c for c in self.rejected if c.reason != "area"], self.accepted_slivers
         apart = [c for c in self.close if c[2] > t.gap]
         lines = [
             f"{self.accepted} interfaces, {self.total_area:.6g} m^2 (gap tolerance {t.gap:.3g} m)",
@@ -213,6 +246,13 @@ class DetectionReport:
             f"{len(apart)} pairs without contact up to {t.close:.3g} m apart, {len(self.close) - len(apart)} on a line",
         ]
         lines += self.hints
+        if small:
+            lines.append(
+                f"{len(small)} of the interfaces are slivers, {1 / SLIVER:.0f} times smaller than the joints beside "
+                "them, and may raise the load factor: "
+                f"an area tolerance of {self.sliver_tolerance:.2g} m^2 leaves them out"
+            )
+        lines += _listed("accepted sliver", [f"{c.minus} | {c.plus}: {c.area:.3g} m^2" for c in small])
         lines += _listed("sliver", [f"{a} | {b}: {area:.3g} m^2" for a, b, area in self.slivers])
         lines += _listed("untouched", self.untouched)
         lines += _listed(
@@ -231,6 +271,17 @@ class DetectionReport:
         lines += _listed("floating", [b for b in self.floating if b not in untouched])
         lines += _listed("close", [f"{a} | {b}: {distance:.3g} m apart" for a, b, distance in apart])
         return "\n".join(lines)
+
+
+@dataclass(frozen=True, slots=True)
+class Detection:
+    """Interfaces of a set of blocks, and the report on how they were found."""
+
+    interfaces: tuple[Interface, ...]
+    report: DetectionReport
+
+    def __repr__(self) -> str:
+        return f"<Detection: {self.report!r}>"
 
 
 def _finding(contact: FoundContact) -> str:

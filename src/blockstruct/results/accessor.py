@@ -94,7 +94,7 @@ class HistoryAccessor:
             How many.
         by
             What they are ranked by, with the dimensions of iteration and interface. By default the
-            utilisation of sliding, :func:`blockstruct.utilisation`.
+            utilisation of sliding, :func:`blockstruct.results.utilisation`.
         iteration
             Which iteration.
 

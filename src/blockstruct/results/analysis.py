@@ -1,11 +1,9 @@
 """An analysis: a model and the results of its cases."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from types import MappingProxyType
 from typing import Any, Self
-
-import xarray as xr
 
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.model import LimitCase, Model, checked_tuple
@@ -14,7 +12,8 @@ from blockstruct.results.headline import Headline
 from blockstruct.results.spread import Spread, spreads_of
 from blockstruct.vocabulary import Status
 
-Sweep = Callable[..., xr.Dataset]
+#: Cases that a line of text names.
+SHOWN = 5
 
 
 @dataclass(frozen=True, slots=True, init=False, eq=False)
@@ -42,7 +41,6 @@ class Analysis(Mapping[str, CaseResult]):
     solver_options: Mapping[str, Any]
     document_hash: str
     tags: tuple[str, ...]
-    conductor: Sweep | None
 
     def __init__(
         self,
@@ -54,7 +52,6 @@ class Analysis(Mapping[str, CaseResult]):
         solver_options: Mapping[str, Any] = MappingProxyType({}),
         document_hash: str = "",
         tags: Iterable[str] = (),
-        conductor: Sweep | None = None,
     ) -> None:
         object.__setattr__(self, "model", model)
         object.__setattr__(self, "results", MappingProxyType(dict(results)))
@@ -63,7 +60,6 @@ class Analysis(Mapping[str, CaseResult]):
         object.__setattr__(self, "solver_options", MappingProxyType(dict(solver_options)))
         object.__setattr__(self, "document_hash", document_hash)
         object.__setattr__(self, "tags", checked_tuple(tags, str, "Analysis: tags"))
-        object.__setattr__(self, "conductor", conductor)
 
     @property
     def cases(self) -> tuple[LimitCase, ...]:
@@ -104,36 +100,6 @@ class Analysis(Mapping[str, CaseResult]):
         runs = {r.name for s in spreads.values() for r in s.results.values()} - set(spreads)
         return {name: spreads.get(name, result).headline for name, result in self.items() if name not in runs}
 
-    def sweep(
-        self, quantity: str | Mapping[str, Any], values: Any = None, case: str | None = None, **more: Any
-    ) -> xr.Dataset:
-        """Load factor of a case for several values of a joint property: :meth:`AnalysisManager.sweep`.
-
-        Parameters
-        ----------
-        quantity, values, store, listeners
-            As there.
-        case
-            Name of the case; the only one by default.
-
-        Raises
-        ------
-        ModelError
-            No case named where there are several, or an analysis that was read from a file: nothing there can solve
-            it, give its model to an AnalysisManager.
-        """
-        if self.conductor is None:
-            msg = (
-                f"analysis of {self.model.name!r}: was read from a file; sweep with "
-                "AnalysisManager(analysis.model).sweep(quantity, values, case)"
-            )
-            raise ModelError(msg)
-        if case is None and len(self) != 1:
-            msg = f"analysis of {self.model.name!r}: name the case to sweep: {', '.join(self)}"
-            raise ModelError(msg)
-        result = self[next(iter(self)) if case is None else case]
-        return self.conductor(quantity, values, result.case, **more)
-
     def replaced(self, **changes: Any) -> Self:
         """The same analysis, but for some of its attributes."""
         kept = {f.name: getattr(self, f.name) for f in fields(self)}
@@ -151,8 +117,14 @@ class Analysis(Mapping[str, CaseResult]):
     def __len__(self) -> int:
         return len(self.results)
 
+    def __repr__(self) -> str:
+        ends = ", ".join(f"{r.name}: {r.headline.number}" for r in list(self.results.values())[:SHOWN])
+        more = f", … {len(self)} cases" if len(self) > SHOWN else ""
+        return f"<Analysis of {self.model.name!r}, {ends}{more}>"
+
     def __str__(self) -> str:
         head = (
             f"analysis of {self.model.name!r}: {len(self.model.blocks)} blocks, {len(self.model.interfaces)} interfaces"
         )
-        return "\n".join([head, *(f"  {r}" for r in self.results.values())])
+        results = [f"  {r}" for r in self.results.values()]
+        return "\n".join([head, *results, *(f"  {name}: {s.headline}" for name, s in self.spreads.items())])

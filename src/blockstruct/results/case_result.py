@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import ModelError
 from blockstruct.limit import Certificate, ProcedureSettings
 from blockstruct.model import LimitCase, Model
+from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.resultants import interface_resultants
@@ -134,27 +135,27 @@ class CaseResult:
 
     @property
     def mechanism(self) -> xr.Dataset:
-        """Collapse mechanism of the last iteration: :func:`blockstruct.mechanism`."""
+        """Collapse mechanism of the last iteration: :func:`blockstruct.results.mechanism`."""
         return mechanism(self.history)
 
     @property
     def resultants(self) -> xr.Dataset:
-        """Interface resultants of every iteration: :func:`blockstruct.interface_resultants`."""
+        """Interface resultants of every iteration: :func:`blockstruct.results.interface_resultants`."""
         return interface_resultants(self.history)
 
     @property
     def states(self) -> xr.DataArray:
-        """Interface states of every iteration: :func:`blockstruct.contact_state`."""
+        """Interface states of every iteration: :func:`blockstruct.results.contact_state`."""
         return contact_state(self.history)
 
     @property
     def utilisation(self) -> xr.Dataset:
-        """Utilisation and neutral-axis depth of every iteration: :func:`blockstruct.utilisation`."""
+        """Utilisation and neutral-axis depth of every iteration: :func:`blockstruct.results.utilisation`."""
         return utilisation(self.history)
 
     @property
     def active_joints(self) -> pd.DataFrame:
-        """Joints that move in the last iteration: :func:`blockstruct.active_joints`."""
+        """Joints that move in the last iteration: :func:`blockstruct.results.active_joints`."""
         return active_joints(self.history)
 
     @property
@@ -243,6 +244,14 @@ class CaseResult:
             certificate=Certificate(**measures, holds=bool(certificate["holds"])) if certificate else None,
             **rest,
         )
+
+    def describe(self) -> str:
+        """How the structure collapses, in sentences: number, bodies that move, hinges, sliding and crushing joints."""
+        moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
+        return "\n".join([str(self), *([describe(self.model, self.history)] if moves else [])])
+
+    def __repr__(self) -> str:
+        return f"<CaseResult {self.name!r}: {self.status}, load factor {self.headline.number}>"
 
     def __str__(self) -> str:
         head = f"{self.name}: {self.status}, load factor {self.load_factor:.6g} ({self.message})"

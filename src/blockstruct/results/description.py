@@ -42,7 +42,8 @@ def describe(model: Model, history: xr.Dataset) -> str:
         size = f"{len(body.blocks)} block{'s' * (len(body.blocks) > 1)}"
         lines.append(f"{number}. A body of {size} ({names}; {part:.0%} of the weight) {_motion(body)}.")
     if len(moving) > LISTED:
-        lines.append(f"The other {len(moving) - LISTED} bodies are smaller.")
+        rest = len(moving) - LISTED
+        lines.append(f"{rest} smaller {'body moves' if rest == 1 else 'bodies move'}, too.")
     lines += _joints(history)
     lines.append("An iteration of its history is a numerical step, not a step of loading.")
     return "\n".join(lines)

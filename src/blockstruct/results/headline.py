@@ -66,28 +66,45 @@ class Headline:
     @property
     def number(self) -> str:
         """The load factor to four digits, ``infinite`` or ``none``."""
-        if np.isinf(self.load_factor):
-            return "infinite"
-        return "none" if np.isnan(self.load_factor) else f"{self.load_factor:.4g}"
+        return _number(self.load_factor, 4)
 
     @property
     def range(self) -> str:
         """How far the schedules lie apart, and how many of them were certified; empty for a single run."""
-        if self.schedules == 1:
-            return ""
-        said = f"{self.certified} of {self.schedules} schedules certified"
-        if self.certified and self.status is Status.CONVERGED:
-            said = f"lowest of {said}, up to {self.highest:.4g}"
-        return said
+        return self._range(4)
 
     @property
     def bound(self) -> str:
         """The associative bound of a non-associative case in words; empty where it was not found."""
+        return self._bound(4)
+
+    def text(self, digits: int = 4) -> str:
+        """Number, range and bound, with so many digits."""
+        number = _number(self.load_factor, digits)
+        if self.status not in (Status.CONVERGED, Status.UNBOUNDED):
+            number = f"{number}, {self.status}"
+        more = "; ".join(filter(None, (self._range(digits), self._bound(digits))))
+        return f"{number} ({more})" if more else number
+
+    def _range(self, digits: int) -> str:
+        if self.schedules == 1:
+            return ""
+        said = f"{self.certified} of {self.schedules} schedules certified"
+        if self.certified and self.status is Status.CONVERGED:
+            said = f"lowest of {said}, up to {_number(self.highest, digits)}"
+        return said
+
+    def _bound(self, digits: int) -> str:
         if self.flow is Flow.ASSOCIATIVE or np.isnan(self.associative):
             return ""
-        return "no associative bound" if np.isinf(self.associative) else f"associative bound {self.associative:.4g}"
+        bounded = np.isfinite(self.associative)
+        return f"associative bound {_number(self.associative, digits)}" if bounded else "no associative bound"
 
     def __str__(self) -> str:
-        number = self.number if self.status in (Status.CONVERGED, Status.UNBOUNDED) else f"none, {self.status}"
-        more = "; ".join(filter(None, (self.range, self.bound)))
-        return f"{number} ({more})" if more else number
+        return self.text()
+
+
+def _number(value: float, digits: int) -> str:
+    if np.isinf(value):
+        return "infinite"
+    return "none" if np.isnan(value) else f"{value:.{digits}g}"

@@ -78,6 +78,9 @@ class Spread:
         """Warnings of the runs, each once."""
         return tuple(dict.fromkeys(text for result in self.runs.values() for text in result.warnings))
 
+    def __repr__(self) -> str:
+        return f"<Spread of {len(self.runs)} schedules: {self.headline}>"
+
     def __str__(self) -> str:
         lines = [str(self.headline)]
         lines += [f"  {name:<14}{r.load_factor:<12.4g}{r.status}" for name, r in self.results.items()]

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
+from typing import Self
 
 import numpy as np
 import xarray as xr
@@ -20,7 +21,7 @@ Array = NDArray[np.float64]
 _ROUNDING = 1e-3
 #: Difference of coordinates and strengths of the history from those of the model, relative to their size.
 _SAME = 1e-9
-#: Statuses with a load factor, and those whose state is one under a share of the dead load alone.
+#: Statuses whose final state is one under a share of the dead load alone.
 _OF_DEAD_LOAD = (Status.UNSTABLE, Status.SELF_STRESS)
 
 
@@ -34,9 +35,9 @@ class _State:
     alpha: float
 
     @classmethod
-    def of(cls, statics: Statics, result: CaseResult) -> "_State":
+    def of(cls, statics: Statics, problem: LimitProblem, result: CaseResult) -> Self:
         """Of SI forces and velocities; under dead load alone the load factor is the share that they carry."""
-        problem, last = LimitProblem.of(statics, result.case), result.history.isel(iteration=-1)
+        last = result.history.isel(iteration=-1)
         x = last["contact_force"].transpose("contact_point", "component").to_numpy() / problem.force_unit[:, None]
         velocity = last["block_velocity"].transpose("block", "dof").to_numpy()[statics.free]
         u = (velocity * np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))).ravel()
@@ -47,9 +48,8 @@ class _State:
             alpha = -float(problem.A @ x.ravel() @ problem.w_L / (problem.w_L @ problem.w_L))
         return cls(problem, x, u, alpha)
 
-    @property
-    def v(self) -> Array:
-        return np.asarray((self.problem.A.T @ self.u).reshape(-1, 3))
+    def certificate(self, settings: ProcedureSettings) -> Certificate:
+        return certify(self.problem, self.x, self.u, self.alpha, settings)
 
 
 def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
@@ -65,8 +65,8 @@ def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
     result = analysis[name]
     if result.status is Status.UNBOUNDED or not result.n_iterations:
         return None
-    state = _State.of(Statics.of(analysis.model, result.settings.crushing_cells), result)
-    return _certificate(state, result.settings)
+    statics = Statics.of(analysis.model, result.settings.crushing_cells)
+    return _State.of(statics, LimitProblem.of(statics, result.case), result).certificate(result.settings)
 
 
 def contradictions(analysis: Analysis) -> list[tuple[str, str]]:
@@ -112,12 +112,14 @@ def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
     yield from _status(result)
     if not result.n_iterations:
         return
-    yield from _other_model(statics, result)
-    if result.status is Status.UNBOUNDED:
+    problem = LimitProblem.of(statics, result.case)
+    yield from _other_model(statics, problem, result.history)
+    if result.status is Status.UNBOUNDED or (result.status is Status.INTERRUPTED and result.certificate is None):
+        # An interrupted case claims nothing.
         return
-    state = _State.of(statics, result)
+    state = _State.of(statics, problem, result)
     yield from _velocities(statics, state, result.history.isel(iteration=-1))
-    again = _certificate(state, result.settings)
+    again = state.certificate(result.settings)
     stored = result.certificate
     if stored is None:
         yield "there is no certificate"
@@ -164,10 +166,9 @@ def _status(result: CaseResult) -> Iterator[str]:
         yield f"{result.status}, but its last iteration is no dead-load program"
 
 
-def _other_model(statics: Statics, result: CaseResult) -> Iterator[str]:
+def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -> Iterator[str]:
     """Places, frames and strengths of the history against those of the model."""
-    points, h = statics.points, result.history
-    problem = LimitProblem.of(statics, result.case)
+    points = statics.points
     expected = {
         "block_position": np.array([b.centroid for b in statics.model.blocks]),
         "contact_position": points.position,
@@ -184,7 +185,7 @@ def _other_model(statics: Statics, result: CaseResult) -> Iterator[str]:
         "compressive_strength": points.strength,
     }
     for name, values in expected.items():
-        stored = h[name].to_numpy()
+        stored = history[name].to_numpy()
         finite = np.abs(values[np.isfinite(values)])
         same = stored.shape == values.shape
         if not (same and np.allclose(stored, values, rtol=_SAME, atol=_SAME * finite.max(initial=0.0))):
@@ -193,7 +194,7 @@ def _other_model(statics: Statics, result: CaseResult) -> Iterator[str]:
 
 def _velocities(statics: Statics, state: _State, last: xr.Dataset) -> Iterator[str]:
     """Relative velocities, and those of supports, against the velocities of the free blocks."""
-    v = state.v / state.problem.force_unit[:, None]
+    v = (state.problem.A.T @ state.u).reshape(-1, 3) / state.problem.force_unit[:, None]
     stored = last["relative_velocity"].transpose("contact_point", "component").to_numpy()
     largest = float(np.abs(v).max(initial=0.0))
     if not np.allclose(stored, v, rtol=0, atol=_ROUNDING * largest, equal_nan=True):
@@ -201,10 +202,6 @@ def _velocities(statics: Statics, state: _State, last: xr.Dataset) -> Iterator[s
     fixed = np.setdiff1d(np.arange(len(statics.model.blocks)), statics.free)
     if np.any(last["block_velocity"].transpose("block", "dof").to_numpy()[fixed]):
         yield "supports move in the mechanism of the history"
-
-
-def _certificate(state: _State, settings: ProcedureSettings) -> Certificate:
-    return certify(state.problem, state.x, state.u, state.alpha, settings)
 
 
 def _tolerances(settings: ProcedureSettings, certificate: Certificate) -> dict[str, float]:

@@ -50,7 +50,7 @@ def save_analysis(analysis: Analysis, path: str | Path) -> Path:
     FormatError
         Results that contradict each other.
     CertificateError
-        Results that contradict their own forces and velocities: :func:`blockstruct.contradictions`.
+        Results that contradict their own forces and velocities: :func:`blockstruct.results.contradictions`.
     """
     place = claim(path)
     confirm(analysis)

@@ -59,7 +59,7 @@ def result_text(result: bs.CaseResult) -> Text:
     text = Text("\n").append(f"{result.name}\n", style="bold")
     text.append(f"  {case.dead.name} + load factor × {case.variable.name}, {case.flow} flow\n")
     text.append(f"  status {result.status}: {result.message}\n")
-    text.append(f"  load factor {result.headline}\n", style="bold")
+    text.append(f"  load factor {result.headline.text(6)}\n", style="bold")
     for warning in result.warnings:
         text.append(f"  warning: {warning}\n", style="bold yellow")
     left = admissible_words(result)
@@ -153,7 +153,7 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
     }
 
 
-def _headline(headline: bs.Headline) -> dict[str, Any]:
+def _headline(headline: bs.results.Headline) -> dict[str, Any]:
     values = {"load_factor": headline.load_factor, **asdict(headline)}
     return {name: _finite(v) if isinstance(v, float) else v for name, v in values.items()}
 

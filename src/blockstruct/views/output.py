@@ -34,7 +34,7 @@ def write_bytes(content: bytes, path: str | Path) -> Path:
     except OSError as error:
         draft.unlink(missing_ok=True)
         msg = f"{target}: cannot be written ({error.strerror or error}); choose another file"
-        raise bs.StorageError(msg) from error
+        raise bs.errors.StorageError(msg) from error
     return target
 
 

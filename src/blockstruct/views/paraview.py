@@ -21,7 +21,7 @@ try:
     import pyvista as pv
     from vtkmodules.vtkCommonCore import vtkStringArray
 except ModuleNotFoundError as error:
-    raise bs.MissingExtraError.of(error, "viz", "export to ParaView") from error
+    raise bs.errors.MissingExtraError.of(error, "viz", "export to ParaView") from error
 
 Array = NDArray[np.float64]
 
@@ -52,10 +52,10 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
     target, model = Path(path), given_result(result, "write_paraview").model
     if target.suffix != ".pvd":
         msg = f"{target}: give a name that ends in .pvd"
-        raise bs.StorageError(msg)
+        raise bs.errors.StorageError(msg)
     if not result.n_iterations:
         msg = f"case {result.name!r}: no iteration to export, {result.status} ({result.message}); run the case again"
-        raise bs.ModelError(msg)
+        raise bs.errors.ModelError(msg)
     folder = target.with_suffix("")
     root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
     collection = ElementTree.SubElement(root, "Collection")
@@ -74,7 +74,7 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
                 old.unlink()
     except OSError as error:
         msg = f"{target}: cannot be written ({error.strerror or error}); choose another file"
-        raise bs.StorageError(msg) from error
+        raise bs.errors.StorageError(msg) from error
     ElementTree.indent(root)
     return write_text(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True).decode(), target)
 
@@ -105,11 +105,11 @@ class _Still:
         history = result.history.isel(iteration=[iteration])
         blocks, interfaces = self.blocks.copy(), self.interfaces.copy()
         blocks.point_data["mechanism"] = self.solids.displacement(result, iteration)
-        states = bs.contact_state(history).to_numpy()[0]
+        states = bs.results.contact_state(history).to_numpy()[0]
         for name in bs.ContactState:
             flag = np.array([name.value in state.split(" + ") for state in states], dtype=np.uint8)
             interfaces.cell_data[name.value] = flag[self.of_triangle]
-        used = bs.utilisation(history).isel(iteration=0)
+        used = bs.results.utilisation(history).isel(iteration=0)
         for kind in ("sliding", "crushing"):
             interfaces.cell_data[f"utilisation of {kind} [dimensionless]"] = used[kind].to_numpy()[self.of_triangle]
         point, force = application_points(result, iteration)

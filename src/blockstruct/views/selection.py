@@ -22,15 +22,15 @@ def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
     n = result.n_iterations
     if n == 0:
         msg = f"case {result.name!r}: no iteration to show, {result.status} ({result.message}); run the case again"
-        raise bs.ModelError(msg)
+        raise bs.errors.ModelError(msg)
     try:
         index = operator.index(iteration)
     except TypeError:
         msg = f"case {result.name!r}: iteration {iteration!r} is no integer; give 0 to {n - 1} (-1 is the last)"
-        raise bs.ModelError(msg) from None
+        raise bs.errors.ModelError(msg) from None
     if not -n <= index < n:
         msg = f"case {result.name!r}: no iteration {iteration}; it has 0 to {n - 1} (-1 is the last)"
-        raise bs.UnknownNameError(msg)
+        raise bs.errors.UnknownNameError(msg)
     return index % n
 
 
@@ -46,7 +46,7 @@ def chosen_interface(model: bs.Model, name: str) -> int:
     if name not in names:
         shown = ", ".join(names[:10]) + (f" and {len(names) - 10} more" if len(names) > 10 else "")
         msg = f"model {model.name!r}: no interface {name!r}; it has {shown}"
-        raise bs.UnknownNameError(msg)
+        raise bs.errors.UnknownNameError(msg)
     return names.index(name)
 
 
@@ -61,7 +61,7 @@ def given_result(result: object, what: str) -> bs.CaseResult:
     if isinstance(result, bs.CaseResult):
         return result
     msg = f"{what}: {type(result).__name__} is no result; give the CaseResult of a case, analysis['name of the case']"
-    raise bs.ModelError(msg)
+    raise bs.errors.ModelError(msg)
 
 
 #: Forces up to this many units of a contact point are rounding, by the tolerance of the certificate.
@@ -82,7 +82,7 @@ def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[n
     The forces act on the plus blocks, in global axes. Interfaces pressed by no more than rounding are not pressed.
     """
     history = result.history.isel(iteration=[iteration])
-    resultants = bs.interface_resultants(history)
+    resultants = bs.results.interface_resultants(history)
     pressed = is_pressed(history, resultants)[0]
     resultants = resultants.isel(iteration=0)
     frame = history["interface_frame"].to_numpy()
@@ -102,7 +102,7 @@ def shown_results(analysis: bs.Analysis) -> list[bs.CaseResult]:
     ]
 
 
-def _of_headline(spread: bs.Spread, head: bs.Headline) -> bs.CaseResult:
+def _of_headline(spread: bs.Spread, head: bs.results.Headline) -> bs.CaseResult:
     if head.status is bs.Status.CONVERGED and spread.lowest is not None:
         return spread.lowest
     return next(r for r in spread.runs.values() if r.status is head.status)

@@ -72,7 +72,7 @@ class Solids:
         The largest translation of a centroid is 1 m: multiply by the amplitude in m. To first order, joints that
         stay closed in the mechanism stay closed in the picture, at any amplitude.
         """
-        found = bs.mechanism(result.history.isel(iteration=[iteration]))
+        found = bs.results.mechanism(result.history.isel(iteration=[iteration]))
         shift = found["translation"].transpose("block", "axis").to_numpy()
         turn = found["rotation"].transpose("block", "axis").to_numpy()
         k = self.block_of_vertex

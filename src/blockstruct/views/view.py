@@ -63,7 +63,7 @@ class View:
                 f"figure: look {look!r}; give 'x' or 'y' for an elevation, 'z' for a plan, '3d' for space, "
                 "or azimuth and elevation in degrees as (-60, 25)"
             )
-            raise bs.ModelError(msg) from None
+            raise bs.errors.ModelError(msg) from None
         return cls(_basis(azimuth, elevation), None)
 
     @property

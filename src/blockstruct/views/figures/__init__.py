@@ -22,7 +22,7 @@ import blockstruct as bs
 try:
     import matplotlib  # noqa: F401 - the figures below need it
 except ModuleNotFoundError as error:
-    raise bs.MissingExtraError.of(error, "viz", "figures") from error
+    raise bs.errors.MissingExtraError.of(error, "viz", "figures") from error
 
 from blockstruct.views.figures.convergence import certificate, convergence
 from blockstruct.views.figures.curve import curve

@@ -43,7 +43,7 @@ class Canvas:
             ax = plt.figure(layout="constrained").add_subplot()
         if ax.name != "rectilinear":
             msg = f"figure: Axes of projection {ax.name!r}; give plain Axes, space is projected on them"
-            raise bs.ModelError(msg)
+            raise bs.errors.ModelError(msg)
         return cls(ax, view)
 
     def bodies(

@@ -37,7 +37,7 @@ def curve(sweep: xr.Dataset | xr.DataArray, *, label: str | None = None, ax: Axe
     if data.ndim != 1 or data.dims[0] not in data.coords:
         over = ", ".join(map(str, data.dims)) or "nothing"
         msg = f"curve: load factors over {over}; give them over one coordinate, as 'compressive_strength'"
-        raise bs.ModelError(msg)
+        raise bs.errors.ModelError(msg)
     name = str(data.dims[0])
     values = data[name].to_numpy().astype(float)
     ordered = np.argsort(values, kind="stable")

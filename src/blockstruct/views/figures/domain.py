@@ -58,7 +58,7 @@ def crushing_domain(
     last = chosen_iteration(result, iteration)
     if about not in ("s", "t"):
         msg = f"crushing_domain: about {about!r}; give 's' or 't', an axis of the interface"
-        raise bs.ModelError(msg)
+        raise bs.errors.ModelError(msg)
     found = model.interfaces[k]
     strength = found.joint_material.compressive_strength
     if not np.isfinite(strength):
@@ -66,7 +66,7 @@ def crushing_domain(
             f"interface {interface!r}: its joint material {found.joint_material.name!r} has no compressive strength, "
             "so there is no crushing domain; give the JointMaterial one, or choose another interface"
         )
-        raise bs.ModelError(msg)
+        raise bs.errors.ModelError(msg)
 
     frame = result.history["interface_frame"].to_numpy()[k]
     plane = (np.asarray(found.polygon) - found.centroid) @ frame[1:].T
@@ -98,11 +98,11 @@ def _title(result: bs.CaseResult, k: int, iteration: int, other: str) -> str:
     """
     history = result.history.isel(iteration=[iteration])
     name = str(history["interface"].to_numpy()[k])
-    used = float(bs.utilisation(history)["crushing"].isel(iteration=0, interface=k))
+    used = float(bs.results.utilisation(history)["crushing"].isel(iteration=0, interface=k))
     if math.isnan(used):
         return f"{name}\nnot pressed"
     lines = [name, f"utilisation of crushing {used:.2f}"]
-    last = bs.interface_resultants(history).isel(iteration=0, interface=k)
+    last = bs.results.interface_resultants(history).isel(iteration=0, interface=k)
     force, moment = float(last["force"].sel(component="n")), abs(float(last["moment"].sel(component=other)))
     if moment / force > 1e-3 * math.sqrt(float(history["interface_area"].to_numpy()[k])):
         factor, unit = readable(moment, "N·m")

@@ -62,10 +62,10 @@ def forces(
         acts = np.linalg.norm(force, axis=1) > ROUNDING * history["unit_of_force"].to_numpy()
     else:
         msg = f"forces: at {at!r}; give 'interfaces' or 'contact points'"
-        raise bs.ModelError(msg)
+        raise bs.errors.ModelError(msg)
     if not acts.any():
         msg = f"case {result.name!r}: no forces in iteration {index}; choose another iteration"
-        raise bs.ModelError(msg)
+        raise bs.errors.ModelError(msg)
 
     model = result.model
     solids = Solids.of(model)

@@ -55,7 +55,7 @@ def mechanism(
     displacement = solids.displacement(result, index)
     if not np.isfinite(displacement).all():
         msg = f"case {result.name!r}: no mechanism in iteration {index}, {result.status}; choose another iteration"
-        raise bs.ModelError(msg)
+        raise bs.errors.ModelError(msg)
     moved = solids.vertices + factor * displacement
     canvas = Canvas.of(result, ax, look)
     canvas.ghost(model, solids)

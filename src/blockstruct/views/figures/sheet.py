@@ -74,7 +74,7 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
         joints = "Joints that move in the mechanism; dashes combine the states of a joint"
         add("states", joints, structure, _STRUCTURE, **view)
         add("sliding", "Share of the sliding strength in use", structure, _STRUCTURE, colour="sliding", **view)
-    pressed = is_pressed(last, bs.interface_resultants(last)).any()
+    pressed = is_pressed(last, bs.results.interface_resultants(last)).any()
     if pressed:
         add(
             "forces",
@@ -133,19 +133,19 @@ def write_figures(
     """
     if file_format not in _FORMATS:
         msg = f"write_figures: format {file_format!r}; give one of {', '.join(_FORMATS)}"
-        raise bs.ModelError(msg)
+        raise bs.errors.ModelError(msg)
     target = Path(folder)
     named = _file_names([r.name for r in shown_results(analysis)])
     sheets = {named[r.name]: drawings(r, look=look) for r in shown_results(analysis)}
     if not any(sheets.values()):
         ended = "; ".join(map(str, analysis.values())) or "it has no case"
         msg = f"analysis of {analysis.model.name!r}: no case has an iteration to draw ({ended}); run it again"
-        raise bs.ModelError(msg)
+        raise bs.errors.ModelError(msg)
     try:
         target.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         msg = f"{target}: cannot be made ({error.strerror or error}); choose another folder"
-        raise bs.StorageError(msg) from error
+        raise bs.errors.StorageError(msg) from error
     return [
         write_bytes(drawing.picture(file_format, dpi), target / f"{case}-{drawing.name}.{file_format}")
         for case, sheet in sheets.items()

@@ -41,12 +41,11 @@ def structure(
     shown
         A result, or a model alone.
     colour
-        ``"state"``: :func:`blockstruct.contact_state`; dashes combine two states or more. ``"sliding"``: utilisation
-        of sliding by :func:`blockstruct.utilisation`, in a colour of its own from 0.999. ``"crushing"``: the stress
-        block that the normal force of a joint needs at its compressive strength, ``N / (f_c b)`` deep about the
-        resultant, so that a hinge that carries little is a point.
-    iteration
-        Index from zero, or from the end if negative: numerical iterations, not steps of load.
+        ``"state"``: :func:`blockstruct.results.contact_state`; dashes combine two states or more.
+        ``"sliding"``: utilisation of sliding by :func:`blockstruct.results.utilisation`, in a colour of its own from
+        0.999. ``"crushing"``: the stress block that the normal force of a joint needs at its compressive
+        strength, ``N / (f_c b)`` deep about the resultant, so that a hinge that carries little is a point.
+        iteration Index from zero, or from the end if negative: numerical iterations, not steps of load.
     look
         ``"y"`` and ``"x"`` give elevations (seen from −y and from +x), ``"z"`` a plan, ``"3d"`` space in orthographic
         projection, and so do azimuth and elevation in degrees, as ``(-60, 25)``. By default an elevation of a thin
@@ -62,7 +61,7 @@ def structure(
     """
     if colour not in _COLOURS:
         msg = f"structure: colour {colour!r}; give 'state', 'sliding' or 'crushing'"
-        raise bs.ModelError(msg)
+        raise bs.errors.ModelError(msg)
     lines: Lines | None = None
     handles: dict[str, Any] = {}
     if isinstance(shown, bs.Model):
@@ -112,7 +111,7 @@ def _states(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any
 
 def shown_states(result: bs.CaseResult, iteration: int) -> NDArray[Any]:
     """States (I,) of the interfaces in an iteration."""
-    return np.asarray(bs.contact_state(result.history.isel(iteration=[iteration])).to_numpy()[0])
+    return np.asarray(bs.results.contact_state(result.history.isel(iteration=[iteration])).to_numpy()[0])
 
 
 def _rank(state: str) -> list[int]:
@@ -139,7 +138,7 @@ def _sliding_scale() -> LinearSegmentedColormap:
 def _sliding(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any]]:
     lines = _edges(result.model)
     of = lines.interface
-    used = bs.utilisation(result.history.isel(iteration=[iteration]))["sliding"].to_numpy()[0]
+    used = bs.results.utilisation(result.history.isel(iteration=[iteration]))["sliding"].to_numpy()[0]
     full = used >= FULLY_USED
     line = np.flatnonzero(np.isfinite(used[of]))
     # Over the scale is its colour of what is fully used.
@@ -155,7 +154,7 @@ def _stress_blocks(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[s
             f"case {result.name!r}: no joint material has a compressive strength, so there is no stress block to draw; "
             "give the JointMaterial one, or choose another colour"
         )
-        raise bs.ModelError(msg)
+        raise bs.errors.ModelError(msg)
     lines = _edges(result.model)
     of = lines.interface
     point, force = application_points(result, iteration)

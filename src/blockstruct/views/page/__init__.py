@@ -5,7 +5,7 @@ import blockstruct as bs
 try:
     import plotly  # noqa: F401 - its script goes into the page
 except ModuleNotFoundError as error:
-    raise bs.MissingExtraError.of(error, "viz", "page") from error
+    raise bs.errors.MissingExtraError.of(error, "viz", "page") from error
 
 from blockstruct.views.page.html import page_html, write_page
 

@@ -54,7 +54,7 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
     if not shown:
         ended = "; ".join(map(str, analysis.values())) or "it has no case"
         msg = f"analysis of {model.name!r}: no case has an iteration to show ({ended}); run it again"
-        raise bs.ModelError(msg)
+        raise bs.errors.ModelError(msg)
     solids = Solids.of(model)
     origin = _origin(solids)
     # Open with the case whose number counts: of a spread, the lowest.
@@ -141,7 +141,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any]) -> dict[str, Any]:
     largest = np.nan_to_num(np.abs(force)).max(axis=(1, 2))
     states = result.states.to_numpy()
     texts, index = np.unique(states.astype(str), return_inverse=True)
-    motion = [bs.mechanism(history.isel(iteration=[i])) for i in range(result.n_iterations)]
+    motion = [bs.results.mechanism(history.isel(iteration=[i])) for i in range(result.n_iterations)]
     velocity = [np.hstack([m["translation"].to_numpy(), m["rotation"].to_numpy()]) for m in motion]
     return {
         "name": result.name,
@@ -164,7 +164,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any]) -> dict[str, Any]:
 
 
 def _utilisation(history: Any) -> Mapping[str, str]:
-    found = bs.utilisation(history)
+    found = bs.results.utilisation(history)
     return {kind: _packed(found[kind].transpose("iteration", "interface"), "<f2") for kind in ("sliding", "crushing")}
 
 

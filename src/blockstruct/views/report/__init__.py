@@ -6,7 +6,7 @@ try:
     import jinja2  # noqa: F401 - the report is a template
     import matplotlib  # noqa: F401 - with figures
 except ModuleNotFoundError as error:
-    raise bs.MissingExtraError.of(error, "report", "report") from error
+    raise bs.errors.MissingExtraError.of(error, "report", "report") from error
 
 from blockstruct.views.report.html import report_html, write_report
 

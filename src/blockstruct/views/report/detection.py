@@ -32,6 +32,10 @@ def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
     rows += [
         (name, _listed(lines))
         for name, lines in (
+            (
+                f"slivers accepted; an area tolerance of {report.sliver_tolerance:.2g} m² leaves them out",
+                [f"{c.minus} | {c.plus}: {c.area:.3g} m²" for c in report.accepted_slivers],
+            ),
             ("contacts between supports, left out", [f"{a} | {b}" for a, b in report.between_supports]),
             (
                 "near misses, within twice the tolerances",

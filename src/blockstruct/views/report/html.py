@@ -74,7 +74,7 @@ def report_html(
         name = Path(template).name
         if name == _OWN:
             msg = f"{template}: this name is that of the standard template; rename the file"
-            raise bs.StorageError(msg)
+            raise bs.errors.StorageError(msg)
     # A template may come from anywhere: it sees the report, and nothing behind it.
     environment = ImmutableSandboxedEnvironment(
         loader=jinja2.ChoiceLoader(loaders),
@@ -93,7 +93,7 @@ def report_html(
         line = _line(error, name)
         where = f", line {line}" if line else ""
         msg = f"{template}: no usable template ({error}{where}); correct it, or report without it"
-        raise bs.StorageError(msg) from error
+        raise bs.errors.StorageError(msg) from error
 
 
 def _css_text(text: str) -> Markup:

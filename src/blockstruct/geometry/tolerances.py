@@ -1,0 +1,43 @@
+"""What geometry takes for rounding, for flat and for nothing: every limit of the room, angles in radians."""
+
+import math
+
+# Faces of a body, relative to its largest extent
+
+#: Deviation of a face from its mean plane that is rounding, and beyond which it is no face.
+PLANARITY, LARGEST_DEVIATION = 1e-6, 2e-3
+#: Area, relative to the square of the extent, and volume, relative to its cube, that are none.
+NO_AREA, NO_VOLUME = 1e-12, 1e-9
+
+# Polygons
+
+#: Grid of polygons to intersect, relative to their extent: well above rounding, well below every tolerance.
+GRID = 1e-11
+#: Share of the area of an outline that may lie where it crosses itself by rounding.
+CROSSING = 1e-3
+#: Deviation of a corner, relative to the diagonal, that still makes a rectangle.
+RECTANGLE = 1e-6
+#: Share of the area of a polygon below which a piece of it is no cell.
+NO_CELL = 1e-9
+#: Component of a unit normal, across the vertical, below which its plane is level.
+LEVEL = 1e-9
+
+# Faces against faces
+
+#: Angle beyond which a polygon does not lie on a face, however close.
+LIES_ON = math.radians(60)
+#: Component of a unit normal below which it does not tell a face that looks one way from one that looks the other.
+SIDEWAYS = 1e-3
+#: Grid on which edges of pieces meet, as a part of what is rounding.
+SNAP = 1e-3
+
+# Bodies against bodies
+
+#: Sine of the angle between two edges below which they are parallel.
+PARALLEL = 1e-6
+#: Pairs of edges that are tried for an axis between two bodies.
+MOST_CROSSINGS = 20_000
+#: Points, a side, of the grid in which two bodies that are not convex are compared.
+SAMPLES = 12
+#: Numbers worked on at once: bounds the memory, not the result.
+CHUNK = 2_000_000

@@ -1,0 +1,72 @@
+"""Polygons cut into triangles, and distances from triangles."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.geometry.polygon import polygon_area
+
+Array = NDArray[np.float64]
+
+
+def triangulated(vertices: Array, face: Sequence[int]) -> list[tuple[int, ...]]:
+    """Triangles of a polygon, convex or not, cut off at its shortest diagonals first.
+
+    Two bodies with one face in common, plane or warped, divide it alike.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array
+    face
+        Vertex indices in turn.
+
+    Returns
+    -------
+    list of (int, int, int)
+        Vertex indices of the triangles, which turn as the face does.
+    """
+    loop = list(face)
+    if len(loop) == 3:
+        return [(loop[0], loop[1], loop[2])]
+    normal = polygon_area(vertices[loop])[2]
+    triangles: list[tuple[int, ...]] = []
+    while len(loop) > 3:
+        before, after = [*loop[-1:], *loop[:-1]], [*loop[1:], *loop[:1]]
+        lengths = np.linalg.norm(vertices[after] - vertices[before], axis=1)
+        # Among diagonals of one length the least corner decides, whichever body asks.
+        candidates = [
+            (round(float(lengths[k]), 9), min(vertices[before[k]].tolist(), vertices[after[k]].tolist()), k)
+            for k in np.flatnonzero(_ears(vertices[before], vertices[loop], vertices[after], normal)).tolist()
+        ]
+        k = min(candidates)[2] if candidates else 0
+        triangles.append((before[k], loop[k], after[k]))
+        del loop[k]
+    return [*triangles, (loop[0], loop[1], loop[2])]
+
+
+def _ears(before: Array, at: Array, after: Array, normal: Array) -> NDArray[np.bool_]:
+    """Corners (n,) of a polygon that stick out and whose triangle covers no other corner."""
+    corners = np.stack([before, at, after], axis=1)
+    edges = np.roll(corners, -1, axis=1) - corners
+    sticks_out = np.cross(edges[:, 0], edges[:, 1]) @ normal > 0
+    sides = np.cross(edges[:, :, None], at[None, None] - corners[:, :, None]) @ normal
+    covered = np.all(sides >= 0, axis=1)
+    n = len(at)
+    for shift in (-1, 0, 1):
+        covered[np.arange(n), (np.arange(n) + shift) % n] = False
+    return np.asarray(sticks_out & ~covered.any(axis=1))
+
+
+def distances(points: Array, triangles: Array) -> Array:
+    """Distance (m,) of each point (m, 3) from the nearest of triangles (t, 3, 3)."""
+    arms = points[:, None, None] - triangles[None]
+    edges = np.roll(triangles, -1, axis=1) - triangles
+    squares = np.einsum("tej,tej->te", edges, edges)
+    along = np.clip(np.einsum("ptej,tej->pte", arms, edges) / squares, 0.0, 1.0)
+    from_edges = np.linalg.norm(arms - along[..., None] * edges, axis=3).min(axis=2)
+    normals = np.cross(edges[:, 0], edges[:, 1])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    sides = np.einsum("ptej,tej->pte", arms, np.cross(normals[:, None], edges))
+    heights = np.abs(np.einsum("ptj,tj->pt", arms[:, :, 0], normals))
+    return np.asarray(np.where(np.all(sides >= 0, axis=2), heights, from_edges).min(axis=1))
