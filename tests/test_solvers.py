@@ -34,7 +34,7 @@ def n0(problem):
 
 
 def programs(problem, n0):
-    """ProgramData of every kind of program of the procedure."""
+    """Data of every kind of program of the procedure."""
     program = ConicProgram(problem, ProcedureSettings())
     shift = np.linspace(0, 0.05, problem.n_points)
     yield program, program.data(true_sliding(problem))

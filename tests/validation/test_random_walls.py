@@ -13,7 +13,7 @@ from structures import model_of, moved, push, rotation, solve
 
 
 def wall_with_openings(seed):
-    """ConstraintRows in running bond with up to three openings, each bridged by one lintel."""
+    """Rows in running bond with up to three openings, each bridged by one lintel."""
     rng = np.random.default_rng(seed)
     width, height = 2 * int(rng.integers(4, 10)), int(rng.integers(6, 15))
     void, lintels = np.zeros((height, width), dtype=bool), {}

@@ -137,7 +137,7 @@ class ProcedureSettings:
             if not low <= value <= high:
                 msg = f"ProcedureSettings: {field.name} is {shown(value)}; give a value from {low:g} to {high:g}"
                 raise ModelError(msg)
-            # ProgramData of numpy are stored as JSON like any other.
+            # Numbers of numpy are stored as JSON like any other.
             object.__setattr__(self, field.name, int(value) if whole else float(value))
 
         if self.relaxation_min > self.relaxation_max:

@@ -29,7 +29,7 @@ class ContactPoints:
     minus, plus : (K,) arrays
         Indices of the two blocks.
     frame : (J, 3, 3) array
-        ConstraintRows n, s, t of each interface; n points from minus to plus, s is horizontal.
+        Rows n, s, t of each interface; n points from minus to plus, s is horizontal.
     centroid : (J, 3) array, m
     area : (J,) array, m²
     strength : (J,) array, Pa

@@ -113,7 +113,7 @@ class Archive:
         since: str | None = None,
         until: str | None = None,
     ) -> pd.DataFrame:
-        """ConstraintRows of the table by model, tags and date.
+        """Rows of the table by model, tags and date.
 
         Parameters
         ----------
@@ -148,7 +148,7 @@ class Archive:
         Parameters
         ----------
         selection
-            ConstraintRows of :meth:`table`, or an expression of :meth:`query`.
+            Rows of :meth:`table`, or an expression of :meth:`query`.
 
         Returns
         -------
