@@ -35,7 +35,7 @@ def test_demo(call, tmp_path):
     assert not re.search(r"^ *# ", out, re.MULTILINE)
     assert "39 blocks, 86 interfaces" in out
     assert "certificate holds" in out
-    assert "load factor 0.4948" in out
+    assert "load factor 0.49477" in out
     target = tmp_path / "demo.h5"
     assert f"next: blockstruct view {target}, blockstruct report {target}, or" in out
     _, table, _ = call("history", target, "push +x, nonassociative")

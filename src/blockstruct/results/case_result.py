@@ -251,7 +251,7 @@ class CaseResult:
         return "\n".join([str(self), *([describe(self.model, self.history)] if moves else [])])
 
     def __repr__(self) -> str:
-        return f"<CaseResult {self.name!r}: {self.status}, load factor {self.headline.number}>"
+        return f"<CaseResult {self.name!r}: {self.status}, load factor {self.load_factor:.4g}>"
 
     def __str__(self) -> str:
         head = f"{self.name}: {self.status}, load factor {self.load_factor:.6g} ({self.message})"
