@@ -1,0 +1,5 @@
+"""An interior-point loop of our own for frictional contact with elastic joints, step by step."""
+
+from blockstruct.solvers.interior_point.contact_step import ContactProblem, ContactSolution, ContactState, Step
+
+__all__ = ["ContactProblem", "ContactSolution", "ContactState", "Step"]
