@@ -26,6 +26,7 @@ docs: $(VENV)/installed-docs
 
 bench: $(VENV)/installed
 	$(BIN)/python benchmarks/wall_40x60.py
+	$(BIN)/python benchmarks/loading_path.py
 	$(BIN)/python benchmarks/crushing.py
 	$(BIN)/python benchmarks/detection.py
 	$(BIN)/python benchmarks/storage.py

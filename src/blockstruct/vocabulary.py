@@ -6,6 +6,11 @@ COMPONENTS = ("n", "s", "t")
 DOFS = ("vx", "vy", "vz", "wx", "wy", "wz")
 AXES = ("x", "y", "z")
 
+#: In the message of a case whose load factor had not settled when its iteration was stopped.
+DRIFTING = "still drifting"
+#: In the message of a case that ended along its loading path.
+ALONG_PATH = "along the loading path"
+
 FORMAT = "blockstruct-analysis"
 FORMAT_VERSION = "1.0"
 
@@ -29,13 +34,14 @@ class Status(StrEnum):
 
 
 class Stage(StrEnum):
-    """Which program of the procedure an iteration solved."""
+    """Which program, or step, of the procedure an iteration solved."""
 
     DEAD_LOAD = "dead_load"
     ASSOCIATIVE = "associative"
     NONASSOCIATIVE = "nonassociative"
     ADMISSIBLE = "admissible"
     SHIFTED = "shifted"
+    LOADING_PATH = "loading_path"
 
 
 class SolverStatus(StrEnum):

@@ -18,7 +18,8 @@ class ReplaySolver:
     """Answers the first programs of a case from its history, and leaves the others to a solver.
 
     The dead-load program, which is no part of the history of a structure that stands, is solved anew, and so is a
-    program that was found unbounded, because a history keeps no ray.
+    program that was found unbounded, because a history keeps no ray. Steps of the loading path are no programs: they
+    are found anew.
 
     Parameters
     ----------
@@ -32,7 +33,8 @@ class ReplaySolver:
 
     def __init__(self, statics: Statics, problem: LimitProblem, history: xr.Dataset, solver: Solver) -> None:
         self._problem, self._solver = problem, solver
-        self._history = history.isel(iteration=history["stage"].to_numpy() != Stage.DEAD_LOAD.value)
+        kept = ~np.isin(history["stage"].to_numpy(), [Stage.DEAD_LOAD.value, Stage.LOADING_PATH.value])
+        self._history = history.isel(iteration=kept)
         unit_of_u = np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))
         velocity = self._history["block_velocity"].to_numpy()[:, statics.free]
         self._x = self._history["contact_force"].to_numpy() / problem.force_unit[:, None]

@@ -40,6 +40,8 @@ class Iteration:
     solver_iterations : int
     solver_time : float
         Seconds.
+    displacement : float
+        Of a step of the loading path, from the state under dead load; NaN in programs.
     """
 
     stage: Stage
@@ -55,6 +57,7 @@ class Iteration:
     solver_status: SolverStatus
     solver_iterations: int
     solver_time: float
+    displacement: float = np.nan
 
     @property
     def solved(self) -> bool:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase
-from blockstruct.statics import Statics, wrenches
+from blockstruct.statics import ContactPoints, Statics, wrenches
 from blockstruct.vocabulary import Flow
 
 Array = NDArray[np.float64]
@@ -34,6 +34,9 @@ class LimitProblem:
         tan ψ that the case flows with: the friction coefficient if associative, the joint's own otherwise.
     compression : (K,) array
         Compressive strength ``f_c A_k`` of a cell; infinite at corners.
+    compliance : (K, 2) array
+        Normal and shear compliance of the joint at each contact point, for the loading path; shear is NaN where no
+        stiffness was given. Where no joint has one, all are equally stiff per area.
     rectangles : (R, 4) array
         Corners, in turn, of the interfaces that crush as rectangles.
     capacity : (R,) array
@@ -44,6 +47,8 @@ class LimitProblem:
         Unit of the wrenches of each free block, N.
     force_unit : (K,) array
         Unit of the force at each contact point, N.
+    displacement_unit : float
+        Unit of displacements along the loading path, m; NaN where no joint has a stiffness.
     """
 
     A: sp.csc_array
@@ -54,11 +59,13 @@ class LimitProblem:
     cohesion: Array
     tension: Array
     compression: Array
+    compliance: Array
     rectangles: NDArray[np.int64]
     capacity: Array
     length: float
     wrench_unit: Array
     force_unit: Array
+    displacement_unit: float
 
     @classmethod
     def of(cls, statics: Statics, case: LimitCase) -> Self:
@@ -88,6 +95,7 @@ class LimitProblem:
         unit_of_block[statics.free] = wrench_unit
         force_unit = np.minimum(unit_of_block[points.minus], unit_of_block[points.plus])
         rows, columns = sp.diags_array(np.repeat(1 / wrench_unit, 6)), sp.diags_array(np.repeat(force_unit, 3))
+        compliance, work_unit = _compliance(points, force_unit)
         of_rectangle = points.rectangles[:, 0]
         strength = (points.strength * points.area)[points.interface[of_rectangle]]
         return cls(
@@ -99,11 +107,13 @@ class LimitProblem:
             cohesion=points.cohesion / force_unit,
             tension=points.tension / force_unit,
             compression=points.compression / force_unit,
+            compliance=compliance,
             rectangles=points.rectangles,
             capacity=strength / force_unit[of_rectangle],
             length=statics.length,
             wrench_unit=wrench_unit,
             force_unit=force_unit,
+            displacement_unit=work_unit / float(np.linalg.norm(variable, axis=1).sum()),
         )
 
     @property
@@ -131,6 +141,18 @@ class LimitProblem:
         w = self.w_D if self.w_D.any() else self.w_L
         of_load, of_u = (np.linalg.norm(a.reshape(-1, 6), axis=1) for a in (w, u))
         return float(of_load @ of_u)
+
+
+def _compliance(points: ContactPoints, force_unit: Array) -> tuple[Array, float]:
+    """Compliances (K, 2) of median one, and the work that is their unit, J."""
+    normal, shear = points.normal_stiffness, points.shear_stiffness
+    given = np.isfinite(normal)
+    # Beside joints that give way, those without a stiffness are as stiff as the stiffest.
+    normal = np.where(given, normal, normal[given].max(initial=1.0 if not given.any() else 0.0))
+    soft = np.column_stack([1 / normal, np.where(given & np.isfinite(shear), 1 / shear, np.nan)])
+    compliance = soft * (force_unit**2 / points.tributary_area)[:, None]
+    unit = float(np.median(compliance[:, 0]))
+    return compliance / unit, unit if given.any() else np.nan
 
 
 def total(w: Array) -> float:

@@ -40,8 +40,15 @@ class ProcedureSettings:
     cohesion_limit
         Largest ``c0`` at which the iteration may end.
     procedure
-        Non-associative sliding by ``"fictitious"`` conditions, or by the ``"shifted"`` objective of De Saxcé & Feng
-        (1998), which is never infeasible and often ends higher.
+        Non-associative sliding by ``"fictitious"`` conditions; by the ``"shifted"`` objective of De Saxcé & Feng
+        (1998), which is never infeasible and often ends higher; or along the ``"loading path"`` of a structure with
+        slightly elastic joints, from its state under dead load.
+    shear_stiffness_ratio
+        Shear over normal stiffness of joints that were given no shear stiffness, in the loading path: 0.4 is that of
+        an elastic layer with a Poisson ratio of 0.2.
+    path_step, path_growth
+        First step of the loading path, in multiples of the displacement of the elastic structure under the variable
+        load; and the largest ratio of one step to the last.
     max_programs
         Programs solved before the case is given up.
     fallback_after
@@ -88,6 +95,9 @@ class ProcedureSettings:
     patience: int = 16
     cohesion_limit: float = 1e-3
     procedure: str = "fictitious"
+    shear_stiffness_ratio: float = 0.4
+    path_step: float = 1.0
+    path_growth: float = 10.0
     max_programs: int = 120
     fallback_after: int = 60
     equilibrium_tolerance: float = 1e-6
@@ -117,6 +127,9 @@ class ProcedureSettings:
             "crushing_cells": (1, 100_000),
             "solver_tolerance": (1e-14, 1e-4),
             "step_tolerance": (0.0, 1e-2),
+            "shear_stiffness_ratio": (1e-3, 1e3),
+            "path_step": (1e-3, 1e3),
+            "path_growth": (1.0, 100.0),
             "slope_min": (0.0, 1.0),
             # A certificate within wider tolerances would say nothing.
             **{f.name: (0.0, 1e-2) for f in fields(self) if f.name in CERTIFIED},
@@ -147,7 +160,7 @@ class ProcedureSettings:
             )
             raise ModelError(msg)
         choices = {
-            "procedure": ("fictitious", "shifted"),
+            "procedure": ("fictitious", "shifted", "loading path"),
             "crushing": ("conic", "linearised"),
             "crushing_interaction": ("uniaxial", "biaxial"),
         }
@@ -174,7 +187,8 @@ class ProcedureSettings:
 
 
 #: Settings that each schedule changes. Measured on 36 walls with openings (default settings: 0.2 % above the lowest
-#: on average, 7 % at most): each of these finds the lowest load factor of some, the shift the highest.
+#: on average, 7 % at most): each of the first three finds the lowest load factor of some, the shift the highest. The
+#: loading paths tell what the answer to how a structure is loaded depends on.
 SCHEDULES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
         "steep": {"slope": 0.6},
@@ -182,6 +196,10 @@ SCHEDULES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
         "slow": {"cohesion": 0.1, "cohesion_decay": 0.7, "slope_decay": 0.6, "patience": 24},
         # Where the shift finds a certificate it does so in fewer than 30 programs; it need not try 120.
         "shift": {"procedure": "shifted", "max_programs": 40},
+        "loading path": {"procedure": "loading path"},
+        "path half steps": {"procedure": "loading path", "path_step": 0.5, "path_growth": 3.0},
+        "path shear 0.2": {"procedure": "loading path", "shear_stiffness_ratio": 0.2},
+        "path shear 1": {"procedure": "loading path", "shear_stiffness_ratio": 1.0},
     }
 )
 

@@ -9,7 +9,7 @@ from blockstruct.limit.iteration import Iteration, Search
 from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.step import solve_step
-from blockstruct.vocabulary import Stage
+from blockstruct.vocabulary import DRIFTING, Stage
 
 Array = NDArray[np.float64]
 
@@ -63,11 +63,14 @@ def fictitious_iteration(
         beta = _relaxation(beta, load_factors, settings)
         n0 = relax(n0, step.x[:, 0], beta)
         if left == 1 or (cooldown <= 0 and (settled >= 2 or patient)):
-            closing = _admissible(exact, step, settings, solver)
+            closing = admissible(exact, step, settings, solver)
             yield closing
             left -= 1
             if closing.certificate.holds:
-                return "the certificate holds", closing
+                message = "the certificate holds"
+                if settled < 2:
+                    message += f", but the load factor was {DRIFTING} by {drift:.1e} of itself when patience ended"
+                return message, closing
             cooldown = pause = 2 * pause
             if closing.solved and load_factors[-1] > load_factors[-2]:
                 # A load factor that rises comes up from below: the next step starts from forces that break no true
@@ -79,7 +82,7 @@ def fictitious_iteration(
     return None, last
 
 
-def _admissible(program: ConicProgram, step: Iteration, settings: ProcedureSettings, solver: Solver) -> Iteration:
+def admissible(program: ConicProgram, step: Iteration, settings: ProcedureSettings, solver: Solver) -> Iteration:
     """Forces inside the true cones that miss the flow rule of a step's mechanism least, at no higher load factor.
 
     For given velocities the flow-rule gap is linear in the forces: up to a constant it is ``Σ s_k n_k − α`` with

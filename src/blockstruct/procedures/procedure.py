@@ -13,6 +13,7 @@ from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.dead_load import dead_load_program
 from blockstruct.procedures.fictitious import fictitious_iteration
+from blockstruct.procedures.loading_path import loading_path
 from blockstruct.procedures.self_stress import can_jam, collapse_of_dead_load, grows_without_limit
 from blockstruct.procedures.shifted import shifted_iteration
 from blockstruct.procedures.step import solve_step
@@ -98,14 +99,20 @@ def _without_dilatancy(program: ConicProgram, first: Iteration, settings: Proced
     """The procedure of the settings; if the fictitious iteration finds no certificate, the shifted one goes on."""
     # The dead-load and the associative program are behind.
     left, last = settings.max_programs - 2, first
-    of_cones = exact(program, settings)
-    if settings.procedure == "fictitious":
+    of_cones, before = exact(program, settings), ""
+    if settings.procedure == "loading path":
+        why, closed = yield from loading_path(of_cones, settings, solver)
+        if closed is not None:
+            return why, closed
+        before = f"{why}; "
+    if settings.procedure != "shifted":
         within = min(left, settings.fallback_after - 2)
         found, last = yield from fictitious_iteration(program, of_cones, first, settings, solver, within)
         if found is not None:
-            return found, last
+            return before + found, last
         left -= within
-    return (yield from shifted_iteration(of_cones, last, settings, solver, left))
+    found, last = yield from shifted_iteration(of_cones, last, settings, solver, left)
+    return None if found is None else before + found, last
 
 
 def _concluded(
@@ -128,9 +135,9 @@ def _concluded(
         except StopIteration as stop:
             found, last = stop.value
             break
-        n += 1
+        n += step.stage is not Stage.LOADING_PATH
         yield step
-        if watched and step.solved and step.stage is not Stage.ADMISSIBLE:
+        if watched and step.solved and step.stage not in (Stage.ADMISSIBLE, Stage.LOADING_PATH):
             load_factors.append(step.load_factor)
         if ray is not None and watched and grows_without_limit(load_factors):
             watched = False

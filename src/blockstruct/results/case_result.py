@@ -18,7 +18,7 @@ from blockstruct.results.mechanism import mechanism
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.utilisation import utilisation
-from blockstruct.vocabulary import Flow, Stage, Status
+from blockstruct.vocabulary import DRIFTING, Flow, Stage, Status
 
 #: Names of the measures of a certificate, as stored.
 CERTIFICATE_MEASURES = tuple(f.name for f in fields(Certificate))
@@ -132,6 +132,14 @@ class CaseResult:
     def n_iterations(self) -> int:
         """Number of iterations in the history."""
         return self._unread.n_iterations if self._unread else int(self.history.sizes["iteration"])
+
+    @property
+    def settled(self) -> bool:
+        """Whether the load factor had settled when the procedure ended.
+
+        Where it had not, the state is certified all the same, but another schedule would have stopped at another one.
+        """
+        return self.status is Status.CONVERGED and DRIFTING not in self.message
 
     @property
     def mechanism(self) -> xr.Dataset:

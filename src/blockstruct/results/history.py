@@ -92,6 +92,7 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
         "flow_rule_gap_limit": _number(
             [i.certificate.flow_rule_gap_limit for i in iterations], "flow-rule gap within the settings"
         ),
+        "displacement": _displacement(problem, iterations),
         "solver_status": ("iteration", _text([i.solver_status.value for i in iterations]), {}),
         "solver_iterations": (
             "iteration",
@@ -167,6 +168,13 @@ def _linearised_at(statics: Statics, problem: LimitProblem, iterations: Sequence
         if iteration.linearised_at is not None:
             row[statics.points.interface[corner]] = iteration.linearised_at * problem.force_unit[corner]
     return N0
+
+
+def _displacement(problem: LimitProblem, iterations: Sequence[Iteration]) -> tuple[str, Array, dict[str, str]]:
+    given = np.isfinite(problem.displacement_unit)
+    what = "displacement of the variable load, the mean of its points in its direction, since the dead load"
+    attrs = _attrs("length", what) if given else _attrs("dimensionless", f"{what}; only ratios count")
+    return "iteration", np.array([i.displacement for i in iterations], dtype=float), attrs
 
 
 def _attrs(dimension: str, long_name: str) -> dict[str, str]:

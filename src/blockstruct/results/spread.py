@@ -8,7 +8,7 @@ from typing import Self
 from blockstruct.limit import SCHEDULES
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.headline import Headline
-from blockstruct.vocabulary import Flow, Status
+from blockstruct.vocabulary import ALONG_PATH, Flow, Status
 
 #: Key of the run with the settings as they were given.
 AS_GIVEN = "as given"
@@ -57,6 +57,15 @@ class Spread:
         return {**self.runs, **bound}
 
     @property
+    def path_dependence(self) -> tuple[float, float] | None:
+        """Lowest and highest load factor along the loading path: by its steps and by the shear stiffness of its joints.
+
+        None without a loading path that came to its end.
+        """
+        found = [run.load_factor for run in self.runs.values() if ALONG_PATH in run.message]
+        return (min(found), max(found)) if found else None
+
+    @property
     def certified(self) -> int:
         """Number of schedules that ended with a certified load factor."""
         return self.headline.certified
@@ -84,6 +93,8 @@ class Spread:
     def __str__(self) -> str:
         lines = [str(self.headline)]
         lines += [f"  {name:<14}{r.load_factor:<12.4g}{r.status}" for name, r in self.results.items()]
+        if self.path_dependence is not None:
+            lines.append("  along the loading path {:.4g} to {:.4g}".format(*self.path_dependence))
         return "\n".join([*lines, *(f"  warning: {text}" for text in self.warnings)])
 
 

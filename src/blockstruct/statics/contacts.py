@@ -38,6 +38,10 @@ class ContactPoints:
         Friction coefficient and tangent of the dilatancy angle.
     cohesion, tension : (K,) arrays, N
         Cohesion and tensile strength times the tributary area.
+    tributary_area : (K,) array, m²
+        Share of its interface that each point stands for.
+    normal_stiffness, shear_stiffness : (K,) arrays, Pa/m
+        Of the joint, per area; infinite if it was given none.
     compression : (K,) array, N
         Compressive strength times the area of a cell; infinite at corners.
     rectangles : (R, 4) array
@@ -56,6 +60,9 @@ class ContactPoints:
     dilatancy: Array
     cohesion: Array
     tension: Array
+    tributary_area: Array
+    normal_stiffness: Array
+    shear_stiffness: Array
     compression: Array
     rectangles: Index
 
@@ -112,6 +119,9 @@ class ContactPoints:
             dilatancy=at_points([j.dilatancy for j in joints]),
             cohesion=at_points([j.cohesion for j in joints]) * tributary,
             tension=at_points([j.tensile_strength for j in joints]) * tributary,
+            tributary_area=tributary,
+            normal_stiffness=at_points([j.normal_stiffness for j in joints]),
+            shear_stiffness=at_points([j.shear_stiffness for j in joints]),
             compression=compression,
             rectangles=first[crushing][:, None] + np.arange(4),
         )

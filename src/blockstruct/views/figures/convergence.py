@@ -16,6 +16,7 @@ _MARKERS = {
     bs.Stage.NONASSOCIATIVE.value: "o",
     bs.Stage.ADMISSIBLE.value: "D",
     bs.Stage.SHIFTED.value: "^",
+    bs.Stage.LOADING_PATH.value: ".",
 }
 #: Measures below this are drawn here: rounding has no size.
 _FLOOR = 1e-12

@@ -1,0 +1,184 @@
+"""The failure conditions of a conic program, taken apart into small dense groups that do not know of each other."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from blockstruct.limit import ConicProgram, Sliding, true_sliding
+from blockstruct.solvers.interior_point.cones import ConeVector, Scaling
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Members of one shape: a contact point, or the four of a rectangle that crushes with its auxiliary variables.
+
+    Attributes
+    ----------
+    columns : (G, d) array
+        Variables of each member.
+    cones, lines : (G, m), (G, l) arrays
+        Its cones and half-lines.
+    E, F : (G, 3 m + l, d) arrays
+        Rows of the conditions on the forces, and of their part in the flow rule; first those of the cones.
+    """
+
+    columns: Index
+    cones: Index
+    lines: Index
+    E: Array
+    F: Array
+
+    def weighted(self, square: tuple[Array, Array]) -> Array:
+        """``W⁻² E`` of each member, (G, 3 m + l, d)."""
+        soc, line = square
+        members, m = self.cones.shape
+        of_cones = np.matmul(soc[self.cones], self.E[:, : 3 * m].reshape(members, m, 3, -1))
+        of_lines = line[self.lines][:, :, None] * self.E[:, 3 * m :]
+        return np.concatenate([of_cones.reshape(members, 3 * m, -1), of_lines], axis=1)
+
+
+class Conditions:
+    """Failure conditions ``y = E x + e ∈ K`` and flow rule ``Fᵀ z`` of a program, for variables x without α.
+
+    With z in the dual cone, ``y ∘ z = 0``, Fᵀ z is the relative velocity at each contact point. Sliding is
+    ``(c A_k + μ n, s, t) ⊥ (z_0, w_s, w_t)`` in the second-order cone and no tension ``n + f_t A_k ⊥ ζ ≥ 0``; the
+    opening is ``tan ψ z_0 + ζ``, so E and F differ in one coefficient, μ and tan ψ, and the complementarity
+    without dilatancy has no norm in it. For ``tan ψ = μ`` it is the associative program.
+
+    Parameters
+    ----------
+    program
+        The program, with exact crushing.
+    sliding
+        Its sliding condition, Coulomb's by default.
+    """
+
+    def __init__(self, program: ConicProgram, sliding: Sliding | None = None) -> None:
+        problem, first = program.problem, program.zero_rows + 1
+        # A cone of friction zero has no inside.
+        true = sliding or true_sliding(problem)
+        friction = np.maximum(true.slope, 1e-6)
+        forces = program.data(Sliding(true.bound, friction))
+        flow = program.data(Sliding(true.bound, problem.dilatancy))
+        E, F = (
+            -sp.csc_array((d.G, program.G.indices, program.G.indptr), shape=program.G.shape)[first:, 1:]
+            for d in (forces, flow)
+        )
+        self._lines = program.nonnegative_rows - 1
+        self._cones = program.cones
+        self.E, self.F = sp.csr_array(E), sp.csr_array(F)
+        self.offset = self._vector(forces.h[first:])
+        self._friction, self._cohesion = friction, true.bound
+        self.size = self.E.shape[1]
+        self.groups = _groups(self.E, self.F, self._lines)
+
+    def identity(self) -> ConeVector:
+        """Unit element of all cones."""
+        return ConeVector.identity(self._cones, self._lines)
+
+    def of_forces(self, x: Array) -> ConeVector:
+        """``E x``."""
+        return self._vector(np.asarray(self.E @ x))
+
+    def forces_of(self, y: ConeVector, x: Array) -> Array:
+        """Forces that give the sliding cones of y, the first K, and the auxiliary variables of x."""
+        sliding = y.soc[: len(self._friction)]
+        normal = (sliding[:, 0] - self._cohesion) / self._friction
+        forces = np.column_stack([normal, sliding[:, 1:]]).ravel()
+        return np.concatenate([forces, x[len(forces) :]])
+
+    def flow(self, z: ConeVector) -> Array:
+        """``Fᵀ z``."""
+        return np.asarray(self.F.T @ np.concatenate([z.line, z.soc.ravel()]))
+
+    def weights(self, scaling: Scaling, compliance: Array) -> "Weights":
+        """``(C + Fᵀ W⁻² E)⁻¹``, member by member."""
+        square = scaling.inverse_square()
+        inverses = []
+        for group in self.groups:
+            H = np.matmul(group.F.transpose(0, 2, 1), group.weighted(square))
+            own = np.arange(H.shape[1])
+            H[:, own, own] += compliance[group.columns]
+            inverses.append(_inverse(H))
+        return Weights(self, square, inverses)
+
+    def _vector(self, rows: Array) -> ConeVector:
+        return ConeVector(rows[self._lines :].reshape(-1, 3), rows[: self._lines])
+
+
+@dataclass(frozen=True, slots=True)
+class Weights:
+    """What eliminates the contacts from one Newton step."""
+
+    conditions: Conditions
+    square: tuple[Array, Array]
+    inverses: list[Array]
+
+    def solve(self, b: Array) -> Array:
+        """``(C + Fᵀ W⁻² E)⁻¹ b``."""
+        x = np.empty_like(b)
+        for group, inverse in zip(self.conditions.groups, self.inverses, strict=True):
+            x[group.columns] = np.matmul(inverse, b[group.columns][:, :, None])[:, :, 0]
+        return x
+
+    def times(self, a: ConeVector) -> ConeVector:
+        """``W⁻² a``."""
+        soc, line = self.square
+        return ConeVector(np.matmul(soc, a.soc[:, :, None])[:, :, 0], line * a.line)
+
+
+def _inverse(H: Array) -> Array:
+    """Inverses of small matrices, (G, d, d); those of three rows by their cofactors."""
+    if H.shape[1] != 3:
+        return np.asarray(np.linalg.inv(H))
+    rows = np.stack([np.cross(H[:, :, (c + 1) % 3], H[:, :, (c + 2) % 3]) for c in range(3)], axis=1)
+    return np.asarray(rows / np.einsum("gi,gi->g", rows[:, 0], H[:, :, 0])[:, None, None])
+
+
+def _groups(E: sp.csr_array, F: sp.csr_array, lines: int) -> list[Group]:
+    """Groups of the connected parts of E, by their shape."""
+    # Loaded here: csgraph is slow to import.
+    from scipy.sparse import csgraph
+
+    entries = E.tocoo()
+    i, j = entries.coords
+    # The three rows of a cone belong together.
+    whole = np.where(i < lines, i, lines + (i - lines) // 3)
+    pattern = sp.csr_array((np.ones(len(i)), (whole, j)))
+    count, of_column = csgraph.connected_components(pattern.T @ pattern, directed=False)
+    of_row = np.empty(E.shape[0], dtype=int)
+    of_row[i] = of_column[j]
+    of_line, of_cone = of_row[:lines], of_row[lines::3]
+    shape = np.column_stack([np.bincount(of, minlength=count) for of in (of_column, of_cone, of_line)])
+    groups = []
+    for d, m, n in np.unique(shape, axis=0):
+        members = np.flatnonzero((shape == (d, m, n)).all(axis=1))
+        number = np.full(count, -1)
+        number[members] = np.arange(len(members))
+        columns, cones, own_lines = (_listed(of, number) for of in (of_column, of_cone, of_line))
+        local_column, local_row = np.zeros(len(of_column), dtype=int), np.zeros(len(of_row), dtype=int)
+        local_column[columns] = np.arange(d)
+        local_row[lines + 3 * cones[:, :, None] + np.arange(3)] = np.arange(3 * m).reshape(m, 3)
+        local_row[own_lines] = 3 * m + np.arange(n)
+        dense = []
+        for matrix in (E.tocoo(), F.tocoo()):
+            i, j = matrix.coords
+            mine = number[of_row[i]] >= 0
+            rows = np.zeros((len(members), 3 * m + n, d))
+            rows[number[of_row[i[mine]]], local_row[i[mine]], local_column[j[mine]]] = matrix.data[mine]
+            dense.append(rows)
+        groups.append(Group(columns, cones, own_lines, *dense))
+    return groups
+
+
+def _listed(of: NDArray[Any], number: Index) -> Index:
+    """Items of each member, in turn, (G, items a member)."""
+    mine = np.flatnonzero(number[of] >= 0)
+    order = mine[np.argsort(number[of[mine]], kind="stable")]
+    return order.reshape(number.max() + 1, -1)

@@ -1,0 +1,177 @@
+"""Frictional contact over one step of displacement: a primal–dual interior-point loop."""
+
+from copy import copy
+from typing import Self
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from blockstruct.limit import ConicProgram, Sliding
+from blockstruct.solvers.interior_point.conditions import Conditions
+from blockstruct.solvers.interior_point.cones import Scaling, centred
+from blockstruct.solvers.interior_point.newton import Newton
+from blockstruct.solvers.interior_point.schur import SchurComplement
+from blockstruct.solvers.interior_point.state import ContactSolution, ContactState, Residuals, Step
+
+Array = NDArray[np.float64]
+
+#: Share of the way to the boundary where the central path turns back, and how far the gap may rise on that way.
+TURNING_STEP, LARGEST_TURN = 0.5, 1.5
+#: Iterations in which the largest residual must halve, and the shortest step.
+PATIENCE, SHORTEST = 20, 1e-7
+
+
+class ContactProblem:
+    """Finds x, u and α of a step with equilibrium, elastic contacts, friction and crushing.
+
+    With compliances C the step is
+
+        ``A x + w_D + α w_L = 0``, ``C (x − x_0) + δ + Aᵀ u = Fᵀ z``, ``w_L·u = s``,
+        ``E x + e = y ∈ K``, ``z ∈ K``, ``y ∘ z = 0``
+
+    (:class:`Conditions`): linear but for the last. Where sliding dilates less than it rubs, F is not E, the problem is
+    not monotone and its central path may turn back. The loop then follows it round the turn, with growing gap,
+    instead of stopping there. The same law with De Saxcé's norm in it: V. Acary, P. Armand, H. M. Nguyen,
+    M. Shpakovych, "Second-order cone programming for frictional contact mechanics using interior point algorithm",
+    Optimization Methods and Software (2024).
+
+    Parameters
+    ----------
+    program
+        The program, with exact crushing.
+    compliance : (K, 3) array
+        Of each contact point, displacement a unit of force.
+    """
+
+    def __init__(self, program: ConicProgram, compliance: Array) -> None:
+        self._program = program
+        self.problem = program.problem
+        self.conditions = Conditions(program)
+        auxiliary = self.conditions.size - compliance.size
+        self.A = sp.csr_array(sp.hstack([self.problem.A, sp.csr_array((self.problem.A.shape[0], auxiliary))]))
+        self.AT = sp.csr_array(self.A.T)
+        self.compliance = np.concatenate([compliance.ravel(), np.zeros(auxiliary)])
+        self.complement = SchurComplement(sp.csc_array(self.A), self.conditions)
+
+    def with_sliding(self, sliding: Sliding) -> Self:
+        """The same contacts with another sliding condition."""
+        other = copy(self)
+        other.conditions = Conditions(self._program, sliding)
+        return other
+
+    def start(self) -> ContactState:
+        """A state to begin with: unit forces and multipliers, nothing moved."""
+        one = self.conditions.identity()
+        x = np.zeros(self.conditions.size)
+        x[: self.problem.n_points * 3 : 3] = 1.0
+        return ContactState(x, one, one, np.zeros(self.A.shape[0]), 0.0)
+
+    def elastic_displacement(self) -> float:
+        """Displacement ``w_L·u`` under the variable load if every contact held.
+
+        Raises
+        ------
+        RuntimeError
+            Blocks that no contact holds.
+        """
+        one = self.conditions.identity()
+        # Multipliers that weigh nothing leave the compliance alone.
+        weights = self.conditions.weights(Scaling(one, 1e-12 * one), self.compliance + 1e-9)
+        return float(self.problem.w_L @ self.complement.factorised(weights).solve(self.problem.w_L))
+
+    def solve(
+        self, step: Step, guess: ContactState, *, centring: float, tolerance: float, max_iterations: int
+    ) -> ContactSolution:
+        """Solve a step.
+
+        Parameters
+        ----------
+        step
+            The step.
+        guess
+            State to start from; its forces and multipliers need not be inside the cones.
+        centring
+            Complementarity gap of the start, in multiples of the work of the step.
+        tolerance
+            Of displacements and gap; a tenth of it of forces.
+        max_iterations
+            Factorisations.
+        """
+        # A state that has lost its way ends in numbers that are none, which is seen.
+        with np.errstate(all="ignore"):
+            return self._solved(step, self._centred(step, guess, centring), tolerance, max_iterations)
+
+    def _solved(self, step: Step, state: ContactState, tolerance: float, max_iterations: int) -> ContactSolution:
+        ahead: ContactState | None = None
+        turned_at, trail = np.inf, list[float]()
+        for k in range(max_iterations + 1):
+            residuals = self._residuals(step, state)
+            now = self._measured(step, state, residuals, tolerance, k)
+            trail.append(max(now.unbalanced, now.incompatible, now.gap))
+            if k and not np.isfinite(trail[-1]):
+                break
+            found = now
+            stalled = k >= PATIENCE and not trail[-1] < 0.5 * trail[-1 - PATIENCE]
+            if found.solved or stalled or k == max_iterations:
+                break
+            try:
+                newton = Newton(self, step, state, residuals)
+            except RuntimeError:
+                break
+            tangent = newton.direction(0.0, residuals)
+            balanced = max(found.unbalanced, found.incompatible) < found.gap
+            if found.gap > LARGEST_TURN * turned_at:
+                # It was no turn, and the way back leads nowhere.
+                ahead = None
+            if balanced and ahead is not None and newton.inner(tangent, ahead) < 0:
+                turned_at = min(turned_at, found.gap)
+                tangent = tangent.backwards()
+                t = TURNING_STEP * min(1.0, state.longest_step(tangent))
+                state = state.moved(tangent, t)
+            else:
+                turned_at = np.inf
+                d, t = newton.corrected(tangent, balanced=balanced)
+                state = state.moved(d, t)
+            ahead = tangent
+            if not t > SHORTEST:
+                break
+        return found
+
+    def _centred(self, step: Step, guess: ContactState, centring: float) -> ContactState:
+        mu = centring * self._work(step, guess) / guess.y.degree
+        y = centred(self.conditions.of_forces(guess.x) + self.conditions.offset, guess.z, mu)
+        x = self.conditions.forces_of(y, guess.x)
+        y = (self.conditions.of_forces(x) + self.conditions.offset).inside(y, 0.1)
+        return ContactState(x, y, mu * y.inverse(), guess.u, guess.alpha)
+
+    def _work(self, step: Step, state: ContactState) -> float:
+        if step.displacement is None:
+            return max(float(self.compliance @ state.x**2), 1e-300)
+        return abs(step.displacement) * max(abs(state.alpha), 1e-3)
+
+    def _residuals(self, step: Step, state: ContactState) -> Residuals:
+        problem = self.problem
+        return Residuals(
+            equilibrium=self.A @ state.x + problem.w_D + state.alpha * problem.w_L,
+            flow=self.compliance * (state.x - step.reference)
+            + step.opening
+            + self.AT @ state.u
+            - self.conditions.flow(state.z),
+            work=0.0 if step.displacement is None else float(problem.w_L @ state.u - step.displacement),
+            forces=self.conditions.of_forces(state.x) + self.conditions.offset - state.y,
+            gap=state.y.dot(state.z),
+        )
+
+    def _measured(
+        self, step: Step, state: ContactState, residuals: Residuals, tolerance: float, k: int
+    ) -> ContactSolution:
+        forces = residuals.forces
+        unbalanced = max(
+            np.abs(residuals.equilibrium).max(), np.abs(forces.soc).max(), np.abs(forces.line).max(initial=0.0)
+        )
+        speed = max(np.abs(self.AT @ state.u).max(), 1e-300)
+        incompatible = float(np.abs(residuals.flow).max() / speed)
+        gap = residuals.gap / self._work(step, state)
+        solved = unbalanced <= 0.1 * tolerance and incompatible <= tolerance and gap <= tolerance
+        return ContactSolution(state, bool(solved), float(unbalanced), incompatible, gap, k)

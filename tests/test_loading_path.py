@@ -1,0 +1,212 @@
+"""The loading path: the same number whatever the steps, the stiffness and the frame; and its place in files."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import model_of, moved, push, rotation, single_block, solve
+
+PATH = {"procedure": "loading path"}
+ROWS = [[1, 1], [0.5, 1, 0.5], [1, 1]]
+
+
+@pytest.fixture(scope="module")
+def corner(tuff):
+    """A wall of three courses with a return, bonded: pushed away from it, the courses slide out of one another."""
+    sides = [bs.Sidewall("left", "0 m", "0.8 m", bonded=True)]
+    return bs.wall(
+        length="1.2 m",
+        courses=4,
+        unit_length="40 cm",
+        unit_height="20 cm",
+        depth="20 cm",
+        sidewalls=sides,
+        material=tuff,
+    )
+
+
+def exact(result):
+    assert result.status == "converged"
+    assert "loading path" in result.message
+    assert result.certificate.flow_rule_gap <= 1e-4 * result.load_factor
+    assert result.certificate.interpenetration <= 1e-4
+    return result.load_factor
+
+
+@pytest.mark.parametrize(("b", "h", "mu"), [(0.3, 1.0, 0.65), (1.0, 0.6, 0.4)], ids=["rocks", "slides"])
+def test_single_block(b, h, mu):
+    blocks, joint = single_block(b, h, mu=mu)
+    found = solve(model_of(blocks, joint), push(1, 0, 0), "nonassociative", **PATH)
+    assert exact(found) == pytest.approx(min(b / h, mu), rel=1e-5)
+
+
+def test_stack(tuff, dry):
+    blocks = [bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([3, 3, 1], "m"), tuff, fixed=True)]
+    blocks += [bs.Block.box(f"b{k}", Q_([0, 0, 0.5 * k], "m"), Q_([0.4, 0.6, 0.5], "m"), tuff) for k in range(4)]
+    found = solve(model_of(blocks, dry), push(1, 0, 0), "nonassociative", **PATH)
+    assert exact(found) == pytest.approx(0.4 / 2.0, rel=1e-5)
+
+
+def test_crushing_block():
+    stone = bs.Material("stone", "20 kN/m^3")
+    ground = bs.Block.box("ground", Q_([-1, -1, -0.5], "m"), Q_([3, 3, 0.5], "m"), stone, fixed=True)
+    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([0.3, 1, 1], "m"), stone)
+    joint = bs.JointMaterial("joint", 0.8, compressive_strength=Q_(100, "kPa"))
+    found = solve(model_of([ground, block], joint), push(1, 0, 0), "nonassociative", **PATH)
+    # W / (f_c b t) = 20 kPa / 100 kPa
+    assert exact(found) == pytest.approx(0.3 * (1 - 0.2), rel=1e-5)
+
+
+def test_arch_has_its_associative_load_factor():
+    stone = bs.Material("limestone", unit_weight=Q_(25, "kN/m^3"))
+    blocks = bs.arch(span=Q_(18.8, "m"), thickness=Q_(1.2, "m"), depth=Q_(1, "m"), voussoirs=27, material=stone)
+    model = model_of(blocks, bs.JointMaterial("dry", 0.6))
+    bound = solve(model, push(1, 0, 0)).load_factor
+    assert exact(solve(model, push(1, 0, 0), "nonassociative", **PATH)) == pytest.approx(bound, rel=1e-5)
+
+
+def test_dilatancy_of_the_friction_angle_is_associative(tuff):
+    dilatant = bs.JointMaterial("rough", friction_angle="30 deg", dilatancy_angle="30 deg")
+    blocks = bs.courses(ROWS, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    model = model_of(blocks, dilatant)
+    bound = solve(model, push(1, 0, 0)).load_factor
+    assert exact(solve(model, push(1, 0, 0), "nonassociative", **PATH)) == pytest.approx(bound, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    "joint",
+    [
+        bs.JointMaterial("partly dilatant", 0.65, dilatancy_angle="15 deg"),
+        bs.JointMaterial("mortar", 0.65, cohesion="0.5 kPa", tensile_strength="0.3 kPa"),
+        bs.JointMaterial("weak", 0.65, compressive_strength="60 kPa"),
+        bs.JointMaterial("cells", 0.65, cohesion="0.5 kPa", tensile_strength="0.3 kPa", compressive_strength="60 kPa"),
+    ],
+    ids=lambda j: j.name,
+)
+def test_every_joint_is_certified_below_the_bound(corner, joint):
+    model = model_of(corner, joint)
+    bound = solve(model, push(0, -1, 0), crushing_cells=16).load_factor
+    found = exact(solve(model, push(0, -1, 0), "nonassociative", crushing_cells=16, **PATH))
+    assert 0.5 * bound < found <= bound * (1 + 1e-6)
+
+
+def test_the_number_does_not_depend_on_steps_stiffness_or_frame(corner, dry):
+    model = model_of(corner, dry)
+    load_factor = exact(solve(model, push(0, -1, 0), "nonassociative", **PATH))
+    others = [{"path_step": 0.5, "path_growth": 3.0}, {"shear_stiffness_ratio": 0.2}, {"shear_stiffness_ratio": 1.0}]
+    for settings in others:
+        other = exact(solve(model, push(0, -1, 0), "nonassociative", **PATH, **settings))
+        # Of so few blocks, and bonded, a tenth of the resistance hangs on how the dead load presses the joints.
+        assert other == pytest.approx(load_factor, rel=1.5e-2)
+
+    turned = moved(corner, R := rotation((1, 2, 3), 0.7), (5, -3, 2))
+    gravity = bs.LoadPattern("dead", [bs.BodyForce(R @ [0, 0, -1])])
+    other = solve(model_of(turned, dry), push(*(R @ [0, -1, 0])), "nonassociative", gravity, **PATH)
+    assert exact(other) == pytest.approx(load_factor, rel=1e-2)
+
+    renumbered = solve(model_of(corner[::-1], dry), push(0, -1, 0), "nonassociative", **PATH)
+    assert exact(renumbered) == pytest.approx(load_factor, rel=1e-2)
+
+
+def test_displacement_is_in_the_history(small_model):
+    result = solve(small_model, push(1, 0, 0), "nonassociative", **PATH)
+    d = result.history.displacement
+    path = result.history["stage"].to_numpy() == "loading_path"
+    assert d.units == "dimensionless"
+    assert np.isnan(d.to_numpy()[~path]).all()
+    along = d.to_numpy()[path]
+    assert (along[0], along[1]) == (0.0, pytest.approx(1.0))
+    assert (np.diff(along) > 0).all()
+    # The load factor of an elastic structure is its displacement in these units; joints that open or slide take off.
+    assert result.history.load_factor.to_numpy()[path][1] <= 1.0
+
+
+def test_displacement_is_in_metres_where_joints_have_a_stiffness(tuff):
+    blocks = bs.courses(ROWS, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+
+    def path(stiffness):
+        joint = bs.JointMaterial("lime", 0.65, normal_stiffness=stiffness, shear_stiffness=0.4 * stiffness)
+        history = solve(model_of(blocks, joint), push(1, 0, 0), "nonassociative", **PATH).history
+        return history.where(history["stage"] == "loading_path", drop=True)
+
+    soft, stiff = path(Q_(1, "MPa/mm")), path(Q_(10, "MPa/mm"))
+    assert soft.displacement.units == "meter"
+    np.testing.assert_allclose(soft.displacement, 10 * stiff.displacement, rtol=1e-9)
+    np.testing.assert_allclose(soft.load_factor, stiff.load_factor, rtol=1e-6)
+    # Weight 12 kN/m3 over four courses on 1 MPa/mm: hundredths of a millimetre and less.
+    assert 1e-8 < float(soft.displacement[1]) < 1e-4
+
+
+def test_stored_and_resumed_as_it_was(small_model, dead, tmp_path):
+    case = bs.LimitCase("push", dead, push(1, 0, 0), "nonassociative")
+    settings = bs.ProcedureSettings(**PATH)
+
+    def stop(event):
+        if type(event).__name__ == "IterationDone" and event.index == 2:
+            raise KeyboardInterrupt
+
+    whole = bs.AnalysisManager(small_model, tmp_path / "whole.h5", settings=settings).run([case])
+    broken = bs.AnalysisManager(small_model, tmp_path / "broken.h5", settings=settings, listeners=[stop]).run([case])
+    assert broken["push"].status == "interrupted"
+    resumed = bs.AnalysisManager.resume(tmp_path / "broken.h5")
+    again, first = (r["push"].history.drop_vars("solver_time") for r in (resumed, whole))
+    xr.testing.assert_allclose(again, first, rtol=1e-9, atol=1e-12)
+    assert bs.open_analysis(tmp_path / "whole.h5")["push"].history.identical(whole["push"].history)
+
+
+def test_a_path_that_does_not_end_says_so_and_others_go_on(small_model, monkeypatch):
+    monkeypatch.setattr("blockstruct.procedures.loading_path.MAX_OF_PATH", 10)
+    result = solve(small_model, push(1, 0, 0), "nonassociative", **PATH)
+    assert result.status == "converged"
+    assert result.message.startswith("the loading path did not finish, no end within 10 factorisations; ")
+    stages = result.history["stage"].to_numpy().tolist()
+    assert "loading_path" in stages
+    assert "nonassociative" in stages
+
+
+def test_a_structure_that_falls_by_itself_is_told_so(tuff):
+    ground = bs.Block.box("ground", Q_([0, 0, -0.5], "m"), Q_([1, 1, 0.5], "m"), tuff, fixed=True)
+    block = bs.Block.box("block", Q_([0.8, 0, 0], "m"), Q_([1, 1, 0.3], "m"), tuff)
+    joint = bs.JointMaterial("joint", 0.65)
+    result = solve(model_of([ground, block], joint), push(1, 0, 0), "nonassociative", **PATH)
+    assert result.status == "unstable_under_dead_load"
+
+
+def test_two_leaves_with_a_collar_between_each_alone_and_the_bound():
+    """Sliding without dilatancy, the collar holds by the friction that the dead load presses it to its leaves with."""
+    stone = bs.Material("stone", "20 kN/m^3")
+
+    def leaf(name, y):
+        return [bs.Block.box(f"{name}{k}", Q_([0, y, 0.5 * k], "m"), Q_([1, 0.2, 0.5], "m"), stone) for k in range(4)]
+
+    ground = bs.Block.box("ground", Q_([-1, -1, -0.5], "m"), Q_([3, 3, 0.5], "m"), stone, fixed=True)
+    joint = bs.JointMaterial("joint", 0.7)
+    alone = solve(model_of([ground, *leaf("a", 0.0)], joint), push(0, 1, 0), "nonassociative", **PATH)
+    assert exact(alone) == pytest.approx(0.1, rel=1e-5)
+    both = model_of([ground, *leaf("a", 0.0), *leaf("b", 0.2)], joint)
+    bound = solve(both, push(0, 1, 0)).load_factor
+    found = exact(solve(both, push(0, 1, 0), "nonassociative", **PATH))
+    # The collar between the leaves carries no force under the dead load, and friction without dilatancy brings none.
+    assert 0.1 * (1 - 1e-5) <= found < bound
+
+
+def test_spread_tells_what_the_path_depends_on(small_model, dead):
+    case = bs.LimitCase("push", dead, push(1, 0, 0), "nonassociative")
+    names = ["loading path", "path half steps", "path shear 0.2", "path shear 1"]
+    spread = bs.AnalysisManager(small_model).run([case], spread=names).spread("push")
+    low, high = spread.path_dependence
+    factors = [spread.runs[name].load_factor for name in names]
+    assert (low, high) == (min(factors), max(factors))
+    assert high <= low * 1.01
+    assert high <= spread.upper_bound.load_factor * (1 + 1e-6)
+    assert "along the loading path" in str(spread)
+
+
+def test_a_load_factor_that_drifts_is_not_called_settled(small_model):
+    result = solve(small_model, push(1, 0, 0), "nonassociative", patience=3, load_factor_tolerance=1e-15)
+    assert result.status == "converged"
+    assert not result.settled
+    assert "still drifting" in result.message
+    assert solve(small_model, push(1, 0, 0), "nonassociative").settled
