@@ -1,7 +1,7 @@
 """The working data of a run: what it commits while it goes on, beside the file that it will become."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from types import TracebackType
@@ -16,11 +16,11 @@ from blockstruct.storage.analysis_file import AnalysisFile
 from blockstruct.storage.claim import place_of, sync
 from blockstruct.storage.journal import Journal, Record
 from blockstruct.storage.lock import WriterLock, folder_of
-from blockstruct.storage.packing import packed, unpacked
+from blockstruct.storage.packing import packed, packed_dataset, unpacked, unpacked_dataset
 from blockstruct.storage.reader import DAMAGE, Blank, analysis_of
 from blockstruct.storage.snapshot import Stamp
 from blockstruct.storage.working_data import clear, is_unfinished, refuse_killed
-from blockstruct.storage.writer import sealed_image, write_draft, write_file
+from blockstruct.storage.writer import checked_keep_every, sealed_image, write_draft, write_file
 from blockstruct.vocabulary import Status
 
 
@@ -28,23 +28,25 @@ class Checkpoint:
     """Working data of one run, held by one process.
 
     The folder ``NAME.partial`` holds ``plan``, an analysis file of every case as it was before the run, without the
-    histories that are empty; ``replaces``, which tells the file of that name before the run; and ``<case>.journal``
-    for each case that has begun: its history without iterations, each iteration, and how it has ended. A record of a
-    journal is sealed together with those before it and with the plan, so that a process killed at any moment leaves
-    at most one that is half written, and none that is changed is read. Without ``plan`` the rest of the folder is
-    rubbish: it is made last and removed first.
+    histories that are empty; ``target``, which tells what the file of that name was before the run; and, for each case
+    that has begun, ``<case>.journal``: its history without iterations, each iteration, and how it has ended. A record
+    of a journal is sealed together with those before it and with the plan, so that a process killed at any moment
+    leaves at most one that is half written, and none that is changed is read. Without ``plan`` the rest of the folder
+    is rubbish: it is made last and removed first.
 
     Use :meth:`begin` or :meth:`reopen`, as a context.
     """
 
-    def __init__(self, place: Path, lock: WriterLock, planned: Analysis, seal: str, replaced: Sequence[Stamp]) -> None:
+    def __init__(
+        self, place: Path, lock: WriterLock, planned: Analysis, seal: str, replaced: Sequence[Stamp], keep_every: int
+    ) -> None:
         self.place, self.folder, self.planned = place, folder_of(place), planned
-        self._lock, self._replaced = lock, tuple(replaced)
+        self._lock, self._replaced, self._keep_every = lock, tuple(replaced), keep_every
         self._journals = {name: Journal(self.folder / f"{k}.journal", f"{seal} {k}") for k, name in enumerate(planned)}
         self._committed = dict.fromkeys(planned, 0)
 
     @classmethod
-    def begin(cls, path: str | Path, planned: Analysis) -> Self:
+    def begin(cls, path: str | Path, planned: Analysis, keep_every: int = 1) -> Self:
         """Working data of a run that begins.
 
         Raises
@@ -60,13 +62,13 @@ class Checkpoint:
             clear(folder)
             stamp = Stamp.at(place)
             replaced = () if stamp is None else (stamp,)
-            _put(folder / "replaces", json.dumps(replaced).encode())
+            _put(folder / "target", _target(replaced, keep_every))
             image, seal = sealed_image(planned, folder / "plan", is_plan=True)
             _put(folder / "plan", image, seal)
         except BaseException:
             lock.release()
             raise
-        return cls(place, lock, planned, seal.decode(), replaced)
+        return cls(place, lock, planned, seal.decode(), replaced, keep_every)
 
     @classmethod
     def reopen(cls, path: str | Path, blank: Blank) -> Self:
@@ -93,8 +95,7 @@ class Checkpoint:
         lock = WriterLock(place)
         try:
             plan = AnalysisFile(folder_of(place) / "plan")
-            replaced = _stamps(folder_of(place) / "replaces")
-            return cls(place, lock, analysis_of(plan, blank), plan.seal, replaced)
+            return cls(place, lock, analysis_of(plan, blank), plan.seal, *_aimed(folder_of(place) / "target"))
         except BaseException:
             lock.release()
             raise
@@ -102,14 +103,14 @@ class Checkpoint:
     def start(self, case: str, history: xr.Dataset) -> None:
         """Commit what the history of a case looks like, without iterations."""
         if not self._journals[case].is_begun:
-            self._append(case, "case", packed(history))
+            # It is on the disk with the first iteration.
+            self._append(case, "case", packed_dataset(history), wait=False)
 
-    def commit(self, case: str, index: int, iteration: xr.Dataset) -> None:
-        """Commit an iteration of a case: its variables, and whether its certificate holds, ``holds``."""
+    def commit(self, case: str, index: int, iteration: Mapping[str, np.ndarray]) -> None:
+        """Commit an iteration of a case: its arrays, and whether its certificate holds, ``holds``."""
         if index < self._committed[case]:
             return  # It is replayed.
-        of_case = [name for name, v in iteration.variables.items() if "iteration" not in v.dims]
-        self._append(case, "iteration", packed(iteration.drop_vars(of_case).drop_attrs()))
+        self._append(case, "iteration", packed(iteration))
         self._committed[case] += 1
 
     def end(self, result: CaseResult) -> None:
@@ -123,7 +124,7 @@ class Checkpoint:
 
     def finish(self, analysis: Analysis) -> None:
         """Write the finished file, then remove the working data."""
-        write_file(analysis, self.place, self._replaced, self._tell)
+        write_file(analysis, self.place, self._replaced, self._keep_every, self._tell)
         clear(self.folder)
 
     def __enter__(self) -> Self:
@@ -137,12 +138,12 @@ class Checkpoint:
     def _tell(self, draft: Stamp) -> None:
         """Note that the finished file is the run's own, before it takes the name: a kill may come just behind."""
         self._replaced = (*self._replaced, draft)
-        _put(self.folder / "replaces", json.dumps(self._replaced).encode())
+        _put(self.folder / "target", _target(self._replaced, self._keep_every))
 
-    def _append(self, case: str, kind: str, content: bytes) -> None:
+    def _append(self, case: str, kind: str, content: bytes, *, wait: bool = True) -> None:
         journal = self._journals[case]
         try:
-            journal.append(kind, content)
+            journal.append(kind, content, wait=wait)
         except OSError as error:
             msg = (
                 f"{journal.path}: cannot be written ({error.strerror or error}); free some space, then go on by "
@@ -197,7 +198,7 @@ class _Records:
         """Take the next record; a ValueError tells what is wrong with it."""
         match record.kind:
             case "case" if self.blank is None:
-                self.blank = unpacked(record.content)
+                self.blank = unpacked_dataset(record.content)
             case "iteration" if self.blank is not None and self.ending is None:
                 self.iterations.append(_arrays(unpacked(record.content), self.blank, len(self.iterations)))
             case "end" if self.blank is not None and self.ending is None:
@@ -208,14 +209,17 @@ class _Records:
         self.count += 1
 
 
-def _arrays(iteration: xr.Dataset, blank: xr.Dataset, index: int) -> dict[str, np.ndarray]:
+def _arrays(iteration: Mapping[str, np.ndarray], blank: xr.Dataset, index: int) -> dict[str, np.ndarray]:
     """Arrays of an iteration, of the kinds and shapes that the history of the case has."""
     arrays = {}
     expected = {str(name): v for name, v in blank.variables.items() if "iteration" in v.dims}
     for name in (*expected, "holds"):
         dims = expected[name].dims if name in expected else ("iteration",)
         shape = tuple(1 if d == "iteration" else blank.sizes[d] for d in dims)
-        values = iteration[name].to_numpy()
+        if name not in iteration:
+            msg = f"{name} is missing"
+            raise ValueError(msg)
+        values = iteration[name]
         if values.shape != shape or (values.dtype.kind in "OU") != (name in expected and _is_text(expected[name])):
             msg = f"{name} is {values.dtype} {values.shape}, not of shape {shape}"
             raise ValueError(msg)
@@ -263,9 +267,14 @@ def _put(path: Path, *parts: bytes | memoryview) -> None:
         raise StorageError(msg) from error
 
 
-def _stamps(path: Path) -> list[Stamp]:
-    """Stamps of the files that a run may replace; none if that cannot be read."""
+def _target(replaced: Sequence[Stamp], keep_every: int) -> bytes:
+    return json.dumps({"replaces": replaced, "keep_every": keep_every}).encode()
+
+
+def _aimed(path: Path) -> tuple[list[Stamp], int]:
+    """What a run may replace, and every how many iterations it stores: nothing and all, if that cannot be read."""
     try:
-        return [Stamp(*map(int, stamp)) for stamp in json.loads(path.read_bytes())]
-    except (OSError, TypeError, ValueError):
-        return []
+        target = json.loads(path.read_bytes())
+        return [Stamp(*map(int, stamp)) for stamp in target["replaces"]], checked_keep_every(target["keep_every"])
+    except (*DAMAGE, OSError):
+        return [], 1

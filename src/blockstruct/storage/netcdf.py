@@ -4,14 +4,15 @@ Written and read with h5py alone, because h5netcdf looks every dimension up by i
 with the square of the number of groups.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import h5py
 import numpy as np
 import xarray as xr
 
-from blockstruct.storage.file_outline import dimensions_of, plain
+from blockstruct.storage.file_outline import plain
 
 _TEXT = h5py.string_dtype()
 #: What netCDF calls the scale of a dimension that has no coordinate, which is followed by its length.
@@ -20,32 +21,40 @@ _BARE = "This is a netCDF dimension but not a netCDF variable."
 _COORDINATES = "coordinates"
 
 
-def image_of(tree: dict[str, xr.Dataset]) -> memoryview:
+def image_of(tree: Mapping[str, xr.Dataset], kept: Mapping[str, Sequence[int]] = MappingProxyType({})) -> memoryview:
     """Bytes of a netCDF-4 file with a Dataset in each group; parents stand before their children.
 
     It is made in memory: libhdf5 crashes the process on a disk that is full.
+
+    Parameters
+    ----------
+    tree
+        Dataset of each group.
+    kept
+        Of a group whose large arrays are not kept for every iteration: those that are. The others are read as NaN,
+        and take no space.
     """
     with h5py.File("image", "w", driver="core", backing_store=False) as file:
         for path, ds in tree.items():
-            _write(file if path == "/" else _created(file, path), ds)
+            _write(file if path == "/" else _created(file, path), ds, kept.get(path))
         file.flush()
         return memoryview(file.id.get_file_image())
 
 
-def read_group(group: h5py.Group) -> xr.Dataset:
+def read_group(group: h5py.Group, outline: Mapping[str, Any]) -> xr.Dataset:
     """Dataset of a group whose outline is as it must be."""
-    return dataset_of(group, lambda ds, _: values_of(ds))
+    return dataset_of(group, outline, lambda ds, _: values_of(ds))
 
 
-def dataset_of(group: h5py.Group, values: Callable[[h5py.Dataset, str], Any]) -> xr.Dataset:
+def dataset_of(group: h5py.Group, outline: Mapping[str, Any], values: Callable[[h5py.Dataset, str], Any]) -> xr.Dataset:
     """Dataset of a group, its values as a function of a variable and its name gives them."""
-    dimensions = dimensions_of(group)
-    variables = {
-        name: (dims, values(group[name], name), {k: plain(v) for k, v in group[name].attrs.items() if _is_own(k)})
-        for name, dims in dimensions.items()
-    }
-    attrs = {name: plain(value) for name, value in group.attrs.items() if not name.startswith("_")}
-    coordinates = {*str(attrs.pop(_COORDINATES, "")).split(), *(d for dims in dimensions.values() for d in dims)}
+    variables = {}
+    for name, variable in outline["variables"].items():
+        ds = group[name]
+        own = {key: plain(ds.attrs[key]) for key in ds.attrs if _is_own(key)}
+        variables[name] = (tuple(variable["dims"]), values(ds, name), own)
+    attrs = dict(outline["attrs"])
+    coordinates = {*str(attrs.pop(_COORDINATES, "")).split(), *(d for dims, _, _ in variables.values() for d in dims)}
     coords = {name: variables.pop(name) for name in [n for n in variables if n in coordinates]}
     return xr.Dataset(variables, coords, attrs)
 
@@ -71,7 +80,7 @@ def _created(file: h5py.File, path: str) -> h5py.Group:
     return parent
 
 
-def _write(group: h5py.Group, ds: xr.Dataset) -> None:
+def _write(group: h5py.Group, ds: xr.Dataset, kept: Sequence[int] | None) -> None:
     scales = {}
     for number, (dim, size) in enumerate(ds.sizes.items()):
         name = str(dim)
@@ -81,7 +90,10 @@ def _write(group: h5py.Group, ds: xr.Dataset) -> None:
     for key, variable in ds.variables.items():
         item = scales.get(str(key))
         if item is None:
-            item = _stored(group, str(key), variable.values)
+            if kept is not None and variable.dims[:1] == ("iteration",) and variable.ndim > 1:
+                item = _thinned(group, str(key), variable.values, kept)
+            else:
+                item = _stored(group, str(key), variable.values)
             for k, dim in enumerate(variable.dims):
                 item.dims[k].attach_scale(scales[str(dim)])
         _describe(item, variable.attrs)
@@ -97,6 +109,13 @@ def _stored(group: h5py.Group, name: str, values: Any, size: int = 0) -> h5py.Da
     if values.dtype.kind in "OU":
         return group.create_dataset(name, data=values.astype(object), dtype=_TEXT)
     return group.create_dataset(name, data=values)
+
+
+def _thinned(group: h5py.Group, name: str, values: Any, kept: Sequence[int]) -> h5py.Dataset:
+    item = group.create_dataset(name, values.shape, values.dtype, chunks=(1, *values.shape[1:]), fillvalue=np.nan)
+    for k in kept:
+        item[k] = values[k]
+    return item
 
 
 def _describe(item: Any, attrs: dict[Any, Any]) -> None:
