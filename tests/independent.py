@@ -126,7 +126,12 @@ class Measures:
 def measures(structure: Structure, dead: np.ndarray, variable: np.ndarray, result: bs.CaseResult) -> Measures:
     """Certificate of the last iteration of a non-dilatant case, contact by contact, in SI units."""
     last = result.history.isel(iteration=-1)
-    of_block = {name: last.block_velocity.sel(block=name).to_numpy() for name in last.block.to_numpy()}
+    of_block = {
+        name: motion
+        for name, motion in zip(
+            last.block.to_numpy(), np.hstack([last.block_velocity, last.block_angular_velocity]), strict=True
+        )
+    }
     frames = last.interface_frame.to_numpy()[last.interface_of_contact_point.to_numpy()]
     forces = np.einsum("kc,kca->ka", last.contact_force.to_numpy(), frames)
     row = {name: 6 * i for i, name in enumerate(structure.free)}

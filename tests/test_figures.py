@@ -266,7 +266,7 @@ def test_no_thrust_passes_through_a_support():
 def with_rounding(result, points):
     """The result, with forces at some contact points that are a hundred-thousandth of their units."""
     history = result.history.copy(deep=True)
-    rounding = history.unit_of_force.to_numpy()[points, None] * [1e-5, 0, 0]
+    rounding = history.contact_force_unit.to_numpy()[points, None] * [1e-5, 0, 0]
     history["contact_force"].transpose("iteration", "contact_point", "component")[-1, points] = rounding
     return dataclasses.replace(result, history=history)
 

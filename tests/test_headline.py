@@ -136,7 +136,7 @@ def test_few_joints_are_active_and_the_first_dissipates_most(surveyed):
     # All work of the loads is dissipated in the joints: w_L·u = 1, and the dead load's.
     last = result.history.isel(iteration=-1)
     weight = np.array([0.0 if b.fixed else b.weight for b in surveyed.model.blocks])
-    falls = -(weight * last.block_velocity.sel(dof="vz").to_numpy()).sum()
+    falls = -(weight * last.block_velocity.sel(axis="z").to_numpy()).sum()
     assert active["dissipation"].sum() == pytest.approx(result.load_factor + falls, rel=5e-3)
 
 

@@ -20,24 +20,30 @@ def test_every_iteration_is_there(result):
         "component": 3,
         "interface": len(history.interface),
         "block": 8,
-        "dof": 6,
         "axis": 3,
-        "corner": 4 * history.sizes["interface"],
+        "interface_corner": 4 * history.sizes["interface"],
     }
     assert list(history.stage.to_numpy()[[0, 1, -1]]) == ["associative", "nonassociative", "admissible"]
     assert history.load_factor[-1] == pytest.approx(result.load_factor, rel=1e-12)
     assert (history.solver_status == "solved").all()
     assert (history.solver_iterations > 3).all()
     assert (history.solver_time > 0).all()
-    for name in ("contact_force", "relative_velocity", "block_velocity", "fictitious_cohesion", "fictitious_slope"):
+    for name in (
+        "contact_force",
+        "relative_velocity",
+        "block_velocity",
+        "block_angular_velocity",
+        "fictitious_cohesion",
+        "fictitious_slope",
+    ):
         assert np.isfinite(history[name]).all(), name
 
 
 def test_units_are_those_of_the_quantities(result):
     units = {
-        "newton": ("contact_force", "fictitious_cohesion", "unit_of_force", "cohesion", "cell_strength"),
+        "newton": ("contact_force", "fictitious_cohesion", "contact_force_unit", "cohesion", "cell_strength"),
         "meter / second": ("relative_velocity", "block_velocity"),
-        "meter": ("contact_position", "block_position", "interface_position", "corner_position"),
+        "meter": ("contact_point_position", "block_position", "interface_position", "interface_corner_position"),
         "meter ** 2": ("interface_area",),
         "pascal": ("compressive_strength",),
         "second": ("solver_time",),
@@ -47,24 +53,28 @@ def test_units_are_those_of_the_quantities(result):
         assert {result.history[name].attrs["units"] for name in names} == {unit}
 
 
-def test_velocities_have_the_unit_of_their_dof(result):
+def test_velocities_have_their_units(result):
     ask = result.history.blockstruct
-    assert str(ask.quantity("block_velocity", dof="vx").units) == "meter / second"
-    assert str(ask.quantity("block_velocity", dof="wy").units) == "radian / second"
-    with pytest.raises(bs.errors.ModelError, match="in meter / second and in radian / second; select one dof"):
-        ask.quantity("block_velocity", iteration=-1)
-    frame = ask.frame("block_velocity")
-    assert "block_velocity" in frame
-    assert set(frame.xs("wx", level="dof")["unit_of_dof"]) == {"radian / second"}
+    assert str(ask.quantity("block_velocity", axis="x").units) == "meter / second"
+    assert str(ask.quantity("block_angular_velocity", axis="y").units) == "radian / second"
+    assert "block_angular_velocity [radian / second]" in ask.frame("block_angular_velocity")
+
+
+def test_contact_points_are_selected_by_their_interface(result):
+    history = result.history
+    force = history.contact_force.sel(contact_point="2.1|3.1", component="n")
+    k = list(history.interface.to_numpy()).index("2.1|3.1")
+    np.testing.assert_array_equal(force, history.contact_force[:, history.interface_of_contact_point == k, 0])
+    assert force.sizes["contact_point"] == 4
 
 
 def test_the_schedule_is_recorded(result):
     history, s = result.history, result.settings
-    force = history.unit_of_force
+    force = history.contact_force_unit
     steps = history.where(history.stage == "nonassociative", drop=True)
     expected = np.maximum(s.cohesion * s.cohesion_decay ** np.arange(steps.sizes["iteration"]), s.cohesion_min)
-    assert steps.c0.to_numpy() == pytest.approx(expected)
-    assert steps.a[0] == s.slope
+    assert steps.schedule_cohesion.to_numpy() == pytest.approx(expected)
+    assert steps.schedule_slope[0] == s.slope
     # The recorded condition is the one the forces obey.
     f = history.contact_force
     shear = np.hypot(f.sel(component="s"), f.sel(component="t"))
@@ -93,10 +103,10 @@ def test_forces_are_in_equilibrium(result, small_model):
 def test_power_of_the_variable_load_is_one_watt(result, small_model):
     last = result.history.isel(iteration=-1)
     weight = np.array([0 if b.fixed else b.weight for b in small_model.blocks])
-    velocity = last.block_velocity.sel(dof="vx").to_numpy()
-    at_load = last.block_velocity.sel(block="3.1")
+    velocity = last.block_velocity.sel(axis="x").to_numpy()
+    at_load = last.sel(block="3.1")
     # The point load acts 0.1 m above the centroid of block 3.1: v_x + ω_y · 0.1 m.
-    extra = 10 * float(at_load.sel(dof="vx") + 0.1 * at_load.sel(dof="wy"))
+    extra = 10 * float(at_load.block_velocity.sel(axis="x") + 0.1 * at_load.block_angular_velocity.sel(axis="y"))
     assert weight @ velocity + extra == pytest.approx(1.0, rel=1e-6)
 
 
@@ -106,10 +116,10 @@ def test_relative_velocity_is_that_of_the_blocks(result):
     k = 17
     interface = int(h.interface_of_contact_point[k])
     minus, plus = str(h.interface[interface].item()).split("|")
-    p, v = h.contact_position[k].to_numpy(), []
+    p, v = h.contact_point_position[k].to_numpy(), []
     for name in (minus, plus):
-        u = h.block_velocity[blocks.index(name)].to_numpy()
-        v.append(u[:3] + np.cross(u[3:], p - h.block_position[blocks.index(name)].to_numpy()))
+        u, w = (h[what][blocks.index(name)].to_numpy() for what in ("block_velocity", "block_angular_velocity"))
+        v.append(u + np.cross(w, p - h.block_position[blocks.index(name)].to_numpy()))
     expected = h.interface_frame[interface].to_numpy() @ (v[1] - v[0])
     assert h.relative_velocity[k].to_numpy() == pytest.approx(
         expected, abs=1e-9 * float(abs(h.relative_velocity).max())

@@ -43,7 +43,7 @@ def test_counts_and_values_are_those_of_the_history(reader, small_analysis, iter
     used = bs.results.utilisation(result.history).sliding.isel(iteration=iteration)
     np.testing.assert_allclose(interfaces["utilisation of sliding [dimensionless]"][::2], used)
 
-    np.testing.assert_allclose(forces.points, history.contact_position)
+    np.testing.assert_allclose(forces.points, history.contact_point_position)
     np.testing.assert_allclose(forces["normal force [newton]"], history.contact_force.sel(component="n"))
     size = np.linalg.norm(forces["contact force [newton]"], axis=1)
     np.testing.assert_allclose(size, np.linalg.norm(history.contact_force, axis=1), rtol=1e-9)

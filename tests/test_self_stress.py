@@ -64,7 +64,7 @@ def test_the_dead_load_of_a_flat_lintel_hangs_on_self_stress(blocks, load):
     assert result.history.stage[-1] == "dead_load"
     last = result.history.isel(iteration=-1)
     friction = -(last.contact_force * last.relative_velocity).sum().item()
-    fall = -sum(b.weight * last.block_velocity.sel(block=b.name, dof="vz").item() for b in model.blocks)
+    fall = -sum(b.weight * last.block_velocity.sel(block=b.name, axis="z").item() for b in model.blocks)
     assert fall > 0
     assert friction == pytest.approx(fall, rel=2e-3)
     assert bs.results.recomputed_certificate(bs.AnalysisManager(model).run([result.case]), "case").holds

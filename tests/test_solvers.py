@@ -121,7 +121,7 @@ def test_infeasible_steps_raise_the_cohesion(small_model, monkeypatch):
     assert result.status == "converged"
     assert history.solver_status[3] == "infeasible"
     assert np.isnan(history.load_factor[3])
-    assert history.c0[4] == pytest.approx(4 * history.c0[3])
+    assert history.schedule_cohesion[4] == pytest.approx(4 * history.schedule_cohesion[3])
 
 
 def test_too_few_programs_is_a_status(small_model):

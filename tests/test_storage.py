@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.analysis import IterationDone
 from blockstruct.storage import reader, writer
 from blockstruct.storage.migration import MIGRATIONS
 from structures import push, seal_again
@@ -112,7 +113,7 @@ ds = xr.open_dataset(path, group="/cases/push nonassociative/history", engine="h
 assert ds.contact_force.attrs["units"] == "newton"
 assert list(ds.component.values) == ["n", "s", "t"]
 assert float(ds.load_factor[-1]) > 0
-assert set(ds.sizes) == {"iteration", "contact_point", "component", "interface", "block", "dof", "axis", "corner"}
+assert set(ds.sizes) == {"iteration", "contact_point", "component", "interface", "block", "axis", "interface_corner"}
 tree = xr.open_datatree(path, engine="h5netcdf")
 assert "/cases/push associative/history" in tree.groups
 with h5py.File(path) as file:
@@ -331,7 +332,7 @@ HISTORY = "/cases/push associative/history"
         (delete("/model/fixed"), ["/model", "'fixed' is a required"]),
         (delete("/model"), ["'model' is a required"]),
         (overwrite("/model/minus_block", 99), ["/model/minus_block", "outside 0..7"]),
-        (overwrite("/model/vertex_of_corner", -1), ["/model/vertex_of_corner", "outside"]),
+        (overwrite("/model/vertex_of_face_corner", -1), ["/model/vertex_of_face_corner", "outside"]),
         (overwrite("/model/block_of_vertex", 0), ["/model"]),
         (overwrite("/model/vertex_position", 0.0), ["/model", "block"]),
         (overwrite(f"{HISTORY}/interface_of_contact_point", 1000), ["interface_of_contact_point", "outside"]),
@@ -505,3 +506,71 @@ def test_joints_in_cells_are_stored_with_their_cells(tmp_path):
     assert analysis["push"].status == "converged"
     assert analysis["push"].history.sizes["contact_point"] == 50
     same(analysis, bs.open_analysis(tmp_path / "x.h5"))
+
+
+def test_large_arrays_of_some_iterations_only(small_model, small_cases, small_analysis, tmp_path):
+    """The first, every fourth and the last iteration are kept, in the run's file as in one that is saved."""
+    whole, thin = tmp_path / "whole.h5", tmp_path / "thin.h5"
+    bs.save_analysis(small_analysis, whole)
+    bs.AnalysisManager(small_model, thin, store_every=4).run(small_cases)
+    name = "push nonassociative"
+    for path in (thin, bs.save_analysis(small_analysis, tmp_path / "saved.h5", store_every=4)):
+        bs.check_file(path)
+        found, full = bs.open_analysis(path)[name].history, small_analysis[name].history
+        n = full.sizes["iteration"]
+        kept = sorted({*range(0, n, 4), n - 1})
+        left_out = sorted(set(range(n)) - set(kept))
+        assert left_out
+        for variable, array in full.data_vars.items():
+            if array.ndim == 1 and variable != "solver_time":
+                assert found[variable].identical(array)
+            elif array.ndim > 1:
+                assert found[variable][kept].identical(array[kept])
+                assert found[variable][left_out].isnull().all()
+    sizes = []
+    for path in (thin, whole):
+        with h5py.File(path) as file:
+            sizes.append(file[f"/cases/{name}/history/contact_force"].id.get_storage_size())
+    assert sizes[0] == sizes[1] * len(kept) / n
+
+
+def test_what_is_interrupted_keeps_all_iterations(small_model, small_cases, tmp_path):
+    def stop(event):
+        if isinstance(event, IterationDone) and event.index == 7:
+            raise KeyboardInterrupt
+
+    path, case = tmp_path / "x.h5", small_cases[1]
+    bs.AnalysisManager(small_model, path, store_every=4, listeners=[stop]).run([case])
+    assert bs.open_analysis(path)[case.name].history.contact_force.notnull().all()
+    assert bs.AnalysisManager.resume(path)[case.name].status == "converged"
+
+
+@pytest.mark.parametrize("every", [0, -1, 51, 2.0, True, "all"])
+def test_a_storing_interval_that_makes_no_sense(small_model, small_analysis, tmp_path, every):
+    for call in (
+        lambda: bs.AnalysisManager(small_model, store_every=every),
+        lambda: bs.save_analysis(small_analysis, tmp_path / "x.h5", store_every=every),
+    ):
+        with pytest.raises(bs.StorageError, match=r"store_every is .*; give a whole number from 1"):
+            call()
+
+
+def test_storing_grows_with_the_cases_and_not_faster(small_model, small_analysis, monkeypatch, tmp_path):
+    """Calls of HDF5 for each case more: the same for the tenth as for the second."""
+    calls = []
+    for kind, method in (
+        (h5py.Group, "__getitem__"),
+        (h5py.Group, "create_dataset"),
+        (h5py.AttributeManager, "create"),
+    ):
+        plain = getattr(kind, method)
+        counted = lambda self, *words, _plain=plain, **named: calls.append(1) or _plain(self, *words, **named)  # noqa: E731
+        monkeypatch.setattr(kind, method, counted)
+    result, counts = small_analysis["push associative"], []
+    for n in (2, 4, 8):
+        results = {f"{k}": replace(result, case=replace(result.case, name=f"{k}")) for k in range(n)}
+        path = bs.save_analysis(small_analysis.replaced(results=results), tmp_path / f"{n}.h5")
+        look_at_all_of(path)
+        counts.append(len(calls))
+        calls.clear()
+    assert counts[2] - counts[1] == 2 * (counts[1] - counts[0])

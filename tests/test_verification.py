@@ -32,6 +32,16 @@ def last(variable, value):
     return change
 
 
+def moving(value):
+    """Change the motion of the blocks in the last iteration."""
+
+    def change(history):
+        for variable in ("block_velocity", "block_angular_velocity"):
+            last(variable, value)(history)
+
+    return change
+
+
 def certificate(analysis, **changes):
     return {"certificate": replace(analysis[NAME].certificate, **changes)}
 
@@ -56,9 +66,9 @@ LIES = {
     "a gap below zero": (lambda a: certificate(a, flow_rule_gap=-1.0), ["flow rule gap"]),
     "a certificate that does not hold": (lambda a: certificate(a, holds=False), ["by what is stored"]),
     "no certificate": (lambda _: {"certificate": None}, ["no certificate"]),
-    "velocities all zero": (lambda a: {"history": last("block_velocity", 0.0)}, ["does not hold"]),
+    "velocities all zero": (lambda _: {"history": moving(0.0)}, ["does not hold"]),
     "other relative velocities": (lambda a: {"history": last("relative_velocity", "1.1")}, ["relative velocities"]),
-    "velocities turned round": (lambda a: {"history": last("block_velocity", "-1")}, ["interpenetration"]),
+    "velocities turned round": (lambda _: {"history": moving("-1")}, ["interpenetration"]),
     "unbounded": (lambda _: {"status": bs.Status.UNBOUNDED}, ["unbounded, but its load factor"]),
     "unbounded and infinite": (
         lambda _: {"status": bs.Status.UNBOUNDED, "load_factor": np.inf, "certificate": None},
@@ -75,8 +85,8 @@ LIES = {
         ["friction_coefficient of the history"],
     ),
     "contacts elsewhere": (
-        lambda _: {"history": lambda h: h.contact_position.to_numpy().__iadd__(1.0)},
-        ["contact_position of the history"],
+        lambda _: {"history": lambda h: h.contact_point_position.to_numpy().__iadd__(1.0)},
+        ["contact_point_position of the history"],
     ),
     "other loads": (
         lambda a: {"case": replace(a[NAME].case, variable=bs.LoadPattern("push", [bs.BodyForce("+x", 2)]))},

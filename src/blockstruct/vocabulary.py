@@ -3,7 +3,6 @@
 from enum import StrEnum
 
 COMPONENTS = ("n", "s", "t")
-DOFS = ("vx", "vy", "vz", "wx", "wy", "wz")
 AXES = ("x", "y", "z")
 
 #: In the message of a case whose load factor had not settled when its iteration was stopped.

@@ -150,7 +150,7 @@ def working(seed, folder, again):
     shutil.copytree(folder / "killed", path.parent)
     whole = bs.open_analysis(folder / "run.h5")
     place = path.parent / "wall.h5.partial"
-    file = chance.choice(sorted(p for p in place.iterdir() if p.suffix == ".journal" or p.name in ("plan", "replaces")))
+    file = chance.choice(sorted(p for p in place.iterdir() if p.suffix == ".journal" or p.name in ("plan", "target")))
     if again and file.suffix == ".journal":
         chain_again(file, chance, place / "plan")
     elif again and file.name == "plan":

@@ -36,7 +36,8 @@ class ReplaySolver:
         kept = ~np.isin(history["stage"].to_numpy(), [Stage.DEAD_LOAD.value, Stage.LOADING_PATH.value])
         self._history = history.isel(iteration=kept)
         unit_of_u = np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))
-        velocity = self._history["block_velocity"].to_numpy()[:, statics.free]
+        motion = [self._history[name].to_numpy() for name in ("block_velocity", "block_angular_velocity")]
+        velocity = np.concatenate(motion, axis=2)[:, statics.free]
         self._x = self._history["contact_force"].to_numpy() / problem.force_unit[:, None]
         self._u = (velocity * unit_of_u).reshape(len(velocity), problem.A.shape[0])
         self._next = 0
@@ -82,7 +83,7 @@ def followed(steps: Steps, history: xr.Dataset) -> Steps:
 
 def _compare(step: Iteration, stored: xr.Dataset, k: int) -> None:
     ours = (step.stage.value, step.c0, step.a)
-    theirs = (str(stored["stage"].item()), float(stored["c0"]), float(stored["a"]))
+    theirs = (str(stored["stage"].item()), float(stored["schedule_cohesion"]), float(stored["schedule_slope"]))
     if ours[0] != theirs[0] or not np.allclose(ours[1:], theirs[1:], rtol=1e-9, atol=0):
         msg = (
             f"iteration {k} of the history is the {theirs[0]} program with c0 = {theirs[1]:g} and a = {theirs[2]:g}, "

@@ -18,7 +18,7 @@ from blockstruct.units import Q_
 from blockstruct.vocabulary import ContactState
 
 #: Variables that two histories are compared by.
-_COMPARED = ("load_factor", "contact_force", "relative_velocity", "block_velocity")
+_COMPARED = ("load_factor", "contact_force", "relative_velocity", "block_velocity", "block_angular_velocity")
 
 
 @xr.register_dataset_accessor("blockstruct")  # type: ignore[no-untyped-call]
@@ -158,8 +158,6 @@ class HistoryAccessor:
         ------
         UnknownNameError
             A variable or a name that the history does not have.
-        ModelError
-            Velocities and angular velocities of ``block_velocity`` at once: select a ``dof``.
         """
         if variable not in self._ds:
             msg = f"history: no variable {variable!r}; it has {', '.join(map(str, self._ds.data_vars))}"
@@ -196,7 +194,7 @@ class HistoryAccessor:
             Histories of different contact points or blocks.
         """
         other = self._ds if other is None else other
-        for name in ("contact_position", "block_position"):
+        for name in ("contact_point_position", "block_position"):
             one, two = self._ds[name].to_numpy(), other[name].to_numpy()
             if one.shape != two.shape or not np.allclose(one, two, rtol=0, atol=1e-9 * np.ptp(one, axis=0).max()):
                 msg = f"difference: the histories have different {name.replace('_', ' ')}s; compare cases of one model"
@@ -280,8 +278,4 @@ class HistoryAccessor:
 def _given(array: xr.DataArray, *, plain: bool) -> Any:
     if plain:
         return array.to_numpy()
-    units = np.unique(array.coords.get("unit_of_dof", array.attrs.get("units", "dimensionless")))
-    if len(units) > 1:
-        msg = f"history: {array.name} is in {' and in '.join(units)}; select one dof, such as dof='vx'"
-        raise ModelError(msg)
-    return Q_(array.to_numpy(), str(units[0]))
+    return Q_(array.to_numpy(), array.attrs.get("units", "dimensionless"))

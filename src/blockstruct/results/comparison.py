@@ -1,16 +1,19 @@
 """Two analyses side by side."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
+import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
+from blockstruct.results.mechanism import motion_of
 
 #: Relative difference of two measures beyond their tolerances that rounding makes.
 _ROUNDING = 1e-3
@@ -95,9 +98,9 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
         row |= {"force_difference": np.inf, "mechanism_difference": np.inf, "same_certificate": False}
         row["same_question"] = False
         if first is not None and second is not None:
-            row["force_difference"] = _state_difference(first, second, "contact_force")
-            moving = (_state_difference(first, second, name) for name in ("relative_velocity", "block_velocity"))
-            row["mechanism_difference"] = max(moving)
+            row["force_difference"] = _state_difference(first, second, partial(_at_points, name="contact_force"))
+            motions = partial(_at_points, name="relative_velocity"), motion_of
+            row["mechanism_difference"] = max(_state_difference(first, second, motion) for motion in motions)
             row["same_certificate"] = _same_certificate(first, second)
             changed = _changed(asdict(first.settings), asdict(second.settings))
             row["same_question"] = not changed and first.case == second.case
@@ -120,15 +123,18 @@ def relative_difference(one: npt.ArrayLike, other: npt.ArrayLike) -> NDArray[np.
         return np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, (b - a) / np.abs(a))
 
 
-def _state_difference(one: CaseResult, other: CaseResult, variable: str) -> float:
-    """Largest difference of a variable of the last iterations, relative to its largest value.
+def _at_points(iteration: xr.Dataset, name: str) -> NDArray[np.float64]:
+    return np.asarray(iteration[name].transpose("contact_point", "component"))
+
+
+def _state_difference(one: CaseResult, other: CaseResult, values: Callable[[xr.Dataset], Any]) -> float:
+    """Largest difference of values of the last iterations, relative to the largest of them.
 
     Infinite if they cannot be compared; two states without numbers are the same.
     """
-    a, b = (r.history[variable].isel(iteration=slice(-1, None)) for r in (one, other))
-    if dict(a.sizes) != dict(b.sizes):
+    first, second = (values(r.history.isel(iteration=-1)) if r.n_iterations else np.empty(0) for r in (one, other))
+    if first.shape != second.shape:
         return np.inf
-    first, second = a.to_numpy(), b.transpose(*a.dims).to_numpy()
     if np.array_equal(first, second, equal_nan=True):
         return 0.0
     difference = np.abs(first - second).max() / max(np.abs(first).max(), np.abs(second).max())

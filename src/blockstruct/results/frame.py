@@ -9,7 +9,7 @@ from blockstruct.results.states import contact_state
 
 
 def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFrame:
-    """History of a case as a pandas table, units in the column names; those of each dof in ``unit_of_dof``.
+    """History of a case as a pandas table, units in the column names.
 
     Parameters
     ----------
@@ -38,11 +38,8 @@ def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFr
         raise UnknownNameError(msg)
     units = {str(name): data[name].attrs.get("units", "dimensionless") for name in data.data_vars}
     if "contact_point" in data.dims:
-        of_point = history["interface"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
-        data = data.assign_coords(interface_of_contact_point=("contact_point", of_point))
-    if "dof" in data.dims:
-        # Its units are a column.
-        units = {}
-    keep = {*data.dims, "stage", "interface_of_contact_point", "unit_of_dof"}
+        of_point = ("contact_point", data["contact_point"].to_numpy())
+        data = data.drop_vars("contact_point").assign_coords(interface_of_contact_point=of_point)
+    keep = {*data.dims, "stage", "interface_of_contact_point"}
     frame = data.drop_vars([c for c in data.coords if c not in keep]).to_dataframe()
     return frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit != "dimensionless"})

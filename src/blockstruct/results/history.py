@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from blockstruct.limit import Iteration, LimitProblem
 from blockstruct.statics import Statics
 from blockstruct.units import SI_UNITS
-from blockstruct.vocabulary import AXES, COMPONENTS, DOFS
+from blockstruct.vocabulary import AXES, COMPONENTS
 
 Array = NDArray[np.float64]
 
@@ -28,8 +28,8 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
     Returns
     -------
     xarray.Dataset
-        Dimensions iteration, contact_point, component (n, s, t), interface, block, dof (translations, rotations)
-        and axis (x, y, z). Blocks are in the order of the model, supports have zero velocity.
+        Dimensions iteration, contact_point (selected by the name of its interface), component (n, s, t), interface,
+        interface_corner, block and axis (x, y, z). Blocks are in the order of the model, supports have zero velocity.
     """
     model, points, force = statics.model, statics.points, problem.force_unit
     n, K = len(iterations), problem.n_points
@@ -54,9 +54,14 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
             _attrs("velocity", "velocity of the plus block relative to the minus block, opening positive, at 1 W"),
         ),
         "block_velocity": (
-            ("iteration", "block", "dof"),
-            velocity,
-            _attrs("velocity", "velocity of the centroid, and angular velocity in the unit of its dof, at 1 W"),
+            ("iteration", "block", "axis"),
+            velocity[..., :3],
+            _attrs("velocity", "velocity of the centroid, at 1 W"),
+        ),
+        "block_angular_velocity": (
+            ("iteration", "block", "axis"),
+            velocity[..., 3:],
+            _attrs("angular velocity", "angular velocity about the centroid, at 1 W"),
         ),
         "fictitious_cohesion": (
             per_point,
@@ -73,8 +78,8 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
             _linearised_at(statics, problem, iterations),
             _attrs("force", "normal force N0 about which crushing is linearised in the program, if it is"),
         ),
-        "c0": _number([i.c0 for i in iterations], "cohesion c0 of the schedule, in units of force of the contact"),
-        "a": _number([i.a for i in iterations], "slope a of the schedule"),
+        "schedule_cohesion": _number([i.c0 for i in iterations], "c0 of the schedule, in units of contact_force_unit"),
+        "schedule_slope": _number([i.a for i in iterations], "a of the schedule"),
         "equilibrium_residual": _number(
             [i.certificate.equilibrium_residual for i in iterations], "in multiples of the dead wrench of the block"
         ),
@@ -109,8 +114,6 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
         "iteration": ("iteration", np.arange(n), {}),
         "stage": ("iteration", _text([i.stage.value for i in iterations]), {}),
         "component": ("component", _text(COMPONENTS), {}),
-        "dof": ("dof", _text(DOFS), {}),
-        "unit_of_dof": ("dof", _text([SI_UNITS[d] for d in ("velocity", "angular velocity") for _ in AXES]), {}),
         "axis": ("axis", _text(AXES), {}),
         "block": ("block", _text([b.name for b in model.blocks]), {}),
         "interface": ("interface", _text([i.name for i in model.interfaces]), {}),
@@ -119,9 +122,18 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
             np.array([b.centroid for b in model.blocks]),
             _attrs("length", "centroid"),
         ),
-        "contact_position": (("contact_point", "axis"), points.position, _attrs("length", "contact point")),
+        "contact_point_position": (("contact_point", "axis"), points.position, _attrs("length", "contact point")),
+        "contact_point": (
+            "contact_point",
+            _text([model.interfaces[k].name for k in points.interface]),
+            {"long_name": "name of the interface of each contact point"},
+        ),
         "interface_of_contact_point": ("contact_point", points.interface, {}),
-        "unit_of_force": ("contact_point", force, _attrs("force", "unit in which forces at the contact are solved")),
+        "contact_force_unit": (
+            "contact_point",
+            force,
+            _attrs("force", "unit in which the forces there are solved"),
+        ),
         "friction_coefficient": (
             "contact_point",
             points.friction,
@@ -140,13 +152,13 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
             _attrs("force", "f_c times the area of a cell; infinite where the contact point is a corner"),
         ),
         "compressive_strength": ("interface", points.strength, _attrs("stress", "compressive strength f_c")),
-        "corner_position": (
-            ("corner", "axis"),
+        "interface_corner_position": (
+            ("interface_corner", "axis"),
             np.concatenate([i.polygon for i in model.interfaces]),
             _attrs("length", "corner of an interface"),
         ),
-        "interface_of_corner": (
-            "corner",
+        "interface_of_interface_corner": (
+            "interface_corner",
             np.repeat(np.arange(len(model.interfaces)), [len(i.polygon) for i in model.interfaces]),
             {},
         ),

@@ -2,11 +2,18 @@
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from blockstruct.vocabulary import AXES
 
 #: Translation, relative to the motion by rotation, that is rounding.
 ROUNDING = 1e-3
+
+
+def motion_of(iteration: xr.Dataset) -> NDArray[np.float64]:
+    """Velocity of the centroid and angular velocity of each block in one iteration, (blocks, 6), SI."""
+    of_blocks = [iteration[name].transpose("block", "axis") for name in ("block_velocity", "block_angular_velocity")]
+    return np.hstack([motion.to_numpy() for motion in of_blocks])
 
 
 def mechanism(history: xr.Dataset) -> xr.Dataset:
@@ -33,8 +40,8 @@ def mechanism(history: xr.Dataset) -> xr.Dataset:
     """
     from scipy.spatial import cKDTree
 
-    u = history["block_velocity"].isel(iteration=-1).transpose("block", "dof").to_numpy()
-    arms, _ = cKDTree(history["contact_position"].to_numpy()).query(history["block_position"].to_numpy())
+    u = motion_of(history.isel(iteration=-1))
+    arms, _ = cKDTree(history["contact_point_position"].to_numpy()).query(history["block_position"].to_numpy())
     translation, turning = np.linalg.norm(u[:, :3], axis=1).max(), (arms * np.linalg.norm(u[:, 3:], axis=1)).max()
     largest = translation if translation > ROUNDING * turning else turning
     u = u / (largest if largest > 0 else 1.0)

@@ -24,7 +24,7 @@ def interface_resultants(history: xr.Dataset) -> xr.Dataset:
     """
     index = history["interface_of_contact_point"].to_numpy()
     frame = history["interface_frame"].to_numpy()
-    arm = history["contact_position"].to_numpy() - history["interface_position"].to_numpy()[index]
+    arm = history["contact_point_position"].to_numpy() - history["interface_position"].to_numpy()[index]
     local = xr.DataArray(np.einsum("kca,ka->kc", frame[index], arm), dims=("contact_point", "component"))
     f = history["contact_force"].transpose(..., "contact_point", "component")
     moment_at_point = xr.DataArray(

@@ -79,7 +79,7 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
     # The velocity along the plane is that of a rigid motion: a mean and a turn about the mean of the points.
     counts = np.diff([*starts, len(index)])
     axes = history["interface_frame"].to_numpy()[:, 1:][index]
-    along = np.einsum("kca,ka->ck", axes, history["contact_position"].to_numpy())
+    along = np.einsum("kca,ka->ck", axes, history["contact_point_position"].to_numpy())
     s, t = along - (sum_of(along) / counts)[:, index]
     distance = np.hypot(s, t)
     # A single point cannot turn.

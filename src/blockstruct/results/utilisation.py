@@ -42,7 +42,7 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
         return np.asarray(np.add.reduceat(values, starts, axis=-1))
 
     # Forces as small as the tolerance of the certificate say nothing of the joint.
-    floor = 1e-4 * sum_of(history["unit_of_force"].to_numpy())
+    floor = 1e-4 * sum_of(history["contact_force_unit"].to_numpy())
     N = sum_of(n)
     compressed = np.where(floor < N, N, np.nan)
     resistance = sum_of(history["cohesion"].to_numpy() + history["friction_coefficient"].to_numpy() * n)
@@ -82,12 +82,12 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
 
 def _depth(history: xr.Dataset, eccentricity: Array) -> Array:
     """Least over the edges of each interface: twice the distance from N to the edge, at most that of the far corner."""
-    index = history["interface_of_corner"].to_numpy()
+    index = history["interface_of_interface_corner"].to_numpy()
     J = history.sizes["interface"]
     starts = np.searchsorted(index, np.arange(J))
     counts = np.diff([*starts, len(index)])
     frame, centre = history["interface_frame"].to_numpy()[:, 1:], history["interface_position"].to_numpy()
-    corner = np.einsum("kca,ka->kc", frame[index], history["corner_position"].to_numpy() - centre[index])
+    corner = np.einsum("kca,ka->kc", frame[index], history["interface_corner_position"].to_numpy() - centre[index])
     following = np.arange(len(index)) + 1
     following[starts + counts - 1] = starts
     edge = corner[following] - corner

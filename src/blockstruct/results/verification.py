@@ -12,6 +12,7 @@ from blockstruct.errors import BlockstructError, CertificateError
 from blockstruct.limit import Certificate, LimitProblem, ProcedureSettings, certify
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
+from blockstruct.results.mechanism import motion_of
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import Stage, Status
 
@@ -39,8 +40,7 @@ class _State:
         """Of SI forces and velocities; under dead load alone the load factor is the share that they carry."""
         last = result.history.isel(iteration=-1)
         x = last["contact_force"].transpose("contact_point", "component").to_numpy() / problem.force_unit[:, None]
-        velocity = last["block_velocity"].transpose("block", "dof").to_numpy()[statics.free]
-        u = (velocity * np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))).ravel()
+        u = (motion_of(last)[statics.free] * np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))).ravel()
         alpha = float(last["load_factor"])
         if last["stage"].item() == Stage.DEAD_LOAD.value:
             dilatancy = problem.friction if result.status is not Status.SELF_STRESS else problem.dilatancy
@@ -171,12 +171,12 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
     points = statics.points
     expected = {
         "block_position": np.array([b.centroid for b in statics.model.blocks]),
-        "contact_position": points.position,
+        "contact_point_position": points.position,
         "interface_of_contact_point": points.interface,
         "interface_position": points.centroid,
         "interface_frame": points.frame,
         "interface_area": points.area,
-        "unit_of_force": problem.force_unit,
+        "contact_force_unit": problem.force_unit,
         "friction_coefficient": points.friction,
         "dilatancy": problem.dilatancy,
         "cohesion": points.cohesion,
@@ -200,7 +200,7 @@ def _velocities(statics: Statics, state: _State, last: xr.Dataset) -> Iterator[s
     if not np.allclose(stored, v, rtol=0, atol=_ROUNDING * largest, equal_nan=True):
         yield "the relative velocities of the history are not those of its blocks"
     fixed = np.setdiff1d(np.arange(len(statics.model.blocks)), statics.free)
-    if np.any(last["block_velocity"].transpose("block", "dof").to_numpy()[fixed]):
+    if np.any(motion_of(last)[fixed]):
         yield "supports move in the mechanism of the history"
 
 

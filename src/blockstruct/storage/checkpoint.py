@@ -20,7 +20,7 @@ from blockstruct.storage.packing import packed, unpacked
 from blockstruct.storage.reader import DAMAGE, Blank, analysis_of
 from blockstruct.storage.snapshot import Stamp
 from blockstruct.storage.working_data import clear, is_unfinished, refuse_killed
-from blockstruct.storage.writer import sealed_image, write_draft, write_file
+from blockstruct.storage.writer import checked_store_every, sealed_image, write_draft, write_file
 from blockstruct.vocabulary import Status
 
 
@@ -28,23 +28,25 @@ class Checkpoint:
     """Working data of one run, held by one process.
 
     The folder ``NAME.partial`` holds ``plan``, an analysis file of every case as it was before the run, without the
-    histories that are empty; ``replaces``, which tells the file of that name before the run; and ``<case>.journal``
-    for each case that has begun: its history without iterations, each iteration, and how it has ended. A record of a
-    journal is sealed together with those before it and with the plan, so that a process killed at any moment leaves
-    at most one that is half written, and none that is changed is read. Without ``plan`` the rest of the folder is
-    rubbish: it is made last and removed first.
+    histories that are empty; ``target``, which tells what the file of that name was before the run; and, for each case
+    that has begun, ``<case>.journal``: its history without iterations, each iteration, and how it has ended. A record
+    of a journal is sealed together with those before it and with the plan, so that a process killed at any moment
+    leaves at most one that is half written, and none that is changed is read. Without ``plan`` the rest of the folder
+    is rubbish: it is made last and removed first.
 
     Use :meth:`begin` or :meth:`reopen`, as a context.
     """
 
-    def __init__(self, place: Path, lock: WriterLock, planned: Analysis, seal: str, replaced: Sequence[Stamp]) -> None:
+    def __init__(
+        self, place: Path, lock: WriterLock, planned: Analysis, seal: str, replaced: Sequence[Stamp], store_every: int
+    ) -> None:
         self.place, self.folder, self.planned = place, folder_of(place), planned
-        self._lock, self._replaced = lock, tuple(replaced)
+        self._lock, self._replaced, self._store_every = lock, tuple(replaced), store_every
         self._journals = {name: Journal(self.folder / f"{k}.journal", f"{seal} {k}") for k, name in enumerate(planned)}
         self._committed = dict.fromkeys(planned, 0)
 
     @classmethod
-    def begin(cls, path: str | Path, planned: Analysis) -> Self:
+    def begin(cls, path: str | Path, planned: Analysis, store_every: int = 1) -> Self:
         """Working data of a run that begins.
 
         Raises
@@ -60,13 +62,13 @@ class Checkpoint:
             clear(folder)
             stamp = Stamp.at(place)
             replaced = () if stamp is None else (stamp,)
-            _put(folder / "replaces", json.dumps(replaced).encode())
+            _put(folder / "target", _target(replaced, store_every))
             image, seal = sealed_image(planned, folder / "plan", is_plan=True)
             _put(folder / "plan", image, seal)
         except BaseException:
             lock.release()
             raise
-        return cls(place, lock, planned, seal.decode(), replaced)
+        return cls(place, lock, planned, seal.decode(), replaced, store_every)
 
     @classmethod
     def reopen(cls, path: str | Path, blank: Blank) -> Self:
@@ -93,8 +95,7 @@ class Checkpoint:
         lock = WriterLock(place)
         try:
             plan = AnalysisFile(folder_of(place) / "plan")
-            replaced = _stamps(folder_of(place) / "replaces")
-            return cls(place, lock, analysis_of(plan, blank), plan.seal, replaced)
+            return cls(place, lock, analysis_of(plan, blank), plan.seal, *_aimed(folder_of(place) / "target"))
         except BaseException:
             lock.release()
             raise
@@ -123,7 +124,7 @@ class Checkpoint:
 
     def finish(self, analysis: Analysis) -> None:
         """Write the finished file, then remove the working data."""
-        write_file(analysis, self.place, self._replaced, self._tell)
+        write_file(analysis, self.place, self._replaced, self._store_every, self._tell)
         clear(self.folder)
 
     def __enter__(self) -> Self:
@@ -137,7 +138,7 @@ class Checkpoint:
     def _tell(self, draft: Stamp) -> None:
         """Note that the finished file is the run's own, before it takes the name: a kill may come just behind."""
         self._replaced = (*self._replaced, draft)
-        _put(self.folder / "replaces", json.dumps(self._replaced).encode())
+        _put(self.folder / "target", _target(self._replaced, self._store_every))
 
     def _append(self, case: str, kind: str, content: bytes) -> None:
         journal = self._journals[case]
@@ -263,9 +264,14 @@ def _put(path: Path, *parts: bytes | memoryview) -> None:
         raise StorageError(msg) from error
 
 
-def _stamps(path: Path) -> list[Stamp]:
-    """Stamps of the files that a run may replace; none if that cannot be read."""
+def _target(replaced: Sequence[Stamp], store_every: int) -> bytes:
+    return json.dumps({"replaces": replaced, "store_every": store_every}).encode()
+
+
+def _aimed(path: Path) -> tuple[list[Stamp], int]:
+    """What a run may replace, and every how many iterations it stores: nothing and all, if that cannot be read."""
     try:
-        return [Stamp(*map(int, stamp)) for stamp in json.loads(path.read_bytes())]
-    except (OSError, TypeError, ValueError):
-        return []
+        target = json.loads(path.read_bytes())
+        return [Stamp(*map(int, stamp)) for stamp in target["replaces"]], checked_store_every(target["store_every"])
+    except (*DAMAGE, OSError):
+        return [], 1

@@ -17,13 +17,13 @@ _INDICES = {
     "material_of_block": ("material", 0),
     "block_of_vertex": ("block", 0),
     "block_of_face": ("block", 0),
-    "face_of_corner": ("face", 0),
-    "vertex_of_corner": ("vertex", 0),
+    "face_of_face_corner": ("face", 0),
+    "vertex_of_face_corner": ("vertex", 0),
     "minus_block": ("block", 0),
     "plus_block": ("block", 0),
     "joint_material_of_interface": ("joint_material", 0),
     "interface_of_contact_point": ("interface", 0),
-    "interface_of_corner": ("interface", 0),
+    "interface_of_interface_corner": ("interface", 0),
     "pattern_of_load": ("load_pattern", 0),
     "block_of_load": ("block", -1),
     "minus_of_contact": ("block", 0),
@@ -38,9 +38,9 @@ _INDICES = {
 _ASCENDING = (
     "block_of_vertex",
     "block_of_face",
-    "face_of_corner",
+    "face_of_face_corner",
     "interface_of_contact_point",
-    "interface_of_corner",
+    "interface_of_interface_corner",
 )
 
 

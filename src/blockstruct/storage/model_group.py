@@ -57,8 +57,8 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
         ),
         "block_of_vertex": ("vertex", np.repeat(np.arange(len(blocks)), n_vertices)),
         "block_of_face": ("face", integers([i for i, _ in faces])),
-        "face_of_corner": ("corner", np.repeat(np.arange(len(faces)), [len(f) for _, f in faces])),
-        "vertex_of_corner": ("corner", np.concatenate([first_vertex[i] + integers(f) for i, f in faces])),
+        "face_of_face_corner": ("face_corner", np.repeat(np.arange(len(faces)), [len(f) for _, f in faces])),
+        "vertex_of_face_corner": ("face_corner", np.concatenate([first_vertex[i] + integers(f) for i, f in faces])),
         "minus_block": ("interface", integers([index[i.minus] for i in interfaces])),
         "plus_block": ("interface", integers([index[i.plus] for i in interfaces])),
         "joint_material_of_interface": (
@@ -66,13 +66,13 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
             integers([joints.index(i.joint_material.name) for i in interfaces]),
         ),
         "area": ("interface", [i.area for i in interfaces], {"units": SI_UNITS["area"]}),
-        "contact_position": (
-            ("contact_point", "axis"),
+        "interface_corner_position": (
+            ("interface_corner", "axis"),
             np.concatenate([i.polygon for i in interfaces]),
             {"units": SI_UNITS["length"]},
         ),
-        "interface_of_contact_point": (
-            "contact_point",
+        "interface_of_interface_corner": (
+            "interface_corner",
             np.repeat(np.arange(len(interfaces)), [len(i.polygon) for i in interfaces]),
         ),
         "pattern_of_load": ("load", integers([p for p, _ in loads])),
@@ -112,7 +112,7 @@ def model_of(ds: xr.Dataset) -> Model:
     joints = [_joint(ds, k) for k in range(ds.sizes["joint_material"])]
     vertices = _parts(ds["vertex_position"].to_numpy(), ds["block_of_vertex"].to_numpy(), ds.sizes["block"])
     first = np.searchsorted(ds["block_of_vertex"].to_numpy(), np.arange(ds.sizes["block"]))
-    corners = _parts(ds["vertex_of_corner"].to_numpy(), ds["face_of_corner"].to_numpy(), ds.sizes["face"])
+    corners = _parts(ds["vertex_of_face_corner"].to_numpy(), ds["face_of_face_corner"].to_numpy(), ds.sizes["face"])
     faces: list[list[list[int]]] = [[] for _ in range(ds.sizes["block"])]
     for block, corner in zip(ds["block_of_face"].to_numpy(), corners, strict=True):
         faces[block].append((corner - first[block]).tolist())
@@ -127,9 +127,8 @@ def model_of(ds: xr.Dataset) -> Model:
             strict=True,
         )
     ]
-    polygons = _parts(
-        ds["contact_position"].to_numpy(), ds["interface_of_contact_point"].to_numpy(), ds.sizes["interface"]
-    )
+    owner = ds["interface_of_interface_corner"].to_numpy()
+    polygons = _parts(ds["interface_corner_position"].to_numpy(), owner, ds.sizes["interface"])
     interfaces = [
         Interface(str(name), blocks[minus].name, blocks[plus].name, to_quantity(polygon, "length"), joints[joint])
         for name, minus, plus, polygon, joint in zip(

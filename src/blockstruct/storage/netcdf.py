@@ -4,7 +4,8 @@ Written and read with h5py alone, because h5netcdf looks every dimension up by i
 with the square of the number of groups.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import h5py
@@ -20,14 +21,22 @@ _BARE = "This is a netCDF dimension but not a netCDF variable."
 _COORDINATES = "coordinates"
 
 
-def image_of(tree: dict[str, xr.Dataset]) -> memoryview:
+def image_of(tree: Mapping[str, xr.Dataset], kept: Mapping[str, Sequence[int]] = MappingProxyType({})) -> memoryview:
     """Bytes of a netCDF-4 file with a Dataset in each group; parents stand before their children.
 
     It is made in memory: libhdf5 crashes the process on a disk that is full.
+
+    Parameters
+    ----------
+    tree
+        Dataset of each group.
+    kept
+        Of a group whose large arrays are not kept for every iteration: those that are. The others are read as NaN,
+        and take no space.
     """
     with h5py.File("image", "w", driver="core", backing_store=False) as file:
         for path, ds in tree.items():
-            _write(file if path == "/" else _created(file, path), ds)
+            _write(file if path == "/" else _created(file, path), ds, kept.get(path))
         file.flush()
         return memoryview(file.id.get_file_image())
 
@@ -71,7 +80,7 @@ def _created(file: h5py.File, path: str) -> h5py.Group:
     return parent
 
 
-def _write(group: h5py.Group, ds: xr.Dataset) -> None:
+def _write(group: h5py.Group, ds: xr.Dataset, kept: Sequence[int] | None) -> None:
     scales = {}
     for number, (dim, size) in enumerate(ds.sizes.items()):
         name = str(dim)
@@ -81,7 +90,10 @@ def _write(group: h5py.Group, ds: xr.Dataset) -> None:
     for key, variable in ds.variables.items():
         item = scales.get(str(key))
         if item is None:
-            item = _stored(group, str(key), variable.values)
+            if kept is not None and variable.dims[:1] == ("iteration",) and variable.ndim > 1:
+                item = _thinned(group, str(key), variable.values, kept)
+            else:
+                item = _stored(group, str(key), variable.values)
             for k, dim in enumerate(variable.dims):
                 item.dims[k].attach_scale(scales[str(dim)])
         _describe(item, variable.attrs)
@@ -97,6 +109,13 @@ def _stored(group: h5py.Group, name: str, values: Any, size: int = 0) -> h5py.Da
     if values.dtype.kind in "OU":
         return group.create_dataset(name, data=values.astype(object), dtype=_TEXT)
     return group.create_dataset(name, data=values)
+
+
+def _thinned(group: h5py.Group, name: str, values: Any, kept: Sequence[int]) -> h5py.Dataset:
+    item = group.create_dataset(name, values.shape, values.dtype, chunks=(1, *values.shape[1:]), fillvalue=np.nan)
+    for k in kept:
+        item[k] = values[k]
+    return item
 
 
 def _describe(item: Any, attrs: dict[Any, Any]) -> None:

@@ -4,7 +4,9 @@ import contextlib
 import json
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from blockstruct.errors import ModelError, StorageError
@@ -21,12 +23,14 @@ from blockstruct.storage.model_group import model_dataset
 from blockstruct.storage.netcdf import image_of
 from blockstruct.storage.snapshot import Stamp, seal_of
 from blockstruct.storage.working_data import clear, refuse_killed
-from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
+from blockstruct.vocabulary import FORMAT, FORMAT_VERSION, Status
 
 SCHEMA = "analysis-1"
+#: Largest value of store_every: a reader takes data of many times the size of their file for an attack.
+RAREST = 50
 
 
-def save_analysis(analysis: Analysis, path: str | Path) -> Path:
+def save_analysis(analysis: Analysis, path: str | Path, *, store_every: int = 1) -> Path:
     """Write an analysis to one file, in one step: readers see the whole new file or what was there before.
 
     Parameters
@@ -35,6 +39,9 @@ def save_analysis(analysis: Analysis, path: str | Path) -> Path:
         Model and results.
     path
         Where, with a name that ends in ``.h5``; an existing analysis is replaced, any other existing file is refused.
+    store_every
+        Keep the large arrays (those of every contact point, interface or block) of every so many iterations only,
+        the first and the last always; in the others they are NaN. Interrupted cases keep all, to be gone on with.
 
     Returns
     -------
@@ -52,25 +59,29 @@ def save_analysis(analysis: Analysis, path: str | Path) -> Path:
     CertificateError
         Results that contradict their own forces and velocities: :func:`blockstruct.results.contradictions`.
     """
-    place = claim(path)
+    place, every = claim(path), checked_store_every(store_every)
     confirm(analysis)
     with WriterLock(place):
         refuse_killed(place)
         clear(folder_of(place))
         replaced = Stamp.at(place)
-        write_file(analysis, place, () if replaced is None else (replaced,))
+        write_file(analysis, place, () if replaced is None else (replaced,), every)
     return place
 
 
 def write_file(
-    analysis: Analysis, place: Path, replaced: Sequence[Stamp], tell: Callable[[Stamp], None] | None = None
+    analysis: Analysis,
+    place: Path,
+    replaced: Sequence[Stamp],
+    store_every: int,
+    tell: Callable[[Stamp], None] | None = None,
 ) -> None:
     """Write an analysis to a place that is claimed and held, in the place of nothing but what it replaces.
 
     The stamp of the file is told before it takes its name.
     """
     draft = folder_of(place) / "draft"
-    write_draft(sealed_image(analysis, place), draft)
+    write_draft(sealed_image(analysis, place, store_every), draft)
     try:
         if tell is not None:
             tell(Stamp.of(draft.stat()))
@@ -98,7 +109,9 @@ def write_draft(parts: Iterable[bytes | memoryview], draft: Path) -> None:
         raise StorageError(msg) from error
 
 
-def sealed_image(analysis: Analysis, path: Path, *, is_plan: bool = False) -> tuple[memoryview, bytes]:
+def sealed_image(
+    analysis: Analysis, path: Path, store_every: int = 1, *, is_plan: bool = False
+) -> tuple[memoryview, bytes]:
     """Bytes of the file of an analysis, and their seal; a plan leaves histories without iterations out.
 
     Raises
@@ -122,8 +135,27 @@ def sealed_image(analysis: Analysis, path: Path, *, is_plan: bool = False) -> tu
             found += [] if wrong else case_findings(place, case, history["load_factor"].to_numpy())
     if found:
         raise violated(path, found)
-    image = image_of(tree)
+    kept = {
+        f"/cases/{group_of(name)}/history": [*range(0, r.n_iterations - 1, store_every), r.n_iterations - 1]
+        for name, r in analysis.items()
+        if store_every > 1 and r.n_iterations and r.status is not Status.INTERRUPTED
+    }
+    image = image_of(tree, kept)
     return image, seal_of(image)
+
+
+def checked_store_every(value: Any) -> int:
+    """Every how many iterations large arrays are stored, if it is a number that makes sense.
+
+    Raises
+    ------
+    StorageError
+        Anything else.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= RAREST:
+        msg = f"store_every is {value!r}; give a whole number from 1 (all iterations) to {RAREST}"
+        raise StorageError(msg)
+    return int(value)
 
 
 def patterns(cases: Iterable[LimitCase]) -> list[LoadPattern]:
@@ -160,4 +192,5 @@ def _root(analysis: Analysis) -> xr.Dataset:
         "document_hash": analysis.document_hash,
         "tags": json.dumps(list(analysis.tags)),
     }
-    return xr.Dataset({"schema": ((), schema_text(SCHEMA))}, attrs=attrs)
+    schema = json.dumps(json.loads(schema_text(SCHEMA)), separators=(",", ":"))
+    return xr.Dataset({"schema": ((), schema)}, attrs=attrs)

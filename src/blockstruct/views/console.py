@@ -15,8 +15,8 @@ from blockstruct.views.words import admissible_words
 
 _COLUMNS = {
     "load_factor": ("load factor", "{:.6f}"),
-    "c0": ("c0", "{:.0e}"),
-    "a": ("a", "{:.0e}"),
+    "schedule_cohesion": ("c0", "{:.0e}"),
+    "schedule_slope": ("a", "{:.0e}"),
     "yield_excess": ("yield", "{:.0e}"),
     "interpenetration": ("interp.", "{:.0e}"),
     "flow_rule_gap": ("gap", "{:.0e}"),

@@ -116,7 +116,7 @@ class _Still:
         interfaces.cell_data["resultant [newton]"] = force[self.of_triangle]
         pressed = np.isfinite(point).all(axis=1)
 
-        at_points = pv.PolyData(np.asarray(history["contact_position"].to_numpy(), dtype=float))
+        at_points = pv.PolyData(np.asarray(history["contact_point_position"].to_numpy(), dtype=float))
         frame = history["interface_frame"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
         local = history["contact_force"].isel(iteration=0).transpose("contact_point", "component").to_numpy()
         at_points.point_data["contact force [newton]"] = np.einsum("kc,kca->ka", local, frame)

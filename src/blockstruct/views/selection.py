@@ -71,7 +71,7 @@ ROUNDING = 1e-4
 def is_pressed(history: xr.Dataset, resultants: xr.Dataset) -> NDArray[np.bool_]:
     """Whether interfaces with these resultants are pressed by more than rounding, (iteration, I)."""
     starts = np.searchsorted(history["interface_of_contact_point"], np.arange(history.sizes["interface"]))
-    floor = ROUNDING * np.add.reduceat(history["unit_of_force"].to_numpy(), starts)
+    floor = ROUNDING * np.add.reduceat(history["contact_force_unit"].to_numpy(), starts)
     N = resultants["force"].sel(component="n").transpose("iteration", "interface")
     return np.asarray(N.to_numpy() > floor)
 

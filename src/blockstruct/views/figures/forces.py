@@ -57,9 +57,9 @@ def forces(
     elif at == "contact points":
         history = result.history.isel(iteration=index)
         frame = history["interface_frame"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
-        points = history["contact_position"].to_numpy()
+        points = history["contact_point_position"].to_numpy()
         force = np.einsum("kc,kca->ka", history["contact_force"].transpose("contact_point", "component"), frame)
-        acts = np.linalg.norm(force, axis=1) > ROUNDING * history["unit_of_force"].to_numpy()
+        acts = np.linalg.norm(force, axis=1) > ROUNDING * history["contact_force_unit"].to_numpy()
     else:
         msg = f"forces: at {at!r}; give 'interfaces' or 'contact points'"
         raise bs.errors.ModelError(msg)
