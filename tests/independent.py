@@ -126,12 +126,8 @@ class Measures:
 def measures(structure: Structure, dead: np.ndarray, variable: np.ndarray, result: bs.CaseResult) -> Measures:
     """Certificate of the last iteration of a non-dilatant case, contact by contact, in SI units."""
     last = result.history.isel(iteration=-1)
-    of_block = {
-        name: motion
-        for name, motion in zip(
-            last.block.to_numpy(), np.hstack([last.block_velocity, last.block_angular_velocity]), strict=True
-        )
-    }
+    motion = np.hstack([last.block_velocity, last.block_angular_velocity])
+    of_block = dict(zip(last.block.to_numpy(), motion, strict=True))
     frames = last.interface_frame.to_numpy()[last.interface_of_contact_point.to_numpy()]
     forces = np.einsum("kc,kca->ka", last.contact_force.to_numpy(), frames)
     row = {name: 6 * i for i, name in enumerate(structure.free)}

@@ -104,7 +104,8 @@ def _check_holder(place: Path) -> None:
         msg = f"{place}: is a folder; give the path of a file, such as {place / 'analysis.h5'}"
         raise StorageError(msg)
     if not stat.S_ISREG(mode) or not Snapshot(place).sealed:
-        msg = f"{place}: exists and is no blockstruct analysis, or a damaged one, so it is not replaced; choose another name"
+        what = "exists and is no blockstruct analysis, or a damaged one"
+        msg = f"{place}: {what}, so it is not replaced; choose another name"
         raise StorageError(msg)
 
 
