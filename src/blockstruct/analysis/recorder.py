@@ -1,12 +1,13 @@
 """Commits a run while it goes on."""
 
 from collections.abc import Callable
+from typing import Any
 
-import xarray as xr
+import numpy as np
 
 from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone
 from blockstruct.limit import Iteration
-from blockstruct.results import history_of
+from blockstruct.results import history_of, iteration_variables
 from blockstruct.storage import Checkpoint
 from blockstruct.vocabulary import Status
 
@@ -22,16 +23,16 @@ class Recorder:
 
     def __init__(self, working: Checkpoint) -> None:
         self._working = working
-        self._history: Callable[[Iteration], xr.Dataset]
+        self._variables: Callable[[Iteration], dict[str, Any]]
 
     def __call__(self, event: Event) -> None:
         """Commit what an event tells."""
         match event:
             case CaseStarted(case, statics=statics, problem=problem):
                 self._working.start(case.name, history_of(statics, problem, []))
-                self._history = lambda iteration: history_of(statics, problem, [iteration])
+                self._variables = lambda iteration: iteration_variables(statics, problem, [iteration])
             case IterationDone(case, index, iteration):
-                holds = ("iteration", [iteration.certificate.holds])
-                self._working.commit(case.name, index, self._history(iteration).assign(holds=holds))
+                arrays = {name: values for name, (_, values, _) in self._variables(iteration).items()}
+                self._working.commit(case.name, index, arrays | {"holds": np.array([iteration.certificate.holds])})
             case CaseFinished(result) if result.status is not Status.INTERRUPTED:
                 self._working.end(result)

@@ -11,7 +11,7 @@ from blockstruct.results.case_result import CERTIFICATE_MEASURES, AdmissibleStat
 from blockstruct.results.comparison import Comparison, compare, relative_difference
 from blockstruct.results.frame import history_frame
 from blockstruct.results.headline import Headline
-from blockstruct.results.history import history_of
+from blockstruct.results.history import history_of, iteration_variables
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
@@ -43,6 +43,7 @@ __all__ = [
     "contact_state",
     "history_frame",
     "history_of",
+    "iteration_variables",
     "interface_resultants",
     "mechanism",
     "utilisation",

@@ -32,6 +32,75 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
         interface_corner, block and axis (x, y, z). Blocks are in the order of the model, supports have zero velocity.
     """
     model, points, force = statics.model, statics.points, problem.force_unit
+    of_iterations = iteration_variables(statics, problem, iterations)
+    names = _text([i.name for i in model.interfaces])
+    coords = {
+        **{name: of_iterations.pop(name) for name in ("iteration", "stage")},
+        "component": ("component", _text(COMPONENTS), {}),
+        "axis": ("axis", _text(AXES), {}),
+        "block": ("block", _text([b.name for b in model.blocks]), {}),
+        "interface": ("interface", names, {}),
+        "block_position": (
+            ("block", "axis"),
+            np.array([b.centroid for b in model.blocks]),
+            _attrs("length", "centroid"),
+        ),
+        "contact_point_position": (("contact_point", "axis"), points.position, _attrs("length", "contact point")),
+        "contact_point": (
+            "contact_point",
+            names[points.interface],
+            {"long_name": "name of the interface of each contact point"},
+        ),
+        "interface_of_contact_point": ("contact_point", points.interface, {}),
+        "contact_force_unit": (
+            "contact_point",
+            force,
+            _attrs("force", "unit in which the forces there are solved"),
+        ),
+        "friction_coefficient": (
+            "contact_point",
+            points.friction,
+            _attrs("dimensionless", "friction coefficient μ"),
+        ),
+        "dilatancy": ("contact_point", problem.dilatancy, _attrs("dimensionless", "tan ψ that the case flows with")),
+        "cohesion": ("contact_point", points.cohesion, _attrs("force", "cohesion, c times the tributary area")),
+        "tensile_strength": (
+            "contact_point",
+            points.tension,
+            _attrs("force", "tensile strength, f_t times the tributary area"),
+        ),
+        "cell_strength": (
+            "contact_point",
+            points.compression,
+            _attrs("force", "f_c times the area of a cell; infinite where the contact point is a corner"),
+        ),
+        "compressive_strength": ("interface", points.strength, _attrs("stress", "compressive strength f_c")),
+        "interface_corner_position": (
+            ("interface_corner", "axis"),
+            np.concatenate([i.polygon for i in model.interfaces]),
+            _attrs("length", "corner of an interface"),
+        ),
+        "interface_of_interface_corner": (
+            "interface_corner",
+            np.repeat(np.arange(len(model.interfaces)), [len(i.polygon) for i in model.interfaces]),
+            {},
+        ),
+        "interface_area": ("interface", points.area, _attrs("area", "area")),
+        "interface_position": (("interface", "axis"), points.centroid, _attrs("length", "centroid")),
+        "interface_frame": (
+            ("interface", "component", "axis"),
+            points.frame,
+            _attrs("dimensionless", "unit vectors n (from minus to plus), s (horizontal) and t = n × s"),
+        ),
+    }
+    return xr.Dataset(of_iterations, coords=coords, attrs={"long_name": "iteration history"})
+
+
+def iteration_variables(
+    statics: Statics, problem: LimitProblem, iterations: Sequence[Iteration]
+) -> dict[str, tuple[Any, NDArray[Any], dict[str, str]]]:
+    """Dimensions, values and attributes of everything in a history that belongs to its iterations, in SI units."""
+    model, force = statics.model, problem.force_unit
     n, K = len(iterations), problem.n_points
 
     def stacked(values: list[Any], shape: tuple[int, ...] = ()) -> Array:
@@ -41,7 +110,9 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
     u = stacked([i.u for i in iterations], (len(statics.free), 6))
     velocity[:, statics.free] = u / np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))
     per_point = ("iteration", "contact_point")
-    variables = {
+    return {
+        "iteration": ("iteration", np.arange(n), {}),
+        "stage": ("iteration", _text([i.stage.value for i in iterations]), {}),
         "load_factor": _number([i.load_factor for i in iterations], "load factor α"),
         "contact_force": (
             (*per_point, "component"),
@@ -110,67 +181,6 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
             _attrs("time", "time in the solver"),
         ),
     }
-    coords = {
-        "iteration": ("iteration", np.arange(n), {}),
-        "stage": ("iteration", _text([i.stage.value for i in iterations]), {}),
-        "component": ("component", _text(COMPONENTS), {}),
-        "axis": ("axis", _text(AXES), {}),
-        "block": ("block", _text([b.name for b in model.blocks]), {}),
-        "interface": ("interface", _text([i.name for i in model.interfaces]), {}),
-        "block_position": (
-            ("block", "axis"),
-            np.array([b.centroid for b in model.blocks]),
-            _attrs("length", "centroid"),
-        ),
-        "contact_point_position": (("contact_point", "axis"), points.position, _attrs("length", "contact point")),
-        "contact_point": (
-            "contact_point",
-            _text([model.interfaces[k].name for k in points.interface]),
-            {"long_name": "name of the interface of each contact point"},
-        ),
-        "interface_of_contact_point": ("contact_point", points.interface, {}),
-        "contact_force_unit": (
-            "contact_point",
-            force,
-            _attrs("force", "unit in which the forces there are solved"),
-        ),
-        "friction_coefficient": (
-            "contact_point",
-            points.friction,
-            _attrs("dimensionless", "friction coefficient μ"),
-        ),
-        "dilatancy": ("contact_point", problem.dilatancy, _attrs("dimensionless", "tan ψ that the case flows with")),
-        "cohesion": ("contact_point", points.cohesion, _attrs("force", "cohesion, c times the tributary area")),
-        "tensile_strength": (
-            "contact_point",
-            points.tension,
-            _attrs("force", "tensile strength, f_t times the tributary area"),
-        ),
-        "cell_strength": (
-            "contact_point",
-            points.compression,
-            _attrs("force", "f_c times the area of a cell; infinite where the contact point is a corner"),
-        ),
-        "compressive_strength": ("interface", points.strength, _attrs("stress", "compressive strength f_c")),
-        "interface_corner_position": (
-            ("interface_corner", "axis"),
-            np.concatenate([i.polygon for i in model.interfaces]),
-            _attrs("length", "corner of an interface"),
-        ),
-        "interface_of_interface_corner": (
-            "interface_corner",
-            np.repeat(np.arange(len(model.interfaces)), [len(i.polygon) for i in model.interfaces]),
-            {},
-        ),
-        "interface_area": ("interface", points.area, _attrs("area", "area")),
-        "interface_position": (("interface", "axis"), points.centroid, _attrs("length", "centroid")),
-        "interface_frame": (
-            ("interface", "component", "axis"),
-            points.frame,
-            _attrs("dimensionless", "unit vectors n (from minus to plus), s (horizontal) and t = n × s"),
-        ),
-    }
-    return xr.Dataset(variables, coords=coords, attrs={"long_name": "iteration history"})
 
 
 def _linearised_at(statics: Statics, problem: LimitProblem, iterations: Sequence[Iteration]) -> Array:

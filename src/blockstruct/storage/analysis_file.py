@@ -4,7 +4,7 @@ import contextlib
 import json
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -104,21 +104,28 @@ class AnalysisFile:
                 found.append(("/cases", "the groups are not those that the attribute cases of / lists"))
         return found
 
-    def findings(self, place: str, part: str) -> list[Finding]:
-        """What a group violates of the schema, which calls it model, case or history."""
+    def group(
+        self, place: str, part: str, read: Callable[[h5py.Group, Mapping[str, Any]], xr.Dataset] = read_group
+    ) -> tuple[xr.Dataset | None, list[Finding]]:
+        """A group, or what keeps it from being read.
+
+        Parameters
+        ----------
+        place
+            Its path.
+        part
+            What the schema calls it: model, case or history.
+        read
+            Makes a Dataset of a group and its outline.
+        """
         with self.opened() as file:
             try:
-                return self._violations(place, outline(member(file, place)), part)
+                group = member(file, place)
+                lines = outline(group)
             except FormatError as error:
-                return [(place, str(error))]
-
-    def group(self, place: str, part: str) -> tuple[xr.Dataset | None, list[Finding]]:
-        """A group, or what keeps it from being read: its :meth:`findings`."""
-        found = self.findings(place, part)
-        if found:
-            return None, found
-        with self.opened() as file:
-            return read_group(member(file, place)), found
+                return None, [(place, str(error))]
+            found = self._violations(place, lines, part)
+            return None if found else read(group, lines), found
 
     def load_factors(self, case: str) -> Any:
         """Load factors of the history of a case, whose group is named, without the rest of it."""

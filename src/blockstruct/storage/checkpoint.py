@@ -1,7 +1,7 @@
 """The working data of a run: what it commits while it goes on, beside the file that it will become."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from types import TracebackType
@@ -16,7 +16,7 @@ from blockstruct.storage.analysis_file import AnalysisFile
 from blockstruct.storage.claim import place_of, sync
 from blockstruct.storage.journal import Journal, Record
 from blockstruct.storage.lock import WriterLock, folder_of
-from blockstruct.storage.packing import packed, unpacked
+from blockstruct.storage.packing import packed, packed_dataset, unpacked, unpacked_dataset
 from blockstruct.storage.reader import DAMAGE, Blank, analysis_of
 from blockstruct.storage.snapshot import Stamp
 from blockstruct.storage.working_data import clear, is_unfinished, refuse_killed
@@ -103,14 +103,14 @@ class Checkpoint:
     def start(self, case: str, history: xr.Dataset) -> None:
         """Commit what the history of a case looks like, without iterations."""
         if not self._journals[case].is_begun:
-            self._append(case, "case", packed(history))
+            # It is on the disk with the first iteration.
+            self._append(case, "case", packed_dataset(history), wait=False)
 
-    def commit(self, case: str, index: int, iteration: xr.Dataset) -> None:
-        """Commit an iteration of a case: its variables, and whether its certificate holds, ``holds``."""
+    def commit(self, case: str, index: int, iteration: Mapping[str, np.ndarray]) -> None:
+        """Commit an iteration of a case: its arrays, and whether its certificate holds, ``holds``."""
         if index < self._committed[case]:
             return  # It is replayed.
-        of_case = [name for name, v in iteration.variables.items() if "iteration" not in v.dims]
-        self._append(case, "iteration", packed(iteration.drop_vars(of_case).drop_attrs()))
+        self._append(case, "iteration", packed(iteration))
         self._committed[case] += 1
 
     def end(self, result: CaseResult) -> None:
@@ -140,10 +140,10 @@ class Checkpoint:
         self._replaced = (*self._replaced, draft)
         _put(self.folder / "target", _target(self._replaced, self._store_every))
 
-    def _append(self, case: str, kind: str, content: bytes) -> None:
+    def _append(self, case: str, kind: str, content: bytes, *, wait: bool = True) -> None:
         journal = self._journals[case]
         try:
-            journal.append(kind, content)
+            journal.append(kind, content, wait=wait)
         except OSError as error:
             msg = (
                 f"{journal.path}: cannot be written ({error.strerror or error}); free some space, then go on by "
@@ -198,7 +198,7 @@ class _Records:
         """Take the next record; a ValueError tells what is wrong with it."""
         match record.kind:
             case "case" if self.blank is None:
-                self.blank = unpacked(record.content)
+                self.blank = unpacked_dataset(record.content)
             case "iteration" if self.blank is not None and self.ending is None:
                 self.iterations.append(_arrays(unpacked(record.content), self.blank, len(self.iterations)))
             case "end" if self.blank is not None and self.ending is None:
@@ -209,14 +209,17 @@ class _Records:
         self.count += 1
 
 
-def _arrays(iteration: xr.Dataset, blank: xr.Dataset, index: int) -> dict[str, np.ndarray]:
+def _arrays(iteration: Mapping[str, np.ndarray], blank: xr.Dataset, index: int) -> dict[str, np.ndarray]:
     """Arrays of an iteration, of the kinds and shapes that the history of the case has."""
     arrays = {}
     expected = {str(name): v for name, v in blank.variables.items() if "iteration" in v.dims}
     for name in (*expected, "holds"):
         dims = expected[name].dims if name in expected else ("iteration",)
         shape = tuple(1 if d == "iteration" else blank.sizes[d] for d in dims)
-        values = iteration[name].to_numpy()
+        if name not in iteration:
+            msg = f"{name} is missing"
+            raise ValueError(msg)
+        values = iteration[name]
         if values.shape != shape or (values.dtype.kind in "OU") != (name in expected and _is_text(expected[name])):
             msg = f"{name} is {values.dtype} {values.shape}, not of shape {shape}"
             raise ValueError(msg)

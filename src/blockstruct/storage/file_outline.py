@@ -63,17 +63,6 @@ def outline_of(ds: xr.Dataset, groups: Iterable[str]) -> dict[str, Any]:
     }
 
 
-def dimensions_of(group: h5py.Group) -> dict[str, tuple[str, ...]]:
-    """Dimensions of each variable of a group."""
-    members = dict(group.items())
-    names = {_address(item): name for name, item in members.items()}
-    return {
-        name: tuple(_dimensions(item, names))
-        for name, item in members.items()
-        if isinstance(item, h5py.Dataset) and not _is_bare_dimension(item)
-    }
-
-
 def plain(value: Any) -> Any:
     """Attribute as plain Python: netCDF keeps a number as an array of one."""
     if isinstance(value, np.ndarray) and value.size == 1:

@@ -75,20 +75,20 @@ class Journal:
             return ""
         return ""
 
-    def append(self, kind: str, content: bytes) -> None:
-        """Put a record behind those that were read or appended, and wait until it is on the disk."""
+    def append(self, kind: str, content: bytes, *, wait: bool = True) -> None:
+        """Put a record behind those that were read or appended, and wait until all are on the disk, if so told."""
         head = f"blockstruct record {kind} {len(content)} ".encode()
         digest = self._chained(head, content)
-        is_new = not self.path.exists()
         with self.path.open("ab") as stream:
             # What is left of a record that was not finished, or of one that could not be read.
             stream.truncate(self._end)
             stream.write(head + digest.encode() + b"\n" + content)
             stream.flush()
-            os.fsync(stream.fileno())
-            self._end = stream.tell()
+            if wait:
+                os.fsync(stream.fileno())
+            is_named, self._end = self._end > 0, stream.tell()
         self._digest = digest
-        if is_new:
+        if not is_named:
             sync(self.path.parent)
 
     def _chained(self, head: bytes, content: bytes) -> str:

@@ -20,14 +20,14 @@ def lazy_history(file: AnalysisFile, case: str) -> xr.Dataset:
         A history that violates the schema.
     """
     place = f"{case}/history"
-    found = file.findings(place, "history")
-    if found:
+
+    def stored(ds: Any, name: str) -> Any:
+        return indexing.LazilyIndexedArray(_Stored(file, f"{place}/{name}", ds.shape, ds.dtype))
+
+    history, found = file.group(place, "history", lambda group, outline: dataset_of(group, outline, stored))
+    if history is None:
         raise violated(file.path, found)
-    with file.opened() as groups:
-        return dataset_of(
-            member(groups, place),
-            lambda ds, name: indexing.LazilyIndexedArray(_Stored(file, f"{place}/{name}", ds.shape, ds.dtype)),
-        )
+    return history
 
 
 class _Stored(BackendArray):

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 import xarray as xr
 
-from blockstruct.storage.file_outline import dimensions_of, plain
+from blockstruct.storage.file_outline import plain
 
 _TEXT = h5py.string_dtype()
 #: What netCDF calls the scale of a dimension that has no coordinate, which is followed by its length.
@@ -41,20 +41,20 @@ def image_of(tree: Mapping[str, xr.Dataset], kept: Mapping[str, Sequence[int]] =
         return memoryview(file.id.get_file_image())
 
 
-def read_group(group: h5py.Group) -> xr.Dataset:
+def read_group(group: h5py.Group, outline: Mapping[str, Any]) -> xr.Dataset:
     """Dataset of a group whose outline is as it must be."""
-    return dataset_of(group, lambda ds, _: values_of(ds))
+    return dataset_of(group, outline, lambda ds, _: values_of(ds))
 
 
-def dataset_of(group: h5py.Group, values: Callable[[h5py.Dataset, str], Any]) -> xr.Dataset:
+def dataset_of(group: h5py.Group, outline: Mapping[str, Any], values: Callable[[h5py.Dataset, str], Any]) -> xr.Dataset:
     """Dataset of a group, its values as a function of a variable and its name gives them."""
-    dimensions = dimensions_of(group)
-    variables = {
-        name: (dims, values(group[name], name), {k: plain(v) for k, v in group[name].attrs.items() if _is_own(k)})
-        for name, dims in dimensions.items()
-    }
-    attrs = {name: plain(value) for name, value in group.attrs.items() if not name.startswith("_")}
-    coordinates = {*str(attrs.pop(_COORDINATES, "")).split(), *(d for dims in dimensions.values() for d in dims)}
+    variables = {}
+    for name, variable in outline["variables"].items():
+        ds = group[name]
+        own = {key: plain(ds.attrs[key]) for key in ds.attrs if _is_own(key)}
+        variables[name] = (tuple(variable["dims"]), values(ds, name), own)
+    attrs = dict(outline["attrs"])
+    coordinates = {*str(attrs.pop(_COORDINATES, "")).split(), *(d for dims, _, _ in variables.values() for d in dims)}
     coords = {name: variables.pop(name) for name in [n for n in variables if n in coordinates]}
     return xr.Dataset(variables, coords, attrs)
 
