@@ -551,7 +551,7 @@ def test_a_storing_interval_that_makes_no_sense(small_model, small_analysis, tmp
         lambda: bs.AnalysisManager(small_model, store_every=every),
         lambda: bs.save_analysis(small_analysis, tmp_path / "x.h5", store_every=every),
     ):
-        with pytest.raises(bs.StorageError, match=r"store_every is .*; give a whole number from 1"):
+        with pytest.raises(bs.errors.StorageError, match=r"store_every is .*; give a whole number from 1"):
             call()
 
 
