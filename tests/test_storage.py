@@ -512,9 +512,9 @@ def test_large_arrays_of_some_iterations_only(small_model, small_cases, small_an
     """The first, every fourth and the last iteration are kept, in the run's file as in one that is saved."""
     whole, thin = tmp_path / "whole.h5", tmp_path / "thin.h5"
     bs.save_analysis(small_analysis, whole)
-    bs.AnalysisManager(small_model, thin, store_every=4).run(small_cases)
+    bs.AnalysisManager(small_model, thin, keep_every=4).run(small_cases)
     name = "push nonassociative"
-    for path in (thin, bs.save_analysis(small_analysis, tmp_path / "saved.h5", store_every=4)):
+    for path in (thin, bs.save_analysis(small_analysis, tmp_path / "saved.h5", keep_every=4)):
         bs.check_file(path)
         found, full = bs.open_analysis(path)[name].history, small_analysis[name].history
         n = full.sizes["iteration"]
@@ -540,7 +540,7 @@ def test_what_is_interrupted_keeps_all_iterations(small_model, small_cases, tmp_
             raise KeyboardInterrupt
 
     path, case = tmp_path / "x.h5", small_cases[1]
-    bs.AnalysisManager(small_model, path, store_every=4, listeners=[stop]).run([case])
+    bs.AnalysisManager(small_model, path, keep_every=4, listeners=[stop]).run([case])
     assert bs.open_analysis(path)[case.name].history.contact_force.notnull().all()
     assert bs.AnalysisManager.resume(path)[case.name].status == "converged"
 
@@ -548,10 +548,10 @@ def test_what_is_interrupted_keeps_all_iterations(small_model, small_cases, tmp_
 @pytest.mark.parametrize("every", [0, -1, 51, 2.0, True, "all"])
 def test_a_storing_interval_that_makes_no_sense(small_model, small_analysis, tmp_path, every):
     for call in (
-        lambda: bs.AnalysisManager(small_model, store_every=every),
-        lambda: bs.save_analysis(small_analysis, tmp_path / "x.h5", store_every=every),
+        lambda: bs.AnalysisManager(small_model, keep_every=every),
+        lambda: bs.save_analysis(small_analysis, tmp_path / "x.h5", keep_every=every),
     ):
-        with pytest.raises(bs.errors.StorageError, match=r"store_every is .*; give a whole number from 1"):
+        with pytest.raises(bs.errors.StorageError, match=r"keep_every is .*; give a whole number from 1"):
             call()
 
 

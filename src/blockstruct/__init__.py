@@ -26,7 +26,7 @@ converged 0.1429
 Look at every iteration:
 
 >>> sorted(result.history.sizes)
-['axis', 'block', 'component', 'contact_point', 'corner', 'dof', 'interface', 'iteration']
+['axis', 'block', 'component', 'contact_point', 'interface', 'interface_corner', 'iteration']
 >>> result.certificate.holds
 True
 """

@@ -31,7 +31,7 @@ from blockstruct.procedures import solve_limit_case
 from blockstruct.results import Analysis, CaseResult, active_joints, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
-from blockstruct.storage import Checkpoint, checked_store_every, claim, is_unfinished, open_analysis, patterns
+from blockstruct.storage import Checkpoint, checked_keep_every, claim, is_unfinished, open_analysis, patterns
 from blockstruct.vocabulary import Flow, Status
 
 #: Statuses whose last iteration shows how the structure falls under its dead load.
@@ -57,7 +57,7 @@ class AnalysisManager:
         Words to find the analysis by: :meth:`blockstruct.Archive.select`.
     document_hash
         Of the document that describes the model: :attr:`blockstruct.Document.hash`.
-    store_every
+    keep_every
         The file keeps the large arrays (those of every contact point, interface or block) of every so many iterations
         only, the first and the last always; in the others they are NaN. The analysis in memory has all.
 
@@ -80,7 +80,7 @@ class AnalysisManager:
         listeners: Iterable[Listener] = (),
         tags: Iterable[str] = (),
         document_hash: str = "",
-        store_every: int = 1,
+        keep_every: int = 1,
     ) -> None:
         if not isinstance(model, Model):
             msg = f"AnalysisManager: model is {shown(model)}; give a Model"
@@ -95,7 +95,7 @@ class AnalysisManager:
         self.document_hash = document_hash
         self.statics = Statics.of(model, self.settings.crushing_cells)
         solver_of(self.settings)
-        self.store_every = checked_store_every(store_every)
+        self.keep_every = checked_keep_every(keep_every)
         self.store = None if store is None else claim(store)
 
     def run(self, cases: Iterable[LimitCase], *, spread: bool | str | Iterable[str] = False) -> Analysis:
@@ -146,7 +146,7 @@ class AnalysisManager:
         if self.store is None:
             done = self._conduct(analysis, self.listeners)
         else:
-            with Checkpoint.begin(self.store, analysis, self.store_every) as working:
+            with Checkpoint.begin(self.store, analysis, self.keep_every) as working:
                 done = self._record(analysis, working)
         _warn_of(done.values())
         return done

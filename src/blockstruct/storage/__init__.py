@@ -10,13 +10,13 @@ from blockstruct.storage.claim import claim
 from blockstruct.storage.reader import check_file, open_analysis
 from blockstruct.storage.salvaging import salvage
 from blockstruct.storage.working_data import is_unfinished
-from blockstruct.storage.writer import checked_store_every, patterns, save_analysis
+from blockstruct.storage.writer import checked_keep_every, patterns, save_analysis
 
 __all__ = [
     "Archive",
     "Checkpoint",
     "check_file",
-    "checked_store_every",
+    "checked_keep_every",
     "claim",
     "is_unfinished",
     "open_analysis",

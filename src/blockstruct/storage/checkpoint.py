@@ -20,7 +20,7 @@ from blockstruct.storage.packing import packed, packed_dataset, unpacked, unpack
 from blockstruct.storage.reader import DAMAGE, Blank, analysis_of
 from blockstruct.storage.snapshot import Stamp
 from blockstruct.storage.working_data import clear, is_unfinished, refuse_killed
-from blockstruct.storage.writer import checked_store_every, sealed_image, write_draft, write_file
+from blockstruct.storage.writer import checked_keep_every, sealed_image, write_draft, write_file
 from blockstruct.vocabulary import Status
 
 
@@ -38,15 +38,15 @@ class Checkpoint:
     """
 
     def __init__(
-        self, place: Path, lock: WriterLock, planned: Analysis, seal: str, replaced: Sequence[Stamp], store_every: int
+        self, place: Path, lock: WriterLock, planned: Analysis, seal: str, replaced: Sequence[Stamp], keep_every: int
     ) -> None:
         self.place, self.folder, self.planned = place, folder_of(place), planned
-        self._lock, self._replaced, self._store_every = lock, tuple(replaced), store_every
+        self._lock, self._replaced, self._keep_every = lock, tuple(replaced), keep_every
         self._journals = {name: Journal(self.folder / f"{k}.journal", f"{seal} {k}") for k, name in enumerate(planned)}
         self._committed = dict.fromkeys(planned, 0)
 
     @classmethod
-    def begin(cls, path: str | Path, planned: Analysis, store_every: int = 1) -> Self:
+    def begin(cls, path: str | Path, planned: Analysis, keep_every: int = 1) -> Self:
         """Working data of a run that begins.
 
         Raises
@@ -62,13 +62,13 @@ class Checkpoint:
             clear(folder)
             stamp = Stamp.at(place)
             replaced = () if stamp is None else (stamp,)
-            _put(folder / "target", _target(replaced, store_every))
+            _put(folder / "target", _target(replaced, keep_every))
             image, seal = sealed_image(planned, folder / "plan", is_plan=True)
             _put(folder / "plan", image, seal)
         except BaseException:
             lock.release()
             raise
-        return cls(place, lock, planned, seal.decode(), replaced, store_every)
+        return cls(place, lock, planned, seal.decode(), replaced, keep_every)
 
     @classmethod
     def reopen(cls, path: str | Path, blank: Blank) -> Self:
@@ -124,7 +124,7 @@ class Checkpoint:
 
     def finish(self, analysis: Analysis) -> None:
         """Write the finished file, then remove the working data."""
-        write_file(analysis, self.place, self._replaced, self._store_every, self._tell)
+        write_file(analysis, self.place, self._replaced, self._keep_every, self._tell)
         clear(self.folder)
 
     def __enter__(self) -> Self:
@@ -138,7 +138,7 @@ class Checkpoint:
     def _tell(self, draft: Stamp) -> None:
         """Note that the finished file is the run's own, before it takes the name: a kill may come just behind."""
         self._replaced = (*self._replaced, draft)
-        _put(self.folder / "target", _target(self._replaced, self._store_every))
+        _put(self.folder / "target", _target(self._replaced, self._keep_every))
 
     def _append(self, case: str, kind: str, content: bytes, *, wait: bool = True) -> None:
         journal = self._journals[case]
@@ -267,14 +267,14 @@ def _put(path: Path, *parts: bytes | memoryview) -> None:
         raise StorageError(msg) from error
 
 
-def _target(replaced: Sequence[Stamp], store_every: int) -> bytes:
-    return json.dumps({"replaces": replaced, "store_every": store_every}).encode()
+def _target(replaced: Sequence[Stamp], keep_every: int) -> bytes:
+    return json.dumps({"replaces": replaced, "keep_every": keep_every}).encode()
 
 
 def _aimed(path: Path) -> tuple[list[Stamp], int]:
     """What a run may replace, and every how many iterations it stores: nothing and all, if that cannot be read."""
     try:
         target = json.loads(path.read_bytes())
-        return [Stamp(*map(int, stamp)) for stamp in target["replaces"]], checked_store_every(target["store_every"])
+        return [Stamp(*map(int, stamp)) for stamp in target["replaces"]], checked_keep_every(target["keep_every"])
     except (*DAMAGE, OSError):
         return [], 1

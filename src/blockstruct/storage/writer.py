@@ -26,11 +26,11 @@ from blockstruct.storage.working_data import clear, refuse_killed
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION, Status
 
 SCHEMA = "analysis-1"
-#: Largest value of store_every: a reader takes data of many times the size of their file for an attack.
+#: Largest value of keep_every: a reader takes data of many times the size of their file for an attack.
 RAREST = 50
 
 
-def save_analysis(analysis: Analysis, path: str | Path, *, store_every: int = 1) -> Path:
+def save_analysis(analysis: Analysis, path: str | Path, *, keep_every: int = 1) -> Path:
     """Write an analysis to one file, in one step: readers see the whole new file or what was there before.
 
     Parameters
@@ -39,7 +39,7 @@ def save_analysis(analysis: Analysis, path: str | Path, *, store_every: int = 1)
         Model and results.
     path
         Where, with a name that ends in ``.h5``; an existing analysis is replaced, any other existing file is refused.
-    store_every
+    keep_every
         Keep the large arrays (those of every contact point, interface or block) of every so many iterations only,
         the first and the last always; in the others they are NaN. Interrupted cases keep all, to be gone on with.
 
@@ -59,7 +59,7 @@ def save_analysis(analysis: Analysis, path: str | Path, *, store_every: int = 1)
     CertificateError
         Results that contradict their own forces and velocities: :func:`blockstruct.results.contradictions`.
     """
-    place, every = claim(path), checked_store_every(store_every)
+    place, every = claim(path), checked_keep_every(keep_every)
     confirm(analysis)
     with WriterLock(place):
         refuse_killed(place)
@@ -73,7 +73,7 @@ def write_file(
     analysis: Analysis,
     place: Path,
     replaced: Sequence[Stamp],
-    store_every: int,
+    keep_every: int,
     tell: Callable[[Stamp], None] | None = None,
 ) -> None:
     """Write an analysis to a place that is claimed and held, in the place of nothing but what it replaces.
@@ -81,7 +81,7 @@ def write_file(
     The stamp of the file is told before it takes its name.
     """
     draft = folder_of(place) / "draft"
-    write_draft(sealed_image(analysis, place, store_every), draft)
+    write_draft(sealed_image(analysis, place, keep_every), draft)
     try:
         if tell is not None:
             tell(Stamp.of(draft.stat()))
@@ -110,7 +110,7 @@ def write_draft(parts: Iterable[bytes | memoryview], draft: Path) -> None:
 
 
 def sealed_image(
-    analysis: Analysis, path: Path, store_every: int = 1, *, is_plan: bool = False
+    analysis: Analysis, path: Path, keep_every: int = 1, *, is_plan: bool = False
 ) -> tuple[memoryview, bytes]:
     """Bytes of the file of an analysis, and their seal; a plan leaves histories without iterations out.
 
@@ -136,15 +136,15 @@ def sealed_image(
     if found:
         raise violated(path, found)
     kept = {
-        f"/cases/{group_of(name)}/history": [*range(0, r.n_iterations - 1, store_every), r.n_iterations - 1]
+        f"/cases/{group_of(name)}/history": [*range(0, r.n_iterations - 1, keep_every), r.n_iterations - 1]
         for name, r in analysis.items()
-        if store_every > 1 and r.n_iterations and r.status is not Status.INTERRUPTED
+        if keep_every > 1 and r.n_iterations and r.status is not Status.INTERRUPTED
     }
     image = image_of(tree, kept)
     return image, seal_of(image)
 
 
-def checked_store_every(value: Any) -> int:
+def checked_keep_every(value: Any) -> int:
     """Every how many iterations large arrays are stored, if it is a number that makes sense.
 
     Raises
@@ -153,7 +153,7 @@ def checked_store_every(value: Any) -> int:
         Anything else.
     """
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= RAREST:
-        msg = f"store_every is {value!r}; give a whole number from 1 (all iterations) to {RAREST}"
+        msg = f"keep_every is {value!r}; give a whole number from 1 (all iterations) to {RAREST}"
         raise StorageError(msg)
     return int(value)
 
