@@ -26,7 +26,9 @@ def variables(part: str) -> dict[str, Any]:
     properties = {}
     for name, dims, kind, units, _, _ in rows(part):
         stated = {"dims": {"const": [] if dims == "scalar" else dims.split(", ")}, "kind": KINDS[kind]}
-        stated |= {"units": {"const": units}} if units else {}
+        either = units.split(" or ")
+        if units:
+            stated["units"] = {"const": units} if len(either) == 1 else {"enum": either}
         properties[name] = {"properties": stated, "required": list(stated)}
     return {"required": [row[0] for row in rows(part) if row[4] == "MUST"], "properties": properties}
 
@@ -39,5 +41,19 @@ def schema() -> dict[str, Any]:
     return found
 
 
+def text() -> str:
+    """The schema as text, a variable a line."""
+    found, lines = schema(), {}
+    for part in TITLES:
+        held = found["$defs"][part]["properties"]["variables"]
+        for holder, key in [*((held["properties"], name) for name in held["properties"]), (held, "required")]:
+            lines[f"{part} {key}"] = json.dumps(holder[key], ensure_ascii=False)
+            holder[key] = f"{part} {key}"
+    words = json.dumps(found, indent=2, ensure_ascii=False)
+    for place, line in lines.items():
+        words = words.replace(f'"{place}"', line)
+    return words + "\n"
+
+
 if __name__ == "__main__":
-    SCHEMA.write_text(json.dumps(schema(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    SCHEMA.write_text(text(), encoding="utf-8")

@@ -1,5 +1,6 @@
 """Opening: the seal first, one snapshot, histories when they are looked at, and what is left of a damaged file."""
 
+import gc
 import os
 import pickle
 import shutil
@@ -91,9 +92,11 @@ def test_histories_are_read_when_they_are_looked_at(path, small_analysis, kept, 
 
 def test_descriptors_are_closed(copy, monkeypatch):
     monkeypatch.setattr(snapshot, "_SMALL", 0)
+    gc.collect()
     before = len(list(Path("/proc/self/fd").iterdir()))
     for _ in range(20):
         bs.open_analysis(copy)["push associative"].history.load()
+    gc.collect()
     assert len(list(Path("/proc/self/fd").iterdir())) == before
 
 

@@ -15,6 +15,7 @@ import xarray as xr
 from blockstruct.storage.file_outline import plain
 
 _TEXT = h5py.string_dtype()
+_TEXT_TYPE, _ONE = h5py.h5t.py_create(_TEXT, logical=True), h5py.h5s.create(h5py.h5s.SCALAR)
 #: What netCDF calls the scale of a dimension that has no coordinate, which is followed by its length.
 _BARE = "This is a netCDF dimension but not a netCDF variable."
 #: Attribute of a group that names the coordinates which are not dimensions, as xarray reads and writes it.
@@ -120,4 +121,8 @@ def _thinned(group: h5py.Group, name: str, values: Any, kept: Sequence[int]) -> 
 
 def _describe(item: Any, attrs: dict[Any, Any]) -> None:
     for name, value in attrs.items():
-        item.attrs.create(str(name), value, dtype=_TEXT if isinstance(value, str) else None)
+        if isinstance(value, str):
+            # Straight, for item.attrs takes its time, and a small file is mostly attributes.
+            h5py.h5a.create(item.id, str(name).encode(), _TEXT_TYPE, _ONE).write(np.array(value, dtype=_TEXT))
+        else:
+            item.attrs[str(name)] = value
