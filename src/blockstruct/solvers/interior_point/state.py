@@ -88,6 +88,10 @@ class ContactSolution:
     gap: float
     iterations: int
 
+    def within(self, tolerance: float) -> bool:
+        """Whether displacements and gap are within a tolerance, and forces within a tenth of it."""
+        return self.unbalanced <= 0.1 * tolerance and self.incompatible <= tolerance and self.gap <= tolerance
+
 
 @dataclass(frozen=True, slots=True)
 class Step:
