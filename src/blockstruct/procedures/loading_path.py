@@ -199,8 +199,11 @@ class _Path:
                 if not self.lags:
                     self.peak = max(self.peak, found.state.alpha)
                 return self._iteration(replace(found, iterations=iterations), s, start)
-            self._next = s / 3 if self.lags else s
-            self.lags = True
+            # From the dead load, whose friction is not that of the push, lagging would overshoot.
+            if self.lags or not self._step:
+                self._next = s / 3
+            else:
+                self.lags = True
         self.why = f"its steps beyond the displacement {self._displacement():.3g} are not solved"
         return None
 

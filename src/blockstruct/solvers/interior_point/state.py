@@ -72,8 +72,6 @@ class ContactSolution:
     Attributes
     ----------
     state : ContactState
-    solved : bool
-        Whether all three measures are within the tolerance.
     unbalanced, incompatible, gap : float
         Largest residual of equilibrium and of forces in the cones; of displacements, relative to the largest; and
         the complementarity gap relative to the work of the step.
@@ -82,7 +80,6 @@ class ContactSolution:
     """
 
     state: ContactState
-    solved: bool
     unbalanced: float
     incompatible: float
     gap: float
