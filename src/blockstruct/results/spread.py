@@ -62,7 +62,7 @@ class Spread:
 
         None without a loading path that came to its end.
         """
-        found = [run.load_factor for run in self.runs.values() if ALONG_PATH in run.message]
+        found = [run.load_factor for run in self.runs.values() if ALONG_PATH in run.message and run.settled]
         return (min(found), max(found)) if found else None
 
     @property

@@ -107,13 +107,13 @@ class ContactProblem:
         turned_at, trail = np.inf, list[float]()
         for k in range(max_iterations + 1):
             residuals = self._residuals(step, state)
-            now = self._measured(step, state, residuals, tolerance, k)
+            now = self._measured(step, state, residuals, k)
             trail.append(max(now.unbalanced, now.incompatible, now.gap))
             if k and not np.isfinite(trail[-1]):
                 break
             found = now
             stalled = k >= PATIENCE and not trail[-1] < 0.5 * trail[-1 - PATIENCE]
-            if found.solved or stalled or k == max_iterations:
+            if found.within(tolerance) or stalled or k == max_iterations:
                 break
             try:
                 newton = Newton(self, step, state, residuals)
@@ -163,9 +163,7 @@ class ContactProblem:
             gap=state.y.dot(state.z),
         )
 
-    def _measured(
-        self, step: Step, state: ContactState, residuals: Residuals, tolerance: float, k: int
-    ) -> ContactSolution:
+    def _measured(self, step: Step, state: ContactState, residuals: Residuals, k: int) -> ContactSolution:
         forces = residuals.forces
         unbalanced = max(
             np.abs(residuals.equilibrium).max(), np.abs(forces.soc).max(), np.abs(forces.line).max(initial=0.0)
@@ -173,5 +171,4 @@ class ContactProblem:
         speed = max(np.abs(self.AT @ state.u).max(), 1e-300)
         incompatible = float(np.abs(residuals.flow).max() / speed)
         gap = residuals.gap / self._work(step, state)
-        solved = unbalanced <= 0.1 * tolerance and incompatible <= tolerance and gap <= tolerance
-        return ContactSolution(state, bool(solved), float(unbalanced), incompatible, gap, k)
+        return ContactSolution(state, float(unbalanced), incompatible, gap, k)

@@ -72,8 +72,6 @@ class ContactSolution:
     Attributes
     ----------
     state : ContactState
-    solved : bool
-        Whether all three measures are within the tolerance.
     unbalanced, incompatible, gap : float
         Largest residual of equilibrium and of forces in the cones; of displacements, relative to the largest; and
         the complementarity gap relative to the work of the step.
@@ -82,11 +80,14 @@ class ContactSolution:
     """
 
     state: ContactState
-    solved: bool
     unbalanced: float
     incompatible: float
     gap: float
     iterations: int
+
+    def within(self, tolerance: float) -> bool:
+        """Whether displacements and gap are within a tolerance, and forces within a tenth of it."""
+        return self.unbalanced <= 0.1 * tolerance and self.incompatible <= tolerance and self.gap <= tolerance
 
 
 @dataclass(frozen=True, slots=True)
