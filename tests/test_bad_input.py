@@ -391,7 +391,7 @@ def test_paths_that_cannot_be_written_are_refused_before_the_run(small_model, tm
     with refused(bs.errors.StorageError, "is a folder"):
         bs.AnalysisManager(small_model, tmp_path)
     (tmp_path / "file").write_text("x")
-    with refused(bs.errors.StorageError, "no intact blockstruct analysis", "not replaced", "another name"):
+    with refused(bs.errors.StorageError, "no blockstruct analysis", "not replaced", "another name"):
         bs.AnalysisManager(small_model, tmp_path / "file")
     assert (tmp_path / "file").read_text() == "x"
     with refused(bs.errors.StorageError, "cannot be written", "choose a folder"):
