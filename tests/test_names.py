@@ -150,6 +150,17 @@ def test_a_kill_behind_the_finished_file_is_recovered(model, tmp_path, monkeypat
     assert [p.name for p in tmp_path.iterdir()] == ["block.h5"]
 
 
+def test_a_kill_while_the_working_data_go_leaves_nothing_for_good(model, tmp_path):
+    path = tmp_path / "block.h5"
+    bs.AnalysisManager(model, path).run([CASE])
+    folder = tmp_path / "block.h5.partial"
+    folder.mkdir()
+    for name in ("lock", "0.journal", "target"):
+        (folder / name).write_bytes(b"rubbish")
+    assert bs.AnalysisManager.resume(path)["rocks"].status == "converged"
+    assert [p.name for p in tmp_path.iterdir()] == ["block.h5"]
+
+
 def test_a_symbolic_link_stays_one(model, done, tmp_path):
     (tmp_path / "far").mkdir()
     target = bs.save_analysis(done, tmp_path / "far" / "block.h5")

@@ -31,7 +31,7 @@ from blockstruct.procedures import solve_limit_case
 from blockstruct.results import Analysis, CaseResult, active_joints, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
-from blockstruct.storage import Checkpoint, checked_keep_every, claim, is_unfinished, open_analysis, patterns
+from blockstruct.storage import Checkpoint, checked_keep_every, claim, is_unfinished, open_analysis, patterns, tidy
 from blockstruct.vocabulary import Flow, Status
 
 #: Statuses whose last iteration shows how the structure falls under its dead load.
@@ -181,6 +181,7 @@ class AnalysisManager:
             return done
         analysis = open_analysis(path)
         if analysis.status == "finished":
+            tidy(path)
             return analysis
         manager = cls._resuming(analysis, path, listeners)
         with Checkpoint.begin(path, analysis) as working:

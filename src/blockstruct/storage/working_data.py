@@ -1,10 +1,11 @@
 """The folder beside a file that holds the working data of its run: whether there are any, and their end."""
 
+import contextlib
 from pathlib import Path
 
 from blockstruct.errors import StorageError
 from blockstruct.storage.claim import place_of
-from blockstruct.storage.lock import folder_of
+from blockstruct.storage.lock import WriterLock, folder_of
 
 
 def is_unfinished(path: str | Path) -> bool:
@@ -32,6 +33,15 @@ def refuse_killed(place: Path) -> None:
             f"AnalysisManager.resume, keep what it found by recover, or delete the folder"
         )
         raise StorageError(msg)
+
+
+def tidy(path: str | Path) -> None:
+    """Remove what a run leaves that was killed while it removed its working data, if nobody writes."""
+    place = place_of(path)
+    with contextlib.suppress(StorageError, OSError):
+        if folder_of(place).is_dir() and not is_unfinished(place):
+            with WriterLock(place):
+                clear(folder_of(place))
 
 
 def clear(folder: Path) -> None:
