@@ -85,3 +85,14 @@ def test_the_yaml_of_the_guide_is_a_block():
     tuff = bs.Material("tuff", "12 kN/m^3")
     wedge = bs.Block.from_faces("wedge", bs.Q_(shape["vertices"], shape["unit"]), shape["faces"], tuff)
     assert wedge.volume == pytest.approx(0.4 * 0.2 / 2 * 0.3)
+
+
+def test_every_name_of_the_reference_exists():
+    page = (ROOT / "docs" / "reference" / "index.md").read_text(encoding="utf-8")
+    names = re.findall(r"^   ([\w.]+)$", page, re.MULTILINE)
+    assert len(names) > 40
+    for name in names:
+        found = bs
+        for part in name.split("."):
+            found = getattr(found, part)
+        assert found.__doc__, name
