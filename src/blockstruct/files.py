@@ -26,8 +26,7 @@ def unique_pairs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def check_new(path: Path) -> Path:
     """A path, refused if there is a file already: asked before the work that a file is to hold."""
     if path.exists():
-        msg = f"{path}: exists and is not replaced; choose another name or remove it"
-        raise StorageError(msg)
+        raise _taken(path)
     return path
 
 
@@ -42,12 +41,15 @@ def write_new_bytes(path: Path, content: bytes | memoryview) -> Path:
         with path.open("xb") as stream:
             stream.write(content)
     except FileExistsError as error:
-        msg = f"{path}: exists and is not replaced; choose another name or remove it"
-        raise StorageError(msg) from error
+        raise _taken(path) from error
     except OSError as error:
         msg = f"{path}: cannot be written ({error.strerror or error}); choose another file"
         raise StorageError(msg) from error
     return path
+
+
+def _taken(path: Path) -> StorageError:
+    return StorageError(f"{path}: exists and is not replaced; choose another name or remove it")
 
 
 def csv_text(frame: pd.DataFrame) -> str:

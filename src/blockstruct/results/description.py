@@ -51,7 +51,7 @@ def describe(model: Model, history: xr.Dataset) -> str:
 
 def _joints(history: xr.Dataset) -> list[str]:
     last = history.isel(iteration=-1)
-    state = contact_state(history).isel(iteration=-1)
+    state = contact_state(last)
     index = last["interface_of_contact_point"].to_numpy()
     force = last["contact_force"].transpose("contact_point", "component").to_numpy()
     v = last["relative_velocity"].transpose("contact_point", "component").to_numpy()
@@ -59,13 +59,14 @@ def _joints(history: xr.Dataset) -> list[str]:
     def per_joint(values: Array) -> Array:
         return np.asarray(np.bincount(index, values, minlength=len(state)), dtype=float)
 
+    friction = per_joint(-np.einsum("kc,kc->k", force[:, 1:], v[:, 1:]))
     measures = {
         ContactState.HINGE: (
             "Hinges",
             per_joint(force[:, 0]) * per_joint(np.maximum(v[:, 0], 0.0)),
         ),
-        ContactState.SLIDING: ("Sliding joints", per_joint(-np.einsum("kc,kc->k", force[:, 1:], v[:, 1:]))),
-        ContactState.TWISTING: ("Twisting joints", per_joint(-np.einsum("kc,kc->k", force[:, 1:], v[:, 1:]))),
+        ContactState.SLIDING: ("Sliding joints", friction),
+        ContactState.TWISTING: ("Twisting joints", friction),
         ContactState.CRUSHING: ("Crushing joints", per_joint(np.maximum(-force[:, 0] * v[:, 0], 0.0))),
     }
     lines = []
