@@ -12,13 +12,13 @@ import shutil
 import h5py
 import numpy as np
 import pytest
-from processes import count
 
 import blockstruct as bs
 from blockstruct.analysis import IterationDone
 from blockstruct.storage.journal import Journal
+from killed_runs import cases, kill_at_random, wall
+from processes import count
 from structures import SELF_WEIGHT, model_of, push, seal_again, single_block
-from test_crash_safety import cases, kill_at_random, wall
 
 GOOD = {"refused", "identical"}
 #: Half of the corruptions are near the beginning, where HDF5 keeps what its readers trust most.

@@ -9,11 +9,11 @@ anything from 0.004 to 0.284 with bonded ones, by schedule.
 
 import numpy as np
 import pytest
+from validation.test_ferris_tin_loi_walls import WALLS
 
 import blockstruct as bs
 from blockstruct import Q_
 from structures import model_of, moved, push, rotation, solve
-from validation.test_ferris_tin_loi_walls import WALLS
 
 JOINTS = {"base|*": bs.JointMaterial("ground", 0.6), "*": bs.JointMaterial("lime mortar", 0.65)}
 

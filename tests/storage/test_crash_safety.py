@@ -2,12 +2,9 @@
 
 import contextlib
 import dataclasses
-import multiprocessing
 import os
-import random
 import resource
 import shutil
-import time
 
 import numpy as np
 import pytest
@@ -21,110 +18,13 @@ from blockstruct.results import history_of
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.statics import Statics
 from blockstruct.storage import is_unfinished
+from killed_runs import FRESH, cases, check_resumed, kill_at_random, wall
 from structures import SELF_WEIGHT, model_of, push
-
-FRESH = multiprocessing.get_context("forkserver")
-FRESH.set_forkserver_preload(["blockstruct", "structures", "test_crash_safety"])
-
-
-def wall() -> bs.Model:
-    rows = [[1, 1, 1], [0.5, 1, 1, 0.5], [1, 1, 1], [0.5, 1, 1, 0.5]]
-    tuff = bs.Material("tuff", "12 kN/m^3")
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
-    return model_of(blocks, bs.JointMaterial("dry", 0.65))
-
-
-def cases() -> list[bs.LimitCase]:
-    return [
-        bs.LimitCase("upper", SELF_WEIGHT, push(1, 0, 0), "associative"),
-        bs.LimitCase("sideways", SELF_WEIGHT, push(1, 0, 0)),
-        bs.LimitCase("lifted", SELF_WEIGHT, bs.LoadPattern("down", [bs.BodyForce((0, 0, -1))])),
-    ]
-
-
-def run(path, report, pause=0.0):
-    """Run the wall; tell of every event after it is committed."""
-
-    def tell(event):
-        match event:
-            case IterationDone(case):
-                report.send(case.name)
-        time.sleep(pause)
-
-    manager = bs.AnalysisManager(wall(), path, listeners=[tell])
-    report.send("begun")
-    manager.run(cases())
-    report.send("finished")
-
-
-def killed(path, seconds):
-    """Run the wall in a process of its own, kill it so long after it has begun, and give what it has told."""
-    here, there = FRESH.Pipe(duplex=False)
-    process = FRESH.Process(target=run, args=(path, there, 0.005))
-    process.start()
-    there.close()
-    told = [here.recv()]
-    process.join(seconds)
-    process.kill()
-    process.join()
-    with contextlib.suppress(EOFError):
-        while here.poll():
-            told.append(here.recv())
-    return told
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     return bs.AnalysisManager(wall(), tmp_path_factory.mktemp("whole") / "wall.h5").run(cases())
-
-
-def timeless(result):
-    return result.history.drop_vars("solver_time")
-
-
-def check_survivors(path, told, whole):
-    """What a killed run has left: every iteration that it told of, as it would be without the kill."""
-    if not is_unfinished(path) and not path.is_file():
-        assert told == ["begun"]
-        return
-    assert path.is_file() or "finished" not in told
-    found = bs.recover(path) if is_unfinished(path) else bs.open_analysis(path)
-    assert list(found) == list(whole)
-    for name, result in found.items():
-        n = result.n_iterations
-        assert told.count(name) <= n <= whole[name].n_iterations
-        expected = whole[name].history.isel(iteration=slice(n)).drop_vars("solver_time")
-        assert timeless(result).identical(expected)
-        if result.status == "interrupted":
-            assert (result.certificate is None) == (n == 0)
-        else:
-            assert (result.status, result.message) == (whole[name].status, whole[name].message)
-    assert bs.open_analysis(path).status == found.status
-    assert not is_unfinished(path)
-
-
-def check_resumed(path, whole):
-    again = bs.AnalysisManager.resume(path)
-    assert again.status == "finished"
-    for name, result in again.items():
-        assert result.status == whole[name].status
-        assert result.n_iterations == whole[name].n_iterations
-        assert result.load_factor == pytest.approx(whole[name].load_factor, rel=1e-6)
-    assert [p.name for p in path.parent.iterdir()] == [path.name]
-    assert bs.open_analysis(path).status == "finished"
-
-
-def kill_at_random(folder, whole, times, seed):
-    moments = random.Random(seed)
-    for k in range(times):
-        path = folder / f"{k}" / "wall.h5"
-        path.parent.mkdir()
-        told = killed(path, moments.uniform(0.0, 0.9))
-        if k % 2:
-            check_survivors(path, told, whole)
-        if path.is_file() or is_unfinished(path):
-            check_resumed(path, whole)
-        shutil.rmtree(path.parent)
 
 
 def test_killed_at_random(tmp_path, whole):

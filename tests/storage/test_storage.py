@@ -395,7 +395,7 @@ def test_validation_lists_each_violation_with_its_path(path, tmp_path):
     ]
 
 
-DATA = Path(__file__).parent / "data"
+DATA = Path(__file__).parents[1] / "data"
 
 
 @pytest.mark.parametrize("version", ["1.0"])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "file-format.md").read_text(encoding="utf-8")
 SCHEMA = json.loads((ROOT / "schemas" / "analysis-1.json").read_text(encoding="utf-8"))
 KINDS = {"float": {"const": "f"}, "integer": {"enum": ["i", "u"]}, "text": {"const": "text"}}

@@ -19,7 +19,7 @@ import blockstruct as bs
 from blockstruct.analysis import IterationDone
 from blockstruct.views.progress import bar, following
 
-WALL = Path(__file__).parents[1] / "examples" / "ferris_tin_loi_wall_1.yaml"
+WALL = Path(__file__).parents[2] / "examples" / "ferris_tin_loi_wall_1.yaml"
 
 
 @pytest.fixture(scope="module")
@@ -384,7 +384,7 @@ def test_on_a_terminal_a_bar_tells_the_iteration_and_the_rest(small_model, small
 
 @pytest.mark.filterwarnings("default::blockstruct.errors.UnusualValueWarning")
 def test_a_warning_is_one_line(call, tmp_path):
-    wall = (Path(__file__).parents[1] / "examples" / "ferris_tin_loi_wall_1.yaml").read_text(encoding="utf-8")
+    wall = (Path(__file__).parents[2] / "examples" / "ferris_tin_loi_wall_1.yaml").read_text(encoding="utf-8")
     (tmp_path / "m.yaml").write_text(wall.replace("12 kN/m^3", "12 kN/mm^3"), encoding="utf-8")
     code, out, err = call("check", tmp_path / "m.yaml")
     assert (code, "ready to run" in out) == (0, True)
