@@ -53,7 +53,8 @@ def tie_state(history: xr.Dataset, tolerance: float = AT_LIMIT) -> xr.DataArray:
     at_limit = np.broadcast_to(np.array(limits, dtype=object), force.shape)
     state = np.full(force.shape, TieState.STRESSED.value, dtype=object)
     state = np.where(slips, TieState.SLIPPING.value, state)
-    contact = np.abs(history["contact_force"]).max(("contact_point", "component")).to_numpy()[..., None]
+    at_contacts = history["contact_force"].transpose(..., "contact_point", "component").to_numpy()
+    contact = np.abs(at_contacts).max(axis=(-2, -1))[..., None]
     state = np.where(force <= tolerance * np.fmin(capacity, contact), TieState.SLACK.value, state)
     state = np.where(force >= (1 - tolerance) * capacity, at_limit, state)
     state = np.where(np.isfinite(force), state, TieState.UNKNOWN.value)
