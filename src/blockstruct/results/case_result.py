@@ -260,7 +260,7 @@ class CaseResult:
         )
 
     def describe(self) -> str:
-        """How the structure collapses, in sentences: number, bodies that move, hinges, sliding and crushing joints."""
+        """How the structure collapses, in sentences: number, bodies that move, failing joints, and ties."""
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
         return "\n".join([str(self), *([describe(self.model, self.history)] if moves else [])])
 

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 import blockstruct as bs
-from blockstruct.views.words import admissible_words
+from blockstruct.views.words import admissible_words, tie_words
 
 _COLUMNS = {
     "load_factor": ("load factor", "{:.6f}"),
@@ -46,11 +46,16 @@ def model_text(model: bs.Model) -> str:
     fixed = [b.name for b in model.blocks if b.fixed]
     more = f" and {len(fixed) - 5} more" if len(fixed) > 5 else ""
     weight = sum(b.weight for b in model.blocks if not b.fixed)
-    return (
+    text = (
         f"{model.name}: {len(model.blocks)} blocks, {len(fixed)} of them fixed ({', '.join(fixed[:5])}{more})\n"
         f"{x:.4g} × {y:.4g} × {z:.4g} m, mean size of the free blocks {model.characteristic_length:.3g} m, "
         f"their weight {weight / 1e3:.4g} kN"
     )
+    if model.ties:
+        rest = len(model.ties) - 5
+        names = ", ".join(tie.name for tie in model.ties[:5]) + (f" and {rest} more" if rest > 0 else "")
+        text += f"\n{len(model.ties)} tie{'s' * (len(model.ties) > 1)}: {names}"
+    return text
 
 
 def result_text(result: bs.CaseResult) -> Text:
@@ -65,6 +70,8 @@ def result_text(result: bs.CaseResult) -> Text:
     left = admissible_words(result)
     if left:
         text.append(f"  {left}\n")
+    for sentence in tie_words(result):
+        text.append(f"  {sentence}\n")
     if c is None:
         return text
     if result.status in (bs.Status.UNSTABLE, bs.Status.SELF_STRESS):
@@ -124,6 +131,7 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
         "model_hash": analysis.model.hash,
         "blocks": len(analysis.model.blocks),
         "interfaces": len(analysis.model.interfaces),
+        "ties": len(analysis.model.ties),
         "created_at": analysis.created_at,
         "status": analysis.status,
         "cases": [
@@ -138,6 +146,7 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
                 "warnings": list(r.warnings),
                 "admissible_load_factor": _finite(r.admissible_load_factor),
                 "certificate": None if r.certificate is None else _measures(r.certificate),
+                "ties": _ties(r),
             }
             for r in analysis.values()
         ],
@@ -156,6 +165,11 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
 def _headline(headline: bs.results.Headline) -> dict[str, Any]:
     values = {"load_factor": headline.load_factor, **asdict(headline)}
     return {name: _finite(v) if isinstance(v, float) else v for name, v in values.items()}
+
+
+def _ties(result: bs.CaseResult) -> list[dict[str, Any]]:
+    rows = result.ties.reset_index().to_dict("records")
+    return [{str(name): _finite(v) if isinstance(v, float) else v for name, v in row.items()} for row in rows]
 
 
 def _finite(value: float) -> float | None:
