@@ -30,7 +30,7 @@ def file(small_analysis, tmp_path_factory):
 def test_demo(call, tmp_path):
     code, out, err = call("demo", "-o", tmp_path / "demo.h5")
     assert code == 0
-    # Without a terminal, progress is a line an iteration.
+    # Without a terminal, progress is a line per iteration.
     assert "load factor 0.494770" in err
     assert not re.search(r"^ *# ", out, re.MULTILINE)
     assert "39 blocks, 86 interfaces" in out
@@ -128,7 +128,7 @@ def test_history(call, file, tmp_path):
         (["run", "missing.yaml", "-o", "x.h5"], "cannot be read"),
         (["run", str(WALL), "-o", "/proc/x/y.h5"], "cannot be written"),
         (["run", str(WALL), "-o", str(WALL)], "is not replaced"),
-        (["run", "FILE", "-o", "x.h5"], "is no text"),
+        (["run", "FILE", "-o", "x.h5"], "is not text"),
         (["show", "."], "is a folder"),
         (["history", "FILE", "push nonassociative", "--csv", "FILE"], "ends in .csv"),
         (["view", "missing.h5"], "no such file"),
@@ -327,7 +327,7 @@ def test_a_view_never_replaces_what_it_is_made_from(call, file, tmp_path):
 def test_analyses_and_pipes_are_no_targets(call, file, tmp_path):
     other, pipe = shutil.copy(file, tmp_path / "other.csv"), tmp_path / "pipe.csv"
     os.mkfifo(pipe)
-    for target, words in ((other, "it is an HDF5 file"), (pipe, "it is no regular file")):
+    for target, words in ((other, "it is an HDF5 file"), (pipe, "it is not a regular file")):
         for command in (("view", file, "-o", target), ("history", file, "push nonassociative", "--csv", target)):
             code, _, err = call(*command)
             assert code == 2
@@ -388,5 +388,5 @@ def test_a_warning_is_one_line(call, tmp_path):
     (tmp_path / "m.yaml").write_text(wall.replace("12 kN/m^3", "12 kN/mm^3"), encoding="utf-8")
     code, out, err = call("check", tmp_path / "m.yaml")
     assert (code, "ready to run" in out) == (0, True)
-    assert err.startswith("warning: material 'tuff': a unit weight of 1.2e+10 kN/m^3 is none of masonry")
+    assert err.startswith("warning: material 'tuff': a unit weight of 1.2e+10 kN/m^3 is not one of masonry")
     assert len(err.splitlines()) == 1

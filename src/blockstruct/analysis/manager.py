@@ -64,11 +64,11 @@ class AnalysisManager:
     Raises
     ------
     StorageError
-        A store that cannot be written.
+        If the store cannot be written.
     SolverError
-        Settings that name no installed solver.
+        If the settings name a solver that is not installed.
     GeometryError
-        An interface that crushes but cannot be divided into cells.
+        If an interface that crushes cannot be divided into cells.
     """
 
     def __init__(
@@ -122,11 +122,11 @@ class AnalysisManager:
         Raises
         ------
         ModelError
-            No case, two cases of one name, a variable load that is zero, loads that the model cannot take, an unknown
-            schedule: before anything is solved.
+            If there is no case, two cases have one name, a variable load is zero, the model cannot take a load, or a
+            schedule is unknown: before anything is solved.
         StorageError
-            A store that another run writes to, or that holds the iterations of a killed one: before anything is
-            solved. A disk that is full: what is committed is kept.
+            If another run writes to the store, or it holds the iterations of a killed one: before anything is solved.
+            If the disk is full: what is committed is kept.
         """
         runs = self._runs(checked_tuple(cases, LimitCase, "AnalysisManager.run: cases"), schedules_of(spread))
         started_at = now()
@@ -169,9 +169,9 @@ class AnalysisManager:
         Raises
         ------
         StorageError
-            Nothing to resume, or a run that is still under way.
+            If there is nothing to resume, or the run is still under way.
         FormatError
-            A damaged file, or one whose iterations are not those of this version of blockstruct.
+            If the file is damaged, or its iterations are not those of this version of blockstruct.
         """
         if is_unfinished(path):
             with Checkpoint.reopen(path, blank_history) as working:
@@ -230,7 +230,7 @@ class AnalysisManager:
             A property of joints such as ``"compressive_strength"`` or ``"friction_coefficient"``: every joint of the
             model takes the value. Or a mapping from several of them to their values, all of which are combined.
         values
-            An array quantity, or one quantity a value; None is an infinite compressive strength. Left out with a
+            An array quantity, or one quantity per value; None is an infinite compressive strength. Left out with a
             mapping.
         case
             The case.
@@ -248,12 +248,12 @@ class AnalysisManager:
         Raises
         ------
         ModelError
-            A quantity that joints do not have, no value, or one that a joint cannot take.
+            If joints do not have the quantity, there is no value, or a joint cannot take one.
         StorageError
-            A folder that cannot be written to.
+            If the folder cannot be written to.
         """
         if not isinstance(case, LimitCase):
-            msg = f"sweep: case {shown(case)} is no LimitCase; give the case itself"
+            msg = f"sweep: case {shown(case)} is not a LimitCase; give the case itself"
             raise ModelError(msg)
         axes = axes_of(quantity, values)
         heard = (*self.listeners, *checked_tuple(listeners, Callable, "sweep: listeners"))

@@ -31,7 +31,7 @@ def run(
     Raises
     ------
     ModelError, StorageError, SolverError, GeometryError
-        As of both.
+        As both do.
     """
     listed = [cases] if isinstance(cases, LimitCase) else cases
     return AnalysisManager(model, store, settings=settings, listeners=listeners).run(listed, spread=spread)

@@ -66,18 +66,18 @@ def read_document(path: str | Path) -> Document:
     Raises
     ------
     StorageError
-        A file that cannot be read.
+        If the file cannot be read.
     DocumentError
-        A file that is no YAML or JSON, repeats a key or violates the schema: every violation is listed.
+        If the file is not YAML or JSON, repeats a key or violates the schema: every violation is listed.
     ModelError
-        A document that describes no valid model.
+        If the document does not describe a valid model.
     """
     path = Path(path)
     stored = _stored(path)
     try:
         text = stored.decode("utf-8")
     except UnicodeDecodeError as error:
-        msg = f"{path}: is no text; give a YAML or JSON document (`blockstruct show` prints an analysis file)"
+        msg = f"{path}: is not text; give a YAML or JSON document (`blockstruct show` prints an analysis file)"
         raise StorageError(msg) from error
     content = _load(text, path)
     found = violations(content, "model-1")
@@ -95,7 +95,7 @@ def _stored(path: Path) -> bytes:
     try:
         # A pipe or a device might never end.
         if path.exists() and not path.is_file():
-            msg = f"{path}: cannot be read: it is no file; give a YAML or JSON document"
+            msg = f"{path}: cannot be read: it is not a file; give a YAML or JSON document"
             raise StorageError(msg)
         with path.open("rb") as stream:
             stored = stream.read(MOST_BYTES + 1)

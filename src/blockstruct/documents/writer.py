@@ -59,9 +59,9 @@ def write_document(
     Raises
     ------
     ModelError
-        Blocks between which detection finds an interface that the model does not have: a document cannot say that.
+        If detection finds an interface that the model does not have: a document cannot say that.
     StorageError
-        A file that exists or cannot be written.
+        If the file exists or cannot be written.
     """
     check_new_document(path)
     own: dict[frozenset[str], list[Interface]] = {}
@@ -109,7 +109,7 @@ def write_draft(
     angle_tolerance: Any = None,
     area_tolerance: Any = None,
 ) -> Path:
-    """Write blocks that may be no model yet, without supports for instance, as a document to be completed by hand.
+    """Write blocks that may not make a model yet (without supports, for instance), to be completed by hand.
 
     Interfaces are left to detection but for those that are ``explicit``; other parameters are those of
     :func:`write_document`.
@@ -124,9 +124,9 @@ def check_new_document(path: str | Path) -> Path:
     Raises
     ------
     ModelError
-        No name of a document.
+        If the name is not that of a document.
     StorageError
-        A file that exists.
+        If the file exists.
     """
     path = Path(path)
     if path.suffix.lower() not in (".yaml", ".yml", ".json"):

@@ -71,14 +71,14 @@ def read_assembly(
     Raises
     ------
     StorageError
-        A file that cannot be read.
+        If the file cannot be read.
     GeometryFileError
-        A file of another kind, or solids that are no blocks.
+        If the file is of another kind, or solids are not blocks.
 
     Warns
     -----
     GeometryWarning
-        Whatever was left out or repaired.
+        If anything was left out or repaired.
     """
     path = Path(file)
     contents = [assembly_content(path, material)]
@@ -224,7 +224,7 @@ def _matrix(transformation: Any, path: Path) -> Array:
     try:
         matrix = np.array(body["matrix"] if isinstance(body, dict) else body, dtype=float).reshape(4, 4)
     except (KeyError, TypeError, ValueError) as error:
-        msg = f"{path}: a transformation is no matrix of 4 × 4 numbers; export the model again with compas.json_dump"
+        msg = f"{path}: a transformation is not a matrix of 4 × 4 numbers; export the model again with compas.json_dump"
         raise GeometryFileError(msg) from error
     return matrix
 

@@ -87,18 +87,18 @@ def read_drawing(
     Raises
     ------
     StorageError
-        A file that cannot be read.
+        If the file cannot be read.
     GeometryFileError
-        A damaged file, a drawing in another unit, arcs without ``segments``, solids that are no blocks.
+        If the file is damaged, the drawing states another unit, arcs have no ``segments``, or solids are not blocks.
     MissingExtraError
-        No ezdxf.
+        If ezdxf is not installed.
     UnknownNameError
-        A layer that the drawing does not have.
+        If the drawing does not have a layer.
 
     Warns
     -----
     GeometryWarning
-        Whatever was left out or repaired.
+        If anything was left out or repaired.
     """
     path = Path(file)
     content = drawing_content(

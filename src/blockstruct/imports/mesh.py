@@ -66,16 +66,16 @@ def read_mesh(
     Raises
     ------
     StorageError
-        A file that cannot be read.
+        If the file cannot be read.
     GeometryFileError
-        A damaged file, or bodies that are no blocks: open, not manifold, crossing themselves, without volume.
+        If the file is damaged, or bodies are not blocks: open, not manifold, crossing themselves, without volume.
     MissingExtraError
-        STL or PLY without trimesh.
+        If the file is STL or PLY and trimesh is not installed.
 
     Warns
     -----
     GeometryWarning
-        Repairs beyond the joining of coplanar faces, or blocks of an unlikely size.
+        If repairs go beyond the joining of coplanar faces, or blocks have an unlikely size.
     """
     paths = [Path(f) for f in ([files] if isinstance(files, str | Path) else files)]
     if not paths:
@@ -138,7 +138,7 @@ def _stated_stl(content: bytes, path: Path) -> int:
     text = content.lower()
     if not text.lstrip().startswith(b"solid") or b"\0" in content:
         msg = (
-            f"{path}: {len(content)} bytes are no STL file, or one cut short "
+            f"{path}: {len(content)} bytes are not an STL file, or one cut short "
             "(binary STL has 84 bytes and 50 for each triangle that it states); export it again"
         )
         raise GeometryFileError(msg)

@@ -46,9 +46,9 @@ def read_files(
     Raises
     ------
     ModelError
-        No files, arguments for drawings where none is, or materials of layers where not all files are drawings.
+        If there are no files, arguments for drawings but no drawing, or materials for layers and not only drawings.
     BlockstructError
-        What the readers of the files raise.
+        If the reader of one of the files raises it.
     """
     paths = [Path(f) for f in files]
     drawn = [p.suffix.lower() == ".dxf" for p in paths]

@@ -14,9 +14,9 @@ def content_of(path: Path) -> bytes:
     Raises
     ------
     StorageError
-        A file that cannot be read.
+        If the file cannot be read.
     GeometryFileError
-        An empty file.
+        If the file is empty.
     """
     try:
         content = path.read_bytes()
@@ -41,10 +41,10 @@ def checked_faces(faces: int, path: Path) -> int:
 
 
 def text_of(path: Path) -> str:
-    """Text of a file, as :func:`content_of`; refuses what is no text."""
+    """Text of a file, as :func:`content_of`; refuses what is not text."""
     content = content_of(path)
     if b"\0" in content:
-        msg = f"{path}: is no text; export it again"
+        msg = f"{path}: is not text; export it again"
         raise GeometryFileError(msg)
     try:
         return content.decode("utf-8-sig")
@@ -59,7 +59,7 @@ def package(name: str, extra: str, needed_for: str) -> Any:
     Raises
     ------
     MissingExtraError
-        It is not installed.
+        If it is not installed.
     """
     try:
         return import_module(name)

@@ -74,9 +74,9 @@ class LimitProblem:
         Raises
         ------
         ModelError
-            A variable load that is zero on every free block.
+            If the variable load is zero on every free block.
         UnknownNameError
-            A load on a block that the model does not have.
+            If a load acts on a block that the model does not have.
         """
         scale = np.repeat([1.0, statics.length], 3)
         dead, variable = (wrenches(statics.model, p)[statics.free] / scale for p in (case.dead, case.variable))

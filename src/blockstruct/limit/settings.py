@@ -26,10 +26,10 @@ class ProcedureSettings:
     Parameters
     ----------
     slope, slope_decay, slope_min
-        Start, factor a step and end of ``a``. A negative slope steers to the low solution; it must fade faster
+        Start, factor per step and end of ``a``. A negative slope steers to the low solution; it must fade faster
         than the cohesion, because ``a > 0`` also caps the force on contacts that were unloaded.
     cohesion, cohesion_decay, cohesion_min
-        Start, factor a step and end of ``c0``, which keeps unloaded contacts from making a program infeasible.
+        Start, factor per step and end of ``c0``, which keeps unloaded contacts from making a program infeasible.
     relaxation, relaxation_growth, relaxation_cut, relaxation_min, relaxation_max
         β, the share of the new normal forces in ``n0``: its start, its factor in a step that moves the load factor
         on in the same direction, its factor in a step that turns it back, and its limits.
@@ -68,7 +68,7 @@ class ProcedureSettings:
         ``"uniaxial"`` bounds bending about each axis by itself, ``"biaxial"`` by the effective rectangle, which is
         stricter; it needs ``crushing="conic"``.
     crushing_cells
-        Number of cells, about, of an interface that crushes and is no rectangle.
+        Number of cells, about, of an interface that crushes and is not a rectangle.
     solver
         ``"clarabel"`` (direct, reused between iterations) or ``"cvxpy:NAME"`` for any conic solver CVXPY has.
     solver_tolerance
@@ -176,7 +176,7 @@ class ProcedureSettings:
     def of(cls, values: Mapping[str, Any]) -> Self:
         """Settings from names and values, as documents and files keep them."""
         if not isinstance(values, Mapping):
-            msg = f"ProcedureSettings: {shown(values)} are no settings; give a mapping of names to values"
+            msg = f"ProcedureSettings: {shown(values)} are not settings; give a mapping of names to values"
             raise ModelError(msg)
         known = [f.name for f in fields(cls)]
         for name in values:
@@ -217,7 +217,7 @@ def schedules_of(spread: bool | str | Iterable[str]) -> tuple[str, ...]:
     Raises
     ------
     ModelError
-        A name that no schedule has.
+        If no schedule has a name.
     """
     if isinstance(spread, bool):
         return tuple(SCHEDULES) if spread else ()

@@ -36,14 +36,14 @@ class Material:
     Raises
     ------
     ModelError
-        Neither or both of unit weight and density, or a value that is negative.
+        If neither or both of unit weight and density are given, or the value is negative.
     UnitError, DimensionError
-        A bare number, or a quantity of another dimension.
+        If a bare number is given, or a quantity of another dimension.
 
     Warns
     -----
     UnusualValueWarning
-        A unit weight outside 5 to 90 kN/m³, but for zero.
+        If the unit weight is outside 5 to 90 kN/m³ and not zero.
 
     Examples
     --------
@@ -71,7 +71,7 @@ class Material:
         low, high = USUAL_UNIT_WEIGHT
         if value and not low <= value <= high:
             msg = (
-                f"material {name!r}: a unit weight of {value / 1e3:.6g} kN/m^3 is none of masonry, which is from "
+                f"material {name!r}: a unit weight of {value / 1e3:.6g} kN/m^3 is not one of masonry, which is from "
                 f"{low / 1e3:g} to {high / 1e3:g} kN/m^3; is its unit right?"
             )
             warnings.warn(msg, UnusualValueWarning, stacklevel=3)

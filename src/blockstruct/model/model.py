@@ -42,12 +42,12 @@ class Model:
     Raises
     ------
     ModelError
-        Duplicate names, different materials of one name, no fixed or no free block, floating blocks.
+        If names are used twice, different materials have one name, no block is fixed or none is free, or blocks float.
     GeometryError
-        Blocks that overlap, unless both are supports (where one is not convex, small overlaps may escape), interfaces
-        that do not lie on their blocks or cover each other.
+        If blocks overlap, unless both are supports (where one is not convex, small overlaps may escape), or interfaces
+        do not lie on their blocks or cover each other.
     UnknownNameError
-        An interface of a block that the model does not have, a report of blocks or interfaces that it does not have.
+        If an interface names a block, or the report a block or an interface, that the model does not have.
     """
 
     name: str

@@ -140,8 +140,8 @@ class _Path:
         Why it ended.
     lags : bool
         Whether friction has begun to lag: ``‖t‖ ≤ μ (n + n_last) / 2``. The law is the same once forces no longer
-        change, and half of what makes a step non-monotone is gone. Measured on 820 blocks: 30 factorisations a step
-        of any length, where Coulomb's law is not solved.
+        change, and half of what makes a step non-monotone is gone. Measured on 820 blocks: 30 factorisations per
+        step of any length, where Coulomb's law is not solved.
     settled : bool
         Whether the last step has hardly moved the load factor.
     """

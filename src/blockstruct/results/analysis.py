@@ -78,9 +78,9 @@ class Analysis(Mapping[str, CaseResult]):
         Raises
         ------
         UnknownNameError
-            No case of this name.
+            If no case has this name.
         ModelError
-            A case that was run with one schedule only.
+            If the case was run with one schedule only.
         """
         case, spreads = self[name], self.spreads
         if name not in spreads:

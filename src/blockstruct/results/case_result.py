@@ -38,7 +38,7 @@ class AdmissibleState:
     """Forces in equilibrium that no joint refuses, at some load factor: a bound, and no collapse load by itself.
 
     With associative flow the structure collapses at no lower load factor (static theorem). Without dilatancy the
-    theorem does not hold: joints may slide at a lower one, so that this is no safe bound.
+    theorem does not hold: joints may slide at a lower one, so that this is not a safe bound.
 
     Attributes
     ----------
@@ -243,7 +243,7 @@ class CaseResult:
         """Result of plain values, as a file keeps them."""
         measures = {name: float(value) for name, value in certificate.items() if name != "holds"}
         if not isinstance(settings, Mapping):
-            msg = f"case {case.name!r}: settings {settings!r} are no names and values"
+            msg = f"case {case.name!r}: settings {settings!r} are not names and values"
             raise ModelError(msg)
         return cls(
             case=case,

@@ -36,7 +36,7 @@ def mechanism(history: xr.Dataset) -> xr.Dataset:
     Raises
     ------
     IndexError
-        A history without iterations.
+        If the history has no iterations.
     """
     from scipy.spatial import cKDTree
 

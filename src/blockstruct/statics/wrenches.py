@@ -17,9 +17,9 @@ def wrenches(model: Model, pattern: LoadPattern) -> Array:
     Raises
     ------
     UnknownNameError
-        A load on a block that the model does not have.
+        If a load acts on a block that the model does not have.
     ModelError
-        A face load on a face that its block does not have, or a point load away from its block.
+        If a face load acts on a face that its block does not have, or a point load away from its block.
     """
     weight = np.array([b.weight for b in model.blocks])
     index = {b.name: i for i, b in enumerate(model.blocks)}

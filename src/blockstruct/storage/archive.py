@@ -41,7 +41,7 @@ class Archive:
     Raises
     ------
     StorageError
-        No such folder.
+        If there is no such folder.
 
     Examples
     --------
@@ -66,7 +66,7 @@ class Archive:
         return self._found()[0]
 
     def table(self) -> pd.DataFrame:
-        """One row a case.
+        """One row per case.
 
         Columns: ``path`` (relative to the folder), ``case``, ``model``, ``model_hash``, ``load_factor``, ``status``,
         ``flow``, ``dead``, ``variable``, the measures of the certificate and whether it ``holds``, ``n_iterations``,
@@ -101,7 +101,8 @@ class Archive:
         Raises
         ------
         StorageError
-            Any other expression, a column that the table does not have, a value of another kind than the column's.
+            If the expression is any other, names a column that the table does not have, or compares one with a value of
+            another kind.
         """
         return selected(self.table(), expression)
 
@@ -127,7 +128,7 @@ class Archive:
         Raises
         ------
         StorageError
-            A text that is no date.
+            If a text is not a date.
         """
         table = self.table()
         wanted = {tags} if isinstance(tags, str) else set(tags)
@@ -158,7 +159,7 @@ class Archive:
         Raises
         ------
         FormatError
-            A selected file that violates its schema.
+            If a selected file violates its schema.
         """
         rows = self.query(selection) if isinstance(selection, str) else selection
         rows = rows[rows["case"].notna()]
@@ -255,7 +256,7 @@ def _cases(file: AnalysisFile) -> Iterator[dict[str, Any]]:
 def _scalar(groups: Any, place: str) -> Any:
     number = member(groups, place)
     if number.shape != () or number.dtype.kind not in "fiu":
-        msg = f"{place}: {number.dtype} {number.shape} is no number"
+        msg = f"{place}: {number.dtype} {number.shape} is not a number"
         raise FormatError(msg)
     value = np.asarray(number[()]).item()
     return bool(value) if place.endswith("/holds") else value
@@ -265,5 +266,5 @@ def _time(text: str) -> pd.Timestamp:
     try:
         return pd.to_datetime(text, utc=True, format="ISO8601")
     except (ValueError, TypeError) as error:
-        msg = f"{text!r} is no date; write ISO 8601, as in '2026-01-31' or '2026-01-31T12:00'"
+        msg = f"{text!r} is not a date; write ISO 8601, as in '2026-01-31' or '2026-01-31T12:00'"
         raise StorageError(msg) from error

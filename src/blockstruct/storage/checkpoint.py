@@ -52,7 +52,7 @@ class Checkpoint:
         Raises
         ------
         StorageError
-            A path that another run writes to, or that holds the iterations of a killed one.
+            If another run writes to the path, or it holds the iterations of a killed one.
         """
         place = place_of(path)
         lock = WriterLock(place)
@@ -84,9 +84,9 @@ class Checkpoint:
         Raises
         ------
         StorageError
-            No such data, or a run that is still under way.
+            If there are no such data, or the run is still under way.
         FormatError
-            Data whose plan is damaged.
+            If the plan of the run is damaged.
         """
         place = place_of(path)
         if not is_unfinished(place):

@@ -17,7 +17,7 @@ def lazy_history(file: AnalysisFile, case: str) -> xr.Dataset:
     Raises
     ------
     FormatError
-        A history that violates the schema.
+        If the history violates the schema.
     """
     place = f"{case}/history"
 

@@ -40,14 +40,15 @@ def open_analysis(path: str | Path, *, verify: bool = True) -> Analysis:
     Raises
     ------
     StorageError
-        A file that is missing or cannot be read.
+        If the file is missing or cannot be read.
     FormatError
-        A file that is no blockstruct analysis, was changed, comes from a newer major version, or violates its schema.
+        If the file is not a blockstruct analysis, was changed, comes from a newer major version, or violates its
+        schema.
 
     Warns
     -----
     UnverifiedWarning
-        A file whose seal does not match.
+        If the seal of the file does not match.
     """
     return analysis_of(AnalysisFile(path, verify=verify))
 
@@ -58,9 +59,9 @@ def check_file(path: str | Path) -> dict[str, Any]:
     Raises
     ------
     StorageError
-        A file that is missing or cannot be read.
+        If the file is missing or cannot be read.
     FormatError
-        A file that is no valid analysis; every violation is listed with its HDF5 path.
+        If the file is not a valid analysis; every violation is listed with its HDF5 path.
     """
     file = AnalysisFile(path)
     found = findings(file)

@@ -51,13 +51,13 @@ def save_analysis(analysis: Analysis, path: str | Path, *, keep_every: int = 1) 
     Raises
     ------
     StorageError
-        A path that cannot be written, that another process is writing, or for which a killed run has iterations.
+        If the path cannot be written, another process is writing it, or a killed run has iterations for it.
     ModelError
-        Cases whose load patterns share a name but not their loads.
+        If load patterns of the cases share a name but not their loads.
     FormatError
-        Results that contradict each other.
+        If results contradict each other.
     CertificateError
-        Results that contradict their own forces and velocities: :func:`blockstruct.results.contradictions`.
+        If results contradict their own forces and velocities: :func:`blockstruct.results.contradictions`.
     """
     place, every = claim(path), checked_keep_every(keep_every)
     confirm(analysis)
@@ -117,7 +117,7 @@ def sealed_image(
     Raises
     ------
     FormatError
-        Results that violate the schema or contradict each other.
+        If results violate the schema or contradict each other.
     """
     model = model_dataset(analysis.model, patterns(analysis.cases))
     tree = {"/": _root(analysis), "/model": model}
@@ -150,7 +150,7 @@ def checked_keep_every(value: Any) -> int:
     Raises
     ------
     StorageError
-        Anything else.
+        If it is anything else.
     """
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= RAREST:
         msg = f"keep_every is {value!r}; give a whole number from 1 (all iterations) to {RAREST}"
@@ -164,7 +164,7 @@ def patterns(cases: Iterable[LimitCase]) -> list[LoadPattern]:
     Raises
     ------
     ModelError
-        Two patterns of one name with different loads.
+        If two patterns of one name have different loads.
     """
     found: dict[str, LoadPattern] = {}
     for case in cases:

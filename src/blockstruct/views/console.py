@@ -26,7 +26,7 @@ _COLUMNS = {
 
 
 def iteration_table(history: xr.Dataset) -> Table:
-    """Table of a history, a row an iteration: load factor, schedule, certificate and solver."""
+    """Table of a history, a row per iteration: load factor, schedule, certificate and solver."""
     table = Table(box=None, padding=(0, 1, 0, 0), header_style="bold")
     table.add_column("#", justify="right")
     table.add_column("program", no_wrap=True)
@@ -82,7 +82,7 @@ def result_text(result: bs.CaseResult) -> Text:
 
 
 def summary_table(analysis: bs.Analysis) -> Table:
-    """Table of an analysis, a row a case."""
+    """Table of an analysis, a row per case."""
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for title in ("case", "flow", "status"):
         table.add_column(title)
@@ -96,7 +96,7 @@ def summary_table(analysis: bs.Analysis) -> Table:
 
 
 def spread_text(analysis: bs.Analysis) -> str:
-    """Spreads of the cases that were run with several schedules, a paragraph each; empty without any."""
+    """Spreads of the cases that were run with several schedules, one paragraph per case; empty without any."""
     return "".join(f"{name}: {spread}\n" for name, spread in analysis.spreads.items())
 
 

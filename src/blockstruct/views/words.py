@@ -10,8 +10,8 @@ _STATUS = {
         "without dilatancy the dead load by itself has a collapse state. There is no load factor to rely on."
     ),
     bs.Status.UNBOUNDED: "The variable load never causes collapse, however large.",
-    bs.Status.NOT_CONVERGED: "No state could be certified; the numbers of the last iteration are no result.",
-    bs.Status.INTERRUPTED: "The run was interrupted; the numbers of the last iteration are no result.",
+    bs.Status.NOT_CONVERGED: "No state could be certified; the numbers of the last iteration are not a result.",
+    bs.Status.INTERRUPTED: "The run was interrupted; the numbers of the last iteration are not a result.",
 }
 
 

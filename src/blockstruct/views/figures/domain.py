@@ -49,9 +49,10 @@ def crushing_domain(
     Raises
     ------
     ModelError
-        An interface whose joint material has no compressive strength, an unknown axis, a case without iterations.
+        If the joint material of the interface has no compressive strength, the axis is unknown, or the case has no
+        iterations.
     UnknownNameError
-        An unknown interface or iteration.
+        If the interface or the iteration is unknown.
     """
     model = given_result(result, "crushing_domain").model
     k = chosen_interface(model, interface)

@@ -47,7 +47,7 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
     Raises
     ------
     ModelError
-        An analysis of which no case has an iteration.
+        If no case of the analysis has an iteration.
     """
     model = analysis.model
     shown = [r for r in analysis.values() if r.n_iterations]

@@ -134,7 +134,7 @@ def without(content, *path):
         ({"node": {"0": {"x": 1}}}, "node 0 has none of block, part"),
         ({"elements": [1]}, "no COMPAS assembly"),
         (model(features=[{}]), "element 0 has features, which only COMPAS can apply"),
-        (model(transformation=[[1, 0], [0, 1]]), "no matrix of 4 × 4"),
+        (model(transformation=[[1, 0], [0, 1]]), "is not a matrix of 4 × 4"),
         (model(geometry={"xsize": 1}), "block 0 has no readable mesh"),
         ([mesh(0) | {"face": {"0": [0, 1]}}], "fewer than three corners"),
         ([mesh(0) | {"face": {"0": [0, 1, 99]}}], "block 0 has no readable mesh .KeyError: '99'"),
