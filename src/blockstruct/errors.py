@@ -12,7 +12,7 @@ class BlockstructError(Exception):
 
 
 class UnitError(BlockstructError, TypeError):
-    """A bare number where a unit is due, or a text that is not a quantity."""
+    """A bare number where a unit is needed, or a text that is not a quantity."""
 
 
 class DimensionError(BlockstructError, ValueError):

@@ -85,7 +85,7 @@ def si(value: Any, dimension: str, what: str) -> float:
     Raises
     ------
     UnitError
-        If a bare number is given where a unit is due, or the value is not a single number.
+        If a bare number is given where a unit is needed, or the value is not a single number.
     DimensionError
         If the quantity has another dimension, or a value is not finite.
     """
@@ -107,7 +107,7 @@ def si_array(value: Any, dimension: str, what: str) -> NDArray[np.float64]:
     else:
         given = shown(value)
         msg = (
-            f"{what}: {given} has no unit, but a {dimension} is due; "
+            f"{what}: {given} has no unit, but a {dimension} is needed; "
             f"write Q_({given}, {_example_unit(dimension)!r}) or a text such as {_EXAMPLES.get(dimension, '0.65')!r}"
         )
         raise UnitError(msg)

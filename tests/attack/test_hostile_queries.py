@@ -146,7 +146,7 @@ def test_comparisons_select_rows(archive, expression, files):
         ("load_factor < '0.3'", ["'0.3'", "'load_factor', which holds numbers"]),
         ("status < 1", ["'status', which holds texts"]),
         ("tags == 'north'", ["'tags', which holds tags, which a text can be in"]),
-        ("status == converged", ["'converged' stands where a number or a text is due (texts are quoted)"]),
+        ("status == converged", ["'converged' stands where a number or a text is needed (texts are quoted)"]),
         ("created_at > 'yesterday'", ["'yesterday' is not a date, write '2026-01-31'"]),
         ("created_at > 2026", ["is not a date"]),
         ("status in 'converged'", ["'status' can only be in a list"]),

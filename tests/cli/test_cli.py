@@ -74,7 +74,7 @@ def test_the_last_iteration_and_one_interface_of_a_history(call, file, tmp_path,
         assert {row["interface_of_contact_point"] for row in csv.DictReader(stream)} == {"base|1.1"}
     for words, said in (
         (["--interface", "base|1.9"], "no 'base|1.9'; did you mean"),
-        (["--variable", "block_velocity", "--interface", "base|1.1"], "none of interfaces"),
+        (["--variable", "block_velocity", "--interface", "base|1.1"], "not one of interfaces"),
     ):
         code, _, err = call("history", file, name, *words)
         assert (code, said in err) == (2, True), err
@@ -124,7 +124,7 @@ def test_history(call, file, tmp_path):
         (["history", "FILE", "push nonassociative", "--variable", "colour"], "no variable 'colour'"),
         (["history", "FILE", "push nonassociative", "--csv", "/proc/x/y.csv"], "cannot be written"),
         (["show", "missing.h5"], "no such file"),
-        (["show", str(WALL)], "no readable HDF5 file"),
+        (["show", str(WALL)], "not a readable HDF5 file"),
         (["run", "missing.yaml", "-o", "x.h5"], "cannot be read"),
         (["run", str(WALL), "-o", "/proc/x/y.h5"], "cannot be written"),
         (["run", str(WALL), "-o", str(WALL)], "is not replaced"),
@@ -134,7 +134,7 @@ def test_history(call, file, tmp_path):
         (["view", "missing.h5"], "no such file"),
         (["view", "FILE", "-o", "/proc/x/y.html"], "cannot be written"),
         (["report", "FILE", "-o", "/proc/x/y.html"], "cannot be written"),
-        (["report", "FILE", "--template", "missing.j2"], "no usable template"),
+        (["report", "FILE", "--template", "missing.j2"], "not a usable template"),
         (["report", "FILE", "--project", "noeq"], "as in 'client=Town of Lucca'"),
     ],
 )
@@ -197,7 +197,7 @@ def test_archive(call, file, tmp_path):
     (tmp_path / "b.h5").write_text("notes")
     code, out, _ = call("archive", tmp_path)
     assert code == 0
-    for word in ("sub/a.h5", "push nonassociative", "converged", "b.h5", "no readable HDF5"):
+    for word in ("sub/a.h5", "push nonassociative", "converged", "b.h5", "not a readable HDF5"):
         assert word in out
     code, out, _ = call("archive", tmp_path, "--query", "flow == 'associative'")
     assert code == 0

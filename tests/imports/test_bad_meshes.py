@@ -44,7 +44,7 @@ def sphere(n):
         ("a.stl", b"", "is empty"),
         ("a.obj", NOISE, "is not text"),
         ("a.stl", NOISE, "are not an STL file, or one cut short"),
-        ("a.ply", NOISE, "no PLY file with faces"),
+        ("a.ply", NOISE, "not a PLY file with faces"),
         ("a.obj", "hello world\n", "line 1: 'hello world' is not an OBJ statement"),
         ("a.obj", obj_text()[:-4], "line 14: face '4 1'"),
         ("a.obj", obj_text()[:-12], "open at 7 edges"),
@@ -55,7 +55,7 @@ def sphere(n):
         ("a.stl", STL[:-7], "cut short"),
         ("a.stl", STL[:60], "cut short"),
         ("a.stl", ascii_stl(BLOCK)[:-300], "'endsolid' is missing"),
-        ("a.stl", ascii_stl(BLOCK).replace("vertex 0.0 0.0 0.0", "vertex 0.0 zero 0.0", 1), "no readable STL"),
+        ("a.stl", ascii_stl(BLOCK).replace("vertex 0.0 0.0 0.0", "vertex 0.0 zero 0.0", 1), "not a readable STL"),
         ("a.ply", PLY[:-10], "states 14 vertices and faces and has 13 lines"),
         ("a.ply", PLY + "0 0 0\n", "states 14 vertices and faces and has 15 lines"),
         ("a.ply", ply_text(TWO)[:-60], "states 28 vertices and faces"),
@@ -139,7 +139,7 @@ def test_without_trimesh_the_message_says_what_to_install(tmp_path, monkeypatch)
 @pytest.mark.parametrize(
     ("options", "error", "expected"),
     [
-        ({"unit": 1}, bs.errors.UnitError, "has no unit, but a length is due"),
+        ({"unit": 1}, bs.errors.UnitError, "has no unit, but a length is needed"),
         ({"unit": "kg"}, bs.errors.DimensionError, "does not fit; give a length"),
         ({"unit": "0 m"}, bs.errors.ModelError, "give a length above zero"),
         ({"unit": "furlongs per"}, bs.errors.UnitError, "is not a quantity"),

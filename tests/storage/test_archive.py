@@ -106,7 +106,7 @@ def test_damaged_files_are_listed_with_the_reason(damaged):
     assert table.index.nunique() == 7
     for name, reason in {
         "cut.h5": "do not match its seal",
-        "text.h5": "no readable HDF5 file",
+        "text.h5": "not a readable HDF5 file",
         "other.h5": "is not a blockstruct analysis",
         "linked.h5": "/cases/push associative/load_factor: 'load_factor' is missing, or a link to elsewhere",
     }.items():

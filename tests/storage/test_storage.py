@@ -428,7 +428,7 @@ def test_files_that_are_something_else(tmp_path):
     with pytest.raises(bs.errors.StorageError, match="no such file"):
         bs.open_analysis(tmp_path / "missing.h5")
     (tmp_path / "text.h5").write_text("not HDF5")
-    with pytest.raises(bs.errors.FormatError, match="no readable HDF5 file"):
+    with pytest.raises(bs.errors.FormatError, match="not a readable HDF5 file"):
         bs.open_analysis(tmp_path / "text.h5")
     xr.Dataset({"t": ("x", [1.0])}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
     with pytest.raises(bs.errors.FormatError, match="not a blockstruct analysis"):

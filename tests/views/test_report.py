@@ -174,8 +174,8 @@ def test_a_firm_changes_the_blocks_it_wants(tmp_path):
     ("name", "text", "words"),
     [
         ("own.j2", "\n{{ nothing }}", r"'nothing' is undefined, line 2"),
-        ("own.j2", "\n\n{{ 1 + name }}", r"own\.j2: no usable template \(unsupported operand.*, line 3\)"),
-        ("own.j2", b"\nclient: \xe9", r"own\.j2: no usable template \('utf-8' codec.*, line 2\)"),
+        ("own.j2", "\n\n{{ 1 + name }}", r"own\.j2: not a usable template \(unsupported operand.*, line 3\)"),
+        ("own.j2", b"\nclient: \xe9", r"own\.j2: not a usable template \('utf-8' codec.*, line 2\)"),
         ("own.j2", "{% if %}", "line 1"),
         (
             "own.j2",
@@ -184,7 +184,7 @@ def test_a_firm_changes_the_blocks_it_wants(tmp_path):
         ),
         ("own.j2", "{{ cycler.__init__.__globals__.os.system('true') }}", "access to attribute '__init__'.*unsafe"),
         ("own.j2", "{{ project.update(client='x') }}", "attribute 'update' of 'dict' object is unsafe"),
-        ("missing.j2", None, "no usable template"),
+        ("missing.j2", None, "not a usable template"),
         ("report.html.j2", "", "rename the file"),
     ],
 )

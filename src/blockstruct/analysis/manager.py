@@ -110,8 +110,8 @@ class AnalysisManager:
             associative flow, as ``"case [schedule]"`` and ``"case [associative]"``; names run only those schedules.
             :meth:`Analysis.spread` then tells the lowest and the highest certified load factor.
 
-        What a load factor does not mean although it looks like it is told by a LoadFactorWarning, when all cases have
-        ended: :attr:`CaseResult.warnings`.
+        When all cases have ended, a LoadFactorWarning says where a load factor means less than it seems to:
+        :attr:`CaseResult.warnings`.
 
         A KeyboardInterrupt ends the run; the case at work gets the status ``interrupted`` and keeps the
         iterations it has, as do the cases after it, without any; the cases before it are complete.
@@ -157,14 +157,14 @@ class AnalysisManager:
 
         Cases that have ended are kept. The programs that are already solved are not solved again, except for the
         one under dead load; the case ends where it would have ended without the interruption, to the tolerance of
-        its certificate. A finished analysis is given back as it is.
+        its certificate. A finished analysis is returned as it is.
 
         Parameters
         ----------
         path
             The store of the run.
         listeners
-            As of the manager; they hear of the iterations that are replayed, too.
+            As for the manager; they are told of replayed iterations as well.
 
         Raises
         ------
@@ -201,7 +201,7 @@ class AnalysisManager:
         return manager._conduct(analysis.replaced(results=planned, created_at=started_at), manager.listeners)
 
     def check(self, cases: Sequence[LimitCase]) -> list[LimitProblem]:
-        """Check cases as :meth:`run` does before it solves anything, and give their limit problems."""
+        """Check cases as :meth:`run` does before it solves anything, and return their limit problems."""
         names = [case.name for case in cases]
         if not names:
             msg = "AnalysisManager.run: no case; give at least one LimitCase"
@@ -376,7 +376,7 @@ def _planned(
 
 
 def _warn_of(results: Iterable[CaseResult]) -> None:
-    """Give who runs cases the warnings of their results, each text once."""
+    """Pass the warnings of results on to whoever runs their cases, each text once."""
     said = dict[str, str]()
     for result in results:
         for text in result.warnings:

@@ -38,7 +38,7 @@ from blockstruct.vocabulary import JointOrientation
 
 #: Gap between two faces that is still rounding: the tolerance by default.
 GAP = 1e-5
-#: Distance up to which two faces are judged, and up to which blocks without a contact are worth a word: the width of a
+#: Distance up to which two faces are judged, and up to which blocks without a contact are mentioned: the width of a
 #: mortar joint.
 REACH, CLOSE = 1e-2, 0.1
 #: Area up to which a contact is a line or a point, by default, and up to which it is the rounding of a line.

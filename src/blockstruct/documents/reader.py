@@ -28,7 +28,7 @@ from blockstruct.schema import listed_violations, violations
 from blockstruct.structures.courses import courses
 from blockstruct.units import parse, to_quantity
 
-#: Size of a document beyond which it is none: a block takes some 400 bytes.
+#: Size beyond which a file is not read as a model document: a block takes some 400 bytes.
 MOST_BYTES = 64_000_000
 
 
@@ -117,7 +117,7 @@ def _load(text: str, path: Path) -> Any:
         return yaml_core.load(text)
     except (ValueError, yaml.YAMLError, RecursionError) as error:
         said = str(error).replace('in "<unicode string>", ', "at ")
-        msg = f"{path}: no valid {'JSON' if path.suffix.lower() == '.json' else 'YAML'}: {said}"
+        msg = f"{path}: not valid {'JSON' if path.suffix.lower() == '.json' else 'YAML'}: {said}"
         raise DocumentError(msg) from error
 
 
@@ -138,7 +138,7 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
         raise
 
     patterns = {
-        name: LoadPattern(name, [_load_of(entry) for entry in loads])
+        name: LoadPattern(name, [_load_from(entry) for entry in loads])
         for name, loads in content["load_patterns"].items()
     }
     cases = tuple(
@@ -189,7 +189,7 @@ def _block(entry: dict[str, Any], material: Material) -> Block:
     return Block.from_faces(entry["name"], vertices, shape["faces"], material, fixed=fixed)
 
 
-def _load_of(entry: dict[str, Any]) -> Any:
+def _load_from(entry: dict[str, Any]) -> Any:
     return LOAD_KINDS[entry["kind"]].type(**{key: value for key, value in entry.items() if key != "kind"})
 
 

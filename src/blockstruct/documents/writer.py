@@ -130,7 +130,7 @@ def check_new_document(path: str | Path) -> Path:
     """
     path = Path(path)
     if path.suffix.lower() not in (".yaml", ".yml", ".json"):
-        msg = f"{path}: no name of a model document; give one that ends in .yaml, .yml or .json"
+        msg = f"{path}: not the name of a model document; give one that ends in .yaml, .yml or .json"
         raise ModelError(msg)
     return check_new(path)
 

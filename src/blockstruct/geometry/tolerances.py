@@ -6,7 +6,7 @@ import math
 
 #: Deviation of a face from its mean plane that is rounding, and beyond which it is not a face.
 PLANARITY, LARGEST_DEVIATION = 1e-6, 2e-3
-#: Area, relative to the square of the extent, and volume, relative to its cube, that are none.
+#: Area, relative to the square of the extent, and volume, relative to its cube, that count as zero.
 NO_AREA, NO_VOLUME = 1e-12, 1e-9
 
 # Polygons

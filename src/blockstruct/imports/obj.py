@@ -9,8 +9,8 @@ import numpy as np
 
 from blockstruct.errors import GeometryFileError, ModelError
 from blockstruct.files import write_new
-from blockstruct.imports.solid import Face, Solid, scale_of
-from blockstruct.imports.source import checked_faces, text_of
+from blockstruct.imports.solid import Face, Solid, metres_per_unit
+from blockstruct.imports.source import checked_faces, read_text
 from blockstruct.model import Block, Material
 from blockstruct.units import QuantityLike
 
@@ -51,7 +51,7 @@ def read_obj(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
     groups: dict[str, list[Face]] = {}
     group = path.stem
     other: Counter[str] = Counter()
-    text = text_of(path)
+    text = read_text(path)
     checked_faces(text.count("\nf"), path)
     for number, line in _statements(text):
         keyword, *words = line.split()
@@ -149,7 +149,7 @@ def write_obj(path: str | Path, blocks: Iterable[Block], *, unit: QuantityLike =
         If the file exists or cannot be written.
     """
     blocks = list(blocks)
-    scale = scale_of(unit, str(path))
+    scale = metres_per_unit(unit, str(path))
     if not blocks:
         msg = f"{path}: no blocks to write; give at least one"
         raise ModelError(msg)

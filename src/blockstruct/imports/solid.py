@@ -61,7 +61,7 @@ class Content:
     notes: list[str] = field(default_factory=list)
 
 
-def scale_of(unit: QuantityLike, source: str) -> float:
+def metres_per_unit(unit: QuantityLike, source: str) -> float:
     """Metres of one coordinate unit: of ``"mm"``, or of a length such as ``"0.025 m"``."""
     what = f"{source}: unit of the coordinates"
     if isinstance(unit, str) and unit.strip()[:1].isalpha():
@@ -73,7 +73,7 @@ def scale_of(unit: QuantityLike, source: str) -> float:
     return scale
 
 
-def blocks_of(
+def make_blocks(
     contents: Sequence[Content],
     paths: Sequence[Path],
     *,
@@ -97,7 +97,7 @@ def blocks_of(
     """
     source = ", ".join(map(str, paths[:3])) + (" …" if len(paths) > 3 else "")
     content = contents[0] if len(contents) == 1 else _joined(contents, paths)
-    scale = scale_of(unit, source)
+    scale = metres_per_unit(unit, source)
     flat = None if tolerance is None else positive_length(tolerance, f"{source}: tolerance")
     if up not in _UP:
         msg = f"{source}: up is {up!r}; give the axis of the file that points up: 'x', 'y' or 'z'"

@@ -8,7 +8,7 @@ from blockstruct.errors import GeometryFileError, MissingExtraError, StorageErro
 from blockstruct.imports.tolerances import MOST_FACES
 
 
-def content_of(path: Path) -> bytes:
+def read_bytes(path: Path) -> bytes:
     """Bytes of a file.
 
     Raises
@@ -40,9 +40,9 @@ def checked_faces(faces: int, path: Path) -> int:
     return faces
 
 
-def text_of(path: Path) -> str:
-    """Text of a file, as :func:`content_of`; refuses what is not text."""
-    content = content_of(path)
+def read_text(path: Path) -> str:
+    """Text of a file, as :func:`read_bytes`; refuses what is not text."""
+    content = read_bytes(path)
     if b"\0" in content:
         msg = f"{path}: is not text; export it again"
         raise GeometryFileError(msg)

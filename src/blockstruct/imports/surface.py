@@ -111,7 +111,7 @@ def _check_manifold(vertices: Array, faces: list[Face], name: str) -> None:
     if any(edges[edge] > 2 for edge in bad):
         most = max(edges[edge] for edge in bad)
         msg = (
-            f"block {name!r}: no solid body, {len(bad)} edges do not belong to two faces: {where} {edges[bad[0]]} "
+            f"block {name!r}: not a solid body, {len(bad)} edges do not belong to two faces: {where} {edges[bad[0]]} "
             f"(up to {most}); give each block as a body of its own, without inner faces"
         )
     else:
@@ -159,7 +159,7 @@ def first_crossing(vertices: Array, faces: list[Face], size: float) -> Array | N
     """A point (3,) where a closed surface crosses itself, or None.
 
     An edge crosses a face if it passes through it; a polygon crosses itself if its outline does. A convex body is
-    done with at once.
+    settled at once.
 
     Parameters
     ----------

@@ -84,7 +84,7 @@ def check_total(blocks: float, what: str) -> None:
         If there are more than any model has.
     """
     if blocks > MOST_BLOCKS:
-        msg = f"{what}: some {blocks:.3g} blocks, the limit is {MOST_BLOCKS}; give larger or fewer units"
+        msg = f"{what}: about {blocks:.3g} blocks, the limit is {MOST_BLOCKS}; give larger or fewer units"
         raise ModelError(msg)
 
 

@@ -37,7 +37,7 @@ def overlaps(blocks: Sequence[Block], gap: float) -> list[tuple[int, int, float]
     Parameters
     ----------
     blocks
-        The order that the result counts in.
+        In the order in which the result counts them.
     gap
         Largest penetration of a contact, m.
 

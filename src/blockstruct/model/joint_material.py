@@ -83,7 +83,7 @@ class JointMaterial:
     ModelError
         If neither or both of friction coefficient and angle are given, or a value is outside its range.
     UnitError, DimensionError
-        If a bare number is given where a unit is due, or a quantity of another dimension.
+        If a bare number is given where a unit is needed, or a quantity of another dimension.
 
     Examples
     --------

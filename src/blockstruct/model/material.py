@@ -10,7 +10,7 @@ from blockstruct.units import QuantityLike, si
 
 #: Standard acceleration of free fall, m/s² (CGPM 1901).
 STANDARD_GRAVITY = 9.80665
-#: Unit weights of masonry, N/m³: pumice and aerated blocks to lead. Others are rather slips of the unit.
+#: Unit weights of masonry, N/m³: pumice and aerated blocks to lead. Any other is probably a slip of the unit.
 USUAL_UNIT_WEIGHT = (5e3, 90e3)
 
 
@@ -26,7 +26,7 @@ class Material:
     unit_weight : quantity, force/volume
         Weight per volume.
     density : quantity, mass/volume
-        Mass per volume, instead of the unit weight; weighs with 9.80665 m/s².
+        Mass per volume, instead of the unit weight: its weight is taken at 9.80665 m/s².
 
     Attributes
     ----------

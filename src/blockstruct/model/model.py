@@ -156,7 +156,7 @@ class Model:
             if self.blocks[known[found.minus]].fixed and self.blocks[known[found.plus]].fixed:
                 msg = (
                     f"model {self.name!r}: interface {found.name!r} joins two supports, {found.minus!r} and "
-                    f"{found.plus!r}, between which no force can be told; remove it"
+                    f"{found.plus!r}, between which forces cannot be determined; remove it"
                 )
                 raise ModelError(msg)
 

@@ -31,12 +31,12 @@ class HistoryAccessor:
     >>> xr.Dataset({"x": 1.0}).blockstruct
     Traceback (most recent call last):
         ...
-    blockstruct.errors.ModelError: no history of a case: it has no contact_force; give CaseResult.history
+    blockstruct.errors.ModelError: not the history of a case: it has no contact_force; give CaseResult.history
     """
 
     def __init__(self, ds: xr.Dataset) -> None:
         if "contact_force" not in ds:
-            msg = "no history of a case: it has no contact_force; give CaseResult.history"
+            msg = "not the history of a case: it has no contact_force; give CaseResult.history"
             raise ModelError(msg)
         self._ds = ds
 
@@ -219,7 +219,7 @@ class HistoryAccessor:
             Its name tells the format. Parquet needs the package pyarrow. In a ``.csv`` file a name that a spreadsheet
             would run as a formula begins with an apostrophe.
         variable
-            As of :meth:`frame`; a ``.nc`` file holds the whole history without one.
+            As for :meth:`frame`; a ``.nc`` file holds the whole history without one.
 
         Raises
         ------

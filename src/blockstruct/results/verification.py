@@ -60,7 +60,7 @@ def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
     Raises
     ------
     ModelError
-        If the history is not one of this model and case.
+        If the history does not belong to this model and case.
     """
     result = analysis[name]
     if result.status is Status.UNBOUNDED or not result.n_iterations:
@@ -88,7 +88,7 @@ def contradictions(analysis: Analysis) -> list[tuple[str, str]]:
                 statics[cells] = Statics.of(analysis.model, cells)
             found += [(name, what) for what in _of_case(statics[cells], result)]
         except (BlockstructError, KeyError, ValueError, IndexError) as error:
-            found.append((name, f"the history is none of this model and case ({error})"))
+            found.append((name, f"the history does not belong to this model and case ({error})"))
     return found
 
 

@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 def wrenches(model: Model, pattern: LoadPattern) -> Array:
     """Force (N) and moment about the centroid (N·m) of a load pattern on every block, shape (B, 6).
 
-    Loads that cancel on a block but for rounding are none.
+    Loads that cancel on a block but for rounding count as zero.
 
     Raises
     ------

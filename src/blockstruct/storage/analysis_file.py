@@ -14,7 +14,7 @@ import xarray as xr
 
 from blockstruct.errors import FormatError, StorageError, UnverifiedWarning
 from blockstruct.schema import listed_violations, violations
-from blockstruct.storage.case_group import group_of
+from blockstruct.storage.case_group import group_name
 from blockstruct.storage.consistency import Finding
 from blockstruct.storage.file_outline import outline, plain
 from blockstruct.storage.lock import folder_of
@@ -67,7 +67,7 @@ class AnalysisFile:
         with self.opened() as file:
             self.attrs = _checked_root(file, path)
         self.stamp = self._snapshot.stamp
-        self.cases = {name: f"/cases/{group_of(name)}" for name in json.loads(self.attrs["cases"])}
+        self.cases = {name: f"/cases/{group_name(name)}" for name in json.loads(self.attrs["cases"])}
 
     @property
     def seal(self) -> str:
@@ -92,7 +92,7 @@ class AnalysisFile:
             msg = str(error)
             raise FormatError(msg if msg.startswith(str(self.path)) else f"{self.path}: {msg}") from error
         except Exception as error:
-            msg = f"{self.path}: no readable HDF5 file ({error}); it is damaged or of another kind"
+            msg = f"{self.path}: not a readable HDF5 file ({error}); it is damaged or of another kind"
             raise FormatError(msg) from error
 
     def root_findings(self) -> list[Finding]:
@@ -100,7 +100,7 @@ class AnalysisFile:
         with self.opened() as file:
             found = self._violations("/", outline(file), "")
             held = file.get("cases", ())
-            if len(held) != len(self.cases) or set(held) != {group_of(name) for name in self.cases}:
+            if len(held) != len(self.cases) or set(held) != {group_name(name) for name in self.cases}:
                 found.append(("/cases", "the groups are not those that the attribute cases of / lists"))
         return found
 
@@ -166,7 +166,7 @@ def major(version: str) -> int:
 def _unsealed(path: Path, snapshot: Snapshot) -> str:
     start = snapshot.head(8)
     if start != b"\x89HDF\r\n\x1a\n":
-        return f"{path}: no readable HDF5 file; it is damaged or of another kind"
+        return f"{path}: not a readable HDF5 file; it is damaged or of another kind"
     return (
         f"{path}: /: its bytes do not match its seal, or it has none: it is damaged, was changed, or is not a "
         f"blockstruct analysis; use the original, open it with verify=False, or keep what can be read of it with "

@@ -13,7 +13,7 @@ import xarray as xr
 from blockstruct.errors import BlockstructError, FormatError, StorageError
 from blockstruct.results import CERTIFICATE_MEASURES, relative_difference
 from blockstruct.storage.analysis_file import AnalysisFile, member
-from blockstruct.storage.case_group import group_of
+from blockstruct.storage.case_group import group_name
 from blockstruct.storage.claim import SUFFIX
 from blockstruct.storage.file_outline import plain
 from blockstruct.storage.lazy import lazy_history
@@ -30,8 +30,8 @@ _UNITS = {"load_factor": "dimensionless", "duration": "second"}
 class Archive:
     """The analysis files of a folder and of its subfolders.
 
-    Nothing is read before it is asked for, and of a table only attributes and scalars. Files are found anew at every
-    question; what was read of a file is kept as long as the file does not change.
+    Nothing is read before it is asked for, and for a table only attributes and scalars. Every question looks for files
+    anew; what was read of a file is kept as long as the file does not change.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ class Archive:
         files = {path: self._opened(self.folder / path) for path in rows["path"].unique()}
         nodes = {}
         for path, case in zip(rows["path"], rows["case"], strict=True):
-            nodes[f"{path}/{group_of(case)}"] = lazy_history(files[path], f"/cases/{group_of(case)}")
+            nodes[f"{path}/{group_name(case)}"] = lazy_history(files[path], f"/cases/{group_name(case)}")
         return xr.DataTree.from_dict(nodes)
 
     def difference(self, other: "Archive") -> pd.DataFrame:

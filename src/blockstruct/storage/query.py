@@ -163,7 +163,7 @@ def _column(node: ast.expr, table: pd.DataFrame) -> "pd.Series[Any]":
         case ast.Name(id=name):
             msg = f"no column {name!r}"
         case ast.Constant():
-            msg = f"{reprlib.repr(node.value)} stands where a column is due"
+            msg = f"{reprlib.repr(node.value)} stands where a column is needed"
         case _:
             msg = _not_understood(node)
     raise _RefusedError(msg)
@@ -181,7 +181,7 @@ def _literal(node: ast.expr) -> bool | float | str:
         case ast.Constant(value=int() | float() as number):
             return _float(number)
         case ast.Name(id=name):
-            msg = f"{name!r} stands where a number or a text is due (texts are quoted)"
+            msg = f"{name!r} stands where a number or a text is needed (texts are quoted)"
         case _:
             msg = _not_understood(node)
     raise _RefusedError(msg)

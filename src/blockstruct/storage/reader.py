@@ -13,10 +13,10 @@ from blockstruct.errors import BlockstructError, FormatError
 from blockstruct.model import LoadPattern, Model
 from blockstruct.results import Analysis, CaseResult, LazyHistory
 from blockstruct.storage.analysis_file import AnalysisFile, major, violated
-from blockstruct.storage.case_group import result_of
+from blockstruct.storage.case_group import read_result
 from blockstruct.storage.consistency import Finding, case_findings, history_findings, index_findings
 from blockstruct.storage.migration import migrated
-from blockstruct.storage.model_group import model_of, patterns_of
+from blockstruct.storage.model_group import read_model, read_patterns
 from blockstruct.vocabulary import FORMAT_VERSION
 
 #: What contents that satisfy the schema can still make of constructors.
@@ -50,7 +50,7 @@ def open_analysis(path: str | Path, *, verify: bool = True) -> Analysis:
     UnverifiedWarning
         If the seal of the file does not match.
     """
-    return analysis_of(AnalysisFile(path, verify=verify))
+    return read_analysis(AnalysisFile(path, verify=verify))
 
 
 def check_file(path: str | Path) -> dict[str, Any]:
@@ -67,7 +67,7 @@ def check_file(path: str | Path) -> dict[str, Any]:
     found = findings(file)
     if found:
         raise violated(file.path, found)
-    analysis_of(file)
+    read_analysis(file)
     return file.attrs
 
 
@@ -87,7 +87,7 @@ def findings(file: AnalysisFile) -> list[Finding]:
     return found
 
 
-def analysis_of(file: AnalysisFile, blank: Blank | None = None) -> Analysis:
+def read_analysis(file: AnalysisFile, blank: Blank | None = None) -> Analysis:
     """Analysis of a file; of a plan, if what its cases without iterations look like is told."""
     found = file.root_findings()
     groups: dict[str, xr.Dataset] = {"/": xr.Dataset(attrs=file.attrs)}
@@ -121,7 +121,7 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank
         raise violated(file.path, found)
     try:
         with np.errstate(all="ignore"):  # Numbers that overflow end in an error below.
-            model, patterns = model_of(held), patterns_of(held)
+            model, patterns = read_model(held), read_patterns(held)
     except DAMAGE as error:
         msg = f"{file.path}: /model: {error}"
         raise FormatError(msg) from error
@@ -163,11 +163,11 @@ def _result(
 ) -> CaseResult:
     n = int(groups[place]["n_iterations"])
     if f"{place}/history" in groups:
-        return result_of(groups[place], groups[f"{place}/history"], model, patterns)
+        return read_result(groups[place], groups[f"{place}/history"], model, patterns)
     if n == 0 and blank is not None:
-        result = result_of(groups[place], LazyHistory(0, xr.Dataset), model, patterns)
-        return result_of(groups[place], LazyHistory(0, partial(blank, model, result)), model, patterns)
-    return result_of(groups[place], LazyHistory(n, partial(_history, file, place, names)), model, patterns)
+        result = read_result(groups[place], LazyHistory(0, xr.Dataset), model, patterns)
+        return read_result(groups[place], LazyHistory(0, partial(blank, model, result)), model, patterns)
+    return read_result(groups[place], LazyHistory(n, partial(_history, file, place, names)), model, patterns)
 
 
 def _history(file: AnalysisFile, place: str, names: xr.Dataset) -> xr.Dataset:

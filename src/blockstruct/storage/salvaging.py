@@ -15,7 +15,7 @@ import xarray as xr
 from blockstruct.errors import FormatError, StorageError
 from blockstruct.files import write_new_bytes
 from blockstruct.storage import salvage_child
-from blockstruct.storage.netcdf import image_of
+from blockstruct.storage.netcdf import netcdf_image
 from blockstruct.storage.snapshot import Snapshot
 
 #: Format of a salvaged file, which open_analysis and Archive refuse.
@@ -92,7 +92,7 @@ def salvage(path: str | Path, output: str | Path | None = None, *, time_limit: f
         format=FORMAT,
         unverified=f"salvaged from {path.name}, whose bytes do not match its seal: any number may be wrong",
     )
-    write_new_bytes(output, image_of(tree))
+    write_new_bytes(output, netcdf_image(tree))
     return Salvaged(output, read, lost)
 
 

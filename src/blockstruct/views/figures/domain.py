@@ -95,7 +95,7 @@ def crushing_domain(
 def _title(result: bs.CaseResult, k: int, iteration: int, other: str) -> str:
     """What the point does not show: how much of its strength the interface uses, and its bending about the other axis.
 
-    Bending is none where its eccentricity is below a thousandth of the square root of the area.
+    There is no bending where its eccentricity is below a thousandth of the square root of the area.
     """
     history = result.history.isel(iteration=[iteration])
     name = str(history["interface"].to_numpy()[k])

@@ -92,7 +92,7 @@ def report_html(
     except Exception as error:  # the expressions of a template may raise anything
         line = _line(error, name)
         where = f", line {line}" if line else ""
-        msg = f"{template}: no usable template ({error}{where}); correct it, or report without it"
+        msg = f"{template}: not a usable template ({error}{where}); correct it, or report without it"
         raise bs.errors.StorageError(msg) from error
 
 
