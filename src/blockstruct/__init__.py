@@ -32,7 +32,7 @@ True
 """
 
 from blockstruct import contacts, errors, imports, results
-from blockstruct.analysis import AnalysisManager, log_to, print_lines, recover, reproduce, run
+from blockstruct.analysis import AnalysisManager, least_tie_force, log_to, print_lines, recover, reproduce, run, ties
 from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.documents import Document, read_document, write_document, write_draft
 from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
@@ -49,6 +49,7 @@ from blockstruct.model import (
     Moment,
     PointLoad,
     SelfWeight,
+    Tie,
 )
 from blockstruct.results import (
     Analysis,
@@ -83,6 +84,7 @@ __all__ = [
     "errors",
     "imports",
     "results",
+    "ties",
     # units
     "Q_",
     "ureg",
@@ -100,6 +102,7 @@ __all__ = [
     "Moment",
     "PointLoad",
     "SelfWeight",
+    "Tie",
     # interfaces and documents
     "Detection",
     "Document",
@@ -126,6 +129,7 @@ __all__ = [
     "Flow",
     "SCHEDULES",
     "ProcedureSettings",
+    "least_tie_force",
     "log_to",
     "print_lines",
     "reproduce",

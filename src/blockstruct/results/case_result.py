@@ -17,6 +17,7 @@ from blockstruct.results.headline import Headline
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import active_joints, contact_state
+from blockstruct.results.ties import ties_at_collapse
 from blockstruct.results.utilisation import utilisation
 from blockstruct.vocabulary import DRIFTING, Flow, Stage, Status
 
@@ -165,6 +166,11 @@ class CaseResult:
     def active_joints(self) -> pd.DataFrame:
         """Joints that move in the last iteration: :func:`blockstruct.results.active_joints`."""
         return active_joints(self.history)
+
+    @property
+    def ties(self) -> pd.DataFrame:
+        """Force, state and elongation of each tie: :func:`blockstruct.results.ties_at_collapse`; empty without ties."""
+        return ties_at_collapse(self.history) if "tie" in self.history.sizes and self.n_iterations else pd.DataFrame()
 
     @property
     def headline(self) -> Headline:

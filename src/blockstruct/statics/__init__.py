@@ -12,11 +12,13 @@
 from blockstruct.statics.contacts import ContactPoints
 from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.statics import Statics
+from blockstruct.statics.ties import TieTable
 from blockstruct.statics.wrenches import wrenches
 
 __all__ = [
     "ContactPoints",
     "Statics",
+    "TieTable",
     "equilibrium_matrix",
     "wrenches",
 ]

@@ -19,6 +19,7 @@ from blockstruct.model import (
     kind_of,
 )
 from blockstruct.storage.detection_part import detection_variables, read_detection
+from blockstruct.storage.tie_part import tie_variables, ties_of
 from blockstruct.units import SI_UNITS, to_quantity
 from blockstruct.vocabulary import AXES
 
@@ -92,6 +93,7 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
     names = [b.name for b in blocks], [i.name for i in interfaces]
     if model.detection is not None:
         variables |= detection_variables(model.detection, *names)
+    variables |= tie_variables(model)
     coords = {
         "axis": _texts(AXES),
         "material": _texts(materials),
@@ -140,7 +142,7 @@ def read_model(ds: xr.Dataset) -> Model:
             strict=True,
         )
     ]
-    return Model(ds.attrs["name"], blocks, interfaces, detection=read_detection(ds))
+    return Model(ds.attrs["name"], blocks, interfaces, detection=read_detection(ds), ties=ties_of(ds))
 
 
 def read_patterns(ds: xr.Dataset) -> dict[str, LoadPattern]:
