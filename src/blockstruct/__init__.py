@@ -37,18 +37,22 @@ from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.documents import Document, read_document, write_document, write_draft
 from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
 from blockstruct.model import (
+    AreaLoad,
     Block,
     BodyForce,
     FaceLoad,
+    FillLoad,
     Interface,
     JointMaterial,
     LimitCase,
+    LineLoad,
     LoadPattern,
     Material,
     Model,
     Moment,
     PointLoad,
     SelfWeight,
+    Weight,
 )
 from blockstruct.results import (
     Analysis,
@@ -87,19 +91,23 @@ __all__ = [
     "Q_",
     "ureg",
     # model
+    "AreaLoad",
     "Block",
     "BodyForce",
     "FaceLoad",
+    "FillLoad",
     "Interface",
     "JointMaterial",
     "JointOrientation",
     "LimitCase",
+    "LineLoad",
     "LoadPattern",
     "Material",
     "Model",
     "Moment",
     "PointLoad",
     "SelfWeight",
+    "Weight",
     # interfaces and documents
     "Detection",
     "Document",

@@ -27,6 +27,7 @@ from blockstruct.model.loads import (
 )
 from blockstruct.model.material import Material
 from blockstruct.model.model import Model
+from blockstruct.model.weights import AreaLoad, FillLoad, LineLoad, Weight, WeightLoad
 
 __all__ = [
     "JOINT_PROPERTIES",
@@ -46,13 +47,18 @@ __all__ = [
     "FoundContact",
     "overlaps",
     # loads
+    "AreaLoad",
     "BodyForce",
     "FaceLoad",
+    "FillLoad",
+    "LineLoad",
     "Load",
     "LoadPattern",
     "Moment",
     "PointLoad",
     "SelfWeight",
+    "Weight",
+    "WeightLoad",
     # cases
     "LimitCase",
     # input
