@@ -239,18 +239,20 @@ def _tie(tie: AnyTie) -> dict[str, Any]:
 def _loads(pattern: LoadPattern) -> list[dict[str, Any]]:
     entries: list[dict[str, Any]] = []
     for load in pattern.loads:
-        kind = kind_of(load)
-        vectors = {
-            name: [_number(v, dimension) for v in getattr(load, name)]
-            for name, dimension in LOAD_KINDS[kind].vectors.items()
-        }
-        named = {name: getattr(load, name) for name in LOAD_KINDS[kind].named}
-        scalars = {
-            name: getattr(load, name)
-            for name, default in LOAD_KINDS[kind].scalars.items()
-            if getattr(load, name) != default
-        }
-        entries.append({"kind": kind} | named | vectors | scalars)
+        name = kind_of(load)
+        kind, entry = LOAD_KINDS[name], {"kind": name}
+        for attribute in (*kind.named, *kind.vectors, *kind.quantities, *kind.plain):
+            value = getattr(load, attribute)
+            if attribute in kind.absent and value == kind.absent[attribute]:
+                continue
+            if attribute in kind.plain and value == kind.plain[attribute]:
+                continue
+            if attribute in kind.vectors:
+                value = [_number(v, kind.vectors[attribute]) for v in value]
+            elif attribute in kind.quantities:
+                value = _number(value, kind.quantities[attribute])
+            entry[attribute] = value
+        entries.append(entry)
     return entries
 
 

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
 from blockstruct.limit import Certificate, ProcedureSettings
-from blockstruct.model import LimitCase, Model
+from blockstruct.model import LimitCase, Model, SelfWeight
 from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline
 from blockstruct.results.mechanism import mechanism
+from blockstruct.results.pushed import pushed_masses
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import ties_at_collapse
@@ -262,7 +263,11 @@ class CaseResult:
     def describe(self) -> str:
         """How the structure collapses, in sentences: number, bodies that move, hinges, sliding and crushing joints."""
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
-        return "\n".join([str(self), *([describe(self.model, self.history)] if moves else [])])
+        # Of the blocks' own weight alone there is nothing to say.
+        plain = all(isinstance(load, SelfWeight) for load in self.case.dead.loads)
+        masses = "" if plain else pushed_masses(self.model, self.case)
+        found = describe(self.model, self.history) if moves else ""
+        return "\n".join(filter(None, (str(self), masses, found)))
 
     def __repr__(self) -> str:
         return f"<CaseResult {self.name!r}: {self.status}, load factor {self.load_factor:.4g}>"
