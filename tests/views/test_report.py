@@ -115,7 +115,7 @@ def test_a_spread_has_its_table_and_its_lowest_run(small_model):
     html = report_html(analysis)
     low, high = (f"{r.load_factor:.4g}" for r in (spread.lowest, spread.highest))
     assert f"3 of 3 schedules found a certified collapse state, at load factors from {low} to {high}; " in html
-    assert "<td>steep</td><td>slope 0.6</td><td>converged</td><td>holds</td>" in html
+    assert "<td>steep</td><td>slope 0.6</td><td>converged, settled</td><td>holds</td>" in html
     assert "<td>shift</td><td>procedure shifted, max programs 40</td>" in html
     sections = re.findall(r"<section>\s*<h3>(.*?)</h3>", html)
     assert sections == [spread.lowest.name]

@@ -53,7 +53,7 @@ def loading_path(
     prescribes the displacement of the variable load and finds forces, displacements and load factor
     (:class:`~blockstruct.solvers.interior_point.ContactProblem`), the contacts remembering openings and friction
     forces. Compare A. Orduña, P. B. Lourenço, "Three-dimensional limit analysis of rigid blocks assemblages. Part II",
-    Int. J. Solids Struct. 42 (2005) 5161–5180.
+    Int. J. Solids Struct. 42 (2005) 5161–5180, doi:10.1016/j.ijsolstr.2005.02.011.
 
     At its end the displacements still hold some elastic strain, which no rigid mechanism has. So two programs
     close it: the mechanism of the largest load with friction frozen at ``μ n`` of the path, and the forces that miss
