@@ -37,12 +37,15 @@ from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.documents import Document, read_document, write_document, write_draft
 from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
 from blockstruct.model import (
+    AreaLoad,
     Block,
     BodyForce,
     FaceLoad,
+    FillLoad,
     Interface,
     JointMaterial,
     LimitCase,
+    LineLoad,
     LoadPattern,
     Material,
     Model,
@@ -50,6 +53,7 @@ from blockstruct.model import (
     PointLoad,
     SelfWeight,
     Tie,
+    Weight,
 )
 from blockstruct.results import (
     Analysis,
@@ -89,13 +93,16 @@ __all__ = [
     "Q_",
     "ureg",
     # model
+    "AreaLoad",
     "Block",
     "BodyForce",
     "FaceLoad",
+    "FillLoad",
     "Interface",
     "JointMaterial",
     "JointOrientation",
     "LimitCase",
+    "LineLoad",
     "LoadPattern",
     "Material",
     "Model",
@@ -103,6 +110,7 @@ __all__ = [
     "PointLoad",
     "SelfWeight",
     "Tie",
+    "Weight",
     # interfaces and documents
     "Detection",
     "Document",

@@ -17,8 +17,8 @@ from blockstruct.vocabulary import SolverStatus, Stage
 class ReplaySolver:
     """Answers the first programs of a case from its history, and leaves the others to a solver.
 
-    The dead-load program, which is no part of the history of a structure that stands, is solved anew, and so is a
-    program that was found unbounded, because a history keeps no ray. Steps of the loading path are no programs: they
+    The dead-load program, which is not part of the history of a structure that stands, is solved anew, and so is a
+    program that was found unbounded, because a history keeps no ray. Steps of the loading path are not programs: they
     are found anew.
 
     Parameters
@@ -70,7 +70,7 @@ def followed(steps: Steps, history: xr.Dataset) -> Steps:
     Raises
     ------
     FormatError
-        A history whose programs are not those that this version of blockstruct would solve.
+        If the programs of the history are not those that this version of blockstruct would solve.
     """
     k = 0
     while True:

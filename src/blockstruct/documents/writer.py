@@ -64,9 +64,9 @@ def write_document(
     Raises
     ------
     ModelError
-        Blocks between which detection finds an interface that the model does not have: a document cannot say that.
+        If detection finds an interface that the model does not have: a document cannot say that.
     StorageError
-        A file that exists or cannot be written.
+        If the file exists or cannot be written.
     """
     check_new_document(path)
     own: dict[frozenset[str], list[Interface]] = {}
@@ -114,7 +114,7 @@ def write_draft(
     angle_tolerance: Any = None,
     area_tolerance: Any = None,
 ) -> Path:
-    """Write blocks that may be no model yet, without supports for instance, as a document to be completed by hand.
+    """Write blocks that may not make a model yet (without supports, for instance), to be completed by hand.
 
     Interfaces are left to detection but for those that are ``explicit``; other parameters are those of
     :func:`write_document`.
@@ -129,13 +129,13 @@ def check_new_document(path: str | Path) -> Path:
     Raises
     ------
     ModelError
-        No name of a document.
+        If the name is not that of a document.
     StorageError
-        A file that exists.
+        If the file exists.
     """
     path = Path(path)
     if path.suffix.lower() not in (".yaml", ".yml", ".json"):
-        msg = f"{path}: no name of a model document; give one that ends in .yaml, .yml or .json"
+        msg = f"{path}: not the name of a model document; give one that ends in .yaml, .yml or .json"
         raise ModelError(msg)
     return check_new(path)
 
@@ -239,18 +239,20 @@ def _tie(tie: AnyTie) -> dict[str, Any]:
 def _loads(pattern: LoadPattern) -> list[dict[str, Any]]:
     entries: list[dict[str, Any]] = []
     for load in pattern.loads:
-        kind = kind_of(load)
-        vectors = {
-            name: [_number(v, dimension) for v in getattr(load, name)]
-            for name, dimension in LOAD_KINDS[kind].vectors.items()
-        }
-        named = {name: getattr(load, name) for name in LOAD_KINDS[kind].named}
-        scalars = {
-            name: getattr(load, name)
-            for name, default in LOAD_KINDS[kind].scalars.items()
-            if getattr(load, name) != default
-        }
-        entries.append({"kind": kind} | named | vectors | scalars)
+        name = kind_of(load)
+        kind, entry = LOAD_KINDS[name], {"kind": name}
+        for attribute in (*kind.named, *kind.vectors, *kind.quantities, *kind.plain):
+            value = getattr(load, attribute)
+            if attribute in kind.absent and value == kind.absent[attribute]:
+                continue
+            if attribute in kind.plain and value == kind.plain[attribute]:
+                continue
+            if attribute in kind.vectors:
+                value = [_number(v, kind.vectors[attribute]) for v in value]
+            elif attribute in kind.quantities:
+                value = _number(value, kind.quantities[attribute])
+            entry[attribute] = value
+        entries.append(entry)
     return entries
 
 

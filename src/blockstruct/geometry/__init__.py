@@ -14,6 +14,7 @@ from blockstruct.geometry.lines import stretches_inside
 from blockstruct.geometry.lying import areas_on_bodies
 from blockstruct.geometry.neighbours import box_pairs, separations, unsupported
 from blockstruct.geometry.overlap import overlapping_pairs
+from blockstruct.geometry.plan import PlanFaces, clipped, fan, products
 from blockstruct.geometry.polygon import common_areas, perimeter, plane_axes, polygon_area, tributary_areas
 from blockstruct.geometry.polyhedron import BOX_FACES, Polyhedron, box, lofted, polyhedron
 from blockstruct.geometry.triangles import triangulated
@@ -36,6 +37,11 @@ __all__ = [
     "polygon_cells",
     "triangulated",
     "tributary_areas",
+    # faces in plan
+    "PlanFaces",
+    "clipped",
+    "fan",
+    "products",
     # contacts
     "FacePair",
     "areas_on_bodies",

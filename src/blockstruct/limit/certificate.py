@@ -117,7 +117,7 @@ def certify(
     missed = (at_rigid, at_cells, at_rectangles, friction, at_ties, unbalanced * u)
     gap = float(sum(np.abs(part).sum() for part in missed))
     gap_limit = settings.gap_tolerance * max(abs(alpha), 1e-3 * problem.work_scale(u))
-    # A NaN fails every comparison, so a state that is no number never holds.
+    # A NaN fails every comparison, so a state that is not a number never holds.
     holds = (
         residual <= settings.equilibrium_tolerance
         and excess <= settings.yield_tolerance

@@ -83,9 +83,9 @@ class Outcome:
     message: str
 
 
-#: A procedure: gives its iterations as they are solved, and returns how it ended.
+#: A procedure: yields its iterations as they are solved, and returns how it ended.
 Steps = Generator[Iteration, None, Outcome]
-#: A search for a collapse state: gives its iterations, and returns why the last one is certified, or None; and the
+#: A search for a collapse state: yields its iterations, and returns why the last one is certified, or None; and the
 #: last one that was solved.
 Search = Generator[Iteration, None, tuple[str | None, Iteration]]
 

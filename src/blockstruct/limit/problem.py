@@ -78,12 +78,14 @@ class LimitProblem:
         Raises
         ------
         ModelError
-            A variable load that is zero on every free block, or a prestress without dead load.
+            If the variable load is zero on every free block, or a tie is prestressed without dead load.
         UnknownNameError
-            A load on a block that the model does not have.
+            If a load acts on a block that the model does not have.
         """
         scale = np.repeat([1.0, statics.length], 3)
-        dead, variable = (wrenches(statics.model, p)[statics.free] / scale for p in (case.dead, case.variable))
+        dead, variable = (
+            wrenches(statics.model, p, case.dead)[statics.free] / scale for p in (case.dead, case.variable)
+        )
         if not variable.any():
             msg = (
                 f"limit case {case.name!r}: the variable load {case.variable.name!r} is zero on every free block; "

@@ -31,6 +31,7 @@ from blockstruct.model.model import Model
 from blockstruct.model.tie_kinds import TIE_KINDS, AnyTie, given_quantities, tie_kind_of, tie_segments
 from blockstruct.model.tie_segments import TIE_QUANTITIES, TieSegment
 from blockstruct.model.ties import Strip, Tie
+from blockstruct.model.weights import AreaLoad, FillLoad, LineLoad, Weight, WeightLoad
 
 __all__ = [
     "JOINT_PROPERTIES",
@@ -50,8 +51,11 @@ __all__ = [
     "FoundContact",
     "overlaps",
     # loads
+    "AreaLoad",
     "BodyForce",
     "FaceLoad",
+    "FillLoad",
+    "LineLoad",
     "Load",
     "LoadPattern",
     "Moment",
@@ -68,6 +72,8 @@ __all__ = [
     "given_quantities",
     "tie_kind_of",
     "tie_segments",
+    "Weight",
+    "WeightLoad",
     # cases
     "LimitCase",
     # input

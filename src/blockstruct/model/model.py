@@ -46,14 +46,13 @@ class Model:
     Raises
     ------
     ModelError
-        Duplicate names, different materials of one name, no fixed or no free block, floating blocks, a tie that holds
-        nothing together.
+        If names are used twice, different materials have one name, no block is fixed or none is free, blocks float, or
+        a tie holds nothing together.
     GeometryError
-        Blocks that overlap, unless both are supports (where one is not convex, small overlaps may escape), interfaces
-        that do not lie on their blocks or cover each other.
+        If blocks overlap, unless both are supports (where one is not convex, small overlaps may escape), or interfaces
+        do not lie on their blocks or cover each other.
     UnknownNameError
-        An interface or a tie of a block that the model does not have, a report of blocks or interfaces that it does
-        not have.
+        If an interface or a tie names a block, or the report a block or an interface, that the model does not have.
     """
 
     name: str
@@ -187,7 +186,7 @@ class Model:
             if self.blocks[known[found.minus]].fixed and self.blocks[known[found.plus]].fixed:
                 msg = (
                     f"model {self.name!r}: interface {found.name!r} joins two supports, {found.minus!r} and "
-                    f"{found.plus!r}, between which no force can be told; remove it"
+                    f"{found.plus!r}, between which forces cannot be determined; remove it"
                 )
                 raise ModelError(msg)
 

@@ -53,7 +53,7 @@ def loading_path(
     prescribes the displacement of the variable load and finds forces, displacements and load factor
     (:class:`~blockstruct.solvers.interior_point.ContactProblem`), the contacts remembering openings and friction
     forces. Compare A. Orduña, P. B. Lourenço, "Three-dimensional limit analysis of rigid blocks assemblages. Part II",
-    Int. J. Solids Struct. 42 (2005) 5161–5180.
+    Int. J. Solids Struct. 42 (2005) 5161–5180, doi:10.1016/j.ijsolstr.2005.02.011.
 
     At its end the displacements still hold some elastic strain, which no rigid mechanism has. So two programs
     close it: the mechanism of the largest load with friction frozen at ``μ n`` of the path, and the forces that miss
@@ -140,8 +140,8 @@ class _Path:
         Why it ended.
     lags : bool
         Whether friction has begun to lag: ``‖t‖ ≤ μ (n + n_last) / 2``. The law is the same once forces no longer
-        change, and half of what makes a step non-monotone is gone. Measured on 820 blocks: 30 factorisations a step
-        of any length, where Coulomb's law is not solved.
+        change, and half of what makes a step non-monotone is gone. Measured on 820 blocks: 30 factorisations per
+        step of any length, where Coulomb's law is not solved.
     settled : bool
         Whether the last step has hardly moved the load factor.
     """

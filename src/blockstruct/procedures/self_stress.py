@@ -1,7 +1,7 @@
 """What self-stress leaves open: loads that only jammed blocks carry.
 
 Forces that balance each other without any load, as between the jambs of a flat arch, raise the friction of the joints
-they press. Their size is no part of the model. A dilatant structure makes them as large as it needs; without dilatancy
+they press. Their size is not part of the model. A dilatant structure makes them as large as it needs; without dilatancy
 they are what the building left behind.
 """
 
@@ -48,7 +48,7 @@ def collapse_of_dead_load(
         The state under the dead load, certified with its own normalisation ``w_D·u = 1``. Its load factor is NaN.
     """
     own, work = problem.dead_load_alone, float(problem.w_D @ found.u)
-    why = f"the collapse state that was found has the negative load factor {found.load_factor:.4g}, which is no answer"
+    why = f"the collapse state found has the negative load factor {found.load_factor:.4g}, which is not an answer"
     if not work > 0:
         return given_up(why, found)
     mechanism = replace(found, u=found.u / work)

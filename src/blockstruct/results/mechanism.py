@@ -47,7 +47,7 @@ def mechanism(history: xr.Dataset) -> xr.Dataset:
     Raises
     ------
     IndexError
-        A history without iterations.
+        If the history has no iterations.
     """
     u = motion_of(history.isel(iteration=-1)) / largest_motion(history)
     dims = ("block", "axis")

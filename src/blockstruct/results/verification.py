@@ -64,7 +64,7 @@ def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
     Raises
     ------
     ModelError
-        A history that is none of this model and case.
+        If the history does not belong to this model and case.
     """
     result = analysis[name]
     if result.status is Status.UNBOUNDED or not result.n_iterations:
@@ -92,7 +92,7 @@ def contradictions(analysis: Analysis) -> list[tuple[str, str]]:
                 statics[cells] = Statics.of(analysis.model, cells)
             found += [(name, what) for what in _of_case(statics[cells], result)]
         except (BlockstructError, KeyError, ValueError, IndexError) as error:
-            found.append((name, f"the history is none of this model and case ({error})"))
+            found.append((name, f"the history does not belong to this model and case ({error})"))
     return found
 
 
@@ -102,13 +102,13 @@ def confirm(analysis: Analysis) -> None:
     Raises
     ------
     CertificateError
-        Everything that :func:`contradictions` finds.
+        If :func:`contradictions` finds any; the message lists them.
     """
     found = contradictions(analysis)
     if found:
         listed = "; ".join(f"case {name!r}: {what}" for name, what in found[:5])
         more = f"; and {len(found) - 5} more" if len(found) > 5 else ""
-        msg = f"analysis of {analysis.model.name!r}: {listed}{more}; run the model again, these results are no proof"
+        msg = f"analysis of {analysis.model.name!r}: {listed}{more}; run the model again, these results are not proof"
         raise CertificateError(msg)
 
 
@@ -167,7 +167,7 @@ def _status(result: CaseResult) -> Iterator[str]:
     elif not np.isnan(alpha):
         yield f"{result.status}, but its load factor is {alpha:.6g}"
     if result.status in _OF_DEAD_LOAD and stage != Stage.DEAD_LOAD.value:
-        yield f"{result.status}, but its last iteration is no dead-load program"
+        yield f"{result.status}, but its last iteration is not a dead-load program"
 
 
 def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -> Iterator[str]:

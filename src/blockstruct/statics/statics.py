@@ -45,7 +45,7 @@ class Statics:
 
     @classmethod
     def of(cls, model: Model, cells: int = 64) -> Self:
-        """Assemble the statics of a model; ``cells`` divide an interface that crushes and is no rectangle."""
+        """Assemble the statics of a model; ``cells`` divide an interface that crushes and is not a rectangle."""
         points = ContactPoints.of(model, cells)
         free = np.flatnonzero([not b.fixed for b in model.blocks])
         centroids = np.array([b.centroid for b in model.blocks])

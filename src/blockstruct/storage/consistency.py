@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from blockstruct.storage.case_group import group_of
+from blockstruct.storage.case_group import group_name
 from blockstruct.vocabulary import Status
 
 #: A place in a file and what is wrong there.
@@ -61,7 +61,7 @@ def index_findings(path: str, ds: xr.Dataset) -> Iterator[Finding]:
 
 def case_findings(path: str, case: xr.Dataset, load_factors: Any) -> Iterator[Finding]:
     """What a result says against its own place, and against the load factors of its history."""
-    if group_of(str(case.attrs["name"])) != path.rpartition("/")[2]:
+    if group_name(str(case.attrs["name"])) != path.rpartition("/")[2]:
         yield path, "the attribute name is not that of the group"
     if int(case["n_iterations"]) != len(load_factors):
         yield path, "n_iterations is not the length of the history"

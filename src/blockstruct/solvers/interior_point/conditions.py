@@ -178,7 +178,7 @@ def _groups(E: sp.csr_array, F: sp.csr_array, lines: int) -> list[Group]:
 
 
 def _listed(of: NDArray[Any], number: Index) -> Index:
-    """Items of each member, in turn, (G, items a member)."""
+    """Items of each member, in turn, (G, items per member)."""
     mine = np.flatnonzero(number[of] >= 0)
     order = mine[np.argsort(number[of[mine]], kind="stable")]
     return order.reshape(number.max() + 1, -1)

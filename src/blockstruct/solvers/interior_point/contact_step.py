@@ -41,7 +41,7 @@ class ContactProblem:
     program
         The program, with exact crushing. Its ties are rigid until they yield.
     compliance : (K, 3) array
-        Of each contact point, displacement a unit of force.
+        Of each contact point, displacement per unit of force.
     """
 
     def __init__(self, program: ConicProgram, compliance: Array) -> None:
@@ -106,21 +106,21 @@ class ContactProblem:
         max_iterations
             Factorisations.
         """
-        # A state that has lost its way ends in numbers that are none, which is seen.
+        # A state that diverges ends in infinities or NaN, and the loop sees them.
         with np.errstate(all="ignore"):
             return self._solved(step, self._centred(step, guess, centring), tolerance, max_iterations)
 
     def _solved(self, step: Step, state: ContactState, tolerance: float, max_iterations: int) -> ContactSolution:
         ahead: ContactState | None = None
-        turned_at, trail = np.inf, list[float]()
+        turned_at, largest = np.inf, list[float]()
         for k in range(max_iterations + 1):
             residuals = self._residuals(step, state)
             now = self._measured(step, state, residuals, k)
-            trail.append(max(now.unbalanced, now.incompatible, now.gap))
-            if k and not np.isfinite(trail[-1]):
+            largest.append(max(now.unbalanced, now.incompatible, now.gap))
+            if k and not np.isfinite(largest[-1]):
                 break
             found = now
-            stalled = k >= PATIENCE and not trail[-1] < 0.5 * trail[-1 - PATIENCE]
+            stalled = k >= PATIENCE and not largest[-1] < 0.5 * largest[-1 - PATIENCE]
             if found.within(tolerance) or stalled or k == max_iterations:
                 break
             try:

@@ -1,4 +1,4 @@
-"""The equations of equilibrium with the contacts eliminated: six unknowns a free block."""
+"""The equations of equilibrium with the contacts eliminated: six unknowns per free block."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -60,7 +60,7 @@ class SchurComplement:
         Raises
         ------
         RuntimeError
-            A matrix that is singular to rounding.
+            If the matrix is singular to rounding.
         """
         values = []
         for group, members, B in self._stacks:
