@@ -95,7 +95,7 @@ def test_elongation_against_its_limit(result):
     assert np.isnan(result.ties.loc["strip", "displacement at limit [meter]"])
     text = result.describe()
     assert "Tie tie: punching, 6 kN of 6 kN (punching); it gets longer by" in text
-    assert "make its limit of 20 mm" in text
+    assert "its limit of 20 mm is reached at" in text
     assert "Tie bar [ground|low]: slipping, 3.142 kN of 3.142 kN (bond)" in text
 
 
