@@ -49,6 +49,7 @@ from blockstruct.model import (
     Moment,
     PointLoad,
     SelfWeight,
+    SettlementCase,
 )
 from blockstruct.results import (
     Analysis,
@@ -100,6 +101,7 @@ __all__ = [
     "Moment",
     "PointLoad",
     "SelfWeight",
+    "SettlementCase",
     # interfaces and documents
     "Detection",
     "Document",

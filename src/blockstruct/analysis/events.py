@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TextIO
 
 from blockstruct.limit import Iteration, LimitProblem
-from blockstruct.model import LimitCase
+from blockstruct.model import Case
 from blockstruct.results import CaseResult
 from blockstruct.statics import Statics
 
@@ -20,7 +20,7 @@ class CaseStarted:
     :func:`blockstruct.results.history_of`.
     """
 
-    case: LimitCase
+    case: Case
     blocks: int
     contact_points: int
     statics: Statics = field(repr=False)
@@ -31,7 +31,7 @@ class CaseStarted:
 class IterationDone:
     """A program of a case is solved; ``index`` counts from zero."""
 
-    case: LimitCase
+    case: Case
     index: int
     iteration: Iteration
 

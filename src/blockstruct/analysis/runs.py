@@ -6,20 +6,20 @@ from pathlib import Path
 from blockstruct.analysis.events import Listener
 from blockstruct.analysis.manager import AnalysisManager
 from blockstruct.limit import ProcedureSettings
-from blockstruct.model import LimitCase, Model
+from blockstruct.model import Case, LimitCase, Model, SettlementCase
 from blockstruct.results import Analysis, Comparison, compare
 
 
 def run(
     model: Model,
-    cases: LimitCase | Iterable[LimitCase],
+    cases: Case | Iterable[Case],
     store: str | Path | None = None,
     *,
     settings: ProcedureSettings | None = None,
     spread: bool | str | Iterable[str] = False,
     listeners: Iterable[Listener] = (),
 ) -> Analysis:
-    """Run limit cases of a model: :class:`AnalysisManager` in one call.
+    """Run cases of a model: :class:`AnalysisManager` in one call.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def run(
     ModelError, StorageError, SolverError, GeometryError
         As of both.
     """
-    listed = [cases] if isinstance(cases, LimitCase) else cases
+    listed = [cases] if isinstance(cases, LimitCase | SettlementCase) else cases
     return AnalysisManager(model, store, settings=settings, listeners=listeners).run(listed, spread=spread)
 
 

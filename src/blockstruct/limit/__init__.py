@@ -11,13 +11,16 @@ wrench of each block and, at a contact, of the lighter of its two blocks.
 from blockstruct.limit.certificate import Certificate, certify
 from blockstruct.limit.friction import Sliding, fictitious_sliding, relax, true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome
+from blockstruct.limit.motion import block_motion, velocities_of
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
+from blockstruct.limit.settlement import Settlement
 from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, scheduled, schedules_of
 
 __all__ = [
     # the question
     "LimitProblem",
+    "Settlement",
     "ProcedureSettings",
     "SCHEDULES",
     "scheduled",
@@ -32,6 +35,9 @@ __all__ = [
     "fictitious_sliding",
     "relax",
     "true_sliding",
+    # velocities and what moves
+    "block_motion",
+    "velocities_of",
     # the answer
     "Certificate",
     "Iteration",

@@ -86,8 +86,7 @@ def certify(problem: LimitProblem, x: Array, u: Array, alpha: float, settings: P
     opening = v_n - problem.dilatancy * sliding
     rigid = ~problem.crushes
     # Velocities are relative to local units of force; what penetrates is measured against the fastest point.
-    speed = np.linalg.norm(v, axis=1) / problem.force_unit
-    largest = float(speed.max())
+    largest = problem.speed(v, u)
     penetration = (-opening / problem.force_unit)[rigid].max(initial=0.0)
     interpenetration = float(penetration / largest) if largest > 0 else 0.0
 

@@ -8,7 +8,8 @@
 """
 
 from blockstruct.model.block import Block
-from blockstruct.model.checks import checked_tuple
+from blockstruct.model.case import Case
+from blockstruct.model.checks import checked_tuple, listed
 from blockstruct.model.detection_report import Detection, DetectionReport, DetectionTolerances, FoundContact
 from blockstruct.model.fit import overlaps
 from blockstruct.model.interface import Interface
@@ -27,6 +28,7 @@ from blockstruct.model.loads import (
 )
 from blockstruct.model.material import Material
 from blockstruct.model.model import Model
+from blockstruct.model.settlement_case import SettlementCase, motion_words
 
 __all__ = [
     "JOINT_PROPERTIES",
@@ -54,7 +56,11 @@ __all__ = [
     "PointLoad",
     "SelfWeight",
     # cases
+    "Case",
     "LimitCase",
+    "SettlementCase",
+    "motion_words",
     # input
     "checked_tuple",
+    "listed",
 ]

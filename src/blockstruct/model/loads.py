@@ -13,7 +13,8 @@ from blockstruct.units import VectorLike, si, si_vector
 
 Vector = tuple[float, float, float]
 
-_AXES = {
+#: Directions of the axes by name, ``"+x"`` to ``"-z"``.
+AXIS_NAMES = {
     f"{sign}{axis}": tuple(float(f"{sign}{int(k == j)}") + 0.0 for k in range(3))
     for j, axis in enumerate("xyz")
     for sign in "+-"
@@ -58,8 +59,8 @@ class BodyForce:
     share: float
 
     def __init__(self, direction: VectorLike, share: Any = 1.0) -> None:
-        if isinstance(direction, str) and direction.strip() in _AXES:
-            direction = _AXES[direction.strip()]
+        if isinstance(direction, str) and direction.strip() in AXIS_NAMES:
+            direction = AXIS_NAMES[direction.strip()]
         vector = si_vector(direction, "dimensionless", "BodyForce: direction")
         length = math.hypot(*vector)
         if length == 0:

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import Any, Self
 
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.model import LimitCase, Model, checked_tuple
+from blockstruct.model import Case, Model, checked_tuple
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.headline import Headline
 from blockstruct.results.spread import Spread, spreads_of
@@ -62,7 +62,7 @@ class Analysis(Mapping[str, CaseResult]):
         object.__setattr__(self, "tags", checked_tuple(tags, str, "Analysis: tags"))
 
     @property
-    def cases(self) -> tuple[LimitCase, ...]:
+    def cases(self) -> tuple[Case, ...]:
         """The cases, ready to be run again."""
         return tuple(r.case for r in self.results.values())
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
 from blockstruct.limit import Certificate, ProcedureSettings
-from blockstruct.model import LimitCase, Model
+from blockstruct.model import Case, Model, SettlementCase
 from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline
 from blockstruct.results.mechanism import mechanism
@@ -78,7 +78,7 @@ class CaseResult:
     ----------
     model : Model
         The structure the case is of.
-    case : LimitCase
+    case : LimitCase or SettlementCase
     settings : ProcedureSettings
     status : Status
     load_factor : float
@@ -98,7 +98,7 @@ class CaseResult:
     """
 
     model: Model = field(repr=False)
-    case: LimitCase
+    case: Case
     settings: ProcedureSettings
     status: Status
     load_factor: float
@@ -234,7 +234,7 @@ class CaseResult:
     def restored(
         cls,
         *,
-        case: LimitCase,
+        case: Case,
         settings: Mapping[str, Any],
         status: str,
         certificate: Mapping[str, float],

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.limit import Iteration, LimitProblem
+from blockstruct.limit import Iteration, LimitProblem, block_motion
 from blockstruct.statics import Statics
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES, COMPONENTS
@@ -106,9 +106,7 @@ def iteration_variables(
     def stacked(values: list[Any], shape: tuple[int, ...] = ()) -> Array:
         return np.array(values, dtype=float).reshape(n, *shape)
 
-    velocity = np.zeros((n, len(model.blocks), 6))
-    u = stacked([i.u for i in iterations], (len(statics.free), 6))
-    velocity[:, statics.free] = u / np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))
+    velocity = block_motion(statics, problem, stacked([i.u for i in iterations], (problem.A.shape[0],)))
     per_point = ("iteration", "contact_point")
     return {
         "iteration": ("iteration", np.arange(n), {}),

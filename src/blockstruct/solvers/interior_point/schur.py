@@ -27,11 +27,12 @@ class SchurComplement:
     """
 
     def __init__(self, A: sp.csc_array, conditions: Conditions) -> None:
-        n_blocks = A.shape[0] // 6
+        # The one row of a settlement is a block of its own.
+        n_blocks = -(-A.shape[0] // 6)
         self._stacks, pairs = _stacks(sp.csc_array(A), conditions, n_blocks)
         unknowns = (6 * pairs[:, :, None] + np.arange(6)).reshape(len(pairs), 12)
         rows, columns = np.repeat(unknowns, 12, axis=1).ravel(), np.tile(unknowns, (1, 12)).ravel()
-        n = self._size = 6 * n_blocks
+        n = self._size = A.shape[0]
         # A support stands for the block after the last.
         self._kept = (rows < n) & (columns < n)
         rows, columns = rows[self._kept], columns[self._kept]
