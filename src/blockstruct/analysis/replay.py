@@ -8,7 +8,16 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.errors import FormatError
-from blockstruct.limit import ConicProgram, Iteration, LimitProblem, Outcome, ProgramData, Solution, Solver, velocities_of
+from blockstruct.limit import (
+    ConicProgram,
+    Iteration,
+    LimitProblem,
+    Outcome,
+    ProgramData,
+    Solution,
+    Solver,
+    velocities_of,
+)
 from blockstruct.limit.iteration import Steps
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import SolverStatus, Stage

@@ -14,13 +14,14 @@ from blockstruct.limit.iteration import Iteration, Outcome
 from blockstruct.limit.motion import block_motion, velocities_of
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
-from blockstruct.limit.settlement import Settlement
+from blockstruct.limit.settlement import Settlement, reaction_unit
 from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, scheduled, schedules_of
 
 __all__ = [
     # the question
     "LimitProblem",
     "Settlement",
+    "reaction_unit",
     "ProcedureSettings",
     "SCHEDULES",
     "scheduled",

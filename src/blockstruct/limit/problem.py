@@ -131,8 +131,7 @@ class LimitProblem:
         """The same joints and dead load, with supports that give way and their reaction as the variable load."""
         row = sp.csc_array((settlement.row * np.repeat(self.force_unit, 3) / settlement.force)[None])
         reaction = np.zeros(self.A.shape[0] + 1)
-        # Times the unit of the row the sum of the wrench units, so that α is a share of the dead load.
-        reaction[-1] = len(self.wrench_unit)
+        reaction[-1] = settlement.reaction_unit / (self.length if settlement.rotates else 1.0) / settlement.force
         return replace(
             self,
             A=sp.csc_array(sp.vstack([self.A, row])),
@@ -197,7 +196,7 @@ class LimitProblem:
         """A load factor in words; of a settlement, the reaction."""
         if self.settlement is None:
             return f"load factor {alpha:.6g}"
-        return f"reaction {self.settlement.reaction(alpha):.6g} {'N·m' if self.settlement.rotates else 'N'}"
+        return f"reaction {self.settlement.reaction(np.array(alpha)):.6g} {'N·m' if self.settlement.rotates else 'N'}"
 
 
 def _compliance(points: ContactPoints, force_unit: Array) -> tuple[Array, float]:

@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.model import SettlementCase, listed
-from blockstruct.statics import Statics, equilibrium_matrix
-from blockstruct.units import SI_UNITS
+from blockstruct.model import Model, SettlementCase, listed
+from blockstruct.statics import Statics, equilibrium_matrix, wrenches
 
 Array = NDArray[np.float64]
 
@@ -34,8 +33,7 @@ class Settlement:
     force : float
         Unit of the row, N: the mean dead wrench of the free blocks.
     reaction_unit : float
-        Reaction at α = −1, N or N·m: the sum of the dead wrenches of the free blocks, for a rotation times the
-        characteristic length.
+        Reaction at α = −1, N or N·m: :func:`reaction_unit`.
     rotates : bool
         Whether the reaction is a moment.
     """
@@ -72,29 +70,31 @@ class Settlement:
             turn = direction / statics.length
         along = direction if case.about is None else np.cross(turn, centroids[supports] - np.array(case.about))
         motion = np.hstack([np.broadcast_to(along, (len(supports), 3)), np.broadcast_to(turn, (len(supports), 3))])
-        rotates = case.about is not None
         return cls(
             supports=supports,
             motion=motion,
             row=motion.ravel() @ equilibrium_matrix(statics.points, centroids, supports, 1.0),
             force=float(wrench_unit.mean()),
-            reaction_unit=float(wrench_unit.sum()) * (statics.length if rotates else 1.0),
-            rotates=rotates,
+            reaction_unit=reaction_unit(statics.model, case),
+            rotates=case.about is not None,
         )
-
-    @property
-    def units(self) -> str:
-        """Unit of the reaction, as files spell it."""
-        return SI_UNITS["moment" if self.rotates else "force"]
 
     @property
     def speed(self) -> float:
         """Largest speed at a contact point of the supports, in unit motion, m/s."""
         return float(np.linalg.norm(self.row.reshape(-1, 3), axis=1).max())
 
-    def reaction(self, alpha: float) -> float:
-        """Reaction at a load factor, N or N·m."""
-        return -alpha * self.reaction_unit
+    def reaction(self, alpha: Array) -> Array:
+        """Reactions at load factors, N or N·m."""
+        return np.asarray(-alpha * self.reaction_unit + 0.0)
+
+
+def reaction_unit(model: Model, case: SettlementCase) -> float:
+    """Sum of the dead wrenches of the free blocks, N; for a rotation times the characteristic length, N·m."""
+    length = model.characteristic_length
+    free = np.array([not b.fixed for b in model.blocks])
+    dead = wrenches(model, case.dead)[free] / np.repeat([1.0, length], 3)
+    return float(np.linalg.norm(dead, axis=1).sum()) * (1.0 if case.about is None else length)
 
 
 def _support(statics: Statics, who: str, name: str) -> int:

@@ -102,7 +102,8 @@ class SettlementCase:
             ("name", name),
             ("dead", dead),
             ("supports", names),
-            ("direction", (x / length, y / length, z / length)),
+            # What was of length 1 stays as it is, so that files and documents read back the same.
+            ("direction", (x, y, z) if abs(length - 1) < 1e-12 else (x / length, y / length, z / length)),
             ("about", point),
             ("flow", flow),
         ):

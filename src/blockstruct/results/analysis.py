@@ -118,7 +118,7 @@ class Analysis(Mapping[str, CaseResult]):
         return len(self.results)
 
     def __repr__(self) -> str:
-        ends = ", ".join(f"{r.name}: {r.load_factor:.4g}" for r in list(self.results.values())[:SHOWN])
+        ends = ", ".join(f"{r.name}: {r.answer.plain(r.load_factor, 4)}" for r in list(self.results.values())[:SHOWN])
         more = f", … {len(self)} cases" if len(self) > SHOWN else ""
         return f"<Analysis of {self.model.name!r}, {ends}{more}>"
 

@@ -1,11 +1,12 @@
 """The one number of a case that every text, figure and table shows."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
 
+from blockstruct.results.answer import Answer
 from blockstruct.vocabulary import Flow, Status
 
 #: Statuses of one run that are the answer to the case, whatever its other runs find: they are about the dead load.
@@ -29,6 +30,9 @@ class Headline:
         Load factor with associative flow, above all non-associative ones; infinite where that is unbounded, so that it
         bounds nothing; NaN where it was not found.
     flow : Flow
+    answer : Answer
+        What the number is called and how it is written. The reaction of a settlement is minus its load factor times a
+        force: the lowest load factor is the largest reaction.
     """
 
     status: Status
@@ -38,9 +42,12 @@ class Headline:
     schedules: int
     associative: float
     flow: Flow
+    answer: Answer = field(default=Answer(), repr=False)
 
     @classmethod
-    def of(cls, ends: Sequence[tuple[Status, float]], flow: Flow, associative: float) -> Self:
+    def of(
+        cls, ends: Sequence[tuple[Status, float]], flow: Flow, associative: float, answer: Answer = Answer()
+    ) -> Self:
         """Headline of the runs of one case by their statuses and load factors, the one as given first."""
         certified = [load_factor for status, load_factor in ends if status is Status.CONVERGED]
         statuses = [status for status, _ in ends]
@@ -54,6 +61,7 @@ class Headline:
             schedules=len(ends),
             associative=associative,
             flow=flow,
+            answer=answer,
         )
 
     @property
@@ -65,8 +73,8 @@ class Headline:
 
     @property
     def number(self) -> str:
-        """The load factor to four digits, ``infinite`` or ``none``."""
-        return _number(self.load_factor, 4)
+        """The load factor, or the reaction, to four digits, ``infinite`` or ``none``."""
+        return self.answer.text(self.load_factor, 4)
 
     @property
     def range(self) -> str:
@@ -80,7 +88,7 @@ class Headline:
 
     def text(self, digits: int = 4) -> str:
         """Number, range and bound, with so many digits."""
-        number = _number(self.load_factor, digits)
+        number = self.answer.text(self.load_factor, digits)
         if self.status not in (Status.CONVERGED, Status.UNBOUNDED):
             number = f"{number}, {self.status}"
         more = "; ".join(filter(None, (self._range(digits), self._bound(digits))))
@@ -91,20 +99,15 @@ class Headline:
             return ""
         said = f"{self.certified} of {self.schedules} schedules certified"
         if self.certified and self.status is Status.CONVERGED:
-            said = f"lowest of {said}, up to {_number(self.highest, digits)}"
+            first, on = ("largest", "down") if self.answer.is_reaction else ("lowest", "up")
+            said = f"{first} of {said}, {on} to {self.answer.text(self.highest, digits)}"
         return said
 
     def _bound(self, digits: int) -> str:
         if self.flow is Flow.ASSOCIATIVE or np.isnan(self.associative):
             return ""
         bounded = np.isfinite(self.associative)
-        return f"associative bound {_number(self.associative, digits)}" if bounded else "no associative bound"
+        return f"associative bound {self.answer.text(self.associative, digits)}" if bounded else "no associative bound"
 
     def __str__(self) -> str:
         return self.text()
-
-
-def _number(value: float, digits: int) -> str:
-    if np.isinf(value):
-        return "infinite"
-    return "none" if np.isnan(value) else f"{value:.{digits}g}"

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.limit import Iteration, LimitProblem, block_motion
+from blockstruct.limit import Iteration, LimitProblem, Settlement, block_motion
 from blockstruct.statics import Statics
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES, COMPONENTS
@@ -29,7 +29,7 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
     -------
     xarray.Dataset
         Dimensions iteration, contact_point (selected by the name of its interface), component (n, s, t), interface,
-        interface_corner, block and axis (x, y, z). Blocks are in the order of the model, supports have zero velocity.
+        interface_corner, block and axis (x, y, z). Blocks are in the order of the model, supports have zero velocity but for those that give way.
     """
     model, points, force = statics.model, statics.points, problem.force_unit
     of_iterations = iteration_variables(statics, problem, iterations)
@@ -108,7 +108,7 @@ def iteration_variables(
 
     velocity = block_motion(statics, problem, stacked([i.u for i in iterations], (problem.A.shape[0],)))
     per_point = ("iteration", "contact_point")
-    return {
+    found = {
         "iteration": ("iteration", np.arange(n), {}),
         "stage": ("iteration", _text([i.stage.value for i in iterations]), {}),
         "load_factor": _number([i.load_factor for i in iterations], "load factor α"),
@@ -179,6 +179,9 @@ def iteration_variables(
             _attrs("time", "time in the solver"),
         ),
     }
+    if problem.settlement is not None:
+        found["reaction"] = _reaction(problem.settlement, iterations)
+    return found
 
 
 def _linearised_at(statics: Statics, problem: LimitProblem, iterations: Sequence[Iteration]) -> Array:
@@ -188,6 +191,12 @@ def _linearised_at(statics: Statics, problem: LimitProblem, iterations: Sequence
         if iteration.linearised_at is not None:
             row[statics.points.interface[corner]] = iteration.linearised_at * problem.force_unit[corner]
     return N0
+
+
+def _reaction(settlement: Settlement, iterations: Sequence[Iteration]) -> tuple[str, Array, dict[str, str]]:
+    what = "of the supports that give way: what the joints press on them against the motion"
+    values = settlement.reaction(np.array([i.load_factor for i in iterations], dtype=float))
+    return "iteration", values, _attrs("moment" if settlement.rotates else "force", what)
 
 
 def _displacement(problem: LimitProblem, iterations: Sequence[Iteration]) -> tuple[str, Array, dict[str, str]]:

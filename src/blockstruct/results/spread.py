@@ -75,7 +75,7 @@ class Spread:
         """The load factor to rely on, the lowest certified one, with its range and the associative bound."""
         runs = list(self.runs.values())
         bound = runs[0].associative_load_factor if self.upper_bound is None else self.upper_bound.load_factor
-        return Headline.of([(r.status, r.load_factor) for r in runs], runs[0].case.flow, bound)
+        return Headline.of([(r.status, r.load_factor) for r in runs], runs[0].case.flow, bound, runs[0].answer)
 
     @property
     def load_factor(self) -> float:
@@ -92,7 +92,7 @@ class Spread:
 
     def __str__(self) -> str:
         lines = [str(self.headline)]
-        lines += [f"  {name:<14}{r.load_factor:<12.4g}{r.status}" for name, r in self.results.items()]
+        lines += [f"  {name:<14}{r.answer.plain(r.load_factor, 4):<12}{r.status}" for name, r in self.results.items()]
         if self.path_dependence is not None:
             lines.append("  along the loading path {:.4g} to {:.4g}".format(*self.path_dependence))
         return "\n".join([*lines, *(f"  warning: {text}" for text in self.warnings)])

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 import blockstruct as bs
+from blockstruct.units import readable
 from blockstruct.views.figures import drawings
 from blockstruct.views.figures.sheet import Drawing
 from blockstruct.views.report.assumptions import assumptions
 from blockstruct.views.report.detection import detection_rows
 from blockstruct.views.selection import shown_results
-from blockstruct.views.style import readable
 from blockstruct.views.words import (
     admissible_words,
     certificate_words,
