@@ -91,7 +91,7 @@ def resume(file: FileArgument) -> None:
 
 def _run(
     model: bs.Model,
-    cases: list[bs.LimitCase],
+    cases: list[bs.LimitCase | bs.SettlementCase],
     settings: bs.ProcedureSettings,
     output: Path,
     quiet: bool,

@@ -14,8 +14,8 @@ from blockstruct.limit.iteration import Iteration, Outcome
 from blockstruct.limit.motion import block_motion, velocities_of
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
-from blockstruct.limit.settlement import Settlement, reaction_unit
 from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, scheduled, schedules_of
+from blockstruct.limit.settlement import Settlement, reaction_unit
 
 __all__ = [
     # the question

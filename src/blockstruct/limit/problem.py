@@ -125,7 +125,9 @@ class LimitProblem:
             force_unit=force_unit,
             displacement_unit=work_unit / driven,
         )
-        return problem.releasing(Settlement.of(statics, case, wrench_unit)) if settles else problem
+        if isinstance(case, SettlementCase):
+            return problem.releasing(Settlement.of(statics, case, wrench_unit))
+        return problem
 
     def releasing(self, settlement: Settlement) -> Self:
         """The same joints and dead load, with supports that give way and their reaction as the variable load."""

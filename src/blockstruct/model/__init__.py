@@ -28,7 +28,7 @@ from blockstruct.model.loads import (
 )
 from blockstruct.model.material import Material
 from blockstruct.model.model import Model
-from blockstruct.model.settlement_case import SettlementCase, motion_words
+from blockstruct.model.settlement_case import SettlementCase
 
 __all__ = [
     "JOINT_PROPERTIES",
@@ -59,7 +59,6 @@ __all__ = [
     "Case",
     "LimitCase",
     "SettlementCase",
-    "motion_words",
     # input
     "checked_tuple",
     "listed",

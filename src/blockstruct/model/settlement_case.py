@@ -114,22 +114,23 @@ class SettlementCase:
         """Its load patterns."""
         return (self.dead,)
 
+    @property
+    def motion(self) -> str:
+        """How the supports move, in words.
+
+        >>> SettlementCase("left", LoadPattern("dead", []), ["left pier"], "-z").motion
+        'left pier moves along (0, 0, -1)'
+        """
+        who, one = ", ".join(self.supports), len(self.supports) == 1
+        vector = "({:.4g}, {:.4g}, {:.4g})".format(*self.direction)
+        if self.about is None:
+            return f"{who} {'moves' if one else 'move'} along {vector}"
+        point = "({:.4g}, {:.4g}, {:.4g}) m".format(*self.about)
+        return f"{who} {'turns' if one else 'turn'} about {vector} through {point}"
+
     def renamed(self, name: str, flow: Flow | None = None) -> Self:
         """The same question by another name, with another flow rule if one is given."""
         other = copy(self)
         object.__setattr__(other, "name", checked_name(name, "settlement case"))
         object.__setattr__(other, "flow", flow or self.flow)
         return other
-
-
-def motion_words(case: SettlementCase) -> str:
-    """How the supports of a case move, in words.
-
-    >>> motion_words(SettlementCase("left", LoadPattern("dead", []), ["left"], "-z"))
-    'left moves along (0, 0, -1)'
-    """
-    who = f"{', '.join(case.supports)} {'moves' if len(case.supports) == 1 else 'move'}"
-    vector = "({:.4g}, {:.4g}, {:.4g})".format(*case.direction)
-    if case.about is None:
-        return f"{who} along {vector}"
-    return f"{who.replace('move', 'turn')} about {vector} through " + "({:.4g}, {:.4g}, {:.4g}) m".format(*case.about)

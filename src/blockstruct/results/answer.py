@@ -59,7 +59,10 @@ class Answer:
 
     def text(self, alpha: float, digits: int = 4) -> str:
         """The answer at a load factor to so many digits, ``infinite`` or ``none``."""
-        value = self.factor * alpha + 0.0
+        return self.said(self.factor * alpha + 0.0, digits)
+
+    def said(self, value: float, digits: int = 4) -> str:
+        """A value of the answer, in SI, as :meth:`text`."""
         if np.isnan(value):
             return "none"
         if np.isinf(value):
@@ -68,3 +71,7 @@ class Answer:
             return f"{value:.{digits}g}"
         scale, unit = readable(value, self.unit)
         return f"{value * scale:.{digits}g} {unit}"
+
+
+#: The answer to a limit case.
+LOAD_FACTOR = Answer()

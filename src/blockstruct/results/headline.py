@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from blockstruct.results.answer import Answer
+from blockstruct.results.answer import LOAD_FACTOR, Answer
 from blockstruct.vocabulary import Flow, Status
 
 #: Statuses of one run that are the answer to the case, whatever its other runs find: they are about the dead load.
@@ -42,11 +42,11 @@ class Headline:
     schedules: int
     associative: float
     flow: Flow
-    answer: Answer = field(default=Answer(), repr=False)
+    answer: Answer = field(default=LOAD_FACTOR, repr=False)
 
     @classmethod
     def of(
-        cls, ends: Sequence[tuple[Status, float]], flow: Flow, associative: float, answer: Answer = Answer()
+        cls, ends: Sequence[tuple[Status, float]], flow: Flow, associative: float, answer: Answer = LOAD_FACTOR
     ) -> Self:
         """Headline of the runs of one case by their statuses and load factors, the one as given first."""
         certified = [load_factor for status, load_factor in ends if status is Status.CONVERGED]

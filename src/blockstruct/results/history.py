@@ -29,7 +29,8 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
     -------
     xarray.Dataset
         Dimensions iteration, contact_point (selected by the name of its interface), component (n, s, t), interface,
-        interface_corner, block and axis (x, y, z). Blocks are in the order of the model, supports have zero velocity but for those that give way.
+        interface_corner, block and axis (x, y, z). Blocks are in the order of the model; supports have zero velocity,
+        but for those that give way.
     """
     model, points, force = statics.model, statics.points, problem.force_unit
     of_iterations = iteration_variables(statics, problem, iterations)
@@ -100,7 +101,7 @@ def iteration_variables(
     statics: Statics, problem: LimitProblem, iterations: Sequence[Iteration]
 ) -> dict[str, tuple[Any, NDArray[Any], dict[str, str]]]:
     """Dimensions, values and attributes of everything in a history that belongs to its iterations, in SI units."""
-    model, force = statics.model, problem.force_unit
+    force = problem.force_unit
     n, K = len(iterations), problem.n_points
 
     def stacked(values: list[Any], shape: tuple[int, ...] = ()) -> Array:

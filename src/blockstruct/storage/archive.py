@@ -72,11 +72,12 @@ class Archive:
         """One row a case.
 
         Columns: ``path`` (relative to the folder), ``case``, ``model``, ``model_hash``, ``load_factor`` of limit cases,
-        ``reaction`` (N) or ``reaction_moment`` (N·m) of settlements, ``status``, ``flow``, ``dead``, ``variable``, the measures of the certificate and whether it ``holds``, ``n_iterations``,
-        ``started_at`` and ``created_at`` (UTC), ``duration`` (s), ``version`` of blockstruct, ``tags``,
-        ``message``, a column ``settings_…`` for each setting, and ``problem``: why a file, which has one row then,
-        cannot be read. A run that is under way or was killed has a row of that kind, too. The units of columns are
-        in ``table.attrs["units"]``.
+        ``reaction`` (N) or ``reaction_moment`` (N·m) of settlements, ``status``, ``flow``, ``dead``,
+        ``variable``, the measures of the certificate and whether it ``holds``, ``n_iterations``, ``started_at`` and
+        ``created_at`` (UTC), ``duration`` (s), ``version`` of blockstruct, ``tags``, ``message``, a column
+        ``settings_…`` for each setting, and ``problem``: why a file, which has one row then, cannot be read.
+        A run that is under way or was killed has a row of that kind, too. The units of columns are in
+        ``table.attrs["units"]``.
         """
         paths, problems = self._found()
         rows = [row for path in paths for row in self._rows(path)]

@@ -33,9 +33,22 @@ def applied(pattern: bs.LoadPattern, model: bs.Model) -> tuple[Array, Array]:
     return np.array(points).reshape(-1, 3), np.array(forces).reshape(-1, 3)
 
 
+def driving(result: bs.CaseResult) -> tuple[Array, Array]:
+    """Points (n, 3) in m and vectors (n, 3) of what drives a case: the variable load in N, or supports that give way.
+
+    Of supports the vectors are their motion. A support that turns has none: its reaction is a couple.
+    """
+    case = result.case
+    if not isinstance(case, bs.SettlementCase):
+        return applied(case.variable, result.model)
+    points = np.array([result.model.block(name).centroid for name in case.supports])
+    motion = np.array(case.direction if case.about is None else (0.0, 0.0, 0.0))
+    return points, np.broadcast_to(motion, points.shape)
+
+
 def push(result: bs.CaseResult) -> Array:
-    """Unit vector (3,) of the resultant of the variable load; zero where its forces cancel."""
-    _, forces = applied(result.case.variable, result.model)
+    """Unit vector (3,) of the resultant of what drives a case; zero where its forces cancel."""
+    _, forces = driving(result)
     total = forces.sum(axis=0)
     size = float(np.linalg.norm(total))
     return total / size if size > 1e-9 * np.linalg.norm(forces, axis=1).sum() else np.zeros(3)

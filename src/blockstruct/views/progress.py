@@ -38,9 +38,11 @@ def bar(progress: Progress) -> Listener:
             case IterationDone(case, index, iteration):
                 done, total = index + 1, progress.tasks[task].total or 1
                 left = (progress.tasks[task].elapsed or 0.0) / done * (total - done)
+                alpha = iteration.load_factor
+                settles = isinstance(case, bs.SettlementCase)
+                answer = f"R = {-alpha:.4f} of the dead load" if settles else f"α = {alpha:.4f}"
                 text = (
-                    f"{case.name}: {index} {iteration.stage}, α = {iteration.load_factor:.4f}, "
-                    f"gap {iteration.certificate.flow_rule_gap:.0e}"
+                    f"{case.name}: {index} {iteration.stage}, {answer}, gap {iteration.certificate.flow_rule_gap:.0e}"
                 )
                 rest = f"about {left:.0f} s left" if done < total else "longer than usual"
                 progress.update(task, completed=min(done, total), description=text, rest=rest)

@@ -2,6 +2,17 @@
 
 import blockstruct as bs
 
+#: Of a settlement, where it is not the same.
+_OF_SETTLEMENT = {
+    bs.Status.CONVERGED: (
+        "At this reaction the structure follows the supports: the state is certified within the tolerances. A support "
+        "that gives way further keeps it."
+    ),
+    bs.Status.UNSTABLE: (
+        "The structure does not stand under its dead load, even with all supports held; there is no reaction."
+    ),
+    bs.Status.UNBOUNDED: "The supports never move that way: the joints resist the motion with any force.",
+}
 _STATUS = {
     bs.Status.CONVERGED: "The structure collapses at this load factor: the state is certified within the tolerances.",
     bs.Status.UNSTABLE: "The structure does not stand under its dead load alone; there is no load factor.",
@@ -23,14 +34,39 @@ def status_words(result: bs.CaseResult) -> str:
     """A sentence on how a case ended.
 
     >>> from types import SimpleNamespace
-    >>> status_words(SimpleNamespace(status=bs.Status.UNBOUNDED))
+    >>> status_words(SimpleNamespace(status=bs.Status.UNBOUNDED, case=None))
     'The variable load never causes collapse, however large.'
     """
-    return _STATUS[result.status]
+    words = _OF_SETTLEMENT if isinstance(result.case, bs.SettlementCase) else _STATUS
+    return words.get(result.status, _STATUS[result.status])
+
+
+def question_words(case: bs.LimitCase | bs.SettlementCase) -> str:
+    """What a case asks, in words.
+
+    >>> dead, push = bs.LoadPattern("dead", [bs.SelfWeight()]), bs.LoadPattern("push", [bs.BodyForce("+x")])
+    >>> question_words(bs.LimitCase("pushed", dead, push))
+    'dead + load factor × push, nonassociative flow'
+    >>> question_words(bs.SettlementCase("settles", dead, ["pier"], "-z"))
+    'dead, pier moves along (0, 0, -1), nonassociative flow'
+    """
+    if isinstance(case, bs.SettlementCase):
+        return f"{case.dead.name}, {case.motion}, {case.flow} flow"
+    return f"{case.dead.name} + load factor × {case.variable.name}, {case.flow} flow"
+
+
+def range_words(result: bs.CaseResult) -> str:
+    """The reactions that statics allows, as a sentence; empty if the case is no settlement."""
+    if not isinstance(result.case, bs.SettlementCase) or not result.n_iterations:
+        return ""
+    ends = [result.answer.said(float(end)) for end in result.reaction_range.magnitude]
+    if "none" in ends:
+        return ""
+    return f"Statics allows reactions from {ends[0]} to {ends[1]} under the dead load."
 
 
 def load_factor_words(result: bs.CaseResult) -> str:
-    """The load factor as far as it is one: a number, ``infinite`` or ``none``."""
+    """The load factor, or the reaction, as far as it is one: a number, ``infinite`` or ``none``."""
     return result.headline.number
 
 
@@ -40,7 +76,7 @@ def headline_words(headline: bs.results.Headline) -> str:
     >>> headline_words(bs.results.Headline(bs.Status.CONVERGED, 0.2637, 0.3069, 4, 5, 0.332, bs.Flow.NONASSOCIATIVE))
     'Load factor 0.2637 (lowest of 4 of 5 schedules certified, up to 0.3069; associative bound 0.332).'
     """
-    return f"Load factor {headline}."
+    return f"{headline.answer.name.capitalize()} {headline}."
 
 
 def warning_words(found: bs.CaseResult | bs.Spread) -> str:
@@ -53,7 +89,7 @@ def spread_words(spread: bs.Spread) -> str:
     h = spread.headline
     said = f"{h.certified} of {h.schedules} schedules found a certified collapse state"
     if h.certified:
-        said += f", at load factors from {h.lowest:.4g} to {h.highest:.4g}"
+        said += f", at {h.answer.name}s from {h.answer.text(h.lowest)} to {h.answer.text(h.highest)}"
     return f"{'; '.join(filter(None, (said, h.bound)))}."
 
 
@@ -62,16 +98,22 @@ def admissible_words(result: bs.CaseResult) -> str:
     state = result.admissible_state if result.status in _WITHOUT_STATE else None
     if state is None:
         return ""
+    answer, unit = result.answer, _gap_unit(result)
+    sought, bound = ("least reaction", "an upper") if answer.is_reaction else ("collapse load factor", "a lower")
     meaning = (
-        "a lower bound of the collapse load factor"
+        f"{bound} bound of the {sought}"
         if result.case.flow is bs.Flow.ASSOCIATIVE
-        else "no collapse load factor, and without dilatancy no lower bound of it either"
+        else f"no {sought}, and without dilatancy no {bound.split()[1]} bound of it either"
     )
     return (
-        f"Forces in equilibrium that no joint refuses were found at load factor {state.load_factor:.4g} (iteration "
-        f"{state.iteration}); they miss the flow rule by {state.certificate.flow_rule_gap:.1e} of load factor. "
+        f"Forces in equilibrium that no joint refuses were found at {answer.name} {answer.text(state.load_factor)} "
+        f"(iteration {state.iteration}); they miss the flow rule by {state.certificate.flow_rule_gap:.1e} of {unit}. "
         f"It is {meaning}."
     )
+
+
+def _gap_unit(result: bs.CaseResult) -> str:
+    return "the dead load" if result.answer.is_reaction else "load factor"
 
 
 def certificate_words(result: bs.CaseResult) -> str:
@@ -92,5 +134,5 @@ def certificate_words(result: bs.CaseResult) -> str:
         f"no joint is loaded beyond its strength by more than {max(found.yield_excess, 0):.1e} "
         f"({settings.yield_tolerance:.0e}), blocks penetrate by at most {found.interpenetration:.1e} "
         f"({settings.interpenetration_tolerance:.0e}) of the largest motion, and the flow rule is missed by "
-        f"{found.flow_rule_gap:.1e} ({found.flow_rule_gap_limit:.0e}) of load factor."
+        f"{found.flow_rule_gap:.1e} ({found.flow_rule_gap_limit:.0e}) of {_gap_unit(result)}."
     )

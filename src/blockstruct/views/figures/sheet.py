@@ -91,7 +91,12 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
         domain = f"Interface {name}, the nearest to crushing: normal force and bending in every iteration"
         add("domain", domain, crushing_domain, _DIAGRAM, interface=name, about=about)
     if np.isfinite(result.history["load_factor"]).sum() > 1:
-        add("convergence", "Load factor of every iteration: numerical steps, not steps of load", convergence, _DIAGRAM)
+        add(
+            "convergence",
+            f"{result.answer.name.capitalize()} of every iteration: numerical steps, not steps of load",
+            convergence,
+            _DIAGRAM,
+        )
         add("certificate", "Certificate of every iteration, with its tolerances", certificate, _DIAGRAM)
     return found
 
