@@ -13,7 +13,9 @@ from structures import SELF_WEIGHT, model_of, push
 STONE = bs.Material("stone", "20 kN/m^3")
 CASES = (
     bs.SettlementCase("left goes down", SELF_WEIGHT, ["left"], "-z"),
-    bs.SettlementCase("left turns", SELF_WEIGHT, ["left"], (0, -3, 0.1), about="[100, 0, 0] cm", flow="associative"),
+    bs.SettlementCase(
+        "left turns", SELF_WEIGHT, ["left"], (0, -0.96, 0.28), about="[100, 0, 0] cm", flow="associative"
+    ),
     bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative"),
 )
 
@@ -44,7 +46,8 @@ def stored(model, tmp_path_factory):
         ({"supports": []}, bs.errors.ModelError, ["no support"]),
         ({"supports": ["left", "left"]}, bs.errors.ModelError, ["twice"]),
         ({"supports": [3]}, bs.errors.ModelError, ["3"]),
-        ({"direction": (0, 0, 0)}, bs.errors.ModelError, ["zero", "'-z'"]),
+        ({"direction": (0, 0, -2)}, bs.errors.ModelError, ["length 2"]),
+        ({"direction": (0, 0, 0)}, bs.errors.ModelError, ["zero", "'+x'"]),
         ({"direction": (0, np.nan, 0)}, bs.errors.DimensionError, ["direction"]),
         ({"direction": "down"}, bs.errors.BlockstructError, ["down"]),
         ({"direction": Q_([0, 0, -1], "m")}, bs.errors.DimensionError, ["direction"]),

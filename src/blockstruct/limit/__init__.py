@@ -16,12 +16,14 @@ from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
 from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, scheduled, schedules_of
 from blockstruct.limit.settlement import Settlement, reaction_unit
+from blockstruct.limit.ties import Ties
 
 __all__ = [
     # the question
     "LimitProblem",
     "Settlement",
     "reaction_unit",
+    "Ties",
     "ProcedureSettings",
     "SCHEDULES",
     "scheduled",

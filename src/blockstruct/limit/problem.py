@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
 from blockstruct.limit.settlement import Settlement
+from blockstruct.limit.ties import Ties
 from blockstruct.model import Case, SettlementCase
 from blockstruct.statics import ContactPoints, Statics, wrenches
 from blockstruct.vocabulary import Flow
@@ -51,6 +52,8 @@ class LimitProblem:
         Unit of the force at each contact point, N.
     displacement_unit : float
         Unit of displacements along the loading path, m; NaN where no joint has a stiffness.
+    ties : Ties
+        Their prestress is part of the dead wrenches.
     settlement : Settlement or None
         The supports that give way, if the case is a settlement.
     """
@@ -70,6 +73,7 @@ class LimitProblem:
     wrench_unit: Array
     force_unit: Array
     displacement_unit: float
+    ties: Ties
     settlement: Settlement | None = None
 
     @classmethod
@@ -79,19 +83,25 @@ class LimitProblem:
         Raises
         ------
         ModelError
-            A variable load, or the dead load of a settlement, that is zero on every free block; supports of a
-            settlement that are free blocks, or carry nothing.
+            If the variable load, or the dead load of a settlement, is zero on every free block; a tie is prestressed
+            without dead load; supports of a settlement are free blocks, or carry nothing.
         UnknownNameError
-            A load on a block that the model does not have, a settlement of a support that it does not have.
+            If a load acts on a block, or a settlement is one of a support, that the model does not have.
         """
         settles = isinstance(case, SettlementCase)
         scale = np.repeat([1.0, statics.length], 3)
-        dead, driving = (wrenches(statics.model, case.patterns[k])[statics.free] / scale for k in (0, -1))
+        dead, driving = (wrenches(statics.model, case.patterns[k], case.dead)[statics.free] / scale for k in (0, -1))
         if not driving.any():
             kind, load = ("settlement", "dead") if settles else ("limit", "variable")
             msg = (
                 f"{kind} case {case.name!r}: the {load} load {case.patterns[-1].name!r} is zero on every free block; "
                 "give it loads that act and do not cancel, and blocks of weight above zero if it is mass-proportional"
+            )
+            raise ModelError(msg)
+        if statics.ties.prestress.any() and not dead.any():
+            msg = (
+                f"limit case {case.name!r}: ties have a prestress, but the dead load {case.dead.name!r}, with which it "
+                "acts, is zero; give the loads that act in full"
             )
             raise ModelError(msg)
         variable = np.zeros_like(dead) if settles else driving
@@ -103,6 +113,7 @@ class LimitProblem:
         unit_of_block = np.full(len(statics.model.blocks), np.inf)
         unit_of_block[statics.free] = wrench_unit
         force_unit = np.minimum(unit_of_block[points.minus], unit_of_block[points.plus])
+        ties = Ties.of(statics.ties, statics.tie_columns, wrench_unit, unit_of_block)
         rows, columns = sp.diags_array(np.repeat(1 / wrench_unit, 6)), sp.diags_array(np.repeat(force_unit, 3))
         compliance, work_unit = _compliance(points, force_unit)
         of_rectangle = points.rectangles[:, 0]
@@ -110,7 +121,7 @@ class LimitProblem:
         driven = float(wrench_unit.sum()) if settles else float(np.linalg.norm(variable, axis=1).sum())
         problem = cls(
             A=sp.csc_array(rows @ statics.A @ columns),
-            w_D=(dead / wrench_unit[:, None]).ravel(),
+            w_D=(dead / wrench_unit[:, None]).ravel() + ties.columns @ ties.prestress_D,
             w_L=(variable / wrench_unit[:, None]).ravel(),
             friction=points.friction,
             dilatancy=points.friction if case.flow is Flow.ASSOCIATIVE else points.dilatancy,
@@ -124,6 +135,7 @@ class LimitProblem:
             wrench_unit=wrench_unit,
             force_unit=force_unit,
             displacement_unit=work_unit / driven,
+            ties=ties,
         )
         if isinstance(case, SettlementCase):
             return problem.releasing(Settlement.of(statics, case, wrench_unit))
@@ -132,13 +144,15 @@ class LimitProblem:
     def releasing(self, settlement: Settlement) -> Self:
         """The same joints and dead load, with supports that give way and their reaction as the variable load."""
         row = sp.csc_array((settlement.row * np.repeat(self.force_unit, 3) / settlement.force)[None])
+        of_ties = settlement.tie_row * self.ties.force_unit / settlement.force
         reaction = np.zeros(self.A.shape[0] + 1)
         reaction[-1] = settlement.reaction_unit / (self.length if settlement.rotates else 1.0) / settlement.force
         return replace(
             self,
             A=sp.csc_array(sp.vstack([self.A, row])),
-            w_D=np.append(self.w_D, 0.0),
+            w_D=np.append(self.w_D, of_ties @ self.ties.prestress_D),
             w_L=reaction,
+            ties=replace(self.ties, columns=sp.csc_array(sp.vstack([self.ties.columns, sp.csc_array(of_ties[None])]))),
             settlement=settlement,
         )
 
@@ -147,7 +161,8 @@ class LimitProblem:
         """The same problem with its supports held: without the row of a settlement, and without variable load."""
         if self.settlement is None:
             return self
-        return replace(self, A=self.A[:-1], w_D=self.w_D[:-1], w_L=self.w_L[:-1], settlement=None)
+        ties = replace(self.ties, columns=self.ties.columns[:-1])
+        return replace(self, A=self.A[:-1], w_D=self.w_D[:-1], w_L=self.w_L[:-1], ties=ties, settlement=None)
 
     def released(self, u: Array) -> Array:
         """Velocities of the held problem with those of supports at rest."""
@@ -167,12 +182,17 @@ class LimitProblem:
 
     @property
     def dead_load_alone(self) -> Self:
-        """The same joints under a share ρ of the dead load and nothing else: ``A x + ρ w_D = 0``, ``w_D·u = 1``.
+        """The same joints and ties under a share ρ of the dead load alone: ``A x + ρ w_D = 0``, ``w_D·u = 1``.
 
         Supports that give way are held.
         """
         own = self.held
-        return replace(own, w_D=np.zeros_like(own.w_D), w_L=own.w_D)
+        return replace(own, w_D=np.zeros_like(own.w_D), w_L=own.w_D, ties=own.ties.with_variable_load)
+
+    def unbalanced(self, x: Array, T: Array, alpha: float) -> Array:
+        """``A x + Σ a_j T_j + w_D + α w_L`` of contact forces (K, 3) and tie forces (M,)."""
+        beyond = T - self.ties.prestress(alpha)
+        return np.asarray(self.A @ x.ravel() + self.ties.columns @ beyond + self.w_D + alpha * self.w_L)
 
     def work_scale(self, u: Array) -> float:
         """Size of the work of the dead load in a mechanism, in units of the load factor: ``Σ |w_D| |u|``.

@@ -30,6 +30,8 @@ class Settlement:
         a second at one characteristic length from the axis.
     row : (3 K,) array
         Work of a unit of force at each contact point on that motion.
+    tie_row : (M,) array
+        Work of a unit of force of each tie.
     force : float
         Unit of the row, N: the mean dead wrench of the free blocks.
     reaction_unit : float
@@ -41,6 +43,7 @@ class Settlement:
     supports: NDArray[np.int64]
     motion: Array
     row: Array
+    tie_row: Array
     force: float
     reaction_unit: float
     rotates: bool
@@ -74,6 +77,7 @@ class Settlement:
             supports=supports,
             motion=motion,
             row=motion.ravel() @ equilibrium_matrix(statics.points, centroids, supports, 1.0),
+            tie_row=motion.ravel() @ statics.ties.columns(centroids, supports, 1.0),
             force=float(wrench_unit.mean()),
             reaction_unit=reaction_unit(statics.model, case),
             rotates=case.about is not None,
@@ -93,7 +97,7 @@ def reaction_unit(model: Model, case: SettlementCase) -> float:
     """Sum of the dead wrenches of the free blocks, N; for a rotation times the characteristic length, N·m."""
     length = model.characteristic_length
     free = np.array([not b.fixed for b in model.blocks])
-    dead = wrenches(model, case.dead)[free] / np.repeat([1.0, length], 3)
+    dead = wrenches(model, case.dead, case.dead)[free] / np.repeat([1.0, length], 3)
     return float(np.linalg.norm(dead, axis=1).sum()) * (1.0 if case.about is None else length)
 
 

@@ -1,6 +1,5 @@
 """Settlement cases: what is left of the reaction of a support that gives way."""
 
-import math
 from collections.abc import Iterable
 from copy import copy
 from dataclasses import dataclass
@@ -8,8 +7,8 @@ from typing import Self
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords
-from blockstruct.model.checks import checked_name, checked_tuple
-from blockstruct.model.loads import AXIS_NAMES, LoadPattern, Vector
+from blockstruct.model.checks import checked_direction, checked_name, checked_tuple
+from blockstruct.model.loads import LoadPattern, Vector
 from blockstruct.units import VectorLike, si_vector
 from blockstruct.vocabulary import Flow
 
@@ -33,7 +32,7 @@ class SettlementCase:
     supports
         Names of the supports that move.
     direction : three floats or str
-        Of the motion, of any length: ``(0, 0, -1)`` and ``"-z"`` are a settlement, a horizontal direction a spreading
+        Of the motion, of length 1: ``(0, 0, -1)`` and ``"-z"`` are a settlement, a horizontal direction a spreading
         support, whose reaction is its thrust. With ``about`` the axis of a rotation, right-handed.
     about : quantity, length, three components
         A point of the axis, if the supports turn: the reaction is then a moment about the axis.
@@ -50,7 +49,7 @@ class SettlementCase:
     Raises
     ------
     ModelError
-        No support, one named twice, a direction that is zero.
+        If there is no support, one is named twice, or the direction is not of length 1.
 
     Examples
     --------
@@ -85,13 +84,6 @@ class SettlementCase:
             said = "no support" if not names else f"supports {', '.join(names)}, one of them twice"
             msg = f"{who}: {said}; give the name of each support that moves once"
             raise ModelError(msg)
-        if isinstance(direction, str) and direction.strip() in AXIS_NAMES:
-            direction = AXIS_NAMES[direction.strip()]
-        x, y, z = si_vector(direction, "dimensionless", f"{who}: direction")
-        length = math.hypot(x, y, z)
-        if length == 0:
-            msg = f"{who}: direction {(x, y, z)} is zero; give one such as (0, 0, -1) or '-z'"
-            raise ModelError(msg)
         try:
             flow = Flow(flow)
         except (ValueError, TypeError, RecursionError):
@@ -102,8 +94,7 @@ class SettlementCase:
             ("name", name),
             ("dead", dead),
             ("supports", names),
-            # What was of length 1 stays as it is, so that files and documents read back the same.
-            ("direction", (x, y, z) if abs(length - 1) < 1e-12 else (x / length, y / length, z / length)),
+            ("direction", checked_direction(direction, f"{who}: direction")),
             ("about", point),
             ("flow", flow),
         ):

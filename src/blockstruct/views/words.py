@@ -21,24 +21,30 @@ _STATUS = {
         "without dilatancy the dead load by itself has a collapse state. There is no load factor to rely on."
     ),
     bs.Status.UNBOUNDED: "The variable load never causes collapse, however large.",
-    bs.Status.NOT_CONVERGED: "No state could be certified; the numbers of the last iteration are no result.",
-    bs.Status.INTERRUPTED: "The run was interrupted; the numbers of the last iteration are no result.",
+    bs.Status.NOT_CONVERGED: "No state could be certified; the numbers of the last iteration are not a result.",
+    bs.Status.INTERRUPTED: "The run was interrupted; the numbers of the last iteration are not a result.",
 }
 
+
+_DRIFTING = (
+    "It was still drifting from one such state to the next when the procedure was stopped: another schedule would have "
+    "stopped at another load factor."
+)
 
 #: Statuses whose history may still hold an admissible state.
 _WITHOUT_STATE = (bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
 
 
 def status_words(result: bs.CaseResult) -> str:
-    """A sentence on how a case ended.
+    """Sentences on how a case ended.
 
     >>> from types import SimpleNamespace
-    >>> status_words(SimpleNamespace(status=bs.Status.UNBOUNDED, case=None))
+    >>> status_words(SimpleNamespace(status=bs.Status.UNBOUNDED, case=None, drifts=False))
     'The variable load never causes collapse, however large.'
     """
     words = _OF_SETTLEMENT if isinstance(result.case, bs.SettlementCase) else _STATUS
-    return words.get(result.status, _STATUS[result.status])
+    said = words.get(result.status, _STATUS[result.status])
+    return f"{said} {_DRIFTING}" if result.drifts else said
 
 
 def question_words(case: bs.LimitCase | bs.SettlementCase) -> str:
@@ -89,8 +95,23 @@ def spread_words(spread: bs.Spread) -> str:
     h = spread.headline
     said = f"{h.certified} of {h.schedules} schedules found a certified collapse state"
     if h.certified:
-        said += f", at {h.answer.name}s from {h.answer.text(h.lowest)} to {h.answer.text(h.highest)}"
-    return f"{'; '.join(filter(None, (said, h.bound)))}."
+        ends = sorted((*h.drifting, h.lowest, h.highest))
+        said += f", at {h.answer.name}s from {h.answer.text(ends[0])} to {h.answer.text(ends[-1])}"
+    if h.drifting:
+        said += f"; {len(h.drifting)} of them still drifting when stopped"
+    return " ".join(filter(None, (f"{'; '.join(filter(None, (said, h.bound)))}.", path_words(spread))))
+
+
+def path_words(found: bs.CaseResult | bs.Spread) -> str:
+    """A sentence on what the number along the loading path depends on; empty where it was not asked."""
+    ends = found.path_dependence
+    if ends is None:
+        return ""
+    answer = found.headline.answer
+    return (
+        f"Along the loading path, from the dead load on, it is {answer.text(ends[0])} to {answer.text(ends[1])}, by "
+        "the steps and the shear stiffness of the joints."
+    )
 
 
 def admissible_words(result: bs.CaseResult) -> str:

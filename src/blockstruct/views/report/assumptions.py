@@ -47,6 +47,7 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
             "With associative flow the load factor is unique, and an upper bound of those of all non-associative flow "
             "rules."
         )
+    said += dict.fromkeys(filter(None, (bs.results.pushed_masses(model, r.case) for r in results)))
     if settles:
         said.append(
             "The reaction of supports that give way is what the joints press on them, without their own weight: the "
