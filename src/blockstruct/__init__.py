@@ -31,7 +31,7 @@ Look at every iteration:
 True
 """
 
-from blockstruct import contacts, errors, imports, results
+from blockstruct import contacts, errors, imports, results, structures
 from blockstruct.analysis import AnalysisManager, log_to, print_lines, recover, reproduce, run
 from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.documents import Document, read_document, write_document, write_draft
@@ -87,6 +87,7 @@ __all__ = [
     "errors",
     "imports",
     "results",
+    "structures",
     # units
     "Q_",
     "ureg",
