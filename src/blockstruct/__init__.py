@@ -32,7 +32,7 @@ True
 """
 
 from blockstruct import contacts, errors, imports, results, structures
-from blockstruct.analysis import AnalysisManager, log_to, print_lines, recover, reproduce, run
+from blockstruct.analysis import AnalysisManager, least_tie_force, log_to, print_lines, recover, reproduce, run, ties
 from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.documents import Document, read_document, write_document, write_draft
 from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
@@ -52,6 +52,7 @@ from blockstruct.model import (
     Moment,
     PointLoad,
     SelfWeight,
+    Tie,
     Weight,
 )
 from blockstruct.results import (
@@ -88,6 +89,7 @@ __all__ = [
     "imports",
     "results",
     "structures",
+    "ties",
     # units
     "Q_",
     "ureg",
@@ -108,6 +110,7 @@ __all__ = [
     "Moment",
     "PointLoad",
     "SelfWeight",
+    "Tie",
     "Weight",
     # interfaces and documents
     "Detection",
@@ -135,6 +138,7 @@ __all__ = [
     "Flow",
     "SCHEDULES",
     "ProcedureSettings",
+    "least_tie_force",
     "log_to",
     "print_lines",
     "reproduce",

@@ -479,8 +479,12 @@ def test_edges_of_a_box_are_twelve(wall):
     ("call", "error", "words"),
     [
         (lambda m, r: figures.structure(r, iteration=99), bs.errors.UnknownNameError, "no iteration 99; it has 0 to"),
-        (lambda m, r: figures.forces(r, iteration="3"), bs.errors.ModelError, "iteration '3' is no integer; give 0 to"),
-        (lambda m, r: figures.mechanism(r, iteration=1.5), bs.errors.ModelError, "iteration 1.5 is no integer"),
+        (
+            lambda m, r: figures.forces(r, iteration="3"),
+            bs.errors.ModelError,
+            "iteration '3' is not an integer; give 0 to",
+        ),
+        (lambda m, r: figures.mechanism(r, iteration=1.5), bs.errors.ModelError, "iteration 1.5 is not an integer"),
         (lambda m, r: figures.structure(r, look="front"), bs.errors.ModelError, "give 'x' or 'y'"),
         (
             lambda m, r: figures.structure(r, ax=Figure().add_subplot(projection="3d")),
@@ -488,8 +492,8 @@ def test_edges_of_a_box_are_twelve(wall):
             "give plain Axes",
         ),
         (lambda m, r: figures.structure(r, look=(1, 2, 3)), bs.errors.ModelError, "azimuth and elevation in degrees"),
-        (lambda m, r: figures.mechanism(m), bs.errors.ModelError, "Model is no result; give the CaseResult"),
-        (lambda m, r: figures.structure("push"), bs.errors.ModelError, "str is no result"),
+        (lambda m, r: figures.mechanism(m), bs.errors.ModelError, "Model is not a result; give the CaseResult"),
+        (lambda m, r: figures.structure("push"), bs.errors.ModelError, "str is not a result"),
         (lambda m, r: figures.structure(r, colour="red"), bs.errors.ModelError, "'state', 'sliding' or 'crushing'"),
         (lambda m, r: figures.mechanism(r, amplitude=0.1), bs.errors.UnitError, "has no unit"),
         (lambda m, r: figures.mechanism(r, amplitude="3 kN"), bs.errors.DimensionError, "does not fit"),

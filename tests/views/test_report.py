@@ -115,7 +115,7 @@ def test_a_spread_has_its_table_and_its_lowest_run(small_model):
     html = report_html(analysis)
     low, high = (f"{r.load_factor:.4g}" for r in (spread.lowest, spread.highest))
     assert f"3 of 3 schedules found a certified collapse state, at load factors from {low} to {high}; " in html
-    assert "<td>steep</td><td>slope 0.6</td><td>converged</td><td>holds</td>" in html
+    assert "<td>steep</td><td>slope 0.6</td><td>converged, settled</td><td>holds</td>" in html
     assert "<td>shift</td><td>procedure shifted, max programs 40</td>" in html
     sections = re.findall(r"<section>\s*<h3>(.*?)</h3>", html)
     assert sections == [spread.lowest.name]
@@ -201,8 +201,8 @@ def test_a_firm_changes_the_blocks_it_wants(tmp_path):
     ("name", "text", "words"),
     [
         ("own.j2", "\n{{ nothing }}", r"'nothing' is undefined, line 2"),
-        ("own.j2", "\n\n{{ 1 + name }}", r"own\.j2: no usable template \(unsupported operand.*, line 3\)"),
-        ("own.j2", b"\nclient: \xe9", r"own\.j2: no usable template \('utf-8' codec.*, line 2\)"),
+        ("own.j2", "\n\n{{ 1 + name }}", r"own\.j2: not a usable template \(unsupported operand.*, line 3\)"),
+        ("own.j2", b"\nclient: \xe9", r"own\.j2: not a usable template \('utf-8' codec.*, line 2\)"),
         ("own.j2", "{% if %}", "line 1"),
         (
             "own.j2",
@@ -211,7 +211,7 @@ def test_a_firm_changes_the_blocks_it_wants(tmp_path):
         ),
         ("own.j2", "{{ cycler.__init__.__globals__.os.system('true') }}", "access to attribute '__init__'.*unsafe"),
         ("own.j2", "{{ project.update(client='x') }}", "attribute 'update' of 'dict' object is unsafe"),
-        ("missing.j2", None, "no usable template"),
+        ("missing.j2", None, "not a usable template"),
         ("report.html.j2", "", "rename the file"),
     ],
 )

@@ -10,6 +10,7 @@
 from blockstruct.geometry.cells import is_rectangle, polygon_cells
 from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs, crossed_faces
 from blockstruct.geometry.joined import joined_pairs
+from blockstruct.geometry.lines import stretches_inside
 from blockstruct.geometry.lying import areas_on_bodies
 from blockstruct.geometry.neighbours import box_pairs, separations, unsupported
 from blockstruct.geometry.overlap import overlapping_pairs
@@ -26,6 +27,7 @@ __all__ = [
     "lofted",
     "overlapping_pairs",
     "polyhedron",
+    "stretches_inside",
     # polygons
     "common_areas",
     "is_rectangle",

@@ -101,7 +101,7 @@ class Block:
         Raises
         ------
         GeometryError
-            A surface that is open, inside out, far from planar or without volume.
+            If the surface is open, inside out, far from planar or without volume.
         """
         checked_name(name, "block")
         points = si_array(vertices, "length", f"block {name!r}: vertices")
@@ -119,7 +119,7 @@ class Block:
         Raises
         ------
         GeometryError
-            No face that looks there, or several.
+            If no face looks there, or several do.
 
         Examples
         --------

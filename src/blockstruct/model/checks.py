@@ -29,7 +29,7 @@ def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tup
     Raises
     ------
     ModelError
-        A direction that is zero or not of length 1.
+        If the direction is zero or not of length 1.
     """
     if isinstance(direction, str) and direction.strip() in AXES_BY_NAME:
         direction = AXES_BY_NAME[direction.strip()]
@@ -60,7 +60,7 @@ def checked_tuple(items: Any, kind: Any, what: str) -> tuple[Any, ...]:
     kinds = get_args(kind) or (kind,)
     names = ", ".join(k.__name__ for k in kinds)
     if isinstance(items, str) or not isinstance(items, Iterable):
-        msg = f"{what}: {shown(items)} is no list; give a list of {names}"
+        msg = f"{what}: {shown(items)} is not a list; give a list of {names}"
         raise ModelError(msg)
     try:
         found = tuple(items)
@@ -79,7 +79,7 @@ def positive_length(value: Any, what: str) -> float:
     Raises
     ------
     ModelError
-        A length that is not above zero, or of no building.
+        If the length is not above zero, or not one of a building.
     """
     length = si(value, "length", what)
     if length <= 0:
@@ -97,7 +97,7 @@ def checked_count(value: Any, least: int, what: str) -> int:
     Raises
     ------
     ModelError
-        No whole number, or one that is less or more.
+        If it is not a whole number, or is less or more than that.
     """
     try:
         count = operator.index(value)
@@ -115,10 +115,10 @@ def check_total(blocks: float, what: str) -> None:
     Raises
     ------
     ModelError
-        More than any model has.
+        If there are more than any model has.
     """
     if blocks > MOST_BLOCKS:
-        msg = f"{what}: some {blocks:.3g} blocks, the limit is {MOST_BLOCKS}; give larger or fewer units"
+        msg = f"{what}: about {blocks:.3g} blocks, the limit is {MOST_BLOCKS}; give larger or fewer units"
         raise ModelError(msg)
 
 

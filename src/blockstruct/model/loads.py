@@ -40,7 +40,7 @@ class BodyForce:
     Raises
     ------
     ModelError
-        A direction that is zero or not of length 1, or a share that is zero.
+        If the direction is zero or not of length 1, or the share is zero.
 
     Examples
     --------

@@ -50,9 +50,10 @@ def applied_loads(model: Model, pattern: LoadPattern, dead: LoadPattern | None =
     Raises
     ------
     UnknownNameError
-        A load on a block that the model does not have.
+        If a load acts on a block that the model does not have.
     ModelError
-        A load that is not on its block or its face; weights with a mass in a variable load that is mass-proportional.
+        If a load is not on its block or its face, or weights with a mass are in a variable load that is
+        mass-proportional.
     """
     dead = pattern if dead is None else dead
     placing = Placing(model, pattern.name)

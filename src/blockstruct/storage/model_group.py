@@ -18,7 +18,8 @@ from blockstruct.model import (
     Model,
     kind_of,
 )
-from blockstruct.storage.detection_part import detection_of, detection_variables
+from blockstruct.storage.detection_part import detection_variables, read_detection
+from blockstruct.storage.tie_part import tie_variables, ties_of
 from blockstruct.units import SI_UNITS, to_quantity
 from blockstruct.vocabulary import AXES
 
@@ -98,6 +99,7 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
     names = [b.name for b in blocks], [i.name for i in interfaces]
     if model.detection is not None:
         variables |= detection_variables(model.detection, *names)
+    variables |= tie_variables(model)
     coords = {
         "axis": _texts(AXES),
         "material": _texts(materials),
@@ -109,7 +111,7 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
     return xr.Dataset(variables, coords=coords, attrs={"name": model.name})
 
 
-def model_of(ds: xr.Dataset) -> Model:
+def read_model(ds: xr.Dataset) -> Model:
     """Model of a Dataset, built through the same constructors and checks as any other."""
     materials = [
         Material(name, to_quantity(value, "force/volume"))
@@ -146,10 +148,10 @@ def model_of(ds: xr.Dataset) -> Model:
             strict=True,
         )
     ]
-    return Model(ds.attrs["name"], blocks, interfaces, detection=detection_of(ds))
+    return Model(ds.attrs["name"], blocks, interfaces, detection=read_detection(ds), ties=ties_of(ds))
 
 
-def patterns_of(ds: xr.Dataset) -> dict[str, LoadPattern]:
+def read_patterns(ds: xr.Dataset) -> dict[str, LoadPattern]:
     """Load patterns of a Dataset by name."""
     names = [str(name) for name in ds["load_pattern"].to_numpy()]
     loads: list[list[Load]] = [[] for _ in names]

@@ -55,8 +55,8 @@ class Opening:
     Raises
     ------
     ModelError
-        A size that is not above zero, a place or bearing below zero; an arch without ring or voussoirs, or with a
-        lintel, or these without a rise.
+        If a size is not above zero, or a place or bearing below zero; or an arch lacks its ring or voussoirs or has a
+        bearing, or these are given without a rise.
     """
 
     start: Any
@@ -155,7 +155,7 @@ class RoundOpening:
     Raises
     ------
     ModelError
-        A size that is not above zero, or fewer than 6 voussoirs.
+        If a size is not above zero, or there are fewer than 6 voussoirs.
     """
 
     centre: Any

@@ -38,7 +38,7 @@ class Rubble:
     Raises
     ------
     ModelError
-        A seed that is no whole number, or limits that no wall can keep.
+        If the seed is not a whole number, or no wall can keep the limits.
     """
 
     seed: Any
@@ -93,7 +93,7 @@ class RubbleJoints:
         Raises
         ------
         ModelError
-            A part that units within the limits cannot fill with the overlap.
+            If units within the limits cannot fill the part with the overlap.
         """
         if course != self.course:
             self.below, self.own, self.course = self.own, {}, course

@@ -83,8 +83,8 @@ def wall(
     Raises
     ------
     ModelError
-        An opening that does not lie in its wall or on its bed joints, or meets a sidewall; a sidewall or a buttress
-        that is not at the wall, or two that overlap or share a name; rubble that cannot fill a course.
+        If an opening does not lie in its wall or on its bed joints, or meets a sidewall; if a sidewall or a buttress is
+        not at the wall, overlaps another or shares its name; or if rubble cannot fill a course.
 
     Examples
     --------

@@ -47,7 +47,7 @@ def mechanism(
     Raises
     ------
     ModelError, UnknownNameError, UnitError, DimensionError
-        As :func:`structure`, and an amplitude that is no length.
+        As :func:`structure`, and if the amplitude is not a length.
     """
     index = chosen_iteration(given_result(result, "mechanism"), iteration)
     model, solids = result.model, Solids.of(result.model)

@@ -131,9 +131,9 @@ def write_figures(
     Raises
     ------
     ModelError
-        An unknown look or format, or an analysis of which no case has an iteration.
+        If the look or the format is unknown, or no case of the analysis has an iteration.
     StorageError
-        A folder that cannot be written.
+        If the folder cannot be written to.
     """
     if file_format not in _FORMATS:
         msg = f"write_figures: format {file_format!r}; give one of {', '.join(_FORMATS)}"

@@ -19,6 +19,7 @@ from blockstruct.views.words import (
     admissible_words,
     certificate_words,
     load_factor_words,
+    path_words,
     spread_words,
     status_words,
     warning_words,
@@ -172,6 +173,7 @@ def _headline(name: str, found: bs.CaseResult | bs.Spread) -> dict[str, str]:
         "range": head.range,
         "bound": head.bound.removeprefix("associative bound "),
         "warning": warning_words(found),
+        "path": path_words(found),
     }
 
 
@@ -193,6 +195,7 @@ def _spread(name: str, spread: bs.Spread) -> dict[str, Any]:
             _result(r)
             | {
                 "name": schedule,
+                "status": r.ended.replace("_", " "),
                 "settings": ", ".join(
                     f"{what.replace('_', ' ')} {value}"
                     for what, value in asdict(r.settings).items()
