@@ -29,7 +29,7 @@ def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tup
     Raises
     ------
     ModelError
-        A direction that is zero or not of length 1.
+        If the direction is zero or not of length 1.
     """
     if isinstance(direction, str) and direction.strip() in AXES_BY_NAME:
         direction = AXES_BY_NAME[direction.strip()]
