@@ -346,7 +346,7 @@ class CaseResult:
         )
 
     def describe(self) -> str:
-        """How the structure collapses, in sentences: number, bodies that move, hinges, sliding and crushing joints."""
+        """How the structure collapses, in sentences: number, bodies that move, failing joints, and ties."""
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
         # Of the blocks' own weight alone there is nothing to say.
         plain = all(isinstance(load, SelfWeight) for load in self.case.dead.loads)

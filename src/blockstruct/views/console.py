@@ -12,7 +12,7 @@ from rich.text import Text
 
 import blockstruct as bs
 from blockstruct.units import SI_UNITS
-from blockstruct.views.words import admissible_words, path_words, question_words, range_words
+from blockstruct.views.words import admissible_words, path_words, question_words, range_words, tie_words
 
 _COLUMNS = {
     "load_factor": ("load factor", "{:.6f}"),
@@ -52,11 +52,16 @@ def model_text(model: bs.Model) -> str:
     fixed = [b.name for b in model.blocks if b.fixed]
     more = f" and {len(fixed) - 5} more" if len(fixed) > 5 else ""
     weight = sum(b.weight for b in model.blocks if not b.fixed)
-    return (
+    text = (
         f"{model.name}: {len(model.blocks)} blocks, {len(fixed)} of them fixed ({', '.join(fixed[:5])}{more})\n"
         f"{x:.4g} × {y:.4g} × {z:.4g} m, mean size of the free blocks {model.characteristic_length:.3g} m, "
         f"their weight {weight / 1e3:.4g} kN"
     )
+    if model.ties:
+        rest = len(model.ties) - 5
+        names = ", ".join(tie.name for tie in model.ties[:5]) + (f" and {rest} more" if rest > 0 else "")
+        text += f"\n{len(model.ties)} tie{'s' * (len(model.ties) > 1)}: {names}"
+    return text
 
 
 def result_text(result: bs.CaseResult) -> Text:
@@ -75,6 +80,8 @@ def result_text(result: bs.CaseResult) -> Text:
     left = admissible_words(result)
     if left:
         text.append(f"  {left}\n")
+    for sentence in tie_words(result):
+        text.append(f"  {sentence}\n")
     if c is None:
         return text
     if result.status in (bs.Status.UNSTABLE, bs.Status.SELF_STRESS):
@@ -144,6 +151,7 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
         "model_hash": analysis.model.hash,
         "blocks": len(analysis.model.blocks),
         "interfaces": len(analysis.model.interfaces),
+        "ties": len(analysis.model.ties),
         "created_at": analysis.created_at,
         "status": analysis.status,
         "cases": [
@@ -161,6 +169,7 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
                 "warnings": list(r.warnings),
                 "admissible_load_factor": None if r.answer.is_reaction else _finite(r.admissible_load_factor),
                 "certificate": None if r.certificate is None else _measures(r.certificate),
+                "ties": _ties(r),
             }
             for r in analysis.values()
         ],
@@ -194,6 +203,11 @@ def _reaction(r: bs.CaseResult) -> dict[str, Any] | None:
     least, largest = r.reaction_range.magnitude if r.n_iterations else (math.nan, math.nan)
     values = {"value": r.reaction.magnitude, "least": float(least), "largest": float(largest)}
     return {**{name: _finite(v) for name, v in values.items()}, "units": SI_UNITS[r.answer.dimension]}
+
+
+def _ties(result: bs.CaseResult) -> list[dict[str, Any]]:
+    rows = result.ties.reset_index().to_dict("records")
+    return [{str(name): _finite(v) if isinstance(v, float) else v for name, v in row.items()} for row in rows]
 
 
 def _finite(value: float) -> float | None:

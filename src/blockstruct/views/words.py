@@ -1,5 +1,7 @@
 """Statuses and certificates in words, as a report says them."""
 
+import numpy as np
+
 import blockstruct as bs
 
 #: Of a settlement, where it is not the same.
@@ -137,6 +139,14 @@ def _gap_unit(result: bs.CaseResult) -> str:
     return "the dead load" if result.answer.is_reaction else "load factor"
 
 
+def tie_words(result: bs.CaseResult) -> list[str]:
+    """What each tie does in the last iteration, a sentence each; none where the solver found no forces."""
+    if not (result.model.ties and result.n_iterations):
+        return []
+    found = np.isfinite(result.history["tie_force"].isel(iteration=-1)).all()
+    return bs.results.tie_sentences(result.history) if found else []
+
+
 def certificate_words(result: bs.CaseResult) -> str:
     """A sentence on why to believe a result, with the measures of its certificate."""
     found, settings = result.certificate, result.settings
@@ -149,10 +159,11 @@ def certificate_words(result: bs.CaseResult) -> str:
         verdict = "is certified" if found.holds else "is not certified"
         return f"A collapse state of the dead load alone {verdict} within the tolerances."
     verdict = "holds" if found.holds else "does not hold"
+    loaded = "no joint and no tie" if result.model.ties else "no joint"
     return (
         f"The certificate {verdict}: equilibrium is met to {found.equilibrium_residual:.1e} "
         f"(tolerance {settings.equilibrium_tolerance:.0e}) of the dead load of a block, "
-        f"no joint is loaded beyond its strength by more than {max(found.yield_excess, 0):.1e} "
+        f"{loaded} is loaded beyond its strength by more than {max(found.yield_excess, 0):.1e} "
         f"({settings.yield_tolerance:.0e}), blocks penetrate by at most {found.interpenetration:.1e} "
         f"({settings.interpenetration_tolerance:.0e}) of the largest motion, and the flow rule is missed by "
         f"{found.flow_rule_gap:.1e} ({found.flow_rule_gap_limit:.0e}) of {_gap_unit(result)}."
