@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ from blockstruct.model.fit import check_interfaces, check_overlaps
 from blockstruct.model.interface import Interface
 from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.material import Material
+from blockstruct.notebook import html_table
 
 
 @checked_keywords
@@ -76,6 +78,15 @@ class Model:
         fixed = sum(b.fixed for b in self.blocks)
         size = f"{len(self.blocks)} blocks, {fixed} of them fixed, {len(self.interfaces)} interfaces"
         return f"<Model {self.name!r}: {size}>"
+
+    def _repr_html_(self) -> str:
+        size = f"{len(self.blocks)} blocks, {sum(b.fixed for b in self.blocks)} of them fixed"
+        weight = sum(b.weight for b in self.blocks if not b.fixed)
+        rows = [("blocks", f"{size}; the free ones weigh {weight / 1e3:.4g} kN")]
+        rows.append(("interfaces", f"{len(self.interfaces)}, {math.fsum(i.area for i in self.interfaces):.4g} m²"))
+        rows += [(f"material {m.name}", f"{m.unit_weight / 1e3:.4g} kN/m³") for m in self.materials.values()]
+        rows += [(f"joint material {j.name}", str(j)) for j in self.joint_materials.values()]
+        return html_table(self.name, ["", ""], rows)
 
     @property
     def materials(self) -> dict[str, Material]:

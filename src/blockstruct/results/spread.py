@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Self
 
 from blockstruct.limit import SCHEDULES
+from blockstruct.notebook import html_table
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.headline import Headline
 from blockstruct.vocabulary import ALONG_PATH, Flow, Status
@@ -89,6 +90,10 @@ class Spread:
 
     def __repr__(self) -> str:
         return f"<Spread of {len(self.runs)} schedules: {self.headline}>"
+
+    def _repr_html_(self) -> str:
+        rows = [(name, f"{r.load_factor:.4g}", r.status) for name, r in self.results.items()]
+        return html_table(f"Load factor {self.headline}", ["schedule", "load factor", "status"], rows, self.warnings)
 
     def __str__(self) -> str:
         lines = [str(self.headline)]

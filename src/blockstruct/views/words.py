@@ -76,7 +76,7 @@ def admissible_words(result: bs.CaseResult) -> str:
 
 def certificate_words(result: bs.CaseResult) -> str:
     """A sentence on why to believe a result, with the measures of its certificate."""
-    found, settings = result.certificate, result.settings
+    found = result.certificate
     if found is None:
         return "There is no certificate."
     if result.status is bs.Status.UNSTABLE:
@@ -85,12 +85,12 @@ def certificate_words(result: bs.CaseResult) -> str:
     if result.status is bs.Status.SELF_STRESS:
         verdict = "is certified" if found.holds else "is not certified"
         return f"A collapse state of the dead load alone {verdict} within the tolerances."
-    verdict = "holds" if found.holds else "does not hold"
+    limits = found.tolerances
     return (
-        f"The certificate {verdict}: equilibrium is met to {found.equilibrium_residual:.1e} "
-        f"(tolerance {settings.equilibrium_tolerance:.0e}) of the dead load of a block, "
+        f"The {found.verdict}: equilibrium is met to {found.equilibrium_residual:.1e} "
+        f"(tolerance {limits['equilibrium_residual']:.0e}) of the dead load of a block, "
         f"no joint is loaded beyond its strength by more than {max(found.yield_excess, 0):.1e} "
-        f"({settings.yield_tolerance:.0e}), blocks penetrate by at most {found.interpenetration:.1e} "
-        f"({settings.interpenetration_tolerance:.0e}) of the largest motion, and the flow rule is missed by "
-        f"{found.flow_rule_gap:.1e} ({found.flow_rule_gap_limit:.0e}) of load factor."
+        f"({limits['yield_excess']:.0e}), blocks penetrate by at most {found.interpenetration:.1e} "
+        f"({limits['interpenetration']:.0e}) of the largest motion, and the flow rule is missed by "
+        f"{found.flow_rule_gap:.1e} ({limits['flow_rule_gap']:.0e}) of load factor."
     )
