@@ -9,10 +9,11 @@ SOURCE = Path(__file__).parents[1] / "src" / "blockstruct"
 API = "the public interface"
 #: Files of under 40 lines that may stand for a thought of their own.
 MOST_SHORT = 8
-GROUND = {"errors", "keywords", "units", "vocabulary", "schema", "files"}
+GROUND = {"errors", "keywords", "units", "vocabulary", "notebook", "schema", "files"}
 MAY_IMPORT = {
     "errors": set(),
     "vocabulary": set(),
+    "notebook": set(),
     "keywords": {"errors"},
     "schema": {"keywords"},
     "files": {"errors"},

@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Self
 
 from blockstruct.limit import SCHEDULES
+from blockstruct.notebook import html_table
 from blockstruct.results.case_result import CaseResult, path_text
 from blockstruct.results.headline import Headline
 from blockstruct.vocabulary import ALONG_PATH, Flow, Status
@@ -92,6 +93,11 @@ class Spread:
 
     def __repr__(self) -> str:
         return f"<Spread of {len(self.runs)} schedules: {self.headline}>"
+
+    def _repr_html_(self) -> str:
+        answer = next(iter(self.runs.values())).answer.name
+        rows = [(name, r.answer.plain(r.load_factor, 4), r.ended) for name, r in self.results.items()]
+        return html_table(f"{answer.capitalize()} {self.headline}", ["schedule", answer, "status"], rows, self.warnings)
 
     def __str__(self) -> str:
         lines = [str(self.headline)]

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import asdict
+from textwrap import indent
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from rich.text import Text
 
 import blockstruct as bs
 from blockstruct.units import SI_UNITS
-from blockstruct.views.words import admissible_words, path_words, question_words, range_words, tie_words
+from blockstruct.views.words import admissible_words, path_words, range_words, tie_words
 
 _COLUMNS = {
     "load_factor": ("load factor", "{:.6f}"),
@@ -66,9 +67,9 @@ def model_text(model: bs.Model) -> str:
 
 def result_text(result: bs.CaseResult) -> Text:
     """Status, load factor and certificate of a case, with the tolerances that make it hold."""
-    case, s, c = result.case, result.settings, result.certificate
+    case, c = result.case, result.certificate
     text = Text("\n").append(f"{result.name}\n", style="bold")
-    text.append(f"  {question_words(case)}\n")
+    text.append(f"  {case.question}\n")
     text.append(f"  status {result.status}: {result.message}\n")
     text.append(f"  {result.answer.name} {result.headline.text(6)}\n", style="bold")
     if said := range_words(result):
@@ -86,21 +87,7 @@ def result_text(result: bs.CaseResult) -> Text:
         return text
     if result.status in (bs.Status.UNSTABLE, bs.Status.SELF_STRESS):
         return text.append(f"  proof of the mechanism {'holds' if c.holds else 'does not hold'}\n")
-    rows = (
-        ("equilibrium residual", c.equilibrium_residual, s.equilibrium_tolerance, "dead wrenches of the block"),
-        ("yield excess", c.yield_excess, s.yield_tolerance, "of the lighter block's dead wrench, or of n"),
-        ("interpenetration", c.interpenetration, s.interpenetration_tolerance, "largest relative velocities"),
-        (
-            "flow-rule gap",
-            c.flow_rule_gap,
-            c.flow_rule_gap_limit,
-            "in units of the load factor" if not result.answer.is_reaction else "of the dead load",
-        ),
-    )
-    text.append(f"  certificate {'holds' if c.holds else 'does not hold'}\n")
-    for name, value, limit, unit in rows:
-        text.append(f"    {name:<21}{value:9.1e} (tolerance {limit:.0e}) {unit}\n")
-    return text
+    return text.append(indent(f"{c}\n", "  "))
 
 
 def summary_table(analysis: bs.Analysis) -> Table:
@@ -215,4 +202,4 @@ def _finite(value: float) -> float | None:
 
 
 def _measures(certificate: bs.Certificate) -> dict[str, float | bool | None]:
-    return {name: _finite(value) for name, value in asdict(certificate).items()}
+    return {name: _finite(value) for name, value in certificate.measures.items()}

@@ -36,7 +36,6 @@ from blockstruct.views.words import (
     admissible_words,
     certificate_words,
     load_factor_words,
-    question_words,
     range_words,
     spread_words,
     status_words,
@@ -168,7 +167,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any]) -> dict[str, Any]:
     velocity = [np.hstack([m["translation"].to_numpy(), m["rotation"].to_numpy()]) for m in motion]
     return {
         "name": result.name,
-        "loads": question_words(result.case),
+        "loads": result.case.question,
         "answer": {"name": answer.name, "symbol": answer.symbol, "unit": unit or "-"},
         "head": head,
         "status": status_words(result),
