@@ -20,7 +20,6 @@ from blockstruct.views.words import (
     certificate_words,
     load_factor_words,
     path_words,
-    question_words,
     range_words,
     spread_words,
     status_words,
