@@ -240,7 +240,7 @@ def _case(r: bs.CaseResult) -> dict[str, Any]:
     # Without an iteration there is nothing to count and to draw.
     states = Counter(r.states.isel(iteration=-1).to_numpy().tolist()) if r.n_iterations else Counter()
     return _result(r) | {
-        "question": question_words(r.case),
+        "question": r.case.question,
         "answer": r.answer.name.capitalize(),
         "iterations": r.n_iterations,
         "duration": f"{r.duration:.2f} s",
