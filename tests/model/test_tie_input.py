@@ -137,6 +137,15 @@ def test_zero_strength_of_bars_and_strips():
         bs.ties.Strip("strip", LEFT, RIGHT, area="0 mm^2", strength="300 MPa")
 
 
+def test_strips_are_at_the_surface(pair):
+    strip = {"area": "50 mm^2", "strength": "300 MPa"}
+    outside = ("ground", "[0.5, 0, -0.2] m"), ("left", "[0.5, 0, 0.2] m")
+    assert pair.with_ties([bs.ties.Strip("strip", *outside, **strip)]).ties[0].capacity == pytest.approx(15e3)
+    inside = bs.ties.Strip("strip", outside[0], ("left", "[0.5, 0.1, 0.2] m"), **strip)
+    with pytest.raises(bs.errors.ModelError, match=r"strip 'strip'.* 0\.1 m inside the block; give a point"):
+        pair.with_ties([inside])
+
+
 def test_stretches_inside_a_body_that_is_not_convex():
     # A U: two walls on a floor.
     outline = [(0, 0), (3, 0), (3, 2), (2, 2), (2, 1), (1, 1), (1, 2), (0, 2)]

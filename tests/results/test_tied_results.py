@@ -95,7 +95,7 @@ def test_elongation_against_its_limit(result):
     assert np.isnan(result.ties.loc["strip", "displacement at limit [meter]"])
     text = result.describe()
     assert "Tie tie: punching, 6 kN of 6 kN (punching); it gets longer by" in text
-    assert "make its limit of 20 mm" in text
+    assert "its limit of 20 mm is reached at" in text
     assert "Tie bar [ground|low]: slipping, 3.142 kN of 3.142 kN (bond)" in text
 
 
@@ -174,6 +174,8 @@ def test_documents_with_wrong_ties(model, cases, tmp_path):
         read(without="end")
     with pytest.raises(bs.errors.ModelError, match="either yield_force, or area and strength"):
         read(yield_force="4 kN")
+    with pytest.raises(bs.errors.UnitError, match="yield force: 'four kN'"):
+        read(without="area", yield_force="four kN")
     with pytest.raises(bs.errors.UnknownNameError, match="'b9', which is not in the model"):
         read(end={"block": "b9", "point": ["0 m", "0.5 m", "2.3 m"]})
 

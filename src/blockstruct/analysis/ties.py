@@ -149,7 +149,8 @@ class LeastTieForce:
         Of the structure whose ties have these strengths: its load factor is the one that was asked for. None where the
         ties are not needed, or no strength of them will do.
     proven : bool
-        Whether the certificate holds; without one, whether forces in equilibrium prove that no ties are needed.
+        Whether the certificate holds and its mechanism proves that no weaker ties will do; without one, whether forces
+        in equilibrium prove that no ties are needed.
     solver_status : SolverStatus
         ``infeasible`` if no strength of these ties will do.
     """
@@ -243,6 +244,6 @@ def least_tie_force(
         flow=case.flow,
         forces=least,
         certificate=c if needed else None,
-        proven=c.holds if needed else admissible,
+        proven=c.holds and found.least if needed else admissible,
         solver_status=found.solver_status,
     )

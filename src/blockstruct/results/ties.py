@@ -107,7 +107,7 @@ def tie_sentences(history: xr.Dataset) -> list[str]:
             text += f"; it gets longer by {elongation:.3g} times the largest displacement of a block"
             reached, limit = row[f"displacement at limit [{meter}]"], row[f"elongation limit [{meter}]"]
             if np.isfinite(reached):
-                text += f", {reached * 1e3:.4g} mm of which make its limit of {limit * 1e3:.4g} mm"
+                text += f": its limit of {limit * 1e3:.4g} mm is reached at {reached * 1e3:.4g} mm"
         said.append(f"{text}.")
     return said
 

@@ -206,6 +206,7 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
             "tie_capacity": table.capacity,
             "tie_prestress": table.prestress,
             "tie_bond": table.bond,
+            "tie_elongation_limit": table.elongation_limit,
         }
     for name, values in expected.items():
         stored = history[name].to_numpy()
