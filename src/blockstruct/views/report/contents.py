@@ -45,6 +45,8 @@ def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any
         "detection": detection_rows(model),
         "materials": [(m.name, quantity(m.unit_weight, "N/m³")) for m in model.materials.values()],
         "joint_materials": [_joint(m, flows) for m in model.joint_materials.values()],
+        "sources": [(m.name, m.source) for m in model.materials.values() if m.source]
+        + [(m.name, m.source) for m in model.joint_materials.values() if m.source],
         "patterns": _patterns(results),
         "results": [_headline(name, spreads.get(name, analysis[name])) for name in analysis.headlines],
         "spreads": [_spread(name, spread) for name, spread in spreads.items()],
