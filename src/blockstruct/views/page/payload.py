@@ -149,7 +149,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any]) -> dict[str, Any]:
     velocity = [np.hstack([m["translation"].to_numpy(), m["rotation"].to_numpy()]) for m in motion]
     return {
         "name": result.name,
-        "loads": f"{result.case.dead.name} + load factor × {result.case.variable.name}, {result.case.flow} flow",
+        "loads": _loads(result),
         "head": head,
         "status": status_words(result),
         "certificate": certificate_words(result),
@@ -165,6 +165,14 @@ def _case(result: bs.CaseResult, head: dict[str, Any]) -> dict[str, Any]:
         "velocity": _packed(np.array(velocity), "<f2"),
         **_utilisation(history),
     }
+
+
+def _loads(result: bs.CaseResult) -> str:
+    case = result.case
+    said = f"{case.dead.name} + load factor × {case.variable.name}, {case.flow} flow"
+    plain = all(isinstance(load, bs.SelfWeight) for load in case.dead.loads)
+    masses = "" if plain else bs.results.pushed_masses(result.model, case)
+    return f"{said}. {masses}" if masses else said
 
 
 def _utilisation(history: Any) -> Mapping[str, str]:
