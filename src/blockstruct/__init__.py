@@ -31,7 +31,7 @@ Look at every iteration:
 True
 """
 
-from blockstruct import contacts, errors, imports, results, structures
+from blockstruct import contacts, errors, imports, library, results, structures
 from blockstruct.analysis import AnalysisManager, least_tie_force, log_to, print_lines, recover, reproduce, run, ties
 from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.documents import Document, read_document, write_document, write_draft
@@ -88,6 +88,7 @@ __all__ = [
     "contacts",
     "errors",
     "imports",
+    "library",
     "results",
     "structures",
     "ties",

@@ -28,6 +28,7 @@ RING = {"span": "2 m", "thickness": "20 cm", "material": STONE}
 
 MAKE = {
     "Material": (bs.Material, {"name": "m", "unit_weight": "20 kN/m^3"}),
+    "Material with a source": (bs.Material, {"name": "m", "unit_weight": "20 kN/m^3", "source": "a test"}),
     "Material by density": (bs.Material, {"name": "m", "density": "2000 kg/m^3"}),
     "JointMaterial": (
         bs.JointMaterial,
@@ -40,6 +41,7 @@ MAKE = {
             "compressive_strength": "1 MPa",
             "normal_stiffness": "10 GPa/m",
             "shear_stiffness": "5 GPa/m",
+            "source": "a test",
         },
     ),
     "JointMaterial by angle": (bs.JointMaterial, {"name": "j", "friction_angle": "30 deg"}),

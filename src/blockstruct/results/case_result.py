@@ -346,14 +346,17 @@ class CaseResult:
             **rest,
         )
 
+    @property
+    def masses(self) -> str:
+        """Which weights a mass-proportional push takes along, in words; of the blocks' own weight alone, nothing."""
+        plain = all(isinstance(load, SelfWeight) for load in self.case.dead.loads)
+        return "" if plain else pushed_masses(self.model, self.case)
+
     def describe(self) -> str:
         """How the structure collapses, in sentences: number, bodies that move, failing joints, and ties."""
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
-        # Of the blocks' own weight alone there is nothing to say.
-        plain = all(isinstance(load, SelfWeight) for load in self.case.dead.loads)
-        masses = "" if plain else pushed_masses(self.model, self.case)
         found = describe(self.model, self.history) if moves else ""
-        return "\n".join(filter(None, (str(self), masses, found)))
+        return "\n".join(filter(None, (str(self), self.masses, found)))
 
     def __repr__(self) -> str:
         return f"<CaseResult {self.name!r}: {self.status}, {self.answer.name} {self.answer.plain(self.load_factor, 4)}>"

@@ -92,7 +92,7 @@ class Bond:
                 and (bearing := half if o.bearing is None else float(o.bearing)) > 0
                 and o.rise is None
             ]
-            for at in (number, number + 1)
+            for at in (number - 1, number, number + 1)
         }
         solid = without(parts, voids)
         spans = [(max(a, p), min(b, q)) for p, q in solid for a, b in lintels[number] if min(b, q) > max(a, p)]
@@ -103,7 +103,7 @@ class Bond:
         for a, b in spans:
             self._check_lintel(number, shapely.box(a, foot, b, head), shapes, within)
         if rubble is not None:
-            known = [x for ends in (*gaps, *spans, *lintels[number + 1]) for x in ends]
+            known = [x for ends in (*gaps, *lintels[number - 1], *lintels[number + 1]) for x in ends]
         for layer, v, length, shift in self._layers(number, shifted):
             units: list[tuple[Interval, Array | None]] = []
             for part in rest:

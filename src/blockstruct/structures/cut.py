@@ -8,9 +8,6 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from blockstruct.geometry import lofted, polyhedron
-from blockstruct.model import Block, Material
-
 Array = NDArray[np.float64]
 
 #: Distance of corners, and height of a triangle over its base, as a part of the size of an outline, that is rounding.
@@ -57,14 +54,6 @@ def clean(outline: Array) -> Array:
         else:
             k += 1
     return np.array(kept)
-
-
-def extruded(name: str, outline: Array, v: tuple[float, float], axes: Array, material: Material) -> Block:
-    """Block over an outline (k, 2) along u and z, between two values of v; rows of ``axes`` (3, 3) are u, v, origin."""
-    z = np.array([0.0, 0.0, 1.0])
-    foot = axes[2] + outline[:, :1] * axes[0] + outline[:, 1:] * z
-    ends = lofted(foot + v[0] * axes[1], foot + v[1] * axes[1])
-    return Block(name, polyhedron(*ends, name), material)
 
 
 def _is_whole(piece: Any) -> bool:

@@ -1,6 +1,6 @@
 """What stands behind or before a wall: sidewalls and buttresses."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -106,8 +106,9 @@ class Buttress:
         """Farthest from the wall, m."""
         return float(self.projection)
 
-    def outline(self, depth: float, height: float) -> Any:
+    def outline(self, depth: float, course_height: float) -> Any:
         """Polygon along its length from the wall, and up, with the part of bonded courses within a wall of a depth."""
+        height = self.courses * course_height
         corners = [(-depth, 0.0), (self.projection, 0.0), (self.top_projection, height), (-depth, height)]
         return shapely.Polygon(corners)
 
@@ -143,16 +144,12 @@ def _place(side: Side) -> str:
     return "behind" if isinstance(side, Sidewall) or side.behind else "before"
 
 
-def gable_courses(
-    length: float, foot: float, rise: float, course: float, smallest: float
-) -> Iterator[tuple[int, float]]:
-    """Number, from one, and upper side of the courses of a gable; the last one reaches the apex.
+def gable_levels(length: float, foot: float, rise: float, course: float, smallest: float) -> list[float]:
+    """Upper sides of the courses of a gable; that of the last is the apex.
 
     What would be less than the ``smallest`` area at the apex belongs to the course below it.
     """
     # The triangle above z has the area (apex − z)² L / (2 rise).
     tip = float(np.sqrt(2 * rise * smallest / length))
     number = max(1, int(np.floor((rise - tip) / course * (1 + 1e-9))) + 1)
-    for k in range(1, number):
-        yield k, foot + k * course
-    yield number, foot + rise
+    return [*(foot + k * course for k in range(1, number)), foot + rise]

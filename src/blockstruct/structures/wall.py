@@ -2,21 +2,19 @@
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 import shapely
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.geometry import box, polyhedron
 from blockstruct.model import Block, Material, checked_tuple
 from blockstruct.model.checks import check_total, checked_count, positive_length
-from blockstruct.structures.bond import SHORTEST, Bond, Unit, without
+from blockstruct.structures.bond import SHORTEST, Bond, without
 from blockstruct.structures.builder import builder
-from blockstruct.structures.cut import extruded
 from blockstruct.structures.openings import AnyOpening, check_openings
+from blockstruct.structures.pieces import Pieces
 from blockstruct.structures.rubble import Rubble, RubbleJoints
-from blockstruct.structures.sides import Buttress, Sidewall, check_sides, gable_courses
+from blockstruct.structures.sides import Buttress, Sidewall, check_sides, gable_levels
 from blockstruct.units import QuantityLike
 
 #: Directions along and through a wall, and where it begins.
@@ -119,7 +117,7 @@ def wall(
     rise = 0.0 if gable is None else positive_length(gable, "wall: gable")
     top = number * height
     smallest = SHORTEST * unit * height
-    upper = list(gable_courses(reach, top, rise, height, smallest)) if gable is not None else []
+    upper = [] if gable is None else gable_levels(reach, top, rise, height, smallest)
     within = shapely.Polygon([(0, 0), (reach, 0), (reach, top), (reach / 2, top + rise), (0, top)]) if upper else None
     check_openings(front, reach, height, number, "wall", within)
     check_sides((*sides, *piers), front, reach, t, height)
@@ -129,46 +127,24 @@ def wall(
         check_openings(side.openings, side.length, height, number, f"sidewall {side.name!r}")
     _check_buttresses(piers, number)
 
-    blocks = []
-
-    def add(name: str, x: float, y: float, z: float, size: tuple[float, float, float], *, fixed: bool = False) -> None:
-        vertices, faces = box((x, y, z), size)
-        blocks.append(Block(prefix + name, polyhedron(vertices, faces, prefix + name), material, fixed))
-
-    def place(piece: Unit, number: int, axes: Any, name: str = "") -> None:
-        if piece.outline is not None:
-            blocks.append(extruded(prefix + name + piece.name, piece.outline, piece.v, axes, material))
-            return
-        (u0, u1), (v0, v1) = piece.u, piece.v
-        corner = np.minimum(axes[2] + u0 * axes[0] + v0 * axes[1], axes[2] + u1 * axes[0] + v1 * axes[1])
-        size = np.abs((u1 - u0) * axes[0] + (v1 - v0) * axes[1])
-        add(name + piece.name, corner[0], corner[1], (number - 1) * height, (size[0], size[1], height))
-
     def drawn(name: str) -> RubbleJoints | None:
         return None if rubble is None else RubbleJoints(rubble, name)
 
-    def ring(openings: Sequence[AnyOpening], axes: Any, name: str = "") -> None:
-        for i, opening in enumerate(openings, start=1):
-            for k, outline in enumerate(opening.voussoir_outlines(height), start=1):
-                blocks.append(extruded(f"{prefix}{name}voussoir {i}.{k}", outline, (0.0, t), axes, material))
-
+    laid = Pieces(prefix, material, height)
     if base:
         before = max((p.length for p in piers if not p.behind), default=0.0)
         behind = max([s.length for s in sides] + [p.length for p in piers if p.behind], default=0.0)
-        add("base", 0.0, -before, -height, (reach, before + t + behind, height), fixed=True)
+        laid.box("base", (0.0, -before, -height), (reach, before + t + behind, height), fixed=True)
     through = [(s.at, s.at + t, number) for s in sides if s.bonded]
     through += [(p.at, p.at + p.width, p.courses) for p in piers if p.bonded]
-    own = partial(bond.course, openings=front, rubble=drawn("wall"), gaps=[gap[:2] for gap in through], within=within)
+    own = partial(bond.course, openings=front, rubble=drawn(""), gaps=[gap[:2] for gap in through], within=within)
     for j in range(1, number + 1):
         # In the courses that it does not begin with a whole unit the wall leaves room for what runs through it.
         parts = without([(0.0, reach)], [(a, b) for a, b, last in through if j <= last] if j % 2 == 0 else [])
-        for piece in own(j, parts, 0.0, j % 2 == 0):
-            place(piece, j, _FRONT)
-    for k, head in upper:
-        j = number + k
-        for piece in own(j, [(0.0, reach)], 0.0, j % 2 == 0, top=head):
-            place(piece, j, _FRONT)
-    ring(front, _FRONT)
+        laid.course(own(j, parts, 0.0, j % 2 == 0), j, _FRONT)
+    for j, head in enumerate(upper, start=number + 1):
+        laid.course(own(j, [(0.0, reach)], 0.0, j % 2 == 0, top=head), j, _FRONT)
+    laid.rings(front, t, _FRONT)
     for side in sides:
         # Along it is u, from the back of the wall, and through it v.
         axes = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [side.at, t, 0.0]])
@@ -176,20 +152,19 @@ def wall(
         for j in range(1, number + 1):
             part = (start if side.bonded and j % 2 == 0 else 0.0, side.length)
             shifted = j % 2 == (1 if side.bonded else 0)
-            for piece in bond.course(j, [part], start, shifted, side.openings, rubble=joints):
-                place(piece, j, axes, f"{side.name}.")
-        ring(side.openings, axes, f"{side.name}.")
+            laid.course(bond.course(j, [part], start, shifted, side.openings, rubble=joints), j, axes, f"{side.name}.")
+        laid.rings(side.openings, t, axes, f"{side.name}.")
     for pier in piers:
-        axes = np.array([[0.0, 1.0 if pier.behind else -1.0, 0.0], [1.0, 0.0, 0.0], [pier.at, 0.0, 0.0]])
-        axes[2, 1] = t if pier.behind else 0.0
-        whole = Bond(unit, height, pier.width, 1, None)
-        slope, joints = pier.outline(t, pier.courses * height), drawn(pier.name)
+        outwards, foot = (1.0, t) if pier.behind else (-1.0, 0.0)
+        axes = np.array([[0.0, outwards, 0.0], [1.0, 0.0, 0.0], [pier.at, foot, 0.0]])
+        whole, slope, joints = Bond(unit, height, pier.width, 1, None), pier.outline(t, height), drawn(pier.name)
         for j in range(1, pier.courses + 1):
             part = (-t if pier.bonded and j % 2 == 0 else 0.0, pier.projection)
             # A whole unit is at its outer end.
-            for piece in whole.course(j, [part], pier.projection - unit, j % 2 == 1, (), rubble=joints, within=slope):
-                place(piece, j, axes, f"{pier.name}.")
-    return blocks
+            origin = pier.projection - unit
+            units = whole.course(j, [part], origin, j % 2 == 1, (), rubble=joints, within=slope)
+            laid.course(units, j, axes, f"{pier.name}.")
+    return laid.blocks
 
 
 def _check_buttresses(buttresses: Sequence[Buttress], courses: int) -> None:

@@ -167,7 +167,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any]) -> dict[str, Any]:
     velocity = [np.hstack([m["translation"].to_numpy(), m["rotation"].to_numpy()]) for m in motion]
     return {
         "name": result.name,
-        "loads": result.case.question,
+        "loads": _loads(result),
         "answer": {"name": answer.name, "symbol": answer.symbol, "unit": unit or "-"},
         "head": head,
         "status": status_words(result),
@@ -193,6 +193,11 @@ def _tie_rows(result: bs.CaseResult) -> list[list[tuple[str, float | None]]]:
         return []
     states, force = bs.ties.tie_state(result.history).to_numpy(), result.history["tie_force"].to_numpy()
     return [list(zip(row.tolist(), _plain(values), strict=True)) for row, values in zip(states, force, strict=True)]
+
+
+def _loads(result: bs.CaseResult) -> str:
+    masses = result.masses
+    return f"{result.case.question}. {masses}" if masses else result.case.question
 
 
 def _utilisation(history: Any) -> Mapping[str, str]:

@@ -48,6 +48,8 @@ def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any
         "materials": [(m.name, quantity(m.unit_weight, "N/m³")) for m in model.materials.values()],
         "ties": [_tie(tie) for tie in model.ties],
         "joint_materials": [_joint(m, flows) for m in model.joint_materials.values()],
+        "sources": [(m.name, m.source) for m in model.materials.values() if m.source]
+        + [(m.name, m.source) for m in model.joint_materials.values() if m.source],
         "patterns": _patterns(results),
         "answers": " / ".join(dict.fromkeys(r.answer.name + " [-]" * (not r.answer.is_reaction) for r in results)),
         "results": [_headline(name, spreads.get(name, analysis[name])) for name in analysis.headlines],
