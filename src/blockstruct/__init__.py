@@ -35,22 +35,27 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from blockstruct import contacts, errors, results
-from blockstruct.analysis import AnalysisManager, log_to, print_lines, recover, reproduce, run
+from blockstruct.analysis import AnalysisManager, least_tie_force, log_to, print_lines, recover, reproduce, run, ties
 from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
 from blockstruct.model import (
+    AreaLoad,
     Block,
     BodyForce,
     FaceLoad,
+    FillLoad,
     Interface,
     JointMaterial,
     LimitCase,
+    LineLoad,
     LoadPattern,
     Material,
     Model,
     Moment,
     PointLoad,
     SelfWeight,
+    Tie,
+    Weight,
 )
 from blockstruct.results import (
     Analysis,
@@ -89,23 +94,29 @@ __all__ = [
     "errors",
     "imports",
     "results",
+    "ties",
     # units
     "Q_",
     "ureg",
     # model
+    "AreaLoad",
     "Block",
     "BodyForce",
     "FaceLoad",
+    "FillLoad",
     "Interface",
     "JointMaterial",
     "JointOrientation",
     "LimitCase",
+    "LineLoad",
     "LoadPattern",
     "Material",
     "Model",
     "Moment",
     "PointLoad",
     "SelfWeight",
+    "Tie",
+    "Weight",
     # interfaces and documents
     "Detection",
     "Document",
@@ -132,6 +143,7 @@ __all__ = [
     "Flow",
     "SCHEDULES",
     "ProcedureSettings",
+    "least_tie_force",
     "log_to",
     "print_lines",
     "reproduce",

@@ -149,6 +149,19 @@ LOADS = st.lists(
         st.builds(lambda p, f: bs.PointLoad("β/1", Q_(p, "ft"), Q_(f, "kN")), POINTS, VECTORS),
         st.builds(lambda m: bs.Moment("β/1", Q_(m, "kN*m")), VECTORS),
         st.builds(lambda i, t: bs.FaceLoad("β/1", i, Q_(t, "kPa")), st.integers(0, 5), VECTORS),
+        st.builds(
+            lambda i, p, z: bs.FaceLoad("β/1", i, pressure=Q_(p, "hPa"), unit_weight="9.81 kN/m^3", level=Q_(z, "ft")),
+            st.integers(0, 5),
+            st.floats(-1e3, 1e3),
+            st.floats(-10, 10),
+        ),
+        st.builds(
+            lambda x, w, m: bs.Weight("β/1", Q_([x, 0.1, 9], "ft"), Q_(w, "lbf"), mass_share=m),
+            st.floats(0, 1),
+            st.floats(0.1, 1e3),
+            st.floats(0, 2),
+        ),
+        st.builds(lambda w: bs.AreaLoad(Q_(w, "kPa"), block="β/1"), st.floats(0.1, 1e3)),
     ),
     max_size=4,
 )

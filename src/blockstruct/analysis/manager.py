@@ -111,8 +111,9 @@ class AnalysisManager:
             The cases.
         spread
             True also runs every non-associative case with each of the named :data:`~blockstruct.SCHEDULES` and with
-            associative flow, as ``"case [schedule]"`` and ``"case [associative]"``; names run only those schedules.
-            :meth:`Analysis.spread` then tells the lowest and the highest certified load factor.
+            associative flow, as ``"case [schedule]"`` and ``"case [associative]"``; names run only those schedules,
+            ``"path dependence"`` the loading paths among them. :meth:`Analysis.spread` then tells the lowest and the
+            highest certified load factor, :attr:`CaseResult.path_dependence` those along the loading path.
 
         When all cases have ended, a LoadFactorWarning says where a load factor means less than it seems to:
         :attr:`CaseResult.warnings`.
@@ -284,8 +285,10 @@ class AnalysisManager:
             runs.append((case, self.settings))
             if schedules and case.flow is Flow.NONASSOCIATIVE:
                 for name in schedules:
-                    run = replace(case, name=run_name(case.name, name))
-                    runs.append((run, scheduled(self.settings, name)))
+                    settings = scheduled(self.settings, name)
+                    # The loading path as given needs no second run.
+                    if settings != self.settings:
+                        runs.append((replace(case, name=run_name(case.name, name)), settings))
                 bound = replace(case, name=run_name(case.name, Flow.ASSOCIATIVE), flow=Flow.ASSOCIATIVE)
                 runs.append((bound, self.settings))
         return runs

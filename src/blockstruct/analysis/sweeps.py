@@ -98,7 +98,7 @@ def keep_point(
         If the path cannot be written.
     """
     interfaces = [i.with_joint_material(j) for i, j in zip(model.interfaces, joints, strict=True)]
-    varied = Model(model.name, model.blocks, interfaces, detection=model.detection)
+    varied = Model(model.name, model.blocks, interfaces, detection=model.detection, ties=model.ties)
     options = solver_options([result.settings])
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

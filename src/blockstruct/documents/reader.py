@@ -14,6 +14,8 @@ from blockstruct.errors import BlockstructError, DocumentError, StorageError, Un
 from blockstruct.files import unique_pairs
 from blockstruct.model import (
     LOAD_KINDS,
+    TIE_KINDS,
+    AnyTie,
     Block,
     Detection,
     DetectionReport,
@@ -131,7 +133,7 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
         blocks.append(_block(entry, _named(materials, entry["material"], "material")))
     found = _detection(blocks, content["interfaces"], joints)
     try:
-        model = Model(content.get("name", stem), blocks, found)
+        model = Model(content.get("name", stem), blocks, found, ties=map(_tie, content.get("ties", [])))
     except BlockstructError as error:
         # What was found and what was left out mostly tells why.
         error.add_note(f"{len(blocks)} blocks, {found.report}")
@@ -187,6 +189,14 @@ def _block(entry: dict[str, Any], material: Material) -> Block:
     shape = entry["polyhedron"]
     vertices = _points(shape["vertices"], shape["unit"], f"block {entry['name']!r}")
     return Block.from_faces(entry["name"], vertices, shape["faces"], material, fixed=fixed)
+
+
+def _tie(entry: dict[str, Any]) -> AnyTie:
+    kind = TIE_KINDS[entry["kind"]]
+    given = {key: value for key, value in entry.items() if key != "kind"}
+    if kind.anchored:
+        given |= {end: (entry[end]["block"], entry[end]["point"]) for end in ("start", "end")}
+    return kind.type(**given)
 
 
 def _load_from(entry: dict[str, Any]) -> Any:

@@ -42,6 +42,8 @@ class Iteration:
         Seconds.
     displacement : float
         Of a step of the loading path, from the state under dead load; NaN in programs.
+    tie_force, elongation : (M,) arrays
+        Forces T of ties with their prestress, tension positive, and rates of elongation.
     """
 
     stage: Stage
@@ -57,6 +59,8 @@ class Iteration:
     solver_status: SolverStatus
     solver_iterations: int
     solver_time: float
+    tie_force: Array
+    elongation: Array
     displacement: float = np.nan
 
     @property

@@ -191,9 +191,9 @@ class ProcedureSettings:
 #: loading paths tell what the answer to how a structure is loaded depends on.
 SCHEDULES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
-        "steep": {"slope": 0.6},
-        "low cohesion": {"cohesion": 0.001, "slope": 0.5},
-        "slow": {"cohesion": 0.1, "cohesion_decay": 0.7, "slope_decay": 0.6, "patience": 24},
+        "steep": {"procedure": "fictitious", "slope": 0.6},
+        "low cohesion": {"procedure": "fictitious", "cohesion": 0.001, "slope": 0.5},
+        "slow": {"procedure": "fictitious", "cohesion": 0.1, "cohesion_decay": 0.7, "slope_decay": 0.6, "patience": 24},
         # Where the shift finds a certificate it does so in fewer than 30 programs; it need not try 120.
         "shift": {"procedure": "shifted", "max_programs": 40},
         "loading path": {"procedure": "loading path"},
@@ -204,6 +204,11 @@ SCHEDULES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 )
 
 
+#: The loading paths among them, by one name: what the number along the path depends on.
+PATH_DEPENDENCE = "path dependence"
+_PATHS = tuple(name for name, changes in SCHEDULES.items() if changes["procedure"] == "loading path")
+
+
 def scheduled(settings: ProcedureSettings, schedule: str) -> ProcedureSettings:
     """Settings changed by a schedule, which never raises the number of programs."""
     changes = dict(SCHEDULES[schedule])
@@ -212,7 +217,7 @@ def scheduled(settings: ProcedureSettings, schedule: str) -> ProcedureSettings:
 
 
 def schedules_of(spread: bool | str | Iterable[str]) -> tuple[str, ...]:
-    """Names of the schedules that ``spread`` asks for: all for True, none for False.
+    """Names of the schedules that ``spread`` asks for: all for True, none for False, the paths for their one name.
 
     Raises
     ------
@@ -222,8 +227,10 @@ def schedules_of(spread: bool | str | Iterable[str]) -> tuple[str, ...]:
     if isinstance(spread, bool):
         return tuple(SCHEDULES) if spread else ()
     names = (spread,) if isinstance(spread, str) else tuple(spread)
+    names = tuple(each for name in names for each in (_PATHS if name == PATH_DEPENDENCE else (name,)))
     unknown = [name for name in names if name not in SCHEDULES]
     if unknown:
-        msg = f"spread: unknown schedule {', '.join(map(repr, unknown))}; known are {', '.join(SCHEDULES)}, or True"
+        known = ", ".join((*SCHEDULES, PATH_DEPENDENCE))
+        msg = f"spread: unknown schedule {', '.join(map(repr, unknown))}; known are {known}, or True"
         raise ModelError(msg)
     return tuple(dict.fromkeys(names))

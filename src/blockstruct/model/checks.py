@@ -1,16 +1,50 @@
 """Checks of what constructors and builders take: names, sequences, lengths and counts."""
 
+import math
 import operator
 from collections.abc import Iterable, Sequence
 from typing import Any, get_args
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.units import si
+from blockstruct.units import VectorLike, si, si_vector
 
 #: Characters of a name. That of an interface holds two of blocks.
 LONGEST_NAME = 1000
 #: Lengths that a builder takes, m, and blocks that it makes.
 SHORTEST, LONGEST, MOST_BLOCKS = 1e-6, 1e6, 100_000
+
+#: Directions that have a name.
+AXES_BY_NAME = {
+    f"{sign}{axis}": tuple(float(f"{sign}{int(k == j)}") + 0.0 for k in range(3))
+    for j, axis in enumerate("xyz")
+    for sign in "+-"
+}
+#: How far from 1 the length of a typed direction may be, and that of one that is left as it is.
+_LENGTH, _ROUNDING = 1e-3, 1e-12
+
+
+def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tuple[float, float, float]:
+    """Unit vector of a direction of length 1, or of the name of an axis such as ``"+x"``.
+
+    Raises
+    ------
+    ModelError
+        If the direction is zero or not of length 1.
+    """
+    if isinstance(direction, str) and direction.strip() in AXES_BY_NAME:
+        direction = AXES_BY_NAME[direction.strip()]
+    x, y, z = si_vector(direction, "dimensionless", what)
+    length = math.hypot(x, y, z)
+    if length == 0:
+        msg = f"{what} {(x, y, z)} is zero; give a direction such as (1, 0, 0) or '+x'"
+        raise ModelError(msg)
+    if abs(length - 1) > _LENGTH:
+        msg = (
+            f"{what} {(x, y, z)} has the length {length:.6g}, not 1; give a direction of length 1"
+            f"{remedy.format(length=length)}"
+        )
+        raise ModelError(msg)
+    return (x / length, y / length, z / length) if abs(length - 1) > _ROUNDING else (x, y, z)
 
 
 def checked_name(name: Any, kind: str) -> str:

@@ -15,6 +15,7 @@ from blockstruct.limit.iteration import Iteration, Outcome, given_up
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.limit.ties import Ties
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import Stage, Status
 
@@ -90,7 +91,8 @@ def can_jam(problem: LimitProblem, settings: ProcedureSettings, solver: Solver) 
     They may not if there is a motion that opens all of them faster than friction could close them,
     ``v_n > μ ‖v_t‖``: it would do work on such forces. Without that proof they may.
     """
-    own = replace(problem, w_D=np.zeros_like(problem.w_D))
+    # What ties press together is limited, and does not count.
+    own = replace(problem, w_D=np.zeros_like(problem.w_D), ties=Ties.none(len(problem.w_D)))
     program = ConicProgram(own, replace(settings, crushing="conic"))
     opening = Objective(np.full(own.n_points, -1.0 / own.n_points))
     data = program.data(true_sliding(own), objective=opening, max_load_factor=0.0)

@@ -26,6 +26,8 @@ _INDICES = {
     "interface_of_interface_corner": ("interface", 0),
     "pattern_of_load": ("load_pattern", 0),
     "block_of_load": ("block", -1),
+    "block_of_tie": ("block", -1),
+    "tie_of_model": ("tie", 0),
     "minus_of_contact": ("block", 0),
     "plus_of_contact": ("block", 0),
     "interface_of_contact": ("interface", -1),
@@ -41,6 +43,7 @@ _ASCENDING = (
     "face_of_face_corner",
     "interface_of_contact_point",
     "interface_of_interface_corner",
+    "tie_of_model",
 )
 
 

@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 import blockstruct as bs
-from blockstruct.views.words import admissible_words
+from blockstruct.views.words import admissible_words, path_words
 
 _COLUMNS = {
     "load_factor": ("load factor", "{:.6f}"),
@@ -61,6 +61,8 @@ def result_text(result: bs.CaseResult) -> Text:
     text.append(f"  {case.dead.name} + load factor × {case.variable.name}, {case.flow} flow\n")
     text.append(f"  status {result.status}: {result.message}\n")
     text.append(f"  load factor {result.headline.text(6)}\n", style="bold")
+    if result.path_dependence is not None:
+        text.append(f"  {path_words(result)}\n")
     for warning in result.warnings:
         text.append(f"  warning: {warning}\n", style="bold yellow")
     left = admissible_words(result)
@@ -83,7 +85,7 @@ def summary_table(analysis: bs.Analysis) -> Table:
         table.add_column(Text(title), justify="right")
     for r in analysis.values():
         numbers = (f"{r.load_factor:.6g}", str(r.n_iterations), f"{r.duration:.2f}")
-        table.add_row(Text(r.name), r.case.flow.value, r.status.value, *numbers)
+        table.add_row(Text(r.name), r.case.flow.value, r.ended, *numbers)
     return table
 
 
@@ -127,6 +129,8 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
                 "iterations": r.n_iterations,
                 "duration": r.duration,
                 "message": r.message,
+                "settled": r.settled,
+                "path_dependence": r.path_dependence,
                 "warnings": list(r.warnings),
                 "admissible_load_factor": _finite(r.admissible_load_factor),
                 "certificate": None if r.certificate is None else _measures(r.certificate),

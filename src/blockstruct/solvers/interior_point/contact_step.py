@@ -39,7 +39,7 @@ class ContactProblem:
     Parameters
     ----------
     program
-        The program, with exact crushing.
+        The program, with exact crushing. Its ties are rigid until they yield.
     compliance : (K, 3) array
         Of each contact point, displacement per unit of force.
     """
@@ -48,10 +48,15 @@ class ContactProblem:
         self._program = program
         self.problem = program.problem
         self.conditions = Conditions(program)
-        auxiliary = self.conditions.size - compliance.size
-        self.A = sp.csr_array(sp.hstack([self.problem.A, sp.csr_array((self.problem.A.shape[0], auxiliary))]))
+        ties, size = self.problem.ties, self.conditions.size
+        auxiliary = size - compliance.size - len(ties)
+        columns = [self.problem.A, sp.csr_array((self.problem.A.shape[0], auxiliary)), ties.columns]
+        self.A = sp.csr_array(sp.hstack(columns))
         self.AT = sp.csr_array(self.A.T)
-        self.compliance = np.concatenate([compliance.ravel(), np.zeros(auxiliary)])
+        self.compliance = np.concatenate([compliance.ravel(), np.zeros(auxiliary + len(ties))])
+        #: Where the forces of ties stand among the variables, and ``T' ≥ 0`` among the half-lines.
+        self.ties = slice(size - len(ties), size)
+        self.slack = slice(program.slack_rows.start - 1, program.slack_rows.stop - 1)
         self.complement = SchurComplement(sp.csc_array(self.A), self.conditions)
 
     def with_sliding(self, sliding: Sliding) -> Self:
@@ -68,16 +73,19 @@ class ContactProblem:
         return ContactState(x, one, one, np.zeros(self.A.shape[0]), 0.0)
 
     def elastic_displacement(self) -> float:
-        """Displacement ``w_L·u`` under the variable load if every contact held.
+        """Displacement ``w_L·u`` under the variable load if every contact held, and no tie.
 
         Raises
         ------
         RuntimeError
-            Blocks that no contact holds.
+            If there are blocks that no contact holds.
         """
         one = self.conditions.identity()
         # Multipliers that weigh nothing leave the compliance alone.
-        weights = self.conditions.weights(Scaling(one, 1e-12 * one), self.compliance + 1e-9)
+        compliance = self.compliance + 1e-9
+        # Rigid ties that hold the load would leave no displacement to begin with.
+        compliance[self.ties] = 1e9
+        weights = self.conditions.weights(Scaling(one, 1e-12 * one), compliance)
         return float(self.problem.w_L @ self.complement.factorised(weights).solve(self.problem.w_L))
 
     def solve(
