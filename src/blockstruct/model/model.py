@@ -94,6 +94,7 @@ class Model:
         weight = sum(b.weight for b in self.blocks if not b.fixed)
         rows = [("blocks", f"{size}; the free ones weigh {weight / 1e3:.4g} kN")]
         rows.append(("interfaces", f"{len(self.interfaces)}, {math.fsum(i.area for i in self.interfaces):.4g} m²"))
+        rows += [("ties", ", ".join(tie.name for tie in self.ties))] if self.ties else []
         rows += [(f"material {m.name}", f"{m.unit_weight / 1e3:.4g} kN/m³") for m in self.materials.values()]
         rows += [(f"joint material {j.name}", str(j)) for j in self.joint_materials.values()]
         return html_table(self.name, ["", ""], rows)

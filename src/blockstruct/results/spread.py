@@ -28,7 +28,7 @@ class Spread:
 
     The answer of a non-associative structure is not unique and depends on the path: each of these is certified by
     itself, and none is wrong. The lowest is the one to rely on. A load factor that was still drifting when its run was
-    stopped is no answer of its schedule, and counts only where none has settled.
+    stopped is not an answer of its schedule, and counts only where none has settled.
 
     Attributes
     ----------
