@@ -125,7 +125,7 @@ def with_and_without(
     Raises
     ------
     ModelError
-        A model without ties.
+        If the model has no ties.
     """
     if not model.ties:
         msg = f"with_and_without: model {model.name!r} has no ties; give it some, Model(…, ties=[…])"
@@ -210,9 +210,10 @@ def least_tie_force(
     Raises
     ------
     UnknownNameError
-        A tie that the model does not have.
+        If the model does not have the tie.
     ModelError
-        No tie, a bonded bar (its force differs from stretch to stretch), or a load factor that is not above zero.
+        If it is not a tie but a bonded bar (its force differs from stretch to stretch), or the load factor is not above
+        zero.
     """
     settings = settings or ProcedureSettings()
     for value, kind in ((model, Model), (case, LimitCase), (settings, ProcedureSettings)):

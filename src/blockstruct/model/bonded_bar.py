@@ -54,9 +54,9 @@ class BondedBar:
     Raises
     ------
     ModelError
-        No strength, one that is not above zero, or ends at one point.
+        If there is no strength, it is not above zero, or both ends are at one point.
     UnitError, DimensionError
-        A bare number where a unit is due, or a quantity of another dimension.
+        If a bare number is given where a unit is due, or a quantity of another dimension.
     """
 
     name: str
@@ -116,7 +116,7 @@ class BondedBar:
         Raises
         ------
         ModelError
-            A bar that runs through fewer than two blocks, or through supports alone.
+            If the bar runs through fewer than two blocks, or through supports alone.
         """
         start, end = np.array(self.start), np.array(self.end)
         d = (end - start) / np.linalg.norm(end - start)

@@ -83,9 +83,9 @@ def check_anchors(who: str, start: Anchor, end: Anchor, blocks: Mapping[str, Blo
     Raises
     ------
     UnknownNameError
-        A block that is not among them.
+        If a block is not among them.
     ModelError
-        Ends at one block, at one point or at two supports, or an anchor outside its block.
+        If the ends are at one block, at one point or at two supports, or an anchor lies outside its block.
     """
     for block, point in (start, end):
         if block not in blocks:

@@ -59,9 +59,9 @@ class Tie:
     Raises
     ------
     ModelError
-        No strength, one that is not above zero, or a prestress that reaches it.
+        If there is no strength, it is not above zero, or the prestress reaches it.
     UnitError, DimensionError
-        A bare number where a unit is due, or a quantity of another dimension.
+        If a bare number is given where a unit is due, or a quantity of another dimension.
 
     Examples
     --------
@@ -142,9 +142,9 @@ class Tie:
         Raises
         ------
         UnknownNameError
-            A block that is not among them.
+            If a block is not among them.
         ModelError
-            Ends at one block, at one point or at two supports, or an anchor outside its block.
+            If the ends are at one block, at one point or at two supports, or an anchor lies outside its block.
         """
         check_anchors(f"tie {self.name!r}", self.start, self.end, blocks)
         return (_segment(self, self.prestress),)
@@ -179,9 +179,9 @@ class Strip:
     Raises
     ------
     ModelError
-        An area or a strength that is not above zero.
+        If an area or a strength is not above zero.
     UnitError, DimensionError
-        A bare number where a unit is due, or a quantity of another dimension.
+        If a bare number is given where a unit is due, or a quantity of another dimension.
     """
 
     name: str

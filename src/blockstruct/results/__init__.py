@@ -5,10 +5,12 @@ points, interfaces and blocks are coordinates, every variable carries ``units``,
 compression positive, and velocities belong to one watt of variable load (``w_L·u = 1 W``).
 """
 
+from blockstruct.limit import CERTIFICATE_MEASURES
 from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
-from blockstruct.results.case_result import CERTIFICATE_MEASURES, AdmissibleState, CaseResult, LazyHistory
+from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, relative_difference
+from blockstruct.results.description import failures
 from blockstruct.results.frame import history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import history_of, iteration_variables
@@ -47,6 +49,7 @@ __all__ = [
     "HistoryAccessor",
     "active_joints",
     "contact_state",
+    "failures",
     "history_frame",
     "history_of",
     "iteration_variables",

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from blockstruct.model import Model
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
-from blockstruct.results.states import contact_state
+from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import tie_sentences
 from blockstruct.vocabulary import AXES, ContactState
 
@@ -53,6 +53,12 @@ def describe(model: Model, history: xr.Dataset) -> str:
             lines.append(f"And {len(said) - LISTED} more ties: CaseResult.ties.")
     lines.append("An iteration of its history is a numerical step, not a step of loading.")
     return "\n".join(lines)
+
+
+def failures(history: xr.Dataset) -> str:
+    """How the last iteration fails, at the joints that dissipate most; empty if none moves."""
+    first = active_joints(history).head(3)["state"]
+    return "; it fails at " + ", ".join(f"{name} ({state})" for name, state in first.items()) if len(first) else ""
 
 
 def _joints(history: xr.Dataset) -> list[str]:

@@ -1,8 +1,5 @@
 """The look of all views: colours that colour-blind readers and a grey printer keep apart, and units of axes."""
 
-import numpy as np
-import numpy.typing as npt
-
 import blockstruct as bs
 
 #: Colour of each contact state, from the palette of Okabe & Ito (2008), and of what is at rest.
@@ -52,19 +49,3 @@ def parts(state: str) -> list[str]:
     ['sliding', 'hinge']
     """
     return sorted(state.split(" + "), key=list(STATE_COLOURS).index)
-
-
-def readable(values: npt.ArrayLike, unit: str) -> tuple[float, str]:
-    """Factor and unit in which SI values are easy to read.
-
-    >>> readable([12e3, 250.0], "N")
-    (0.001, 'kN')
-    >>> readable([3.1e6], "Pa")
-    (1e-06, 'MPa')
-    """
-    finite = np.abs(np.asarray(values, dtype=float))
-    largest = float(finite[np.isfinite(finite)].max(initial=0.0))
-    for power, prefix in ((6, "M"), (3, "k")):
-        if largest >= 10**power:
-            return 10.0**-power, prefix + unit
-    return 1.0, unit

@@ -8,10 +8,11 @@ from matplotlib.collections import LineCollection
 from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.units import readable
 from blockstruct.views.figures.canvas import Canvas
 from blockstruct.views.selection import ROUNDING, application_points, chosen_iteration, given_result
 from blockstruct.views.solids import Solids
-from blockstruct.views.style import ACCENT, FORCE, PALE_EDGE, PALE_STONE, TIE, readable
+from blockstruct.views.style import ACCENT, FORCE, PALE_EDGE, PALE_STONE, TIE
 from blockstruct.views.ties import TieLines
 from blockstruct.views.view import round_value
 

@@ -349,15 +349,15 @@ function decades(values) {
 function convergence() {
   const c = current(), n = c.stage.length, numbers = [...Array(n).keys()];
   const line = (y, name, more) => ({x: numbers, y, name, mode: "lines+markers", marker: {size: 5}, line: {width: 1.2}, ...more});
-  const gap = c.measures["flow-rule gap"], found = c.load_factor.filter(v => v !== null);
-  // Load factors that hardly differ are drawn as level.
+  const gap = c.measures["flow-rule gap"], found = c.answers.filter(v => v !== null);
+  // Answers that hardly differ are drawn as level.
   const low = Math.min(...found), high = Math.max(...found), margin = Math.max(0.05 * (high - low), 0.005 * Math.abs(high) - (high - low) / 2);
   Plotly.react("convergence", [
-    line(c.load_factor, "load factor", {text: c.stage, line: {color: "#0072b2", width: 1.2}}),
+    line(c.answers, c.answer.name, {text: c.stage, line: {color: "#0072b2", width: 1.2}}),
     line(gap, "flow-rule gap", {yaxis: "y2", line: {color: "#2b2925", width: 1.2}}),
   ], {
     margin: {l: 48, r: 8, t: 22, b: 38}, showlegend: false, font: {size: 11},
-    annotations: [["α [-]", 1], ["flow-rule gap [-]", 0.46]].map(([text, y]) => ({text, x: 0, y, xref: "paper", yref: "paper", xanchor: "left", yanchor: "bottom", showarrow: false})),
+    annotations: [[`${c.answer.symbol} [${c.answer.unit}]`, 1], ["flow-rule gap [-]", 0.46]].map(([text, y]) => ({text, x: 0, y, xref: "paper", yref: "paper", xanchor: "left", yanchor: "bottom", showarrow: false})),
     xaxis: {title: {text: "numerical iteration [-]"}, anchor: "y2", range: [-0.5, n - 0.5], tick0: 0, dtick: Math.ceil(n / 8)},
     yaxis: {domain: [0.6, 1], range: found.length ? [low - margin, high + margin] : [0, 1]},
     yaxis2: {domain: [0, 0.46], ...decades(gap)},
@@ -366,9 +366,9 @@ function convergence() {
 }
 
 function iterationText() {
-  const c = current(), i = shown.iteration, alpha = c.load_factor[i];
+  const c = current(), i = shown.iteration, value = c.answers[i];
   at("iteration").value = i;
-  at("iteration-value").textContent = `${i} of ${c.stage.length - 1}, ${c.stage[i]}, α = ${alpha === null ? "–" : Number(alpha.toPrecision(5))}`;
+  at("iteration-value").textContent = `${i} of ${c.stage.length - 1}, ${c.stage[i]}, ${c.answer.symbol} = ${value === null ? "–" : Number(value.toPrecision(5))}`;
   at("amplitude-value").textContent = `${Number((shown.amplitude * blocks.size).toPrecision(3))} m`;
 }
 
@@ -380,6 +380,7 @@ function chooseCase(index) {
   shown.iteration = c.stage.length - 1;
   at("iteration").max = shown.iteration;
   at("loads").textContent = c.loads;
+  at("answer").textContent = `${c.answer.name[0].toUpperCase()}${c.answer.name.slice(1)} ${c.answer.symbol}`;
   at("load-factor").textContent = c.head.number;
   at("below").replaceChildren(...c.head.below.map(text => Object.assign(document.createElement("p"), {textContent: text})));
   at("status").textContent = c.status;

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 import blockstruct as bs
+from blockstruct.units import readable
 from blockstruct.views.selection import is_pressed, shown_results
 from blockstruct.views.solids import Patches, Solids, triangles
 from blockstruct.views.style import (
@@ -35,6 +36,7 @@ from blockstruct.views.words import (
     admissible_words,
     certificate_words,
     load_factor_words,
+    range_words,
     spread_words,
     status_words,
     warning_words,
@@ -147,7 +149,7 @@ def _head(analysis: bs.Analysis, result: bs.CaseResult) -> dict[str, Any]:
     else:
         this = f"This run: {load_factor_words(result)} ({result.ended.replace('_', ' ')})."
         below = [spread_words(spread), this]
-    below += [warning_words(spread or result), admissible_words(result)]
+    below += [range_words(result), warning_words(spread or result), admissible_words(result)]
     return {"number": head.number, "below": [text for text in below if text]}
 
 
@@ -159,15 +161,19 @@ def _case(result: bs.CaseResult, head: dict[str, Any]) -> dict[str, Any]:
     states = result.states.to_numpy()
     texts, index = np.unique(states.astype(str), return_inverse=True)
     motion = [bs.results.mechanism(history.isel(iteration=[i])) for i in range(result.n_iterations)]
+    answer = result.answer
+    answers = history["load_factor"].to_numpy() * answer.factor
+    scale, unit = readable(answers, answer.unit) if answer.is_reaction else (1.0, "")
     velocity = [np.hstack([m["translation"].to_numpy(), m["rotation"].to_numpy()]) for m in motion]
     return {
         "name": result.name,
-        "loads": f"{result.case.dead.name} + load factor × {result.case.variable.name}, {result.case.flow} flow",
+        "loads": _loads(result),
+        "answer": {"name": answer.name, "symbol": answer.symbol, "unit": unit or "-"},
         "head": head,
         "status": status_words(result),
         "certificate": certificate_words(result),
         "stage": history["stage"].to_numpy().tolist(),
-        "load_factor": _plain(history["load_factor"].to_numpy()),
+        "answers": _plain(answers * scale),
         "measures": {label: _plain(history[name].to_numpy()) for name, (label, *_) in MEASURES.items()},
         "largest": np.where(largest > 0, largest, 1.0).tolist(),
         "force": _packed(force, "<f4"),
@@ -187,6 +193,11 @@ def _tie_rows(result: bs.CaseResult) -> list[list[tuple[str, float | None]]]:
         return []
     states, force = bs.ties.tie_state(result.history).to_numpy(), result.history["tie_force"].to_numpy()
     return [list(zip(row.tolist(), _plain(values), strict=True)) for row, values in zip(states, force, strict=True)]
+
+
+def _loads(result: bs.CaseResult) -> str:
+    masses = result.masses
+    return f"{result.case.question}. {masses}" if masses else result.case.question
 
 
 def _utilisation(history: Any) -> Mapping[str, str]:
