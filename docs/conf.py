@@ -1,5 +1,13 @@
 """Sphinx: the documentation site, built offline by ``make docs``; warnings are errors."""
 
+import re
+from collections.abc import Callable
+
+from docutils import nodes
+from latex2mathml.converter import convert
+from sphinx.application import Sphinx
+from sphinx.writers.html5 import HTML5Translator
+
 import blockstruct
 
 project = "blockstruct"
@@ -12,7 +20,6 @@ extensions = [
     "numpydoc",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
-    "sphinx.ext.mathjax",
 ]
 exclude_patterns = ["_build", "**/.ipynb_checkpoints"]
 html_theme = "furo"
@@ -31,5 +38,22 @@ suppress_warnings = ["mystnb.unknown_mime_type"]
 autosummary_generate = True
 autodoc_typehints = "none"
 numpydoc_show_class_members = False
-# Formulas are drawn where the reader is: the site itself fetches nothing when it is built.
-mathjax3_config = {"tex": {"macros": {"vec": ["\\boldsymbol{#1}", 1]}}}
+# Formulas are MathML, which browsers draw themselves: the site fetches nothing, neither built nor read.
+html_math_renderer = "mathml"
+myst_update_mathjax = False
+
+
+def mathml(display: str) -> tuple[Callable[[HTML5Translator, nodes.Element], None], None]:
+    """How a formula is written: the functions that Sphinx calls."""
+
+    def visit(writer: HTML5Translator, node: nodes.Element) -> None:
+        formula = re.sub(r"\\vec\s*(\w)", r"\\boldsymbol{\1}", node.astext())
+        writer.body.append(convert(formula, display=display))
+        raise nodes.SkipNode
+
+    return visit, None
+
+
+def setup(app: Sphinx) -> None:
+    """Tell Sphinx of them."""
+    app.add_html_math_renderer("mathml", inline_renderers=mathml("inline"), block_renderers=mathml("block"))
