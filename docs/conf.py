@@ -1,7 +1,10 @@
 """Sphinx: the documentation site, built offline by ``make docs``; warnings are errors."""
 
+import inspect
 import re
 from collections.abc import Callable
+from importlib import import_module
+from types import FunctionType
 
 from docutils import nodes
 from latex2mathml.converter import convert
@@ -21,10 +24,12 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
 ]
-exclude_patterns = ["_build", "**/.ipynb_checkpoints"]
+exclude_patterns = ["_build", "templates", "**/.ipynb_checkpoints"]
 html_theme = "furo"
 html_title = "blockstruct"
-html_static_path = ["pictures"]
+html_static_path = ["pictures", "static"]
+html_css_files = ["site.css"]
+templates_path = ["templates"]
 
 # The numbers of a page are those of the version that builds it.
 nb_execution_mode = "force"
@@ -33,22 +38,43 @@ nb_execution_raise_on_error = True
 nb_execution_show_tb = True
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
-suppress_warnings = ["mystnb.unknown_mime_type"]
+# The context below holds a function, which Sphinx cannot keep for the next build.
+suppress_warnings = ["mystnb.unknown_mime_type", "config.cache"]
+
+
+def documented(module: str, name: str, members: list[str]) -> list[str]:
+    """Methods and properties of a class that say something; its fields are in its docstring."""
+    owner = getattr(import_module(module), name)
+    found = {member: inspect.getattr_static(owner, member, None) for member in members}
+    kinds = (property, classmethod, staticmethod, FunctionType)
+    return [n for n, member in found.items() if n[0] != "_" and isinstance(member, kinds) and inspect.getdoc(member)]
+
 
 autosummary_generate = True
+autosummary_context = {"documented": documented}
 autodoc_typehints = "none"
 numpydoc_show_class_members = False
 # Formulas are MathML, which browsers draw themselves: the site fetches nothing, neither built nor read.
 html_math_renderer = "mathml"
 myst_update_mathjax = False
+#: What browsers would draw in italics, or too close: vectors in bold, units upright, a space behind a function.
+SPELT = (
+    (r"\\vec\s*([a-z])", lambda found: chr(ord("𝒂") + ord(found[1]) - ord("a"))),
+    (r"\\mathrm\{([A-Za-z]+)\}", r"\\text{\1}"),
+    (r"\\tan\s*(?=\\)", r"\\tan\\,"),
+)
 
 
 def mathml(display: str) -> tuple[Callable[[HTML5Translator, nodes.Element], None], None]:
     """How a formula is written: the functions that Sphinx calls."""
+    block = display == "block"
 
     def visit(writer: HTML5Translator, node: nodes.Element) -> None:
-        formula = re.sub(r"\\vec\s*(\w)", r"\\boldsymbol{\1}", node.astext())
-        writer.body.append(convert(formula, display=display))
+        formula = node.astext()
+        for pattern, instead in SPELT:
+            formula = re.sub(pattern, instead, formula)
+        shown = convert(formula, display=display)
+        writer.body.append(f'<div class="math">{shown}</div>' if block else shown)
         raise nodes.SkipNode
 
     return visit, None
