@@ -57,11 +57,13 @@ numpydoc_show_class_members = False
 # Formulas are MathML, which browsers draw themselves: the site fetches nothing, neither built nor read.
 html_math_renderer = "mathml"
 myst_update_mathjax = False
-#: What browsers would draw in italics, or too close: vectors in bold, units upright, a space behind a function.
+#: What browsers draw otherwise than meant: vectors are bold, units upright, functions stand apart and bars do not.
 SPELT = (
     (r"\\vec\s*([a-z])", lambda found: chr(ord("𝒂") + ord(found[1]) - ord("a"))),
     (r"\\mathrm\{([A-Za-z]+)\}", r"\\text{\1}"),
     (r"\\tan\s*(?=\\)", r"\\tan\\,"),
+    (r"\\[lr]vert\b\s*", r"\\text{|}"),
+    (r"\\[lr]Vert\b\s*", r"\\text{‖}"),
 )
 
 

@@ -97,7 +97,7 @@ def test_a_wall_drawn_with_open_joints_says_how_wide_they_are():
         ("floor", "b"): 0.025,
         ("a", "b"): 0.03,
     }
-    assert "close a | b: 0.03 m apart" in str(apart)
+    assert "close without contact: a | b: 30 mm apart" in str(apart)
     report = detect(FLOOR, box("a", [0, 0, 0.004]), box("b", [0, 0, 1.004])).report
     assert report.accepted == 1
     assert report.floating == ("a", "b")
