@@ -62,8 +62,8 @@ SPELT = (
     (r"\\vec\s*([a-z])", lambda found: chr(ord("𝒂") + ord(found[1]) - ord("a"))),
     (r"\\mathrm\{([A-Za-z]+)\}", r"\\text{\1}"),
     (r"\\tan\s*(?=\\)", r"\\tan\\,"),
-    (r"\\[lr]vert\b\s*", r"\\text{|}"),
-    (r"\\[lr]Vert\b\s*", r"\\text{‖}"),
+    (r"\\[lr]vert(?![A-Za-z])\s*", r"\\text{|}"),
+    (r"\\[lr]Vert(?![A-Za-z])\s*", r"\\text{‖}"),
 )
 
 
