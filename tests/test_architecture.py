@@ -37,7 +37,7 @@ MAY_IMPORT = {
     "results": {"limit", "statics", "model"} | GROUND,
     "storage": {"results", "model", "geometry"} | GROUND,
     "analysis": {"procedures", "limit", "solvers", "results", "storage", "statics", "model"} | GROUND,
-    "views": {API, "analysis", "units", "files"},
+    "views": {API, "analysis", "geometry", "units", "files"},
     "cli": {API, "keywords", "analysis", "views"},
 }
 FILES = sorted(p for p in SOURCE.rglob("*.py") if p != SOURCE / "__init__.py")

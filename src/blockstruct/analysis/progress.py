@@ -51,7 +51,8 @@ def follow(write: Callable[[str, bool], None]) -> Listener:
                 at = f"load factor {iteration.load_factor:.4f}, gap {iteration.certificate.flow_rule_gap:.0e}"
                 write(f"{place} numerical iteration {index}, {at}", False)
             case CaseFinished(result):
-                write(f"{place} {result.status} after {result.n_iterations} numerical iterations", True)
+                count = f"{result.n_iterations} numerical iteration{'s' * (result.n_iterations != 1)}"
+                write(f"{place} {result.status} after {count}", True)
 
     return listen
 

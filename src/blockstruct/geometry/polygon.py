@@ -23,6 +23,13 @@ def plane_axes(n: Array) -> tuple[Array, Array]:
     return s, np.cross(n, s)
 
 
+def next_corners(starts: Index, counts: Index) -> Index:
+    """Index of the next corner of its polygon, for each corner of polygons that stand one after the other."""
+    following = np.arange(1, int(counts.sum()) + 1)
+    following[starts + counts - 1] = starts
+    return following
+
+
 def polygon_area(points: Array) -> tuple[float, Array, Array]:
     """Area, centroid (3,) and unit normal (3,) of a plane polygon, shape (k, 3), convex or not."""
     origin = points.mean(axis=0)
@@ -60,8 +67,7 @@ def tributary_areas(points: Array, starts: Index, centroids: Array, normals: Arr
     """
     counts = np.diff(np.append(starts, len(points)))
     polygon = np.repeat(np.arange(len(starts)), counts)
-    following = np.arange(1, len(points) + 1)
-    following[starts + counts - 1] = starts
+    following = next_corners(starts, counts)
     previous = np.empty_like(following)
     previous[following] = np.arange(len(points))
 

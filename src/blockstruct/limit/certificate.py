@@ -15,9 +15,9 @@ Array = NDArray[np.float64]
 #: The four measures: what each is called, and what it is a multiple of.
 _JUDGED = {
     "equilibrium_residual": ("equilibrium residual", "dead wrenches of the block"),
-    "yield_excess": ("yield excess", "of the lighter block's dead wrench, or of n"),
+    "yield_excess": ("yield excess", "dead wrenches of the lighter block, or n"),
     "interpenetration": ("interpenetration", "largest relative velocities"),
-    "flow_rule_gap": ("flow-rule gap", "in units of the load factor or reaction"),
+    "flow_rule_gap": ("flow-rule gap", "units of the load factor or reaction"),
 }
 
 
@@ -86,7 +86,7 @@ class Certificate:
         return "\n".join([self.verdict, *lines])
 
     def _repr_html_(self) -> str:
-        return html_table(self.verdict, ["measure", "value", "tolerance", "relative to"], self._rows())
+        return html_table(self.verdict, ["measure", "value", "tolerance", "measured in"], self._rows())
 
     def _rows(self) -> list[tuple[str, str, str, str]]:
         return [
