@@ -15,7 +15,14 @@ from blockstruct.geometry.lying import areas_on_bodies
 from blockstruct.geometry.neighbours import box_pairs, separations, unsupported
 from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.plan import PlanFaces, clipped, fan, products
-from blockstruct.geometry.polygon import common_areas, perimeter, plane_axes, polygon_area, tributary_areas
+from blockstruct.geometry.polygon import (
+    common_areas,
+    mean_distances,
+    perimeter,
+    plane_axes,
+    polygon_area,
+    tributary_areas,
+)
 from blockstruct.geometry.polyhedron import BOX_FACES, Polyhedron, box, lofted, polyhedron
 from blockstruct.geometry.triangles import triangulated
 
@@ -31,6 +38,7 @@ __all__ = [
     # polygons
     "common_areas",
     "is_rectangle",
+    "mean_distances",
     "perimeter",
     "plane_axes",
     "polygon_area",

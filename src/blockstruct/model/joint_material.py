@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Self
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_name
 from blockstruct.units import QuantityLike, si, symbol, to_quantity
+from blockstruct.vocabulary import Torsion
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +68,11 @@ class JointMaterial:
         Infinite by default.
     normal_stiffness, shear_stiffness : quantity, stress per length
         Of the joint before it opens or slides, per area. Infinite by default: joints are rigid.
+    torsion
+        ``"corners"`` (the default): friction at the contact points alone limits the torque about the normal, up to 1.85
+        times that of a square under uniform pressure. ``"uniform pressure"``: the shear force V and the torque T about
+        the centroid also keep ``V² + (T / r̄)² ≤ R²``, with R the sliding resistance and r̄ the mean distance of the
+        area from its centroid.
 
     Attributes
     ----------
@@ -99,6 +105,7 @@ class JointMaterial:
     compressive_strength: float
     normal_stiffness: float
     shear_stiffness: float
+    torsion: Torsion
 
     def __init__(
         self,
@@ -112,6 +119,7 @@ class JointMaterial:
         compressive_strength: QuantityLike | None = None,
         normal_stiffness: QuantityLike | None = None,
         shear_stiffness: QuantityLike | None = None,
+        torsion: Torsion | str = Torsion.CORNERS,
     ) -> None:
         checked_name(name, "joint material")
         who = f"joint material {name!r}"
@@ -150,7 +158,12 @@ class JointMaterial:
                 "give a dilatancy angle between zero and the friction angle"
             )
             raise ModelError(msg)
-        values: tuple[object, ...] = (name, mu, psi, c, ft, fc, kn, kt)
+        try:
+            torsion = Torsion(torsion)
+        except (ValueError, TypeError, RecursionError):
+            msg = f"{who}: torsion {shown(torsion)}; give one of {', '.join(map(repr, map(str, Torsion)))}"
+            raise ModelError(msg) from None
+        values: tuple[object, ...] = (name, mu, psi, c, ft, fc, kn, kt, torsion)
         for attribute, field in zip(self.__slots__, values, strict=True):
             object.__setattr__(self, attribute, field)
 
@@ -163,12 +176,12 @@ class JointMaterial:
         own = _quantities({name: getattr(self, name) for name in JOINT_PROPERTIES})
         if "friction_angle" in values:
             del own["friction_coefficient"]
-        return type(self)(self.name, **(own | values))
+        return type(self)(self.name, **({"torsion": self.torsion} | own | values))
 
     @classmethod
-    def from_si(cls, name: str, values: Mapping[str, float]) -> Self:
+    def from_si(cls, name: str, values: Mapping[str, float], torsion: str = Torsion.CORNERS) -> Self:
         """Joint material of the properties of :data:`JOINT_PROPERTIES` in SI floats."""
-        return cls(name, **_quantities(values))
+        return cls(name, **_quantities(values), torsion=torsion)
 
     @property
     def dilatancy(self) -> float:

@@ -21,6 +21,7 @@ from blockstruct.model.interface import Interface
 from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.material import Material
 from blockstruct.model.tie_kinds import AnyTie, given_quantities, tie_kind_of, tie_segments
+from blockstruct.vocabulary import Torsion
 
 
 @checked_keywords
@@ -221,4 +222,5 @@ class Model:
 
 
 def _fields(material: Material | JointMaterial) -> list[Any]:
-    return [getattr(material, slot) for slot in material.__slots__]
+    # What is as it was before there was a choice leaves the hash as it was.
+    return [v for slot in material.__slots__ if (v := getattr(material, slot)) is not Torsion.CORNERS]

@@ -198,6 +198,8 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
             "tie_prestress": table.prestress,
             "tie_bond": table.bond,
         }
+    if len(problem.torsion):
+        expected["torsion_lever"] = points.torsion_lever
     for name, values in expected.items():
         stored = history[name].to_numpy()
         finite = np.abs(values[np.isfinite(values)])

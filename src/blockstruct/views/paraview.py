@@ -129,9 +129,10 @@ class _Still:
             resultants.point_data["resultant [newton]"] = force[pressed]
             resultants.point_data["interface"] = np.flatnonzero(pressed)
         pieces = {"blocks": blocks, "interfaces": interfaces, "forces": at_points, "resultants": resultants}
-        load_factor = float(history["load_factor"].to_numpy()[0])
+        number = history["reaction" if "reaction" in history else "load_factor"]
+        label = f"{str(number.name).replace('_', ' ')} [{number.attrs['units']}]"
         for piece in pieces.values():
-            piece.field_data["load factor [dimensionless]"] = [load_factor]
+            piece.field_data[label] = [float(number.to_numpy()[0])]
         return pieces
 
 
