@@ -32,6 +32,7 @@ from blockstruct.model import (
 )
 from blockstruct.schema import listed_violations, violations
 from blockstruct.units import si, si_text
+from blockstruct.vocabulary import Torsion
 
 #: Agreement of the corners of an interface found again with those of the model, relative to its size.
 _SAME = 1e-9
@@ -229,11 +230,12 @@ def _case(case: Case) -> dict[str, Any]:
 
 def _joint(joint: JointMaterial) -> dict[str, Any]:
     values = {name: getattr(joint, name) for name in JOINT_PROPERTIES}
-    return {
+    numbers = {
         name: _number(value, JOINT_PROPERTIES[name].dimension)
         for name, value in values.items()
         if value != JOINT_PROPERTIES[name].absent
     } | _source(joint)
+    return numbers if joint.torsion is Torsion.CORNERS else numbers | {"torsion": str(joint.torsion)}
 
 
 def _source(material: Material | JointMaterial) -> dict[str, str]:

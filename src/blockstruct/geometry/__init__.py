@@ -17,6 +17,7 @@ from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.plan import PlanFaces, clipped, fan, products
 from blockstruct.geometry.polygon import (
     common_areas,
+    mean_distances,
     next_corners,
     perimeter,
     plane_axes,
@@ -39,6 +40,7 @@ __all__ = [
     "common_areas",
     "is_rectangle",
     "next_corners",
+    "mean_distances",
     "perimeter",
     "plane_axes",
     "polygon_area",

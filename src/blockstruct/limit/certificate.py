@@ -130,7 +130,7 @@ def certify(
     residual = float(np.abs(unbalanced).max())
     v = (problem.A.T @ u).reshape(-1, 3)
     n, v_n = x[:, 0], v[:, 0]
-    sliding = np.linalg.norm(v[:, 1:], axis=1)
+    sliding = problem.slip(v, n)
     resistance = problem.cohesion + problem.friction * n
     corners = problem.rectangles
     beyond_crushing = crushing.excess(n[corners], problem.capacity, biaxial=biaxial)
@@ -142,6 +142,7 @@ def certify(
         (n - problem.compression) / at_point,
         beyond_crushing / at_rectangle,
         problem.ties.excess(beyond_prestress, T),
+        problem.torsion.excess(x, resistance) / np.maximum(problem.torsion.total(n), 1.0),
     )
     # Unlike max, numpy passes a NaN on.
     excess = float(np.concatenate(excesses).max())
@@ -159,7 +160,7 @@ def certify(
     at_cells = most + n[cell] * opening[cell]
     rates = -opening[corners]
     at_rectangles = crushing.dissipation(rates, problem.capacity, biaxial=biaxial) - (n[corners] * rates).sum(axis=1)
-    friction = resistance * sliding + np.einsum("kj,kj->k", x[:, 1:], v[:, 1:])
+    friction = problem.torsion.by_joint(resistance * sliding + np.einsum("kj,kj->k", x[:, 1:], v[:, 1:]))
     at_ties = problem.ties.missed_work(beyond_prestress, problem.ties.elongation(u))
     missed = (at_rigid, at_cells, at_rectangles, friction, at_ties, unbalanced * u)
     gap = float(sum(np.abs(part).sum() for part in missed))

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Self
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_name, checked_source
 from blockstruct.units import QuantityLike, si, symbol, to_quantity
+from blockstruct.vocabulary import Torsion
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +70,11 @@ class JointMaterial:
         Of the joint before it opens or slides, per area. Infinite by default: joints are rigid.
     source
         Where the values come from, as :mod:`blockstruct.library` says it: stored and printed with the material.
+    torsion
+        ``"corners"`` (the default): friction at the contact points alone limits the torque about the normal, up to 1.85
+        times that of a square under uniform pressure. ``"uniform pressure"``: the shear force V and the torque T about
+        the centroid also keep ``V² + (T / r̄)² ≤ R²``, with R the sliding resistance and r̄ the mean distance of the
+        area from its centroid.
 
     Attributes
     ----------
@@ -102,6 +108,7 @@ class JointMaterial:
     normal_stiffness: float
     shear_stiffness: float
     source: str
+    torsion: Torsion
 
     def __init__(
         self,
@@ -116,6 +123,7 @@ class JointMaterial:
         normal_stiffness: QuantityLike | None = None,
         shear_stiffness: QuantityLike | None = None,
         source: str = "",
+        torsion: Torsion | str = Torsion.CORNERS,
     ) -> None:
         checked_name(name, "joint material")
         who = f"joint material {name!r}"
@@ -154,7 +162,12 @@ class JointMaterial:
                 "give a dilatancy angle between zero and the friction angle"
             )
             raise ModelError(msg)
-        values: tuple[object, ...] = (name, mu, psi, c, ft, fc, kn, kt, checked_source(source, who))
+        try:
+            torsion = Torsion(torsion)
+        except (ValueError, TypeError, RecursionError):
+            msg = f"{who}: torsion {shown(torsion)}; give one of {', '.join(map(repr, map(str, Torsion)))}"
+            raise ModelError(msg) from None
+        values: tuple[object, ...] = (name, mu, psi, c, ft, fc, kn, kt, checked_source(source, who), torsion)
         for attribute, field in zip(self.__slots__, values, strict=True):
             object.__setattr__(self, attribute, field)
 
@@ -169,16 +182,19 @@ class JointMaterial:
             del own["friction_coefficient"]
         if self.source and values and "source" not in values:
             own["source"] = f"{self.source}; then changed: {', '.join(values)}"
-        return type(self)(self.name, **(own | values))
+        return type(self)(self.name, **({"torsion": self.torsion} | own | values))
 
     @classmethod
-    def from_si(cls, name: str, values: Mapping[str, float], source: str = "") -> Self:
+    def from_si(
+        cls, name: str, values: Mapping[str, float], *, source: str = "", torsion: str = Torsion.CORNERS
+    ) -> Self:
         """Joint material of the properties of :data:`JOINT_PROPERTIES` in SI floats."""
-        return cls(name, **_quantities(values), source=source)
+        return cls(name, **_quantities(values), source=source, torsion=torsion)
 
     def __str__(self) -> str:
         given = {n: getattr(self, n) for n, p in JOINT_PROPERTIES.items() if getattr(self, n) != p.absent}
-        return ", ".join(f"{n.replace('_', ' ')} {_readable(v, JOINT_PROPERTIES[n])}" for n, v in given.items())
+        said = [f"{n.replace('_', ' ')} {_readable(v, JOINT_PROPERTIES[n])}" for n, v in given.items()]
+        return ", ".join([*said, *([] if self.torsion is Torsion.CORNERS else [f"torsion of {self.torsion}"])])
 
     @property
     def dilatancy(self) -> float:

@@ -21,6 +21,7 @@ from blockstruct.results.pushed import pushed_masses
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import ties_at_collapse
+from blockstruct.results.torsion import torsion_words
 from blockstruct.results.utilisation import utilisation
 from blockstruct.vocabulary import DRIFTING, Flow, Stage, Status
 
@@ -274,6 +275,16 @@ class CaseResult:
         return (_MOTION_NOT_PROVEN if settles else _NOT_PROVEN,) if self.status is Status.UNBOUNDED and searched else ()
 
     @property
+    def torsion_warning(self) -> str:
+        """What the number owes to torsion at the corners of joints, as a sentence; empty if it is little.
+
+        :func:`blockstruct.results.corner_torsion` tells it joint by joint.
+        """
+        if self.status is not Status.CONVERGED:
+            return ""
+        return torsion_words(self.model, self.history, self.answer.name)
+
+    @property
     def admissible_state(self) -> AdmissibleState | None:
         """Of the iterations inside the true conditions the one that misses the flow rule least, None without any.
 
@@ -356,7 +367,7 @@ class CaseResult:
         """How the structure collapses, in sentences: number, bodies that move, failing joints, and ties."""
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
         found = describe(self.model, self.history) if moves else ""
-        return "\n".join(filter(None, (str(self), self.masses, found)))
+        return "\n".join(filter(None, (str(self), self.torsion_warning, self.masses, found)))
 
     def __repr__(self) -> str:
         return f"<CaseResult {self.name!r}: {self.status}, {self.answer.name} {self.answer.plain(self.load_factor, 4)}>"

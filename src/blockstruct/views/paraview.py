@@ -133,9 +133,10 @@ class _Still:
         pieces = {"blocks": blocks, "interfaces": interfaces, "forces": at_points, "resultants": resultants}
         if result.model.ties:
             pieces["ties"] = self._ties(result, iteration)
-        load_factor = float(history["load_factor"].to_numpy()[0])
+        number = history["reaction" if "reaction" in history else "load_factor"]
+        label = f"{str(number.name).replace('_', ' ')} [{number.attrs['units']}]"
         for piece in pieces.values():
-            piece.field_data["load factor [dimensionless]"] = [load_factor]
+            piece.field_data[label] = [float(number.to_numpy()[0])]
         return pieces
 
     def _ties(self, result: bs.CaseResult, iteration: int) -> "pv.PolyData":

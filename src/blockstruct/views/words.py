@@ -75,7 +75,8 @@ def headline_words(headline: bs.results.Headline) -> str:
 
 def warning_words(found: bs.CaseResult | bs.Spread) -> str:
     """What must stand beside the load factor, as one paragraph; empty as a rule."""
-    return " ".join(found.warnings)
+    result = found if isinstance(found, bs.CaseResult) else found.lowest
+    return " ".join([*found.warnings, *filter(None, [result.torsion_warning if result else ""])])
 
 
 def spread_words(spread: bs.Spread) -> str:

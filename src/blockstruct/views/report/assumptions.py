@@ -30,6 +30,7 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
             "Sliding follows Coulomb's law at the contact points of each interface, with the friction coefficients and "
             "cohesion of the joint materials."
         ),
+        _torsion(model),
         _tension(model),
         "Crushing is limited by a rectangular stress block of the compressive strength."
         if crushing
@@ -61,6 +62,16 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
         )
     said.append("Load factors multiply the variable loads as modelled; no partial safety factor is included.")
     return said
+
+
+def _torsion(model: bs.Model) -> str:
+    uniform = [n for n, j in model.joint_materials.items() if str(j.torsion) == "uniform pressure"]
+    if not uniform:
+        return "The torque about the normal of an interface is limited by friction at its contact points."
+    return (
+        f"Shear and torque in joints of {', '.join(uniform)} keep to an ellipsoid with the torque of uniform pressure "
+        "on the whole interface; in other joints friction at the contact points alone limits them."
+    )
 
 
 def _tension(model: bs.Model) -> str:
