@@ -218,6 +218,32 @@ def test_wind_as_pressure_and_suction():
     np.testing.assert_allclose(force, [0, 1.2e3 * 0.5 * 2.0, 0], atol=1e-9)
 
 
+def test_weights_move_with_the_structure():
+    """Loads and structure shifted together give the same wrenches; other units the same loads."""
+    blocks = bs.arch_on_piers(
+        span="4 m", thickness="0.5 m", depth="1 m", voussoirs=9, pier_width="1 m", pier_height="2 m", pier_courses=2,
+        material=STONE,
+    )  # fmt: skip
+    shift = np.array([123.0, -45.0, 6.7])
+
+    def loads(by, unit="m"):
+        def at(*xyz):
+            return Q_((np.array(xyz) + by) / (1.0 if unit == "m" else 0.3048), unit)
+
+        return [
+            bs.FillLoad("18 kN/m^3", at(-3, 0, 1), at(3, 1, 5), lateral_coefficient=0.4),
+            bs.Weight("5", at(0, 0.5, 6), "7 kN"),
+            bs.LineLoad("2 kN/m", at(-3, 0.2, 2), at(-2, 0.3, 2), block="left.2"),
+            bs.FaceLoad("left.1", 5, unit_weight="9.81 kN/m^3", level=at(0, 0, 1.3)[2]),
+        ]
+
+    one = wrenches(model_of(blocks, DRY), bs.LoadPattern("d", loads(np.zeros(3))))
+    feet = wrenches(model_of(blocks, DRY), bs.LoadPattern("d", loads(np.zeros(3), "ft")))
+    far = wrenches(model_of(moved(blocks, np.eye(3), shift), DRY), bs.LoadPattern("d", loads(shift)))
+    np.testing.assert_allclose(feet, one, rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(far, one, rtol=1e-9, atol=1e-6)
+
+
 def test_self_weight_alone_is_as_before():
     model = model_of(*single_block(0.5, 2.0))
     np.testing.assert_array_equal(wrenches(model, SELF_WEIGHT)[:, 3:], 0.0)
