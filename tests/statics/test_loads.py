@@ -107,6 +107,13 @@ def test_a_force_without_mass_is_not_pushed_and_said_so():
     assert "Forces of 'dead', 8 kN downwards, have no mass and are not pushed." in result.describe()
 
 
+def test_weights_on_supports_are_told():
+    model = model_of(*single_block(0.5, 2.0))
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.Weight("ground", ["0 m", "0 m", "0 m"], "3 kN")])
+    result = solve(model, push(1, 0, 0), dead=dead)
+    assert "20 kN, alone. Weights of 3 kN on supports do nothing." in result.describe()
+
+
 def test_a_mass_that_would_grow_with_the_load_factor_is_refused():
     model = model_of(*single_block(0.5, 2.0))
     roof = bs.AreaLoad("8 kPa", block="block")
