@@ -53,6 +53,31 @@ MAKE = {
         bs.Block.from_faces,
         {"name": "b", "vertices": VERTICES, "faces": FACES, "material": STONE, "fixed": False},
     ),
+    "Tie": (
+        bs.Tie,
+        {
+            "name": "t",
+            "start": ("base", ["0 m"] * 3),
+            "end": ("block", ["1 m"] * 3),
+            "area": "1 cm^2",
+            "strength": "200 MPa",
+            "punching_force": "10 kN",
+            "bond_force": "10 kN",
+            "prestress": "1 kN",
+            "elongation_limit": "1 cm",
+        },
+    ),
+    "BondedBar": (
+        bs.ties.BondedBar,
+        {
+            "name": "t",
+            "start": ["0 m"] * 3,
+            "end": ["1 m"] * 3,
+            "diameter": "1 cm",
+            "bond_strength": "1 MPa",
+            "yield_force": "10 kN",
+        },
+    ),
     "Interface": (
         bs.Interface,
         {

@@ -176,10 +176,20 @@ class JointMaterial:
         """Joint material of the properties of :data:`JOINT_PROPERTIES` in SI floats."""
         return cls(name, **_quantities(values), source=source)
 
+    def __str__(self) -> str:
+        given = {n: getattr(self, n) for n, p in JOINT_PROPERTIES.items() if getattr(self, n) != p.absent}
+        return ", ".join(f"{n.replace('_', ' ')} {_readable(v, JOINT_PROPERTIES[n])}" for n, v in given.items())
+
     @property
     def dilatancy(self) -> float:
         """Tangent of the dilatancy angle."""
         return math.tan(self.dilatancy_angle)
+
+
+def _readable(value: float, of: JointProperty) -> str:
+    if of.dimension == "angle":
+        return f"{math.degrees(value):.4g}°"
+    return f"{to_quantity(value, of.dimension).to_compact():.4g~P}".strip()
 
 
 def _quantities(values: Mapping[str, float]) -> dict[str, Any]:

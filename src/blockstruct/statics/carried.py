@@ -83,7 +83,7 @@ class Placing:
         Raises
         ------
         UnknownNameError
-            If the model does not have it.
+            If the model does not have a block.
         """
         if load.block not in self.index:
             msg = (
@@ -120,10 +120,10 @@ def carried_weights(model: Model, pattern: LoadPattern) -> CarriedWeights:
     Raises
     ------
     UnknownNameError
-        If a load is on a block that the model does not have.
+        If a load acts on a block that the model does not have.
     ModelError
-        If a load is not on its block; if a line or a rectangle is over no block, or only partly over blocks without
-        spanning; or if there is no face below a fill.
+        If a load is not on its block, a line or a rectangle lies over no block, or only partly over blocks if it does
+        not span, or fill lies above no face.
     """
     placing, parts = Placing(model, pattern.name), []
     for k, load in enumerate(pattern.loads):
