@@ -18,6 +18,7 @@ RUBBLE = {name: value for name, value in SIZE.items() if name != "unit_length"}
 ROUND = Opening("1.5 m", "0 m", "1.5 m", "1.5 m", rise="0.75 m", ring="0.25 m", voussoirs=13)
 SEGMENTAL = Opening("1.5 m", "0.5 m", "1.5 m", "1.25 m", rise="0.25 m", ring="0.3 m", voussoirs=9)
 POINTED = Opening("1.5 m", "0 m", "1 m", "1 m", rise="0.9 m", ring="0.25 m", voussoirs=8)
+SMALL = RoundOpening(["2 m", "1.5 m"], "0.2 m", "0.1 m", 8)
 WINDOW = RoundOpening(["2.5 m", "1.9 m"], "0.7 m", "0.2 m", 12)
 
 
@@ -237,6 +238,10 @@ def wall(**given):
         (lambda: wall(openings=[SEGMENTAL, Opening("3.2 m", "1 m", "0.5 m", "0.75 m")]), "course 8.*meets a ring"),
         (lambda: wall(gable="1 m", openings=[RoundOpening(["1 m", "3.2 m"], "0.6 m", "0.2 m", 8)]), "beyond the wall"),
         (lambda: wall(gable="0 m"), "gable 0 m"),
+        (
+            lambda: wall(unit_height="1 m", unit_length="2 m", openings=[SMALL]),
+            r"a ring of voussoirs lies within one unit of the course from 1 to 2 m",
+        ),
         (lambda: wall(rubble="random"), "give a Rubble"),
         (lambda: wall(unit_length=None), "unit_length is missing"),
         (lambda: Rubble(1.5, "0.2 m", "0.5 m", "0 m"), "seed 1.5; give a whole number"),
