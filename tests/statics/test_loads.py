@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import shapely
 
 import blockstruct as bs
 from blockstruct import Q_
@@ -145,6 +146,25 @@ def test_fill_on_an_arch_weighs_what_is_above_the_extrados():
     # First moment of a trapezium about the level: ∫ h²/2.
     below = ((x[1:] - x[:-1]) * (heights[1:] ** 2 + heights[1:] * heights[:-1] + heights[:-1] ** 2) / 6).sum()
     assert centre[2] == pytest.approx(3 - below / areas.sum())
+
+
+def test_fill_on_a_cross_vault_is_what_is_above_its_highest_faces():
+    """Summed up independently, over a fine grid of points in plan."""
+    model = model_of(bs.cross_vault(span="4 m", thickness="0.3 m", courses=4, units=2, material=STONE), DRY)
+    low, high = np.array([-2, -2, 0.2]), np.array([2, 2, 3])
+    found = carried_weights(model, bs.LoadPattern("d", [bs.FillLoad("10 kN/m^3", Q_(low, "m"), Q_(high, "m"))]))
+    n = 60
+    x, y = (low[k] + (np.arange(n) + 0.5) / n * (high[k] - low[k]) for k in range(2))
+    points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    top = np.full(len(points), -np.inf)
+    for block in model.blocks:
+        for k in np.flatnonzero(block.shape.normals[:, 2] > 1e-3):
+            corners, normal = block.shape.vertices[list(block.shape.faces[k])], block.shape.normals[k]
+            over = shapely.intersects_xy(shapely.Polygon(corners[:, :2]), points)
+            heights = corners[0, 2] - (points[over] - corners[0, :2]) @ normal[:2] / normal[2]
+            top[over] = np.maximum(top[over], heights)
+    height = np.where(top >= 0.2, 3 - top, 0.0)
+    assert found.weight.sum() == pytest.approx(10e3 * height.sum() * (4 / n) ** 2, rel=2e-3)
 
 
 def test_fill_stands_in_its_box_only_and_not_under_the_vault():
