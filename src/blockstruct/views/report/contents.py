@@ -29,6 +29,8 @@ from blockstruct.views.words import (
 
 #: Loads of a pattern that are listed one by one.
 _LISTED = 12
+#: Loads whose weight follows from where they lie.
+_SPREAD = (bs.LineLoad, bs.AreaLoad, bs.FillLoad)
 
 
 def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any]:
@@ -132,11 +134,17 @@ def _dilatancy(m: bs.JointMaterial, flows: Sequence[bs.Flow]) -> str:
 
 
 def _patterns(results: list[bs.CaseResult]) -> dict[str, list[str]]:
-    patterns = {p.name: p for r in results for p in r.case.patterns}
+    patterns = {p.name: (p, r) for r in results for p in r.case.patterns}
     listed = {}
-    for name, pattern in patterns.items():
+    for name, (pattern, r) in patterns.items():
+        found = bs.results.applied_loads(r.model, pattern, r.case.dead)
+        down = -np.bincount(found.load, found.force[:, 2], minlength=len(pattern.loads))
         rest = len(pattern.loads) - _LISTED
-        listed[name] = [_load(load) for load in pattern.loads[:_LISTED]] + ([f"and {rest} more loads"] * (rest > 0))
+        shown = [
+            _load(load) + (f": {quantity(weight, 'N')} in all" if isinstance(load, _SPREAD) else "")
+            for load, weight in zip(pattern.loads[:_LISTED], down, strict=False)
+        ]
+        listed[name] = shown + [f"and {rest} more loads"] * (rest > 0)
     return listed
 
 
@@ -146,7 +154,7 @@ def _load(load: Any) -> str:
             return "the weight of every block, along −z"
         case bs.BodyForce(direction=d, share=share):
             times = "" if share == 1 else f"{share:g} × "
-            return f"{times}({d[0]:g}, {d[1]:g}, {d[2]:g}) times the weight of every block, at its centroid"
+            return f"{times}({d[0]:g}, {d[1]:g}, {d[2]:g}) times every block's own weight, and every weight it carries"
         case bs.PointLoad(block=block, point=point, force=force):
             return f"a force {_vector(force, 'N')} on block {block} at {_vector(point, 'm')}"
         case bs.FaceLoad():
