@@ -1,7 +1,9 @@
 """Analyses in one call: run cases, or those of a stored analysis again."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 from blockstruct.analysis.events import Listener
 from blockstruct.analysis.manager import AnalysisManager
@@ -17,13 +19,14 @@ def run(
     *,
     settings: ProcedureSettings | None = None,
     spread: bool | str | Iterable[str] = False,
+    parameters: Mapping[str, Any] = MappingProxyType({}),
     listeners: Iterable[Listener] = (),
 ) -> Analysis:
     """Run limit cases of a model: :class:`AnalysisManager` in one call.
 
     Parameters
     ----------
-    model, store, settings, listeners
+    model, store, settings, parameters, listeners
         As of :class:`AnalysisManager`.
     cases, spread
         As of :meth:`AnalysisManager.run`; a single case is one too.
@@ -34,7 +37,8 @@ def run(
         As of both.
     """
     listed = [cases] if isinstance(cases, LimitCase) else cases
-    return AnalysisManager(model, store, settings=settings, listeners=listeners).run(listed, spread=spread)
+    manager = AnalysisManager(model, store, settings=settings, parameters=parameters, listeners=listeners)
+    return manager.run(listed, spread=spread)
 
 
 def reproduce(analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Comparison:

@@ -88,7 +88,9 @@ def archive(
 ) -> None:
     """Print a row for each case of the analyses in a folder and its subfolders."""
     found = bs.Archive(folder)
-    table = found.table() if query is None else found.query(query)
+    table = (
+        found.table(all_columns=csv is not None) if query is None else found.query(query, all_columns=csv is not None)
+    )
     if csv is None:
         out.print(archive_table(table))
         for path, problem in table.loc[table["problem"] != "", ["path", "problem"]].itertuples(index=False):

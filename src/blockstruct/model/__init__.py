@@ -8,7 +8,7 @@
 """
 
 from blockstruct.model.block import Block
-from blockstruct.model.checks import checked_tuple
+from blockstruct.model.checks import checked_name, checked_tuple
 from blockstruct.model.detection_report import Detection, DetectionReport, DetectionTolerances, FoundContact
 from blockstruct.model.fit import overlaps
 from blockstruct.model.interface import Interface
@@ -56,5 +56,6 @@ __all__ = [
     # cases
     "LimitCase",
     # input
+    "checked_name",
     "checked_tuple",
 ]

@@ -12,9 +12,9 @@ import xarray as xr
 from blockstruct.errors import BlockstructError, FormatError
 from blockstruct.model import LoadPattern, Model
 from blockstruct.results import Analysis, CaseResult, LazyHistory
-from blockstruct.storage.analysis_file import AnalysisFile, major, violated
+from blockstruct.storage.analysis_file import AnalysisFile, major, parameters_of, violated
 from blockstruct.storage.case_group import result_of
-from blockstruct.storage.consistency import Finding, case_findings, history_findings, index_findings
+from blockstruct.storage.consistency import Finding, bound_findings, case_findings, history_findings, index_findings
 from blockstruct.storage.migration import migrated
 from blockstruct.storage.model_group import model_of, patterns_of
 from blockstruct.vocabulary import FORMAT_VERSION
@@ -81,6 +81,7 @@ def findings(file: AnalysisFile) -> list[Finding]:
         found += [*wrong, *wrong_too]
         if case is not None and history is not None:
             found += case_findings(place, case, history["load_factor"].to_numpy())
+            found += bound_findings(place, case, history)
         if history is not None and model is not None:
             found += history_findings(f"{place}/history", history, model)
     return found
@@ -143,6 +144,8 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank
         solver_options=json.loads(root["solver_options"]),
         document_hash=root["document_hash"],
         tags=json.loads(root["tags"]),
+        parameters=parameters_of(root),
+        study=root.get("study", ""),
     )
 
 

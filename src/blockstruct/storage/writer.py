@@ -11,7 +11,7 @@ import xarray as xr
 
 from blockstruct.errors import ModelError, StorageError
 from blockstruct.model import LimitCase, LoadPattern
-from blockstruct.results import Analysis, confirm
+from blockstruct.results import Analysis, confirm, stored_value
 from blockstruct.schema import schema_text, violations
 from blockstruct.storage.analysis_file import placed, violated
 from blockstruct.storage.case_group import case_dataset, group_of
@@ -191,6 +191,8 @@ def _root(analysis: Analysis) -> xr.Dataset:
         "solver_options": json.dumps(dict(analysis.solver_options), sort_keys=True),
         "document_hash": analysis.document_hash,
         "tags": json.dumps(list(analysis.tags)),
+        "parameters": json.dumps({name: stored_value(value) for name, value in analysis.parameters.items()}),
+        "study": analysis.study,
     }
     schema = json.dumps(json.loads(schema_text(SCHEMA)), separators=(",", ":"))
     return xr.Dataset({"schema": ((), schema)}, attrs=attrs)

@@ -1,0 +1,120 @@
+"""Rows of an archive: what attributes and scalars of a file tell of each of its cases."""
+
+import json
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import h5py
+import numpy as np
+import pandas as pd
+
+from blockstruct.errors import FormatError
+from blockstruct.model import JOINT_PROPERTIES
+from blockstruct.results import CERTIFICATE_MEASURES, plain_value
+from blockstruct.storage.analysis_file import AnalysisFile, member, parameters_of
+from blockstruct.storage.file_outline import plain
+from blockstruct.units import SI_UNITS
+
+#: A row of the table: a case, or a file that cannot be read.
+Row = dict[str, Any]
+
+_NUMBERS = ("load_factor", "associative_load_factor", "n_iterations", "duration", *CERTIFICATE_MEASURES)
+_TEXTS = ("status", "flow", "dead", "variable", "message", "started_at")
+_FIRST = (
+    "path",
+    "case",
+    "model",
+    "model_hash",
+    *_NUMBERS,
+    *_TEXTS,
+    "created_at",
+    "version",
+    "tags",
+    "study",
+    "problem",
+    *(f"joint_{name}" for name in JOINT_PROPERTIES),
+)
+#: Columns of the short view, before and behind the parameters.
+_SHORT = ("path", "case", "model"), ("load_factor", "status", "flow", "n_iterations", "problem")
+#: Units of the columns that have one.
+_UNITS = {"load_factor": "dimensionless", "associative_load_factor": "dimensionless", "duration": "second"} | {
+    f"joint_{name}": SI_UNITS[p.dimension] for name, p in JOINT_PROPERTIES.items()
+}
+#: Column that holds the units of the parameters of a row, which is none of the table.
+_UNITS_OF_ROW = "units"
+
+
+def rows_of(file: AnalysisFile) -> Iterator[Row]:
+    """Rows of one file, without its path."""
+    with file.opened() as groups:
+        model = member(groups, "/model")
+        of_file = {
+            "model": plain(model.attrs["name"]),
+            "model_hash": str(file.attrs["model_hash"]),
+            "created_at": file.attrs["created_at"],
+            "version": json.loads(file.attrs["versions"]).get("blockstruct"),
+            "tags": tuple(json.loads(file.attrs["tags"])),
+            "study": str(file.attrs.get("study", "")),
+            "problem": "",
+            **{f"joint_{name}": _of_all_joints(model, name) for name in JOINT_PROPERTIES},
+            _UNITS_OF_ROW: {},
+        }
+        for name, value in parameters_of(file.attrs).items():
+            of_file[f"parameter_{name}"], unit = plain_value(value)
+            of_file[_UNITS_OF_ROW] |= {f"parameter_{name}": unit} if unit else {}
+        for name, place in file.cases.items():
+            case = member(groups, place)
+            settings = json.loads(plain(case.attrs["settings"]))
+            yield {
+                **of_file,
+                "case": name,
+                **{number: _scalar(case, place, number) for number in _NUMBERS if number in case},
+                **{text: plain(case.attrs[text]) for text in _TEXTS},
+                **{f"settings_{key}": value for key, value in settings.items()},
+            }
+
+
+def table_of(rows: Iterable[Row]) -> pd.DataFrame:
+    """Table of rows, with all columns."""
+    rows = list(rows)
+    table = pd.DataFrame([{name: v for name, v in row.items() if name != _UNITS_OF_ROW} for row in rows])
+    varied = sorted(c for c in table.columns if c.startswith("parameter_"))
+    others = [c for c in table.columns if c not in (*_FIRST, *varied)]
+    table = table.reindex(columns=[*_FIRST, *varied, *others])
+    for column in ("started_at", "created_at"):
+        table[column] = pd.to_datetime(table[column], utc=True, errors="coerce", format="ISO8601")
+    units = {name: {row[_UNITS_OF_ROW].get(name) for row in rows if _UNITS_OF_ROW in row} for name in varied}
+    # Values of other dimensions under one name are told apart by what the unit says.
+    found = {name: " or ".join(sorted(filter(None, of_column))) for name, of_column in units.items()}
+    table.attrs["units"] = _UNITS | {name: unit for name, unit in found.items() if unit}
+    return table
+
+
+def short_columns(table: pd.DataFrame) -> pd.DataFrame:
+    """The columns that one looks at first: names, parameters, load factor and status."""
+    before, behind = _SHORT
+    return table[[*before, *(c for c in table.columns if c.startswith("parameter_")), *behind]]
+
+
+def _of_all_joints(model: h5py.Group, name: str) -> float:
+    """A property that all joint materials of a model share; NaN if they differ."""
+    values = np.unique(_dataset(model, "/model", name)[()])
+    return float(values[0]) if len(values) == 1 else np.nan
+
+
+def _scalar(case: h5py.Group, place: str, name: str) -> Any:
+    number = _dataset(case, place, name)
+    if number.shape != () or number.dtype.kind not in "fiu":
+        msg = f"{place}/{name}: {number.dtype} {number.shape} is no number"
+        raise FormatError(msg)
+    value = np.asarray(number[()]).item()
+    return bool(value) if name == "holds" else value
+
+
+def _dataset(group: h5py.Group, place: str, name: str) -> h5py.Dataset:
+    """Dataset of a group, never by a link to elsewhere."""
+    item = group[name] if isinstance(group.get(name, getlink=True), h5py.HardLink) else None
+    if not isinstance(item, h5py.Dataset) or item.dtype.kind not in "fiu" or item.size > 1_000_000:
+        msg = f"{place}/{name}: {name!r} is missing, or a link to elsewhere"
+        raise FormatError(msg)
+    return item
