@@ -84,15 +84,20 @@ def archive(
         str | None,
         typer.Option("--query", help='Rows to print, such as "load_factor < 0.3".', show_default=False),
     ] = None,
+    all_columns: Annotated[
+        bool, typer.Option("--all-columns", help="Print every column: certificates, joints, settings, times.")
+    ] = False,
     csv: CsvOption = None,
 ) -> None:
     """Print a row for each case of the analyses in a folder and its subfolders."""
     found = bs.Archive(folder)
-    table = (
-        found.table(all_columns=csv is not None) if query is None else found.query(query, all_columns=csv is not None)
-    )
+    whole = csv is not None or all_columns
+    table = found.table(all_columns=whole) if query is None else found.query(query, all_columns=whole)
     if csv is None:
-        out.print(archive_table(table))
+        if all_columns:
+            say(table.to_string())
+        else:
+            out.print(archive_table(table))
         for path, problem in table.loc[table["problem"] != "", ["path", "problem"]].itertuples(index=False):
             say(f"{path}: {problem}")
         return

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 import blockstruct as bs
+from blockstruct.units import short_unit
 from blockstruct.views.words import admissible_words
 
 _COLUMNS = {
@@ -105,13 +106,27 @@ def archive_table(rows: pd.DataFrame) -> Table:
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for title in ("path", "case"):
         table.add_column(title, overflow="fold")
+    units = rows.attrs.get("units", {})
+    varied = [c for c in rows.columns if c.startswith("parameter_")]
+    for name in varied:
+        unit = units.get(name, "dimensionless")
+        symbol = "" if " or " in unit else short_unit(unit)
+        table.add_column(Text(name.removeprefix("parameter_") + (f" [{symbol}]" if symbol else "")), justify="right")
     table.add_column("status")
     for title in ("load factor", "programs"):
         table.add_column(title, justify="right")
     for row in rows[rows["problem"] == ""].to_dict("records"):
         numbers = (f"{row['load_factor']:.6g}", f"{row['n_iterations']:.0f}")
-        table.add_row(Text(row["path"]), Text(row["case"]), row["status"], *numbers)
+        values = (Text(_cell(row[name])) for name in varied)
+        table.add_row(Text(row["path"]), Text(row["case"]), *values, row["status"], *numbers)
     return table
+
+
+def _cell(value: Any) -> str:
+    """A parameter in a table; nothing where an analysis has none."""
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value:.6g}"
+    return str(value)
 
 
 def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
