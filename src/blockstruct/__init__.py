@@ -31,7 +31,7 @@ Look at every iteration:
 True
 """
 
-from blockstruct import contacts, errors, imports, results
+from blockstruct import contacts, errors, imports, results, studies
 from blockstruct.analysis import AnalysisManager, log_to, print_lines, recover, reproduce, run
 from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.documents import Document, read_document, write_document, write_draft
@@ -72,6 +72,7 @@ from blockstruct.structures import (
     tilted,
     wall,
 )
+from blockstruct.studies import study
 from blockstruct.units import Q_, ureg
 from blockstruct.vocabulary import ContactState, Flow, JointOrientation, SolverStatus, Stage, Status
 
@@ -83,6 +84,7 @@ __all__ = [
     "errors",
     "imports",
     "results",
+    "studies",
     # units
     "Q_",
     "ureg",
@@ -130,6 +132,7 @@ __all__ = [
     "print_lines",
     "reproduce",
     "run",
+    "study",
     # results
     "Analysis",
     "CaseResult",

@@ -13,7 +13,7 @@ from blockstruct.results.frame import history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import history_of, iteration_variables
 from blockstruct.results.mechanism import mechanism
-from blockstruct.results.parameters import checked_parameters, plain_value, restored_value, stored_value
+from blockstruct.results.parameters import checked_parameters, checked_value, plain_value, restored_value, stored_value
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
@@ -40,6 +40,7 @@ __all__ = [
     "recomputed_certificate",
     # parameters
     "checked_parameters",
+    "checked_value",
     "plain_value",
     "restored_value",
     "stored_value",

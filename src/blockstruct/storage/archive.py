@@ -89,17 +89,36 @@ class Archive:
         written to; each counts as long as inode, size and time of its file stay what they are.
         """
         paths, problems = self._found()
-        rows = [row for path in paths for row in self._rows(path)]
+        rows = [row for path in paths for row in self.rows(path)]
         rows += [
             {"path": path.relative_to(self.folder).as_posix(), "problem": problems[path]} for path in sorted(problems)
         ]
-        if len(self._known) - self._kept >= _WORTH_KEEPING:
-            self.keep_index()
+        self.keep_index()
         table = table_of(rows)
         return table if all_columns else short_columns(table)
 
+    def rows(self, path: Path) -> list[dict[str, Any]]:
+        """Rows of one file of the archive: by the names of all columns, those that it has."""
+        relative = path.relative_to(self.folder).as_posix()
+        try:
+            stamp = Stamp.at(path)
+            known = self._known.get(path)
+            if (known is None or stamp != known[0]) and (known := self._remembered.get(path)) and stamp == known[0]:
+                return known[1]
+            if known is None or stamp != known[0]:
+                file = self._opened(path)
+                self._known[path] = known = (file.stamp, [{"path": relative, **row} for row in rows_of(file)])
+            return known[1]
+        except BlockstructError as error:
+            problem = str(error)
+        except OSError as error:
+            problem = str(unreadable(path, error))
+        return [{"path": relative, "problem": problem.removeprefix(f"{path}: ")}]
+
     def keep_index(self) -> None:
-        """Keep the rows that were read for the next session."""
+        """Keep the rows that were read for the next session, if they are many."""
+        if len(self._known) - self._kept < _WORTH_KEEPING:
+            return
         present = {path: known for path, known in (self._remembered | self._known).items() if path.is_file()}
         write_index(self.folder, present)
         self._kept = len(self._known)
@@ -236,23 +255,6 @@ class Archive:
                 except OSError as error:
                     locked(error, path.with_suffix(""))
         return sorted(files), problems
-
-    def _rows(self, path: Path) -> list[dict[str, Any]]:
-        relative = path.relative_to(self.folder).as_posix()
-        try:
-            stamp = Stamp.at(path)
-            known = self._known.get(path)
-            if (known is None or stamp != known[0]) and (known := self._remembered.get(path)) and stamp == known[0]:
-                return known[1]
-            if known is None or stamp != known[0]:
-                file = self._opened(path)
-                self._known[path] = known = (file.stamp, [{"path": relative, **row} for row in rows_of(file)])
-            return known[1]
-        except BlockstructError as error:
-            problem = str(error)
-        except OSError as error:
-            problem = str(unreadable(path, error))
-        return [{"path": relative, "problem": problem.removeprefix(f"{path}: ")}]
 
 
 def _time(text: str) -> pd.Timestamp:

@@ -14,7 +14,9 @@ from blockstruct.model import LoadPattern, Model
 from blockstruct.results import Analysis, CaseResult, LazyHistory
 from blockstruct.storage.analysis_file import AnalysisFile, major, parameters_of, violated
 from blockstruct.storage.case_group import result_of
+from blockstruct.storage.claim import place_of
 from blockstruct.storage.consistency import Finding, bound_findings, case_findings, history_findings, index_findings
+from blockstruct.storage.lock import folder_of
 from blockstruct.storage.migration import migrated
 from blockstruct.storage.model_group import model_of, patterns_of
 from blockstruct.vocabulary import FORMAT_VERSION
@@ -50,6 +52,11 @@ def open_analysis(path: str | Path, *, verify: bool = True) -> Analysis:
         A file whose seal does not match.
     """
     return analysis_of(AnalysisFile(path, verify=verify))
+
+
+def study_under_way(path: str | Path) -> str:
+    """Study of a run that is under way or was killed, by its working data."""
+    return str(AnalysisFile(folder_of(place_of(path)) / "plan").attrs.get("study", ""))
 
 
 def check_file(path: str | Path) -> dict[str, Any]:

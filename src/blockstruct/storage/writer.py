@@ -96,6 +96,23 @@ def write_file(
             draft.unlink()
 
 
+def save_image(image: bytes, path: str | Path) -> Path:
+    """Write the bytes of an analysis file that was made elsewhere, as :func:`save_analysis` does.
+
+    Raises
+    ------
+    StorageError
+        A path that cannot be written, or that another process is writing.
+    """
+    place = claim(path)
+    with WriterLock(place):
+        clear(folder_of(place))
+        replaced, draft = Stamp.at(place), folder_of(place) / "draft"
+        write_draft([image], draft)
+        put_in_place(draft, place, () if replaced is None else (replaced,))
+    return place
+
+
 def write_draft(parts: Iterable[bytes | memoryview], draft: Path) -> None:
     """Write bytes to a file that has not got its name yet, and wait until they are on the disk."""
     try:
