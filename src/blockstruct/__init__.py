@@ -72,7 +72,7 @@ from blockstruct.structures import (
     tilted,
     wall,
 )
-from blockstruct.studies import study
+from blockstruct.studies import directions, study
 from blockstruct.units import Q_, ureg
 from blockstruct.vocabulary import ContactState, Flow, JointOrientation, SolverStatus, Stage, Status
 
@@ -131,6 +131,7 @@ __all__ = [
     "log_to",
     "print_lines",
     "reproduce",
+    "directions",
     "run",
     "study",
     # results

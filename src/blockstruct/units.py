@@ -191,6 +191,11 @@ def in_first_unit(values: Sequence[Any], dimension: str, what: str) -> tuple[lis
     return magnitudes, unit
 
 
+def own_registry() -> None:
+    """Give quantities that are unpickled in this process to the one registry."""
+    pint.set_application_registry(ureg)
+
+
 def in_si(quantity: Any) -> tuple[float, str]:
     """Magnitude of a quantity of any dimension in its coherent SI unit, and the long name of that.
 

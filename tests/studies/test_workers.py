@@ -73,16 +73,34 @@ def test_what_cannot_be_sent_is_refused(tmp_path, monkeypatch):
         bs.study(lambda mu: studied.block(mu), {"mu": [0.3, 0.4]}, tmp_path, workers=2)
 
 
+SCRIPT = """
+import sys
+import blockstruct as bs, studied
+from blockstruct import Q_
+{more}
+TALL = Q_(1, "m")
+def build(mu):
+    return studied.block(mu, TALL + Q_(0.25, "m"))
+print(bs.study(build, {{"mu": [0.3, 0.7]}}, workers=2).load_factor.to_numpy().ravel().round(6).tolist())
+"""
+
+
 @pytest.mark.slow
-def test_a_script_without_its_guard_is_told(tmp_path):
-    script = tmp_path / "script.py"
-    script.write_text(
-        "import blockstruct as bs, studied\nbs.study(studied.block, {'friction_coefficient': [0.3, 0.4]}, workers=2)\n"
-    )
+@pytest.mark.parametrize(
+    ("more", "code", "said"),
+    [
+        ("", 0, "[0.3, 0.4]"),
+        ("sys.modules['cloudpickle'] = None", 1, "must call study under `if __name__ == '__main__':`"),
+    ],
+)
+def test_a_script_with_its_own_build(tmp_path, more, code, said):
+    """Run once, and with the quantities it refers to; without cloudpickle, it is told what to do."""
+    (tmp_path / "script.py").write_text(SCRIPT.format(more=more))
     environment = os.environ | {"PYTHONPATH": str(SUPPORT)}
-    run = subprocess.run([sys.executable, script], capture_output=True, text=True, env=environment, check=False)
-    assert run.returncode
-    assert "must call study under `if __name__ == '__main__':`" in run.stderr
+    command = [sys.executable, tmp_path / "script.py"]
+    run = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert run.returncode == code, run.stderr
+    assert said in run.stdout + run.stderr
 
 
 def test_a_local_cluster(cluster, tmp_path):

@@ -10,7 +10,7 @@ from blockstruct import Q_
 from structures import SELF_WEIGHT, model_of, push
 
 
-def block(friction_coefficient, height=Q_(1, "m")):
+def block(friction_coefficient, height="1 m"):
     """A block 0.5 m wide: it slides at μ or rocks at b / h."""
     stone = bs.Material("stone", "20 kN/m^3")
     ground = bs.Block.box("ground", Q_([-1, -1, -0.5], "m"), Q_([2.5, 3, 0.5], "m"), stone, fixed=True)
@@ -20,7 +20,7 @@ def block(friction_coefficient, height=Q_(1, "m")):
     return model, bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
 
 
-def failing(friction_coefficient, height=Q_(1, "m")):
+def failing(friction_coefficient, height="1 m"):
     """A block whose model cannot be built at one value."""
     if friction_coefficient == 0.4:
         msg = "no such stone"

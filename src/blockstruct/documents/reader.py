@@ -74,21 +74,49 @@ def read_document(path: str | Path) -> Document:
     """
     path = Path(path)
     stored = _stored(path)
-    try:
-        text = stored.decode("utf-8")
-    except UnicodeDecodeError as error:
-        msg = f"{path}: is no text; give a YAML or JSON document (`blockstruct show` prints an analysis file)"
-        raise StorageError(msg) from error
-    content = _load(text, path)
-    found = violations(content, "model-1")
-    if found:
-        msg = f"{path}: {listed_violations(found)}"
-        raise DocumentError(msg)
+    content = _content(stored, path, "model-1")
     try:
         return _build(content, path.stem, hashlib.sha256(stored).hexdigest())
     except BlockstructError as error:
         error.add_note(f"in {path}")
         raise
+
+
+def read_content(path: str | Path, schema: str) -> dict[str, Any]:
+    """Content of a document that follows a schema, raising what :func:`read_document` does."""
+    return _content(_stored(Path(path)), Path(path), schema)
+
+
+def document_of(content: dict[str, Any], name: str) -> Document:
+    """What a content says that was read, or changed, instead of a file; the model is named if the content has no name.
+
+    Raises
+    ------
+    DocumentError
+        A content that violates the schema.
+    ModelError
+        One that describes no valid model.
+    """
+    _check(content, "model-1", name)
+    return _build(content, name, "")
+
+
+def _content(stored: bytes, path: Path, schema: str) -> dict[str, Any]:
+    try:
+        text = stored.decode("utf-8")
+    except UnicodeDecodeError as error:
+        msg = f"{path}: is no text; give a YAML or JSON document (`blockstruct show` prints an analysis file)"
+        raise StorageError(msg) from error
+    content: dict[str, Any] = _load(text, path)
+    _check(content, schema, path)
+    return content
+
+
+def _check(content: Any, schema: str, where: object) -> None:
+    found = violations(content, schema)
+    if found:
+        msg = f"{where}: {listed_violations(found)}"
+        raise DocumentError(msg)
 
 
 def _stored(path: Path) -> bytes:

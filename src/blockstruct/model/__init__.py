@@ -9,6 +9,7 @@
 
 from blockstruct.model.block import Block
 from blockstruct.model.checks import checked_name, checked_tuple
+from blockstruct.model.compass import direction_cases, direction_of
 from blockstruct.model.detection_report import Detection, DetectionReport, DetectionTolerances, FoundContact
 from blockstruct.model.fit import overlaps
 from blockstruct.model.interface import Interface
@@ -58,4 +59,6 @@ __all__ = [
     # input
     "checked_name",
     "checked_tuple",
+    "direction_cases",
+    "direction_of",
 ]

@@ -15,12 +15,28 @@
 [0.4, 0.5]
 """
 
+from blockstruct.model import direction_cases
 from blockstruct.studies.conductor import study
+from blockstruct.studies.directions import Directions, directions
+from blockstruct.studies.document import StudyDocument, read_study
+from blockstruct.studies.first_order import first_order
 from blockstruct.studies.progress import StudyProgress, print_progress
+from blockstruct.studies.summary import summary
+from blockstruct.studies.table import frame_of
 
 __all__ = [
     # running
     "StudyProgress",
     "print_progress",
+    "read_study",
     "study",
+    "StudyDocument",
+    # what follows from it
+    "first_order",
+    "frame_of",
+    "summary",
+    # directions
+    "Directions",
+    "direction_cases",
+    "directions",
 ]

@@ -83,7 +83,7 @@ def _check(client: Any) -> None:
         raise ClusterError(msg)
 
 
-def on_cluster(plan: Plan, jobs: Sequence[Job], folder: Path, client: Any) -> Iterator[Ended]:
+def on_cluster(plan: Plan, jobs: Sequence[Job], folder: Path, client: Any) -> Ended:
     """Carry out runs on the workers of a cluster; each file is written here, when its run has ended.
 
     A worker that ends gives its runs back to the scheduler, which has them begun again elsewhere, up to its
@@ -96,7 +96,7 @@ def on_cluster(plan: Plan, jobs: Sequence[Job], folder: Path, client: Any) -> It
     """
     from distributed import as_completed
 
-    sent = plan.pickled()
+    sent, _ = plan.pickled()
     futures = {client.submit(carry_out_far, sent, job, key=_key(plan, job), pure=False): job for job in jobs}
     try:
         for future in as_completed(list(futures), loop=client.loop):

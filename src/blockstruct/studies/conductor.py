@@ -5,7 +5,7 @@ import os
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -135,7 +135,7 @@ def study(
             ended = here(plan, jobs, folder)
         else:
             ended = in_processes(plan, jobs, folder, count, limit)
-        problems = _conduct(archive, ended if jobs else iter(()), rows, len(design.runs), heard)
+        problems = _conduct(archive, ended, rows, len(design.runs), heard)
         archive.keep_index()
     of_runs = [rows.get(run.name, []) for run in design.runs]
     _warn(of_runs, problems)
@@ -144,7 +144,7 @@ def study(
 
 
 def _conduct(
-    archive: Archive, ended: Iterator[Ended], rows: dict[str, Rows], total: int, listeners: Sequence[Listener]
+    archive: Archive, ended: Ended, rows: dict[str, Rows], total: int, listeners: Sequence[Listener]
 ) -> dict[str, str]:
     """Take the rows of runs as they end; gives why runs failed."""
     start, found, problems = perf_counter(), len(rows), dict[str, str]()
@@ -156,7 +156,7 @@ def _conduct(
             listener(progress)
 
     tell()
-    with contextlib.closing(ended) if hasattr(ended, "close") else contextlib.nullcontext(), warnings.catch_warnings():
+    with contextlib.closing(ended), warnings.catch_warnings():
         warnings.simplefilter("ignore", LoadFactorWarning)  # One warning tells it of all runs.
         for job, problem in ended:
             if not problem:
@@ -212,7 +212,7 @@ def _differing(found: Sequence[Run], archive: Archive, plan: Plan) -> dict[str, 
 
     Its source may be the same and what it calls another.
     """
-    for run in found[:1] + found[1:][-1:]:
+    for run in [found[k] for k in sorted({0, len(found) - 1}) if found]:
         analysis = open_analysis(archive.folder / f"{run.name}.h5")
         try:
             model, cases = plan.model_and_cases(values_of(run.stored))

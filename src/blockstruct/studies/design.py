@@ -3,7 +3,6 @@
 import hashlib
 import itertools
 import json
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,8 +17,6 @@ from blockstruct.units import Q_
 GRID, PAIRED, LATIN, MONTE_CARLO = "grid", "paired", "latin hypercube", "monte carlo"
 #: Runs beyond which a study was not meant.
 MOST_RUNS = 100_000
-#: Characters of the values in the name of a file, before the digest that tells runs apart.
-_READABLE = 80
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +39,7 @@ class Run:
         """Run of values, which name it in coherent SI units: 4 MPa and 4000 kPa are the same."""
         plain = {name: plain_value(value) for name, value in values.items()}
         digest = hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
-        texts = ",".join(f"{n}={v:.6g} {u}" if isinstance(v, float) else f"{n}={v}" for n, (v, u) in plain.items())
-        readable = re.sub(r"[^\w.,=+-]+", "-", texts.replace(" dimensionless", ""))[:_READABLE]
-        return cls(dict(values), f"{readable}-{digest[:12]}")
+        return cls(dict(values), f"run-{digest[:12]}")
 
     @property
     def stored(self) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """What all runs of a study share: how a model is built and run, and what tells it from others."""
 
+import contextlib
 import hashlib
 import inspect
 import json
@@ -94,34 +95,33 @@ class Plan:
             msg = f"build {name_of(self.build)}: parameters {', '.join(missing)} have no value; give one, or a list"
             raise UnknownKeywordError(msg)
 
-    def pickled(self) -> bytes:
-        """The plan as bytes, for another process.
+    def pickled(self) -> tuple[bytes, bool]:
+        """The plan as bytes for another process, and whether that must import the script of this one first.
 
         Raises
         ------
         StudyError
             A build that cannot be sent.
         """
-        main = sys.modules["__main__"]
-        # A process of its own can import the script, but not a notebook or what was typed at a prompt.
-        by_name = getattr(self.build, "__module__", None) != "__main__" or hasattr(main, "__file__")
-        try:
-            if by_name:
-                return pickle.dumps(self)
-        except (pickle.PicklingError, AttributeError, TypeError):
-            pass
+        in_script = getattr(self.build, "__module__", None) == "__main__"
+        if not in_script:
+            with contextlib.suppress(pickle.PicklingError, AttributeError, TypeError):
+                return pickle.dumps(self), False
         try:
             import cloudpickle
 
-            found: bytes = cloudpickle.dumps(self)
+            return cloudpickle.dumps(self), False
         except Exception as error:
+            # A process can import the script by itself, but not a notebook or what was typed at a prompt.
+            if in_script and hasattr(sys.modules["__main__"], "__file__"):
+                with contextlib.suppress(pickle.PicklingError, AttributeError, TypeError):
+                    return pickle.dumps(self), True
             msg = (
                 f"study: build {name_of(self.build)} cannot be sent to another process ({error}); define it at the top "
                 'of a module, or pip install "blockstruct[cluster]" (cloudpickle sends functions of notebooks and '
                 "lambdas), or give threads=True"
             )
             raise StudyError(msg) from error
-        return found
 
 
 def name_of(build: Build) -> str:

@@ -3,13 +3,15 @@
 import contextlib
 import os
 import signal
+import sys
 import threading
 from collections import Counter, deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED as FIRST
 from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed, wait
 from multiprocessing import connection, get_context, parent_process
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from blockstruct.errors import StudyError
@@ -31,17 +33,17 @@ _ONE_THREAD = dict.fromkeys(
     "1",
 )
 
-#: A run that has ended, and why it failed, if it did.
-Ended = tuple[Job, str]
+#: Runs as they end, each with why it failed, if it did.
+Ended = Generator[tuple[Job, str], None, None]
 
 
-def here(plan: Plan, jobs: Sequence[Job], folder: Path) -> Iterator[Ended]:
+def here(plan: Plan, jobs: Sequence[Job], folder: Path) -> Ended:
     """Carry out runs in this process, one after the other."""
     for job in jobs:
         yield job, carry_out(plan, job, folder)
 
 
-def in_threads(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int) -> Iterator[Ended]:
+def in_threads(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int) -> Ended:
     """Carry out runs in threads of this process."""
     with ThreadPoolExecutor(workers, thread_name_prefix="study") as pool:
         futures = {pool.submit(carry_out, plan, job, folder): job for job in jobs}
@@ -52,9 +54,7 @@ def in_threads(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int) -> I
             pool.shutdown(wait=True, cancel_futures=True)
 
 
-def in_processes(
-    plan: Plan, jobs: Sequence[Job], folder: Path, workers: int, memory_limit: int | None
-) -> Iterator[Ended]:
+def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int, memory_limit: int | None) -> Ended:
     """Carry out runs in processes of their own, each with one thread a library.
 
     A worker that ends, killed or out of memory, takes its run alone with it: the run is gone on with in another
@@ -65,8 +65,9 @@ def in_processes(
     StudyError
         Workers that cannot start.
     """
-    sent, waiting, starts = plan.pickled(), deque(jobs), Counter[str]()
-    idle = [_Worker(memory_limit) for _ in range(min(workers, len(jobs)))]
+    sent, needs_script = plan.pickled()
+    waiting, starts = deque(jobs), Counter[str]()
+    idle = [_Worker(memory_limit, needs_script=needs_script) for _ in range(min(workers, len(jobs)))]
     busy: dict[Future[str], tuple[_Worker, Job]] = {}
     try:
         for worker in idle:
@@ -83,7 +84,7 @@ def in_processes(
                     idle.append(worker)
                 except BrokenExecutor:
                     worker.end()
-                    idle.append(_Worker(memory_limit))
+                    idle.append(_Worker(memory_limit, needs_script=needs_script))
                     if starts[job.name] < MOST_STARTS:
                         waiting.appendleft(job)
                         continue
@@ -99,7 +100,8 @@ def in_processes(
 class _Worker:
     """A process that carries out one run at a time."""
 
-    def __init__(self, memory_limit: int | None) -> None:
+    def __init__(self, memory_limit: int | None, *, needs_script: bool) -> None:
+        self._needs_script = needs_script
         # Spawned, not forked: locks of threads and libraries that a fork copies may never open again.
         self._pool = ProcessPoolExecutor(
             1, mp_context=get_context("spawn"), initializer=_begin, initargs=(memory_limit,)
@@ -111,15 +113,16 @@ class _Worker:
             self._started.result()
         except BrokenExecutor as error:
             msg = (
-                "study: a worker process ended as it started (its own message stands above). A script must call study "
-                "under `if __name__ == '__main__':`, because each worker imports it; a memory limit must leave room "
-                "for Python itself, some 500 MB; or give threads=True"
+                "study: a worker process ended as it started (its own message stands above). A memory limit must leave "
+                "room for Python itself, some 500 MB. A script that defines build must call study under "
+                "`if __name__ == '__main__':`, because each worker imports it, unless cloudpickle is installed, which "
+                'comes with "blockstruct[cluster]"; or give threads=True'
             )
             raise StudyError(msg) from error
 
     def submit(self, function: Any, *args: Any) -> Future[Any]:
         # Processes start when they are first given something to do.
-        with _one_thread():
+        with _start_of_a_process(needs_script=self._needs_script):
             return self._pool.submit(function, *args)
 
     def end(self) -> None:
@@ -131,13 +134,19 @@ class _Worker:
 
 
 @contextlib.contextmanager
-def _one_thread() -> Iterator[None]:
-    """The environment of processes that are started meanwhile."""
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
+def _start_of_a_process(*, needs_script: bool) -> Iterator[None]:
+    """What a process that is started meanwhile finds: its environment, and whether it imports the script of this one.
+
+    A script that is imported runs again, but for what stands under ``if __name__ == "__main__"``.
+    """
+    before, script = {name: os.environ.get(name) for name in _ONE_THREAD}, sys.modules["__main__"]
     os.environ.update(_ONE_THREAD)
     try:
+        if not needs_script:
+            sys.modules["__main__"] = ModuleType("__main__")
         yield
     finally:
+        sys.modules["__main__"] = script
         for name, value in before.items():
             if value is None:
                 del os.environ[name]

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from blockstruct.studies.design import GRID, Design
@@ -19,6 +20,9 @@ _NUMBERS: Mapping[str, dict[str, str]] = {
     "duration": {"units": "second", "long_name": "wall-clock time of the case"},
 }
 _TEXTS = ("status", "flow", "message")
+#: Variables that every case of a run has.
+_OF_CASE = (*_NUMBERS, *_TEXTS)
+_OF_RUN = ("problem", "path")
 _COLUMNS = {"bound": "associative_load_factor"}
 
 
@@ -60,5 +64,37 @@ def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], prob
     for name, value in design.fixed.items():
         quantity = hasattr(value, "magnitude")
         coords[name] = ((), value.magnitude, {"units": str(value.units)}) if quantity else ((), value)
-    attrs = {"sampling": design.sampling} | ({} if design.seed is None else {"seed": design.seed})
-    return xr.Dataset(variables, coords=coords, attrs=attrs)
+    of_all: dict[str, Any] = {"sampling": design.sampling} | ({} if design.seed is None else {"seed": design.seed})
+    return xr.Dataset(variables, coords=coords, attrs=of_all)
+
+
+def frame_of(data: xr.Dataset) -> pd.DataFrame:
+    """The rows of a study as a table: one a case of each run, one a run that failed before it had any.
+
+    Parameters
+    ----------
+    data
+        As :func:`blockstruct.study` gives it.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``run``, the parameters, ``case`` and the variables of the study; ``attrs["units"]`` has the units.
+    """
+    parameters = [str(name) for name in data.coords if name not in ("run", "case")]
+    cases, along = data["case"].to_numpy(), data["problem"].dims
+    of_run = {name: data[name].broadcast_like(data["problem"]).transpose(*along) for name in (*parameters, *_OF_RUN)}
+    runs = {name: values.to_numpy().ravel() for name, values in of_run.items()}
+    columns = {name: data[name].transpose(*along, "case").to_numpy().reshape(-1, len(cases)) for name in _OF_CASE}
+    rows = []
+    for k, problem in enumerate(runs["problem"]):
+        held = {name: runs[name][k] for name in parameters}
+        present = [j for j in range(len(cases)) if columns["status"][k, j] not in ("", FAILED)]
+        held |= {"run": k, "problem": problem, "path": runs["path"][k]}
+        rows += [{**held, "case": cases[j], **{name: columns[name][k, j] for name in _OF_CASE}} for j in present]
+        if not present:
+            rows.append({**held, "case": "", "load_factor": np.nan, "status": FAILED})
+    table = pd.DataFrame(rows, columns=["run", *parameters, "case", *_OF_CASE, "problem", "path"])
+    units = {name: data[name].attrs.get("units") for name in (*parameters, *_OF_CASE)}
+    table.attrs["units"] = {name: unit for name, unit in units.items() if unit}
+    return table

@@ -14,6 +14,7 @@ from blockstruct.errors import LoadFactorWarning
 from blockstruct.results import restored_value
 from blockstruct.storage import is_unfinished
 from blockstruct.studies.plan import Plan
+from blockstruct.units import own_registry
 from blockstruct.vocabulary import Status
 
 
@@ -90,6 +91,7 @@ def carry_out_far(sent: bytes, job: Job) -> tuple[str, bytes]:
 @lru_cache(maxsize=2)
 def loaded(sent: bytes) -> Plan:
     """The plan that was sent, which is the same for many runs."""
+    own_registry()  # Quantities among what a function refers to are of the registry that its code works with.
     plan: Plan = pickle.loads(sent)
     return plan
 

@@ -24,7 +24,8 @@ from blockstruct.views.console import (
     spread_text,
     summary_table,
 )
-from blockstruct.views.progress import following
+from blockstruct.views.progress import following, study_following
+from blockstruct.views.study_text import study_summary, study_table
 
 __all__ = [
     # console
@@ -35,5 +36,8 @@ __all__ = [
     "model_text",
     "result_text",
     "spread_text",
+    "study_following",
+    "study_summary",
+    "study_table",
     "summary_table",
 ]

@@ -12,6 +12,7 @@ from rich.text import Text
 
 import blockstruct as bs
 from blockstruct.units import short_unit
+from blockstruct.views.study_text import short_names
 from blockstruct.views.words import admissible_words
 
 _COLUMNS = {
@@ -108,10 +109,11 @@ def archive_table(rows: pd.DataFrame) -> Table:
         table.add_column(title, overflow="fold")
     units = rows.attrs.get("units", {})
     varied = [c for c in rows.columns if c.startswith("parameter_")]
-    for name in varied:
+    shorts = short_names([name.removeprefix("parameter_") for name in varied])
+    for name, short in zip(varied, shorts, strict=True):
         unit = units.get(name, "dimensionless")
         symbol = "" if " or " in unit else short_unit(unit)
-        table.add_column(Text(name.removeprefix("parameter_") + (f" [{symbol}]" if symbol else "")), justify="right")
+        table.add_column(Text(short + (f" [{symbol}]" if symbol else "")), justify="right")
     table.add_column("status")
     for title in ("load factor", "programs"):
         table.add_column(title, justify="right")

@@ -1,0 +1,91 @@
+"""Load factors around the compass."""
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import SELF_WEIGHT, model_of, moved, rotation
+
+
+@pytest.fixture(scope="module")
+def tower():
+    """A square tower of three drums, 1 m wide and 4 m high."""
+    stone = bs.Material("stone", "20 kN/m^3")
+    ground = bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([3, 3, 1], "m"), stone, fixed=True)
+    drums = [bs.Block.box(f"drum {k}", Q_([0, 0, k], "m"), Q_([1, 1, 1], "m"), stone) for k in range(4)]
+    return model_of([ground, *drums], bs.JointMaterial("joint", 0.6), name="tower")
+
+
+def test_a_square_tower_is_symmetric(tower):
+    """It overturns at b / h in the direction of a side; across a corner the lever is √2 times as long."""
+    around = bs.directions(tower, SELF_WEIGHT, directions=8, flow="associative")
+    expected = np.tile([0.25, 0.25 * 2**0.5], 4)
+    np.testing.assert_allclose(around.data.load_factor, expected, rtol=1e-6)
+    assert around.data.direction.to_numpy().tolist() == [0, 45, 90, 135, 180, 225, 270, 315]
+    assert around.data.direction.attrs["units"] == "degree"
+    assert around.load_factor == around.data.load_factor.min() == around.governing.load_factor
+    assert around.governing_direction % 90 == 0
+    # A square by its corners: the loads it carries are those on its sides, at 0.25 and more from the centre.
+    assert around.least_between == pytest.approx(0.25, rel=1e-6)
+    assert around.governing.mechanism.sizes["block"] == 5
+
+
+def test_between_the_directions(tower):
+    """Turned by 45 degrees and pushed across its corners only, its least is that of a chord: α cos 45°."""
+    blocks = moved(tower.blocks, rotation((0, 0, 1), np.pi / 4))
+    turned = model_of(blocks, tower.interfaces[0].joint_material)
+    around = bs.directions(turned, SELF_WEIGHT, 4, flow="associative")
+    assert around.load_factor == pytest.approx(0.25 * 2**0.5, rel=1e-6)
+    assert around.least_between == pytest.approx(0.25, rel=1e-6)
+    half = bs.directions(turned, SELF_WEIGHT, 2, flow="associative")
+    assert np.isnan(half.least_between)
+
+
+@pytest.mark.parametrize("share", [0.5, -0.5])
+def test_with_a_vertical_part(tower, share):
+    """Moments about the edge: α h / 2 = (1 − share α) b / 2."""
+    around = bs.directions(tower, SELF_WEIGHT, Q_([0, 30], "deg"), vertical=share, flow="associative")
+    assert around.data.attrs["vertical"] == share
+    assert around.data.load_factor.to_numpy()[0] == pytest.approx(1 / (4 + share), rel=1e-6)
+    assert np.isnan(around.least_between)
+    assert f"with 0.5 of it {'up' if share > 0 else 'down'}" in str(around)
+
+
+def test_a_file_keeps_all_directions(tower, tmp_path):
+    around = bs.directions(tower, SELF_WEIGHT, 4, store=tmp_path / "around.h5")
+    again = bs.studies.Directions.of(bs.open_analysis(tmp_path / "around.h5"))
+    assert again.data.identical(around.data)
+    assert str(again) == str(around)
+    assert "governing:" in str(again)
+
+
+def test_directions_without_a_load_factor_are_told(tower):
+    settings = bs.ProcedureSettings(max_programs=2)
+    with pytest.warns(bs.errors.StudyWarning, match=r"no load factor for push 0 deg.*the envelope may be lower"):
+        around = bs.directions(tower, SELF_WEIGHT, 2, settings=settings)
+    assert np.isnan(around.load_factor)
+    with pytest.raises(bs.errors.ModelError, match=r"none has a load factor \(not_converged\)"):
+        _ = around.governing
+    assert "not known: push 0 deg" in str(around)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (0, "0 of them; give 1 to 360"),
+        (361, "361 of them"),
+        ([0, 45], "has no unit, but a angle is due"),
+        (Q_([0, 360], "deg"), "a direction twice"),
+        (Q_([1], "m"), "give a angle"),
+        ([], "0 angles"),
+    ],
+)
+def test_bad_directions(tower, given, said):
+    with pytest.raises(bs.errors.BlockstructError, match=said):
+        bs.directions(tower, SELF_WEIGHT, given)
+
+
+def test_an_analysis_without_directions_is_refused(small_analysis):
+    with pytest.raises(bs.errors.ModelError, match="no case pushes the weight in a direction"):
+        bs.studies.Directions.of(small_analysis)
