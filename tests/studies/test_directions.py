@@ -24,7 +24,7 @@ def test_a_square_tower_is_symmetric(tower):
     np.testing.assert_allclose(around.data.load_factor, expected, rtol=1e-6)
     assert around.data.direction.to_numpy().tolist() == [0, 45, 90, 135, 180, 225, 270, 315]
     assert around.data.direction.attrs["units"] == "degree"
-    assert around.load_factor == around.data.load_factor.min() == around.governing.load_factor
+    assert around.load_factor == around.governing.load_factor == pytest.approx(around.data.load_factor.min().item())
     assert around.governing_direction % 90 == 0
     # A square by its corners: the loads it carries are those on its sides, at 0.25 and more from the centre.
     assert around.least_between == pytest.approx(0.25, rel=1e-6)
@@ -75,9 +75,9 @@ def test_directions_without_a_load_factor_are_told(tower):
     [
         (0, "0 of them; give 1 to 360"),
         (361, "361 of them"),
-        ([0, 45], "has no unit, but a angle is due"),
+        ([0, 45], "0 has no unit"),
         (Q_([0, 360], "deg"), "a direction twice"),
-        (Q_([1], "m"), "give a angle"),
+        (Q_([1], "m"), "does not fit"),
         ([], "0 angles"),
     ],
 )

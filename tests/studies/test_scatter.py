@@ -84,7 +84,7 @@ def test_a_latin_hypercube_says_that_its_intervals_are_not_exact():
 
 def test_a_grid_has_no_distribution():
     data = bs.study(studied.block, {"friction_coefficient": [0.3]}, workers=1)
-    with pytest.raises(bs.errors.ModelError, match="are no samples"):
+    with pytest.raises(bs.errors.ModelError, match="are not samples"):
         bs.studies.summary(data)
     with pytest.raises(bs.errors.ModelError, match=r"fractiles \(5,\)"):
         bs.studies.summary(samples([1, 2]), fractiles=(5,))

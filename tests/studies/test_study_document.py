@@ -96,7 +96,7 @@ def test_a_lognormal_has_the_mean_that_was_given(document):
         ({MU: {"distribution": "normal", "mean": "1 m", "standard_deviation": 1}}, {"runs": 2}, "all of them a unit"),
         ({MU: {"distribution": "uniform", "low": "1 m", "high": "1 kg"}}, {"runs": 2}, "one dimension"),
         ({MU: {"distribution": "uniform", "low": 0, "high": 1}}, {}, "give the number of samples"),
-        ({MU: ["4 Mpaa"]}, {}, "is no quantity"),
+        ({MU: ["4 Mpaa"]}, {}, "is not a quantity"),
         ({MU: ["4 MPa", 3]}, {}, "mixes a number and a quantity"),
         ({MU: [1]}, {"sampling": "sobol"}, "/sampling"),
         ({MU: [1]}, {"workers": 2}, "unknown key 'workers'"),

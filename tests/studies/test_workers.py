@@ -53,6 +53,7 @@ def test_processes_lose_one_run_at_most(tmp_path):
     assert dict(os.environ) == before
 
 
+@pytest.mark.slow
 def test_a_run_that_kills_its_worker_is_a_row(tmp_path):
     with pytest.warns(bs.errors.StudyWarning, match=r"1 of 4 runs failed.*worker ended 2 times"):
         data = bs.study(studied.dying, MU, tmp_path, workers=2)
@@ -60,6 +61,7 @@ def test_a_run_that_kills_its_worker_is_a_row(tmp_path):
     assert len(list(tmp_path.glob("*.h5"))) == 3
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of memory are those of Linux")
 def test_memory_is_limited(tmp_path):
     with pytest.warns(bs.errors.StudyWarning, match=r"MemoryError"):
@@ -126,6 +128,7 @@ def test_failures_on_a_cluster_are_rows(cluster, tmp_path):
     assert np.isnan(load_factors(data)).tolist() == [False, True, False, False]
 
 
+@pytest.mark.slow
 def test_a_worker_of_a_cluster_is_killed(cluster, tmp_path):
     data = bs.study(studied.killing, MU | {"folder": str(tmp_path)}, tmp_path / "store", cluster=cluster)
     assert load_factors(data) == pytest.approx(EXPECTED, rel=1e-6)

@@ -35,7 +35,7 @@ def direction_cases(
     vertical : float
         Vertical part of the variable load in multiples of the horizontal one, upwards if positive.
     flow
-        As of :class:`LimitCase`.
+        As for :class:`LimitCase`.
     name
         How the names of the cases begin.
 
@@ -64,8 +64,8 @@ def direction_cases(
 
 def direction_of(case: LimitCase) -> tuple[float, float] | None:
     """Angle, degrees from 0 up to 360, and vertical share of a case of :func:`direction_cases`; None of any other."""
-    loads = case.variable.loads
-    if not 1 <= len(loads) <= 2 or not all(isinstance(load, BodyForce) for load in loads):
+    loads = [load for load in case.variable.loads if isinstance(load, BodyForce)]
+    if not 1 <= len(loads) <= 2 or len(loads) < len(case.variable.loads):
         return None
     (x, y, z), *rest = [load.direction for load in loads]
     if z or loads[0].share != 1.0 or any(direction[:2] != (0.0, 0.0) for direction in rest):

@@ -25,7 +25,7 @@ def checked_parameters(given: Mapping[str, Any], who: str) -> dict[str, Paramete
         A quantity of several numbers.
     """
     if not isinstance(given, Mapping):
-        msg = f"{who}: {shown(given)} are no parameters; give a mapping of names to values"
+        msg = f"{who}: {shown(given)} are not parameters; give a mapping of names to values"
         raise ModelError(msg)
     return {checked_name(name, f"{who}: parameter"): checked_value(v, f"{who}: {name}") for name, v in given.items()}
 
@@ -35,7 +35,7 @@ def checked_value(value: Any, what: str) -> Parameter:
     if hasattr(value, "magnitude") and hasattr(value, "units"):
         magnitude = np.asarray(value.magnitude)
         if magnitude.shape != () or magnitude.dtype.kind not in "fiu":
-            msg = f"{what}: {shown(value)} is no quantity of one number; give one, as in Q_(4, 'MPa')"
+            msg = f"{what}: {shown(value)} is not a quantity of one number; give one, as in Q_(4, 'MPa')"
             raise UnitError(msg)
         return Q_(_finite(float(magnitude), what), str(value.units))
     if isinstance(value, np.generic):
@@ -44,7 +44,7 @@ def checked_value(value: Any, what: str) -> Parameter:
         return _finite(value, what)
     if value is None or isinstance(value, bool | int | str):
         return value
-    msg = f"{what}: {shown(value)} is no parameter; give a number, a text, a truth value or a quantity"
+    msg = f"{what}: {shown(value)} is not a parameter; give a number, a text, a truth value or a quantity"
     raise ModelError(msg)
 
 
@@ -57,7 +57,7 @@ def restored_value(stored: Any, what: str) -> Parameter:
     """The parameter that :func:`stored_value` has made JSON of."""
     if isinstance(stored, dict):
         if set(stored) != {"value", "units"} or not isinstance(stored["units"], str):
-            msg = f"{what}: {shown(stored)} is no quantity"
+            msg = f"{what}: {shown(stored)} is not a quantity"
             raise ModelError(msg)
         # Read as a text from anywhere is read: a unit is never evaluated as an expression.
         unit = stored["units"].replace(" ** ", "**").replace("1 / ", "1/")

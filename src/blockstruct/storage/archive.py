@@ -13,7 +13,7 @@ from blockstruct.results import relative_difference
 from blockstruct.storage.analysis_file import AnalysisFile
 from blockstruct.storage.archive_index import Known, read_index, write_index
 from blockstruct.storage.archive_rows import rows_of, short_columns, table_of
-from blockstruct.storage.case_group import group_of
+from blockstruct.storage.case_group import group_name
 from blockstruct.storage.claim import SUFFIX
 from blockstruct.storage.lazy import lazy_history
 from blockstruct.storage.lock import PARTIAL
@@ -27,8 +27,8 @@ _WORTH_KEEPING = 50
 class Archive:
     """The analysis files of a folder and of its subfolders.
 
-    Nothing is read before it is asked for, and of a table only attributes and scalars. Files are found anew at every
-    question; what was read of a file is kept as long as the file does not change.
+    Nothing is read before it is asked for, and for a table only attributes and scalars. Every question looks for files
+    anew; what was read of a file is kept as long as the file does not change.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Archive:
     Raises
     ------
     StorageError
-        No such folder.
+        If there is no such folder.
 
     Examples
     --------
@@ -68,7 +68,7 @@ class Archive:
         return self._found()[0]
 
     def table(self, *, all_columns: bool = False) -> pd.DataFrame:
-        """One row a case.
+        """One row per case.
 
         Columns: ``path`` (relative to the folder), ``case``, ``model``, a column ``parameter_…`` for each parameter
         that an analysis was made with, ``load_factor``, ``status``, ``flow``, ``n_iterations`` and ``problem``: why a
@@ -138,7 +138,8 @@ class Archive:
         Raises
         ------
         StorageError
-            Any other expression, a column that the table does not have, a value of another kind than the column's.
+            If the expression is any other, names a column that the table does not have, or compares one with a value of
+            another kind.
         """
         rows = selected(self.table(all_columns=True), expression)
         return rows if all_columns else short_columns(rows)
@@ -168,7 +169,7 @@ class Archive:
         Raises
         ------
         StorageError
-            A text that is no date.
+            If a text is not a date.
         """
         table = self.table(all_columns=True)
         wanted = {tags} if isinstance(tags, str) else set(tags)
@@ -200,14 +201,14 @@ class Archive:
         Raises
         ------
         FormatError
-            A selected file that violates its schema.
+            If a selected file violates its schema.
         """
         rows = self.query(selection) if isinstance(selection, str) else selection
         rows = rows[rows["case"].notna()]
         files = {path: self._opened(self.folder / path) for path in rows["path"].unique()}
         nodes = {}
         for path, case in zip(rows["path"], rows["case"], strict=True):
-            nodes[f"{path}/{group_of(case)}"] = lazy_history(files[path], f"/cases/{group_of(case)}")
+            nodes[f"{path}/{group_name(case)}"] = lazy_history(files[path], f"/cases/{group_name(case)}")
         return xr.DataTree.from_dict(nodes)
 
     def difference(self, other: "Archive") -> pd.DataFrame:
@@ -261,5 +262,5 @@ def _time(text: str) -> pd.Timestamp:
     try:
         return pd.to_datetime(text, utc=True, format="ISO8601")
     except (ValueError, TypeError) as error:
-        msg = f"{text!r} is no date; write ISO 8601, as in '2026-01-31' or '2026-01-31T12:00'"
+        msg = f"{text!r} is not a date; write ISO 8601, as in '2026-01-31' or '2026-01-31T12:00'"
         raise StorageError(msg) from error

@@ -105,7 +105,7 @@ def _of_all_joints(model: h5py.Group, name: str) -> float:
 def _scalar(case: h5py.Group, place: str, name: str) -> Any:
     number = _dataset(case, place, name)
     if number.shape != () or number.dtype.kind not in "fiu":
-        msg = f"{place}/{name}: {number.dtype} {number.shape} is no number"
+        msg = f"{place}/{name}: {number.dtype} {number.shape} is not a number"
         raise FormatError(msg)
     value = np.asarray(number[()]).item()
     return bool(value) if name == "holds" else value

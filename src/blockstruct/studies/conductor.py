@@ -251,7 +251,7 @@ def _folder(store: str | Path) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        msg = f"{folder}: is no folder to write to ({error.strerror or error}); choose another store"
+        msg = f"{folder}: is not a folder to write to ({error.strerror or error}); choose another store"
         raise StorageError(msg) from error
     return folder
 
@@ -282,6 +282,6 @@ def _bytes(limit: Any, cluster: Any, threads: bool) -> int | None:
         raise ModelError(msg) from error
     given = parse(limit, "study: memory_limit") if isinstance(limit, str) else limit
     if not hasattr(given, "units") or str(given.to_root_units().units) != "bit" or not given.magnitude > 0:
-        msg = f"study: memory_limit {shown(limit)} is no size of memory; give one, as '2 GB'"
+        msg = f"study: memory_limit {shown(limit)} is not a size of memory; give one, as '2 GB'"
         raise DimensionError(msg)
     return int(given.to("byte").magnitude)

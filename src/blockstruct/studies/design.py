@@ -191,7 +191,7 @@ def _coordinate(name: str, values: Sequence[Any]) -> tuple[NDArray[Any], str]:
     dimension = plain_value(some[0])[1]
     for value in some:
         if plain_value(value)[1] != dimension:
-            msg = f"study: {name}: {value} is no {dimension} as {some[0]} is; give values of one dimension"
+            msg = f"study: {name}: {value} is not a {dimension} as {some[0]} is; give values of one dimension"
             raise DimensionError(msg)
     # What was written in that unit stays as it was written.
     found = [np.nan if v is None else v.magnitude if str(v.units) == unit else v.to(unit).magnitude for v in values]

@@ -78,7 +78,7 @@ class Directions:
     def load_factor(self) -> float:
         """The least of all directions; NaN where none has one."""
         found = self.data["load_factor"].to_numpy()
-        return float(np.nanmin(found)) if not np.isnan(found).all() else math.nan
+        return float(found[self._least]) if not np.isnan(found).all() else math.nan
 
     @property
     def governing(self) -> CaseResult:
@@ -181,11 +181,11 @@ def directions(
     vertical : float
         Vertical part of the variable load in multiples of the horizontal one, upwards if positive.
     flow
-        As of :class:`blockstruct.LimitCase`.
+        As for :class:`blockstruct.LimitCase`.
     store, settings, listeners
-        As of :class:`blockstruct.AnalysisManager`: all directions are cases of one analysis.
+        As for :class:`blockstruct.AnalysisManager`: all directions are cases of one analysis.
     spread
-        As of :meth:`blockstruct.AnalysisManager.run`.
+        As for :meth:`blockstruct.AnalysisManager.run`.
 
     Returns
     -------

@@ -107,7 +107,7 @@ def read_study(path: str | Path) -> StudyDocument:
             raise DocumentError(msg) from error
     given = content["parameters"]
     parameters = {name: _parameter(value, f"{path}: /parameters/{name}") for name, value in given.items()}
-    options = {key: content[key] for key in ("sampling", "runs", "seed", "spread") if key in content}
+    options: dict[str, Any] = {key: content[key] for key in ("sampling", "runs", "seed", "spread") if key in content}
     try:
         design_of(parameters, options.get("sampling"), options.get("runs"), options.get("seed", 0))
     except BlockstructError as error:
@@ -183,6 +183,7 @@ def _distribution(given: Mapping[str, Any], where: str) -> Any:
         msg = f"{where}: a {' and a '.join(sorted(dimensions))}; give parameters of one dimension"
         raise DocumentError(msg)
     p = {key: float(v.to(unit).magnitude if with_unit else v) for key, v in read.items()}
+    found: Any
     match given["distribution"]:
         case "normal":
             found = stats.norm(p["mean"], _positive(p["standard_deviation"], where))

@@ -64,7 +64,7 @@ def first_order(result: CaseResult, standard_deviation: float | Mapping[str, flo
     .. [1] S. Boyd, L. Vandenberghe, Convex Optimization, Cambridge University Press 2004, section 5.6.
     """
     if not isinstance(result, CaseResult):
-        msg = f"first_order: {shown(result)} is no result; give that of a case, as analysis['push']"
+        msg = f"first_order: {shown(result)} is not a result; give that of a case, as analysis['push']"
         raise ModelError(msg)
     if result.case.flow is not Flow.ASSOCIATIVE or result.status is not Status.CONVERGED:
         msg = (
@@ -123,7 +123,7 @@ def _kink(result: CaseResult, derivative: Any) -> tuple[float, float, float]:
             values |= {"friction_coefficient": mu[k] + step * share[k], "dilatancy_angle": 0.0}
             values["tensile_strength"] *= min(1.0, mu[k] / values["friction_coefficient"]) if mu[k] else 1.0
             changed.append(interface.with_joint_material(JointMaterial.from_si(f"{k}", values)))
-        model = Model(result.model.name, result.model.blocks, changed)
+        model = Model(result.model.name, result.model.blocks, changed, ties=result.model.ties)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", LoadFactorWarning)
             return AnalysisManager(model, settings=result.settings).run([result.case])[result.name].load_factor

@@ -61,7 +61,7 @@ def summary(
     """
     if "run" not in data.dims or "load_factor" not in data:
         over = ", ".join(map(str, data.dims)) or "nothing"
-        msg = f"summary: data along {over} are no samples; give a study of distributions"
+        msg = f"summary: data along {over} are not samples; give a study of distributions"
         raise ModelError(msg)
     wanted, levels = _probabilities(fractiles, "fractiles"), np.asarray(below, dtype=float)
     (gamma,) = _probabilities([confidence], "confidence")
@@ -85,8 +85,7 @@ def _of_case(data: xr.Dataset, fractiles: Array, confidence: float, levels: Arra
     highest = np.sort(np.where(known, values, np.inf))
     # Behind either end stands what no number of runs can tell.
     ranked_low, ranked_high = np.concatenate([[-np.inf], lowest]), np.concatenate([highest, [np.inf]])
-    below = binom.ppf(tail, n, fractiles).astype(int)
-    above = binom.ppf(1 - tail, n, fractiles).astype(int)
+    below, above = (np.asarray(binom.ppf(q, n, fractiles)).astype(int) for q in (tail, 1 - tail))
     certain = np.sort(values[known])
     at = np.maximum(np.ceil(fractiles * len(certain)).astype(int), 1) - 1
     estimate = certain[at] if len(certain) else np.full(len(fractiles), np.nan)

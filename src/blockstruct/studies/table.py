@@ -69,7 +69,7 @@ def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], prob
 
 
 def frame_of(data: xr.Dataset) -> pd.DataFrame:
-    """The rows of a study as a table: one a case of each run, one a run that failed before it had any.
+    """The rows of a study as a table: one per case of each run, one per run that failed before it had any.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ _SHOWN = 50
 
 
 def study_table(data: xr.Dataset) -> Table:
-    """Table of a study, a row a case of each run: what varies, load factor and status; or why it failed."""
+    """Table of a study, one row per case of each run: what varies, load factor and status; or why it failed."""
     frame = bs.studies.frame_of(data)
     units = frame.attrs["units"]
     varied = [str(name) for name in data.coords if name not in ("run", "case") and data[name].ndim]
@@ -58,7 +58,7 @@ def study_summary(summary: xr.Dataset) -> str:
             if count := of_case[name].item():
                 lines.append(f"  {count} {what}")
     if not summary.attrs["exact"]:
-        lines.append("  of a Latin hypercube, which is no independent sample: the intervals are not exact")
+        lines.append("  of a Latin hypercube, whose runs are not independent: the intervals are not exact")
     return "\n".join(lines)
 
 
