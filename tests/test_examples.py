@@ -3,6 +3,7 @@
 import importlib.util
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import blockstruct as bs
@@ -71,6 +72,16 @@ def test_facade_with_sidewalls():
         assert factors[name, "associative"] == pytest.approx(associative, rel=1e-3)
         assert 0 < factors[name, "nonassociative"] < associative
     assert factors["bonded", "nonassociative"] > 1.5 * factors["butted", "nonassociative"]
+
+
+def test_friction_strength_study(tmp_path):
+    data = load("friction_strength_study").main(tmp_path)
+    # It slides at μ, or rocks about the stress block of its toe: α = (b / h) (1 − p / f_c) with p = γ h = 16 kPa.
+    rocking = 0.3 * (1 - 0.016 / data.strength.to_numpy())
+    expected = np.minimum.outer(data.friction.to_numpy(), rocking)
+    np.testing.assert_allclose(data.load_factor.sel(case="push"), expected, rtol=1e-6)
+    assert (tmp_path / "friction-strength" / "load-factors.png").is_file()
+    assert len(bs.Archive(tmp_path).table()) == 12
 
 
 def test_examples_are_short():

@@ -89,3 +89,37 @@ def test_bad_directions(tower, given, said):
 def test_an_analysis_without_directions_is_refused(small_analysis):
     with pytest.raises(bs.errors.ModelError, match="no case pushes the weight in a direction"):
         bs.studies.Directions.of(small_analysis)
+
+
+DOCUMENT = """
+blockstruct: model-1
+materials: {tuff: {unit_weight: 12 kN/m^3}}
+joint_materials: {dry: {friction_coefficient: 0.65}}
+blocks:
+  - {name: base, material: tuff, fixed: true, box: {origin: [-1 m, -1 m, -1 m], size: [3 m, 3 m, 1 m]}}
+  - {name: pier, material: tuff, box: {origin: [0 m, 0 m, 0 m], size: [0.5 m, 0.2 m, 1 m]}}
+interfaces: {joint_material: dry}
+load_patterns: {dead: [{kind: self_weight}]}
+cases: [{name: push, dead: dead, %s, flow: associative}]
+"""
+
+
+def test_directions_of_a_document(tmp_path, call):
+    path = tmp_path / "pier.yaml"
+    path.write_text(DOCUMENT % "directions: 4")
+    code, out, err = call("run", path, "-o", tmp_path / "pier.h5")
+    assert code == 0, err
+    assert "governing: 90 deg, load factor 0.2\n" in out
+    code, out, _ = call("show", tmp_path / "pier.h5")
+    assert "pier: pushed in 4 directions\n" in out
+    path.write_text(DOCUMENT % "directions: [30 deg, 300 deg], vertical: -0.5")
+    names = [case.name for case in bs.read_document(path).cases]
+    assert names == ["push 30 deg, 0.5 down", "push 300 deg, 0.5 down"]
+
+
+@pytest.mark.parametrize("given", ["directions: 4, variable: dead", "vertical: 1, variable: dead", "directions: [30]"])
+def test_bad_directions_of_a_document(tmp_path, given):
+    path = tmp_path / "pier.yaml"
+    path.write_text(DOCUMENT % given)
+    with pytest.raises(bs.errors.DocumentError, match="/cases/0"):
+        bs.read_document(path)

@@ -25,6 +25,7 @@ from blockstruct.model import (
     LoadPattern,
     Material,
     Model,
+    direction_cases,
 )
 from blockstruct.schema import listed_violations, violations
 from blockstruct.structures.courses import courses
@@ -171,17 +172,16 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
         name: LoadPattern(name, [_load_from(entry) for entry in loads])
         for name, loads in content["load_patterns"].items()
     }
-    cases = tuple(
-        LimitCase(
-            **entry
-            | {
-                role: _named(patterns, entry[role], f"case {entry['name']!r}: {role} load pattern")
-                for role in ("dead", "variable")
-            }
-        )
-        for entry in content["cases"]
-    )
-    return Document(model, cases, content.get("settings", {}), found.report, digest)
+    cases = [case for entry in content["cases"] for case in _cases(entry, patterns)]
+    return Document(model, tuple(cases), content.get("settings", {}), found.report, digest)
+
+
+def _cases(entry: dict[str, Any], patterns: dict[str, LoadPattern]) -> list[LimitCase]:
+    """The case of an entry, or one per direction."""
+    roles = [role for role in ("dead", "variable") if role in entry]
+    named = {r: _named(patterns, entry[r], f"case {entry['name']!r}: {r} load pattern") for r in roles}
+    given = entry | named
+    return direction_cases(**given) if "directions" in entry else [LimitCase(**given)]
 
 
 def _detection(blocks: list[Block], entry: dict[str, Any], joints: dict[str, JointMaterial]) -> Detection:

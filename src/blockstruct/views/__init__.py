@@ -25,12 +25,13 @@ from blockstruct.views.console import (
     summary_table,
 )
 from blockstruct.views.progress import following, study_following
-from blockstruct.views.study_text import study_summary, study_table
+from blockstruct.views.study_text import directions_text, study_summary, study_table
 
 __all__ = [
     # console
     "analysis_summary",
     "archive_table",
+    "directions_text",
     "following",
     "iteration_table",
     "model_text",

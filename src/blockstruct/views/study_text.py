@@ -62,6 +62,15 @@ def study_summary(summary: xr.Dataset) -> str:
     return "\n".join(lines)
 
 
+def directions_text(analysis: bs.Analysis) -> str:
+    """Load factors around the compass of an analysis that pushes in three directions or more; empty without them."""
+    try:
+        around = bs.studies.Directions.of(analysis)
+    except bs.errors.ModelError:
+        return ""
+    return f"{around}\n" if around.data.sizes["direction"] > 2 else ""
+
+
 def short_names(names: Sequence[str]) -> list[str]:
     """Ends of dotted names, as long as it takes to tell them apart.
 

@@ -32,6 +32,7 @@ from blockstruct.views.figures.loads import loads
 from blockstruct.views.figures.mechanism import mechanism
 from blockstruct.views.figures.sheet import drawings, write_figures
 from blockstruct.views.figures.structure import structure
+from blockstruct.views.figures.studies import compass, distribution, tornado
 
 __all__ = [
     # of the structure
@@ -44,6 +45,10 @@ __all__ = [
     "convergence",
     "crushing_domain",
     "curve",
+    # of many analyses
+    "compass",
+    "distribution",
+    "tornado",
     # all of an analysis
     "drawings",
     "write_figures",
