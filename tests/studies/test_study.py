@@ -90,6 +90,19 @@ def other_block(friction_coefficient):
     return studied.block(friction_coefficient, Q_(2, "m"))
 
 
+def same_block(friction_coefficient):
+    """Another source, the same models."""
+    return studied.block(friction_coefficient)
+
+
+def test_a_build_that_was_rewritten_keeps_the_runs_of_the_same_models(tmp_path):
+    parameters, seen = {"friction_coefficient": [0.3, 0.6]}, []
+    bs.study(studied.block, parameters, tmp_path, workers=1)
+    data = bs.study(same_block, parameters, tmp_path, workers=1, listeners=[seen.append])
+    assert load_factors(data) == [0.3, 0.5]
+    assert seen[0].found == 2
+
+
 @pytest.mark.parametrize("change", ["build", "settings", "what it calls"])
 def test_runs_of_another_study_are_not_taken_over(tmp_path, monkeypatch, change):
     calls = functools.partial(studied.failing, height=Q_(1, "m"))

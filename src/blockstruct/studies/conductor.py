@@ -17,18 +17,17 @@ from blockstruct.errors import DimensionError, LoadFactorWarning, ModelError, St
 from blockstruct.keywords import checked_keywords
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import checked_tuple
-from blockstruct.storage import Archive, is_unfinished, open_analysis, study_under_way
+from blockstruct.storage import Archive
 from blockstruct.studies.cluster import connected, on_cluster
-from blockstruct.studies.design import Design, Run, design_of
+from blockstruct.studies.design import design_of
+from blockstruct.studies.found import Rows, found_runs, told
 from blockstruct.studies.plan import Plan
 from blockstruct.studies.processes import Ended, here, in_processes, in_threads
 from blockstruct.studies.progress import Listener, StudyProgress, print_progress
 from blockstruct.studies.table import dataset_of
-from blockstruct.studies.task import Job, values_of
+from blockstruct.studies.task import Job
 from blockstruct.units import parse
-from blockstruct.vocabulary import Flow, Status
-
-Rows = list[dict[str, Any]]
+from blockstruct.vocabulary import Flow
 
 
 @checked_keywords
@@ -103,8 +102,10 @@ def study(
     UnknownKeywordError
         Parameters that ``build`` does not take.
     StorageError
-        A store that cannot be written, or that holds runs of these parameters by another ``build`` or other settings:
-        told by its source, by the settings, and by building the first and the last run that is found anew.
+        A store that cannot be written, or that holds runs of these parameters by another ``build`` or other settings.
+        Settings are compared. Of a ``build`` whose source is the same, the first and the last run that are found are
+        built anew; of one whose source has changed, all of them: what is found is taken over where model and cases are
+        the same to the last digit.
     StudyError
         A ``build`` that cannot be sent to another process, or processes that cannot start.
     ClusterError
@@ -125,8 +126,10 @@ def study(
         client = None if cluster is None else stack.enter_context(connected(cluster))
         folder = _folder(stack.enter_context(tempfile.TemporaryDirectory()) if store is None else store)
         archive = Archive(folder)
-        rows = _found(archive, design, plan, rerun=rerun)
-        jobs = [Job(run.name, run.stored, rerun) for run in design.runs if run.name not in rows]
+        rows, others = found_runs(archive, design, plan)
+        if others and not rerun:
+            raise StorageError(told(archive, others, plan))
+        jobs = [Job(run.name, run.stored, run.name in others) for run in design.runs if run.name not in rows]
         if client is not None:
             ended = on_cluster(plan, jobs, folder, client)
         elif threads:
@@ -168,60 +171,6 @@ def _conduct(
                 rows[job.name] = of_run
             tell()
     return problems
-
-
-def _found(archive: Archive, design: Design, plan: Plan, *, rerun: bool) -> dict[str, Rows]:
-    """Rows of the runs that are done.
-
-    Raises
-    ------
-    StorageError
-        Runs of another study.
-    """
-    rows: dict[str, Rows] = {}
-    others: dict[str, str] = {}
-    for run in design.runs:
-        path = archive.folder / f"{run.name}.h5"
-        if is_unfinished(path):
-            whose = study_under_way(path)
-        elif path.is_file():
-            of_run = archive.rows(path)
-            whose = of_run[0].get("study", "")
-            if of_run[0]["problem"]:
-                msg = f"{path}: {of_run[0]['problem']}; move it away, then run the study again"
-                raise StorageError(msg)
-            if whose == plan.study and all(row["status"] != Status.INTERRUPTED for row in of_run):
-                rows[run.name] = of_run
-        else:
-            continue
-        if whose != plan.study:
-            others[run.name] = whose
-    others |= _differing([run for run in design.runs if run.name in rows], archive, plan)
-    if others and not rerun:
-        name, whose = next(iter(others.items()))
-        msg = (
-            f"study: {archive.folder} has {len(others)} runs of these parameters that are not of this study: {name}.h5 "
-            f"is of {whose or 'no study'}, this is {plan.study}; choose another store, or run them anew by rerun=True"
-        )
-        raise StorageError(msg)
-    return {name: of_run for name, of_run in rows.items() if name not in others}
-
-
-def _differing(found: Sequence[Run], archive: Archive, plan: Plan) -> dict[str, str]:
-    """All runs found, if build now makes another model or other cases of the first or the last of them.
-
-    Its source may be the same and what it calls another.
-    """
-    for run in [found[k] for k in sorted({0, len(found) - 1}) if found]:
-        analysis = open_analysis(archive.folder / f"{run.name}.h5")
-        try:
-            model, cases = plan.model_and_cases(values_of(run.stored))
-        except Exception:  # It could not be taken for the same one; the runs that are left tell why.
-            return dict.fromkeys((r.name for r in found), "a build that did not fail")
-        kept = {case.name: case for case in analysis.cases}
-        if model.hash != analysis.model.hash or any(kept.get(case.name) != case for case in cases):
-            return dict.fromkeys((r.name for r in found), "another model or other cases")
-    return {}
 
 
 def _warn(rows: Sequence[Rows], problems: Mapping[str, str]) -> None:

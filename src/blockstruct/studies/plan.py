@@ -17,6 +17,9 @@ from blockstruct.keywords import did_you_mean
 from blockstruct.limit import ProcedureSettings, schedules_of
 from blockstruct.model import Model
 
+#: In the name of a study, before what tells its settings from others.
+_SETTINGS = ", settings "
+
 #: Function of named parameters that gives a model and its cases.
 Build = Callable[..., Any]
 
@@ -57,8 +60,12 @@ class Plan:
             raise ModelError(msg)
         chosen, schedules = settings or ProcedureSettings(), schedules_of(spread)
         of_settings = _digest(json.dumps([asdict(chosen), schedules], sort_keys=True))
-        study = f"build {name_of(build)} {_digest(_source(build))}, settings {of_settings}"
+        study = f"build {name_of(build)} {_digest(_source(build))}{_SETTINGS}{of_settings}"
         return cls(build, chosen, schedules, study)
+
+    def differs_by_source(self, study: str) -> bool:
+        """Whether another study has the same settings, and another build at the most."""
+        return _SETTINGS in study and study.rpartition(_SETTINGS)[2] == self.study.rpartition(_SETTINGS)[2]
 
     def model_and_cases(self, values: Mapping[str, Any]) -> tuple[Model, list[Any]]:
         """What build returns for values.

@@ -1,6 +1,7 @@
 """Figures of many analyses: around the compass, of samples, of first-order scatter."""
 
 import math
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -16,7 +17,7 @@ from blockstruct.views.style import ACCENT, FORCE, GHOST
 _SEEN = 1e-3
 
 
-def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None = None, ax: Axes | None = None) -> Axes:
+def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None = None, ax: Any = None) -> Axes:
     """Draw load factors around the compass: x to the right, y upwards, and the governing direction as an arrow.
 
     Parameters
@@ -60,7 +61,8 @@ def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None 
     ax.set_title(("no load factor" if math.isnan(found.load_factor) else governing) + missing, fontsize="small")
     if label:
         ax.legend(frameon=False, fontsize="small", loc="lower left", bbox_to_anchor=(0.95, 0.9))
-    return ax
+    drawn_on: Axes = ax
+    return drawn_on
 
 
 def tornado(scatter: xr.Dataset, *, most: int = 12, ax: Axes | None = None) -> Axes:
