@@ -77,13 +77,15 @@ def test_what_cannot_be_sent_is_refused(tmp_path, monkeypatch):
 
 SCRIPT = """
 import sys
+from functools import partial
 import blockstruct as bs, studied
 from blockstruct import Q_
 {more}
 TALL = Q_(1, "m")
-def build(mu):
-    return studied.block(mu, TALL + Q_(0.25, "m"))
-print(bs.study(build, {{"mu": [0.3, 0.7]}}, workers=2).load_factor.to_numpy().ravel().round(6).tolist())
+def build(mu, height):
+    return studied.block(mu, height + Q_(0.25, "m"))
+data = bs.study(partial(build, height=TALL), {{"mu": [0.3, 0.7]}}, workers=2)
+print(data.load_factor.to_numpy().ravel().round(6).tolist())
 """
 
 

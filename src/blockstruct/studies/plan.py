@@ -110,19 +110,20 @@ class Plan:
         StudyError
             A build that cannot be sent.
         """
-        in_script = getattr(self.build, "__module__", None) == "__main__"
-        if not in_script:
-            with contextlib.suppress(pickle.PicklingError, AttributeError, TypeError):
-                return pickle.dumps(self), False
+        sent = b""
+        with contextlib.suppress(pickle.PicklingError, AttributeError, TypeError):
+            sent = pickle.dumps(self)
+        # A process can import the script by itself, but not a notebook or what was typed at a prompt.
+        in_script, is_script = b"__main__" in sent, hasattr(sys.modules["__main__"], "__file__")
+        if sent and not in_script:
+            return sent, False
         try:
             import cloudpickle
 
             return cloudpickle.dumps(self), False
         except Exception as error:
-            # A process can import the script by itself, but not a notebook or what was typed at a prompt.
-            if in_script and hasattr(sys.modules["__main__"], "__file__"):
-                with contextlib.suppress(pickle.PicklingError, AttributeError, TypeError):
-                    return pickle.dumps(self), True
+            if sent and is_script:
+                return sent, True
             msg = (
                 f"study: build {name_of(self.build)} cannot be sent to another process ({error}); define it at the top "
                 'of a module, or pip install "blockstruct[cluster]" (cloudpickle sends functions of notebooks and '
