@@ -60,6 +60,19 @@ def test_a_file_keeps_all_directions(tower, tmp_path):
     assert "governing:" in str(again)
 
 
+def test_report_and_figures_show_the_compass(tower, tmp_path):
+    from blockstruct.views import figures, report
+
+    around = bs.directions(tower, SELF_WEIGHT, 4, flow="associative")
+    page = report.report_html(around.analysis.replaced(parameters={"height": Q_(4, "m")}))
+    assert "governing: 0 deg, load factor 0.25" in page
+    assert "Load factors around the compass" in page
+    assert "<td>parameter height</td><td>4 m</td>" in page.replace("4.0 m", "4 m")
+    (drawing,) = figures.overview(around.analysis)
+    assert drawing.picture()[:4] == b"\x89PNG"
+    assert figures.overview(bs.directions(tower, SELF_WEIGHT, 2, flow="associative").analysis) == []
+
+
 def test_directions_without_a_load_factor_are_told(tower):
     settings = bs.ProcedureSettings(max_programs=2)
     with pytest.warns(bs.errors.StudyWarning, match=r"no load factor for push 0 deg.*the envelope may be lower"):

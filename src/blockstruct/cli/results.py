@@ -10,7 +10,7 @@ import typer
 import blockstruct as bs
 from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, out, print_results, say
 from blockstruct.keywords import did_you_mean
-from blockstruct.views import analysis_summary, archive_table, iteration_table
+from blockstruct.views import analysis_summary, archive_table, iteration_table, parameter_texts
 from blockstruct.views.output import write_csv
 
 
@@ -25,6 +25,8 @@ def show(file: FileArgument, as_json: JsonOption = False) -> None:
     say(f"{model.name}: {len(model.blocks)} blocks, {len(model.interfaces)} interfaces")
     say(f"model hash {model.hash[:16]}…, created {analysis.created_at}, {analysis.status}")
     say(f"blockstruct {analysis.versions.get('blockstruct')}")
+    if analysis.parameters:
+        say("with " + ", ".join(f"{name} = {value}" for name, value in parameter_texts(analysis)))
     print_results(analysis)
 
 

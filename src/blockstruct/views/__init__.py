@@ -25,7 +25,7 @@ from blockstruct.views.console import (
     summary_table,
 )
 from blockstruct.views.progress import following, study_following
-from blockstruct.views.study_text import directions_text, study_summary, study_table
+from blockstruct.views.study_text import directions_text, parameter_texts, study_summary, study_table
 
 __all__ = [
     # console
@@ -35,6 +35,7 @@ __all__ = [
     "following",
     "iteration_table",
     "model_text",
+    "parameter_texts",
     "result_text",
     "spread_text",
     "study_following",

@@ -144,6 +144,7 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
         "blocks": len(analysis.model.blocks),
         "interfaces": len(analysis.model.interfaces),
         "created_at": analysis.created_at,
+        "parameters": {name: bs.results.stored_value(value) for name, value in analysis.parameters.items()},
         "status": analysis.status,
         "cases": [
             {

@@ -71,6 +71,13 @@ def directions_text(analysis: bs.Analysis) -> str:
     return f"{around}\n" if around.data.sizes["direction"] > 2 else ""
 
 
+def parameter_texts(analysis: bs.Analysis) -> list[tuple[str, str]]:
+    """What an analysis was made with, name and value with its unit."""
+    return [
+        (name, f"{value:~C}" if hasattr(value, "units") else str(value)) for name, value in analysis.parameters.items()
+    ]
+
+
 def short_names(names: Sequence[str]) -> list[str]:
     """Ends of dotted names, as long as it takes to tell them apart.
 
