@@ -186,6 +186,20 @@ def test_samples_follow_from_their_seed():
     np.testing.assert_allclose(few.load_factor.sel(case="push"), few.friction_coefficient, rtol=1e-6)
 
 
+def test_equal_samples_are_run_once(tmp_path):
+    """Of a discrete distribution."""
+    seen = []
+    values = {"friction_coefficient": 0.3, "courses": stats.randint(1, 3)}
+
+    def build(friction_coefficient, courses):
+        return studied.block(friction_coefficient, Q_(courses, "m"))
+
+    data = bs.study(build, values, tmp_path, runs=6, seed=1, workers=2, threads=True, listeners=[seen.append])
+    assert len(list(tmp_path.glob("*.h5"))) == 2
+    assert load_factors(data) == [min(0.3, 0.5 / courses) for courses in data.courses.to_numpy()]
+    assert (seen[-1].done, seen[-1].total) == (2, 2)
+
+
 def test_latin_hypercube_samples_every_layer():
     design = studies.design.design_of({"a": stats.uniform(), "b": stats.uniform(10, 1)}, "latin hypercube", 20, seed=0)
     for name, low in (("a", 0), ("b", 10)):

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.limit import LimitProblem, ProcedureSettings
-from blockstruct.model import LimitCase, Model
+from blockstruct.model import Case, Model
 from blockstruct.results import Analysis, CaseResult, history_of
 from blockstruct.statics import Statics
 from blockstruct.storage import Checkpoint
@@ -45,7 +45,7 @@ def blank_history(model: Model, result: CaseResult) -> xr.Dataset:
 
 
 def planned_result(
-    case: LimitCase, settings: ProcedureSettings, statics: Statics, problem: LimitProblem, started_at: str
+    case: Case, settings: ProcedureSettings, statics: Statics, problem: LimitProblem, started_at: str
 ) -> CaseResult:
     """Result of a case that is still to be run."""
     return CaseResult(

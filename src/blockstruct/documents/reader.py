@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from blockstruct.model import (
     TIE_KINDS,
     AnyTie,
     Block,
+    Case,
     Detection,
     DetectionReport,
     Interface,
@@ -25,6 +27,7 @@ from blockstruct.model import (
     LoadPattern,
     Material,
     Model,
+    SettlementCase,
     direction_cases,
 )
 from blockstruct.schema import listed_violations, violations
@@ -42,7 +45,7 @@ class Document:
     Attributes
     ----------
     model : Model
-    cases : tuple of LimitCase
+    cases : tuple of LimitCase or SettlementCase
     settings : dict
         Settings of the procedure, as :class:`blockstruct.ProcedureSettings` takes them.
     report : DetectionReport
@@ -52,7 +55,7 @@ class Document:
     """
 
     model: Model
-    cases: tuple[LimitCase, ...]
+    cases: tuple[Case, ...]
     settings: dict[str, Any]
     report: DetectionReport
     hash: str
@@ -161,8 +164,9 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
     for entry in content.get("blocks", []):
         blocks.append(_block(entry, _named(materials, entry["material"], "material")))
     found = _detection(blocks, content["interfaces"], joints)
+    ties = [_tie(entry) for entry in content.get("ties", [])]
     try:
-        model = Model(content.get("name", stem), blocks, found, ties=map(_tie, content.get("ties", [])))
+        model = Model(content.get("name", stem), blocks, found, ties=ties)
     except BlockstructError as error:
         # What was found and what was left out mostly tells why.
         error.add_note(f"{len(blocks)} blocks, {found.report}")
@@ -174,14 +178,6 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
     }
     cases = [case for entry in content["cases"] for case in _cases(entry, patterns)]
     return Document(model, tuple(cases), content.get("settings", {}), found.report, digest)
-
-
-def _cases(entry: dict[str, Any], patterns: dict[str, LoadPattern]) -> list[LimitCase]:
-    """The case of an entry, or one per direction."""
-    roles = [role for role in ("dead", "variable") if role in entry]
-    named = {r: _named(patterns, entry[r], f"case {entry['name']!r}: {r} load pattern") for r in roles}
-    given = entry | named
-    return direction_cases(**given) if "directions" in entry else [LimitCase(**given)]
 
 
 def _detection(blocks: list[Block], entry: dict[str, Any], joints: dict[str, JointMaterial]) -> Detection:
@@ -229,6 +225,15 @@ def _tie(entry: dict[str, Any]) -> AnyTie:
 
 def _load_from(entry: dict[str, Any]) -> Any:
     return LOAD_KINDS[entry["kind"]].type(**{key: value for key, value in entry.items() if key != "kind"})
+
+
+def _cases(entry: dict[str, Any], patterns: dict[str, LoadPattern]) -> Sequence[Case]:
+    """The case of an entry, or one per direction."""
+    kind: type[Case] = SettlementCase if entry.get("kind") == "settlement" else LimitCase
+    roles = [role for role in ("dead", "variable") if role in entry]
+    named = {role: _named(patterns, entry[role], f"case {entry['name']!r}: {role} load pattern") for role in roles}
+    given = {key: value for key, value in (entry | named).items() if key != "kind"}
+    return direction_cases(**given) if "directions" in given else [kind(**given)]
 
 
 def _named(known: dict[str, Any], name: str, kind: str) -> Any:

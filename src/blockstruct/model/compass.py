@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from blockstruct.errors import ModelError, shown
+from blockstruct.model.case import Case
 from blockstruct.model.checks import checked_name
 from blockstruct.model.limit_case import LimitCase
 from blockstruct.model.loads import BodyForce, LoadPattern
@@ -62,8 +63,10 @@ def direction_cases(
     return cases
 
 
-def direction_of(case: LimitCase) -> tuple[float, float] | None:
+def direction_of(case: Case) -> tuple[float, float] | None:
     """Angle, degrees from 0 up to 360, and vertical share of a case of :func:`direction_cases`; None of any other."""
+    if not isinstance(case, LimitCase):
+        return None
     loads = [load for load in case.variable.loads if isinstance(load, BodyForce)]
     if not 1 <= len(loads) <= 2 or len(loads) < len(case.variable.loads):
         return None

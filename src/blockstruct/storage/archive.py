@@ -71,9 +71,10 @@ class Archive:
         """One row per case.
 
         Columns: ``path`` (relative to the folder), ``case``, ``model``, a column ``parameter_…`` for each parameter
-        that an analysis was made with, ``load_factor``, ``status``, ``flow``, ``n_iterations`` and ``problem``: why a
-        file, which has one row then, cannot be read. A run that is under way or was killed has a row of that kind,
-        too. The units of columns, coherent SI, are in ``table.attrs["units"]``.
+        that an analysis was made with, ``load_factor`` of limit cases, ``reaction`` (N) or ``reaction_moment`` (N·m) of
+        settlements, ``status``, ``flow``, ``n_iterations`` and ``problem``: why a file, which has one row then, cannot
+        be read. A run that is under way or was killed has a row of that kind, too. The units of columns, coherent SI,
+        are in ``table.attrs["units"]``.
 
         Parameters
         ----------

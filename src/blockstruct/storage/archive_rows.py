@@ -19,6 +19,8 @@ from blockstruct.units import SI_UNITS
 #: A row of the table: a case, or a file that cannot be read.
 Row = dict[str, Any]
 
+#: Reactions of settlements, by their unit.
+_REACTIONS = {SI_UNITS["force"]: "reaction", SI_UNITS["moment"]: "reaction_moment"}
 _NUMBERS = ("load_factor", "associative_load_factor", "n_iterations", "duration", *CERTIFICATE_MEASURES)
 _TEXTS = ("status", "flow", "dead", "variable", "message", "started_at")
 _FIRST = (
@@ -26,7 +28,9 @@ _FIRST = (
     "case",
     "model",
     "model_hash",
-    *_NUMBERS,
+    "load_factor",
+    *_REACTIONS.values(),
+    *_NUMBERS[1:],
     *_TEXTS,
     "created_at",
     "version",
@@ -36,10 +40,14 @@ _FIRST = (
     *(f"joint_{name}" for name in JOINT_PROPERTIES),
 )
 #: Columns of the short view, before and behind the parameters.
-_SHORT = ("path", "case", "model"), ("load_factor", "status", "flow", "n_iterations", "problem")
+_SHORT = ("path", "case", "model"), ("load_factor", *_REACTIONS.values(), "status", "flow", "n_iterations", "problem")
 #: Units of the columns that have one.
-_UNITS = {"load_factor": "dimensionless", "associative_load_factor": "dimensionless", "duration": "second"} | {
-    f"joint_{name}": SI_UNITS[p.dimension] for name, p in JOINT_PROPERTIES.items()
+_UNITS = {
+    "load_factor": "dimensionless",
+    "associative_load_factor": "dimensionless",
+    "duration": "second",
+    **{name: unit for unit, name in _REACTIONS.items()},
+    **{f"joint_{name}": SI_UNITS[p.dimension] for name, p in JOINT_PROPERTIES.items()},
 }
 #: Values that a row is made of, at most: of joint materials.
 _MOST = 1_000_000
@@ -72,6 +80,7 @@ def rows_of(file: AnalysisFile) -> Iterator[Row]:
                 **of_file,
                 "case": name,
                 **{number: _scalar(case, place, number) for number in _NUMBERS if number in case},
+                **_reaction(case, place),
                 **{text: plain(case.attrs[text]) for text in _TEXTS},
                 **{f"settings_{key}": value for key, value in settings.items()},
             }
@@ -103,6 +112,14 @@ def _of_all_joints(model: h5py.Group, name: str) -> float:
     """A property that all joint materials of a model share; NaN if they differ."""
     values = _values(model, "/model", name)
     return float(values.flat[0]) if values.size and (values == values.flat[0]).all() else np.nan
+
+
+def _reaction(case: h5py.Group, place: str) -> Row:
+    """The reaction of a settlement in the column of its unit; a load factor is none of its answers."""
+    if "reaction" not in case:
+        return {}
+    reaction = _scalar(case, place, "reaction")
+    return {"load_factor": np.nan, _REACTIONS[plain(case["reaction"].attrs["units"])]: reaction}
 
 
 def _scalar(case: h5py.Group, place: str, name: str) -> Any:

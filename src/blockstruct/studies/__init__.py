@@ -16,11 +16,11 @@
 """
 
 from blockstruct.model import direction_cases
-from blockstruct.studies.conductor import study
 from blockstruct.studies.directions import Directions, directions
 from blockstruct.studies.document import StudyDocument, read_study
 from blockstruct.studies.first_order import first_order
 from blockstruct.studies.progress import StudyProgress, print_progress
+from blockstruct.studies.running import study
 from blockstruct.studies.summary import summary
 from blockstruct.studies.table import frame_of
 

@@ -14,7 +14,7 @@ from blockstruct.documents import document_of, read_content
 from blockstruct.errors import BlockstructError, DocumentError, UnknownNameError
 from blockstruct.keywords import did_you_mean
 from blockstruct.limit import ProcedureSettings
-from blockstruct.model import LimitCase, Model
+from blockstruct.model import Case, Model
 from blockstruct.results import plain_value
 from blockstruct.studies.design import design_of
 from blockstruct.units import Q_, SI_UNITS, parse
@@ -40,7 +40,7 @@ class DocumentBuild:
         """The content: another document is another study."""
         return hashlib.sha256(json.dumps(self.content, sort_keys=True).encode()).hexdigest()
 
-    def __call__(self, **values: Any) -> tuple[Model, list[LimitCase]]:
+    def __call__(self, **values: Any) -> tuple[Model, list[Case]]:
         """Model and cases with values at dotted paths.
 
         Raises

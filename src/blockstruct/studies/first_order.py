@@ -10,7 +10,7 @@ import xarray as xr
 from blockstruct.analysis import AnalysisManager
 from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, UnknownNameError, shown
 from blockstruct.keywords import checked_keywords, did_you_mean
-from blockstruct.model import JOINT_PROPERTIES, JointMaterial, Model
+from blockstruct.model import JOINT_PROPERTIES, JointMaterial, LimitCase, Model
 from blockstruct.results import CaseResult
 from blockstruct.units import si
 from blockstruct.vocabulary import Flow, Stage, Status
@@ -65,6 +65,9 @@ def first_order(result: CaseResult, standard_deviation: float | Mapping[str, flo
     """
     if not isinstance(result, CaseResult):
         msg = f"first_order: {shown(result)} is not a result; give that of a case, as analysis['push']"
+        raise ModelError(msg)
+    if not isinstance(result.case, LimitCase):
+        msg = f"first_order: case {result.name!r} is a settlement; give the result of a LimitCase"
         raise ModelError(msg)
     if result.case.flow is not Flow.ASSOCIATIVE or result.status is not Status.CONVERGED:
         msg = (

@@ -123,7 +123,12 @@ class _Worker:
     def submit(self, function: Any, *args: Any) -> Future[Any]:
         # Processes start when they are first given something to do.
         with _start_of_a_process(needs_script=self._needs_script):
-            return self._pool.submit(function, *args)
+            try:
+                return self._pool.submit(function, *args)
+            except BrokenExecutor as error:  # It ended while it had nothing to do.
+                failed = Future[Any]()
+                failed.set_exception(error)
+                return failed
 
     def end(self) -> None:
         """End the process at once: what it has at work is committed, iteration by iteration."""

@@ -17,6 +17,8 @@ _NUMBERS: Mapping[str, dict[str, str]] = {
     "bound": _NONE | {"long_name": "associative load factor, an upper bound of every flow rule"},
     "flow_rule_gap": _NONE | {"long_name": "flow-rule gap of the certificate"},
     "n_iterations": _NONE | {"long_name": "programs"},
+    "reaction": {"units": "newton", "long_name": "reaction of a settlement"},
+    "reaction_moment": {"units": "newton * meter", "long_name": "reaction of a settlement that turns"},
     "duration": {"units": "second", "long_name": "wall-clock time of the case"},
 }
 _TEXTS = ("status", "flow", "message")
@@ -51,6 +53,9 @@ def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], prob
             for name, values in (*numbers.items(), *texts.items()):
                 values[i, at[row["case"]]] = row.get(_COLUMNS.get(name, name), values[i, at[row["case"]]])
     along = [*dims, "case"]
+    for name in ("reaction", "reaction_moment"):
+        if np.isnan(numbers[name]).all():
+            del numbers[name]
     variables: dict[str, Any] = {n: (along, v.reshape(*shape, -1), _NUMBERS[n]) for n, v in numbers.items()}
     variables |= {n: (along, v.reshape(*shape, -1)) for n, v in texts.items()}
     variables["problem"] = (dims, np.array(problems, dtype=object).reshape(shape), {"long_name": "why a run failed"})
@@ -81,20 +86,21 @@ def frame_of(data: xr.Dataset) -> pd.DataFrame:
     pandas.DataFrame
         ``run``, the parameters, ``case`` and the variables of the study; ``attrs["units"]`` has the units.
     """
+    of_case = [name for name in _OF_CASE if name in data]
     parameters = [str(name) for name in data.coords if name not in ("run", "case")]
     cases, along = data["case"].to_numpy(), data["problem"].dims
     of_run = {name: data[name].broadcast_like(data["problem"]).transpose(*along) for name in (*parameters, *_OF_RUN)}
     runs = {name: values.to_numpy().ravel() for name, values in of_run.items()}
-    columns = {name: data[name].transpose(*along, "case").to_numpy().reshape(-1, len(cases)) for name in _OF_CASE}
+    columns = {name: data[name].transpose(*along, "case").to_numpy().reshape(-1, len(cases)) for name in of_case}
     rows = []
     for k, problem in enumerate(runs["problem"]):
         held = {name: runs[name][k] for name in parameters}
         present = [j for j in range(len(cases)) if columns["status"][k, j] not in ("", FAILED)]
         held |= {"run": k, "problem": problem, "path": runs["path"][k]}
-        rows += [{**held, "case": cases[j], **{name: columns[name][k, j] for name in _OF_CASE}} for j in present]
+        rows += [{**held, "case": cases[j], **{name: columns[name][k, j] for name in of_case}} for j in present]
         if not present:
             rows.append({**held, "case": "", "load_factor": np.nan, "status": FAILED})
-    table = pd.DataFrame(rows, columns=["run", *parameters, "case", *_OF_CASE, "problem", "path"])
-    units = {name: data[name].attrs.get("units") for name in (*parameters, *_OF_CASE)}
+    table = pd.DataFrame(rows, columns=["run", *parameters, "case", *of_case, "problem", "path"])
+    units = {name: data[name].attrs.get("units") for name in (*parameters, *of_case)}
     table.attrs["units"] = {name: unit for name, unit in units.items() if unit}
     return table

@@ -129,7 +129,10 @@ def study(
         rows, others = found_runs(archive, design, plan)
         if others and not rerun:
             raise StorageError(told(archive, others, plan))
-        jobs = [Job(run.name, run.stored, run.name in others) for run in design.runs if run.name not in rows]
+        # Samples of few values may have several runs that are the same.
+        runs_left = {run.name: run for run in design.runs if run.name not in rows}
+        jobs = [Job(name, run.stored, name in others) for name, run in runs_left.items()]
+        total = len(rows) + len(jobs)
         if client is not None:
             ended = on_cluster(plan, jobs, folder, client)
         elif threads:
@@ -138,7 +141,7 @@ def study(
             ended = here(plan, jobs, folder)
         else:
             ended = in_processes(plan, jobs, folder, count, limit)
-        problems = _conduct(archive, ended, rows, len(design.runs), heard)
+        problems = _conduct(archive, ended, rows, total, heard)
         archive.keep_index()
     of_runs = [rows.get(run.name, []) for run in design.runs]
     _warn(of_runs, problems)
