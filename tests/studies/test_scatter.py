@@ -22,13 +22,13 @@ def samples(alpha, status=None, sampling="monte carlo"):
 def test_the_summary_of_a_study_of_samples():
     """Sliding at μ: the fractiles are those of its distribution, within their confidence intervals."""
     mu = stats.uniform(0.2, 0.2)
-    data = bs.study(studied.block, {"friction_coefficient": mu}, runs=25, seed=3, workers=1)
+    data = bs.study(studied.block, {"friction_coefficient": mu}, runs=12, seed=3, workers=1)
     found = bs.studies.summary(data, below=[0.3]).sel(case="push")
     true = mu.ppf(found.fractile)
     assert ((found.lower <= true) & (true <= found.upper)).all()
     assert found.mean_load_factor.item() == pytest.approx(data.friction_coefficient.mean().item(), rel=1e-6)
     assert found.probability_lower <= 0.5 <= found.probability_upper
-    assert found.runs == 25
+    assert found.runs == 12
     assert found.attrs["exact"] == 1
     assert found.load_factor.attrs["units"] == "dimensionless"
 

@@ -62,7 +62,7 @@ def test_a_grid_of_a_document(document, call, tmp_path):
 
 def test_samples_of_a_document(document, call, tmp_path):
     distribution = {"distribution": "uniform", "low": 0.2, "high": 0.4}
-    path = document({MU: distribution}, runs=6, seed=2)
+    path = document({MU: distribution}, runs=3, seed=2)
     code, out, err = call("study", path, "-o", tmp_path / "runs", "--workers", "1")
     assert code == 0, err
     assert "confidence" in out

@@ -17,6 +17,7 @@ from typing import Any
 from blockstruct.errors import StudyError
 from blockstruct.studies.plan import Plan
 from blockstruct.studies.task import Job, carry_out, carry_out_sent
+from blockstruct.units import Q_
 
 #: How often a run is begun whose worker ends while it is at work.
 MOST_STARTS = 2
@@ -45,6 +46,7 @@ def here(plan: Plan, jobs: Sequence[Job], folder: Path) -> Ended:
 
 def in_threads(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int) -> Ended:
     """Carry out runs in threads of this process."""
+    Q_(1.0, "meter")  # The registry reads its definitions when it is first used: by one thread only.
     with ThreadPoolExecutor(workers, thread_name_prefix="study") as pool:
         futures = {pool.submit(carry_out, plan, job, folder): job for job in jobs}
         try:
