@@ -99,9 +99,9 @@ def document_of(content: dict[str, Any], name: str) -> Document:
     Raises
     ------
     DocumentError
-        A content that violates the schema.
+        If the content violates the schema.
     ModelError
-        One that describes no valid model.
+        If it does not describe a valid model.
     """
     _check(content, "model-1", name)
     return _build(content, name, "")

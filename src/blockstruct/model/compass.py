@@ -43,9 +43,9 @@ def direction_cases(
     Raises
     ------
     ModelError
-        No direction, one twice, or too many.
+        If there is no direction, one twice, or too many.
     UnitError
-        Angles without a unit.
+        If angles have no unit.
     """
     checked_name(name, "directions")
     share = si(vertical, "dimensionless", "directions: vertical")

@@ -20,9 +20,9 @@ def checked_parameters(given: Mapping[str, Any], who: str) -> dict[str, Paramete
     Raises
     ------
     ModelError
-        No mapping of names, or a value of another kind.
+        If this is not a mapping of names, or a value is of another kind.
     UnitError
-        A quantity of several numbers.
+        If a quantity has several numbers.
     """
     if not isinstance(given, Mapping):
         msg = f"{who}: {shown(given)} are not parameters; give a mapping of names to values"

@@ -102,7 +102,7 @@ def save_image(image: bytes, path: str | Path) -> Path:
     Raises
     ------
     StorageError
-        A path that cannot be written, or that another process is writing.
+        If the path cannot be written, or another process is writing it.
     """
     place = claim(path)
     with WriterLock(place):

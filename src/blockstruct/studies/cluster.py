@@ -1,6 +1,7 @@
 """Runs on a Dask cluster."""
 
 import contextlib
+import uuid
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError
 from importlib.metadata import version
@@ -29,7 +30,7 @@ def connected(cluster: Any) -> Iterator[Any]:
     Raises
     ------
     ClusterError
-        No scheduler that answers, no worker, or workers that cannot run blockstruct.
+        If no scheduler answers, it has no worker, or its workers cannot run blockstruct.
     """
     try:
         from distributed import Client
@@ -92,12 +93,12 @@ def on_cluster(plan: Plan, jobs: Sequence[Job], folder: Path, client: Any) -> En
     Raises
     ------
     ClusterError
-        A scheduler that is lost meanwhile.
+        If the scheduler is lost meanwhile.
     """
     from distributed import as_completed
 
     sent, _ = plan.pickled()
-    futures = {client.submit(carry_out_far, sent, job, key=_key(plan, job), pure=False): job for job in jobs}
+    futures = {client.submit(carry_out_far, sent, job, key=_key(job), pure=False): job for job in jobs}
     try:
         for future in as_completed(list(futures), loop=client.loop):
             job = futures.pop(future)
@@ -117,10 +118,8 @@ def on_cluster(plan: Plan, jobs: Sequence[Job], folder: Path, client: Any) -> En
             client.cancel(list(futures))
 
 
-def _key(plan: Plan, job: Job) -> str:
+def _key(job: Job) -> str:
     """Key of a run: the same at no other time, so that nothing is taken from what a cluster remembers."""
-    import uuid
-
     return f"blockstruct-{job.name}-{uuid.uuid4().hex[:8]}"
 
 

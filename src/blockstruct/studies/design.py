@@ -116,9 +116,9 @@ def design_of(parameters: Mapping[str, Any], sampling: str | None, runs: int | N
     Raises
     ------
     ModelError
-        Parameters of which no runs can be made.
+        If no runs can be made of the parameters.
     UnitError, DimensionError
-        Values of one parameter that are of several dimensions, or only partly quantities.
+        If values of one parameter are of several dimensions, or only some of them have a unit.
     """
     if not isinstance(parameters, Mapping) or not parameters:
         msg = f"study: parameters are {shown(parameters)}; give a mapping of names to values, lists or distributions"

@@ -45,7 +45,7 @@ class Directions:
         Raises
         ------
         ModelError
-            An analysis without such cases, or with several of one direction.
+            If the analysis has no such cases, or several of one direction.
         """
         found = {name: direction_of(analysis[name].case) for name in analysis.headlines}
         pushed = {name: at for name, at in found.items() if at is not None}
@@ -87,7 +87,7 @@ class Directions:
         Raises
         ------
         ModelError
-            No direction with a load factor.
+            If no direction has a load factor.
         """
         if math.isnan(self.load_factor):
             ended = ", ".join(sorted(set(self.data["status"].to_numpy())))
@@ -194,12 +194,12 @@ def directions(
     Raises
     ------
     ModelError, UnitError
-        Directions that are none, or cases that cannot be run.
+        If the directions are not usable, or a case cannot be run.
 
     Warns
     -----
     StudyWarning
-        Directions without a load factor: the envelope may be lower there.
+        If a direction has no load factor: the envelope may be lower there.
 
     Examples
     --------

@@ -46,7 +46,7 @@ class DocumentBuild:
         Raises
         ------
         DocumentError
-            Values that the document cannot have there.
+            If the document cannot have such values there.
         """
         content = copy.deepcopy(self.content)
         for path, value in values.items():
@@ -89,10 +89,10 @@ def read_study(path: str | Path) -> StudyDocument:
     Raises
     ------
     StorageError
-        A file that cannot be read: the document, or that of the model it names.
+        If a file cannot be read: the document, or that of the model it names.
     DocumentError
-        A file that violates its schema, a path that leads nowhere in the model document, or values that make no
-        study: with the place in the document.
+        If a file violates its schema, a path leads nowhere in the model document, or the values make no study: with
+        the place in the document.
     """
     path = Path(path)
     content = read_content(path, "study-1")

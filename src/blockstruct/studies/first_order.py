@@ -47,7 +47,7 @@ def first_order(result: CaseResult, standard_deviation: float | Mapping[str, flo
     Raises
     ------
     ModelError
-        A case without dilatancy, of which no multiplier is a derivative; one that did not converge.
+        If the case has no dilatancy, so that no multiplier is a derivative, or did not converge.
 
     Notes
     -----

@@ -74,4 +74,6 @@ def _differs(run: Run, archive: Archive, plan: Plan) -> bool:
     except Exception:  # It is not known to make the same; the runs that are left tell why.
         return True
     kept = {case.name: case for case in analysis.cases}
-    return model.hash != analysis.model.hash or any(kept.get(case.name) != case for case in cases)
+    if model.hash != analysis.model.hash or not (plan.schedules or len(kept) == len(cases)):
+        return True
+    return any(kept.get(case.name) != case for case in cases)

@@ -50,7 +50,7 @@ class Plan:
         Raises
         ------
         ModelError
-            A build that cannot be called, settings that are none, an unknown schedule.
+            If build cannot be called, settings are of another kind, or a schedule is unknown.
         """
         if not callable(build):
             msg = f"study: build is {shown(build)}; give a function of the parameters that returns a model and cases"
@@ -73,7 +73,7 @@ class Plan:
         Raises
         ------
         ModelError
-            Anything else than a model and its cases.
+            If that is not a model and its cases.
         """
         built = self.build(**values)
         if not isinstance(built, tuple) or len(built) != 2 or not isinstance(built[0], Model):
@@ -108,7 +108,7 @@ class Plan:
         Raises
         ------
         StudyError
-            A build that cannot be sent.
+            If build cannot be sent.
         """
         sent = b""
         with contextlib.suppress(pickle.PicklingError, AttributeError, TypeError):

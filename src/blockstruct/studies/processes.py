@@ -21,7 +21,7 @@ from blockstruct.units import Q_
 
 #: How often a run is begun whose worker ends while it is at work.
 MOST_STARTS = 2
-#: A thread a library: the workers share the processors among themselves.
+#: One thread per library: the workers share the processors among themselves.
 _ONE_THREAD = dict.fromkeys(
     (
         "OMP_NUM_THREADS",
@@ -65,7 +65,7 @@ def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int, me
     Raises
     ------
     StudyError
-        Workers that cannot start.
+        If the workers cannot start.
     """
     sent, needs_script = plan.pickled()
     waiting, starts = deque(jobs), Counter[str]()

@@ -98,23 +98,23 @@ def study(
     Raises
     ------
     ModelError
-        Parameters, or numbers of runs or workers, of which no runs can be made.
+        If no runs can be made of the parameters, or of the number of samples or workers.
     UnknownKeywordError
-        Parameters that ``build`` does not take.
+        If ``build`` does not take a parameter, or needs one more.
     StorageError
-        A store that cannot be written, or that holds runs of these parameters by another ``build`` or other settings.
+        If the store cannot be written, or holds runs of these parameters by another ``build`` or other settings.
         Settings are compared. Of a ``build`` whose source is the same, the first and the last run that are found are
         built anew; of one whose source has changed, all of them: what is found is taken over where model and cases are
         the same to the last digit.
     StudyError
-        A ``build`` that cannot be sent to another process, or processes that cannot start.
+        If ``build`` cannot be sent to another process, or the processes cannot start.
     ClusterError
-        A cluster that does not answer, or whose workers cannot run blockstruct.
+        If the cluster does not answer, or its workers cannot run blockstruct.
 
     Warns
     -----
     StudyWarning
-        Runs that failed: they are tried again the next time.
+        If runs failed: they are tried again the next time.
     """
     plan = Plan.of(build, settings, spread)
     design = design_of(parameters, sampling, runs, seed)

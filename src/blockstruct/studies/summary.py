@@ -51,7 +51,7 @@ def summary(
     Raises
     ------
     ModelError
-        A study that is a grid, or probabilities that are none.
+        If the study is a grid, or a probability is not between 0 and 1.
 
     Notes
     -----
