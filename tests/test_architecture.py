@@ -36,6 +36,7 @@ MAY_IMPORT = {
     "procedures": {"limit", "solvers"} | GROUND,
     "results": {"limit", "statics", "model"} | GROUND,
     "storage": {"results", "model", "geometry"} | GROUND,
+    "studies": {"analysis", "storage", "results", "limit", "model", "documents"} | GROUND,
     "analysis": {"procedures", "limit", "solvers", "results", "storage", "statics", "model"} | GROUND,
     "views": {API, "analysis", "geometry", "units", "files"},
     "cli": {API, "keywords", "analysis", "views"},

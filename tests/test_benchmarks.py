@@ -16,6 +16,7 @@ BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
         ("views", "--columns 3 --rows 4 --iterations 2", "paraview"),
         ("loading_path", "--walls 3x4,4x5 --without others", "over the walls"),
         ("storage", "--columns 4 --rows 4 --programs 4 --files 2 --cases 4", "one contact force of one iteration"),
+        ("studies", "--columns 2 --rows 3 --runs 2 --files 2", "times as fast"),
     ],
 )
 def test_benchmarks_run(name, words, said):

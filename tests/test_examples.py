@@ -3,6 +3,7 @@
 import importlib.util
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import blockstruct as bs
@@ -84,6 +85,16 @@ def test_tied_facade(capsys):
     assert found["tie force"] == pytest.approx(3.35e3, rel=5e-2)
     assert found["least tie force"] == pytest.approx(164.3, rel=1e-3)
     assert "punching" in capsys.readouterr().out
+
+
+def test_friction_strength_study(tmp_path):
+    data = load("friction_strength_study").main(tmp_path)
+    # It slides at μ, or rocks about the stress block of its toe: α = (b / h) (1 − p / f_c) with p = γ h = 16 kPa.
+    rocking = 0.3 * (1 - 0.016 / data.strength.to_numpy())
+    expected = np.minimum.outer(data.friction.to_numpy(), rocking)
+    np.testing.assert_allclose(data.load_factor.sel(case="push"), expected, rtol=1e-6)
+    assert (tmp_path / "friction-strength" / "load-factors.png").is_file()
+    assert len(bs.Archive(tmp_path).table()) == 12
 
 
 def test_examples_are_short():

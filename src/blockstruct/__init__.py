@@ -84,8 +84,9 @@ from blockstruct.units import Q_, ureg
 from blockstruct.vocabulary import ContactState, Flow, JointOrientation, SolverStatus, Stage, Status
 
 if TYPE_CHECKING:
-    from blockstruct import imports, library
+    from blockstruct import imports, library, studies
     from blockstruct.documents import Document, read_document, write_document, write_draft
+    from blockstruct.studies import directions, study
 
 __version__ = "0.1.0"
 
@@ -97,6 +98,7 @@ __all__ = [
     "library",
     "results",
     "structures",
+    "studies",
     "ties",
     # units
     "Q_",
@@ -151,7 +153,9 @@ __all__ = [
     "log_to",
     "print_lines",
     "reproduce",
+    "directions",
     "run",
+    "study",
     # results
     "Analysis",
     "CaseResult",
@@ -173,8 +177,11 @@ __all__ = [
 ]
 
 #: What is loaded when it is first asked for, to keep the import light: namespaces; names, and the room of each.
-_NAMESPACES_LATER = ("imports", "library")
-_LATER = dict.fromkeys(("Document", "read_document", "write_document", "write_draft"), "blockstruct.documents")
+_NAMESPACES_LATER = ("imports", "library", "studies")
+_LATER = {
+    **dict.fromkeys(("Document", "read_document", "write_document", "write_draft"), "blockstruct.documents"),
+    **dict.fromkeys(("directions", "study"), "blockstruct.studies"),
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -193,6 +193,27 @@ def in_first_unit(values: Sequence[Any], dimension: str, what: str) -> tuple[lis
     return magnitudes, unit
 
 
+def own_registry() -> None:
+    """Give quantities that are unpickled in this process to the one registry."""
+    cast(Any, pint).set_application_registry(ureg)
+
+
+def in_si(quantity: Any) -> tuple[float, str]:
+    """Magnitude of a quantity of any dimension in its coherent SI unit, and the long name of that.
+
+    >>> in_si(Q_(4, "MPa")), in_si(Q_(2, "m/s**2"))
+    ((4000000.0, 'pascal'), (2.0, 'meter / second ** 2'))
+    """
+    unit = str(quantity.units)
+    for dimension, named in SI_UNITS.items():
+        if (unit, dimension) not in _FACTORS:
+            _FACTORS[unit, dimension] = _conversion(unit, dimension)
+        if (factor := _FACTORS[unit, dimension]) is not None:
+            return float(quantity.magnitude) * factor, named
+    base = quantity.to_base_units()
+    return float(base.magnitude), str(base.units)
+
+
 def short_unit(unit: str) -> str:
     """Symbol of a unit by its long name: ``"MPa"``."""
     return f"{ureg.Unit(unit):~C}"

@@ -10,7 +10,7 @@ import typer
 import blockstruct as bs
 from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, out, print_results, say
 from blockstruct.keywords import did_you_mean
-from blockstruct.views import analysis_summary, archive_table, iteration_table
+from blockstruct.views import analysis_summary, archive_table, iteration_table, parameter_texts
 from blockstruct.views.output import write_csv
 
 
@@ -26,6 +26,8 @@ def show(file: FileArgument, as_json: JsonOption = False) -> None:
     say(f"{model.name}: {len(model.blocks)} blocks, {len(model.interfaces)} interfaces{ties}")
     say(f"model hash {model.hash[:16]}…, created {analysis.created_at}, {analysis.status}")
     say(f"blockstruct {analysis.versions.get('blockstruct')}")
+    if analysis.parameters:
+        say("with " + ", ".join(f"{name} = {value}" for name, value in parameter_texts(analysis)))
     print_results(analysis)
 
 
@@ -85,13 +87,20 @@ def archive(
         str | None,
         typer.Option("--query", help='Rows to print, such as "load_factor < 0.3".', show_default=False),
     ] = None,
+    all_columns: Annotated[
+        bool, typer.Option("--all-columns", help="Print every column: certificates, joints, settings, times.")
+    ] = False,
     csv: CsvOption = None,
 ) -> None:
     """Print a row for each case of the analyses in a folder and its subfolders."""
     found = bs.Archive(folder)
-    table = found.table() if query is None else found.query(query)
+    whole = csv is not None or all_columns
+    table = found.table(all_columns=whole) if query is None else found.query(query, all_columns=whole)
     if csv is None:
-        out.print(archive_table(table))
+        if all_columns:
+            say(table.to_string())
+        else:
+            out.print(archive_table(table))
         for path, problem in table.loc[table["problem"] != "", ["path", "problem"]].itertuples(index=False):
             say(f"{path}: {problem}")
         return

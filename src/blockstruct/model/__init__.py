@@ -10,7 +10,8 @@
 from blockstruct.model.block import Block
 from blockstruct.model.bonded_bar import BondedBar
 from blockstruct.model.case import Case
-from blockstruct.model.checks import checked_tuple, listed
+from blockstruct.model.checks import checked_name, checked_tuple, listed
+from blockstruct.model.compass import direction_cases, direction_of
 from blockstruct.model.detection_report import Detection, DetectionReport, DetectionTolerances, FoundContact
 from blockstruct.model.fit import overlaps
 from blockstruct.model.interface import Interface
@@ -81,6 +82,9 @@ __all__ = [
     "LimitCase",
     "SettlementCase",
     # input
+    "checked_name",
     "checked_tuple",
+    "direction_cases",
+    "direction_of",
     "listed",
 ]

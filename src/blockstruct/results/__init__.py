@@ -15,6 +15,7 @@ from blockstruct.results.frame import history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import history_of, iteration_variables
 from blockstruct.results.mechanism import mechanism
+from blockstruct.results.parameters import checked_parameters, checked_value, plain_value, restored_value, stored_value
 from blockstruct.results.pushed import pushed_masses
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
@@ -43,6 +44,12 @@ __all__ = [
     "confirm",
     "contradictions",
     "recomputed_certificate",
+    # parameters
+    "checked_parameters",
+    "checked_value",
+    "plain_value",
+    "restored_value",
+    "stored_value",
     # loads
     "applied_loads",
     "pushed_masses",

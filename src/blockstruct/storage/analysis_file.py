@@ -12,7 +12,8 @@ import h5py
 import numpy as np
 import xarray as xr
 
-from blockstruct.errors import FormatError, StorageError, UnverifiedWarning
+from blockstruct.errors import BlockstructError, FormatError, StorageError, UnverifiedWarning
+from blockstruct.results import restored_value
 from blockstruct.schema import listed_violations, violations
 from blockstruct.storage.case_group import group_name
 from blockstruct.storage.consistency import Finding
@@ -198,7 +199,18 @@ def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
         if not isinstance(texts, list) or not all(isinstance(t, str) for t in texts):
             msg = f"{path}: /: attribute {name} is not a JSON list of texts"
             raise FormatError(msg)
+    try:
+        parameters_of(attrs)
+    except (BlockstructError, ArithmeticError, AttributeError, TypeError, ValueError, RecursionError) as error:
+        msg = f"{path}: /: attribute parameters is no JSON object of values ({error})"
+        raise FormatError(msg) from error
     return attrs
+
+
+def parameters_of(attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """Parameters of an analysis by its root attributes; those of an older file are none."""
+    stored = json.loads(attrs.get("parameters", "{}"))
+    return {name: restored_value(value, f"parameter {name!r}") for name, value in stored.items()}
 
 
 def _parsed(text: Any) -> Any:

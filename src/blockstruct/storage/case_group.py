@@ -29,6 +29,8 @@ def case_dataset(result: CaseResult) -> xr.Dataset:
         "n_iterations": ((), result.n_iterations, number),
         "duration": ((), result.duration, {"units": SI_UNITS["time"]}),
     }
+    if result.n_iterations:
+        variables["associative_load_factor"] = ((), result.associative_load_factor, number)
     if result.certificate is not None:
         for name, value in result.certificate.measures.items():
             variables[name] = ((), int(value) if isinstance(value, bool) else value, number)

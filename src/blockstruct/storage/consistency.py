@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.storage.case_group import group_name
-from blockstruct.vocabulary import Status
+from blockstruct.vocabulary import Stage, Status
 
 #: A place in a file and what is wrong there.
 Finding = tuple[str, str]
@@ -70,6 +70,15 @@ def case_findings(path: str, case: xr.Dataset, load_factors: Any) -> Iterator[Fi
         expected = last if "settlement" in case.attrs else max(last, 0.0)
         if "holds" not in case or not int(case["holds"]) or float(case["load_factor"]) != expected:
             yield path, "converged, but the certificate does not hold or the load factor is not the last of the history"
+
+
+def bound_findings(path: str, case: xr.Dataset, history: xr.Dataset) -> Iterator[Finding]:
+    """What the associative load factor of a result says against its history."""
+    found = history["load_factor"].to_numpy()[history["stage"].to_numpy() == Stage.ASSOCIATIVE.value]
+    if "associative_load_factor" in case:
+        stated, last = float(case["associative_load_factor"]), found[-1] if len(found) else np.nan
+        if not np.array_equal(stated, last, equal_nan=True):
+            yield path, f"associative_load_factor is {stated:.6g}, that of the history {last:.6g}"
 
 
 def history_findings(path: str, history: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:

@@ -12,9 +12,11 @@ import xarray as xr
 from blockstruct.errors import BlockstructError, FormatError
 from blockstruct.model import LoadPattern, Model
 from blockstruct.results import Analysis, CaseResult, LazyHistory
-from blockstruct.storage.analysis_file import AnalysisFile, major, violated
+from blockstruct.storage.analysis_file import AnalysisFile, major, parameters_of, violated
 from blockstruct.storage.case_group import read_result
-from blockstruct.storage.consistency import Finding, case_findings, history_findings, index_findings
+from blockstruct.storage.claim import place_of
+from blockstruct.storage.consistency import Finding, bound_findings, case_findings, history_findings, index_findings
+from blockstruct.storage.lock import folder_of
 from blockstruct.storage.migration import migrated
 from blockstruct.storage.model_group import read_model, read_patterns
 from blockstruct.vocabulary import FORMAT_VERSION
@@ -53,6 +55,11 @@ def open_analysis(path: str | Path, *, verify: bool = True) -> Analysis:
     return read_analysis(AnalysisFile(path, verify=verify))
 
 
+def study_under_way(path: str | Path) -> str:
+    """Study of a run that is under way or was killed, by its working data."""
+    return str(AnalysisFile(folder_of(place_of(path)) / "plan").attrs.get("study", ""))
+
+
 def check_file(path: str | Path) -> dict[str, Any]:
     """Check all of a file, its histories included, and give its root attributes.
 
@@ -82,6 +89,7 @@ def findings(file: AnalysisFile) -> list[Finding]:
         found += [*wrong, *wrong_too]
         if case is not None and history is not None:
             found += case_findings(place, case, history["load_factor"].to_numpy())
+            found += bound_findings(place, case, history)
         if history is not None and model is not None:
             found += history_findings(f"{place}/history", history, model)
     return found
@@ -144,6 +152,8 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank
         solver_options=json.loads(root["solver_options"]),
         document_hash=root["document_hash"],
         tags=json.loads(root["tags"]),
+        parameters=parameters_of(root),
+        study=root.get("study", ""),
     )
 
 

@@ -11,7 +11,7 @@ import xarray as xr
 
 from blockstruct.errors import ModelError, StorageError
 from blockstruct.model import Case, LoadPattern
-from blockstruct.results import Analysis, confirm
+from blockstruct.results import Analysis, confirm, stored_value
 from blockstruct.schema import schema_text, violations
 from blockstruct.storage.analysis_file import placed, violated
 from blockstruct.storage.case_group import case_dataset, group_name
@@ -94,6 +94,23 @@ def write_file(
     finally:
         with contextlib.suppress(OSError):
             draft.unlink()
+
+
+def save_image(image: bytes, path: str | Path) -> Path:
+    """Write the bytes of an analysis file that was made elsewhere, as :func:`save_analysis` does.
+
+    Raises
+    ------
+    StorageError
+        If the path cannot be written, or another process is writing it.
+    """
+    place = claim(path)
+    with WriterLock(place):
+        clear(folder_of(place))
+        replaced, draft = Stamp.at(place), folder_of(place) / "draft"
+        write_draft([image], draft)
+        put_in_place(draft, place, () if replaced is None else (replaced,))
+    return place
 
 
 def write_draft(parts: Iterable[bytes | memoryview], draft: Path) -> None:
@@ -191,6 +208,8 @@ def _root(analysis: Analysis) -> xr.Dataset:
         "solver_options": json.dumps(dict(analysis.solver_options), sort_keys=True),
         "document_hash": analysis.document_hash,
         "tags": json.dumps(list(analysis.tags)),
+        "parameters": json.dumps({name: stored_value(value) for name, value in analysis.parameters.items()}),
+        "study": analysis.study,
     }
     schema = json.dumps(json.loads(schema_text(SCHEMA)), separators=(",", ":"))
     return xr.Dataset({"schema": ((), schema)}, attrs=attrs)

@@ -30,8 +30,9 @@ from blockstruct.views.figures.domain import crushing_domain
 from blockstruct.views.figures.forces import forces
 from blockstruct.views.figures.loads import loads
 from blockstruct.views.figures.mechanism import mechanism
-from blockstruct.views.figures.sheet import drawings, write_figures
+from blockstruct.views.figures.sheet import drawings, overview, write_figures
 from blockstruct.views.figures.structure import structure
+from blockstruct.views.figures.studies import compass, distribution, tornado
 
 __all__ = [
     # of the structure
@@ -44,7 +45,12 @@ __all__ = [
     "convergence",
     "crushing_domain",
     "curve",
+    # of many analyses
+    "compass",
+    "distribution",
+    "tornado",
     # all of an analysis
     "drawings",
+    "overview",
     "write_figures",
 ]

@@ -19,6 +19,7 @@ from blockstruct.views.figures.forces import forces
 from blockstruct.views.figures.loads import loads
 from blockstruct.views.figures.mechanism import mechanism
 from blockstruct.views.figures.structure import structure
+from blockstruct.views.figures.studies import compass
 from blockstruct.views.output import write_bytes
 from blockstruct.views.selection import is_pressed, shown_results
 
@@ -37,13 +38,14 @@ class Drawing:
     caption: str
     draw: Callable[[Axes], object]
     size: tuple[float, float]
+    projection: str = "rectilinear"
 
     def picture(self, file_format: str = "png", dpi: int = 200) -> bytes:
         """Content of the file of the figure."""
         with rc_context(_STYLE):
             # A Figure of its own: pyplot would keep it, and may want a screen.
             figure = Figure(figsize=self.size, layout="constrained")
-            self.draw(figure.add_subplot())
+            self.draw(figure.add_subplot(projection=self.projection))
             stream = BytesIO()
             undated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(file_format)
             figure.savefig(stream, format=file_format, dpi=dpi, metadata=undated)
@@ -105,6 +107,18 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
     return found
 
 
+def overview(analysis: bs.Analysis) -> list[Drawing]:
+    """Figures of all cases together: the compass, of an analysis that pushes in three directions or more."""
+    try:
+        around = bs.studies.Directions.of(analysis)
+    except bs.errors.ModelError:
+        return []
+    if around.data.sizes["direction"] < 3:
+        return []
+    caption = "Load factors around the compass; the arrow is the direction that governs"
+    return [Drawing("directions", caption, lambda ax: compass(around, ax=ax), _STRUCTURE, "polar")]
+
+
 def write_figures(
     analysis: bs.Analysis,
     folder: str | Path,
@@ -159,6 +173,9 @@ def write_figures(
         write_bytes(drawing.picture(file_format, dpi), target / f"{case}-{drawing.name}.{file_format}")
         for case, sheet in sheets.items()
         for drawing in sheet
+    ] + [
+        write_bytes(drawing.picture(file_format, dpi), target / f"{drawing.name}.{file_format}")
+        for drawing in overview(analysis)
     ]
 
 

@@ -10,11 +10,12 @@ import numpy as np
 
 import blockstruct as bs
 from blockstruct.units import readable
-from blockstruct.views.figures import drawings
+from blockstruct.views.figures import drawings, overview
 from blockstruct.views.figures.sheet import Drawing
 from blockstruct.views.report.assumptions import assumptions
 from blockstruct.views.report.detection import detection_rows
 from blockstruct.views.selection import shown_results
+from blockstruct.views.study_text import directions_text, parameter_texts
 from blockstruct.views.words import (
     admissible_words,
     certificate_words,
@@ -45,6 +46,9 @@ def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any
         "model_hash": model.hash,
         "document_hash": analysis.document_hash,
         "tags": list(analysis.tags),
+        "parameters": parameter_texts(analysis),
+        "directions": directions_text(analysis),
+        "overview": [{"caption": d.caption, "address": _address(d)} for d in overview(analysis)],
         "model": _model(model),
         "detection": detection_rows(model),
         "materials": [(m.name, quantity(m.unit_weight, "N/m³")) for m in model.materials.values()],
