@@ -27,6 +27,7 @@ MAY_IMPORT = {
     "model": {"geometry"} | GROUND,
     "contacts": {"model", "geometry"} | GROUND,
     "structures": {"model", "geometry"} | GROUND,
+    "library": {"model"} | GROUND,
     "imports": {"model", "geometry"} | GROUND,
     "documents": {"model", "contacts", "structures"} | GROUND,
     "statics": {"model", "geometry"} | GROUND,

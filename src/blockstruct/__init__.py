@@ -54,6 +54,7 @@ from blockstruct.model import (
     Moment,
     PointLoad,
     SelfWeight,
+    SettlementCase,
     Tie,
     Weight,
 )
@@ -64,27 +65,27 @@ from blockstruct.results import (
     compare,
 )
 from blockstruct.storage import Archive, check_file, open_analysis, salvage, save_analysis
-from blockstruct.structures import (
-    Opening,
-    Sidewall,
-    arch,
-    arch_on_piers,
-    barrel_vault,
-    column,
-    courses,
-    cross_vault,
-    dome,
-    pier_spandrel,
-    stack,
-    tilted,
-    wall,
-)
 from blockstruct.units import Q_, ureg
 from blockstruct.vocabulary import ContactState, Flow, JointOrientation, SolverStatus, Stage, Status
 
 if TYPE_CHECKING:
-    from blockstruct import imports
+    from blockstruct import imports, library, structures
     from blockstruct.documents import Document, read_document, write_document, write_draft
+    from blockstruct.structures import (
+        Opening,
+        Sidewall,
+        arch,
+        arch_on_piers,
+        barrel_vault,
+        column,
+        courses,
+        cross_vault,
+        dome,
+        pier_spandrel,
+        stack,
+        tilted,
+        wall,
+    )
 
 __version__ = "0.1.0"
 
@@ -93,7 +94,9 @@ __all__ = [
     "contacts",
     "errors",
     "imports",
+    "library",
     "results",
+    "structures",
     "ties",
     # units
     "Q_",
@@ -115,6 +118,7 @@ __all__ = [
     "Moment",
     "PointLoad",
     "SelfWeight",
+    "SettlementCase",
     "Tie",
     "Weight",
     # interfaces and documents
@@ -168,13 +172,21 @@ __all__ = [
     # errors
 ]
 
-#: What is loaded when it is first asked for, to keep the import light: names, and the room of each.
-_LATER = dict.fromkeys(("Document", "read_document", "write_document", "write_draft"), "blockstruct.documents")
+#: What is loaded when it is first asked for, to keep the import light: namespaces; names, and the room of each.
+_NAMESPACES_LATER = ("imports", "library", "structures")
+_ROOMS_LATER = {
+    "documents": ("Document", "read_document", "write_document", "write_draft"),
+    "structures": (
+        *("Opening", "Sidewall", "arch", "arch_on_piers", "barrel_vault", "column", "courses", "cross_vault", "dome"),
+        *("pier_spandrel", "stack", "tilted", "wall"),
+    ),
+}
+_LATER = {name: f"blockstruct.{room}" for room, names in _ROOMS_LATER.items() for name in names}
 
 
 def __getattr__(name: str) -> Any:
-    if name == "imports":
-        return import_module("blockstruct.imports")
+    if name in _NAMESPACES_LATER:
+        return import_module(f"blockstruct.{name}")
     if name in _LATER:
         return getattr(import_module(_LATER[name]), name)
     msg = f"module {__name__!r} has no attribute {name!r}"

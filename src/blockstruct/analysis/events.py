@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TextIO
 
 from blockstruct.limit import Iteration, LimitProblem
-from blockstruct.model import LimitCase
+from blockstruct.model import Case, SettlementCase
 from blockstruct.results import CaseResult
 from blockstruct.statics import Statics
 
@@ -20,7 +20,7 @@ class CaseStarted:
     :func:`blockstruct.results.history_of`.
     """
 
-    case: LimitCase
+    case: Case
     blocks: int
     contact_points: int
     statics: Statics = field(repr=False)
@@ -33,7 +33,7 @@ class CaseStarted:
 class IterationDone:
     """A program of a case is solved; ``index`` counts from zero."""
 
-    case: LimitCase
+    case: Case
     index: int
     iteration: Iteration
 
@@ -81,8 +81,14 @@ def describe(event: Event) -> str:
             return f"{case.name}{place}: {blocks} blocks, {points} contact points, {case.flow} flow"
         case IterationDone(case, index, i):
             return (
-                f"{case.name}: {index:3d} {i.stage:<14} load factor {i.load_factor:.6f}, "
+                f"{case.name}: {index:3d} {i.stage:<16} {_answer(case, i)}, "
                 f"gap {i.certificate.flow_rule_gap:.1e}, {i.solver_status} in {i.solver_time:.2f} s"
             )
         case CaseFinished(result):
             return str(result)
+
+
+def _answer(case: Case, iteration: Iteration) -> str:
+    if isinstance(case, SettlementCase):
+        return f"reaction {-iteration.load_factor:.6f} of the dead load"
+    return f"load factor {iteration.load_factor:.6f}"

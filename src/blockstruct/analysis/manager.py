@@ -27,7 +27,7 @@ from blockstruct.limit import (
     scheduled,
     schedules_of,
 )
-from blockstruct.model import LimitCase, Model, checked_tuple
+from blockstruct.model import Case, LimitCase, Model, checked_tuple
 from blockstruct.procedures import solve_limit_case
 from blockstruct.results import Analysis, CaseResult, failures, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
@@ -102,7 +102,7 @@ class AnalysisManager:
         self.keep_every = checked_keep_every(keep_every)
         self.store = None if store is None else claim(store)
 
-    def run(self, cases: Iterable[LimitCase], *, spread: bool | str | Iterable[str] = False) -> Analysis:
+    def run(self, cases: Iterable[Case], *, spread: bool | str | Iterable[str] = False) -> Analysis:
         """Run cases, one after the other.
 
         Parameters
@@ -133,7 +133,7 @@ class AnalysisManager:
             If another run writes to the store, or it holds the iterations of a killed one: before anything is solved.
             If the disk is full: what is committed is kept.
         """
-        runs = self._runs(checked_tuple(cases, LimitCase, "AnalysisManager.run: cases"), schedules_of(spread))
+        runs = self._runs(checked_tuple(cases, Case, "AnalysisManager.run: cases"), schedules_of(spread))
         started_at = now()
         planned = {
             case.name: _planned(case, settings, self.statics, problem, started_at)
@@ -205,11 +205,11 @@ class AnalysisManager:
             planned[name] = _planned(result.case, result.settings, statics, problem, started_at)
         return manager._conduct(analysis.replaced(results=planned, created_at=started_at), manager.listeners)
 
-    def check(self, cases: Sequence[LimitCase]) -> list[LimitProblem]:
+    def check(self, cases: Sequence[Case]) -> list[LimitProblem]:
         """Check cases as :meth:`run` does before it solves anything, and return their limit problems."""
         names = [case.name for case in cases]
         if not names:
-            msg = "AnalysisManager.run: no case; give at least one LimitCase"
+            msg = "AnalysisManager.run: no case; give at least one LimitCase or SettlementCase"
             raise ModelError(msg)
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
@@ -278,7 +278,7 @@ class AnalysisManager:
         _warn_of(results)
         return sweep_of({axis.quantity: (axis.magnitudes, axis.unit) for axis in axes}, results, case.name)
 
-    def _runs(self, cases: Sequence[LimitCase], schedules: Sequence[str]) -> list[tuple[LimitCase, ProcedureSettings]]:
+    def _runs(self, cases: Sequence[Case], schedules: Sequence[str]) -> list[tuple[Case, ProcedureSettings]]:
         """Cases with their settings: those of the manager, and the schedules of a spread."""
         runs = []
         for case in cases:
@@ -288,8 +288,8 @@ class AnalysisManager:
                     settings = scheduled(self.settings, name)
                     # The loading path as given needs no second run.
                     if settings != self.settings:
-                        runs.append((replace(case, name=run_name(case.name, name)), settings))
-                bound = replace(case, name=run_name(case.name, Flow.ASSOCIATIVE), flow=Flow.ASSOCIATIVE)
+                        runs.append((case.renamed(run_name(case.name, name)), settings))
+                bound = case.renamed(run_name(case.name, Flow.ASSOCIATIVE), Flow.ASSOCIATIVE)
                 runs.append((bound, self.settings))
         return runs
 
@@ -366,7 +366,7 @@ class AnalysisManager:
 
 
 def _planned(
-    case: LimitCase, settings: ProcedureSettings, statics: Statics, problem: LimitProblem, started_at: str
+    case: Case, settings: ProcedureSettings, statics: Statics, problem: LimitProblem, started_at: str
 ) -> CaseResult:
     """Result of a case that is still to be run."""
     return CaseResult(

@@ -7,13 +7,13 @@ from blockstruct.analysis.events import Listener
 from blockstruct.analysis.manager import AnalysisManager
 from blockstruct.analysis.progress import Progress
 from blockstruct.limit import ProcedureSettings
-from blockstruct.model import LimitCase, Model
+from blockstruct.model import Case, LimitCase, Model, SettlementCase
 from blockstruct.results import Analysis, Comparison, compare
 
 
 def run(
     model: Model,
-    cases: LimitCase | Iterable[LimitCase],
+    cases: Case | Iterable[Case],
     store: str | Path | None = None,
     *,
     settings: ProcedureSettings | None = None,
@@ -21,7 +21,7 @@ def run(
     listeners: Iterable[Listener] = (),
     progress: Progress = "auto",
 ) -> Analysis:
-    """Run limit cases of a model: :class:`AnalysisManager` in one call.
+    """Run cases of a model: :class:`AnalysisManager` in one call.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def run(
     ModelError, StorageError, SolverError, GeometryError
         As both do.
     """
-    listed = [cases] if isinstance(cases, LimitCase) else cases
+    listed = [cases] if isinstance(cases, LimitCase | SettlementCase) else cases
     manager = AnalysisManager(model, store, settings=settings, listeners=listeners, progress=progress)
     return manager.run(listed, spread=spread)
 

@@ -2,6 +2,7 @@
 
 import json
 import shlex
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -95,7 +96,7 @@ def resume(file: FileArgument) -> None:
 
 def _run(
     model: bs.Model,
-    cases: list[bs.LimitCase],
+    cases: Sequence[bs.LimitCase | bs.SettlementCase],
     settings: bs.ProcedureSettings,
     output: Path,
     quiet: bool,

@@ -17,7 +17,7 @@ _JUDGED = {
     "equilibrium_residual": ("equilibrium residual", "dead wrenches of the block"),
     "yield_excess": ("yield excess", "dead wrenches of the lighter block, or n"),
     "interpenetration": ("interpenetration", "largest relative velocities"),
-    "flow_rule_gap": ("flow-rule gap", "units of the load factor"),
+    "flow_rule_gap": ("flow-rule gap", "units of the load factor or reaction"),
 }
 
 
@@ -148,8 +148,7 @@ def certify(
     opening = v_n - problem.dilatancy * sliding
     rigid = ~problem.crushes
     # Velocities are relative to local units of force; what penetrates is measured against the fastest point.
-    speed = np.linalg.norm(v, axis=1) / problem.force_unit
-    largest = float(speed.max())
+    largest = problem.speed(v, u)
     penetration = (-opening / problem.force_unit)[rigid].max(initial=0.0)
     interpenetration = float(penetration / largest) if largest > 0 else 0.0
 

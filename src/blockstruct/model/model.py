@@ -233,4 +233,5 @@ class Model:
 
 
 def _fields(material: Material | JointMaterial) -> list[Any]:
-    return [getattr(material, slot) for slot in material.__slots__]
+    """What a material does; where its values come from is no matter of mechanics."""
+    return [getattr(material, slot) for slot in material.__slots__ if slot != "source"]

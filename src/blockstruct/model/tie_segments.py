@@ -49,7 +49,7 @@ class TieSegment:
     blocks : (str, str)
         Blocks that it pulls together.
     start, end : three floats
-        Where it pulls at each of them, m.
+        Where it ends in each of them, on the line along which it pulls, m.
     direction : three floats
         Unit vector from start to end.
     capacity : float

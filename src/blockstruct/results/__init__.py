@@ -20,7 +20,7 @@ from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.sweep import sweep_of
-from blockstruct.results.ties import tie_state, ties_at_collapse
+from blockstruct.results.ties import tie_sentences, tie_state, ties_at_collapse
 from blockstruct.results.utilisation import utilisation
 from blockstruct.results.verification import confirm, contradictions, recomputed_certificate
 from blockstruct.statics import applied_loads
@@ -55,6 +55,7 @@ __all__ = [
     "iteration_variables",
     "interface_resultants",
     "mechanism",
+    "tie_sentences",
     "tie_state",
     "ties_at_collapse",
     "utilisation",

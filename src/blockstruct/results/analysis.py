@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import Any, Self
 
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.model import LimitCase, Model, checked_tuple
+from blockstruct.model import Case, Model, checked_tuple
 from blockstruct.notebook import html_table
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.headline import Headline
@@ -63,7 +63,7 @@ class Analysis(Mapping[str, CaseResult]):
         object.__setattr__(self, "tags", checked_tuple(tags, str, "Analysis: tags"))
 
     @property
-    def cases(self) -> tuple[LimitCase, ...]:
+    def cases(self) -> tuple[Case, ...]:
         """The cases, ready to be run again."""
         return tuple(r.case for r in self.results.values())
 
@@ -119,7 +119,7 @@ class Analysis(Mapping[str, CaseResult]):
         return len(self.results)
 
     def __repr__(self) -> str:
-        ends = ", ".join(f"{r.name}: {r.load_factor:.4g}" for r in list(self.results.values())[:SHOWN])
+        ends = ", ".join(f"{r.name}: {r.answer.plain(r.load_factor, 4)}" for r in list(self.results.values())[:SHOWN])
         more = f", … {len(self)} cases" if len(self) > SHOWN else ""
         return f"<Analysis of {self.model.name!r}, {ends}{more}>"
 

@@ -10,6 +10,7 @@ from blockstruct.model import Model
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.states import active_joints, contact_state
+from blockstruct.results.ties import tie_sentences
 from blockstruct.vocabulary import AXES, ContactState
 
 Array = NDArray[np.float64]
@@ -21,7 +22,7 @@ ALONG = np.cos(np.radians(3.0))
 
 
 def describe(model: Model, history: xr.Dataset) -> str:
-    """How a structure collapses, in sentences: bodies, axes of rotation, hinges, sliding and crushing joints.
+    """How a structure collapses, in sentences: bodies, axes of rotation, hinges, sliding and crushing joints, ties.
 
     Parameters
     ----------
@@ -45,6 +46,11 @@ def describe(model: Model, history: xr.Dataset) -> str:
         rest = len(moving) - LISTED
         lines.append(f"{rest} smaller {'body moves' if rest == 1 else 'bodies move'}, too.")
     lines += _joints(history)
+    if "tie" in history.sizes:
+        said = tie_sentences(history)
+        lines += said[:LISTED]
+        if len(said) > LISTED:
+            lines.append(f"And {len(said) - LISTED} more ties: CaseResult.ties.")
     lines.append("An iteration of its history is a numerical step, not a step of loading.")
     return "\n".join(lines)
 

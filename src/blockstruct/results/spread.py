@@ -78,7 +78,8 @@ class Spread:
         """The load factor to rely on, the lowest certified one, with its range and the associative bound."""
         runs = list(self.runs.values())
         bound = runs[0].associative_load_factor if self.upper_bound is None else self.upper_bound.load_factor
-        return Headline.of([(r.status, r.load_factor, r.settled) for r in runs], runs[0].case.flow, bound)
+        ends = [(r.status, r.load_factor, r.settled) for r in runs]
+        return Headline.of(ends, runs[0].case.flow, bound, runs[0].answer)
 
     @property
     def load_factor(self) -> float:
@@ -94,15 +95,16 @@ class Spread:
         return f"<Spread of {len(self.runs)} schedules: {self.headline}>"
 
     def _repr_html_(self) -> str:
-        rows = [(name, f"{r.load_factor:.4g}", r.ended) for name, r in self.results.items()]
-        return html_table(f"Load factor {self.headline}", ["schedule", "load factor", "status"], rows, self.warnings)
+        answer = next(iter(self.runs.values())).answer.name
+        rows = [(name, r.answer.plain(r.load_factor, 4), r.ended) for name, r in self.results.items()]
+        return html_table(f"{answer.capitalize()} {self.headline}", ["schedule", answer, "status"], rows, self.warnings)
 
     def __str__(self) -> str:
         lines = [str(self.headline)]
         width = 2 + max(map(len, self.results))
-        lines += [f"  {name:<{width}}{r.load_factor:<12.4g}{r.ended}" for name, r in self.results.items()]
+        lines += [f"  {n:<{width}}{r.answer.plain(r.load_factor, 4):<12}{r.ended}" for n, r in self.results.items()]
         if self.path_dependence is not None:
-            lines.append(f"  {path_text(self.path_dependence)}")
+            lines.append(f"  {path_text(self.path_dependence, next(iter(self.runs.values())).answer)}")
         return "\n".join([*lines, *(f"  warning: {text}" for text in self.warnings)])
 
 

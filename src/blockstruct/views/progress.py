@@ -40,8 +40,11 @@ def bar(progress: Progress) -> Listener:
             case IterationDone(case, index, iteration):
                 done, total = index + 1, progress.tasks[task].total or 1
                 left = (progress.tasks[task].elapsed or 0.0) / done * (total - done)
+                alpha = iteration.load_factor
+                settles = isinstance(case, bs.SettlementCase)
+                answer = f"R = {-alpha:.4f} of the dead load" if settles else f"α = {alpha:.4f}"
                 text = (
-                    f"{place}{case.name}: numerical iteration {index}, α = {iteration.load_factor:.4f}, "
+                    f"{place}{case.name}: numerical iteration {index}, {answer}, "
                     f"gap {iteration.certificate.flow_rule_gap:.0e}"
                 )
                 rest = f"about {left:.0f} s left" if done < total else "longer than usual"
