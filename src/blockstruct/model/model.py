@@ -233,5 +233,5 @@ class Model:
 
 
 def _fields(material: Material | JointMaterial) -> list[Any]:
-    """What a material does; where its values come from is no matter of mechanics."""
+    """What a material does; where its values come from is not a matter of mechanics."""
     return [getattr(material, slot) for slot in material.__slots__ if slot != "source"]
