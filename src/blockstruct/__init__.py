@@ -34,7 +34,7 @@ True
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from blockstruct import contacts, errors, results, structures
+from blockstruct import contacts, errors, results
 from blockstruct.analysis import AnalysisManager, least_tie_force, log_to, print_lines, recover, reproduce, run, ties
 from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
@@ -65,27 +65,27 @@ from blockstruct.results import (
     compare,
 )
 from blockstruct.storage import Archive, check_file, open_analysis, salvage, save_analysis
-from blockstruct.structures import (
-    Opening,
-    Sidewall,
-    arch,
-    arch_on_piers,
-    barrel_vault,
-    column,
-    courses,
-    cross_vault,
-    dome,
-    pier_spandrel,
-    stack,
-    tilted,
-    wall,
-)
 from blockstruct.units import Q_, ureg
 from blockstruct.vocabulary import ContactState, Flow, JointOrientation, SolverStatus, Stage, Status
 
 if TYPE_CHECKING:
-    from blockstruct import imports, library, studies
+    from blockstruct import imports, library, structures, studies
     from blockstruct.documents import Document, read_document, write_document, write_draft
+    from blockstruct.structures import (
+        Opening,
+        Sidewall,
+        arch,
+        arch_on_piers,
+        barrel_vault,
+        column,
+        courses,
+        cross_vault,
+        dome,
+        pier_spandrel,
+        stack,
+        tilted,
+        wall,
+    )
     from blockstruct.studies import directions, study
 
 __version__ = "0.1.0"
@@ -177,11 +177,16 @@ __all__ = [
 ]
 
 #: What is loaded when it is first asked for, to keep the import light: namespaces; names, and the room of each.
-_NAMESPACES_LATER = ("imports", "library", "studies")
-_LATER = {
-    **dict.fromkeys(("Document", "read_document", "write_document", "write_draft"), "blockstruct.documents"),
-    **dict.fromkeys(("directions", "study"), "blockstruct.studies"),
+_NAMESPACES_LATER = ("imports", "library", "structures", "studies")
+_ROOMS_LATER = {
+    "documents": ("Document", "read_document", "write_document", "write_draft"),
+    "structures": (
+        *("Opening", "Sidewall", "arch", "arch_on_piers", "barrel_vault", "column", "courses", "cross_vault", "dome"),
+        *("pier_spandrel", "stack", "tilted", "wall"),
+    ),
+    "studies": ("directions", "study"),
 }
+_LATER = {name: f"blockstruct.{room}" for room, names in _ROOMS_LATER.items() for name in names}
 
 
 def __getattr__(name: str) -> Any:

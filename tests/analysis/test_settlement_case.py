@@ -94,7 +94,7 @@ def test_archives_have_a_column_for_reactions(stored):
     assert table.loc["left goes down", "reaction"] == analysis["left goes down"].reaction.magnitude
     assert table.loc["left turns", "reaction_moment"] == analysis["left turns"].reaction.magnitude
     assert table.attrs["units"]["reaction"] == "newton"
-    # A reaction is no load factor, and never passes for one.
+    # A reaction is not a load factor, and never passes for one.
     assert table["load_factor"].notna().to_list() == [case.name == "push" for case in CASES]
     assert archive.query("load_factor < 0.6 or load_factor > 0")["case"].to_list() == ["push"]
     assert archive.query("reaction > 20000")["case"].to_list() == ["left goes down"]

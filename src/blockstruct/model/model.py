@@ -234,7 +234,7 @@ class Model:
 
 
 def _fields(material: Material | JointMaterial) -> list[Any]:
-    """What a material does; where its values come from is no matter of mechanics."""
+    """What a material does; where its values come from is not a matter of mechanics."""
     values = (getattr(material, slot) for slot in material.__slots__ if slot != "source")
     # What is as it was before there was a choice leaves the hash as it was.
     return [value for value in values if value is not Torsion.CORNERS]

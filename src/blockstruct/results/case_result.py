@@ -209,7 +209,7 @@ class CaseResult:
         Raises
         ------
         ModelError
-            A case that is no settlement.
+            If the case is not a settlement.
         """
         return self._reactions(self.load_factor)
 
@@ -225,7 +225,7 @@ class CaseResult:
         Raises
         ------
         ModelError
-            A case that is no settlement.
+            If the case is not a settlement.
         """
         h, stages = self.history, self.history["stage"].to_numpy()
         largest = np.flatnonzero(stages == Stage.LARGEST_REACTION.value)

@@ -1,4 +1,4 @@
-"""Courses of walls that are no rectangles: cut by rings of voussoirs, by the slopes of a gable, by a batter."""
+"""Courses of walls that are not rectangles: cut by rings of voussoirs, by the slopes of a gable, by a batter."""
 
 from collections.abc import Sequence
 from itertools import pairwise

@@ -211,7 +211,7 @@ def check_openings(
 ) -> None:
     """Refuse openings that do not lie within a wall, between its courses and apart from each other.
 
-    ``within`` is the polygon of the wall if it is no rectangle.
+    ``within`` is the polygon of the wall if it is not a rectangle.
     """
     top = courses * course_height
     for k, opening in enumerate(openings, start=1):

@@ -50,7 +50,7 @@ def status_words(result: bs.CaseResult) -> str:
 
 
 def range_words(result: bs.CaseResult) -> str:
-    """The reactions that statics allows, as a sentence; empty if the case is no settlement."""
+    """The reactions that statics allows, as a sentence; empty if the case is not a settlement."""
     if not isinstance(result.case, bs.SettlementCase) or not result.n_iterations:
         return ""
     ends = [result.answer.said(float(end)) for end in result.reaction_range.magnitude]
