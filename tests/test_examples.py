@@ -76,3 +76,10 @@ def test_facade_with_sidewalls():
 def test_examples_are_short():
     for path in EXAMPLES.glob("*.py"):
         assert len(path.read_text(encoding="utf-8").splitlines()) <= 60, path.name
+
+
+def test_settlement(capsys):
+    ranges = load("settlement").main()
+    assert ranges["left abutment spreads"] == pytest.approx((8.255, 10.69), rel=1e-3)
+    assert ranges["left abutment goes down"] == pytest.approx((22.97, 24.05), rel=1e-3)
+    assert "kN left" in capsys.readouterr().out
