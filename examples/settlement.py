@@ -1,7 +1,7 @@
 """A semicircular arch whose left abutment gives way: what is left of its reactions, and the range of its thrust.
 
-J. Heyman (1966), "The stone skeleton", Int. J. Solids Struct. 2: 249–279: an arch on abutments that spread takes the
-state of least thrust; its thrust lies between that and the one of abutments that are pushed together.
+J. Heyman (1966), Int. J. Solids Struct. 2: 249–279: an arch on abutments that spread takes the state of least
+thrust; its thrust lies between that and the one of abutments that are pushed together.
 """
 
 import blockstruct as bs

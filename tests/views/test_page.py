@@ -60,13 +60,24 @@ def test_the_page_holds_the_numbers_of_every_iteration(analysis, data):
         np.testing.assert_array_equal(states, result.states.to_numpy())
 
 
+def test_the_page_says_which_masses_are_pushed():
+    model = model_of(*single_block(0.4, 0.8))
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.AreaLoad("4 kPa", block="block")])
+    done = bs.AnalysisManager(model).run([bs.LimitCase("push", dead, push(1, 0, 0), "associative")])
+    (case,) = payload(done)["cases"]
+    assert case["loads"].startswith(
+        "dead + load factor × push, associative flow. The mass-proportional load 'push' acts"
+    )
+    assert "1.6 kN of area loads" in case["loads"]
+
+
 def test_the_page_asks_nothing_of_the_network(html):
-    skeleton = re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL)
-    assert "default-src 'none'" in skeleton
-    assert "form-action 'none'" in skeleton
-    assert "http://" not in skeleton
-    assert "https://" not in skeleton
-    assert "<b>wall" not in skeleton
+    bare = re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL)
+    assert "default-src 'none'" in bare
+    assert "form-action 'none'" in bare
+    assert "http://" not in bare
+    assert "https://" not in bare
+    assert "<b>wall" not in bare
 
 
 def test_the_page_is_written_whole_or_not_at_all(analysis, tmp_path):

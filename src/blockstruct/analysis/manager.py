@@ -10,7 +10,8 @@ from typing import Any, Self
 import numpy as np
 import xarray as xr
 
-from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, Listener
+from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener, tell
+from blockstruct.analysis.progress import Progress, with_progress
 from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.recovery import blank_history
@@ -28,7 +29,7 @@ from blockstruct.limit import (
 )
 from blockstruct.model import Case, LimitCase, Model, checked_tuple
 from blockstruct.procedures import solve_limit_case
-from blockstruct.results import Analysis, CaseResult, active_joints, history_of, run_name, sweep_of
+from blockstruct.results import Analysis, CaseResult, failures, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
 from blockstruct.storage import Checkpoint, checked_keep_every, claim, is_unfinished, open_analysis, patterns, tidy
@@ -53,6 +54,8 @@ class AnalysisManager:
         Schedule and tolerances of the procedure.
     listeners
         Called with every :class:`~blockstruct.analysis.Event`, in order.
+    progress
+        Whether to show how the run goes on; by default on a terminal or in a notebook, if there are no listeners.
     tags
         Words to find the analysis by: :meth:`blockstruct.Archive.select`.
     document_hash
@@ -78,6 +81,7 @@ class AnalysisManager:
         *,
         settings: ProcedureSettings | None = None,
         listeners: Iterable[Listener] = (),
+        progress: Progress = "auto",
         tags: Iterable[str] = (),
         document_hash: str = "",
         keep_every: int = 1,
@@ -90,7 +94,7 @@ class AnalysisManager:
             raise ModelError(msg)
         self.model = model
         self.settings = settings or ProcedureSettings()
-        self.listeners = checked_tuple(listeners, Callable, "AnalysisManager: listeners")
+        self.listeners = with_progress(checked_tuple(listeners, Callable, "AnalysisManager: listeners"), progress)
         self.tags = checked_tuple(tags, str, "AnalysisManager: tags")
         self.document_hash = document_hash
         self.statics = Statics.of(model, self.settings.crushing_cells)
@@ -258,14 +262,15 @@ class AnalysisManager:
             raise ModelError(msg)
         axes = axes_of(quantity, values)
         heard = (*self.listeners, *checked_tuple(listeners, Callable, "sweep: listeners"))
-        results, statics = [], self.statics
+        results, statics = list[CaseResult](), self.statics
         varied = list(joints_at(axes, self.model.interfaces))
         for joints, name in zip(varied, names_at(axes), strict=True):
+            place = (len(results) + 1, len(varied))
             statics = statics.varied(joints, self.settings.crushing_cells)
             problem = LimitProblem.of(statics, case)
             planned = _planned(case, self.settings, statics, problem, now())
-            results.append(self._run_case(planned, statics, problem, heard))
-            _tell(heard, CaseFinished(results[-1]))
+            results.append(self._run_case(planned, statics, problem, heard, place))
+            tell(heard, CaseFinished(results[-1]))
             if store is not None:
                 keep_point(self.model, joints, results[-1], Path(store) / f"{name}.h5", self.tags)
             if results[-1].status is Status.INTERRUPTED:
@@ -302,15 +307,16 @@ class AnalysisManager:
         """Run what an analysis has left to run: its interrupted cases."""
         results = dict(analysis)
         of_numbers = analysis.versions
-        for name, before in analysis.items():
+        for number, (name, before) in enumerate(analysis.items(), start=1):
             if before.status is not Status.INTERRUPTED:
                 continue
             of_numbers = versions()
             try:
                 statics = self._statics_of(before.settings)
                 problem = LimitProblem.of(statics, before.case)
-                results[name] = result = self._run_case(before, statics, problem, listeners)
-                _tell(listeners, CaseFinished(result))
+                place = (number, len(analysis))
+                results[name] = result = self._run_case(before, statics, problem, listeners, place)
+                tell(listeners, CaseFinished(result))
             except KeyboardInterrupt:
                 break
             if result.status is Status.INTERRUPTED:
@@ -318,7 +324,12 @@ class AnalysisManager:
         return analysis.replaced(results=results, versions=of_numbers)
 
     def _run_case(
-        self, before: CaseResult, statics: Statics, problem: LimitProblem, listeners: Sequence[Listener]
+        self,
+        before: CaseResult,
+        statics: Statics,
+        problem: LimitProblem,
+        listeners: Sequence[Listener],
+        place: tuple[int, int],
     ) -> CaseResult:
         case, settings, start = before.case, before.settings, perf_counter()
         solver = ReplaySolver(statics, problem, before.history, solver_of(settings))
@@ -327,10 +338,10 @@ class AnalysisManager:
         outcome = Outcome(Status.INTERRUPTED, np.nan, "interrupted by the user")
         started_at = before.started_at if before.n_iterations else now()
         try:
-            _tell(listeners, CaseStarted(case, len(self.model.blocks), problem.n_points, statics, problem))
+            tell(listeners, CaseStarted(case, len(self.model.blocks), problem.n_points, statics, problem, *place))
             while True:
                 iterations.append(next(steps))
-                _tell(listeners, IterationDone(case, len(iterations) - 1, iterations[-1]))
+                tell(listeners, IterationDone(case, len(iterations) - 1, iterations[-1]))
         except StopIteration as stop:
             outcome = stop.value
         except KeyboardInterrupt:
@@ -342,7 +353,7 @@ class AnalysisManager:
             status=outcome.status,
             load_factor=outcome.load_factor,
             certificate=iterations[-1].certificate if iterations and outcome.status is not Status.UNBOUNDED else None,
-            message=outcome.message + (_where(history) if outcome.status in FALLS else ""),
+            message=outcome.message + (failures(history) if outcome.status in FALLS else ""),
             history=history,
             started_at=started_at,
             duration=before.duration + perf_counter() - start,
@@ -352,12 +363,6 @@ class AnalysisManager:
         if settings.crushing_cells == self.settings.crushing_cells:
             return self.statics
         return Statics.of(self.model, settings.crushing_cells)
-
-
-def _where(history: xr.Dataset) -> str:
-    """Interfaces that fail first of all in the last iteration, with how they fail."""
-    first = active_joints(history).head(3)["state"]
-    return "; it fails at " + ", ".join(f"{name} ({state})" for name, state in first.items()) if len(first) else ""
 
 
 def _planned(
@@ -386,8 +391,3 @@ def _warn_of(results: Iterable[CaseResult]) -> None:
             said.setdefault(text, result.name)
     for text, name in said.items():
         warnings.warn(f"case {name!r}: {text}", LoadFactorWarning, stacklevel=3)
-
-
-def _tell(listeners: Sequence[Listener], event: Event) -> None:
-    for listener in listeners:
-        listener(event)

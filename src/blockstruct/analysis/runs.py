@@ -5,6 +5,7 @@ from pathlib import Path
 
 from blockstruct.analysis.events import Listener
 from blockstruct.analysis.manager import AnalysisManager
+from blockstruct.analysis.progress import Progress
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import Case, LimitCase, Model, SettlementCase
 from blockstruct.results import Analysis, Comparison, compare
@@ -18,12 +19,13 @@ def run(
     settings: ProcedureSettings | None = None,
     spread: bool | str | Iterable[str] = False,
     listeners: Iterable[Listener] = (),
+    progress: Progress = "auto",
 ) -> Analysis:
     """Run cases of a model: :class:`AnalysisManager` in one call.
 
     Parameters
     ----------
-    model, store, settings, listeners
+    model, store, settings, listeners, progress
         As for :class:`AnalysisManager`.
     cases, spread
         As for :meth:`AnalysisManager.run`; a single case will do.
@@ -34,7 +36,8 @@ def run(
         As both do.
     """
     listed = [cases] if isinstance(cases, LimitCase | SettlementCase) else cases
-    return AnalysisManager(model, store, settings=settings, listeners=listeners).run(listed, spread=spread)
+    manager = AnalysisManager(model, store, settings=settings, listeners=listeners, progress=progress)
+    return manager.run(listed, spread=spread)
 
 
 def reproduce(analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Comparison:

@@ -106,7 +106,9 @@ def _run(
     spread: bool | str = False,
 ) -> None:
     with following(err, quiet=quiet) as listeners:
-        manager = bs.AnalysisManager(model, output, settings=settings, listeners=listeners, document_hash=document_hash)
+        manager = bs.AnalysisManager(
+            model, output, settings=settings, listeners=listeners, progress=False, document_hash=document_hash
+        )
         analysis = manager.run(cases, spread=spread)
     _report(analysis, output, as_json=as_json)
 

@@ -134,8 +134,9 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
     for entry in content.get("blocks", []):
         blocks.append(_block(entry, _named(materials, entry["material"], "material")))
     found = _detection(blocks, content["interfaces"], joints)
+    ties = [_tie(entry) for entry in content.get("ties", [])]
     try:
-        model = Model(content.get("name", stem), blocks, found, ties=map(_tie, content.get("ties", [])))
+        model = Model(content.get("name", stem), blocks, found, ties=ties)
     except BlockstructError as error:
         # What was found and what was left out mostly tells why.
         error.add_note(f"{len(blocks)} blocks, {found.report}")

@@ -24,6 +24,7 @@ from blockstruct.model import (
     JointMaterial,
     LimitCase,
     LoadPattern,
+    Material,
     Model,
     given_quantities,
     kind_of,
@@ -189,7 +190,7 @@ def _write(
     content: dict[str, Any] = {
         "blockstruct": "model-1",
         "name": name,
-        "materials": {n: {"unit_weight": f"{m.unit_weight!r} N/m^3"} for n, m in materials.items()},
+        "materials": {n: {"unit_weight": f"{m.unit_weight!r} N/m^3"} | _source(m) for n, m in materials.items()},
         "joint_materials": {n: _joint(j) for n, j in joints.items()},
         "interfaces": detection,
         "load_patterns": {p.name: _loads(p) for p in patterns.values()},
@@ -233,8 +234,12 @@ def _joint(joint: JointMaterial) -> dict[str, Any]:
         name: _number(value, JOINT_PROPERTIES[name].dimension)
         for name, value in values.items()
         if value != JOINT_PROPERTIES[name].absent
-    }
+    } | _source(joint)
     return numbers if joint.torsion is Torsion.CORNERS else numbers | {"torsion": str(joint.torsion)}
+
+
+def _source(material: Material | JointMaterial) -> dict[str, str]:
+    return {"source": material.source} if material.source else {}
 
 
 def _block(block: Block) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Any, Self
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords
-from blockstruct.model.checks import checked_name
+from blockstruct.model.checks import checked_name, checked_source
 from blockstruct.units import QuantityLike, si, symbol, to_quantity
 from blockstruct.vocabulary import Torsion
 
@@ -73,6 +73,8 @@ class JointMaterial:
         times that of a square under uniform pressure. ``"uniform pressure"``: the shear force V and the torque T about
         the centroid also keep ``V² + (T / r̄)² ≤ R²``, with R the sliding resistance and r̄ the mean distance of the
         area from its centroid.
+    source
+        Where the values come from, as :mod:`blockstruct.library` says it: stored and printed with the material.
 
     Attributes
     ----------
@@ -106,6 +108,7 @@ class JointMaterial:
     normal_stiffness: float
     shear_stiffness: float
     torsion: Torsion
+    source: str
 
     def __init__(
         self,
@@ -120,6 +123,7 @@ class JointMaterial:
         normal_stiffness: QuantityLike | None = None,
         shear_stiffness: QuantityLike | None = None,
         torsion: Torsion | str = Torsion.CORNERS,
+        source: str = "",
     ) -> None:
         checked_name(name, "joint material")
         who = f"joint material {name!r}"
@@ -163,12 +167,12 @@ class JointMaterial:
         except (ValueError, TypeError, RecursionError):
             msg = f"{who}: torsion {shown(torsion)}; give one of {', '.join(map(repr, map(str, Torsion)))}"
             raise ModelError(msg) from None
-        values: tuple[object, ...] = (name, mu, psi, c, ft, fc, kn, kt, torsion)
+        values: tuple[object, ...] = (name, mu, psi, c, ft, fc, kn, kt, torsion, checked_source(source, who))
         for attribute, field in zip(self.__slots__, values, strict=True):
             object.__setattr__(self, attribute, field)
 
-    def varied(self, **values: QuantityLike) -> "JointMaterial":
-        """The same joint with other values, given as to the constructor.
+    def varied(self, **values: Any) -> "JointMaterial":
+        """The same joint with other values, given as to the constructor; its source says which were changed.
 
         >>> JointMaterial("lime", 0.6, cohesion="50 kPa").varied(compressive_strength="4 MPa").cohesion
         50000.0
@@ -176,17 +180,30 @@ class JointMaterial:
         own = _quantities({name: getattr(self, name) for name in JOINT_PROPERTIES})
         if "friction_angle" in values:
             del own["friction_coefficient"]
+        if self.source and values and "source" not in values:
+            own["source"] = f"{self.source}; then changed: {', '.join(values)}"
         return type(self)(self.name, **({"torsion": self.torsion} | own | values))
 
     @classmethod
-    def from_si(cls, name: str, values: Mapping[str, float], torsion: str = Torsion.CORNERS) -> Self:
+    def from_si(cls, name: str, values: Mapping[str, float], torsion: str = Torsion.CORNERS, source: str = "") -> Self:
         """Joint material of the properties of :data:`JOINT_PROPERTIES` in SI floats."""
-        return cls(name, **_quantities(values), torsion=torsion)
+        return cls(name, **_quantities(values), torsion=torsion, source=source)
+
+    def __str__(self) -> str:
+        given = {n: getattr(self, n) for n, p in JOINT_PROPERTIES.items() if getattr(self, n) != p.absent}
+        said = ", ".join(f"{n.replace('_', ' ')} {_readable(v, JOINT_PROPERTIES[n])}" for n, v in given.items())
+        return said if self.torsion is Torsion.CORNERS else f"{said}, torsion of {self.torsion}"
 
     @property
     def dilatancy(self) -> float:
         """Tangent of the dilatancy angle."""
         return math.tan(self.dilatancy_angle)
+
+
+def _readable(value: float, of: JointProperty) -> str:
+    if of.dimension == "angle":
+        return f"{math.degrees(value):.4g}°"
+    return f"{to_quantity(value, of.dimension).to_compact():.4g~P}".strip()
 
 
 def _quantities(values: Mapping[str, float]) -> dict[str, Any]:

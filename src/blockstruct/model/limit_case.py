@@ -50,6 +50,15 @@ class LimitCase:
         """Its load patterns."""
         return (self.dead, self.variable)
 
+    @property
+    def question(self) -> str:
+        """What it asks, in words.
+
+        >>> LimitCase("pushed", LoadPattern("dead", []), LoadPattern("push", [])).question
+        'dead + load factor × push, nonassociative flow'
+        """
+        return f"{self.dead.name} + load factor × {self.variable.name}, {self.flow} flow"
+
     def renamed(self, name: str, flow: Flow | None = None) -> Self:
         """The same question by another name, with another flow rule if one is given."""
         return replace(self, name=name, flow=flow or self.flow)

@@ -106,6 +106,15 @@ class SettlementCase:
         return (self.dead,)
 
     @property
+    def question(self) -> str:
+        """What it asks, in words.
+
+        >>> SettlementCase("left", LoadPattern("dead", []), ["left pier"], "-z").question
+        'dead, left pier moves along (0, 0, -1), nonassociative flow'
+        """
+        return f"{self.dead.name}, {self.motion}, {self.flow} flow"
+
+    @property
     def motion(self) -> str:
         """How the supports move, in words.
 

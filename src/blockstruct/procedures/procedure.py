@@ -14,7 +14,6 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.dead_load import dead_load_program
 from blockstruct.procedures.fictitious import fictitious_iteration
 from blockstruct.procedures.largest_reaction import largest_reaction
-from blockstruct.procedures.loading_path import loading_path
 from blockstruct.procedures.self_stress import can_jam, collapse_of_dead_load, grows_without_limit
 from blockstruct.procedures.shifted import shifted_iteration
 from blockstruct.procedures.step import solve_step
@@ -105,6 +104,9 @@ def _without_dilatancy(program: ConicProgram, first: Iteration, settings: Proced
     left, last = settings.max_programs - 2, first
     of_cones, before = exact(program, settings), ""
     if settings.procedure == "loading path":
+        # Loaded here: its interior-point loop needs linear algebra that is slow to import.
+        from blockstruct.procedures.loading_path import loading_path
+
         why, closed = yield from loading_path(of_cones, settings, solver)
         if closed is not None:
             return why, closed

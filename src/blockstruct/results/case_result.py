@@ -1,7 +1,7 @@
 """The result of one limit case."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
@@ -10,8 +10,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
-from blockstruct.limit import Certificate, ProcedureSettings
+from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, ProcedureSettings
 from blockstruct.model import Case, Model, SelfWeight, SettlementCase
+from blockstruct.notebook import html_table
 from blockstruct.results.answer import Answer
 from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline
@@ -26,8 +27,6 @@ from blockstruct.vocabulary import DRIFTING, Flow, Stage, Status
 
 #: Stages that do not ask the question of the case.
 _OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.LARGEST_REACTION.value]
-#: Names of the measures of a certificate, as stored.
-CERTIFICATE_MEASURES = tuple(f.name for f in fields(Certificate))
 _JAMMED = (
     "With dilatancy the joints carry any multiple of the variable load, so nothing bounds this load factor from above: "
     "it depends on how firmly the blocks are jammed (self-stress), which the model does not determine; other schedules "
@@ -305,7 +304,7 @@ class CaseResult:
         measures = {name: float(self.history[name][iteration]) for name in CERTIFICATE_MEASURES if name != "holds"}
         s, gap, limit = self.settings, measures["flow_rule_gap"], measures["flow_rule_gap_limit"]
         holds = measures["interpenetration"] <= s.interpenetration_tolerance and gap <= limit
-        return Certificate(**measures, holds=bool(holds and self._admissible[iteration]))
+        return Certificate(**measures, holds=bool(holds and self._admissible[iteration]), settings=s)
 
     @property
     def admissible_load_factor(self) -> float:
@@ -348,25 +347,41 @@ class CaseResult:
         if not isinstance(settings, Mapping):
             msg = f"case {case.name!r}: settings {settings!r} are not names and values"
             raise ModelError(msg)
+        given = ProcedureSettings.of(settings)
+        holds = bool(certificate.get("holds"))
         return cls(
             case=case,
-            settings=ProcedureSettings.of(settings),
+            settings=given,
             status=Status(status),
-            certificate=Certificate(**measures, holds=bool(certificate["holds"])) if certificate else None,
+            certificate=Certificate(**measures, holds=holds, settings=given) if certificate else None,
             **rest,
         )
 
-    def describe(self) -> str:
-        """How the structure collapses, in sentences: number, bodies that move, hinges, sliding and crushing joints."""
-        moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
-        # Of the blocks' own weight alone there is nothing to say.
+    @property
+    def masses(self) -> str:
+        """Which weights a mass-proportional push takes along, in words; of the blocks' own weight alone, nothing."""
         plain = all(isinstance(load, SelfWeight) for load in self.case.dead.loads)
-        masses = "" if plain else pushed_masses(self.model, self.case)
+        return "" if plain else pushed_masses(self.model, self.case)
+
+    def describe(self) -> str:
+        """How the structure collapses, in sentences: number, bodies that move, failing joints, and ties."""
+        moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
         found = describe(self.model, self.history) if moves else ""
-        return "\n".join(filter(None, (str(self), self.torsion_warning, masses, found)))
+        return "\n".join(filter(None, (str(self), self.torsion_warning, self.masses, found)))
 
     def __repr__(self) -> str:
         return f"<CaseResult {self.name!r}: {self.status}, {self.answer.name} {self.answer.plain(self.load_factor, 4)}>"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            ("status", f"{self.status}: {self.message}"),
+            (self.answer.name, self.headline.text(6)),
+            ("loads", self.case.question),
+            ("numerical iterations", self.n_iterations),
+        ]
+        told = (*self.warnings, *filter(None, [self.torsion_warning]))
+        table = html_table(self.name, ["", ""], rows, told)
+        return table + (self.certificate._repr_html_() if self.certificate else "")
 
     def __str__(self) -> str:
         number = self.answer.plain(self.load_factor, 6)

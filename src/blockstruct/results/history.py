@@ -213,7 +213,7 @@ def _ties(table: TieTable) -> dict[str, Any]:
             {"long_name": "name of the tie, with the blocks of a stretch of a bonded bar"},
         ),
         "tie_of_model": ("tie", table.tie, {}),
-        "tie_position": (("tie", "tie_end", "axis"), table.position, _attrs("length", "where it pulls at its blocks")),
+        "tie_position": (("tie", "tie_end", "axis"), table.position, _attrs("length", "where it ends in its blocks")),
         "tie_capacity": ("tie", table.capacity, _attrs("force", "largest force")),
         "tie_prestress": ("tie", table.prestress, _attrs("force", "least force")),
         "tie_governing": ("tie", _text(table.governing), {"long_name": "which limit the largest force is"}),

@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Self
 
 from blockstruct.limit import SCHEDULES
+from blockstruct.notebook import html_table
 from blockstruct.results.case_result import CaseResult, path_text
 from blockstruct.results.headline import Headline
 from blockstruct.vocabulary import ALONG_PATH, Flow, Status
@@ -27,7 +28,7 @@ class Spread:
 
     The answer of a non-associative structure is not unique and depends on the path: each of these is certified by
     itself, and none is wrong. The lowest is the one to rely on. A load factor that was still drifting when its run was
-    stopped is no answer of its schedule, and counts only where none has settled.
+    stopped is not an answer of its schedule, and counts only where none has settled.
 
     Attributes
     ----------
@@ -92,6 +93,11 @@ class Spread:
 
     def __repr__(self) -> str:
         return f"<Spread of {len(self.runs)} schedules: {self.headline}>"
+
+    def _repr_html_(self) -> str:
+        answer = next(iter(self.runs.values())).answer.name
+        rows = [(name, r.answer.plain(r.load_factor, 4), r.ended) for name, r in self.results.items()]
+        return html_table(f"{answer.capitalize()} {self.headline}", ["schedule", answer, "status"], rows, self.warnings)
 
     def __str__(self) -> str:
         lines = [str(self.headline)]

@@ -1,7 +1,7 @@
 """The certificate recomputed: what a result says, against its own model, loads, forces and velocities."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -9,7 +9,15 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.errors import BlockstructError, CertificateError
-from blockstruct.limit import Certificate, LimitProblem, ProcedureSettings, block_motion, certify, velocities_of
+from blockstruct.limit import (
+    CERTIFICATE_MEASURES,
+    Certificate,
+    LimitProblem,
+    ProcedureSettings,
+    block_motion,
+    certify,
+    velocities_of,
+)
 from blockstruct.model import SettlementCase
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
@@ -128,8 +136,9 @@ def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
     if stored is None:
         yield "there is no certificate"
         return
-    last = {f.name: float(result.history[f.name][-1]) for f in fields(Certificate) if f.name != "holds"}
-    for name, scale in _tolerances(result.settings, again).items():
+    last = {name: float(result.history[name][-1]) for name in CERTIFICATE_MEASURES if name != "holds"}
+    scales = again.tolerances | {"flow_rule_gap_limit": again.flow_rule_gap_limit}
+    for name, scale in scales.items():
         now = getattr(again, name)
         for where, value in (("certificate", getattr(stored, name)), ("history", last[name])):
             if not _same(value, now, scale):
@@ -197,6 +206,7 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
             "tie_capacity": table.capacity,
             "tie_prestress": table.prestress,
             "tie_bond": table.bond,
+            "tie_elongation_limit": table.elongation_limit,
         }
     if len(problem.torsion):
         expected["torsion_lever"] = points.torsion_lever
@@ -227,17 +237,6 @@ def _velocities(statics: Statics, state: _State, last: xr.Dataset) -> Iterator[s
     )
     if not np.allclose(moved, allowed, rtol=_SAME, atol=0, equal_nan=True):
         yield "supports move in the mechanism of the history"
-
-
-def _tolerances(settings: ProcedureSettings, certificate: Certificate) -> dict[str, float]:
-    """Scale of each measure: its tolerance."""
-    return {
-        "equilibrium_residual": settings.equilibrium_tolerance,
-        "yield_excess": settings.yield_tolerance,
-        "interpenetration": settings.interpenetration_tolerance,
-        "flow_rule_gap": certificate.flow_rule_gap_limit,
-        "flow_rule_gap_limit": certificate.flow_rule_gap_limit,
-    }
 
 
 def _same(one: float, other: float, scale: float) -> bool:

@@ -30,7 +30,7 @@ def case_dataset(result: CaseResult) -> xr.Dataset:
         "duration": ((), result.duration, {"units": SI_UNITS["time"]}),
     }
     if result.certificate is not None:
-        for name, value in asdict(result.certificate).items():
+        for name, value in result.certificate.measures.items():
             variables[name] = ((), int(value) if isinstance(value, bool) else value, number)
     if isinstance(result.case, SettlementCase):
         reaction = float(result.reaction.magnitude)

@@ -14,6 +14,16 @@ STATE_COLOURS = {
 }
 STONE, SUPPORT, EDGE, GHOST = "#ede8df", "#c9c1b4", "#8d8578", "#d8d3ca"
 FORCE, ACCENT = "#d55e00", "#0072b2"
+#: Colour of ties: of a model, and by their state.
+TIE = "#00664d"
+TIE_COLOURS = {
+    bs.ties.TieState.SLACK.value: "#9fb8b0",
+    bs.ties.TieState.STRESSED.value: TIE,
+    bs.ties.TieState.YIELDING.value: "#e69f00",
+    bs.ties.TieState.PUNCHING.value: "#882255",
+    bs.ties.TieState.SLIPPING.value: "#cc79a7",
+    bs.ties.TieState.UNKNOWN.value: "#f0e442",
+}
 #: Blocks behind what is drawn over them.
 PALE_STONE, PALE_EDGE = "#f7f4ef", "#cfc8bd"
 #: Colours of a utilisation from 0 to 1, and where it counts as full.

@@ -1,5 +1,7 @@
 """Statuses and certificates in words, as a report says them."""
 
+import numpy as np
+
 import blockstruct as bs
 
 #: Of a settlement, where it is not the same.
@@ -45,20 +47,6 @@ def status_words(result: bs.CaseResult) -> str:
     words = _OF_SETTLEMENT if isinstance(result.case, bs.SettlementCase) else _STATUS
     said = words.get(result.status, _STATUS[result.status])
     return f"{said} {_DRIFTING}" if result.drifts else said
-
-
-def question_words(case: bs.LimitCase | bs.SettlementCase) -> str:
-    """What a case asks, in words.
-
-    >>> dead, push = bs.LoadPattern("dead", [bs.SelfWeight()]), bs.LoadPattern("push", [bs.BodyForce("+x")])
-    >>> question_words(bs.LimitCase("pushed", dead, push))
-    'dead + load factor × push, nonassociative flow'
-    >>> question_words(bs.SettlementCase("settles", dead, ["pier"], "-z"))
-    'dead, pier moves along (0, 0, -1), nonassociative flow'
-    """
-    if isinstance(case, bs.SettlementCase):
-        return f"{case.dead.name}, {case.motion}, {case.flow} flow"
-    return f"{case.dead.name} + load factor × {case.variable.name}, {case.flow} flow"
 
 
 def range_words(result: bs.CaseResult) -> str:
@@ -138,9 +126,17 @@ def _gap_unit(result: bs.CaseResult) -> str:
     return "the dead load" if result.answer.is_reaction else "load factor"
 
 
+def tie_words(result: bs.CaseResult) -> list[str]:
+    """What each tie does in the last iteration, a sentence each; none where the solver found no forces."""
+    if not (result.model.ties and result.n_iterations):
+        return []
+    found = np.isfinite(result.history["tie_force"].isel(iteration=-1)).all()
+    return bs.results.tie_sentences(result.history) if found else []
+
+
 def certificate_words(result: bs.CaseResult) -> str:
     """A sentence on why to believe a result, with the measures of its certificate."""
-    found, settings = result.certificate, result.settings
+    found = result.certificate
     if found is None:
         return "There is no certificate."
     if result.status is bs.Status.UNSTABLE:
@@ -149,12 +145,13 @@ def certificate_words(result: bs.CaseResult) -> str:
     if result.status is bs.Status.SELF_STRESS:
         verdict = "is certified" if found.holds else "is not certified"
         return f"A collapse state of the dead load alone {verdict} within the tolerances."
-    verdict = "holds" if found.holds else "does not hold"
+    limits = found.tolerances
+    loaded = "no joint and no tie" if result.model.ties else "no joint"
     return (
-        f"The certificate {verdict}: equilibrium is met to {found.equilibrium_residual:.1e} "
-        f"(tolerance {settings.equilibrium_tolerance:.0e}) of the dead load of a block, "
-        f"no joint is loaded beyond its strength by more than {max(found.yield_excess, 0):.1e} "
-        f"({settings.yield_tolerance:.0e}), blocks penetrate by at most {found.interpenetration:.1e} "
-        f"({settings.interpenetration_tolerance:.0e}) of the largest motion, and the flow rule is missed by "
-        f"{found.flow_rule_gap:.1e} ({found.flow_rule_gap_limit:.0e}) of {_gap_unit(result)}."
+        f"The {found.verdict}: equilibrium is met to {found.equilibrium_residual:.1e} "
+        f"(tolerance {limits['equilibrium_residual']:.0e}) of the dead load of a block, "
+        f"{loaded} is loaded beyond its strength by more than {max(found.yield_excess, 0):.1e} "
+        f"({limits['yield_excess']:.0e}), blocks penetrate by at most {found.interpenetration:.1e} "
+        f"({limits['interpenetration']:.0e}) of the largest motion, and the flow rule is missed by "
+        f"{found.flow_rule_gap:.1e} ({limits['flow_rule_gap']:.0e}) of {_gap_unit(result)}."
     )

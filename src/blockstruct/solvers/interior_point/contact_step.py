@@ -78,7 +78,7 @@ class ContactProblem:
         Raises
         ------
         RuntimeError
-            Blocks that no contact holds.
+            If there are blocks that no contact holds.
         """
         one = self.conditions.identity()
         # Multipliers that weigh nothing leave the compliance alone.

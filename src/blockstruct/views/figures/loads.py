@@ -38,7 +38,7 @@ def loads(result: bs.CaseResult, *, look: Any = None, ax: Axes | None = None) ->
     Raises
     ------
     ModelError
-        No result of a case.
+        If it is not the result of a case.
     """
     model, case = given_result(result, "loads").model, result.case
     solids = Solids.of(model)

@@ -66,6 +66,7 @@ def mechanism(
     share = size / max(size.max(), np.finfo(float).tiny)
     fixed = np.array([b.fixed for b in model.blocks])
     canvas.bodies(model, solids, moved, np.where(fixed[:, None], to_rgba_array(SUPPORT), scale(share)))
+    canvas.ties(result, index, factor)
     drawn = _push(canvas, result, index, solids, moved)
     canvas.frame(np.concatenate([solids.vertices, moved, drawn]))
     canvas.scale(ScalarMappable(Normalize(0, 1), scale), "displacement, share of the largest [-]")

@@ -38,6 +38,11 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
     ]
     if crushing and not all(np.isfinite(j.compressive_strength) for j in joints):
         said.append("Joint materials whose compressive strength is unlimited do not crush.")
+    if model.ties:
+        said.append(
+            "Ties bear tension alone, along the straight line between their ends; they are rigid up to their largest "
+            "force and yield there without limit, unless an elongation limit is stated. Their weight is not considered."
+        )
     if any(r.case.flow == bs.Flow.NONASSOCIATIVE for r in results):
         said.append(
             "With non-associative flow the load factor is not unique: a certified load factor is that of a collapse "

@@ -20,10 +20,10 @@ from blockstruct.views.words import (
     certificate_words,
     load_factor_words,
     path_words,
-    question_words,
     range_words,
     spread_words,
     status_words,
+    tie_words,
     warning_words,
 )
 
@@ -46,7 +46,10 @@ def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any
         "model": _model(model),
         "detection": detection_rows(model),
         "materials": [(m.name, quantity(m.unit_weight, "N/m³")) for m in model.materials.values()],
+        "ties": [_tie(tie) for tie in model.ties],
         "joint_materials": [_joint(m, flows) for m in model.joint_materials.values()],
+        "sources": [(m.name, m.source) for m in model.materials.values() if m.source]
+        + [(m.name, m.source) for m in model.joint_materials.values() if m.source],
         "patterns": _patterns(results),
         "answers": " / ".join(dict.fromkeys(r.answer.name + " [-]" * (not r.answer.is_reaction) for r in results)),
         "results": [_headline(name, spreads.get(name, analysis[name])) for name in analysis.headlines],
@@ -93,6 +96,30 @@ def _joint(m: bs.JointMaterial, flows: Sequence[bs.Flow]) -> list[str]:
         quantity(m.tensile_strength, "Pa"),
         quantity(m.compressive_strength, "Pa"),
     ]
+
+
+def _tie(tie: Any) -> list[str]:
+    """Name, kind, ends, what it was given, and which limit governs."""
+    kind = bs.ties.tie_kind_of(tie)
+    ends = [
+        _vector(end, "m") if kind == "bonded_bar" else f"{end[0]} at {_vector(end[1], 'm')}"
+        for end in (tie.start, tie.end)
+    ]
+    given = bs.ties.given_quantities(tie).items()
+    texts = [f"{name.replace('_', ' ')} {_of_tie(value, bs.ties.TIE_QUANTITIES[name])}" for name, value in given]
+    return [
+        tie.name,
+        kind.replace("_", " "),
+        *ends,
+        ", ".join(texts),
+        f"{quantity(tie.capacity, 'N')} ({tie.governing})",
+    ]
+
+
+def _of_tie(value: float, dimension: str) -> str:
+    if dimension in ("force", "stress"):
+        return quantity(value, "N" if dimension == "force" else "Pa")
+    return f"{value * 1e6:.4g} mm²" if dimension == "area" else f"{value * 1e3:.4g} mm"
 
 
 def _dilatancy(m: bs.JointMaterial, flows: Sequence[bs.Flow]) -> str:
@@ -215,13 +242,14 @@ def _case(r: bs.CaseResult) -> dict[str, Any]:
     # Without an iteration there is nothing to count and to draw.
     states = Counter(r.states.isel(iteration=-1).to_numpy().tolist()) if r.n_iterations else Counter()
     return _result(r) | {
-        "question": question_words(r.case),
+        "question": r.case.question,
         "answer": r.answer.name.capitalize(),
         "iterations": r.n_iterations,
         "duration": f"{r.duration:.2f} s",
         "started_at": r.started_at,
         "status_words": " ".join(filter(None, (status_words(r), range_words(r), admissible_words(r)))),
         "certificate_words": certificate_words(r),
+        "ties": tie_words(r),
         "message": r.message,
         "states": sorted(states.items(), key=lambda item: -item[1]),
         "pictures": [{"caption": d.caption, "address": _address(d)} for d in drawings(r)],
