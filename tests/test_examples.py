@@ -100,3 +100,10 @@ def test_friction_strength_study(tmp_path):
 def test_examples_are_short():
     for path in EXAMPLES.glob("*.py"):
         assert len(path.read_text(encoding="utf-8").splitlines()) <= 60, path.name
+
+
+def test_settlement(capsys):
+    ranges = load("settlement").main()
+    assert ranges["left abutment spreads"] == pytest.approx((8.255, 10.69), rel=1e-3)
+    assert ranges["left abutment goes down"] == pytest.approx((22.97, 24.05), rel=1e-3)
+    assert "kN left" in capsys.readouterr().out

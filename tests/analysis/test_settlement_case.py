@@ -100,6 +100,18 @@ def test_archives_have_a_column_for_reactions(stored):
     assert archive.query("reaction > 20000")["case"].to_list() == ["left goes down"]
 
 
+def test_comparisons_compare_reactions(stored, model, tmp_path):
+    analysis, folder = stored
+    heavier = bs.LoadPattern("dead", [bs.SelfWeight(), bs.BodyForce("-z", share=0.1)])
+    cases = [bs.SettlementCase(c.name, heavier, c.supports, c.direction, flow=c.flow) for c in CASES[:1]]
+    other = bs.run(model, cases, tmp_path / "beam.h5")
+    found = bs.compare(analysis, other).cases.loc["left goes down"]
+    assert found["load_factor"] == analysis["left goes down"].reaction.magnitude
+    assert found["relative_difference"] == pytest.approx(0.1, rel=1e-5)
+    tables = bs.Archive(folder).difference(bs.Archive(tmp_path)).xs("left goes down", level="case")
+    assert tables["relative_difference"].item() == pytest.approx(0.1, rel=1e-5)
+
+
 def test_documents_keep_settlements(model, tmp_path):
     bs.write_document(tmp_path / "beam.yaml", model, CASES)
     assert bs.read_document(tmp_path / "beam.yaml").cases == CASES

@@ -96,7 +96,7 @@ def mean_distances(points: Array, starts: Index, centroids: Array, normals: Arra
     following[starts + counts - 1] = starts
     arms = points - centroids[polygon]
     edge = arms[following] - arms
-    length = np.linalg.norm(edge, axis=1)
+    length = np.maximum(np.linalg.norm(edge, axis=1), np.finfo(float).tiny)
     twice = np.einsum("ij,ij->i", np.cross(arms, arms[following]), normals[polygon])
     # Edges that run towards the centroid enclose nothing.
     encloses = np.abs(twice) > 1e-12 * length**2

@@ -17,7 +17,7 @@ _JUDGED = {
     "equilibrium_residual": ("equilibrium residual", "dead wrenches of the block"),
     "yield_excess": ("yield excess", "dead wrenches of the lighter block, or n"),
     "interpenetration": ("interpenetration", "largest relative velocities"),
-    "flow_rule_gap": ("flow-rule gap", "units of the load factor or reaction"),
+    "flow_rule_gap": ("flow-rule gap", "of the load factor; of the dead load, if a reaction"),
 }
 
 

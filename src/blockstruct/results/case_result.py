@@ -379,7 +379,8 @@ class CaseResult:
             ("loads", self.case.question),
             ("numerical iterations", self.n_iterations),
         ]
-        table = html_table(self.name, ["", ""], rows, self.warnings)
+        told = (*self.warnings, *filter(None, [self.torsion_warning]))
+        table = html_table(self.name, ["", ""], rows, told)
         return table + (self.certificate._repr_html_() if self.certificate else "")
 
     def __str__(self) -> str:

@@ -78,5 +78,5 @@ def torsion_words(model: Model, history: xr.Dataset, answer: str) -> str:
     return (
         f"Friction at corners resists torsion by more than uniform pressure would, up to {times:.3g} times as much "
         f"({names}): some {share:.0%} of the {answer} is owed to it. Joint materials with "
-        'torsion="uniform pressure" leave it out.'
+        'torsion="uniform pressure" limit it.'
     )

@@ -12,7 +12,7 @@ from blockstruct.errors import BlockstructError, StorageError
 from blockstruct.results import relative_difference
 from blockstruct.storage.analysis_file import AnalysisFile
 from blockstruct.storage.archive_index import Known, read_index, write_index
-from blockstruct.storage.archive_rows import rows_of, short_columns, table_of
+from blockstruct.storage.archive_rows import REACTIONS, rows_of, short_columns, table_of
 from blockstruct.storage.case_group import group_name
 from blockstruct.storage.claim import SUFFIX
 from blockstruct.storage.lazy import lazy_history
@@ -218,13 +218,17 @@ class Archive:
         Returns
         -------
         pandas.DataFrame
-            Indexed by path and case: ``load_factor``, ``status``, ``model_hash`` and ``problem`` of each, with
-            ``_other`` for the other one's; ``relative_difference`` of the load factor (0 where both are the same);
-            and whether they ``agree``: both there and readable, of one model and status.
+            Indexed by path and case: ``load_factor`` (of a settlement its reaction, N or N·m), ``status``,
+            ``model_hash`` and ``problem`` of each, with ``_other`` for the other one's; ``relative_difference`` of the
+            load factor (0 where both are the same); and whether they ``agree``: both there and readable, of one model
+            and status.
         """
         columns = ["load_factor", "status", "model_hash", "problem"]
         tables = (a.table(all_columns=True).astype({"case": object}).fillna({"case": ""}) for a in (self, other))
-        one, two = (table.set_index(["path", "case"])[columns] for table in tables)
+        answered = (
+            t.assign(load_factor=t[["load_factor", *REACTIONS.values()]].bfill(axis=1).iloc[:, 0]) for t in tables
+        )
+        one, two = (table.set_index(["path", "case"])[columns] for table in answered)
         joined = one.join(two.add_suffix("_other"), how="outer")
         joined["relative_difference"] = relative_difference(joined["load_factor"], joined["load_factor_other"])
         joined["agree"] = joined["problem"].eq("") & joined["problem_other"].eq("")

@@ -20,7 +20,7 @@ from blockstruct.units import SI_UNITS
 Row = dict[str, Any]
 
 #: Reactions of settlements, by their unit.
-_REACTIONS = {SI_UNITS["force"]: "reaction", SI_UNITS["moment"]: "reaction_moment"}
+REACTIONS = {SI_UNITS["force"]: "reaction", SI_UNITS["moment"]: "reaction_moment"}
 _NUMBERS = ("load_factor", "associative_load_factor", "n_iterations", "duration", *CERTIFICATE_MEASURES)
 _TEXTS = ("status", "flow", "dead", "variable", "message", "started_at")
 _FIRST = (
@@ -29,7 +29,7 @@ _FIRST = (
     "model",
     "model_hash",
     "load_factor",
-    *_REACTIONS.values(),
+    *REACTIONS.values(),
     *_NUMBERS[1:],
     *_TEXTS,
     "created_at",
@@ -40,13 +40,13 @@ _FIRST = (
     *(f"joint_{name}" for name in JOINT_PROPERTIES),
 )
 #: Columns of the short view, before and behind the parameters.
-_SHORT = ("path", "case", "model"), ("load_factor", *_REACTIONS.values(), "status", "flow", "n_iterations", "problem")
+_SHORT = ("path", "case", "model"), ("load_factor", *REACTIONS.values(), "status", "flow", "n_iterations", "problem")
 #: Units of the columns that have one.
 _UNITS = {
     "load_factor": "dimensionless",
     "associative_load_factor": "dimensionless",
     "duration": "second",
-    **{name: unit for unit, name in _REACTIONS.items()},
+    **{name: unit for unit, name in REACTIONS.items()},
     **{f"joint_{name}": SI_UNITS[p.dimension] for name, p in JOINT_PROPERTIES.items()},
 }
 #: Values that a row is made of, at most: of joint materials.
@@ -119,7 +119,7 @@ def _reaction(case: h5py.Group, place: str) -> Row:
     if "reaction" not in case:
         return {}
     reaction = _scalar(case, place, "reaction")
-    return {"load_factor": np.nan, _REACTIONS[plain(case["reaction"].attrs["units"])]: reaction}
+    return {"load_factor": np.nan, REACTIONS[plain(case["reaction"].attrs["units"])]: reaction}
 
 
 def _scalar(case: h5py.Group, place: str, name: str) -> Any:

@@ -172,8 +172,8 @@ def _joint(ds: xr.Dataset, k: int) -> JointMaterial:
     values = {name: float(ds[name].to_numpy()[k]) for name in JOINT_PROPERTIES}
     # Files of the first version know no torsion but that of corners.
     torsion = str(ds["torsion"].to_numpy()[k]) if "torsion" in ds else Torsion.CORNERS
-    name, source = str(ds["joint_material"].to_numpy()[k]), _sources(ds, "joint_material")[k]
-    return JointMaterial.from_si(name, values, source=source, torsion=torsion)
+    source = _sources(ds, "joint_material")[k]
+    return JointMaterial.from_si(str(ds["joint_material"].to_numpy()[k]), values, torsion, source)
 
 
 def _sources(ds: xr.Dataset, dim: str) -> list[str]:
