@@ -28,6 +28,7 @@ MAY_IMPORT = {
     "solvers": {"limit"} | GROUND,
     "procedures": {"limit", "solvers"} | GROUND,
     "results": {"limit", "statics", "model"} | GROUND,
+    "assess": {"results", "model"} | GROUND,
     "storage": {"results", "model", "geometry"} | GROUND,
     "analysis": {"procedures", "limit", "solvers", "results", "storage", "statics", "model"} | GROUND,
     "views": {API, "analysis", "units", "files"},

@@ -31,7 +31,7 @@ Look at every iteration:
 True
 """
 
-from blockstruct import contacts, errors, imports, results
+from blockstruct import assess, contacts, errors, imports, results
 from blockstruct.analysis import AnalysisManager, log_to, print_lines, recover, reproduce, run
 from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.documents import Document, read_document, write_document, write_draft
@@ -79,6 +79,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     # namespaces
+    "assess",
     "contacts",
     "errors",
     "imports",

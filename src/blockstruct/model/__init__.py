@@ -25,7 +25,7 @@ from blockstruct.model.loads import (
     SelfWeight,
     kind_of,
 )
-from blockstruct.model.material import Material
+from blockstruct.model.material import STANDARD_GRAVITY, Material
 from blockstruct.model.model import Model
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
     "LOAD_KINDS",
     "kind_of",
     # materials
+    "STANDARD_GRAVITY",
     "JointMaterial",
     "Material",
     # bodies and contacts

@@ -1,13 +1,17 @@
 """Loads on blocks, and load patterns: named sums of them."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords
+from blockstruct.model.block import Block
 from blockstruct.model.checks import checked_name, checked_tuple
 from blockstruct.units import VectorLike, si, si_vector
 
@@ -241,3 +245,29 @@ class LoadPattern:
         loads = checked_tuple(loads, Load, f"load pattern {name!r}: loads")
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "loads", loads)
+
+    def applied(self, blocks: Sequence[Block]) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+        """Index of the block (n,), point (n, 3) in m and force (n, 3) in N of every force; couples have none.
+
+        Weight and body forces are those of the blocks that are no supports, at their centroids.
+        """
+        index = {b.name: i for i, b in enumerate(blocks)}
+        free = [i for i, b in enumerate(blocks) if not b.fixed]
+        forces: list[tuple[int, Any, Any]] = []
+        for load in self.loads:
+            match load:
+                case SelfWeight():
+                    forces += [(i, blocks[i].centroid, (0.0, 0.0, -blocks[i].weight)) for i in free]
+                case BodyForce(direction=direction, share=share):
+                    forces += [(i, blocks[i].centroid, share * blocks[i].weight * np.array(direction)) for i in free]
+                case PointLoad(block=name, point=point, force=force):
+                    forces.append((index[name], point, force))
+                case FaceLoad(block=name, face=face, traction=traction):
+                    shape = blocks[index[name]].shape
+                    forces.append((index[name], shape.face_centroid(face), shape.areas[face] * np.array(traction)))
+        of_block, points, vectors = zip(*forces, strict=True) if forces else ((), (), ())
+        return (
+            np.array(of_block, dtype=np.int64),
+            np.array(points, dtype=float).reshape(-1, 3),
+            np.array(vectors, dtype=float).reshape(-1, 3),
+        )

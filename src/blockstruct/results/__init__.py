@@ -12,6 +12,7 @@ from blockstruct.results.comparison import Comparison, compare, relative_differe
 from blockstruct.results.frame import history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import history_of, iteration_variables
+from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
@@ -45,6 +46,8 @@ __all__ = [
     "history_of",
     "iteration_variables",
     "interface_resultants",
+    "MacroBlock",
+    "macro_blocks",
     "mechanism",
     "utilisation",
 ]

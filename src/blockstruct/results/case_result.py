@@ -14,6 +14,7 @@ from blockstruct.limit import Certificate, ProcedureSettings
 from blockstruct.model import LimitCase, Model
 from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline
+from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import active_joints, contact_state
@@ -145,6 +146,11 @@ class CaseResult:
     def mechanism(self) -> xr.Dataset:
         """Collapse mechanism of the last iteration: :func:`blockstruct.results.mechanism`."""
         return mechanism(self.history)
+
+    @property
+    def macro_blocks(self) -> list[MacroBlock]:
+        """Bodies of the mechanism of the last iteration: :func:`blockstruct.results.macro_blocks`."""
+        return macro_blocks(self.model, self.mechanism)
 
     @property
     def resultants(self) -> xr.Dataset:
