@@ -24,6 +24,7 @@ from blockstruct.assess.overturning import Overturning, overturning
 from blockstruct.assess.participation import Participation
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum, ntc_spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum, table_spectrum
+from blockstruct.model import STANDARD_GRAVITY
 
 __all__ = [
     # checks
@@ -46,6 +47,8 @@ __all__ = [
     "floor_spectrum",
     "ntc_spectrum",
     "table_spectrum",
+    # constants
+    "STANDARD_GRAVITY",
     # as it is handed in
     "Line",
     "Section",

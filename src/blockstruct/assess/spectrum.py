@@ -187,16 +187,16 @@ class NtcSpectrum:
         ST = f"S_T = {shown(self.ST)} (given)"
         if self.given_SS is None:
             SS = (
-                f"S_S = {row.a:.2f} − {row.b:.2f} F0 ag/g, from {row.low:.2f} to {row.high:.2f} = {shown(self.SS)}"
+                f"S_S = {row.a:.2f} − {row.b:.2f} F0 a_g/g, from {row.low:.2f} to {row.high:.2f} = {shown(self.SS)}"
                 if row.b
                 else f"S_S = {self.SS:.2f}"
             )
         if self.given_CC is None:
-            power = f"{row.c:.2f} Tc*^−{row.e:.2f} = " if row.e else ""
+            power = f"{row.c:.2f} T_C*^−{row.e:.2f} = " if row.e else ""
             CC = f"C_C = {power}{shown(self.CC)}"
         if self.given_ST is None:
             ST = f"S_T = {shown(self.ST)}, topography {self.topography}"
-        ag = f"ag = {in_g(self.ag, g)}, F0 = {shown(self.F0)}, Tc* = {shown(self.Tc_star, 's')}"
+        ag = f"a_g = {in_g(self.ag, g)}, F0 = {shown(self.F0)}, T_C* = {shown(self.Tc_star, 's')}"
         return [
             Line("hazard at the site, as given", ag, "NTC 2018 § 3.2"),
             Line(f"amplification of soil {self.soil}", SS, "NTC 2018 Tab. 3.2.IV"),
@@ -205,10 +205,10 @@ class NtcSpectrum:
             Line("periods", CC, "NTC 2018 Tab. 3.2.IV"),
             Line(
                 "",
-                f"T_C = C_C Tc* = {shown(self.TC, 's')}, T_B = T_C/3 = {shown(self.TB, 's')}",
+                f"T_C = C_C T_C* = {shown(self.TC, 's')}, T_B = T_C/3 = {shown(self.TB, 's')}",
                 "NTC 2018 (3.2.5), (3.2.6)",
             ),
-            Line("", f"T_D = 4.0 ag/g + 1.6 = {shown(self.TD, 's')}", "NTC 2018 (3.2.7)"),
+            Line("", f"T_D = 4.0 a_g/g + 1.6 = {shown(self.TD, 's')}", "NTC 2018 (3.2.7)"),
         ]
 
     def displacement_line(self, period: float, damping: float, symbol: str) -> Line:
@@ -233,7 +233,7 @@ class NtcSpectrum:
         """Acceleration of the ground, with its numbers."""
         return Line(
             "largest acceleration at the base",
-            f"a_Z = ag S = {shown(self.ag, 'm/s²')} · {shown(self.S)} = {in_g(self.peak, g)}",
+            f"a_Z = a_g S = {shown(self.ag, 'm/s²')} · {shown(self.S)} = {in_g(self.peak, g)}",
             "NTC 2018 (3.2.2) at T = 0",
         )
 

@@ -59,11 +59,11 @@ class TableSpectrum:
         """What was given."""
         given = (
             f"{len(self.periods)} ordinates from 0 to {self.periods[-1]:g} s at ξ = {100 * self.damping:g} %, "
-            f"S_e(0) = {in_g(self.peak, g)}, ag = {in_g(self.ag, g)}"
+            f"S_e(0) = {in_g(self.peak, g)}, a_g = {in_g(self.ag, g)}"
         )
         return [
             Line("spectrum given as a table", given),
-            Line("other ag", "the table scaled as a whole: its soil factors do not follow ag"),
+            Line("other a_g", "the table scaled as a whole: its soil factors do not follow a_g"),
         ]
 
     def displacement_line(self, period: float, damping: float, symbol: str) -> Line:

@@ -1,6 +1,5 @@
 """What a report says, as names and texts for its template."""
 
-import base64
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -10,9 +9,11 @@ import numpy as np
 
 import blockstruct as bs
 from blockstruct.views.figures import drawings
-from blockstruct.views.figures.sheet import Drawing
 from blockstruct.views.report.assumptions import assumptions
 from blockstruct.views.report.detection import detection_rows
+from blockstruct.views.report.pictures import address
+from blockstruct.views.report.summary import relied_on
+from blockstruct.views.report.verification import checked, verification
 from blockstruct.views.selection import shown_results
 from blockstruct.views.style import readable
 from blockstruct.views.words import (
@@ -28,9 +29,11 @@ from blockstruct.views.words import (
 _LISTED = 12
 
 
-def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any]:
+def contents(
+    analysis: bs.Analysis, project: Mapping[str, str], checks: Sequence[bs.assess.LocalMechanismCheck] = ()
+) -> dict[str, Any]:
     """Everything the template may name, texts with their units."""
-    model, spreads = analysis.model, analysis.spreads
+    model, spreads, of_case = analysis.model, analysis.spreads, checked(analysis, checks)
     results = list(analysis.values())
     flows = list(dict.fromkeys(r.case.flow for r in results))
     return {
@@ -45,7 +48,9 @@ def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any
         "materials": [(m.name, quantity(m.unit_weight, "N/m³")) for m in model.materials.values()],
         "joint_materials": [_joint(m, flows) for m in model.joint_materials.values()],
         "patterns": _patterns(results),
+        "relied_on": relied_on(analysis, of_case),
         "results": [_headline(name, spreads.get(name, analysis[name])) for name in analysis.headlines],
+        "verification": [verification(name, check) for name, check in of_case],
         "spreads": [_spread(name, spread) for name, spread in spreads.items()],
         "cases": [_case(r) for r in shown_results(analysis)],
         "assumptions": assumptions(model, results),
@@ -186,10 +191,5 @@ def _case(r: bs.CaseResult) -> dict[str, Any]:
         "certificate_words": certificate_words(r),
         "message": r.message,
         "states": sorted(states.items(), key=lambda item: -item[1]),
-        "pictures": [{"caption": d.caption, "address": _address(d)} for d in drawings(r)],
+        "pictures": [{"caption": d.caption, "address": address(d)} for d in drawings(r)],
     }
-
-
-def _address(drawing: Drawing) -> str:
-    """The picture itself, as a ``data:`` address."""
-    return "data:image/png;base64," + base64.b64encode(drawing.picture()).decode("ascii")

@@ -1,0 +1,27 @@
+"""Pictures that a report holds."""
+
+import base64
+
+import numpy as np
+
+import blockstruct as bs
+from blockstruct.views.figures import mechanism
+from blockstruct.views.figures.sheet import Drawing
+
+#: Width and height, inches.
+_SUMMARY, _VERIFICATION = (6.3, 3.1), (6.3, 3.6)
+
+
+def address(drawing: Drawing) -> str:
+    """The picture itself, as a ``data:`` address."""
+    return "data:image/png;base64," + base64.b64encode(drawing.picture()).decode("ascii")
+
+
+def mechanism_picture(result: bs.CaseResult, *, small: bool) -> dict[str, str] | None:
+    """The collapse mechanism with the push and its load factor, each body that moves in a colour; None without one."""
+    if not result.n_iterations or not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
+        return None
+    caption = f"How “{result.name}” collapses, to first order: bodies that move, the push and its load factor α"
+    size = _SUMMARY if small else _VERIFICATION
+    drawing = Drawing("mechanism", caption, lambda ax: mechanism(result, colour="macro-block", ax=ax), size)
+    return {"caption": caption, "address": address(drawing)}
