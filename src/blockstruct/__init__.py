@@ -32,23 +32,28 @@ True
 """
 
 from blockstruct import assess, contacts, errors, imports, results
-from blockstruct.analysis import AnalysisManager, log_to, print_lines, recover, reproduce, run
+from blockstruct.analysis import AnalysisManager, least_tie_force, log_to, print_lines, recover, reproduce, run, ties
 from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.documents import Document, read_document, write_document, write_draft
 from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
 from blockstruct.model import (
+    AreaLoad,
     Block,
     BodyForce,
     FaceLoad,
+    FillLoad,
     Interface,
     JointMaterial,
     LimitCase,
+    LineLoad,
     LoadPattern,
     Material,
     Model,
     Moment,
     PointLoad,
     SelfWeight,
+    Tie,
+    Weight,
 )
 from blockstruct.results import (
     Analysis,
@@ -84,23 +89,29 @@ __all__ = [
     "errors",
     "imports",
     "results",
+    "ties",
     # units
     "Q_",
     "ureg",
     # model
+    "AreaLoad",
     "Block",
     "BodyForce",
     "FaceLoad",
+    "FillLoad",
     "Interface",
     "JointMaterial",
     "JointOrientation",
     "LimitCase",
+    "LineLoad",
     "LoadPattern",
     "Material",
     "Model",
     "Moment",
     "PointLoad",
     "SelfWeight",
+    "Tie",
+    "Weight",
     # interfaces and documents
     "Detection",
     "Document",
@@ -127,6 +138,7 @@ __all__ = [
     "Flow",
     "SCHEDULES",
     "ProcedureSettings",
+    "least_tie_force",
     "log_to",
     "print_lines",
     "reproduce",

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import blockstruct as bs
 from blockstruct import Q_
@@ -131,6 +132,72 @@ def test_loads_that_a_facade_carries_by_hand():
     # A load whose mass is not pushed is told.
     check = bs.assess.local_mechanism(run(model, case(dead=dead)), 1.35, SITE)
     assert "masses without a horizontal force" in check.notes[0]
+
+
+def tied(limit=None, force=20):
+    """The façade with a tie at 5 m, level, to a wall 4 m behind it."""
+    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[7, 9, 0.5] m", STONE, fixed=True)
+    wall = bs.Block.box("façade", "[0, 0, 0] m", Q_([LENGTH, DEPTH, HEIGHT], "m"), STONE)
+    back = bs.Block.box("back", "[0, 4, 0] m", Q_([LENGTH, 3, HEIGHT], "m"), STONE)
+    found = bs.detect_interfaces([ground, wall, back], joint_material=DRY)
+    more = {} if limit is None else {"elongation_limit": Q_(limit, "m")}
+    ends = {"start": ("façade", Q_([2.5, 0, 5], "m")), "end": ("back", Q_([2.5, 4, 5], "m"))}
+    bar = bs.Tie("bar", **ends, yield_force=Q_(force, "kN"), **more)
+    return bs.Model("tied façade", [ground, wall, back], found, ties=[bar])
+
+
+def test_a_tied_facade_by_hand():
+    """A tie of 20 kN at 5 m: α0 = (324 · 0.3 + 20 · 5) / (324 · 3) = 197.2 / 972 = 0.202881; e* = 1.
+
+    a0* = 0.202881 g / 1.35; linear ratio = 0.202881 / (1.35 · 0.09) = 1.669799.
+    Without an elongation limit nothing verifies the tie until collapse: d0 = 0.3 m and a(0) = 0.1 g / 1.35 are those of
+    the free façade (C8.7.1.2.1.6).
+    """
+    model = tied()
+    result = run(model)
+    hand = bs.assess.overturning(model, result.case, ["façade"], EDGE)
+    check = bs.assess.local_mechanism(result, 1.35, SITE, beside=hand)
+    assert (check.alpha0, hand.alpha0) == pytest.approx((197.2 / 972,) * 2, rel=1e-6)
+    assert (check.e_star, check.a0_star) == pytest.approx((1.0, 197.2 / 972 * g / 1.35), rel=1e-6)
+    assert check.ratio == pytest.approx(197.2 / 972 / 1.35 / 0.09, rel=1e-6)
+    assert (check.curve.d0, check.curve.at(0.0)) == pytest.approx((0.3, 0.1 * g / 1.35), rel=1e-5)
+    assert hand.d0 == pytest.approx(0.3)
+    assert "T = 20 kN; without an elongation limit it is not counted in a(d)" in str(check)
+    assert "T = 20 kN, M = 100 kN m" in str(check)
+
+
+def test_a_tie_that_breaks_by_hand():
+    """The same tie breaks at an elongation of 0.1 m, its anchor at (y, z) = (0, 5) m from the edge, 4 m from the other.
+
+    At θ the anchor is at (−5 sin θ, 5 cos θ), and the tie √((4 + 5 sin θ)² + 5² (1 − cos θ)²) long: 4.1 m at θ = 0.02
+    rad or so. The centroid has moved by 3 sin θ + 0.3 (1 − cos θ), some 0.06 m: less than 0.4 d0 = 0.12 m. The tie
+    gives more than half of α, so that d_SLV is where it breaks (C8.7.1.2.1.6); beyond, the façade is free.
+    """
+    theta = brentq(lambda t: np.hypot(4 + 5 * np.sin(t), 5 * (1 - np.cos(t))) - 4.1, 0, 0.5)
+    moved = 3 * np.sin(theta) + 0.3 * (1 - np.cos(theta))
+    free, push_moment = np.tan(np.arctan(0.1) - theta), 324 * (3 * np.cos(theta) + 0.3 * np.sin(theta))
+    along = np.array([4 + 5 * np.sin(theta), 5 - 5 * np.cos(theta)]) / 4.1
+    anchor = 5 * np.array([-np.sin(theta), np.cos(theta)])
+    of_tie = 20 * (anchor[1] * along[0] - anchor[0] * along[1]) / push_moment
+    check = bs.assess.local_mechanism(run(tied(limit=0.1)), 1.35, SITE, method="displacement")
+    curve = check.curve
+    ((d, loss),) = curve.losses
+    assert (d, loss) == pytest.approx((moved, of_tie / (197.2 / 972)), rel=1e-5)
+    assert check.limit_state.capacity == pytest.approx(moved, rel=1e-6)
+    assert curve.at(d) == pytest.approx((free + of_tie) * g / 1.35, rel=1e-5)
+    assert curve.at(d * 1.000001) == pytest.approx(free * g / 1.35, rel=1e-4)
+    assert curve.d0 == pytest.approx(0.3, rel=1e-5)
+    beyond = 3 * np.sin(0.08) + 0.3 * (1 - np.cos(0.08))
+    assert curve.at(beyond) == pytest.approx(np.tan(np.arctan(0.1) - 0.08) * g / 1.35, rel=1e-3)
+    assert "where a tie breaks, less than 0.4 d0" in str(check)
+
+
+def test_a_tie_that_holds_longer_than_the_wall_raises_d0():
+    check = bs.assess.local_mechanism(run(tied(limit=5.0, force=5)), 1.35, SITE)
+    assert check.curve.d0 > 0.31
+    assert check.curve.losses == ()
+    assert np.all(np.diff(check.curve.displacement) >= 0)
+    assert np.all(np.diff(check.curve.acceleration) <= 1e-12)
 
 
 def test_the_trap_of_small_blocks_is_closed(result, small):

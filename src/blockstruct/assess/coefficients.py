@@ -13,6 +13,7 @@ _SOURCES = {
     "q": ("behaviour factor q", "C8.7.1.2.1.7"),
     "slv_share": ("d_SLV / d0", "C8.7.1.2.1.6"),
     "slc_share": ("d_SLC / d0", "C8.7.1.2.1.6"),
+    "slv_loss": ("loss of a(d) at which a tie ends SLV", "C8.7.1.2.1.6"),
     "slv_period": ("factor of T_SLV, in multiples of π", "C8.7.1.2.1.8 (C8.7.1.10)"),
     "slc_period": ("factor of T_SLC, in multiples of π", "C8.7.1.2.1.8 (C8.7.1.11)"),
     "slv_damping": ("damping ξ at SLV", "C8.7.1.2.1.8"),
@@ -32,6 +33,8 @@ class Coefficients:
         Behaviour factor of the linear check at SLV, C8.7.1.2.1.7.
     slv_share, slc_share
         Displacement at SLV and SLC over d0, C8.7.1.2.1.6.
+    slv_loss
+        Loss of acceleration, over the largest, at which the break of a tie ends SLV, C8.7.1.2.1.6.
     slv_period, slc_period
         Factors of the equivalent periods, in multiples of π, [C8.7.1.10] and [C8.7.1.11].
     slv_damping, slc_damping
@@ -43,6 +46,7 @@ class Coefficients:
     q: float = 2.0
     slv_share: float = 0.4
     slc_share: float = 0.6
+    slv_loss: float = 0.5
     slv_period: float = 1.68
     slc_period: float = 1.56
     slv_damping: float = 0.08
@@ -52,7 +56,7 @@ class Coefficients:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            most = 1.0 if field.name.endswith(("share", "damping")) else 10.0
+            most = 1.0 if field.name.endswith(("share", "loss", "damping")) else 10.0
             if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= most:
                 msg = f"Coefficients: {field.name} {value!r}; give a number above 0 and up to {most:g}"
                 raise ModelError(msg)
@@ -76,8 +80,8 @@ def confidence(
     Raises
     ------
     ModelError
-        An unknown level, neither or both of factor and level where crushing counts, a factor below the one that holds
-        without crushing.
+        If the level is unknown or contradicts the factor, both are missing where crushing counts, or the factor is
+        below the one that holds without crushing.
     """
     who = "local_mechanism: confidence_factor"
     if level is not None and level not in KNOWLEDGE_LEVELS:

@@ -180,7 +180,7 @@ def floor_spectrum(
     Raises
     ------
     ModelError
-        No mode, something that is none, or a and b that do not enclose one.
+        If there is no mode, something is none, or a and b do not enclose one.
     """
     if not isinstance(ground, NtcSpectrum | TableSpectrum):
         msg = f"floor_spectrum: ground is a {type(ground).__name__}; give ntc_spectrum(…) or table_spectrum(…)"

@@ -17,7 +17,7 @@ from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords, did_you_mean
 from blockstruct.model import STANDARD_GRAVITY
-from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
+from blockstruct.results import CaseResult, MacroBlock, Spread, applied_loads, macro_blocks
 from blockstruct.results.macro_blocks import TOGETHER
 from blockstruct.vocabulary import Flow, Status
 
@@ -80,8 +80,8 @@ def local_mechanism(
     Raises
     ------
     ModelError
-        A case without a collapse state, a push that is not horizontal, a confidence factor that does not hold, a method
-        for which the mechanism has no capacity curve.
+        If the case has no collapse state, its push is not horizontal, the confidence factor does not hold, or the
+        mechanism has no capacity curve for the method.
     """
     found = _converged(result)
     if not isinstance(spectrum, NtcSpectrum | TableSpectrum | FloorSpectrum):
@@ -112,8 +112,16 @@ def local_mechanism(
     states = [sld, _linear(a0_star, spectrum, sld.ag, c)]
     if curve is not None:
         limits = (
-            ("SLV", c.slv_share, c.slv_period, c.slv_damping, spectrum, True),
-            ("SLC", c.slc_share, c.slc_period, c.slc_damping, spectrum_slc or spectrum, spectrum_slc is not None),
+            ("SLV", c.slv_share, c.slv_loss, c.slv_period, c.slv_damping, spectrum, True),
+            (
+                "SLC",
+                c.slc_share,
+                np.inf,
+                c.slc_period,
+                c.slc_damping,
+                spectrum_slc or spectrum,
+                spectrum_slc is not None,
+            ),
         )
         states += [_by_displacement(curve, sld.ag, *limit) for limit in limits]
     return LocalMechanismCheck(
@@ -233,22 +241,22 @@ def _by_displacement(
     ag_sld: float,
     state: str,
     share: float,
+    loss: float,
     factor: float,
     damping: float,
     spectrum: Spectrum,
     with_demand: bool,
 ) -> LimitState:
-    d = share * curve.d0
+    d = min([share * curve.d0, *(at for at, lost in curve.losses if lost > loss)])
+    capacity = f"d_{state} = {share:g} d0 = {share:g} · {shown(curve.d0, 'm')} = {shown(d, 'm')}"
+    if d < share * curve.d0:
+        capacity = f"d_{state} = {shown(d, 'm')}, where a tie breaks, less than {share:g} d0"
     a = curve.at(d)
     T = factor * np.pi * np.sqrt(d / a)
     ag = _ground_acceleration(spectrum, lambda s: float(s.displacement(T, damping)), d)
     number = {"SLV": "(C8.7.1.10)", "SLC": "(C8.7.1.11)"}[state]
     lines = [
-        Line(
-            "capacity",
-            f"d_{state} = {share:g} d0 = {share:g} · {shown(curve.d0, 'm')} = {shown(d, 'm')}",
-            "C8.7.1.2.1.6",
-        ),
+        Line("capacity", capacity, "C8.7.1.2.1.6"),
         Line("acceleration there", f"a(d_{state}) = {shown(a, 'm/s²')}", "C8.7.1.2.1.3"),
         Line(
             "equivalent period",
@@ -293,8 +301,8 @@ def _notes(
         )
     moving = [name for body in bodies if body.moves for name in body.blocks]
     index = {b.name: i for i, b in enumerate(result.model.blocks)}
-    block, _, force = result.case.dead.applied(result.model.blocks)
-    down = float(-force[np.isin(block, [index[name] for name in moving]), 2].sum())
+    dead = applied_loads(result.model, result.case.dead)
+    down = float(-dead.force[np.isin(dead.block, [index[name] for name in moving]), 2].sum())
     if abs(down - whole.total) > 1e-6 * max(down, whole.total):
         said.append(
             f"The dead load of the bodies that move is {down / 1e3:.4g} kN, the weight of the masses that the push "

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from blockstruct.assess.lines import Line, section, shown
 from blockstruct.assess.participation import HorizontalForces
-from blockstruct.assess.rotation import RigidRotation
+from blockstruct.assess.rotation import Pull, RigidRotation
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords
-from blockstruct.model import LimitCase, Model, checked_tuple
-from blockstruct.results import MacroBlock
+from blockstruct.model import LimitCase, Model, checked_tuple, tie_segments
+from blockstruct.results import MacroBlock, applied_loads
 from blockstruct.units import QuantityLike, si, si_array
 
 Array = NDArray[np.float64]
@@ -62,7 +62,8 @@ def overturning(
 ) -> Overturning:
     """Multiplier α0 of the rotation of a group of blocks, as one body, about an edge: [C8.7.1.1] by moments.
 
-    The loads of the case on these blocks act; nothing else holds them: no friction, no bond to other blocks.
+    The loads of the case on these blocks act, and ties between them and other blocks, with their capacities; nothing
+    else holds them: no friction, no bond to other blocks. d0 is that without ties.
 
     Parameters
     ----------
@@ -78,7 +79,7 @@ def overturning(
     Raises
     ------
     ModelError
-        Unknown blocks, supports, an edge without length, loads that are not a horizontal push.
+        If blocks are unknown or supports, the edge has no length, or the push is not horizontal.
 
     Examples
     --------
@@ -113,8 +114,8 @@ def overturning(
     setback, lines = 0.0, []
     if compressive_strength is not None:
         f_c = si(compressive_strength, "stress", f"{who}: compressive strength")
-        block, _, force = case.dead.applied(model.blocks)
-        N = float(-force[np.isin(block, members), 2].sum())
+        dead = applied_loads(model, case.dead)
+        N = float(-dead.force[np.isin(dead.block, members), 2].sum())
         setback = N / (2 * f_c * length)
         inward = np.cross(axis, [0.0, 0.0, 1.0])
         inward *= np.sign(inward @ (G - hinge)) / np.linalg.norm(inward)
@@ -127,15 +128,30 @@ def overturning(
                 "rectangular stress block; C8.7.1.2.1.1",
             )
         )
-    rotation = RigidRotation.of(model, case, members, hinge, axis)
+    pulls = []
+    for segment in tie_segments(model.ties, model.blocks):
+        mine = [name in names for name in segment.blocks]
+        if mine[0] != mine[1]:
+            near, far = np.array([segment.start, segment.end])[[mine.index(True), mine.index(False)]]
+            pulls.append(Pull(segment.name, near, far, segment.capacity, segment.elongation_limit))
+    rotation = RigidRotation.of(model, case, members, hinge, axis, pulls)
+    lines += [
+        Line(
+            f"tie {pull.name}",
+            f"T = {shown(pull.force / 1e3, 'kN')}, M = {shown(-rotation.moment(pull, 0.0) / 1e3, 'kN m')}",
+        )
+        for pull in pulls
+    ]
     alpha0 = rotation.load_factor(0.0) * forces.share
-    theta0 = rotation.capacity
+    theta0 = rotation.without(pulls).capacity
     d0 = float(rotation.moved(G, theta0) @ forces.direction) if np.isfinite(theta0) else np.nan
-    stabilising, pushing = -rotation.dead[0] / 1e3, rotation.variable[0] / forces.share / 1e3
+    resisting = "(dead+T)" if pulls else "dead"
+    held = sum(rotation.moment(pull, 0.0) for pull in pulls)
+    stabilising, pushing = -(rotation.dead[0] + held) / 1e3, rotation.variable[0] / forces.share / 1e3
     lines += [
         Line(
             "multiplier, moments about the hinge",
-            f"α0 = M_dead / M_(P+Q) = {shown(stabilising, 'kN m')} / {shown(pushing, 'kN m')} = {shown(alpha0)}",
+            f"α0 = M_{resisting} / M_(P+Q) = {shown(stabilising, 'kN m')} / {shown(pushing, 'kN m')} = {shown(alpha0)}",
             "C8.7.1.2.1.1 (C8.7.1.1)",
         ),
         Line("share of the mass", "e* = 1: one body", "C8.7.1.2.1.3 (C8.7.1.5)"),

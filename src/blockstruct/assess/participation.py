@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from blockstruct.assess.lines import Line, shown
 from blockstruct.errors import ModelError
-from blockstruct.model import STANDARD_GRAVITY, BodyForce, LimitCase, Model, Moment
-from blockstruct.results import MacroBlock
+from blockstruct.model import STANDARD_GRAVITY, BodyForce, LimitCase, Model
+from blockstruct.results import MacroBlock, applied_loads
 
 Array = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ class HorizontalForces:
         Raises
         ------
         ModelError
-            A push that is not horizontal, not proportional to the weight, or that has couples or forces across it.
+            If the push is not horizontal or not proportional to the weight, or has couples or forces across it.
         """
         who = f"case {case.name!r}: variable load {case.variable.name!r}"
         bodies = [load for load in case.variable.loads if isinstance(load, BodyForce)]
@@ -63,13 +63,15 @@ class HorizontalForces:
             )
             raise ModelError(msg)
         direction = push / share
-        if abs(direction[2]) > _ALONG or any(isinstance(load, Moment) for load in case.variable.loads):
+        found = applied_loads(model, case.variable, case.dead)
+        if abs(direction[2]) > _ALONG or found.couple.any():
             msg = (
                 f"{who} pushes along {np.round(direction, 4).tolist()} or has couples; a local mechanism is checked "
                 "for horizontal forces (C8.7.1.2.1.1): give forces along one horizontal direction"
             )
             raise ModelError(msg)
-        block, point, force = case.variable.applied(model.blocks)
+        acts = ~np.array([b.fixed for b in model.blocks])[found.block] & found.force.any(axis=1)
+        block, point, force = found.block[acts], found.point[acts], found.force[acts]
         along = force @ direction
         across = np.linalg.norm(force - along[:, None] * direction, axis=1)
         if np.any(across > _ALONG * np.abs(along).max()) or np.any(along < 0):

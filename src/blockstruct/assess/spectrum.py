@@ -270,9 +270,9 @@ def ntc_spectrum(
     Raises
     ------
     ModelError
-        An unknown category, a value outside its range.
+        If a category is unknown, or a value is outside its range.
     UnitError, DimensionError
-        A bare number where a unit is due.
+        If a bare number is given where a unit is due.
 
     Examples
     --------

@@ -103,7 +103,7 @@ def table_spectrum(
     Raises
     ------
     ModelError
-        Periods that do not rise from zero, ordinates that are not positive, another number of them.
+        If periods do not rise from zero, or ordinates are not positive or not as many.
     """
     who = "table_spectrum"
     T, S = (

@@ -14,10 +14,12 @@ from blockstruct.limit.iteration import Iteration, Outcome
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
 from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, scheduled, schedules_of
+from blockstruct.limit.ties import Ties
 
 __all__ = [
     # the question
     "LimitProblem",
+    "Ties",
     "ProcedureSettings",
     "SCHEDULES",
     "scheduled",

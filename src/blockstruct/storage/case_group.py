@@ -12,7 +12,7 @@ from blockstruct.results import CERTIFICATE_MEASURES, CaseResult, LazyHistory
 from blockstruct.units import SI_UNITS
 
 
-def group_of(name: str) -> str:
+def group_name(name: str) -> str:
     """Group name of a case: what HDF5 cannot hold in a name is escaped, and the escape character itself."""
     escaped = name.replace("%", "%25").replace("/", "%2F")
     return escaped.replace(".", "%2E") if escaped in (".", "..") else escaped
@@ -42,7 +42,7 @@ def case_dataset(result: CaseResult) -> xr.Dataset:
     return xr.Dataset(variables, attrs=attrs)
 
 
-def result_of(
+def read_result(
     ds: xr.Dataset, history: xr.Dataset | LazyHistory, model: Model, patterns: Mapping[str, LoadPattern]
 ) -> CaseResult:
     """Result of a Dataset, its history, the model and its load patterns."""

@@ -13,10 +13,10 @@ from blockstruct.errors import BlockstructError, FormatError
 from blockstruct.model import LoadPattern, Model
 from blockstruct.results import Analysis, CaseResult, LazyHistory
 from blockstruct.storage.analysis_file import AnalysisFile, major, violated
-from blockstruct.storage.case_group import result_of
+from blockstruct.storage.case_group import read_result
 from blockstruct.storage.consistency import Finding, case_findings, history_findings, index_findings
 from blockstruct.storage.migration import migrated
-from blockstruct.storage.model_group import model_of, patterns_of
+from blockstruct.storage.model_group import read_model, read_patterns
 from blockstruct.vocabulary import FORMAT_VERSION
 
 #: What contents that satisfy the schema can still make of constructors.
@@ -40,16 +40,17 @@ def open_analysis(path: str | Path, *, verify: bool = True) -> Analysis:
     Raises
     ------
     StorageError
-        A file that is missing or cannot be read.
+        If the file is missing or cannot be read.
     FormatError
-        A file that is no blockstruct analysis, was changed, comes from a newer major version, or violates its schema.
+        If the file is not a blockstruct analysis, was changed, comes from a newer major version, or violates its
+        schema.
 
     Warns
     -----
     UnverifiedWarning
-        A file whose seal does not match.
+        If the seal of the file does not match.
     """
-    return analysis_of(AnalysisFile(path, verify=verify))
+    return read_analysis(AnalysisFile(path, verify=verify))
 
 
 def check_file(path: str | Path) -> dict[str, Any]:
@@ -58,15 +59,15 @@ def check_file(path: str | Path) -> dict[str, Any]:
     Raises
     ------
     StorageError
-        A file that is missing or cannot be read.
+        If the file is missing or cannot be read.
     FormatError
-        A file that is no valid analysis; every violation is listed with its HDF5 path.
+        If the file is not a valid analysis; every violation is listed with its HDF5 path.
     """
     file = AnalysisFile(path)
     found = findings(file)
     if found:
         raise violated(file.path, found)
-    analysis_of(file)
+    read_analysis(file)
     return file.attrs
 
 
@@ -86,7 +87,7 @@ def findings(file: AnalysisFile) -> list[Finding]:
     return found
 
 
-def analysis_of(file: AnalysisFile, blank: Blank | None = None) -> Analysis:
+def read_analysis(file: AnalysisFile, blank: Blank | None = None) -> Analysis:
     """Analysis of a file; of a plan, if what its cases without iterations look like is told."""
     found = file.root_findings()
     groups: dict[str, xr.Dataset] = {"/": xr.Dataset(attrs=file.attrs)}
@@ -120,7 +121,7 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank
         raise violated(file.path, found)
     try:
         with np.errstate(all="ignore"):  # Numbers that overflow end in an error below.
-            model, patterns = model_of(held), patterns_of(held)
+            model, patterns = read_model(held), read_patterns(held)
     except DAMAGE as error:
         msg = f"{file.path}: /model: {error}"
         raise FormatError(msg) from error
@@ -162,11 +163,11 @@ def _result(
 ) -> CaseResult:
     n = int(groups[place]["n_iterations"])
     if f"{place}/history" in groups:
-        return result_of(groups[place], groups[f"{place}/history"], model, patterns)
+        return read_result(groups[place], groups[f"{place}/history"], model, patterns)
     if n == 0 and blank is not None:
-        result = result_of(groups[place], LazyHistory(0, xr.Dataset), model, patterns)
-        return result_of(groups[place], LazyHistory(0, partial(blank, model, result)), model, patterns)
-    return result_of(groups[place], LazyHistory(n, partial(_history, file, place, names)), model, patterns)
+        result = read_result(groups[place], LazyHistory(0, xr.Dataset), model, patterns)
+        return read_result(groups[place], LazyHistory(0, partial(blank, model, result)), model, patterns)
+    return read_result(groups[place], LazyHistory(n, partial(_history, file, place, names)), model, patterns)
 
 
 def _history(file: AnalysisFile, place: str, names: xr.Dataset) -> xr.Dataset:

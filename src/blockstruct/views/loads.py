@@ -8,15 +8,20 @@ import blockstruct as bs
 Array = NDArray[np.float64]
 
 
-def applied(pattern: bs.LoadPattern, model: bs.Model) -> tuple[Array, Array]:
-    """Points (n, 3) in m and forces (n, 3) in N of a load pattern; couples have neither."""
-    _, points, forces = pattern.applied(model.blocks)
-    return points, forces
+def applied(pattern: bs.LoadPattern, model: bs.Model, dead: bs.LoadPattern) -> tuple[Array, Array]:
+    """Points (n, 3) in m and forces (n, 3) in N of a load pattern on free blocks; couples have neither.
+
+    A mass-proportional force takes along the weights of the dead load.
+    """
+    found = bs.results.applied_loads(model, pattern, dead)
+    free = np.array([not b.fixed for b in model.blocks])
+    acts = free[found.block] & found.force.any(axis=1)
+    return found.point[acts], found.force[acts]
 
 
 def push(result: bs.CaseResult) -> Array:
     """Unit vector (3,) of the resultant of the variable load; zero where its forces cancel."""
-    _, forces = applied(result.case.variable, result.model)
+    _, forces = applied(result.case.variable, result.model, result.case.dead)
     total = forces.sum(axis=0)
     size = float(np.linalg.norm(total))
     return total / size if size > 1e-9 * np.linalg.norm(forces, axis=1).sum() else np.zeros(3)

@@ -11,9 +11,9 @@ def pdf_of(html: str) -> bytes:
     Raises
     ------
     MissingExtraError
-        WeasyPrint is not installed, or the libraries that it draws with are not.
+        If WeasyPrint is not installed, or the libraries that it draws with are not.
     StorageError
-        A template that wants a file or an address: a report holds all its pictures.
+        If a template wants a file or an address: a report holds all its pictures.
     """
     try:
         from weasyprint import HTML

@@ -15,7 +15,7 @@ def checked(analysis: bs.Analysis, checks: Sequence[Check]) -> list[tuple[str, C
     Raises
     ------
     ModelError
-        A check of another model, of a case that the analysis does not have, or of another load factor.
+        If a check is of another model, of a case that the analysis does not have, or of another load factor.
     """
     runs = {name: name for name in analysis.headlines}
     for case, spread in analysis.spreads.items():
