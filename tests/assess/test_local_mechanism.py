@@ -1,13 +1,16 @@
 """Local mechanisms against hand calculations, and what must be refused or told."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.optimize import brentq
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.assess.capacity_of_pushover import curve_of_pushover
 from structures import SELF_WEIGHT, model_of, push, solve
 
 g = 9.80665
@@ -323,6 +326,58 @@ def test_what_must_be_known_is_told(result, small):
     drifting = dataclasses.replace(result, message="still drifting")
     assert "had not settled" in bs.assess.local_mechanism(drifting, 1.35, SITE).notes[0]
     assert bs.assess.local_mechanism(result, 1.35, SITE).notes == ()
+
+
+def capacity_of_facade(top=0.0997, holds=60):
+    """What a pushover of the façade gives: α = tan(atan 0.1 − θ) over the displacement of a corner of its top."""
+    angle = np.linspace(0.0, top, 61)
+    displacement = HEIGHT * np.sin(angle)
+    factor = np.tan(np.arctan(0.1) - angle)
+    ended = factor[-1] <= 0
+    return xr.Dataset(
+        {
+            "load_factor": ("step", factor),
+            "holds": ("step", (np.arange(61) <= holds).astype(int)),
+            "d0": ((), HEIGHT * np.sin(np.arctan(0.1)) if ended else np.nan),
+        },
+        coords={"displacement": ("step", displacement)},
+    )
+
+
+def curve_of(result, dataset, control=("façade", (0.0, -1.0, 0.0)), point=(0.0, 0.0, 6.0)):
+    check = bs.assess.local_mechanism(result, 1.35, SITE)
+    pushed = dataclasses.replace(result)
+    object.__setattr__(pushed, "case", SimpleNamespace(control=control, control_point=point))
+    return curve_of_pushover(pushed, dataset, check.participation, check.a0_star)
+
+
+def test_the_curve_of_a_pushover_is_that_of_the_oscillator(result):
+    """Corner of the top: δ_C = 2 where the centroid has 1: d = d_C / 2. d0 = 6 sin(atan 0.1) / 2 = 0.298511 m."""
+    curve = curve_of(result, capacity_of_facade())
+    assert curve.d0 == pytest.approx(3 * np.sin(np.arctan(0.1)), rel=1e-6)
+    assert curve.at(0.0) == pytest.approx(0.1 * g / 1.35, rel=1e-6)
+    assert curve.at(3 * np.sin(0.05)) == pytest.approx(np.tan(np.arctan(0.1) - 0.05) * g / 1.35, rel=1e-4)
+    assert curve.at(curve.d0) == 0
+    # By its centroid it is the same oscillator, to first order.
+    part = capacity_of_facade(top=0.05)
+    part["displacement"] = part["displacement"] / 2
+    centred = curve_of(result, part, point=None)
+    assert centred.at(0.1) == pytest.approx(curve.at(0.1), rel=1e-3)
+
+
+def test_a_pushover_that_ends_early_gives_the_displacement_it_reached(result):
+    early = curve_of(result, capacity_of_facade(top=0.05))
+    assert early.d0 == pytest.approx(3 * np.sin(0.05), rel=1e-6)
+    assert "on the safe side" in early.lines[0].formula
+    uncertified = curve_of(result, capacity_of_facade(holds=30))
+    assert uncertified.d0 == pytest.approx(3 * np.sin(0.0997 / 2), rel=1e-6)
+
+
+def test_a_pushover_that_tells_no_displacement_is_refused(result):
+    with pytest.raises(bs.errors.ModelError, match="rests in the mechanism"):
+        curve_of(result, capacity_of_facade(), control=("façade", (1.0, 0.0, 0.0)))
+    with pytest.raises(bs.errors.ModelError, match="certified steps"):
+        curve_of(result, capacity_of_facade(holds=1))
 
 
 def test_a_spread_is_checked_by_its_lowest_answer():

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from blockstruct.assess.capacity import CapacityCurve, curve_of_rotation
+from blockstruct.assess.capacity_of_pushover import curve_of_pushover
 from blockstruct.assess.check import LimitState, LocalMechanismCheck
 from blockstruct.assess.coefficients import Coefficients, confidence
 from blockstruct.assess.floor_spectrum import FloorSpectrum
@@ -54,7 +55,8 @@ def local_mechanism(
     Parameters
     ----------
     result
-        A converged case whose variable load is a horizontal BodyForce; of a spread, the lowest certified answer.
+        A converged case whose variable load is a horizontal BodyForce; of a spread, the lowest certified answer. That
+        of a pushover gives its capacity curve, too.
     confidence_factor, knowledge_level
         FC, or the level ``"LC1"`` to ``"LC3"`` that it follows from. Where the joints of the bodies that move have no
         compressive strength, it is that of LC1.
@@ -100,9 +102,14 @@ def local_mechanism(
     )
     alpha0 = found.load_factor * forces.share
     a0_star = alpha0 * g / (whole.e_star * FC)
-    curve, missing = None, ""
+    # Only the result of a pushover has a capacity.
+    pushed, curve, missing = getattr(found, "capacity", None), None, ""
     try:
-        curve = curve_of_rotation(found, bodies, forces, whole, a0_star)
+        curve = (
+            curve_of_rotation(found, bodies, forces, whole, a0_star)
+            if pushed is None
+            else curve_of_pushover(found, pushed, whole, a0_star)
+        )
     except ModelError as error:
         missing = f"no capacity curve: {error}; it takes a pushover"
     if method == "displacement" and curve is None:

@@ -101,11 +101,14 @@ class Participation:
         N.
     displacement : (N,) array
         Scaled to a largest one of 1.
+    scale : float
+        What it was divided by.
     """
 
     names: tuple[str, ...]
     weight: Array
     displacement: Array
+    scale: float
 
     @classmethod
     def of(cls, names: Sequence[str], groups: Sequence[NDArray[np.int64]], weight: Array, displacement: Array) -> Self:
@@ -117,7 +120,7 @@ class Participation:
         if not largest > 0:
             msg = "no mass moves along the push in this mechanism; push the structure where it moves"
             raise ModelError(msg)
-        return cls(tuple(names[k] for k in heavy), total[heavy], mean / largest)
+        return cls(tuple(names[k] for k in heavy), total[heavy], mean / largest, float(largest))
 
     @property
     def total(self) -> float:
