@@ -126,6 +126,10 @@ def test_loads_that_a_facade_carries_by_hand():
     assert check.notes == ()
     hand = bs.assess.overturning(model, loaded, check.bodies[0], EDGE)
     assert (hand.alpha0, hand.d0) == pytest.approx((133.2 / 1512, 133.2 / 414))
+    # The same as a weight that the dead load carries and the push takes along.
+    carried = bs.LoadPattern("carried", [bs.SelfWeight(), bs.Weight("façade", point, "90 kN")])
+    same = bs.assess.local_mechanism(run(model, case(dead=carried)), 1.35, SITE)
+    assert (same.a0_star, same.curve.d0) == pytest.approx((check.a0_star, check.curve.d0), rel=1e-6)
     # Half the push is twice the load factor, and the same check.
     half = bs.LoadPattern("half", [bs.BodyForce("-y", 0.5), bs.PointLoad("façade", point, "[0, -45, 0] kN")])
     halved = run(model, case(half, dead))
@@ -442,6 +446,9 @@ def test_results_without_a_collapse_state_are_refused(result):
     assert up.status == "unbounded"
     with pytest.raises(bs.errors.ModelError, match="converged collapse state"):
         bs.assess.local_mechanism(up, 1.35, SITE)
+    settled = dataclasses.replace(result, case=SimpleNamespace(name="left pier"))
+    with pytest.raises(bs.errors.ModelError, match="has no push"):
+        bs.assess.local_mechanism(settled, 1.35, SITE)
     for other in (None, model, result.history):
         with pytest.raises(bs.errors.ModelError, match="is no result of a limit case"):
             bs.assess.local_mechanism(other, 1.35, SITE)

@@ -17,7 +17,7 @@ from blockstruct.assess.spectrum import LARGEST, SMALLEST, NtcSpectrum, Spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords, did_you_mean
-from blockstruct.model import STANDARD_GRAVITY
+from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import CaseResult, MacroBlock, Spread, applied_loads, macro_blocks
 from blockstruct.results.macro_blocks import TOGETHER
 from blockstruct.vocabulary import Flow, Status
@@ -164,6 +164,12 @@ def _converged(result: Any) -> CaseResult:
             f"local_mechanism: {type(result).__name__} is no result of a limit case; give analysis['name of the case']"
         )
         raise ModelError(msg)
+    if not isinstance(result.case, LimitCase):
+        msg = (
+            f"case {result.name!r}: a {type(result.case).__name__} has no push; a local mechanism is checked from the "
+            "collapse of a LimitCase"
+        )
+        raise ModelError(msg)
     if result.status is not Status.CONVERGED:
         msg = (
             f"case {result.name!r}: {result.status} ({result.message}); a local mechanism is checked from a converged "
@@ -207,8 +213,9 @@ def _site(spectrum: Spectrum, ag: float) -> str:
     return f", where S = {shown(S)}" if S is not None else ""
 
 
-def _equal(state: str, equation: str, spectrum: Spectrum, ag: float, source: str) -> Line:
-    return Line(f"ground acceleration, {state}", f"{equation} at {in_g(ag, g)}{_site(spectrum, ag)}", source)
+def _equal(state: str, equation: str, spectrum: Spectrum, ag: float, source: str, *, own_site: bool = True) -> Line:
+    site = _site(spectrum, ag) + ("" if own_site else "; site of SLV")
+    return Line(f"ground acceleration, {state}", f"{equation} at {in_g(ag, g)}{site}", source)
 
 
 def _ratio(capacity: float, demand: float, unit: str) -> Line:
@@ -220,7 +227,7 @@ def _damage(a0_star: float, spectrum: Spectrum, *, with_demand: bool) -> LimitSt
     lines = [Line("capacity", f"a_Z,SLD = α0 g / (e* FC) = a0* = {in_g(a0_star, g)}", "C8.7.1.2.1.5 (C8.7.1.8)")]
     if with_demand:
         lines += [spectrum.peak_line, _ratio(a0_star, spectrum.peak, "m/s²")]
-    lines.append(_equal("a_g,SLD", "a_Z(a_g) = a0*", spectrum, ag, "C8.7.1.2.1.5"))
+    lines.append(_equal("a_g,SLD", "a_Z(a_g) = a0*", spectrum, ag, "C8.7.1.2.1.5", own_site=with_demand))
     demand = spectrum.peak if with_demand else np.nan
     return LimitState("SLD", a0_star, demand, "m/s²", ag, spectrum.ag, tuple(lines))
 
@@ -274,7 +281,8 @@ def _by_displacement(
     demand = float(spectrum.displacement(T, damping))
     if with_demand:
         lines += [spectrum.displacement_line(T, damping, f"S_De(T_{state})"), _ratio(d, demand, "m")]
-    lines.append(_equal(f"a_g,{state}", f"S_De(T_{state}; a_g) = d_{state}", spectrum, ag, "C8.7.1.2.1.8"))
+    equation = f"S_De(T_{state}; a_g) = d_{state}"
+    lines.append(_equal(f"a_g,{state}", equation, spectrum, ag, "C8.7.1.2.1.8", own_site=with_demand))
     if ag < ag_sld:
         lines.append(Line("not below that of SLD", f"a_g,{state} = a_g,SLD = {in_g(ag_sld, g)}", "C8.7.1.2.1.8"))
     ag = max(ag, ag_sld)

@@ -35,7 +35,7 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
     if any(r.case.flow == bs.Flow.NONASSOCIATIVE for r in results):
         said.append(
             "With non-associative flow the load factor is not unique: a certified load factor is that of a collapse "
-            "state, not necessarily of the lowest; it depends on the settings below."
+            "state, not necessarily of the lowest; it depends on the settings in the appendix."
         )
     if any(r.case.flow == bs.Flow.ASSOCIATIVE for r in results):
         said.append(
