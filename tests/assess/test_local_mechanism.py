@@ -247,7 +247,7 @@ def test_the_mechanism_of_a_wall_in_its_plane_has_several_bodies_and_no_straight
     assert check.curve is None
     assert "bodies move against each other; it takes a pushover" in str(check)
     assert 0 < check.participation_of_blocks.e_star <= check.e_star <= 1
-    with pytest.raises(bs.errors.ModelError, match="takes a pushover, or method='linear'"):
+    with pytest.raises(bs.errors.ModelError, match="takes a pushover, or give method='linear'"):
         bs.assess.local_mechanism(found, 1.35, SITE, method="displacement")
 
 
@@ -320,6 +320,17 @@ def test_an_acceleration_below_that_of_sld_is_not_taken_at_slv(result):
     check = bs.assess.local_mechanism(result, 1.35, SITE, method="displacement", coefficients=few)
     assert check.ag == pytest.approx(check.limit_states["SLD"].ag)
     assert "not below that of SLD" in str(check)
+
+
+def test_a_table_that_ends_before_the_period_leaves_the_displacement_out(result):
+    short = bs.assess.table_spectrum(Q_([0, 0.15, 0.42, 2], "s"), Q_([0.18, 0.432, 0.432, 0.09], "g_0"), ag="0.15 g_0")
+    check = bs.assess.local_mechanism(result, 1.35, short)
+    assert check.ratio == pytest.approx(0.1 / 1.35 / 0.09, rel=1e-6)
+    assert list(check.limit_states) == ["SLD", "SLV, linear"]
+    assert "SLV by displacement was left out" in check.notes[0]
+    assert "last period is 2 s" in check.notes[0]
+    with pytest.raises(bs.errors.ModelError, match="last period is 2 s"):
+        bs.assess.local_mechanism(result, 1.35, short, method="displacement")
 
 
 def test_what_must_be_known_is_told(result, small):

@@ -1,12 +1,16 @@
 """The report that an engineer signs: what stands on its first page, its verification, and its pages as PDF."""
 
+import dataclasses
 import io
 import re
 
+import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.views import figures
 from blockstruct.views.figures import drawings
 from blockstruct.views.report import report_html, write_report
 from structures import SELF_WEIGHT, model_of, push, single_block
@@ -130,3 +134,15 @@ def test_a_template_that_wants_something_from_elsewhere_is_refused(block, tmp_pa
     with pytest.raises(bs.errors.StorageError, match="not part of the report"):
         write_report(block, tmp_path / "r.pdf", template=own)
     assert not (tmp_path / "r.pdf").exists()
+
+
+def test_the_capacity_curve_meets_the_demand_where_the_check_says(block):
+    check = bs.assess.local_mechanism(block["push"], 1.35, SITE)
+    curve, demand, ray, *_ = figures.capacity(check, ax=Figure().add_subplot()).get_lines()
+    state = check.limit_states["SLV, by displacement"]
+    np.testing.assert_allclose(curve.get_xydata(), [[0, check.a0_star], [0.2, 0]], rtol=1e-5, atol=1e-12)
+    meeting = np.array([state.demand, np.interp(state.demand, *ray.get_xydata().T)])
+    assert np.abs(demand.get_xydata() / meeting - 1).max(axis=1).min() < 0.01
+    sliding = dataclasses.replace(check, curve=None, missing_curve="no capacity curve")
+    with pytest.raises(bs.errors.ModelError, match="there is none to draw"):
+        figures.capacity(sliding)

@@ -208,13 +208,16 @@ def _pressed(result: CaseResult, members: Sequence[int], axis: Array) -> tuple[A
     outside = sides[:, 0] != sides[:, 1]
     of_point = last["interface_of_contact_point"].to_numpy()
     at = outside[of_point]
-    normal = last["contact_force"].transpose("contact_point", "component").to_numpy()[at, 0]
+    normal = np.maximum(last["contact_force"].transpose("contact_point", "component").to_numpy()[at, 0], 0.0)
+    if not normal.sum() > 0:
+        msg = "nothing presses the body"
+        raise ModelError(msg)
     position = last["contact_point_position"].to_numpy()[at]
-    total = np.bincount(of_point[at], np.maximum(normal, 0), minlength=len(sides))
+    total = np.bincount(of_point[at], normal, minlength=len(sides))
     strength, area = last["compressive_strength"].to_numpy(), last["interface_area"].to_numpy()
     used = np.where(outside, total / (strength * area), 0.0)
     extent = np.array([np.linalg.norm(np.ptp(np.cross(i.polygon, axis), axis=0)) for i in model.interfaces])
-    return np.maximum(normal, 0) @ position / np.maximum(normal, 0).sum(), float((used * extent).max(initial=0.0))
+    return normal @ position / normal.sum(), float((used * extent).max(initial=0.0))
 
 
 def _components(vector: Array) -> str:

@@ -138,6 +138,8 @@ class LocalMechanismCheck:
     def verdict(self) -> str:
         """The number relied on, in a sentence."""
         holds = "satisfied" if self.satisfied else "not satisfied"
+        if self.satisfied and self.ratio < 1:
+            holds += " by that of SLD (C8.7.1.2.1.8)"
         return (
             f"{self.relied_on}: capacity / demand = {shown(self.ratio)}, {holds}; equal at a_g = {in_g(self.ag, g)} "
             f"(site {shown(self.spectrum.ag / g)} g)."

@@ -59,5 +59,7 @@ def shown(value: float, unit: str = "") -> str:
 
 
 def in_g(acceleration: float, gravity: float) -> str:
-    """An acceleration in m/s² and as a share of gravity."""
+    """An acceleration in m/s² and as a share of gravity; infinite is more than was looked for."""
+    if acceleration == float("inf"):
+        return "more than 10 g"
     return f"{acceleration:.4g} m/s² = {acceleration / gravity:.4g} g"

@@ -111,26 +111,21 @@ def local_mechanism(
             else curve_of_pushover(found, pushed, whole, a0_star)
         )
     except ModelError as error:
-        missing = f"no capacity curve: {error}; it takes a pushover"
+        missing = f"no capacity curve: {error}" + ("; it takes a pushover" if pushed is None else "")
     if method == "displacement" and curve is None:
-        msg = f"case {found.name!r}: {missing}, or method='linear'"
+        msg = f"case {found.name!r}: {missing}, or give method='linear'"
         raise ModelError(msg)
     sld = _damage(a0_star, spectrum if spectrum_sld is None else spectrum_sld, with_demand=spectrum_sld is not None)
-    states = [sld, _linear(a0_star, spectrum, sld.ag, c)]
+    states, notes = [sld, _linear(a0_star, spectrum, sld.ag, c)], _notes(found, forces, bodies, whole)
     if curve is not None:
-        limits = (
-            ("SLV", c.slv_share, c.slv_loss, c.slv_period, c.slv_damping, spectrum, True),
-            (
-                "SLC",
-                c.slc_share,
-                np.inf,
-                c.slc_period,
-                c.slc_damping,
-                spectrum_slc or spectrum,
-                spectrum_slc is not None,
-            ),
-        )
-        states += [_by_displacement(curve, sld.ag, *limit) for limit in limits]
+        slc = spectrum if spectrum_slc is None else spectrum_slc
+        for state, of, own_site in (("SLV", spectrum, True), ("SLC", slc, spectrum_slc is not None)):
+            try:
+                states.append(_by_displacement(curve, sld.ag, state, c, of, with_demand=own_site))
+            except ModelError as error:
+                if method == "displacement" and state == "SLV":
+                    raise
+                notes.append(f"{state} by displacement was left out. {error}.")
     return LocalMechanismCheck(
         result=found,
         alpha0=alpha0,
@@ -149,7 +144,7 @@ def local_mechanism(
         relied_on=METHODS[method],
         beside=beside,
         coefficients=c,
-        notes=_notes(found, forces, bodies, whole),
+        notes=tuple(notes),
     )
 
 
@@ -251,16 +246,12 @@ def _linear(a0_star: float, spectrum: Spectrum, ag_sld: float, c: Coefficients) 
 
 
 def _by_displacement(
-    curve: CapacityCurve,
-    ag_sld: float,
-    state: str,
-    share: float,
-    loss: float,
-    factor: float,
-    damping: float,
-    spectrum: Spectrum,
-    with_demand: bool,
+    curve: CapacityCurve, ag_sld: float, state: str, c: Coefficients, spectrum: Spectrum, *, with_demand: bool
 ) -> LimitState:
+    share, loss, factor, damping = {
+        "SLV": (c.slv_share, c.slv_loss, c.slv_period, c.slv_damping),
+        "SLC": (c.slc_share, np.inf, c.slc_period, c.slc_damping),
+    }[state]
     d = min([share * curve.d0, *(at for at, lost in curve.losses if lost > loss)])
     capacity = f"d_{state} = {share:g} d0 = {share:g} · {shown(curve.d0, 'm')} = {shown(d, 'm')}"
     if d < share * curve.d0:
@@ -291,9 +282,7 @@ def _by_displacement(
     )
 
 
-def _notes(
-    result: CaseResult, forces: HorizontalForces, bodies: list[MacroBlock], whole: Participation
-) -> tuple[str, ...]:
+def _notes(result: CaseResult, forces: HorizontalForces, bodies: list[MacroBlock], whole: Participation) -> list[str]:
     said = []
     if result.case.flow is Flow.ASSOCIATIVE:
         said.append(
@@ -324,7 +313,7 @@ def _notes(
             f"moves {whole.total / 1e3:.4g} kN: masses without a horizontal force, or forces of no weight, are among "
             "the loads."
         )
-    return tuple(said)
+    return said
 
 
 def _out_of_plane(bodies: list[MacroBlock]) -> float:

@@ -5,11 +5,11 @@ import base64
 import numpy as np
 
 import blockstruct as bs
-from blockstruct.views.figures import mechanism
+from blockstruct.views.figures import capacity, mechanism
 from blockstruct.views.figures.sheet import Drawing
 
 #: Width and height, inches.
-_SUMMARY, _VERIFICATION = (6.3, 3.1), (6.3, 3.6)
+_SUMMARY, _VERIFICATION, _DIAGRAM = (6.3, 3.1), (6.3, 3.4), (6.3, 2.9)
 
 
 def address(drawing: Drawing) -> str:
@@ -25,3 +25,14 @@ def mechanism_picture(result: bs.CaseResult, *, small: bool) -> dict[str, str] |
     size = _SUMMARY if small else _VERIFICATION
     drawing = Drawing("mechanism", caption, lambda ax: mechanism(result, colour="macro-block", ax=ax), size)
     return {"caption": caption, "address": address(drawing)}
+
+
+def capacity_picture(check: bs.assess.LocalMechanismCheck) -> dict[str, str] | None:
+    """Capacity curve and demand; None without a check by displacement."""
+    if "SLV, by displacement" not in check.limit_states:
+        return None
+    caption = "Capacity curve and demand at SLV; the ray is that of the equivalent period"
+    return {
+        "caption": caption,
+        "address": address(Drawing("capacity", caption, lambda ax: capacity(check, ax=ax), _DIAGRAM)),
+    }

@@ -20,7 +20,8 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
     heads = analysis.headlines
     name = _governing(analysis, checks)
     if name is None:
-        return {"name": "", "sentence": "The analysis has no case.", "figures": [], "picture": None, "holds": None}
+        said = "The analysis has no case."
+        return {"name": "", "sentence": said, "figures": [], "picture": None, "holds": None, "notes": []}
     head, check = heads[name], dict(checks).get(name)
     shown = dict(zip(heads, shown_results(analysis), strict=True))[name]
     figures = [{"what": "load factor α", "number": head.number, "more": [head.range, head.bound, f"{head.flow} flow"]}]

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import blockstruct as bs
-from blockstruct.views.report.pictures import mechanism_picture
+from blockstruct.views.report.pictures import capacity_picture, mechanism_picture
 
 Check = bs.assess.LocalMechanismCheck
 
@@ -47,7 +47,7 @@ def verification(name: str, check: Check) -> dict[str, Any]:
         "verdict": check.verdict,
         "satisfied": check.satisfied,
         "notes": list(check.notes),
-        "picture": mechanism_picture(check.result, small=False),
+        "pictures": [mechanism_picture(check.result, small=False), capacity_picture(check)],
         "sections": [
             {"title": part.title, "lines": [(line.what, line.formula, line.source) for line in part.lines]}
             for part in check.sections
