@@ -141,13 +141,13 @@ def test_loads_that_a_facade_carries_by_hand():
     assert "masses without a horizontal force" in check.notes[0]
 
 
-def tied(limit=None, force=20):
+def tied(breaks_at=None, force=20):
     """The façade with a tie at 5 m, level, to a wall 4 m behind it."""
     ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[7, 9, 0.5] m", STONE, fixed=True)
     wall = bs.Block.box("façade", "[0, 0, 0] m", Q_([LENGTH, DEPTH, HEIGHT], "m"), STONE)
     back = bs.Block.box("back", "[0, 4, 0] m", Q_([LENGTH, 3, HEIGHT], "m"), STONE)
     found = bs.detect_interfaces([ground, wall, back], joint_material=DRY)
-    more = {} if limit is None else {"elongation_limit": Q_(limit, "m")}
+    more = {} if breaks_at is None else {"elongation_limit": Q_(breaks_at, "m")}
     ends = {"start": ("façade", Q_([2.5, 0, 5], "m")), "end": ("back", Q_([2.5, 4, 5], "m"))}
     bar = bs.Tie("bar", **ends, yield_force=Q_(force, "kN"), **more)
     return bs.Model("tied façade", [ground, wall, back], found, ties=[bar])
@@ -186,7 +186,7 @@ def test_a_tie_that_breaks_by_hand():
     along = np.array([4 + 5 * np.sin(theta), 5 - 5 * np.cos(theta)]) / 4.1
     anchor = 5 * np.array([-np.sin(theta), np.cos(theta)])
     of_tie = 20 * (anchor[1] * along[0] - anchor[0] * along[1]) / push_moment
-    check = bs.assess.local_mechanism(run(tied(limit=0.1)), 1.35, SITE, method="displacement")
+    check = bs.assess.local_mechanism(run(tied(breaks_at=0.1)), 1.35, SITE, method="displacement")
     curve = check.curve
     ((d, loss),) = curve.losses
     assert (d, loss) == pytest.approx((moved, of_tie / (197.2 / 972)), rel=1e-5)
@@ -200,7 +200,7 @@ def test_a_tie_that_breaks_by_hand():
 
 
 def test_a_tie_that_holds_longer_than_the_wall_raises_d0():
-    check = bs.assess.local_mechanism(run(tied(limit=5.0, force=5)), 1.35, SITE)
+    check = bs.assess.local_mechanism(run(tied(breaks_at=5.0, force=5)), 1.35, SITE)
     assert check.curve.d0 > 0.31
     assert check.curve.losses == ()
     assert np.all(np.diff(check.curve.displacement) >= 0)

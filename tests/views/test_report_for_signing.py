@@ -146,3 +146,14 @@ def test_the_capacity_curve_meets_the_demand_where_the_check_says(block):
     sliding = dataclasses.replace(check, curve=None, missing_curve="no capacity curve")
     with pytest.raises(bs.errors.ModelError, match="there is none to draw"):
         figures.capacity(sliding)
+
+
+def test_a_reaction_is_no_load_factor(block):
+    """A settlement beside a push: the load factor is what is relied on; alone, its reaction is."""
+    settlement = bs.SettlementCase("ground sinks", dead=SELF_WEIGHT, supports=["ground"], direction=(0, 0, -1))
+    both = bs.AnalysisManager(block.model).run([settlement, case()])
+    assert "Relied on: load factor 0.1 of “push”." in summary(report_html(both))
+    alone = bs.AnalysisManager(block.model).run([settlement])
+    head = summary(report_html(alone))
+    assert "Relied on: reaction 32 kN of “ground sinks”" in head
+    assert "load factor" not in head[: head.index("Assumptions")]

@@ -10,7 +10,7 @@ from blockstruct.assess.lines import Line, shown
 from blockstruct.assess.participation import HorizontalForces, Participation
 from blockstruct.assess.rotation import Pull, RigidRotation
 from blockstruct.errors import ModelError
-from blockstruct.model import tie_segments
+from blockstruct.model import LimitCase, tie_segments
 from blockstruct.results import CaseResult, MacroBlock
 
 Array = NDArray[np.float64]
@@ -54,6 +54,7 @@ class CapacityCurve:
 
 def curve_of_rotation(
     result: CaseResult,
+    case: LimitCase,
     bodies: Sequence[MacroBlock],
     forces: HorizontalForces,
     participation: Participation,
@@ -91,7 +92,7 @@ def curve_of_rotation(
             "tension or other bodies hold it, too"
         )
         raise ModelError(msg)
-    turning = RigidRotation.of(result.model, result.case, members, hinge, direction, _pulls(result, body))
+    turning = RigidRotation.of(result.model, case, members, hinge, direction, _pulls(result, body))
     alpha = turning.load_factor(0.0)
     if abs(alpha - result.load_factor) > 1e-3 * result.load_factor:
         msg = (

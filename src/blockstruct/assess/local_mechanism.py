@@ -85,7 +85,7 @@ def local_mechanism(
         If the case has no collapse state, its push is not horizontal, the confidence factor does not hold, or the
         mechanism has no capacity curve for the method.
     """
-    found = _converged(result)
+    found, case = _converged(result)
     if not isinstance(spectrum, NtcSpectrum | TableSpectrum | FloorSpectrum):
         msg = f"local_mechanism: spectrum is a {type(spectrum).__name__}; give bs.assess.ntc_spectrum(…) or another"
         raise ModelError(msg)
@@ -93,7 +93,7 @@ def local_mechanism(
         msg = f"local_mechanism: method {method!r}; {did_you_mean(str(method), METHODS)}"
         raise ModelError(msg)
     c = Coefficients() if coefficients is None else coefficients
-    forces = HorizontalForces.of(found.model, found.case)
+    forces = HorizontalForces.of(found.model, case)
     mechanism = found.mechanism
     bodies = macro_blocks(found.model, mechanism, tolerance)
     whole, blocks = of_bodies(found.model, forces, mechanism, bodies)
@@ -106,7 +106,7 @@ def local_mechanism(
     pushed, curve, missing = getattr(found, "capacity", None), None, ""
     try:
         curve = (
-            curve_of_rotation(found, bodies, forces, whole, a0_star)
+            curve_of_rotation(found, case, bodies, forces, whole, a0_star)
             if pushed is None
             else curve_of_pushover(found, pushed, whole, a0_star)
         )
@@ -148,12 +148,13 @@ def local_mechanism(
     )
 
 
-def _converged(result: Any) -> CaseResult:
+def _converged(result: Any) -> tuple[CaseResult, LimitCase]:
+    """The collapse state to check, and what was asked for."""
     if isinstance(result, Spread):
         if result.headline.status is not Status.CONVERGED or result.lowest is None:
             msg = f"local_mechanism: no run of the spread has a collapse state to check ({result.headline})"
             raise ModelError(msg)
-        return result.lowest
+        return _converged(result.lowest)
     if not isinstance(result, CaseResult):
         msg = (
             f"local_mechanism: {type(result).__name__} is no result of a limit case; give analysis['name of the case']"
@@ -171,7 +172,7 @@ def _converged(result: Any) -> CaseResult:
             "collapse state: change the procedure or the loads and run the case again"
         )
         raise ModelError(msg)
-    return result
+    return result, result.case
 
 
 def _crushes(result: CaseResult, bodies: list[MacroBlock]) -> bool:

@@ -18,10 +18,12 @@ def address(drawing: Drawing) -> str:
 
 
 def mechanism_picture(result: bs.CaseResult, *, small: bool) -> dict[str, str] | None:
-    """The collapse mechanism with the push and its load factor, each body that moves in a colour; None without one."""
+    """The mechanism with what drives it and its number, each body that moves in a colour; None without one."""
     if not result.n_iterations or not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
         return None
-    caption = f"How “{result.name}” collapses, to first order: bodies that move, the push and its load factor α"
+    answer = f"{result.answer.name} {result.answer.symbol}"
+    what = f"the {answer}" if result.answer.is_reaction else f"the push and its {answer}"
+    caption = f"How “{result.name}” moves, to first order: its bodies in colours, {what}"
     size = _SUMMARY if small else _VERIFICATION
     drawing = Drawing("mechanism", caption, lambda ax: mechanism(result, colour="macro-block", ax=ax), size)
     return {"caption": caption, "address": address(drawing)}
