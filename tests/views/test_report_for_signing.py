@@ -157,3 +157,18 @@ def test_a_reaction_is_no_load_factor(block):
     head = summary(report_html(alone))
     assert "Relied on: reaction 32 kN of “ground sinks”" in head
     assert "load factor" not in head[: head.index("Assumptions")]
+
+
+def test_many_cases_leave_the_summary_on_one_page(tmp_path, monkeypatch):
+    monkeypatch.setattr("blockstruct.views.report.contents.drawings", lambda result: [])
+    blocks, joint = single_block(0.4, 4.0)
+    angles = np.radians(np.arange(0, 360, 30))
+    cases = [case(f"towards {a:.2f}", (np.cos(a), np.sin(a), 0), "associative") for a in angles]
+    analysis = bs.AnalysisManager(model_of(blocks, joint)).run(cases)
+    html = report_html(analysis)
+    assert html.startswith("<!doctype html>")
+    assert "And 4 more cases, below." in summary(html)
+    assert html.count("<td>associative</td>") == 8 + 12
+    found = pages(write_report(analysis, tmp_path / "r.pdf"))
+    assert "partial safety factor" in found[0]
+    assert "Verification" in found[1]

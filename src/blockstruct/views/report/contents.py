@@ -10,7 +10,7 @@ import numpy as np
 import blockstruct as bs
 from blockstruct.units import readable
 from blockstruct.views.figures import drawings
-from blockstruct.views.report.assumptions import assumptions
+from blockstruct.views.report.assumptions import assumptions, pushed_masses
 from blockstruct.views.report.detection import detection_rows
 from blockstruct.views.report.pictures import address
 from blockstruct.views.report.summary import relied_on
@@ -61,6 +61,7 @@ def contents(
         "spreads": [_spread(name, spread) for name, spread in spreads.items()],
         "cases": [_case(r) for r in shown_results(analysis)],
         "assumptions": assumptions(model, results),
+        "masses": pushed_masses(model, results),
         "settings": list(asdict(results[0].settings).items()),
         "versions": dict(analysis.versions),
     }
