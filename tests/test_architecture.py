@@ -35,6 +35,7 @@ MAY_IMPORT = {
     "solvers": {"limit"} | GROUND,
     "procedures": {"limit", "solvers"} | GROUND,
     "results": {"limit", "statics", "model"} | GROUND,
+    "assess": {"results", "model"} | GROUND,
     "storage": {"results", "model", "geometry"} | GROUND,
     "studies": {"analysis", "storage", "results", "limit", "model", "documents"} | GROUND,
     "analysis": {"procedures", "limit", "solvers", "results", "storage", "statics", "model"} | GROUND,

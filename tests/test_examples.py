@@ -74,6 +74,22 @@ def test_facade_with_sidewalls():
     assert factors["bonded", "nonassociative"] > 1.5 * factors["butted", "nonassociative"]
 
 
+def test_facade_verification(tmp_path):
+    """By hand: N = 16 · 5 · 0.6 · 6 = 288 kN, u = 288 / (2 · 2000 · 5) = 14.4 mm, α0 = (0.3 − 0.0144) / 3 = 0.0952.
+
+    FC = 1.2 (LC2): a0* = 0.0952 g / 1.2; d0 = 0.2856 m.
+    """
+    check = load("facade_verification").main(tmp_path)
+    assert check.alpha0 == pytest.approx(0.0952, rel=1e-5)
+    assert check.e_star == pytest.approx(1.0)
+    assert check.participation_of_blocks.e_star == pytest.approx(0.7513, abs=1e-4)
+    assert check.a0_star == pytest.approx(0.0952 * 9.80665 / 1.2, rel=1e-5)
+    assert check.curve.d0 == pytest.approx(0.2856, rel=1e-4)
+    assert check.ratio == pytest.approx(1.315, abs=2e-3)
+    assert check.beside.alpha0 == pytest.approx(check.alpha0, rel=1e-5)
+    assert (tmp_path / "façade.pdf").stat().st_size > 1e5
+
+
 def test_tied_facade(capsys):
     found = load("tied_facade").main()
     # Without dilatancy it is one certified state: the loading path ends at 0.0781 and 0.1484.

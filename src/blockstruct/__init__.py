@@ -69,7 +69,7 @@ from blockstruct.units import Q_, ureg
 from blockstruct.vocabulary import ContactState, Flow, JointOrientation, SolverStatus, Stage, Status
 
 if TYPE_CHECKING:
-    from blockstruct import imports, library, structures, studies
+    from blockstruct import assess, imports, library, structures, studies
     from blockstruct.documents import Document, read_document, write_document, write_draft
     from blockstruct.structures import (
         Opening,
@@ -92,6 +92,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     # namespaces
+    "assess",
     "contacts",
     "errors",
     "imports",
@@ -177,7 +178,7 @@ __all__ = [
 ]
 
 #: What is loaded when it is first asked for, to keep the import light: namespaces; names, and the room of each.
-_NAMESPACES_LATER = ("imports", "library", "structures", "studies")
+_NAMESPACES_LATER = ("assess", "imports", "library", "structures", "studies")
 _ROOMS_LATER = {
     "documents": ("Document", "read_document", "write_document", "write_draft"),
     "structures": (

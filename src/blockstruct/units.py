@@ -48,6 +48,7 @@ SI_UNITS = {
     "dimensionless": "dimensionless",
     "velocity": "meter / second",
     "angular velocity": "radian / second",
+    "acceleration": "meter / second ** 2",
     "time": "second",
 }
 _EXAMPLES = {
@@ -60,9 +61,11 @@ _EXAMPLES = {
     "force/volume": "12 kN/m^3",
     "density": "1800 kg/m^3",
     "angle": "30 deg",
+    "acceleration": "0.15 g_0",
+    "time": "0.3 s",
 }
 #: Names of units with small powers, multiplied and divided: nothing that a parser could make an expression of.
-_FACTOR = r"[^\W\d]+((\*\*|\^)-?\d)?"
+_FACTOR = r"(g_0|[^\W\d]+)((\*\*|\^)-?\d)?"
 _UNIT = re.compile(rf"(1/)?({_FACTOR}((\s*[*/]\s*|\s+){_FACTOR}){{0,9}})?")
 #: Number in SI units beyond which nothing is a building, and its powers overflow.
 LARGEST_NUMBER = 1e30

@@ -9,6 +9,7 @@ import typer
 
 import blockstruct as bs
 from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, out, print_results, say
+from blockstruct.cli.verification import FactorOption, LevelOption, MethodOption, SpectrumOption, checks_of
 from blockstruct.keywords import did_you_mean
 from blockstruct.views import analysis_summary, archive_table, iteration_table, parameter_texts
 from blockstruct.views.output import write_csv
@@ -146,7 +147,7 @@ def report(
     file: FileArgument,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="File to write; FILE-report.html otherwise.", show_default=False),
+        typer.Option("--output", "-o", help="HTML or PDF to write; FILE-report.html otherwise.", show_default=False),
     ] = None,
     template: Annotated[
         Path | None, typer.Option("--template", help="A Jinja2 template of your own.", show_default=False)
@@ -155,14 +156,20 @@ def report(
         list[str] | None,
         typer.Option("--project", help="A line of its head, as in 'client=Town of Lucca'.", show_default=False),
     ] = None,
+    spectrum: SpectrumOption = None,
+    confidence_factor: FactorOption = None,
+    knowledge_level: LevelOption = None,
+    method: MethodOption = "linear",
     show_it: Annotated[bool, typer.Option("--open", help="Show the report in the browser.")] = False,
 ) -> None:
-    """Write a report of an analysis, to read and to print."""
+    """Write a report of an analysis, as a page or as PDF, with checks of local mechanisms for a given site."""
     from blockstruct.views.report import write_report
 
     target = _beside(output or file.with_name(f"{file.stem}-report.html"), file, template)
     head = dict(_project_line(line) for line in project or ())
-    _written(write_report(bs.open_analysis(file), target, project=head, template=template), show_it)
+    analysis = bs.open_analysis(file)
+    checks = checks_of(analysis, spectrum, confidence_factor, knowledge_level, method)
+    _written(write_report(analysis, target, project=head, checks=checks, template=template), show_it)
 
 
 @app.command()

@@ -28,7 +28,7 @@ from blockstruct.model.loads import (
     SelfWeight,
     kind_of,
 )
-from blockstruct.model.material import Material
+from blockstruct.model.material import STANDARD_GRAVITY, Material
 from blockstruct.model.model import Model
 from blockstruct.model.settlement_case import SettlementCase
 from blockstruct.model.tie_kinds import TIE_KINDS, AnyTie, given_quantities, tie_kind_of, tie_segments
@@ -41,6 +41,7 @@ __all__ = [
     "LOAD_KINDS",
     "kind_of",
     # materials
+    "STANDARD_GRAVITY",
     "JointMaterial",
     "Material",
     # bodies and contacts

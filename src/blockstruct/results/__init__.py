@@ -14,6 +14,7 @@ from blockstruct.results.description import failures
 from blockstruct.results.frame import history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import history_of, iteration_variables
+from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.parameters import checked_parameters, checked_value, plain_value, restored_value, stored_value
 from blockstruct.results.pushed import pushed_masses
@@ -63,6 +64,8 @@ __all__ = [
     "history_of",
     "iteration_variables",
     "interface_resultants",
+    "MacroBlock",
+    "macro_blocks",
     "mechanism",
     "tie_sentences",
     "tie_state",

@@ -16,6 +16,7 @@ from blockstruct.notebook import html_table
 from blockstruct.results.answer import Answer
 from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline
+from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.pushed import pushed_masses
 from blockstruct.results.resultants import interface_resultants
@@ -176,6 +177,11 @@ class CaseResult:
     def mechanism(self) -> xr.Dataset:
         """Collapse mechanism of the last iteration: :func:`blockstruct.results.mechanism`."""
         return mechanism(self.history)
+
+    @property
+    def macro_blocks(self) -> list[MacroBlock]:
+        """Bodies of the mechanism of the last iteration: :func:`blockstruct.results.macro_blocks`."""
+        return macro_blocks(self.model, self.mechanism)
 
     @property
     def resultants(self) -> xr.Dataset:

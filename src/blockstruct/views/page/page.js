@@ -174,10 +174,17 @@ const lines = (points, color, width, more) => ({
   type: "scatter3d", mode: "lines", ...xyz(points), line: {color, width}, hoverinfo: "skip", showlegend: false, ...more,
 });
 const outline = segments(blocks.vertices, blocks.edges);
-const stone = Array.from(blocks.of_triangle, b => blocks.fixed[b] ? data.look.support : data.look.stone);
+/** Colours of the triangles of blocks: stone, or in the last iteration those of the bodies that move. */
+function stones() {
+  const coloured = at("show-bodies").checked && shown.iteration === current().stage.length - 1, {bodies} = data.look;
+  return Array.from(blocks.of_triangle, b => {
+    const body = coloured ? current().body[b] : -1;
+    return body >= 0 ? bodies[body % bodies.length] : blocks.fixed[b] ? data.look.support : data.look.stone;
+  });
+}
 const traces = [
   lines(outline, data.look.ghost, 1, {visible: false}),
-  mesh(blocks, {facecolor: stone, hoverinfo: "text", text: Array.from(blocks.of_triangle, b => blocks.name[b]), name: "blocks"}),
+  mesh(blocks, {facecolor: stones(), hoverinfo: "text", text: Array.from(blocks.of_triangle, b => blocks.name[b]), name: "blocks"}),
   lines(outline, data.look.edge, 1.5),
   mesh(interfaces, {
     intensitymode: "cell", intensity: Array.from(interfaces.of_triangle, () => 0), hoverinfo: "text", name: "interfaces",
@@ -216,6 +223,7 @@ async function draw(sketch) {
   const change = traces.map(() => ({visible: false})), ticked = id => at(id).checked;
   change[BLOCKS] = {...xyz(moved), visible: sketch || ticked("show-blocks"), opacity: !sketch && ticked("show-forces") ? 0.35 : 1};
   if (!sketch) {
+    change[BLOCKS].facecolor = stones();
     change[GHOST] = {visible: shown.amplitude > 0 && !ticked("show-blocks")};
     change[EDGES] = {...xyz(segments(displaced(outer.blocks, blocks.of_vertex), blocks.edges)), visible: true};
     if (ticked("show-interfaces")) {
@@ -296,6 +304,7 @@ function describe() {
     rows.push(["block", blocks.name[i] + (blocks.fixed[i] ? " (support)" : "")], ["material", blocks.material[i]],
       ["weight", readable(blocks.weight[i], "N")], ["volume", `${Number(blocks.volume[i].toPrecision(3))} m³`],
       ["centroid", place(Array.from(blocks.centroids.slice(3 * i, 3 * i + 3)))],
+      ["macro-block", (current().bodies[current().body[i]] || {name: "at rest"}).name],
       ["translation", metres(u.map(c => c * scale))]);
   } else {
     const {local, e} = resultant(i);
@@ -313,17 +322,22 @@ function describe() {
   panel.append(table);
 }
 
+function entry(colour, name) {
+  const item = document.createElement("span"), box = document.createElement("i");
+  box.style.background = colour;
+  item.append(box, name);
+  return item;
+}
 function legend() {
+  const named = at("show-bodies").checked ? current().bodies.slice(0, data.look.bodies.length) : [];
+  at("bodies").replaceChildren(...named.map((body, k) => entry(data.look.bodies[k], `${body.name}, ${readable(body.weight, "N")}`)));
   at("legend").replaceChildren();
   if (shown.colour !== "state") return;
   const present = new Set();
   for (let i = 0; i < I; i++) present.add(current().gravest[stateOf(i)]);
   for (const [name, colour] of Object.entries(data.look.states)) {
     if (!present.has(name) || name === "sticking") continue;
-    const item = document.createElement("span"), box = document.createElement("i");
-    box.style.background = colour;
-    item.append(box, name);
-    at("legend").append(item);
+    at("legend").append(entry(colour, name));
   }
 }
 
@@ -441,6 +455,7 @@ async function start() {
   at("iteration").addEventListener("input", event => { shown.iteration = Number(event.target.value); update(follow); });
   at("amplitude").addEventListener("input", event => { shown.amplitude = Number(event.target.value); iterationText(); describe(); follow(); });
   at("find").addEventListener("change", event => find(event.target.value));
+  at("show-bodies").addEventListener("change", () => update());
   for (const part of document.querySelectorAll(".of-ties")) part.hidden = !ties.name.length;
   for (const id of ["show-blocks", "show-interfaces", "show-forces", "show-ties"]) at(id).addEventListener("change", redraw);
   at("convergence").on("plotly_click", event => { shown.iteration = event.points[0].pointNumber; update(); });

@@ -14,10 +14,11 @@ import numpy.typing as npt
 
 import blockstruct as bs
 from blockstruct.units import readable
-from blockstruct.views.selection import is_pressed, shown_results
+from blockstruct.views.selection import is_pressed, moving_bodies, shown_results
 from blockstruct.views.solids import Patches, Solids, triangles
 from blockstruct.views.style import (
     AMPLITUDE,
+    BODY_COLOURS,
     EDGE,
     FORCE,
     FULLY_USED,
@@ -77,6 +78,7 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
             "states": STATE_COLOURS,
             "ties": TIE_COLOURS,
             "utilisation": UTILISATION,
+            "bodies": BODY_COLOURS,
         },
         "origin": origin.tolist(),
         "blocks": _blocks(model, solids, origin),
@@ -182,9 +184,18 @@ def _case(result: bs.CaseResult, head: dict[str, Any]) -> dict[str, Any]:
         "gravest": [parts(text)[0] for text in texts],
         "state": _packed(index.reshape(states.shape), "<u2"),
         "velocity": _packed(np.array(velocity), "<f2"),
+        **_bodies(result),
         "tie": _tie_rows(result),
         **_utilisation(history),
     }
+
+
+def _bodies(result: bs.CaseResult) -> dict[str, Any]:
+    """Macro-blocks of the last mechanism: which body a block moves with, −1 at rest."""
+    if not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
+        return {"body": [-1] * len(result.model.blocks), "bodies": []}
+    body, moving = moving_bodies(result, result.n_iterations - 1)
+    return {"body": body.tolist(), "bodies": [{"name": one.name, "weight": one.weight} for one in moving]}
 
 
 def _tie_rows(result: bs.CaseResult) -> list[list[tuple[str, float | None]]]:

@@ -6,6 +6,14 @@ import numpy as np
 
 import blockstruct as bs
 
+#: Sentences on masses that the first page of a report has room for.
+_FEW = 2
+
+
+def pushed_masses(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
+    """Which masses every push moves, each once."""
+    return list(dict.fromkeys(filter(None, (bs.results.pushed_masses(model, r.case) for r in results))))
+
 
 def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
     """Sentences that hold for the model and the cases."""
@@ -46,14 +54,15 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
     if any(r.case.flow == bs.Flow.NONASSOCIATIVE for r in results):
         said.append(
             "With non-associative flow the load factor is not unique: a certified load factor is that of a collapse "
-            "state, not necessarily of the lowest; it depends on the settings below."
+            "state, not necessarily of the lowest; it depends on the settings in the appendix."
         )
     if any(r.case.flow == bs.Flow.ASSOCIATIVE for r in results):
         said.append(
             "With associative flow the load factor is unique, and an upper bound of those of all non-associative flow "
             "rules."
         )
-    said += dict.fromkeys(filter(None, (bs.results.pushed_masses(model, r.case) for r in results)))
+    masses = pushed_masses(model, results)
+    said += masses if len(masses) <= _FEW else [f"Which masses each of {len(masses)} pushes moves stands at the loads."]
     if settles:
         said.append(
             "The reaction of supports that give way is what the joints press on them, without their own weight: the "
