@@ -15,6 +15,8 @@ from blockstruct.geometry.neighbours import box_pairs, separations, unsupported
 from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.polygon import common_areas, perimeter, plane_axes, polygon_area, tributary_areas
 from blockstruct.geometry.polyhedron import BOX_FACES, Polyhedron, box, lofted, polyhedron
+from blockstruct.geometry.screws import rotation_matrices, rotation_vectors, screw_motions
+from blockstruct.geometry.touching import MovingBodies, Touching
 from blockstruct.geometry.triangles import triangulated
 
 __all__ = [
@@ -40,6 +42,12 @@ __all__ = [
     "coplanar_face_pairs",
     "crossed_faces",
     "joined_pairs",
+    # bodies that move
+    "MovingBodies",
+    "Touching",
+    "rotation_matrices",
+    "rotation_vectors",
+    "screw_motions",
     # neighbours
     "box_pairs",
     "separations",

@@ -49,7 +49,15 @@ class Certificate:
     holds: bool
 
 
-def certify(problem: LimitProblem, x: Array, u: Array, alpha: float, settings: ProcedureSettings) -> Certificate:
+def certify(
+    problem: LimitProblem,
+    x: Array,
+    u: Array,
+    alpha: float,
+    settings: ProcedureSettings,
+    *,
+    gap: Array | float = 0.0,
+) -> Certificate:
     """Certificate of a state.
 
     Parameters
@@ -64,6 +72,8 @@ def certify(problem: LimitProblem, x: Array, u: Array, alpha: float, settings: P
         Load factor.
     settings
         Tolerances.
+    gap : (K,) array
+        Distance that is open before the velocities act for a unit of time, in the unit of relative velocities.
     """
     biaxial = settings.crushing_interaction == "biaxial"
     unbalanced = problem.A @ x.ravel() + problem.w_D + alpha * problem.w_L
@@ -83,7 +93,7 @@ def certify(problem: LimitProblem, x: Array, u: Array, alpha: float, settings: P
     )
     # Unlike max, numpy passes a NaN on.
     excess = float(np.concatenate(excesses).max())
-    opening = v_n - problem.dilatancy * sliding
+    opening = v_n + gap - problem.dilatancy * sliding
     rigid = ~problem.crushes
     # Velocities are relative to local units of force; what penetrates is measured against the fastest point.
     speed = np.linalg.norm(v, axis=1) / problem.force_unit

@@ -27,6 +27,7 @@ from blockstruct.model.loads import (
 )
 from blockstruct.model.material import Material
 from blockstruct.model.model import Model
+from blockstruct.model.pushover import Point, Pushover
 
 __all__ = [
     "JOINT_PROPERTIES",
@@ -55,6 +56,8 @@ __all__ = [
     "SelfWeight",
     # cases
     "LimitCase",
+    "Point",
+    "Pushover",
     # input
     "checked_tuple",
 ]

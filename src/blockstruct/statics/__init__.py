@@ -11,11 +11,16 @@
 
 from blockstruct.statics.contacts import ContactPoints
 from blockstruct.statics.equilibrium import equilibrium_matrix
+from blockstruct.statics.moved import MovedContacts, MovingLoads, MovingStructure, Placement
 from blockstruct.statics.statics import Statics
 from blockstruct.statics.wrenches import wrenches
 
 __all__ = [
     "ContactPoints",
+    "MovedContacts",
+    "MovingLoads",
+    "MovingStructure",
+    "Placement",
     "Statics",
     "equilibrium_matrix",
     "wrenches",
