@@ -1,7 +1,7 @@
 """The pushover: from the collapse state through finite displacements until the load factor is zero."""
 
 from collections.abc import Generator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
@@ -11,7 +11,7 @@ from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.moved import FiniteStep, MovedProblem, MovingProblem
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.finite_step import Solved, solve_finite_step
+from blockstruct.procedures.finite_step import CERTIFIED, Solved, solve_finite_step
 from blockstruct.statics import Placement
 
 Array = NDArray[np.float64]
@@ -25,9 +25,15 @@ FASTEST = 3.0
 #: How far the control point may miss what it was meant to, as a ratio, before the step is solved again.
 MISSED = 1.5
 #: Attempts to find a step of the wanted length, and to halve one that penetrates.
-LENGTHS, HALVINGS = 3, 4
+LENGTHS, HALVINGS = 3, 3
+#: Flow-rule gap, relative to the work of a step, beyond which it is no state to go on from.
+LOST = 0.5
+#: Rate of the dead load's work, in multiples of that of the collapse load, from which blocks fall by themselves.
+FALLING = 3.0
+#: Speed, relative to the fastest block, from which a block is told to fall, and blocks that a message names.
+FAST, NAMED = 0.5, 5
 #: Deepest penetration, and least reach of contacts, in mean block sizes; reach in multiples of the last motion.
-DEEPEST, NEAREST, REACH = 2e-3, 1e-3, 2.0
+DEEPEST, NEAREST, REACH = 2e-3, 0.05, 2.0
 #: Steps, in multiples of those asked for, after which the curve is left.
 PATIENCE = 5
 #: Load factor, relative to the first one, that is zero; and corrections of the last step towards it.
@@ -48,6 +54,11 @@ class _State:
     twist: Array
     work: float
     displacement: float
+
+    @property
+    def penetration(self) -> float:
+        """Deepest penetration, m."""
+        return max(-float(self.moved.contacts.gap.min(initial=0.0)), 0.0)
 
     @property
     def motion(self) -> Array:
@@ -143,7 +154,7 @@ class _Path:
         self._size = problem.statics.length
         self.nearest = NEAREST * self._size
         self.zero = np.nan
-        self._last = 0.0
+        self._last = self._done = 0.0
         self._time = perf_counter()
 
     def wanted(self) -> float:
@@ -195,27 +206,37 @@ class _Path:
             placement = state.moved.placement.moved(motion)
             reach = max(self.nearest, REACH * float(np.linalg.norm(motion[:, :3], axis=1).max()))
             following = self.solved(placement, state.carried(placement), self.wanted(), reach)
-            if following is None:
-                if halving == HALVINGS:
-                    return self.lost(placement)
-            elif -following.moved.contacts.gap.min(initial=0.0) <= DEEPEST * self._size or halving == HALVINGS:
+            if following is not None and (self._is_good(following) or halving == HALVINGS):
                 break
             motion = motion / 2
-        assert following is not None
-        a0, a1 = state.solved.load_factor, following.solved.load_factor
+        if following is None or following.solved.missed > LOST or self._falls(following):
+            return self.lost(placement, following)
+        following = self._back_to_zero(state, following, motion, reach)
+        self._last = abs(following.displacement - state.displacement)
+        return following
+
+    def _back_to_zero(self, state: _State, following: _State, motion: Array, reach: float) -> _State:
+        """The state after so much of a motion that the load factor is zero, if it is below after all of it."""
+        a0 = state.solved.load_factor
         for _ in range(CORRECTIONS):
+            a1 = following.solved.load_factor
             if a1 >= -ZERO * abs(self.curve[0][1]) or a0 <= 0:
                 break
-            # Past zero: back along the chord.
-            share = a0 / (a0 - a1)
-            motion = motion * share
+            motion = motion * a0 / (a0 - a1)
             placement = state.moved.placement.moved(motion)
             back = self.solved(placement, state.carried(placement), self.wanted(), reach)
             if back is None:
                 break
-            following, a1 = back, back.solved.load_factor
-        self._last = abs(following.displacement - state.displacement)
+            following = back
         return following
+
+    def _is_good(self, state: _State) -> bool:
+        """Whether nothing happened in a step that a shorter one would see better."""
+        return state.penetration <= DEEPEST * self._size and state.solved.missed <= CERTIFIED
+
+    def _falls(self, state: _State) -> bool:
+        """Whether the dead load drives the motion, and not the push."""
+        return state.solved.falling > FALLING * abs(self.curve[0][1])
 
     def is_over(self, state: _State) -> bool:
         """Whether the load factor has come down to zero."""
@@ -228,14 +249,26 @@ class _Path:
             self.zero = d1 + a1 * (d1 - d0) / (a0 - a1) if a0 != a1 else d1
         return True
 
-    def lost(self, placement: Placement) -> str:
-        """Why nothing is in equilibrium at a placement."""
-        d = self._problem.control.displacement(placement)
-        return f"no forces carry the dead load at a displacement of {d:.6g} m: blocks fall"
+    def lost(self, placement: Placement, state: _State | None = None) -> str:
+        """Why nothing is in equilibrium at a placement, or what is found there no state to go on from."""
+        at = f"at a displacement of {self._problem.control.displacement(placement):.6g} m"
+        if state is None:
+            return f"no forces carry the dead load {at}: blocks fall, and the method ends"
+        speed = np.linalg.norm(state.twist[:, :3], axis=1)
+        fastest = np.argsort(-speed, kind="stable")
+        names = [self._problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > FAST * speed.max()]]
+        listed = ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
+        if self._falls(state):
+            return f"blocks fall under the dead load alone {at} ({listed}), and the method ends"
+        return f"no motion that satisfies the flow rule is found {at} (blocks {listed}), and the method ends"
 
     def record(self, before: _State | None, state: _State) -> FiniteStep:
         """The state as it is kept."""
         solved, contacts = state.solved, state.moved.contacts
+        missed = 0.0
+        if before is not None:
+            missed, work = self._energy(before, state)
+            self._done += work
         self.curve.append((state.displacement, solved.load_factor))
         spent, self._time = perf_counter() - self._time, perf_counter()
         placement, c = state.moved.placement, solved.certificate
@@ -247,8 +280,8 @@ class _Path:
             velocity=state.twist[:, :3],
             angular_velocity=state.twist[:, 3:],
             dissipation=solved.dissipation,
-            penetration=float(-contacts.gap.min(initial=0.0)),
-            energy_error=0.0 if before is None else self._energy_error(before, state),
+            penetration=state.penetration,
+            energy_error=missed / max(self._done, 1e-300),
             equilibrium_residual=c.equilibrium_residual,
             yield_excess=c.yield_excess,
             interpenetration=c.interpenetration,
@@ -260,10 +293,13 @@ class _Path:
             solver_time=spent,
         )
 
-    def _energy_error(self, before: _State, state: _State) -> float:
-        """Work of loads less dissipation between two states, by the trapezoidal rule, relative to their magnitudes."""
+    def _energy(self, before: _State, state: _State) -> tuple[float, float]:
+        """Work between two states that is missed, and the sum of all of it, J, by the trapezoidal rule.
+
+        Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated by friction.
+        """
         places = before.moved.placement, state.moved.placement
         dead, variable = self._problem.dead.work(*places), self._problem.variable.work(*places)
         pushed = variable * (before.solved.load_factor + state.solved.load_factor) / 2
         rubbed = variable * (before.solved.dissipation + state.solved.dissipation) / 2
-        return float(abs(dead + pushed - rubbed) / max(abs(dead) + abs(pushed) + abs(rubbed), 1e-300))
+        return abs(dead + pushed - rubbed), abs(dead) + abs(pushed) + abs(rubbed)
