@@ -48,6 +48,7 @@ from blockstruct.model import (
     Model,
     Moment,
     PointLoad,
+    Pushover,
     SelfWeight,
 )
 from blockstruct.results import (
@@ -99,6 +100,7 @@ __all__ = [
     "Model",
     "Moment",
     "PointLoad",
+    "Pushover",
     "SelfWeight",
     # interfaces and documents
     "Detection",

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, Listener
+from blockstruct.analysis.finite import pushed_over
 from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.recovery import blank_history
@@ -23,10 +24,11 @@ from blockstruct.limit import (
     LimitProblem,
     Outcome,
     ProcedureSettings,
+    check_pushover,
     scheduled,
     schedules_of,
 )
-from blockstruct.model import LimitCase, Model, checked_tuple
+from blockstruct.model import LimitCase, Model, Pushover, checked_tuple
 from blockstruct.procedures import solve_limit_case
 from blockstruct.results import Analysis, CaseResult, active_joints, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
@@ -211,6 +213,9 @@ class AnalysisManager:
             msg = f"AnalysisManager.run: case names used more than once: {', '.join(twice)}; rename them"
             raise ModelError(msg)
         patterns(cases)
+        for case in cases:
+            if isinstance(case, Pushover):
+                check_pushover(self.model, case)
         return [LimitProblem.of(self.statics, case) for case in cases]
 
     def sweep(
@@ -279,10 +284,10 @@ class AnalysisManager:
             runs.append((case, self.settings))
             if schedules and case.flow is Flow.NONASSOCIATIVE:
                 for name in schedules:
-                    run = replace(case, name=run_name(case.name, name))
+                    run = LimitCase(run_name(case.name, name), case.dead, case.variable)
                     runs.append((run, scheduled(self.settings, name)))
-                bound = replace(case, name=run_name(case.name, Flow.ASSOCIATIVE), flow=Flow.ASSOCIATIVE)
-                runs.append((bound, self.settings))
+                name = run_name(case.name, Flow.ASSOCIATIVE)
+                runs.append((LimitCase(name, case.dead, case.variable, Flow.ASSOCIATIVE), self.settings))
         return runs
 
     @classmethod
@@ -334,7 +339,7 @@ class AnalysisManager:
             if len(iterations) < before.n_iterations:
                 return before
         history = history_of(statics, problem, iterations)
-        return replace(
+        done = replace(
             before,
             status=outcome.status,
             load_factor=outcome.load_factor,
@@ -344,6 +349,9 @@ class AnalysisManager:
             started_at=started_at,
             duration=before.duration + perf_counter() - start,
         )
+        if not isinstance(case, Pushover) or outcome.status is not Status.CONVERGED:
+            return done
+        return pushed_over(done, statics, problem, iterations[-1], lambda event: _tell(listeners, event))
 
     def _statics_of(self, settings: ProcedureSettings) -> Statics:
         if settings.crushing_cells == self.settings.crushing_cells:

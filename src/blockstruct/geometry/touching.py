@@ -139,13 +139,16 @@ class MovingBodies:
 
         lengths = np.linalg.norm(shared.edges, axis=2).sum(axis=1)
         wide = shared.area > NO_WIDTH * size * lengths / 2
-        shared, width = shared[wide].without_short_edges(NO_EDGE * size), (2 * shared.area / np.maximum(lengths, 1e-300))[wide]
+        shared, width = (
+            shared[wide].without_short_edges(NO_EDGE * size),
+            (2 * shared.area / np.maximum(lengths, 1e-300))[wide],
+        )
         first, second, middle, axes, origin, one, other, back = (
             a[wide] for a in (first, second, middle, axes, origin, one, other, back)
         )
         place = origin[:, None] + np.einsum("pva,pai->pvi", shared.corner, axes)
         heights = [
-            np.einsum("pvi,pi->pv", points[:, :1] - place, normal[part]) / np.einsum("pi,pi->p", normal[part], middle)[:, None]
+            np.einsum("pvi,pi->pv", points[:, :1] - place, normal[part] / _dots(normal[part], middle)[:, None])
             for points, part in ((one, first), (other, second))
         ]
         apart = heights[0] - heights[1]
@@ -176,7 +179,7 @@ class MovingBodies:
         pair, first, _ = expanded(begin[i], count[i])
         row, second, _ = expanded(begin[j[pair]], count[j[pair]])
         first = first[row]
-        facing = np.einsum("pi,pi->p", normal[first], normal[second]) < -np.cos(FACING)
+        facing = _dots(normal[first], normal[second]) < -np.cos(FACING)
         first, second = first[facing], second[facing]
         low, high = corner.min(axis=1) - reach / 2, corner.max(axis=1) + reach / 2
         close = np.all((low[first] <= high[second]) & (low[second] <= high[first]), axis=1)
@@ -223,6 +226,10 @@ class MovingBodies:
         chosen = np.where(on_second[:, :, None], normal[parts[1]][:, None], chosen)
         chosen = np.where(on_first[:, :, None], -normal[parts[0]][:, None], chosen)
         return chosen, np.where(own, 1.0, np.where(other, 0.0, 0.5))
+
+
+def _dots(a: Array, b: Array) -> Array:
+    return np.asarray(np.einsum("pi,pi->p", a, b))
 
 
 def _convex_parts(body: Polyhedron, face: int, loop: tuple[int, ...]) -> list[tuple[int, ...]]:

@@ -11,7 +11,7 @@ wrench of each block and, at a contact, of the lighter of its two blocks.
 from blockstruct.limit.certificate import Certificate, certify
 from blockstruct.limit.friction import Sliding, fictitious_sliding, relax, true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome
-from blockstruct.limit.moved import FiniteStep, MovedProblem, MovingProblem
+from blockstruct.limit.moved import FiniteStep, MovedProblem, MovingProblem, check_pushover, zero_displacement
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
 from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, scheduled, schedules_of
@@ -27,6 +27,8 @@ __all__ = [
     "FiniteStep",
     "MovedProblem",
     "MovingProblem",
+    "check_pushover",
+    "zero_displacement",
     # the programs
     "ConicProgram",
     "ProgramData",

@@ -1,5 +1,6 @@
 """The limit problem of a structure whose blocks have moved, and what one step from there found."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -42,7 +43,7 @@ class MovedProblem:
             twist[block, :3] + np.cross(twist[block, 3:], points.position - centre[block])
             for block in (points.plus, points.minus)
         )
-        return np.einsum("kij,kj->ki", points.frame, plus - minus)
+        return np.asarray(np.einsum("kij,kj->ki", points.frame, plus - minus))
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,9 +138,7 @@ class MovingProblem:
         """Twists (B, 6) of the blocks, m/s and rad/s at 1 W, of non-dimensional velocities u (6 F,)."""
         problem = self._problem
         found = np.zeros((len(self._unit), 6))
-        found[self.statics.free] = u.reshape(-1, 6) / np.outer(
-            problem.wrench_unit, np.repeat([1.0, problem.length], 3)
-        )
+        found[self.statics.free] = u.reshape(-1, 6) / np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))
         return found
 
 
@@ -156,13 +155,15 @@ class FiniteStep:
         Centroids, m, and rotation vectors from where the model has the blocks, rad.
     velocity, angular_velocity : (B, 3) arrays
         Of the mechanism there, at 1 W of variable load.
+    motion_time : float
+        Time for which they act until the next state, s, if that step is not halved.
     dissipation : float
         Work of friction a unit of work of the variable load.
     penetration : float
         Deepest penetration, m.
     energy_error : float
         Of the motion from the state before: work of the loads less what friction dissipates, relative to the sum of
-        their magnitudes.
+        the magnitudes of all such work so far.
     equilibrium_residual, yield_excess, interpenetration, flow_rule_gap : float
         As in :class:`Certificate`, on the moved geometry; openings are those at the end of the step.
     holds : bool
@@ -178,6 +179,7 @@ class FiniteStep:
     rotation: Array
     velocity: Array
     angular_velocity: Array
+    motion_time: float
     dissipation: float
     penetration: float
     energy_error: float
@@ -190,6 +192,23 @@ class FiniteStep:
     programs: int
     solver_iterations: int
     solver_time: float
+
+
+#: Load factor, relative to the first one of a curve, that is zero.
+ZERO = 1e-4
+
+
+def zero_displacement(curve: Sequence[tuple[float, float]]) -> float:
+    """Displacement at which the load factor of a curve of (displacement, load factor) is zero; NaN if it ends before.
+
+    Interpolated over the last two states.
+    """
+    if not curve or curve[-1][1] > ZERO * abs(curve[0][1]):
+        return np.nan
+    if len(curve) == 1 or curve[-2][1] == curve[-1][1]:
+        return curve[-1][0]
+    (d0, a0), (d1, a1) = curve[-2:]
+    return d1 + a1 * (d1 - d0) / (a0 - a1)
 
 
 def check_pushover(model: Model, case: Pushover) -> None:
@@ -206,8 +225,8 @@ def check_pushover(model: Model, case: Pushover) -> None:
     name = case.control[0]
     if name not in blocks:
         msg = (
-            f"pushover {case.name!r}: control point on block {name!r}, which model {model.name!r} does not have; it has "
-            f"{', '.join(list(blocks)[:10])}{', …' if len(blocks) > 10 else ''}"
+            f"pushover {case.name!r}: control point on block {name!r}, which model {model.name!r} does not have; it "
+            f"has {', '.join(list(blocks)[:10])}{', …' if len(blocks) > 10 else ''}"
         )
         raise UnknownNameError(msg)
     if blocks[name].fixed:

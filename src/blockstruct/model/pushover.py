@@ -62,8 +62,8 @@ class Pushover(LimitCase):
             object.__setattr__(self, "control_point", Point(*point))
         if self.flow is not Flow.NONASSOCIATIVE:
             msg = (
-                f"pushover {self.name!r}: flow {self.flow.value!r}; blocks that dilate by the friction angle would rise "
-                "without end: leave it out, and give joints a dilatancy angle if they have one"
+                f"pushover {self.name!r}: flow {self.flow.value!r}; blocks that dilate by the friction angle would "
+                "rise without end: leave it out, and give joints a dilatancy angle if they have one"
             )
             raise ModelError(msg)
         if isinstance(self.steps, bool) or not isinstance(self.steps, Integral) or not 3 <= self.steps <= MOST_STEPS:
@@ -85,7 +85,7 @@ def _control(given: Any, name: str) -> tuple[str, tuple[float, float, float]]:
     values = list(direction) if numbers else []
     if not isinstance(block, str) or not block or len(values) != 3:
         raise ModelError(msg)
-    if not all(isinstance(v, Real) and not isinstance(v, bool) and np.isfinite(v) for v in values):
+    if not all(isinstance(v, Real) and not isinstance(v, bool) and np.isfinite(float(v)) for v in values):
         raise ModelError(msg)
     length = float(np.linalg.norm(values))
     if not length > 0:

@@ -5,5 +5,6 @@ doi:10.1016/j.ijsolstr.2015.05.025, and the shifted objective of De Saxcé & Fen
 """
 
 from blockstruct.procedures.procedure import solve_limit_case
+from blockstruct.procedures.pushover import pushover
 
-__all__ = ["solve_limit_case"]
+__all__ = ["pushover", "solve_limit_case"]

@@ -39,6 +39,8 @@ class Solved:
         Work of friction a unit of work of the variable load.
     falling : float
         Work of the dead load a unit of work of the variable load.
+    reaching : (K,) array
+        Share of the step's work that the force at each contact does while its gap closes.
     missed : float
         Flow-rule gap relative to the work of the loads and of friction.
     programs, iterations : int
@@ -49,6 +51,7 @@ class Solved:
     certificate: Certificate
     dissipation: float
     falling: float
+    reaching: Array
     missed: float
     programs: int
     iterations: int
@@ -106,9 +109,10 @@ def solve_finite_step(
         v = (problem.A.T @ u).reshape(-1, 3)
         certificate = certify(problem, x, u, alpha, settings, gap=gap)
         friction = max(-float(np.einsum("kj,kj->", x[:, 1:], v[:, 1:])), 0.0)
-        missed = certificate.flow_rule_gap / max(abs(alpha) + friction, least)
+        scale = max(abs(alpha) + friction, least)
+        missed, reaching = certificate.flow_rule_gap / scale, x[:, 0] * np.maximum(gap, 0.0) / scale
         falling = float(problem.w_D @ u)
-        found = Solved(alpha, u, certificate, friction, falling, missed, k + 1, iterations)
+        found = Solved(alpha, u, certificate, friction, falling, reaching, missed, k + 1, iterations)
         if best is None or found.missed < best.missed:
             best = found
         if found.missed <= AGREED:

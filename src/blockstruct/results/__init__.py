@@ -7,6 +7,7 @@ compression positive, and velocities belong to one watt of variable load (``w_LÂ
 
 from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
+from blockstruct.results.capacity import capacity_of, step_arrays, steps_of
 from blockstruct.results.case_result import CERTIFICATE_MEASURES, AdmissibleState, CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, relative_difference
 from blockstruct.results.frame import history_frame
@@ -37,6 +38,10 @@ __all__ = [
     "confirm",
     "contradictions",
     "recomputed_certificate",
+    # capacity curves
+    "capacity_of",
+    "step_arrays",
+    "steps_of",
     # histories
     "HistoryAccessor",
     "active_joints",

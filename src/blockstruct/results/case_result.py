@@ -95,6 +95,9 @@ class CaseResult:
         UTC, ISO 8601.
     duration : float
         Seconds.
+    capacity : xarray.Dataset or None
+        Of a :class:`~blockstruct.Pushover`, the states beyond the collapse state, which is the last of the history:
+        :func:`blockstruct.results.capacity_of`. None for any other case, and without a collapse state.
     """
 
     model: Model = field(repr=False)
@@ -107,6 +110,7 @@ class CaseResult:
     history: xr.Dataset = field(repr=False)
     started_at: str
     duration: float
+    capacity: xr.Dataset | None = field(default=None, repr=False)
     _unread: LazyHistory | None = field(init=False, default=None, repr=False)
 
     def __post_init__(self) -> None:

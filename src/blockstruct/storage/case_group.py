@@ -7,7 +7,7 @@ from typing import Any
 
 import xarray as xr
 
-from blockstruct.model import LimitCase, LoadPattern, Model
+from blockstruct.model import LimitCase, LoadPattern, Model, Point, Pushover
 from blockstruct.results import CERTIFICATE_MEASURES, CaseResult, LazyHistory
 from blockstruct.units import SI_UNITS
 
@@ -39,17 +39,35 @@ def case_dataset(result: CaseResult) -> xr.Dataset:
         "settings": json.dumps(asdict(result.settings)),
         "started_at": result.started_at,
     }
+    if isinstance(result.case, Pushover):
+        attrs["pushover"] = json.dumps(
+            {"control": result.case.control, "control_point": result.case.control_point, "steps": result.case.steps}
+        )
     return xr.Dataset(variables, attrs=attrs)
 
 
+def case_of(attrs: Mapping[str, Any], patterns: Mapping[str, LoadPattern]) -> LimitCase:
+    """The case of a group."""
+    plain = attrs["name"], patterns[attrs["dead"]], patterns[attrs["variable"]], attrs["flow"]
+    if "pushover" not in attrs:
+        return LimitCase(*plain)
+    own = json.loads(attrs["pushover"])
+    point = None if own["control_point"] is None else Point(*map(float, own["control_point"]))
+    return Pushover(*plain, control=own["control"], control_point=point, steps=own["steps"])
+
+
 def result_of(
-    ds: xr.Dataset, history: xr.Dataset | LazyHistory, model: Model, patterns: Mapping[str, LoadPattern]
+    ds: xr.Dataset,
+    history: xr.Dataset | LazyHistory,
+    model: Model,
+    patterns: Mapping[str, LoadPattern],
+    capacity: xr.Dataset | None = None,
 ) -> CaseResult:
-    """Result of a Dataset, its history, the model and its load patterns."""
+    """Result of a Dataset, its history, the model, its load patterns, and its capacity curve if it has one."""
     a = ds.attrs
     return CaseResult.restored(
         model=model,
-        case=LimitCase(a["name"], patterns[a["dead"]], patterns[a["variable"]], a["flow"]),
+        case=case_of(a, patterns),
         settings=json.loads(a["settings"]),
         status=a["status"],
         load_factor=float(ds["load_factor"]),
@@ -58,4 +76,5 @@ def result_of(
         history=history,
         started_at=a["started_at"],
         duration=float(ds["duration"]),
+        capacity=capacity,
     )
