@@ -37,7 +37,7 @@ HALVINGS = 3
 #: Deepest penetration, and least reach of contacts, in mean block sizes; reach in multiples of the last motion.
 DEEPEST, NEAREST, REACH = 2e-3, 0.05, 2.0
 #: Flow-rule gap, relative to the work of a step, beyond which it is no state to go on from.
-LOST = 0.5
+LOST = 0.03
 #: Rate of the dead load's work, in multiples of that of the variable load at collapse, from which blocks fall.
 FALLING = 3.0
 #: Speed, relative to the fastest block, from which a block is told to fall, and blocks that a message names.
@@ -236,7 +236,7 @@ class _Path:
             if following is not None and (self._is_good(following) or halving == HALVINGS):
                 break
             time /= 2
-        if following is None or following.solved.missed > LOST or self._falls(following.solved):
+        if following is None or following.solved.missed > LOST:
             return self.lost(placement, following)
         for _ in range(CORRECTIONS):
             below = following.state.load_factor
