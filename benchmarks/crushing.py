@@ -40,7 +40,7 @@ def main() -> None:
         for fc, crushing in ((None, "none"), (20, "conic"), (20, "linearised"), (10, "conic"), (10, "linearised")):
             r = plain if fc is None else solved(rows, fc, crushing)
             ratio = float(r.history.solver_time.sum() / plain.history.solver_time.sum())
-            # The dead-load program is solved too, but is no part of the history.
+            # The dead-load program is solved too, but is not part of the history.
             numbers = f"{r.load_factor:12.6f}{r.n_iterations + 1:10d}{int(r.history.solver_iterations.sum()):10d}"
             print(f"{wall:<6}{fc or 'inf':>5}  {crushing:<12}{numbers}{ratio:12.2f}   {r.status}")
 

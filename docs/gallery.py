@@ -16,7 +16,7 @@ from blockstruct.views import figures
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "examples"))
-import pier_spandrel as example  # noqa: E402 - of a folder that is no package
+import pier_spandrel as example  # noqa: E402 - of a folder that is not a package
 
 TUFF = bs.Material("tuff", unit_weight=Q_(18, "kN/m^3"))
 LIME = bs.JointMaterial("lime mortar", friction_coefficient=0.65)

@@ -63,7 +63,7 @@ def imported_rooms(source, package):
 
 @pytest.mark.parametrize("room", ROOMS)
 def test_import_arrows(room):
-    assert room in MAY_IMPORT, f"{room} is no room of the house"
+    assert room in MAY_IMPORT, f"{room} is not a room of the house"
     for path in ROOMS[room]:
         package = ".".join(["blockstruct", *path.relative_to(SOURCE).parts[:-1]])
         found = set(imported_rooms(path.read_text(encoding="utf-8"), package)) - {room, None}

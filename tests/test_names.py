@@ -72,9 +72,9 @@ def test_what_is_no_path_is_refused(done, path):
 def test_pipes_and_devices_are_refused_at_once(model, done, tmp_path):
     pipe = tmp_path / "pipe.h5"
     os.mkfifo(pipe)
-    with pytest.raises(bs.errors.StorageError, match=r"pipe\.h5: exists and is no blockstruct analysis"):
+    with pytest.raises(bs.errors.StorageError, match=r"pipe\.h5: exists and is not a blockstruct analysis"):
         bs.AnalysisManager(model, pipe)
-    with pytest.raises(bs.errors.StorageError, match="no regular file but a pipe"):
+    with pytest.raises(bs.errors.StorageError, match="not a regular file but a pipe"):
         bs.open_analysis(pipe)
     assert "pipe" in bs.Archive(tmp_path).table().set_index("path").loc["pipe.h5", "problem"]
 

@@ -32,17 +32,20 @@ True
 """
 
 from blockstruct import contacts, errors, imports, results
-from blockstruct.analysis import AnalysisManager, log_to, print_lines, recover, reproduce, run
+from blockstruct.analysis import AnalysisManager, least_tie_force, log_to, print_lines, recover, reproduce, run, ties
 from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.documents import Document, read_document, write_document, write_draft
 from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
 from blockstruct.model import (
+    AreaLoad,
     Block,
     BodyForce,
     FaceLoad,
+    FillLoad,
     Interface,
     JointMaterial,
     LimitCase,
+    LineLoad,
     LoadPattern,
     Material,
     Model,
@@ -50,6 +53,8 @@ from blockstruct.model import (
     PointLoad,
     Pushover,
     SelfWeight,
+    Tie,
+    Weight,
 )
 from blockstruct.results import (
     Analysis,
@@ -84,17 +89,21 @@ __all__ = [
     "errors",
     "imports",
     "results",
+    "ties",
     # units
     "Q_",
     "ureg",
     # model
+    "AreaLoad",
     "Block",
     "BodyForce",
     "FaceLoad",
+    "FillLoad",
     "Interface",
     "JointMaterial",
     "JointOrientation",
     "LimitCase",
+    "LineLoad",
     "LoadPattern",
     "Material",
     "Model",
@@ -102,6 +111,8 @@ __all__ = [
     "PointLoad",
     "Pushover",
     "SelfWeight",
+    "Tie",
+    "Weight",
     # interfaces and documents
     "Detection",
     "Document",
@@ -128,6 +139,7 @@ __all__ = [
     "Flow",
     "SCHEDULES",
     "ProcedureSettings",
+    "least_tie_force",
     "log_to",
     "print_lines",
     "reproduce",

@@ -12,7 +12,7 @@ class BlockstructError(Exception):
 
 
 class UnitError(BlockstructError, TypeError):
-    """A bare number where a unit is due, or a text that is no quantity."""
+    """A bare number where a unit is needed, or a text that is not a quantity."""
 
 
 class DimensionError(BlockstructError, ValueError):
@@ -24,7 +24,7 @@ class ModelError(BlockstructError, ValueError):
 
 
 class GeometryError(ModelError):
-    """A shape that is no block or no interface."""
+    """A shape that cannot be a block or an interface."""
 
 
 class GeometryFileError(GeometryError):
@@ -56,7 +56,7 @@ class StorageError(BlockstructError, OSError):
 
 
 class FormatError(BlockstructError, ValueError):
-    """A file that is no valid blockstruct analysis."""
+    """A file that is not a valid blockstruct analysis."""
 
 
 class CertificateError(BlockstructError, ValueError):

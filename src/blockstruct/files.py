@@ -1,4 +1,4 @@
-"""Text files that are written once, CSV that is no formula, and the objects of JSON that repeat no key."""
+"""Text files that are written once, CSV that is not a formula, and the objects of JSON that repeat no key."""
 
 import re
 from collections import Counter
@@ -9,7 +9,7 @@ import pandas as pd
 
 from blockstruct.errors import StorageError
 
-#: How a formula of a spreadsheet begins, if it is no number.
+#: How a formula of a spreadsheet begins, if it is not a number.
 _FORMULA = re.compile(r"(?![-+]?\d*\.?\d+([eE][-+]?\d+)?\Z)[=+\-@\t\r]")
 
 

@@ -55,7 +55,7 @@ def violations(instance: Any, name: str, part: str = "") -> list[tuple[str, str]
 
 
 def listed_violations(found: list[tuple[str, str]]) -> str:
-    """Violations as a text, a line each."""
+    """Violations as a text, one line per violation."""
     count = "a violation" if len(found) == 1 else f"{len(found)} violations"
     return "\n".join([f"{count} of the schema:", *(f"  {where}: {what}" for where, what in found)])
 

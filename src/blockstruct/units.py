@@ -20,7 +20,7 @@ from blockstruct.errors import DimensionError, UnitError, shown
 
 #: What a quantity may be given as: ``Q_(0.4, "m")`` of any registry, or a text such as ``"0.4 m"``.
 QuantityLike: TypeAlias = pint.Quantity[Any] | str
-#: A vector: one quantity of three numbers, a text, or a quantity a component.
+#: A vector: one quantity of three numbers, a text, or a quantity per component.
 VectorLike: TypeAlias = pint.Quantity[Any] | str | Sequence[Any] | NDArray[np.float64]
 
 #: Reads its definitions when it is first used: half the time of an import.
@@ -41,6 +41,7 @@ SI_UNITS = {
     "moment": "newton * meter",
     "stress": "pascal",
     "stress/length": "pascal / meter",
+    "force/length": "newton / meter",
     "force/volume": "newton / meter ** 3",
     "density": "kilogram / meter ** 3",
     "angle": "radian",
@@ -55,6 +56,7 @@ _EXAMPLES = {
     "moment": "5 kN*m",
     "stress": "4 MPa",
     "stress/length": "10 GPa/m",
+    "force/length": "8 kN/m",
     "force/volume": "12 kN/m^3",
     "density": "1800 kg/m^3",
     "angle": "30 deg",
@@ -85,9 +87,9 @@ def si(value: Any, dimension: str, what: str) -> float:
     Raises
     ------
     UnitError
-        A bare number where a unit is due, or a value that is no single number.
+        If a bare number is given where a unit is needed, or the value is not a single number.
     DimensionError
-        A quantity of another dimension, or a value that is not finite.
+        If the quantity has another dimension, or a value is not finite.
     """
     array = si_array(value, dimension, what)
     if array.ndim:
@@ -107,7 +109,7 @@ def si_array(value: Any, dimension: str, what: str) -> NDArray[np.float64]:
     else:
         given = shown(value)
         msg = (
-            f"{what}: {given} has no unit, but a {dimension} is due; "
+            f"{what}: {given} has no unit, but a {dimension} is needed; "
             f"write Q_({given}, {_example_unit(dimension)!r}) or a text such as {_EXAMPLES.get(dimension, '0.65')!r}"
         )
         raise UnitError(msg)
@@ -116,7 +118,7 @@ def si_array(value: Any, dimension: str, what: str) -> NDArray[np.float64]:
             array = np.asarray(magnitude, dtype=float) * factor
     except (TypeError, ValueError, ArithmeticError, RecursionError, pint.PintError):
         example = _EXAMPLES.get(dimension, "0.65")
-        msg = f"{what}: {shown(value)} is no number; give numbers with a unit, as in {example!r}"
+        msg = f"{what}: {shown(value)} is not a number; give numbers with a unit, as in {example!r}"
         raise UnitError(msg) from None
     if not np.all(np.isfinite(array)):
         msg = f"{what}: {shown(value)} is not finite; give finite numbers"
@@ -130,7 +132,7 @@ def si_array(value: Any, dimension: str, what: str) -> NDArray[np.float64]:
 def si_vector(value: Any, dimension: str, what: str) -> tuple[float, float, float]:
     """Three coherent-SI components of a vector quantity such as ``Q_([0, 0, -1], "kN")``.
 
-    A list of texts, one quantity a component, is accepted too, as model documents write it.
+    A list of texts, one quantity per component, is accepted too, as model documents write it.
     """
     if isinstance(value, list | tuple) and any(hasattr(v, "magnitude") or isinstance(v, str) for v in value):
         components = [si(v, dimension, what) for v in value]
@@ -150,7 +152,7 @@ def parse(text: str, what: str) -> Any:
     """
     if len(text) > LONGEST_TEXT:
         # pint searches a long word for prefixes and suffixes in time that grows with its square.
-        msg = f"{what}: a text of {len(text)} characters ({shown(text)}) is no quantity; write one as '12 kN/m^3'"
+        msg = f"{what}: a text of {len(text)} characters ({shown(text)}) is not a quantity; write one as '12 kN/m^3'"
         raise UnitError(msg)
     listed = text.strip().startswith("[")
     number, end, unit = text.strip().lstrip("[").partition("]" if listed else " ")
@@ -161,12 +163,12 @@ def parse(text: str, what: str) -> Any:
         # A comma parts the numbers of a list; within one number it could mean anything.
         values = np.array([float(v) for v in number.split(",")]) if listed else float(number)
         if not _UNIT.fullmatch(unit.strip()):
-            msg = f"{unit.strip()!r} is no unit"
+            msg = f"{unit.strip()!r} is not a unit"
             raise ValueError(msg)
         units = ureg.parse_units(unit.strip())
     except (pint.PintError, ArithmeticError, LookupError, SyntaxError, TypeError, ValueError, TokenError) as error:
         msg = (
-            f"{what}: {text!r} is no quantity ({error}); "
+            f"{what}: {text!r} is not a quantity ({error}); "
             "write a number, a space and a unit, as in '0.4 m' or '12 kN/m^3'"
         )
         raise UnitError(msg) from error
@@ -231,11 +233,11 @@ def _factor(unit: str, dimension: str, what: str) -> float:
 def _conversion(unit: str, dimension: str) -> float | None:
     """Factor to the coherent SI unit, or None where a unit is of another dimension.
 
-    To pint an angle is a plain number. Here it is not: 35 degrees are no friction coefficient of 0.61.
+    To pint an angle is a plain number. Here it is not: 35 degrees are not a friction coefficient of 0.61.
     """
     try:
         if Q_(0.0, unit).to_root_units().magnitude != 0.0:
-            # Logarithmic or offset: decibel are no plain number.
+            # Logarithmic or offset: decibel are not a plain number.
             return None
         factor: Any
         factor, root = ureg.get_root_units(unit)

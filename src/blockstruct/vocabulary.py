@@ -65,6 +65,20 @@ class ContactState(StrEnum):
     UNKNOWN = "unknown"
 
 
+class TieState(StrEnum):
+    """State of a tie, or of a stretch of a bonded bar, in one iteration."""
+
+    #: Without force.
+    SLACK = "slack"
+    #: Between none and its largest force.
+    STRESSED = "stressed"
+    #: At its largest force: by the bar or strip itself, by the masonry under its plate, by its bond.
+    YIELDING = "yielding"
+    PUNCHING = "punching"
+    SLIPPING = "slipping"
+    UNKNOWN = "unknown"
+
+
 class JointOrientation(StrEnum):
     """How a joint lies, by the angle of its normal to the vertical."""
 

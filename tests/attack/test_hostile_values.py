@@ -23,6 +23,7 @@ MODEL = bs.Model("model", [BASE, BLOCK], INTERFACES)
 VERTICES = Q_(BLOCK.shape.vertices, "m")
 FACES = [list(face) for face in BLOCK.shape.faces]
 SIZES = {"unit_length": "40 cm", "unit_height": "20 cm", "depth": "20 cm"}
+ENDS = {"start": ["0 m", "0 m", "1 m"], "end": ["1 m", "1 m", "1 m"]}
 RING = {"span": "2 m", "thickness": "20 cm", "material": STONE}
 
 MAKE = {
@@ -63,6 +64,24 @@ MAKE = {
     "BodyForce": (bs.BodyForce, {"direction": (1, 0, 0), "share": 0.5}),
     "PointLoad": (bs.PointLoad, {"block": "b", "point": ["0 m"] * 3, "force": ["1 kN"] * 3}),
     "FaceLoad": (bs.FaceLoad, {"block": "b", "face": 1, "traction": ["1 kPa"] * 3}),
+    "FaceLoad, water": (
+        bs.FaceLoad,
+        {"block": "b", "face": 1, "pressure": "1 kPa", "unit_weight": "9.81 kN/m^3", "level": "1 m"},
+    ),
+    "Weight": (bs.Weight, {"block": "b", "point": ["0 m"] * 3, "weight": "1 kN", "mass_share": 0.5}),
+    "LineLoad": (bs.LineLoad, {"weight_per_length": "1 kN/m", **ENDS, "block": "b", "spanning": True, "mass_share": 1}),
+    "AreaLoad": (bs.AreaLoad, {"weight_per_area": "1 kPa", **ENDS, "block": "b", "spanning": True, "mass_share": 1}),
+    "FillLoad": (
+        bs.FillLoad,
+        {
+            "unit_weight": "18 kN/m^3",
+            "start": ["0 m"] * 3,
+            "end": ["1 m"] * 3,
+            "block": "b",
+            "lateral_coefficient": 0.3,
+            "mass_share": 1,
+        },
+    ),
     "Moment": (bs.Moment, {"block": "b", "moment": ["1 kN*m"] * 3}),
     "LoadPattern": (bs.LoadPattern, {"name": "p", "loads": [bs.SelfWeight()]}),
     "LimitCase": (bs.LimitCase, {"name": "c", "dead": DEAD, "variable": PUSH, "flow": "associative"}),

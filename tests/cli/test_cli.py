@@ -30,7 +30,7 @@ def file(small_analysis, tmp_path_factory):
 def test_demo(call, tmp_path):
     code, out, err = call("demo", "-o", tmp_path / "demo.h5")
     assert code == 0
-    # Without a terminal, progress is a line an iteration.
+    # Without a terminal, progress is a line per iteration.
     assert "load factor 0.494770" in err
     assert not re.search(r"^ *# ", out, re.MULTILINE)
     assert "39 blocks, 86 interfaces" in out
@@ -74,7 +74,7 @@ def test_the_last_iteration_and_one_interface_of_a_history(call, file, tmp_path,
         assert {row["interface_of_contact_point"] for row in csv.DictReader(stream)} == {"base|1.1"}
     for words, said in (
         (["--interface", "base|1.9"], "no 'base|1.9'; did you mean"),
-        (["--variable", "block_velocity", "--interface", "base|1.1"], "none of interfaces"),
+        (["--variable", "block_velocity", "--interface", "base|1.1"], "not one of interfaces"),
     ):
         code, _, err = call("history", file, name, *words)
         assert (code, said in err) == (2, True), err
@@ -124,17 +124,17 @@ def test_history(call, file, tmp_path):
         (["history", "FILE", "push nonassociative", "--variable", "colour"], "no variable 'colour'"),
         (["history", "FILE", "push nonassociative", "--csv", "/proc/x/y.csv"], "cannot be written"),
         (["show", "missing.h5"], "no such file"),
-        (["show", str(WALL)], "no readable HDF5 file"),
+        (["show", str(WALL)], "not a readable HDF5 file"),
         (["run", "missing.yaml", "-o", "x.h5"], "cannot be read"),
         (["run", str(WALL), "-o", "/proc/x/y.h5"], "cannot be written"),
         (["run", str(WALL), "-o", str(WALL)], "is not replaced"),
-        (["run", "FILE", "-o", "x.h5"], "is no text"),
+        (["run", "FILE", "-o", "x.h5"], "is not text"),
         (["show", "."], "is a folder"),
         (["history", "FILE", "push nonassociative", "--csv", "FILE"], "ends in .csv"),
         (["view", "missing.h5"], "no such file"),
         (["view", "FILE", "-o", "/proc/x/y.html"], "cannot be written"),
         (["report", "FILE", "-o", "/proc/x/y.html"], "cannot be written"),
-        (["report", "FILE", "--template", "missing.j2"], "no usable template"),
+        (["report", "FILE", "--template", "missing.j2"], "not a usable template"),
         (["report", "FILE", "--project", "noeq"], "as in 'client=Town of Lucca'"),
     ],
 )
@@ -197,7 +197,7 @@ def test_archive(call, file, tmp_path):
     (tmp_path / "b.h5").write_text("notes")
     code, out, _ = call("archive", tmp_path)
     assert code == 0
-    for word in ("sub/a.h5", "push nonassociative", "converged", "b.h5", "no readable HDF5"):
+    for word in ("sub/a.h5", "push nonassociative", "converged", "b.h5", "not a readable HDF5"):
         assert word in out
     code, out, _ = call("archive", tmp_path, "--query", "flow == 'associative'")
     assert code == 0
@@ -327,7 +327,7 @@ def test_a_view_never_replaces_what_it_is_made_from(call, file, tmp_path):
 def test_analyses_and_pipes_are_no_targets(call, file, tmp_path):
     other, pipe = shutil.copy(file, tmp_path / "other.csv"), tmp_path / "pipe.csv"
     os.mkfifo(pipe)
-    for target, words in ((other, "it is an HDF5 file"), (pipe, "it is no regular file")):
+    for target, words in ((other, "it is an HDF5 file"), (pipe, "it is not a regular file")):
         for command in (("view", file, "-o", target), ("history", file, "push nonassociative", "--csv", target)):
             code, _, err = call(*command)
             assert code == 2
@@ -388,5 +388,5 @@ def test_a_warning_is_one_line(call, tmp_path):
     (tmp_path / "m.yaml").write_text(wall.replace("12 kN/m^3", "12 kN/mm^3"), encoding="utf-8")
     code, out, err = call("check", tmp_path / "m.yaml")
     assert (code, "ready to run" in out) == (0, True)
-    assert err.startswith("warning: material 'tuff': a unit weight of 1.2e+10 kN/m^3 is none of masonry")
+    assert err.startswith("warning: material 'tuff': a unit weight of 1.2e+10 kN/m^3 is not one of masonry")
     assert len(err.splitlines()) == 1

@@ -211,4 +211,4 @@ def test_a_document_is_not_replaced_whatever_the_files_hold(call, stack, tmp_pat
     assert "exists and is not replaced" in err
     assert stack.with_suffix(".yaml").read_text(encoding="utf-8") == "mine"
     code, _, err = call("import", stack, "-o", tmp_path / "m.txt", "--unit", "mm", *STONE)
-    assert "no name of a model document" in err
+    assert "not the name of a model document" in err

@@ -125,7 +125,7 @@ def test_joints_by_rule_with_tolerances_and_explicit_interfaces(tmp_path):
     }
     assert document.model.interfaces[0].area == pytest.approx(0.5)
     content["interfaces"]["joint_material"] = {"beds": "dry"}
-    with pytest.raises(bs.errors.ModelError, match="'beds' is no pattern"):
+    with pytest.raises(bs.errors.ModelError, match="'beds' is not a pattern"):
         bs.read_document(write(tmp_path, content))
 
 
@@ -293,5 +293,5 @@ def test_files_that_cannot_be_read(tmp_path):
     with pytest.raises(bs.errors.StorageError, match="cannot be read"):
         bs.read_document(tmp_path / "missing.yaml")
     (tmp_path / "latin.yaml").write_bytes(b"name: gr\xf6\xdfer")
-    with pytest.raises(bs.errors.StorageError, match="is no text"):
+    with pytest.raises(bs.errors.StorageError, match="is not text"):
         bs.read_document(tmp_path / "latin.yaml")

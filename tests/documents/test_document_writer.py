@@ -30,10 +30,24 @@ def model():
 
 @pytest.fixture
 def cases():
-    dead = bs.LoadPattern("dead", [bs.SelfWeight()])
+    corners = {"start": Q_([0, 0, 1 / 3], "m"), "end": Q_([1, 0.1, 1 / 3], "m")}
+    dead = bs.LoadPattern(
+        "dead",
+        [
+            bs.SelfWeight(),
+            bs.Weight("2.1", Q_([1, 2, 3], "cm"), Q_(1 / 7, "kN"), mass_share=1 / 3),
+            bs.LineLoad(Q_(1 / 7, "kN/m"), **corners, spanning=True),
+            bs.LineLoad("1 kN/m", **corners, block="2.1"),
+            bs.AreaLoad(Q_(1 / 7, "kPa"), **corners),
+            bs.AreaLoad("1 kPa", block="2.1", mass_share=0),
+            bs.FillLoad("18 kN/m^3", corners["start"], ["1 m", "1 m", "1 m"], lateral_coefficient=0.3),
+            bs.FaceLoad("2.2", 1, unit_weight="9.81 kN/m^3", level="1.2 m"),
+        ],
+    )
     push = bs.LoadPattern(
         "push",
         [
+            bs.FaceLoad("2.2", 1, pressure="-0.8 kPa"),
             bs.BodyForce((0.6, 0, 0.8), share=1 / 3),
             bs.PointLoad("2.1", Q_([1, 2, 3], "cm"), Q_([0, 0, -1 / 7], "kN")),
             bs.FaceLoad("2.2", 1, Q_([0, 0, -0.3], "kPa")),

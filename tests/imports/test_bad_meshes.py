@@ -42,10 +42,10 @@ def sphere(n):
     [
         ("a.obj", "", "is empty"),
         ("a.stl", b"", "is empty"),
-        ("a.obj", NOISE, "is no text"),
-        ("a.stl", NOISE, "are no STL file, or one cut short"),
-        ("a.ply", NOISE, "no PLY file with faces"),
-        ("a.obj", "hello world\n", "line 1: 'hello world' is no OBJ statement"),
+        ("a.obj", NOISE, "is not text"),
+        ("a.stl", NOISE, "are not an STL file, or one cut short"),
+        ("a.ply", NOISE, "not a PLY file with faces"),
+        ("a.obj", "hello world\n", "line 1: 'hello world' is not an OBJ statement"),
         ("a.obj", obj_text()[:-4], "line 14: face '4 1'"),
         ("a.obj", obj_text()[:-12], "open at 7 edges"),
         ("a.obj", obj_text().replace("v 1 1 1", "v 1 1"), "line 7: vertex '1 1'; give three finite numbers"),
@@ -55,7 +55,7 @@ def sphere(n):
         ("a.stl", STL[:-7], "cut short"),
         ("a.stl", STL[:60], "cut short"),
         ("a.stl", ascii_stl(BLOCK)[:-300], "'endsolid' is missing"),
-        ("a.stl", ascii_stl(BLOCK).replace("vertex 0.0 0.0 0.0", "vertex 0.0 zero 0.0", 1), "no readable STL"),
+        ("a.stl", ascii_stl(BLOCK).replace("vertex 0.0 0.0 0.0", "vertex 0.0 zero 0.0", 1), "not a readable STL"),
         ("a.ply", PLY[:-10], "states 14 vertices and faces and has 13 lines"),
         ("a.ply", PLY + "0 0 0\n", "states 14 vertices and faces and has 15 lines"),
         ("a.ply", ply_text(TWO)[:-60], "states 28 vertices and faces"),
@@ -78,7 +78,7 @@ def test_all_bad_bodies_are_named_at_once(tmp_path):
     text = "o good\n" + obj_text()
     for name in ("left", "right"):
         text += f"o {name}\n" + obj_text(CUBE, [[i - 9 for i in f] for f in QUADS[:-1]])
-    with pytest.raises(bs.errors.GeometryFileError, match=r"2 of 3 bodies are no blocks(.|\n)*'left'(.|\n)*'right'"):
+    with pytest.raises(bs.errors.GeometryFileError, match=r"2 of 3 bodies are not blocks(.|\n)*'left'(.|\n)*'right'"):
         read(tmp_path, "a.obj", text)
 
 
@@ -139,10 +139,10 @@ def test_without_trimesh_the_message_says_what_to_install(tmp_path, monkeypatch)
 @pytest.mark.parametrize(
     ("options", "error", "expected"),
     [
-        ({"unit": 1}, bs.errors.UnitError, "has no unit, but a length is due"),
+        ({"unit": 1}, bs.errors.UnitError, "has no unit, but a length is needed"),
         ({"unit": "kg"}, bs.errors.DimensionError, "does not fit; give a length"),
         ({"unit": "0 m"}, bs.errors.ModelError, "give a length above zero"),
-        ({"unit": "furlongs per"}, bs.errors.UnitError, "is no quantity"),
+        ({"unit": "furlongs per"}, bs.errors.UnitError, "is not a quantity"),
         ({"tolerance": "-1 mm"}, bs.errors.ModelError, "give a length above zero"),
         ({"tolerance": 1}, bs.errors.UnitError, "has no unit"),
         ({"fixed": "highest"}, bs.errors.ModelError, "give 'lowest', 'lowest 3 cm' or a list of block names"),

@@ -146,7 +146,7 @@ def test_a_mesh_with_every_fault(call, tmp_path, meant):
         "faces without area dropped: 1",
         "vertices moved into the planes of their faces",
         "name used twice",
-        "wall.obj: 1 statements 'l', which are no faces; wall.obj: 1 vertices of no face",
+        "wall.obj: 1 statements 'l', which are not faces; wall.obj: 1 vertices of no face",
         "2 joints closed that repairs of their own faces opened",
     ):
         assert said in out

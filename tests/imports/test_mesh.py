@@ -208,7 +208,7 @@ def test_rounded_coordinates_give_plane_faces_and_the_same_contact(tmp_path):
 def test_what_is_no_face_is_reported(tmp_path):
     text = "o empty\no cube\n" + obj_text().replace("f", "l 1 2\nf", 1)
     with pytest.warns(
-        bs.errors.GeometryWarning, match="1 statements 'l', which are no faces; object 'empty' without faces"
+        bs.errors.GeometryWarning, match="1 statements 'l', which are not faces; object 'empty' without faces"
     ):
         found = bs.imports.read_mesh(saved(tmp_path, "cube.obj", text), unit="m", material=STONE)
     assert [b.name for b in found.blocks] == ["cube"]

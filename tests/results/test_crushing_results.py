@@ -95,7 +95,7 @@ def test_spread_by_name_and_none(small_model):
 
 
 def test_cases_of_similar_names_are_no_spread(small_model):
-    """The associative answer to "push [upper]" is no non-associative answer to "push"."""
+    """The associative answer to "push [upper]" is not a non-associative answer to "push"."""
     cases = [bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))]
     cases += [bs.LimitCase(f"push [{name}]", SELF_WEIGHT, push(1, 0, 0), "associative") for name in ("upper", "steep")]
     assert bs.AnalysisManager(small_model).run(cases).spreads == {}
@@ -159,8 +159,8 @@ def test_sweep_refuses():
         ("compressive_strength", [], "no value"),
         ("compressive_strength", ["0 MPa"], "compressive strength 0 Pa"),
         ("friction_coefficient", [-1.0], "negative"),
-        ("cohesion", Q_(1, "kPa"), "is no list of values; give several"),
-        ("friction_coefficient", "12", "is no list of values"),
+        ("cohesion", Q_(1, "kPa"), "is not a list of values; give several"),
+        ("friction_coefficient", "12", "is not a list of values"),
         (["cohesion"], ["1 kPa"], "joints have no"),
     ):
         with pytest.raises(bs.errors.ModelError, match=match):
@@ -169,5 +169,5 @@ def test_sweep_refuses():
         manager.sweep("compressive_strength", [4.0], case)
     with pytest.raises(bs.errors.ModelError, match="a mapping such as"):
         manager.sweep({}, case=case)
-    with pytest.raises(bs.errors.ModelError, match="'push' is no LimitCase"):
+    with pytest.raises(bs.errors.ModelError, match="'push' is not a LimitCase"):
         manager.sweep("compressive_strength", ["4 MPa"], "push")

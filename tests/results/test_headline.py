@@ -10,6 +10,8 @@ import pytest
 import blockstruct as bs
 from blockstruct.limit import ProcedureSettings, scheduled
 from blockstruct.views import analysis_summary, result_text, spread_text
+from blockstruct.views.page.payload import _head
+from blockstruct.views.report.contents import contents
 from blockstruct.views.words import (
     admissible_words,
     certificate_words,
@@ -33,7 +35,7 @@ def surveyed(small_model):
 
 def headline(*ends, associative=0.4):
     return bs.results.Headline.of(
-        [(bs.Status(status), alpha) for status, alpha in ends], bs.Flow.NONASSOCIATIVE, associative
+        [(bs.Status(status), alpha, not drifts) for status, alpha, *drifts in ends], bs.Flow.NONASSOCIATIVE, associative
     )
 
 
@@ -67,6 +69,54 @@ def test_print_tells_how_many_schedules_converged():
     found = headline(("converged", 0.31), ("not_converged", math.nan), ("converged", 0.26))
     assert str(found) == "0.26 (lowest of 2 of 3 schedules certified, up to 0.31; associative bound 0.4)"
     assert (found.lowest, found.highest, found.certified) == (0.26, 0.31, 2)
+
+
+DRIFTS = "still drifting"
+
+
+@pytest.mark.parametrize(
+    ("ends", "said"),
+    [
+        ([("converged", 0.23, DRIFTS)], "0.23 (still drifting when it was stopped)"),
+        (
+            [("converged", 0.3), ("converged", 0.26), ("converged", 0.05, DRIFTS)],
+            "0.26 (lowest of 2 of 3 schedules certified and settled, up to 0.3; 1 more still drifting, at 0.05)",
+        ),
+        (
+            [("converged", 0.23, DRIFTS), ("converged", 0.05, DRIFTS)],
+            "0.05 (lowest of 2 of 2 schedules certified, all still drifting, up to 0.23)",
+        ),
+    ],
+)
+def test_a_number_that_drifts_is_no_answer_where_another_settled(ends, said):
+    assert str(headline(*ends, associative=math.nan)) == said
+
+
+def test_a_number_that_drifts_says_so_wherever_it_stands(small_model):
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
+    settings = ProcedureSettings(patience=3, load_factor_tolerance=1e-15)
+    analysis = bs.AnalysisManager(small_model, settings=settings).run([case], spread=["slow", "loading path"])
+    spread, alone = analysis.spread("push"), analysis["push"]
+    assert alone.status == "converged"
+    assert alone.drifts
+    assert not alone.settled
+    assert spread.load_factor == analysis["push [loading path]"].load_factor
+    texts = {
+        "print of a result": str(alone),
+        "describe": alone.describe(),
+        "print of a spread": str(spread).splitlines()[1],
+        "terminal": result_text(alone).plain,
+        "sentence of the status": status_words(alone),
+        "sentence of the spread": spread_words(spread),
+        "report": contents(analysis, {})["spreads"][0]["runs"][0]["status"],
+        "page": " ".join(_head(analysis, alone)["below"]),
+    }
+    assert [what for what, text in texts.items() if DRIFTS not in text] == []
+    shown = _head(analysis, alone)
+    said = f"{spread.load_factor:.4g}"
+    assert said == spread.headline.number == shown["number"] == contents(analysis, {})["results"][0]["number"]
+    assert str(spread).startswith(said)
+    assert json.loads(json.dumps(analysis_summary(analysis)))["cases"][0]["settled"] is False
 
 
 @pytest.mark.parametrize(

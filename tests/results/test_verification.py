@@ -59,7 +59,7 @@ LIES = {
         lambda a: {"history": last("yield_excess", 1e9)},
         ["yield excess of the history"],
     ),
-    "a residual that is no number": (
+    "a residual that is not a number": (
         lambda a: certificate(a, equilibrium_residual=np.nan),
         ["equilibrium residual of the certificate is nan"],
     ),
@@ -77,7 +77,7 @@ LIES = {
     "not converged": (lambda _: {"status": bs.Status.NOT_CONVERGED}, ["not_converged, but its load factor"]),
     "unstable": (
         lambda _: {"status": bs.Status.UNSTABLE, "load_factor": np.nan},
-        ["no dead-load program"],
+        ["not a dead-load program"],
     ),
     "a negative load factor": (lambda _: {"load_factor": -0.5}, ["converged, but its load factor is -0.5"]),
     "another friction": (

@@ -91,7 +91,7 @@ def test_bad_queries(folder, expression):
 
 
 def test_bad_dates_and_folders(folder, tmp_path):
-    with pytest.raises(bs.errors.StorageError, match="'yesterday' is no date"):
+    with pytest.raises(bs.errors.StorageError, match="'yesterday' is not a date"):
         bs.Archive(folder).select(since="yesterday")
     with pytest.raises(bs.errors.StorageError, match="no such folder"):
         bs.Archive(tmp_path / "none")
@@ -106,8 +106,8 @@ def test_damaged_files_are_listed_with_the_reason(damaged):
     assert table.index.nunique() == 7
     for name, reason in {
         "cut.h5": "do not match its seal",
-        "text.h5": "no readable HDF5 file",
-        "other.h5": "is no blockstruct analysis",
+        "text.h5": "not a readable HDF5 file",
+        "other.h5": "is not a blockstruct analysis",
         "linked.h5": "/cases/push associative/load_factor: 'load_factor' is missing, or a link to elsewhere",
     }.items():
         assert reason in table.loc[name, "problem"]

@@ -50,7 +50,7 @@ def test_no_byte_of_a_damaged_file_reaches_libhdf5(copy, small_model, monkeypatc
         bs.open_analysis(copy)
     with pytest.raises(bs.errors.FormatError, match="do not match its seal"):
         bs.check_file(copy)
-    with pytest.raises(bs.errors.StorageError, match="no blockstruct analysis, or a damaged one"):
+    with pytest.raises(bs.errors.StorageError, match="not a blockstruct analysis, or a damaged one"):
         bs.AnalysisManager(small_model, copy)
     assert "do not match its seal" in bs.Archive(copy.parent).table()["problem"][0]
 
@@ -177,7 +177,7 @@ def test_salvage_keeps_what_can_be_read_and_says_so(copy, small_analysis):
     with h5py.File(found.path) as file:
         assert "any number may be wrong" in file.attrs["unverified"]
         assert file["/cases/push associative/history/contact_force"][0, 0, 0] == 7.0
-    with pytest.raises(bs.errors.FormatError, match="no blockstruct analysis"):
+    with pytest.raises(bs.errors.FormatError, match="not a blockstruct analysis"):
         bs.open_analysis(found.path)
     with pytest.raises(bs.errors.StorageError, match="exists and is not replaced"):
         bs.salvage(copy)

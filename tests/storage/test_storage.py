@@ -148,6 +148,19 @@ LOADS = st.lists(
         st.builds(lambda p, f: bs.PointLoad("β/1", Q_(p, "ft"), Q_(f, "kN")), POINTS, VECTORS),
         st.builds(lambda m: bs.Moment("β/1", Q_(m, "kN*m")), VECTORS),
         st.builds(lambda i, t: bs.FaceLoad("β/1", i, Q_(t, "kPa")), st.integers(0, 5), VECTORS),
+        st.builds(
+            lambda i, p, z: bs.FaceLoad("β/1", i, pressure=Q_(p, "hPa"), unit_weight="9.81 kN/m^3", level=Q_(z, "ft")),
+            st.integers(0, 5),
+            st.floats(-1e3, 1e3),
+            st.floats(-10, 10),
+        ),
+        st.builds(
+            lambda x, w, m: bs.Weight("β/1", Q_([x, 0.1, 9], "ft"), Q_(w, "lbf"), mass_share=m),
+            st.floats(0, 1),
+            st.floats(0.1, 1e3),
+            st.floats(0, 2),
+        ),
+        st.builds(lambda w: bs.AreaLoad(Q_(w, "kPa"), block="β/1"), st.floats(0.1, 1e3)),
     ),
     max_size=4,
 )
@@ -304,10 +317,10 @@ HISTORY = "/cases/push associative/history"
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (damage("/", "format", "other"), ["/", "'other'", "no blockstruct analysis"]),
+        (damage("/", "format", "other"), ["/", "'other'", "not a blockstruct analysis"]),
         (damage("/", "format_version", "2.0"), ["format version 2.0", "update blockstruct"]),
         (newer_without_versions, ["format version 2.0", "update blockstruct"]),
-        (damage("/", "format_version", "new"), ["'new'", "no version"]),
+        (damage("/", "format_version", "new"), ["'new'", "is not a version"]),
         (damage("/", "cases", "[]"), ["/cases"]),
         (damage("/", "model_hash", "0" * 64), ["/model", "model_hash"]),
         (damage("/", "model_hash", "x"), ["model_hash"]),
@@ -428,10 +441,10 @@ def test_files_that_are_something_else(tmp_path):
     with pytest.raises(bs.errors.StorageError, match="no such file"):
         bs.open_analysis(tmp_path / "missing.h5")
     (tmp_path / "text.h5").write_text("not HDF5")
-    with pytest.raises(bs.errors.FormatError, match="no readable HDF5 file"):
+    with pytest.raises(bs.errors.FormatError, match="not a readable HDF5 file"):
         bs.open_analysis(tmp_path / "text.h5")
     xr.Dataset({"t": ("x", [1.0])}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
-    with pytest.raises(bs.errors.FormatError, match="no blockstruct analysis"):
+    with pytest.raises(bs.errors.FormatError, match="not a blockstruct analysis"):
         bs.open_analysis(tmp_path / "other.nc")
 
 

@@ -157,7 +157,7 @@ def drawer():
 def test_only_dilatancy_jams_a_drawer():
     """Pulled out along its walls, a dilatant block presses them apart and is stuck; a non-dilatant one slides.
 
-    The associative answer is no bound at all, and must not be taken for one: μ W holds the real block.
+    The associative answer is not a bound at all, and must not be taken for one: μ W holds the real block.
     """
     model = model_of(drawer(), bs.JointMaterial("joint", 0.5))
     assert solve(model, push(0, 1, 0)).status == "unbounded"

@@ -22,7 +22,7 @@ from blockstruct.views.figures.domain import stress_blocks
 from blockstruct.views.figures.sheet import _file_names, nearest_to_crushing
 from blockstruct.views.selection import application_points
 from blockstruct.views.solids import Solids, triangles
-from blockstruct.views.style import DISPLACEMENT, FORCE, STATE_COLOURS, SUPPORT, parts
+from blockstruct.views.style import ACCENT, DISPLACEMENT, FORCE, STATE_COLOURS, SUPPORT, parts
 from blockstruct.views.view import View
 from structures import SELF_WEIGHT, model_of, push, single_block, solve
 
@@ -215,6 +215,23 @@ def test_the_push_is_an_arrow_with_the_load_factor(rocking):
     # It points at the structure from the side that the push comes from.
     assert tail[0] < tip[0] < -1
     assert "α = 0.5" in [t.get_text() for t in ax.texts]
+
+
+def test_loads_are_arrows_that_end_where_they_act(rocking):
+    model, _ = rocking
+    roof = bs.Weight("block", Q_([0.1, 0.5, 1.0], "m"), "4 kN")
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), roof])
+    result = solve(model, bs.LoadPattern("push", [bs.BodyForce("+x")]), dead=dead)
+    ax = figures.loads(result, look="y", ax=axes())
+    (tail,), (tip,) = arrows(ax, ACCENT)
+    np.testing.assert_allclose(tip, [0.1, 1.0], atol=1e-9)
+    assert tail[0] == pytest.approx(0.1)
+    assert tail[1] > 1.0
+    _, tips = arrows(ax, FORCE)
+    # The block is pushed at its centroid, the roof at its own.
+    np.testing.assert_allclose(tips[np.argsort(tips[:, 1])], [[0.2, 0.4], [0.1, 1.0]], atol=1e-9)
+    assert [t.get_text() for t in ax.get_legend().get_texts()] == ["dead: 4 kN", "push: 10.4 kN × load factor"]
+    assert [d.name for d in figures.drawings(result)][:2] == ["mechanism", "loads"]
 
 
 def test_a_load_at_one_point_is_an_arrow_that_ends_there(rocking):
@@ -462,8 +479,12 @@ def test_edges_of_a_box_are_twelve(wall):
     ("call", "error", "words"),
     [
         (lambda m, r: figures.structure(r, iteration=99), bs.errors.UnknownNameError, "no iteration 99; it has 0 to"),
-        (lambda m, r: figures.forces(r, iteration="3"), bs.errors.ModelError, "iteration '3' is no integer; give 0 to"),
-        (lambda m, r: figures.mechanism(r, iteration=1.5), bs.errors.ModelError, "iteration 1.5 is no integer"),
+        (
+            lambda m, r: figures.forces(r, iteration="3"),
+            bs.errors.ModelError,
+            "iteration '3' is not an integer; give 0 to",
+        ),
+        (lambda m, r: figures.mechanism(r, iteration=1.5), bs.errors.ModelError, "iteration 1.5 is not an integer"),
         (lambda m, r: figures.structure(r, look="front"), bs.errors.ModelError, "give 'x' or 'y'"),
         (
             lambda m, r: figures.structure(r, ax=Figure().add_subplot(projection="3d")),
@@ -471,8 +492,8 @@ def test_edges_of_a_box_are_twelve(wall):
             "give plain Axes",
         ),
         (lambda m, r: figures.structure(r, look=(1, 2, 3)), bs.errors.ModelError, "azimuth and elevation in degrees"),
-        (lambda m, r: figures.mechanism(m), bs.errors.ModelError, "Model is no result; give the CaseResult"),
-        (lambda m, r: figures.structure("push"), bs.errors.ModelError, "str is no result"),
+        (lambda m, r: figures.mechanism(m), bs.errors.ModelError, "Model is not a result; give the CaseResult"),
+        (lambda m, r: figures.structure("push"), bs.errors.ModelError, "str is not a result"),
         (lambda m, r: figures.structure(r, colour="red"), bs.errors.ModelError, "'state', 'sliding' or 'crushing'"),
         (lambda m, r: figures.mechanism(r, amplitude=0.1), bs.errors.UnitError, "has no unit"),
         (lambda m, r: figures.mechanism(r, amplitude="3 kN"), bs.errors.DimensionError, "does not fit"),
@@ -496,7 +517,7 @@ def test_bad_input_is_told_with_the_remedy(wall, call, error, words):
 def test_figures_of_an_analysis_are_written_into_a_folder(tmp_path, small_analysis):
     folder = tmp_path / "new" / "figures"
     written = figures.write_figures(small_analysis, folder)
-    names = ["mechanism", "states", "sliding", "forces"]
+    names = ["mechanism", "loads", "states", "sliding", "forces"]
     both = {"push-associative": names, "push-nonassociative": [*names, "convergence", "certificate"]}
     assert [p.name for p in written] == [f"{case}-{name}.png" for case, all_ in both.items() for name in all_]
     assert sorted(folder.iterdir()) == sorted(written)

@@ -82,7 +82,7 @@ def test_pieces_of_an_earlier_case_do_not_stay(small_analysis, tmp_path):
 
 
 def test_bad_input_is_refused(small_analysis, small_model, tmp_path):
-    with pytest.raises(bs.errors.ModelError, match="Analysis is no result"):
+    with pytest.raises(bs.errors.ModelError, match="Analysis is not a result"):
         write_paraview(small_analysis, tmp_path / "a.pvd")
     with pytest.raises(bs.errors.StorageError, match=r"ends in \.pvd"):
         write_paraview(small_analysis[CASE], tmp_path / "a.vtk")

@@ -115,7 +115,7 @@ def test_a_spread_has_its_table_and_its_lowest_run(small_model):
     html = report_html(analysis)
     low, high = (f"{r.load_factor:.4g}" for r in (spread.lowest, spread.highest))
     assert f"3 of 3 schedules found a certified collapse state, at load factors from {low} to {high}; " in html
-    assert "<td>steep</td><td>slope 0.6</td><td>converged</td><td>holds</td>" in html
+    assert "<td>steep</td><td>slope 0.6</td><td>converged, settled</td><td>holds</td>" in html
     assert "<td>shift</td><td>procedure shifted, max programs 40</td>" in html
     sections = re.findall(r"<section>\s*<h3>(.*?)</h3>", html)
     assert sections == [spread.lowest.name]
@@ -152,12 +152,39 @@ def test_every_kind_of_load_is_described():
         bs.FaceLoad("block", 1, "[0, 0, -2] kPa"),
         bs.Moment("block", "[0, 10, 0] N*m"),
     ]
-    found = bs.LimitCase("case", SELF_WEIGHT, bs.LoadPattern("many", loads * 5), "associative")
+    corners = {"start": ["0 m", "0 m", "0.8 m"], "end": ["0.4 m", "1 m", "0.8 m"]}
+    dead = [
+        bs.SelfWeight(),
+        bs.FaceLoad("block", 5, "[1, 0, 0] kPa", pressure="2 kPa", unit_weight="9.81 kN/m^3", level="0.5 m"),
+        bs.Weight("block", ["0.2 m", "0.5 m", "1.5 m"], "2 kN", mass_share=0.5),
+        bs.LineLoad("3 kN/m", ["0 m", "0.5 m", "0.8 m"], ["0.4 m", "0.5 m", "0.8 m"], block="block"),
+        bs.AreaLoad("4 kPa", **corners, spanning=True),
+        bs.AreaLoad("1 kPa", block="block"),
+        bs.FillLoad("18 kN/m^3", corners["start"], ["0.4 m", "1 m", "1 m"], lateral_coefficient=0.3),
+    ]
+    found = bs.LimitCase("case", bs.LoadPattern("dead", dead), bs.LoadPattern("many", loads * 5), "associative")
     html = report_html(run([found]))
+    for words in (
+        "a traction (1, 0, 0) kPa and a pressure of 2 kPa and a pressure that grows by 9.81 kN/m³ below z = 0.5 m on",
+        "a weight of 2 kN on block block at (0.2, 0.5, 1.5) m, its mass counts 0.5 times",
+        "a weight of 3 kN/m along a line on block block from (0, 0.5, 0.8) m to (0.4, 0.5, 0.8) m",
+        "a weight of 4 kPa in plan on the blocks below from (0, 0, 0.8) m to (0.4, 1, 0.8) m, which bear all of it",
+        "a weight of 1 kPa in plan on block block, on its open upper faces",
+        "fill of 18 kN/m³ up to z = 1 m, on the blocks below from (0, 0, 0.8) m to (0.4, 1, 1) m, with 0.3 of it as",
+    ):
+        assert words in html
     assert "a force (1, 0, 0) kN on block block at (0.4, 0.5, 0.8) m" in html
     assert "a traction (0, 0, -2) kPa on face 1 of block block" in html
     assert "a couple (0, 10, 0) N·m on block block" in html
     assert "and 3 more loads" in html
+
+
+def test_the_masses_that_a_push_takes_along_are_an_assumption():
+    html = report_html(run([case(flow="associative")]))
+    assert "acts on the weight of the free blocks, 6.4 kN, alone." in html
+    dead = bs.LoadPattern("carrying", [bs.SelfWeight(), bs.AreaLoad("4 kPa", block="block")])
+    html = report_html(run([bs.LimitCase("case", dead, push(1, 0, 0), "associative")]))
+    assert "6.4 kN, and on 1.6 kN of area loads of &#39;carrying&#39;." in html
 
 
 def test_a_firm_changes_the_blocks_it_wants(tmp_path):
@@ -174,8 +201,8 @@ def test_a_firm_changes_the_blocks_it_wants(tmp_path):
     ("name", "text", "words"),
     [
         ("own.j2", "\n{{ nothing }}", r"'nothing' is undefined, line 2"),
-        ("own.j2", "\n\n{{ 1 + name }}", r"own\.j2: no usable template \(unsupported operand.*, line 3\)"),
-        ("own.j2", b"\nclient: \xe9", r"own\.j2: no usable template \('utf-8' codec.*, line 2\)"),
+        ("own.j2", "\n\n{{ 1 + name }}", r"own\.j2: not a usable template \(unsupported operand.*, line 3\)"),
+        ("own.j2", b"\nclient: \xe9", r"own\.j2: not a usable template \('utf-8' codec.*, line 2\)"),
         ("own.j2", "{% if %}", "line 1"),
         (
             "own.j2",
@@ -184,7 +211,7 @@ def test_a_firm_changes_the_blocks_it_wants(tmp_path):
         ),
         ("own.j2", "{{ cycler.__init__.__globals__.os.system('true') }}", "access to attribute '__init__'.*unsafe"),
         ("own.j2", "{{ project.update(client='x') }}", "attribute 'update' of 'dict' object is unsafe"),
-        ("missing.j2", None, "no usable template"),
+        ("missing.j2", None, "not a usable template"),
         ("report.html.j2", "", "rename the file"),
     ],
 )

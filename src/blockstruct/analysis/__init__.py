@@ -27,10 +27,12 @@ from blockstruct.analysis.events import (
 from blockstruct.analysis.manager import AnalysisManager
 from blockstruct.analysis.recovery import recover
 from blockstruct.analysis.runs import reproduce, run
+from blockstruct.analysis.ties import least_tie_force
 
 __all__ = [
     # running
     "AnalysisManager",
+    "least_tie_force",
     "recover",
     "reproduce",
     "run",

@@ -68,7 +68,7 @@ def log_to(logger: logging.Logger) -> Listener:
 
 
 def print_lines(stream: TextIO | None = None) -> Listener:
-    """Listener that prints a line an event, to standard error by default."""
+    """Listener that prints a line per event, to standard error by default."""
 
     def listen(event: Event) -> None:
         print(describe(event), file=stream or sys.stderr, flush=True)

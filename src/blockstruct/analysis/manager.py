@@ -66,11 +66,11 @@ class AnalysisManager:
     Raises
     ------
     StorageError
-        A store that cannot be written.
+        If the store cannot be written.
     SolverError
-        Settings that name no installed solver.
+        If the settings name a solver that is not installed.
     GeometryError
-        An interface that crushes but cannot be divided into cells.
+        If an interface that crushes cannot be divided into cells.
     """
 
     def __init__(
@@ -109,11 +109,12 @@ class AnalysisManager:
             The cases.
         spread
             True also runs every non-associative case with each of the named :data:`~blockstruct.SCHEDULES` and with
-            associative flow, as ``"case [schedule]"`` and ``"case [associative]"``; names run only those schedules.
-            :meth:`Analysis.spread` then tells the lowest and the highest certified load factor.
+            associative flow, as ``"case [schedule]"`` and ``"case [associative]"``; names run only those schedules,
+            ``"path dependence"`` the loading paths among them. :meth:`Analysis.spread` then tells the lowest and the
+            highest certified load factor, :attr:`CaseResult.path_dependence` those along the loading path.
 
-        What a load factor does not mean although it looks like it is told by a LoadFactorWarning, when all cases have
-        ended: :attr:`CaseResult.warnings`.
+        When all cases have ended, a LoadFactorWarning says where a load factor means less than it seems to:
+        :attr:`CaseResult.warnings`.
 
         A KeyboardInterrupt ends the run; the case at work gets the status ``interrupted`` and keeps the
         iterations it has, as do the cases after it, without any; the cases before it are complete.
@@ -124,11 +125,11 @@ class AnalysisManager:
         Raises
         ------
         ModelError
-            No case, two cases of one name, a variable load that is zero, loads that the model cannot take, an unknown
-            schedule: before anything is solved.
+            If there is no case, two cases have one name, a variable load is zero, the model cannot take a load, or a
+            schedule is unknown: before anything is solved.
         StorageError
-            A store that another run writes to, or that holds the iterations of a killed one: before anything is
-            solved. A disk that is full: what is committed is kept.
+            If another run writes to the store, or it holds the iterations of a killed one: before anything is solved.
+            If the disk is full: what is committed is kept.
         """
         runs = self._runs(checked_tuple(cases, LimitCase, "AnalysisManager.run: cases"), schedules_of(spread))
         started_at = now()
@@ -159,21 +160,21 @@ class AnalysisManager:
 
         Cases that have ended are kept. The programs that are already solved are not solved again, except for the
         one under dead load; the case ends where it would have ended without the interruption, to the tolerance of
-        its certificate. A finished analysis is given back as it is.
+        its certificate. A finished analysis is returned as it is.
 
         Parameters
         ----------
         path
             The store of the run.
         listeners
-            As of the manager; they hear of the iterations that are replayed, too.
+            As for the manager; they are told of replayed iterations as well.
 
         Raises
         ------
         StorageError
-            Nothing to resume, or a run that is still under way.
+            If there is nothing to resume, or the run is still under way.
         FormatError
-            A damaged file, or one whose iterations are not those of this version of blockstruct.
+            If the file is damaged, or its iterations are not those of this version of blockstruct.
         """
         if is_unfinished(path):
             with Checkpoint.reopen(path, blank_history) as working:
@@ -203,7 +204,7 @@ class AnalysisManager:
         return manager._conduct(analysis.replaced(results=planned, created_at=started_at), manager.listeners)
 
     def check(self, cases: Sequence[LimitCase]) -> list[LimitProblem]:
-        """Check cases as :meth:`run` does before it solves anything, and give their limit problems."""
+        """Check cases as :meth:`run` does before it solves anything, and return their limit problems."""
         names = [case.name for case in cases]
         if not names:
             msg = "AnalysisManager.run: no case; give at least one LimitCase"
@@ -235,7 +236,7 @@ class AnalysisManager:
             A property of joints such as ``"compressive_strength"`` or ``"friction_coefficient"``: every joint of the
             model takes the value. Or a mapping from several of them to their values, all of which are combined.
         values
-            An array quantity, or one quantity a value; None is an infinite compressive strength. Left out with a
+            An array quantity, or one quantity per value; None is an infinite compressive strength. Left out with a
             mapping.
         case
             The case.
@@ -253,12 +254,12 @@ class AnalysisManager:
         Raises
         ------
         ModelError
-            A quantity that joints do not have, no value, or one that a joint cannot take.
+            If joints do not have the quantity, there is no value, or a joint cannot take one.
         StorageError
-            A folder that cannot be written to.
+            If the folder cannot be written to.
         """
         if not isinstance(case, LimitCase):
-            msg = f"sweep: case {shown(case)} is no LimitCase; give the case itself"
+            msg = f"sweep: case {shown(case)} is not a LimitCase; give the case itself"
             raise ModelError(msg)
         axes = axes_of(quantity, values)
         heard = (*self.listeners, *checked_tuple(listeners, Callable, "sweep: listeners"))
@@ -284,8 +285,11 @@ class AnalysisManager:
             runs.append((case, self.settings))
             if schedules and case.flow is Flow.NONASSOCIATIVE:
                 for name in schedules:
-                    run = LimitCase(run_name(case.name, name), case.dead, case.variable)
-                    runs.append((run, scheduled(self.settings, name)))
+                    settings = scheduled(self.settings, name)
+                    # The loading path as given needs no second run.
+                    if settings != self.settings:
+                        run = LimitCase(run_name(case.name, name), case.dead, case.variable)
+                        runs.append((run, settings))
                 name = run_name(case.name, Flow.ASSOCIATIVE)
                 runs.append((LimitCase(name, case.dead, case.variable, Flow.ASSOCIATIVE), self.settings))
         return runs
@@ -384,7 +388,7 @@ def _planned(
 
 
 def _warn_of(results: Iterable[CaseResult]) -> None:
-    """Give who runs cases the warnings of their results, each text once."""
+    """Pass the warnings of results on to whoever runs their cases, each text once."""
     said = dict[str, str]()
     for result in results:
         for text in result.warnings:

@@ -26,9 +26,9 @@ def recover(path: str | Path) -> Analysis:
     Raises
     ------
     StorageError
-        No killed run, one that is still under way, or a path that cannot be written.
+        If there is no killed run, it is still under way, or the path cannot be written.
     FormatError
-        Working data that are damaged at their root.
+        If the working data are damaged at their root.
     """
     with Checkpoint.reopen(path, blank_history) as working:
         analysis = working.analysis()

@@ -17,8 +17,8 @@ from blockstruct.vocabulary import SolverStatus, Stage
 class ReplaySolver:
     """Answers the first programs of a case from its history, and leaves the others to a solver.
 
-    The dead-load program, which is no part of the history of a structure that stands, is solved anew, and so is a
-    program that was found unbounded, because a history keeps no ray. Steps of the loading path are no programs: they
+    The dead-load program, which is not part of the history of a structure that stands, is solved anew, and so is a
+    program that was found unbounded, because a history keeps no ray. Steps of the loading path are not programs: they
     are found anew.
 
     Parameters
@@ -39,6 +39,9 @@ class ReplaySolver:
         motion = [self._history[name].to_numpy() for name in ("block_velocity", "block_angular_velocity")]
         velocity = np.concatenate(motion, axis=2)[:, statics.free]
         self._x = self._history["contact_force"].to_numpy() / problem.force_unit[:, None]
+        self._T = np.zeros((len(velocity), 0))
+        if len(problem.ties):
+            self._T = self._history["tie_force"].to_numpy() / problem.ties.force_unit - problem.ties.prestress_D
         self._u = (velocity * unit_of_u).reshape(len(velocity), problem.A.shape[0])
         self._next = 0
 
@@ -54,6 +57,7 @@ class ReplaySolver:
         y, z = np.zeros(program.G.shape[1]), np.zeros(program.G.shape[0])
         y[0] = alpha * program.unit
         y[1 : 1 + self._x[k].size] = self._x[k].ravel()
+        y[program.tie_columns] = self._T[k]
         z[: program.zero_rows] = self._u[k] * program.total
         status = SolverStatus(str(self._history["solver_status"].to_numpy()[k]))
         iterations, time = (self._history[name].to_numpy()[k] for name in ("solver_iterations", "solver_time"))
@@ -66,7 +70,7 @@ def followed(steps: Steps, history: xr.Dataset) -> Steps:
     Raises
     ------
     FormatError
-        A history whose programs are not those that this version of blockstruct would solve.
+        If the programs of the history are not those that this version of blockstruct would solve.
     """
     k = 0
     while True:

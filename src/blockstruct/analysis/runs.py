@@ -24,14 +24,14 @@ def run(
     Parameters
     ----------
     model, store, settings, listeners
-        As of :class:`AnalysisManager`.
+        As for :class:`AnalysisManager`.
     cases, spread
-        As of :meth:`AnalysisManager.run`; a single case is one too.
+        As for :meth:`AnalysisManager.run`; a single case will do.
 
     Raises
     ------
     ModelError, StorageError, SolverError, GeometryError
-        As of both.
+        As both do.
     """
     listed = [cases] if isinstance(cases, LimitCase) else cases
     return AnalysisManager(model, store, settings=settings, listeners=listeners).run(listed, spread=spread)
@@ -45,7 +45,7 @@ def reproduce(analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Comp
     analysis
         An analysis, as a rule from a file.
     listeners
-        As of :class:`blockstruct.AnalysisManager`.
+        As for :class:`blockstruct.AnalysisManager`.
 
     Returns
     -------

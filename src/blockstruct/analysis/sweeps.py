@@ -42,7 +42,7 @@ def axes_of(quantity: str | Mapping[str, Any], values: Any) -> list[Axis]:
     Raises
     ------
     ModelError
-        A quantity that joints do not have, or no value.
+        If joints do not have the quantity, or there is no value.
     """
     return [_axis(name, given) for name, given in _given(quantity, values).items()]
 
@@ -61,7 +61,7 @@ def _axis(quantity: Any, values: Any) -> Axis:
         msg = f"sweep: joints have no {quantity!r}; give one of {', '.join(JOINT_PROPERTIES)}"
         raise ModelError(msg)
     if isinstance(values, str | Mapping) or not np.iterable(values):
-        msg = f"sweep of {quantity}: {shown(values)} is no list of values; give several, as in Q_([1, 2], 'MPa')"
+        msg = f"sweep of {quantity}: {shown(values)} is not a list of values; give several, as in Q_([1, 2], 'MPa')"
         raise ModelError(msg)
     found = tuple(values)
     if not found:
@@ -95,14 +95,14 @@ def keep_point(
     Raises
     ------
     StorageError
-        A path that cannot be written.
+        If the path cannot be written.
     """
     interfaces = [i.with_joint_material(j) for i, j in zip(model.interfaces, joints, strict=True)]
-    varied = Model(model.name, model.blocks, interfaces, detection=model.detection)
+    varied = Model(model.name, model.blocks, interfaces, detection=model.detection, ties=model.ties)
     options = solver_options([result.settings])
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        msg = f"{path.parent}: is no folder to write to ({error.strerror or error}); choose another store"
+        msg = f"{path.parent}: is not a folder to write to ({error.strerror or error}); choose another store"
         raise StorageError(msg) from error
     save_analysis(Analysis(varied, {result.name: result}, now(), versions(), solver_options=options, tags=tags), path)

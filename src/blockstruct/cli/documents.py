@@ -57,7 +57,8 @@ def import_(
         str | None, typer.Option(help="Largest angle between the faces of a joint.", show_default="1 deg")
     ] = None,
     area_tolerance: Annotated[
-        str | None, typer.Option(help="Area up to which a contact is none, as in '1 cm^2'.", show_default="rounding")
+        str | None,
+        typer.Option(help="Area up to which a contact is left out, as in '1 cm^2'.", show_default="rounding"),
     ] = None,
     direction: Annotated[
         list[str] | None,

@@ -73,7 +73,7 @@ def _of_interface(frame: pd.DataFrame, interface: str, known: list[str]) -> pd.D
         return frame[frame["interface_of_contact_point"] == interface]
     if "interface" in frame.index.names:
         return frame[frame.index.get_level_values("interface") == interface]
-    msg = "--interface: this variable is none of interfaces; give --variable contact_force, force or state for instance"
+    msg = "--interface: this variable is not one of interfaces; give --variable contact_force, force or state"
     raise bs.errors.ModelError(msg)
 
 

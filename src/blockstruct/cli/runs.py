@@ -51,6 +51,9 @@ def run(
     model: Annotated[Path, typer.Argument(help="A model document, YAML or JSON.", show_default=False)],
     output: Annotated[Path, typer.Option("--output", "-o", help="File to write.", show_default=False)],
     spread: Annotated[bool, typer.Option("--spread", help="Also run the other schedules, and their spread.")] = False,
+    path_dependence: Annotated[
+        bool, typer.Option("--path-dependence", help="Also run the loading paths, and the range of their load factors.")
+    ] = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -59,7 +62,8 @@ def run(
     document = bs.read_document(model)
     say(f"{document.model.name}: {len(document.model.blocks)} blocks, {document.report}")
     settings = bs.ProcedureSettings.of(document.settings)
-    _run(document.model, list(document.cases), settings, output, quiet, as_json, document.hash, spread=spread)
+    schedules = spread or ("path dependence" if path_dependence else False)
+    _run(document.model, list(document.cases), settings, output, quiet, as_json, document.hash, spread=schedules)
 
 
 @app.command()
@@ -98,7 +102,7 @@ def _run(
     as_json: bool,
     document_hash: str = "",
     *,
-    spread: bool = False,
+    spread: bool | str = False,
 ) -> None:
     with following(err, quiet=quiet) as listeners:
         manager = bs.AnalysisManager(model, output, settings=settings, listeners=listeners, document_hash=document_hash)

@@ -38,7 +38,7 @@ from blockstruct.vocabulary import JointOrientation
 
 #: Gap between two faces that is still rounding: the tolerance by default.
 GAP = 1e-5
-#: Distance up to which two faces are judged, and up to which blocks without a contact are worth a word: the width of a
+#: Distance up to which two faces are judged, and up to which blocks without a contact are mentioned: the width of a
 #: mortar joint.
 REACH, CLOSE = 1e-2, 0.1
 #: Area up to which a contact is a line or a point, by default, and up to which it is the rounding of a line.
@@ -61,7 +61,7 @@ def detect_interfaces(
 ) -> Detection:
     """Find every area that the faces of two blocks share.
 
-    All faces take part, whatever the size and number of the blocks; several interfaces a pair are possible. Pieces in
+    All faces take part, whatever the size and number of the blocks; several interfaces per pair are possible. Pieces in
     one plane, as triangulated faces leave them, become one interface. Contacts between two fixed blocks are left out.
     The normal of an interface points up or, if level, along +y or +x. Whatever is left out, close or overlapping is in
     the report.
@@ -89,12 +89,12 @@ def detect_interfaces(
     Raises
     ------
     ModelError
-        No joint material, none for some joint, or a pattern of names that fits no joint; a tolerance that is not
-        positive; two blocks of one name.
+        If there is no joint material, or none for some joint; a pattern of names fits no joint; a tolerance is not
+        positive; or two blocks have one name.
     GeometryError
-        A block with a face whose outline crosses itself.
+        If the outline of a face crosses itself.
     UnknownNameError
-        An explicit interface of a block that is not among the blocks.
+        If an explicit interface names a block that is not among the blocks.
     """
     who = "detect_interfaces"
     blocks = list(checked_tuple(blocks, Block, f"{who}: blocks"))

@@ -29,7 +29,7 @@ def joint_rule(given: Any, who: str) -> Rule:
     Raises
     ------
     ModelError
-        What is none of these; and, when the rule is applied, a joint that no pattern fits.
+        If it is none of these, or, when the rule is applied, if no pattern fits a joint.
 
     Examples
     --------
@@ -60,8 +60,9 @@ def joint_rule(given: Any, who: str) -> Rule:
 def _check_pattern(pattern: Any, material: Any, who: str) -> None:
     if not isinstance(pattern, str) or not (pattern in {*JointOrientation, "*"} or pattern.count("|") == 1):
         msg = (
-            f"{who}: {pattern!r} is no pattern of joints; write {', '.join(repr(o.value) for o in JointOrientation)}, "
-            "two block names as in 'base|*', or '*' for all the rest"
+            f"{who}: {pattern!r} is not a pattern of joints; write "
+            f"{', '.join(repr(o.value) for o in JointOrientation)}, two block names as in 'base|*', "
+            "or '*' for all the rest"
         )
         raise ModelError(msg)
     if not isinstance(material, JointMaterial):
@@ -93,7 +94,7 @@ def check_rules_fit(given: Any, interfaces: Iterable[Interface], who: str) -> No
     Raises
     ------
     ModelError
-        A mapping with such a pattern.
+        If the mapping has such a pattern.
     """
     interfaces = list(interfaces)
     if not isinstance(given, Mapping) or not interfaces:

@@ -14,6 +14,8 @@ from blockstruct.errors import BlockstructError, DocumentError, StorageError, Un
 from blockstruct.files import unique_pairs
 from blockstruct.model import (
     LOAD_KINDS,
+    TIE_KINDS,
+    AnyTie,
     Block,
     Detection,
     DetectionReport,
@@ -28,7 +30,7 @@ from blockstruct.schema import listed_violations, violations
 from blockstruct.structures.courses import courses
 from blockstruct.units import parse, to_quantity
 
-#: Size of a document beyond which it is none: a block takes some 400 bytes.
+#: Size beyond which a file is not read as a model document: a block takes some 400 bytes.
 MOST_BYTES = 64_000_000
 
 
@@ -66,18 +68,18 @@ def read_document(path: str | Path) -> Document:
     Raises
     ------
     StorageError
-        A file that cannot be read.
+        If the file cannot be read.
     DocumentError
-        A file that is no YAML or JSON, repeats a key or violates the schema: every violation is listed.
+        If the file is not YAML or JSON, repeats a key or violates the schema: every violation is listed.
     ModelError
-        A document that describes no valid model.
+        If the document does not describe a valid model.
     """
     path = Path(path)
     stored = _stored(path)
     try:
         text = stored.decode("utf-8")
     except UnicodeDecodeError as error:
-        msg = f"{path}: is no text; give a YAML or JSON document (`blockstruct show` prints an analysis file)"
+        msg = f"{path}: is not text; give a YAML or JSON document (`blockstruct show` prints an analysis file)"
         raise StorageError(msg) from error
     content = _load(text, path)
     found = violations(content, "model-1")
@@ -95,7 +97,7 @@ def _stored(path: Path) -> bytes:
     try:
         # A pipe or a device might never end.
         if path.exists() and not path.is_file():
-            msg = f"{path}: cannot be read: it is no file; give a YAML or JSON document"
+            msg = f"{path}: cannot be read: it is not a file; give a YAML or JSON document"
             raise StorageError(msg)
         with path.open("rb") as stream:
             stored = stream.read(MOST_BYTES + 1)
@@ -117,7 +119,7 @@ def _load(text: str, path: Path) -> Any:
         return yaml_core.load(text)
     except (ValueError, yaml.YAMLError, RecursionError) as error:
         said = str(error).replace('in "<unicode string>", ', "at ")
-        msg = f"{path}: no valid {'JSON' if path.suffix.lower() == '.json' else 'YAML'}: {said}"
+        msg = f"{path}: not valid {'JSON' if path.suffix.lower() == '.json' else 'YAML'}: {said}"
         raise DocumentError(msg) from error
 
 
@@ -131,14 +133,14 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
         blocks.append(_block(entry, _named(materials, entry["material"], "material")))
     found = _detection(blocks, content["interfaces"], joints)
     try:
-        model = Model(content.get("name", stem), blocks, found)
+        model = Model(content.get("name", stem), blocks, found, ties=map(_tie, content.get("ties", [])))
     except BlockstructError as error:
         # What was found and what was left out mostly tells why.
         error.add_note(f"{len(blocks)} blocks, {found.report}")
         raise
 
     patterns = {
-        name: LoadPattern(name, [_load_of(entry) for entry in loads])
+        name: LoadPattern(name, [_load_from(entry) for entry in loads])
         for name, loads in content["load_patterns"].items()
     }
     cases = tuple(
@@ -189,7 +191,15 @@ def _block(entry: dict[str, Any], material: Material) -> Block:
     return Block.from_faces(entry["name"], vertices, shape["faces"], material, fixed=fixed)
 
 
-def _load_of(entry: dict[str, Any]) -> Any:
+def _tie(entry: dict[str, Any]) -> AnyTie:
+    kind = TIE_KINDS[entry["kind"]]
+    given = {key: value for key, value in entry.items() if key != "kind"}
+    if kind.anchored:
+        given |= {end: (entry[end]["block"], entry[end]["point"]) for end in ("start", "end")}
+    return kind.type(**given)
+
+
+def _load_from(entry: dict[str, Any]) -> Any:
     return LOAD_KINDS[entry["kind"]].type(**{key: value for key, value in entry.items() if key != "kind"})
 
 

@@ -15,13 +15,18 @@ from blockstruct.files import check_new, write_new
 from blockstruct.model import (
     JOINT_PROPERTIES,
     LOAD_KINDS,
+    TIE_KINDS,
+    TIE_QUANTITIES,
+    AnyTie,
     Block,
     Interface,
     JointMaterial,
     LimitCase,
     LoadPattern,
     Model,
+    given_quantities,
     kind_of,
+    tie_kind_of,
 )
 from blockstruct.schema import listed_violations, violations
 from blockstruct.units import si, si_text
@@ -59,9 +64,9 @@ def write_document(
     Raises
     ------
     ModelError
-        Blocks between which detection finds an interface that the model does not have: a document cannot say that.
+        If detection finds an interface that the model does not have: a document cannot say that.
     StorageError
-        A file that exists or cannot be written.
+        If the file exists or cannot be written.
     """
     check_new_document(path)
     own: dict[frozenset[str], list[Interface]] = {}
@@ -81,7 +86,7 @@ def write_document(
             raise ModelError(msg)
         found[pair].append(interface)
     stated = [i for pair, known in own.items() if not _same(known, found[pair]) for i in known]
-    return _write(Path(path), model.name, model.blocks, joint, stated, cases, settings, limits)
+    return _write(Path(path), model.name, model.blocks, joint, stated, cases, settings, limits, model.ties)
 
 
 def _same(known: list[Interface], found: list[Interface]) -> bool:
@@ -109,7 +114,7 @@ def write_draft(
     angle_tolerance: Any = None,
     area_tolerance: Any = None,
 ) -> Path:
-    """Write blocks that may be no model yet, without supports for instance, as a document to be completed by hand.
+    """Write blocks that may not make a model yet (without supports, for instance), to be completed by hand.
 
     Interfaces are left to detection but for those that are ``explicit``; other parameters are those of
     :func:`write_document`.
@@ -124,13 +129,13 @@ def check_new_document(path: str | Path) -> Path:
     Raises
     ------
     ModelError
-        No name of a document.
+        If the name is not that of a document.
     StorageError
-        A file that exists.
+        If the file exists.
     """
     path = Path(path)
     if path.suffix.lower() not in (".yaml", ".yml", ".json"):
-        msg = f"{path}: no name of a model document; give one that ends in .yaml, .yml or .json"
+        msg = f"{path}: not the name of a model document; give one that ends in .yaml, .yml or .json"
         raise ModelError(msg)
     return check_new(path)
 
@@ -154,6 +159,7 @@ def _write(
     cases: Sequence[LimitCase],
     settings: Mapping[str, Any] | None,
     limits: Mapping[str, str],
+    ties: Sequence[AnyTie] = (),
 ) -> Path:
     check_new_document(path)
     patterns = {p.name: p for case in cases for p in (case.dead, case.variable)}
@@ -189,6 +195,8 @@ def _write(
             {"name": c.name, "dead": c.dead.name, "variable": c.variable.name, "flow": str(c.flow)} for c in cases
         ],
     }
+    if ties:
+        content["ties"] = [_tie(t) for t in ties]
     if settings:
         content["settings"] = dict(settings)
     content["blocks"] = [_block(b) for b in blocks]
@@ -217,21 +225,34 @@ def _block(block: Block) -> dict[str, Any]:
     return {"name": block.name, "material": block.material.name, "fixed": block.fixed, "polyhedron": shape}
 
 
+def _tie(tie: AnyTie) -> dict[str, Any]:
+    kind = tie_kind_of(tie)
+    entry: dict[str, Any] = {"kind": kind, "name": tie.name}
+    for end in ("start", "end"):
+        given = getattr(tie, end)
+        block, point = given if TIE_KINDS[kind].anchored else (None, given)
+        values = [_number(v, "length") for v in point]
+        entry[end] = values if block is None else {"block": block, "point": values}
+    return entry | {n: _number(v, TIE_QUANTITIES[n]) for n, v in given_quantities(tie).items()}
+
+
 def _loads(pattern: LoadPattern) -> list[dict[str, Any]]:
     entries: list[dict[str, Any]] = []
     for load in pattern.loads:
-        kind = kind_of(load)
-        vectors = {
-            name: [_number(v, dimension) for v in getattr(load, name)]
-            for name, dimension in LOAD_KINDS[kind].vectors.items()
-        }
-        named = {name: getattr(load, name) for name in LOAD_KINDS[kind].named}
-        scalars = {
-            name: getattr(load, name)
-            for name, default in LOAD_KINDS[kind].scalars.items()
-            if getattr(load, name) != default
-        }
-        entries.append({"kind": kind} | named | vectors | scalars)
+        name = kind_of(load)
+        kind, entry = LOAD_KINDS[name], {"kind": name}
+        for attribute in (*kind.named, *kind.vectors, *kind.quantities, *kind.plain):
+            value = getattr(load, attribute)
+            if attribute in kind.absent and value == kind.absent[attribute]:
+                continue
+            if attribute in kind.plain and value == kind.plain[attribute]:
+                continue
+            if attribute in kind.vectors:
+                value = [_number(v, kind.vectors[attribute]) for v in value]
+            elif attribute in kind.quantities:
+                value = _number(value, kind.quantities[attribute])
+            entry[attribute] = value
+        entries.append(entry)
     return entries
 
 

@@ -39,8 +39,8 @@ def load(text: str) -> Any:
     Raises
     ------
     yaml.YAMLError, ValueError
-        No YAML; a repeated key, or one that is no text; a text that YAML 1.1 and 1.2 read differently; a tag; more
-        levels, or more that aliases stand for, than any model needs.
+        If the text is not YAML, a key is repeated or not text, YAML 1.1 and 1.2 read a text differently, there is a
+        tag, or there are more levels, or aliases stand for more, than any model needs.
     """
     # libyaml where there is one: it is several times as fast.
     return _Reading(yaml.parse(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))).document()
@@ -121,7 +121,7 @@ class _Reading:
         while not isinstance(event := next(self._events), yaml.MappingEndEvent):
             key, more = self._value(event, level + 1)
             if not isinstance(key, str):
-                _refuse("a key that is no text; quote it", event)
+                _refuse("a key that is not text; quote it", event)
             if key in values:
                 twice.append(key)
             values[key], size_of_value = self._value(next(self._events), level + 1)

@@ -10,9 +10,11 @@
 from blockstruct.geometry.cells import is_rectangle, polygon_cells
 from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs, crossed_faces
 from blockstruct.geometry.joined import joined_pairs
+from blockstruct.geometry.lines import stretches_inside
 from blockstruct.geometry.lying import areas_on_bodies
 from blockstruct.geometry.neighbours import box_pairs, separations, unsupported
 from blockstruct.geometry.overlap import overlapping_pairs
+from blockstruct.geometry.plan import PlanFaces, clipped, fan, products
 from blockstruct.geometry.polygon import common_areas, perimeter, plane_axes, polygon_area, tributary_areas
 from blockstruct.geometry.polyhedron import BOX_FACES, Polyhedron, box, lofted, polyhedron
 from blockstruct.geometry.screws import rotation_matrices, rotation_vectors, screw_motions
@@ -27,6 +29,7 @@ __all__ = [
     "lofted",
     "overlapping_pairs",
     "polyhedron",
+    "stretches_inside",
     # polygons
     "common_areas",
     "is_rectangle",
@@ -36,6 +39,11 @@ __all__ = [
     "polygon_cells",
     "triangulated",
     "tributary_areas",
+    # faces in plan
+    "PlanFaces",
+    "clipped",
+    "fan",
+    "products",
     # contacts
     "FacePair",
     "areas_on_bodies",

@@ -30,7 +30,7 @@ def polygon_cells(points: Array, centroid: Array, normal: Array, count: int, nam
     Raises
     ------
     GeometryError
-        A polygon whose outline crosses itself.
+        If the outline of the polygon crosses itself.
     """
     arms = points - centroid
     arms = arms - np.outer(arms @ normal, normal)

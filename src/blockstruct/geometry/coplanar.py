@@ -79,7 +79,7 @@ def coplanar_face_pairs(
     outlines = [uncrossed(faces.outlines(f, axes, middle, extent)) for f in (front, back)]
     parts, of_pair = shapely.get_parts(shapely.intersection(*outlines), return_index=True)
     # Faces are simple polygons, so what two of them share has no holes. Where edges of the two coincide but for
-    # rounding, clipping leaves corners that are none: they would be contact points.
+    # rounding, clipping leaves spurious corners, which would become contact points.
     parts = shapely.simplify(shapely.normalize(parts), reach if rounding is None else rounding)
     keep = (shapely.get_type_id(parts) == shapely.GeometryType.POLYGON) & ~shapely.is_empty(parts)
     parts, of_pair = shapely.orient_polygons(parts[keep]), of_pair[keep]

@@ -76,7 +76,7 @@ def _whole(pieces: list[FacePair], gap: float, rounding: float) -> list[FacePair
     union = shapely.union_all(outlines, grid_size=SNAP * rounding)
     pieced = union
     if _has_holes(union) or len(shapely.get_parts(union)) > 1:
-        # Slits as wide as a gap between pieces of a rough face are none.
+        # Slits between pieces of a rough face, no wider than a gap, are closed.
         closed = shapely.buffer(union, gap, join_style="mitre", mitre_limit=20)
         union = shapely.buffer(closed, -gap, join_style="mitre", mitre_limit=20)
     parts = shapely.get_parts(uncrossed(shapely.get_parts(shapely.simplify(shapely.normalize(union), rounding))))

@@ -87,5 +87,5 @@ def _strips(level: Array, slope: Array, limits: Array, extent: Array) -> NDArray
     )
     corners = [low * along - far * across, high * along - far * across]
     corners += [high * along + far * across, low * along + far * across]
-    # Those without width are no polygons to GEOS.
+    # Those without width are not polygons to GEOS.
     return uncrossed(np.asarray(shapely.polygons(np.stack(corners, axis=1))))

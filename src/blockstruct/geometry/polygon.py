@@ -111,7 +111,7 @@ def intersections(one: NDArray[np.object_], other: NDArray[np.object_]) -> NDArr
 
 
 def _simple(polygons: NDArray[np.object_]) -> NDArray[np.object_]:
-    """Polygons; empty where they do not enclose the area that they turn about, once."""
+    """Polygons; empty where they do not enclose, exactly once, the area that they turn about."""
     enclosed, areas = uncrossed(polygons), shapely.area(polygons)
     enclosed[np.abs(shapely.area(enclosed) - areas) > CROSSING * areas] = shapely.Polygon()
     return enclosed

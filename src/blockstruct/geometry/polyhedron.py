@@ -103,8 +103,8 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
     Raises
     ------
     GeometryError
-        Faces that name no vertex, are degenerate or far from planar; a surface that is open, inside out or
-        without volume.
+        If faces name no vertex, are degenerate or far from planar; or the surface is open, inside out or without
+        volume.
     """
     vertices = np.array(vertices, dtype=float)
     if vertices.ndim != 2 or vertices.shape[1:] != (3,) or len(vertices) < 4:

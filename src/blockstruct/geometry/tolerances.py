@@ -4,9 +4,9 @@ import math
 
 # Faces of a body, relative to its largest extent
 
-#: Deviation of a face from its mean plane that is rounding, and beyond which it is no face.
+#: Deviation of a face from its mean plane that is rounding, and beyond which it is not a face.
 PLANARITY, LARGEST_DEVIATION = 1e-6, 2e-3
-#: Area, relative to the square of the extent, and volume, relative to its cube, that are none.
+#: Area, relative to the square of the extent, and volume, relative to its cube, that count as zero.
 NO_AREA, NO_VOLUME = 1e-12, 1e-9
 
 # Polygons
@@ -17,7 +17,7 @@ GRID = 1e-11
 CROSSING = 1e-3
 #: Deviation of a corner, relative to the diagonal, that still makes a rectangle.
 RECTANGLE = 1e-6
-#: Share of the area of a polygon below which a piece of it is no cell.
+#: Share of the area of a polygon below which a piece of it is not a cell.
 NO_CELL = 1e-9
 #: Component of a unit normal, across the vertical, below which its plane is level.
 LEVEL = 1e-9
@@ -37,7 +37,7 @@ SNAP = 1e-3
 PARALLEL = 1e-6
 #: Pairs of edges that are tried for an axis between two bodies.
 MOST_CROSSINGS = 20_000
-#: Points, a side, of the grid in which two bodies that are not convex are compared.
+#: Points, per side, of the grid in which two bodies that are not convex are compared.
 SAMPLES = 12
 #: Numbers worked on at once: bounds the memory, not the result.
 CHUNK = 2_000_000

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from blockstruct.errors import GeometryFileError
 from blockstruct.files import unique_pairs
 from blockstruct.imports.import_report import Imported
-from blockstruct.imports.solid import Content, Face, Solid, blocks_of
-from blockstruct.imports.source import checked_faces, text_of
+from blockstruct.imports.solid import Content, Face, Solid, make_blocks
+from blockstruct.imports.source import checked_faces, read_text
 from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike
@@ -71,26 +71,26 @@ def read_assembly(
     Raises
     ------
     StorageError
-        A file that cannot be read.
+        If the file cannot be read.
     GeometryFileError
-        A file of another kind, or solids that are no blocks.
+        If the file is of another kind, or solids are not blocks.
 
     Warns
     -----
     GeometryWarning
-        Whatever was left out or repaired.
+        If anything was left out or repaired.
     """
     path = Path(file)
     contents = [assembly_content(path, material)]
-    return blocks_of(contents, [path], unit=unit, fixed=fixed, exclude=exclude, up=up, tolerance=tolerance)
+    return make_blocks(contents, [path], unit=unit, fixed=fixed, exclude=exclude, up=up, tolerance=tolerance)
 
 
 def assembly_content(path: Path, material: Material) -> Content:
     """Solids of a COMPAS JSON file, and what else it holds."""
     try:
-        content = json.loads(text_of(path), object_pairs_hook=unique_pairs)
+        content = json.loads(read_text(path), object_pairs_hook=unique_pairs)
     except (ValueError, RecursionError) as error:
-        msg = f"{path}: no valid JSON ({error}); export it again with compas.json_dump"
+        msg = f"{path}: not valid JSON ({error}); export it again with compas.json_dump"
         raise GeometryFileError(msg) from error
     left_out: list[str] = []
     try:
@@ -224,7 +224,7 @@ def _matrix(transformation: Any, path: Path) -> Array:
     try:
         matrix = np.array(body["matrix"] if isinstance(body, dict) else body, dtype=float).reshape(4, 4)
     except (KeyError, TypeError, ValueError) as error:
-        msg = f"{path}: a transformation is no matrix of 4 × 4 numbers; export the model again with compas.json_dump"
+        msg = f"{path}: a transformation is not a matrix of 4 × 4 numbers; export the model again with compas.json_dump"
         raise GeometryFileError(msg) from error
     return matrix
 
@@ -241,6 +241,6 @@ def _note_contacts(graph: Any, left_out: list[str]) -> None:
 def _unknown(path: Path, body: Any) -> str:
     keys = ", ".join(sorted(map(str, body))[:8]) if isinstance(body, dict) else type(body).__name__
     return (
-        f"{path}: no COMPAS assembly, model or list of meshes (found {keys or 'nothing'}); "
+        f"{path}: not a COMPAS assembly, model or list of meshes (found {keys or 'nothing'}); "
         "write one with compas.json_dump(assembly, file)"
     )

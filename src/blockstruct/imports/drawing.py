@@ -13,8 +13,8 @@ from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, 
 from blockstruct.imports.expansion import check_expansion
 from blockstruct.imports.import_report import Imported, Repair
 from blockstruct.imports.outline import area, prism, read_outline
-from blockstruct.imports.solid import Content, Face, Solid, blocks_of, scale_of
-from blockstruct.imports.source import checked_faces, content_of, package
+from blockstruct.imports.solid import Content, Face, Solid, make_blocks, metres_per_unit
+from blockstruct.imports.source import checked_faces, package, read_bytes
 from blockstruct.imports.tolerances import DEPTH, IN_DRAWING_PLANE, OUTLINE, SAME_UNIT
 from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
@@ -87,18 +87,18 @@ def read_drawing(
     Raises
     ------
     StorageError
-        A file that cannot be read.
+        If the file cannot be read.
     GeometryFileError
-        A damaged file, a drawing in another unit, arcs without ``segments``, solids that are no blocks.
+        If the file is damaged, the drawing states another unit, arcs have no ``segments``, or solids are not blocks.
     MissingExtraError
-        No ezdxf.
+        If ezdxf is not installed.
     UnknownNameError
-        A layer that the drawing does not have.
+        If the drawing does not have a layer.
 
     Warns
     -----
     GeometryWarning
-        Whatever was left out or repaired.
+        If anything was left out or repaired.
     """
     path = Path(file)
     content = drawing_content(
@@ -112,7 +112,7 @@ def read_drawing(
         closing=closing,
         supports=supports,
     )
-    return blocks_of([content], [path], unit=unit, fixed=fixed, exclude=exclude, up="z", tolerance=tolerance)
+    return make_blocks([content], [path], unit=unit, fixed=fixed, exclude=exclude, up="z", tolerance=tolerance)
 
 
 def drawing_content(
@@ -128,7 +128,7 @@ def drawing_content(
     supports: Iterable[str] = (),
 ) -> Content:
     """Solids of a DXF drawing, and what else it holds; parameters are those of :func:`read_drawing`."""
-    scale = scale_of(unit, str(path))
+    scale = metres_per_unit(unit, str(path))
     depth = None if thickness is None else positive_length(thickness, f"{path}: thickness") / scale
     ends = None if closing is None else positive_length(closing, f"{path}: closing") / scale
     if plane not in ("elevation", "plan"):
@@ -289,7 +289,7 @@ class _Reading:
 
 
 def _opened(path: Path) -> Any:
-    content = content_of(path)
+    content = read_bytes(path)
     if content.startswith(b"AC10"):
         msg = f"{path}: is a DWG drawing; save it as DXF"
         raise GeometryFileError(msg)
@@ -297,7 +297,7 @@ def _opened(path: Path) -> Any:
     try:
         return ezdxf.readfile(path)
     except Exception as error:  # A reader of foreign files fails in as many ways as files can be damaged.
-        msg = f"{path}: no readable DXF drawing ({error or type(error).__name__}); save it again as DXF"
+        msg = f"{path}: not a readable DXF drawing ({error or type(error).__name__}); save it again as DXF"
         raise GeometryFileError(msg) from error
 
 

@@ -16,7 +16,7 @@ def check_expansion(drawing: Any, path: Path, depth: int) -> None:
     Raises
     ------
     GeometryFileError
-        Naming the inserted block of the model space that stands for most.
+        If it does; the message names the inserted block of the model space that stands for most.
     """
     known: dict[tuple[str, int], int] = {}
 
@@ -39,7 +39,7 @@ def check_expansion(drawing: Any, path: Path, depth: int) -> None:
         worst = inserts[sizes.index(max(sizes))]
         msg = (
             f"{path}: its blocks stand for {sum(sizes):.3g} entities, block {_name(worst)!r} alone for "
-            f"{max(sizes):.3g}, the limit is {MOST_EXPANDED}; remove what is no stone, or draw fewer copies"
+            f"{max(sizes):.3g}, the limit is {MOST_EXPANDED}; remove what is not a stone, or draw fewer copies"
         )
         raise GeometryFileError(msg)
 

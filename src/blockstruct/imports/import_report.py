@@ -24,7 +24,7 @@ KINDS = {
     "merged": "faces joined with neighbours in one plane",
     "flattened": "vertices moved into the planes of their faces",
     "split": "warped faces divided into triangles",
-    "divided": "more bodies than one in a solid, each a block",
+    "divided": "solids of more than one body divided, each body a block",
     "closed": "outlines closed whose ends lie apart",
     "retraced": "corners dropped at which an outline runs over its own edges again",
     "arcs": "arcs taken as straight pieces, which they exceed",
@@ -79,9 +79,9 @@ class ImportReport:
         Of all blocks, m³.
     repairs : tuple of Repair
     left_out : tuple of str
-        What the file holds beside solids, a text each.
+        What the file holds beside solids, one text per item.
     notes : tuple of str
-        What was done because it was asked for, a text each.
+        What was done because it was asked for, one text per item.
     """
 
     source: str
@@ -134,7 +134,7 @@ class ImportReport:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What to look at before going on, a text each."""
+        """What to look at before going on, one text per item."""
         found = [self._unlikely_size] if self._unlikely_size else []
         found += [self._line(kind) for kind in KINDS if kind not in _ROUTINE and self._of(kind)]
         if self.left_out:
@@ -142,7 +142,7 @@ class ImportReport:
         return tuple(found)
 
     def table(self) -> pd.DataFrame:
-        """Repairs, a row each: block, kind, amount and what the kind means."""
+        """Repairs, one row per repair: block, kind, amount and what the kind means."""
         rows = [(r.block, r.kind, r.amount, KINDS[r.kind]) for r in self.repairs]
         return pd.DataFrame(rows, columns=["block", "kind", "amount", "meaning"])
 

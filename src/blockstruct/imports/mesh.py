@@ -10,8 +10,8 @@ import numpy as np
 from blockstruct.errors import GeometryFileError, ModelError
 from blockstruct.imports.import_report import Imported
 from blockstruct.imports.obj import read_obj
-from blockstruct.imports.solid import Content, Solid, blocks_of
-from blockstruct.imports.source import checked_faces, content_of, package
+from blockstruct.imports.solid import Content, Solid, make_blocks
+from blockstruct.imports.source import checked_faces, package, read_bytes
 from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike
@@ -66,23 +66,23 @@ def read_mesh(
     Raises
     ------
     StorageError
-        A file that cannot be read.
+        If the file cannot be read.
     GeometryFileError
-        A damaged file, or bodies that are no blocks: open, not manifold, crossing themselves, without volume.
+        If the file is damaged, or bodies are not blocks: open, not manifold, crossing themselves, without volume.
     MissingExtraError
-        STL or PLY without trimesh.
+        If the file is STL or PLY and trimesh is not installed.
 
     Warns
     -----
     GeometryWarning
-        Repairs beyond the joining of coplanar faces, or blocks of an unlikely size.
+        If repairs go beyond the joining of coplanar faces, or blocks have an unlikely size.
     """
     paths = [Path(f) for f in ([files] if isinstance(files, str | Path) else files)]
     if not paths:
         msg = "read_mesh: no files; give at least one"
         raise ModelError(msg)
     contents = [mesh_content(path, material) for path in paths]
-    return blocks_of(contents, paths, unit=unit, fixed=fixed, exclude=exclude, up=up, tolerance=tolerance)
+    return make_blocks(contents, paths, unit=unit, fixed=fixed, exclude=exclude, up=up, tolerance=tolerance)
 
 
 def mesh_content(path: Path, material: Material) -> Content:
@@ -94,7 +94,7 @@ def mesh_content(path: Path, material: Material) -> Content:
 def _suffix(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix not in (".obj", ".stl", ".ply"):
-        msg = f"{path}: no mesh; give a file that ends in .obj, .stl or .ply"
+        msg = f"{path}: not a mesh; give a file that ends in .obj, .stl or .ply"
         raise ModelError(msg)
     return suffix
 
@@ -102,7 +102,7 @@ def _suffix(path: Path) -> str:
 def _read_triangles(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
     """Solids of an STL or PLY file, and what else it holds."""
     suffix = _suffix(path)
-    content = content_of(path)
+    content = read_bytes(path)
     stated = (_stated_stl if suffix == ".stl" else _stated_ply)(content, path)
     trimesh = package("trimesh", "mesh", f"{path}: reading {suffix[1:].upper()}")
     try:
@@ -119,7 +119,7 @@ def _read_triangles(path: Path, material: Material) -> tuple[list[Solid], list[s
             for name, mesh in meshes.items()
         ]
     except Exception as error:  # A reader of foreign files fails in as many ways as files can be damaged.
-        msg = f"{path}: no readable {suffix[1:].upper()} file ({error}); export it again"
+        msg = f"{path}: not a readable {suffix[1:].upper()} file ({error}); export it again"
         raise GeometryFileError(msg) from error
     count = sum(len(s.faces) for s in solids)
     if count < stated or count == 0:
@@ -138,7 +138,7 @@ def _stated_stl(content: bytes, path: Path) -> int:
     text = content.lower()
     if not text.lstrip().startswith(b"solid") or b"\0" in content:
         msg = (
-            f"{path}: {len(content)} bytes are no STL file, or one cut short "
+            f"{path}: {len(content)} bytes are not an STL file, or one cut short "
             "(binary STL has 84 bytes and 50 for each triangle that it states); export it again"
         )
         raise GeometryFileError(msg)
@@ -154,7 +154,7 @@ def _stated_ply(content: bytes, path: Path) -> int:
     header, end, body = content.partition(b"end_header")
     faces = re.search(rb"^element\s+face\s+(\d{1,12})\s*$", header, re.MULTILINE)
     if not header.startswith(b"ply") or not end or faces is None:
-        msg = f"{path}: no PLY file with faces; export it again as a mesh"
+        msg = f"{path}: not a PLY file with faces; export it again as a mesh"
         raise GeometryFileError(msg)
     count = checked_faces(int(faces[1]), path)
     if re.search(rb"^format\s+ascii", header, re.MULTILINE):

@@ -9,8 +9,8 @@ import numpy as np
 
 from blockstruct.errors import GeometryFileError, ModelError
 from blockstruct.files import write_new
-from blockstruct.imports.solid import Face, Solid, scale_of
-from blockstruct.imports.source import checked_faces, text_of
+from blockstruct.imports.solid import Face, Solid, metres_per_unit
+from blockstruct.imports.source import checked_faces, read_text
 from blockstruct.model import Block, Material
 from blockstruct.units import QuantityLike
 
@@ -44,14 +44,14 @@ def read_obj(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
     Raises
     ------
     GeometryFileError
-        A line that is no statement, or a face of fewer than three or of unknown vertices.
+        If a line is not a statement, or a face has fewer than three vertices or unknown ones.
     """
     vertices: list[list[float]] = []
     objects: list[tuple[str, list[Face]]] = []
     groups: dict[str, list[Face]] = {}
     group = path.stem
     other: Counter[str] = Counter()
-    text = text_of(path)
+    text = read_text(path)
     checked_faces(text.count("\nf"), path)
     for number, line in _statements(text):
         keyword, *words = line.split()
@@ -71,11 +71,13 @@ def read_obj(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
         elif keyword in _OTHER:
             other[keyword] += 1
         elif keyword not in _SILENT:
-            msg = f"{path}, line {number}: {line[:60]!r} is no OBJ statement; export the file again as Wavefront OBJ"
+            msg = (
+                f"{path}, line {number}: {line[:60]!r} is not an OBJ statement; export the file again as Wavefront OBJ"
+            )
             raise GeometryFileError(msg)
     points = np.array(vertices, dtype=float).reshape(-1, 3)
     named = objects or list(groups.items())
-    left_out = [f"{count} statements {keyword!r}, which are no faces" for keyword, count in sorted(other.items())]
+    left_out = [f"{count} statements {keyword!r}, which are not faces" for keyword, count in sorted(other.items())]
     unused = len(points) - len({i for _, faces in named for face in faces for i in face})
     if unused:
         left_out.append(f"{unused} vertices of no face")
@@ -142,12 +144,12 @@ def write_obj(path: str | Path, blocks: Iterable[Block], *, unit: QuantityLike =
     Raises
     ------
     ModelError
-        Nothing to write, or a name that would not come back.
+        If there is nothing to write, or a name would not come back.
     StorageError
-        A file that exists or cannot be written.
+        If the file exists or cannot be written.
     """
     blocks = list(blocks)
-    scale = scale_of(unit, str(path))
+    scale = metres_per_unit(unit, str(path))
     if not blocks:
         msg = f"{path}: no blocks to write; give at least one"
         raise ModelError(msg)

@@ -9,7 +9,7 @@ from blockstruct.imports.assembly import assembly_content
 from blockstruct.imports.drawing import drawing_content
 from blockstruct.imports.import_report import Imported
 from blockstruct.imports.mesh import mesh_content
-from blockstruct.imports.solid import blocks_of
+from blockstruct.imports.solid import make_blocks
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike
 
@@ -46,9 +46,9 @@ def read_files(
     Raises
     ------
     ModelError
-        No files, arguments for drawings where none is, or materials of layers where not all files are drawings.
+        If there are no files, arguments for drawings but no drawing, or materials for layers and not only drawings.
     BlockstructError
-        What the readers of the files raise.
+        If the reader of one of the files raises it.
     """
     paths = [Path(f) for f in files]
     drawn = [p.suffix.lower() == ".dxf" for p in paths]
@@ -70,4 +70,4 @@ def read_files(
         else:
             read = assembly_content if path.suffix.lower() == ".json" else mesh_content
             contents.append(read(path, stone))
-    return blocks_of(contents, paths, unit=unit, fixed=fixed, exclude=exclude, up=up, tolerance=tolerance)
+    return make_blocks(contents, paths, unit=unit, fixed=fixed, exclude=exclude, up=up, tolerance=tolerance)

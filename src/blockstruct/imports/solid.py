@@ -61,7 +61,7 @@ class Content:
     notes: list[str] = field(default_factory=list)
 
 
-def scale_of(unit: QuantityLike, source: str) -> float:
+def metres_per_unit(unit: QuantityLike, source: str) -> float:
     """Metres of one coordinate unit: of ``"mm"``, or of a length such as ``"0.025 m"``."""
     what = f"{source}: unit of the coordinates"
     if isinstance(unit, str) and unit.strip()[:1].isalpha():
@@ -73,7 +73,7 @@ def scale_of(unit: QuantityLike, source: str) -> float:
     return scale
 
 
-def blocks_of(
+def make_blocks(
     contents: Sequence[Content],
     paths: Sequence[Path],
     *,
@@ -90,14 +90,14 @@ def blocks_of(
     Raises
     ------
     GeometryFileError
-        No solid, solids that are no blocks (all of them are listed), or a body given twice of which one is a support
-        or of another material.
+        If there is no solid, solids are not blocks (all of them are listed), or a body is given twice, once as a
+        support or of another material.
     UnknownNameError
-        A name in ``fixed`` or ``exclude`` that no block has.
+        If no block has a name in ``fixed`` or ``exclude``.
     """
     source = ", ".join(map(str, paths[:3])) + (" …" if len(paths) > 3 else "")
     content = contents[0] if len(contents) == 1 else _joined(contents, paths)
-    scale = scale_of(unit, source)
+    scale = metres_per_unit(unit, source)
     flat = None if tolerance is None else positive_length(tolerance, f"{source}: tolerance")
     if up not in _UP:
         msg = f"{source}: up is {up!r}; give the axis of the file that points up: 'x', 'y' or 'z'"
@@ -125,7 +125,7 @@ def blocks_of(
     if refused:
         rest = f"\n  and {len(refused) - 10} more" if len(refused) > 10 else ""
         listed = "\n  ".join(refused[:10])
-        msg = f"{source}: {len(refused)} of {len(bodies)} bodies are no blocks:\n  {listed}{rest}"
+        msg = f"{source}: {len(refused)} of {len(bodies)} bodies are not blocks:\n  {listed}{rest}"
         raise GeometryFileError(msg)
     blocks = _supported(_without_copies(blocks, source, repairs), fixed, source, notes)
     report = ImportReport.of(

@@ -8,15 +8,15 @@ from blockstruct.errors import GeometryFileError, MissingExtraError, StorageErro
 from blockstruct.imports.tolerances import MOST_FACES
 
 
-def content_of(path: Path) -> bytes:
+def read_bytes(path: Path) -> bytes:
     """Bytes of a file.
 
     Raises
     ------
     StorageError
-        A file that cannot be read.
+        If the file cannot be read.
     GeometryFileError
-        An empty file.
+        If the file is empty.
     """
     try:
         content = path.read_bytes()
@@ -40,11 +40,11 @@ def checked_faces(faces: int, path: Path) -> int:
     return faces
 
 
-def text_of(path: Path) -> str:
-    """Text of a file, as :func:`content_of`; refuses what is no text."""
-    content = content_of(path)
+def read_text(path: Path) -> str:
+    """Text of a file, as :func:`read_bytes`; refuses what is not text."""
+    content = read_bytes(path)
     if b"\0" in content:
-        msg = f"{path}: is no text; export it again"
+        msg = f"{path}: is not text; export it again"
         raise GeometryFileError(msg)
     try:
         return content.decode("utf-8-sig")
@@ -59,7 +59,7 @@ def package(name: str, extra: str, needed_for: str) -> Any:
     Raises
     ------
     MissingExtraError
-        It is not installed.
+        If it is not installed.
     """
     try:
         return import_module(name)

@@ -64,7 +64,7 @@ def closed_surface(vertices: Array, faces: list[Face], name: str, tolerance: flo
     Raises
     ------
     GeometryError
-        More than 20,000 faces; a surface that is open, not a manifold, one-sided, or crosses itself.
+        If there are more than 20,000 faces, or the surface is open, not a manifold, one-sided, or crosses itself.
     """
     if len(faces) > MOST_FACES_OF_BODY:
         msg = (
@@ -111,7 +111,7 @@ def _check_manifold(vertices: Array, faces: list[Face], name: str) -> None:
     if any(edges[edge] > 2 for edge in bad):
         most = max(edges[edge] for edge in bad)
         msg = (
-            f"block {name!r}: no solid body, {len(bad)} edges do not belong to two faces: {where} {edges[bad[0]]} "
+            f"block {name!r}: not a solid body, {len(bad)} edges do not belong to two faces: {where} {edges[bad[0]]} "
             f"(up to {most}); give each block as a body of its own, without inner faces"
         )
     else:
@@ -159,7 +159,7 @@ def first_crossing(vertices: Array, faces: list[Face], size: float) -> Array | N
     """A point (3,) where a closed surface crosses itself, or None.
 
     An edge crosses a face if it passes through it; a polygon crosses itself if its outline does. A convex body is
-    done with at once.
+    settled at once.
 
     Parameters
     ----------
@@ -202,7 +202,7 @@ def _passage(vertices: Array, edges: NDArray[np.int64], triangles: NDArray[np.in
     length = np.linalg.norm(normal, axis=1)
     normal = normal / np.where(length > 0, length, 1.0)[:, None]
     below, above = np.einsum("ij,ij->i", start - a, normal), np.einsum("ij,ij->i", end - a, normal)
-    # Touching, to within the planarity of faces, is no crossing.
+    # Touching, to within the planarity of faces, is not a crossing.
     margin = TOUCHING * size
     through = (np.minimum(below, above) < -margin) & (np.maximum(below, above) > margin) & (length > 0)
     share = np.where(through, below / np.where(through, below - above, 1.0), 0.0)

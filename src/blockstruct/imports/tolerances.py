@@ -39,7 +39,7 @@ DEPTH = 16
 
 #: Height above the lowest point, relative to the mean block size, up to which a block belongs to the lowest ones.
 LOWEST = 1e-2
-#: The same of blocks that are worth a word because they nearly do.
+#: The same of blocks that are mentioned because they nearly do.
 NEARLY_LOWEST = 0.1
 #: Largest extent, least height and typical edge, m, between which masonry is found; a wrong unit leads out of them.
 EXTENT, LEAST_HEIGHT, EDGE = (0.3, 300.0), 0.2, (0.02, 5.0)

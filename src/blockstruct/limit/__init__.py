@@ -15,10 +15,12 @@ from blockstruct.limit.moved import FiniteStep, MovedProblem, MovingProblem, che
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
 from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, scheduled, schedules_of
+from blockstruct.limit.ties import Ties
 
 __all__ = [
     # the question
     "LimitProblem",
+    "Ties",
     "ProcedureSettings",
     "SCHEDULES",
     "scheduled",

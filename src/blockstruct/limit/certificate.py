@@ -22,17 +22,19 @@ class Certificate:
     Attributes
     ----------
     equilibrium_residual : float
-        ``‖A x + w_D + α w_L‖∞``, for each block in multiples of its own dead wrench.
+        ``‖A x + Σ a_j T_j + w_D + α w_L‖∞``, for each block in multiples of its own dead wrench.
     yield_excess : float
         Largest of ``‖(s, t)‖ − c A_k − μ n``, ``−f_t A_k − n`` and the excess over crushing, in multiples of the dead
         wrench of the lighter of the two blocks or, where that is larger, of the normal force there: of the contact
-        point, or of the rectangle that crushes. Negative inside.
+        point, or of the rectangle that crushes; and of what tie forces miss of ``T0 ≤ T ≤ T_y`` and of their bond,
+        likewise. Negative inside.
     interpenetration : float
         Largest of ``tan ψ ‖v_t‖ − v_n`` at contact points that do not crush, relative to the largest relative
         velocity.
     flow_rule_gap : float
         ``Σ_k |(n + f_t A_k)(v_n − tan ψ ‖v_t‖)| + |(c A_k + μ n) ‖v_t‖ + (s, t)·v_t|``, and where joints crush the
-        work they dissipate at most less the work they do; and the work ``Σ |u_i r_i|`` of the equilibrium residual r.
+        work they dissipate at most less the work they do; of ties, ``T_y ė`` of those that yield less their work
+        ``T ė``; and the work ``Σ |u_i r_i|`` of the equilibrium residual r.
         It is the work by which the state misses the flow rule, in units of the load factor, because ``w_L·u = 1``.
     flow_rule_gap_limit : float
         The gap tolerance of the settings times the load factor, or times a thousandth of the work scale of the
@@ -55,6 +57,7 @@ def certify(
     u: Array,
     alpha: float,
     settings: ProcedureSettings,
+    T: Array | None = None,
     *,
     gap: Array | float = 0.0,
 ) -> Certificate:
@@ -72,11 +75,14 @@ def certify(
         Load factor.
     settings
         Tolerances.
+    T : (M,) array
+        Tie forces; needed if the problem has ties.
     gap : (K,) array
         Distance that is open before the velocities act for a unit of time, in the unit of relative velocities.
     """
+    T = np.zeros(0) if T is None else T
     biaxial = settings.crushing_interaction == "biaxial"
-    unbalanced = problem.A @ x.ravel() + problem.w_D + alpha * problem.w_L
+    unbalanced = problem.unbalanced(x, T, alpha)
     residual = float(np.abs(unbalanced).max())
     v = (problem.A.T @ u).reshape(-1, 3)
     n, v_n = x[:, 0], v[:, 0]
@@ -84,12 +90,14 @@ def certify(
     resistance = problem.cohesion + problem.friction * n
     corners = problem.rectangles
     beyond_crushing = crushing.excess(n[corners], problem.capacity, biaxial=biaxial)
+    beyond_prestress = T - problem.ties.prestress(alpha)
     at_point, at_rectangle = np.maximum(n, 1.0), np.maximum(n[corners].sum(axis=1), 1.0)
     excesses = (
         (np.linalg.norm(x[:, 1:], axis=1) - resistance) / at_point,
         (-problem.tension - n) / at_point,
         (n - problem.compression) / at_point,
         beyond_crushing / at_rectangle,
+        problem.ties.excess(beyond_prestress, T),
     )
     # Unlike max, numpy passes a NaN on.
     excess = float(np.concatenate(excesses).max())
@@ -109,10 +117,11 @@ def certify(
     rates = -opening[corners]
     at_rectangles = crushing.dissipation(rates, problem.capacity, biaxial=biaxial) - (n[corners] * rates).sum(axis=1)
     friction = resistance * sliding + np.einsum("kj,kj->k", x[:, 1:], v[:, 1:])
-    missed = (at_rigid, at_cells, at_rectangles, friction, unbalanced * u)
+    at_ties = problem.ties.missed_work(beyond_prestress, problem.ties.elongation(u))
+    missed = (at_rigid, at_cells, at_rectangles, friction, at_ties, unbalanced * u)
     gap = float(sum(np.abs(part).sum() for part in missed))
     gap_limit = settings.gap_tolerance * max(abs(alpha), 1e-3 * problem.work_scale(u))
-    # A NaN fails every comparison, so a state that is no number never holds.
+    # A NaN fails every comparison, so a state that is not a number never holds.
     holds = (
         residual <= settings.equilibrium_tolerance
         and excess <= settings.yield_tolerance

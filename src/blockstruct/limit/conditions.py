@@ -46,6 +46,22 @@ def cells(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     return ConstraintRows(_matrix(n_columns, (normal_force(k), 1.0)), problem.compression[k])
 
 
+def ties(problem: LimitProblem, n_columns: int) -> ConstraintRows:
+    """``0 ≤ T'``, ``T' ≤ T_y − T0`` where it is limited, and changes within the bond; T' in the last columns.
+
+    Large limits are in units of their own, so that one stands for all sizes of ties.
+    """
+    own = problem.ties
+    limited = np.isfinite(own.capacity)
+    scale, of_bond = np.maximum(own.capacity[limited], 1.0), np.maximum(own.bond, 1.0)
+    upper = sp.diags_array(np.ones(len(own))).tocsr()[limited]
+    bond = sp.diags_array(1 / of_bond) @ own.bond_rows
+    G = sp.vstack([-sp.eye_array(len(own)), sp.diags_array(1 / scale) @ upper, bond, -bond], format="csr")
+    before = sp.csr_array((G.shape[0], n_columns - len(own)))
+    h = [np.zeros(len(own)), own.capacity[limited] / scale, own.bond / of_bond, own.bond / of_bond]
+    return ConstraintRows(sp.csr_array(sp.hstack([before, G])), np.concatenate(h))
+
+
 def linearised_edges(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     """``n_e ≥ slope N − offset`` at the four edges of each rectangle; the step gives slope and offset."""
     corners = np.repeat(normal_force(problem.rectangles), 4, axis=0)

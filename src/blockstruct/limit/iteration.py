@@ -42,6 +42,8 @@ class Iteration:
         Seconds.
     displacement : float
         Of a step of the loading path, from the state under dead load; NaN in programs.
+    tie_force, elongation : (M,) arrays
+        Forces T of ties with their prestress, tension positive, and rates of elongation.
     """
 
     stage: Stage
@@ -57,6 +59,8 @@ class Iteration:
     solver_status: SolverStatus
     solver_iterations: int
     solver_time: float
+    tie_force: Array
+    elongation: Array
     displacement: float = np.nan
 
     @property
@@ -79,9 +83,9 @@ class Outcome:
     message: str
 
 
-#: A procedure: gives its iterations as they are solved, and returns how it ended.
+#: A procedure: yields its iterations as they are solved, and returns how it ended.
 Steps = Generator[Iteration, None, Outcome]
-#: A search for a collapse state: gives its iterations, and returns why the last one is certified, or None; and the
+#: A search for a collapse state: yields its iterations, and returns why the last one is certified, or None; and the
 #: last one that was solved.
 Search = Generator[Iteration, None, tuple[str | None, Iteration]]
 

@@ -104,7 +104,7 @@ class MovingProblem:
         self.statics, self._problem = statics, problem
         self.structure = MovingStructure(statics)
         self.control = ControlPoint.of(statics.model, case)
-        self.dead, self.variable = (MovingLoads.of(statics.model, p) for p in (case.dead, case.variable))
+        self.dead, self.variable = (MovingLoads.of(statics.model, p, case.dead) for p in (case.dead, case.variable))
         self._unit = np.full(len(statics.model.blocks), np.inf)
         self._unit[statics.free] = problem.wrench_unit
 

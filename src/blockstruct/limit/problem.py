@@ -8,6 +8,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
+from blockstruct.limit.ties import Ties
 from blockstruct.model import LimitCase
 from blockstruct.statics import ContactPoints, Statics, wrenches
 from blockstruct.vocabulary import Flow
@@ -49,6 +50,8 @@ class LimitProblem:
         Unit of the force at each contact point, N.
     displacement_unit : float
         Unit of displacements along the loading path, m; NaN where no joint has a stiffness.
+    ties : Ties
+        Their prestress is part of the dead wrenches.
     """
 
     A: sp.csc_array
@@ -66,6 +69,7 @@ class LimitProblem:
     wrench_unit: Array
     force_unit: Array
     displacement_unit: float
+    ties: Ties
 
     @classmethod
     def of(cls, statics: Statics, case: LimitCase) -> Self:
@@ -74,16 +78,24 @@ class LimitProblem:
         Raises
         ------
         ModelError
-            A variable load that is zero on every free block.
+            If the variable load is zero on every free block, or a tie is prestressed without dead load.
         UnknownNameError
-            A load on a block that the model does not have.
+            If a load acts on a block that the model does not have.
         """
         scale = np.repeat([1.0, statics.length], 3)
-        dead, variable = (wrenches(statics.model, p)[statics.free] / scale for p in (case.dead, case.variable))
+        dead, variable = (
+            wrenches(statics.model, p, case.dead)[statics.free] / scale for p in (case.dead, case.variable)
+        )
         if not variable.any():
             msg = (
                 f"limit case {case.name!r}: the variable load {case.variable.name!r} is zero on every free block; "
                 "give it loads that act and do not cancel, and blocks of weight above zero if it is mass-proportional"
+            )
+            raise ModelError(msg)
+        if statics.ties.prestress.any() and not dead.any():
+            msg = (
+                f"limit case {case.name!r}: ties have a prestress, but the dead load {case.dead.name!r}, with which it "
+                "acts, is zero; give the loads that act in full"
             )
             raise ModelError(msg)
         governing = np.linalg.norm(dead if dead.any() else variable, axis=1)
@@ -94,13 +106,14 @@ class LimitProblem:
         unit_of_block = np.full(len(statics.model.blocks), np.inf)
         unit_of_block[statics.free] = wrench_unit
         force_unit = np.minimum(unit_of_block[points.minus], unit_of_block[points.plus])
+        ties = Ties.of(statics.ties, statics.tie_columns, wrench_unit, unit_of_block)
         rows, columns = sp.diags_array(np.repeat(1 / wrench_unit, 6)), sp.diags_array(np.repeat(force_unit, 3))
         compliance, work_unit = _compliance(points, force_unit)
         of_rectangle = points.rectangles[:, 0]
         strength = (points.strength * points.area)[points.interface[of_rectangle]]
         return cls(
             A=sp.csc_array(rows @ statics.A @ columns),
-            w_D=(dead / wrench_unit[:, None]).ravel(),
+            w_D=(dead / wrench_unit[:, None]).ravel() + ties.columns @ ties.prestress_D,
             w_L=(variable / wrench_unit[:, None]).ravel(),
             friction=points.friction,
             dilatancy=points.friction if case.flow is Flow.ASSOCIATIVE else points.dilatancy,
@@ -114,6 +127,7 @@ class LimitProblem:
             wrench_unit=wrench_unit,
             force_unit=force_unit,
             displacement_unit=work_unit / float(np.linalg.norm(variable, axis=1).sum()),
+            ties=ties,
         )
 
     @property
@@ -130,8 +144,13 @@ class LimitProblem:
 
     @property
     def dead_load_alone(self) -> Self:
-        """The same joints under a share ρ of the dead load and nothing else: ``A x + ρ w_D = 0``, ``w_D·u = 1``."""
-        return replace(self, w_D=np.zeros_like(self.w_D), w_L=self.w_D)
+        """The same joints and ties under a share ρ of the dead load alone: ``A x + ρ w_D = 0``, ``w_D·u = 1``."""
+        return replace(self, w_D=np.zeros_like(self.w_D), w_L=self.w_D, ties=self.ties.with_variable_load)
+
+    def unbalanced(self, x: Array, T: Array, alpha: float) -> Array:
+        """``A x + Σ a_j T_j + w_D + α w_L`` of contact forces (K, 3) and tie forces (M,)."""
+        beyond = T - self.ties.prestress(alpha)
+        return np.asarray(self.A @ x.ravel() + self.ties.columns @ beyond + self.w_D + alpha * self.w_L)
 
     def work_scale(self, u: Array) -> float:
         """Size of the work of the dead load in a mechanism, in units of the load factor: ``Σ |w_D| |u|``.

@@ -29,10 +29,11 @@ class ProgramData:
 
 @dataclass(frozen=True, slots=True)
 class Objective:
-    """Maximise ``weight α − shift·n`` instead of α; ``shift`` is (K,)."""
+    """Maximise ``weight α − shift·n − price·T'`` instead of α; ``shift`` is (K,), ``price`` (M,) or 0."""
 
     shift: Array
     weight: float = 1.0
+    price: Array | float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,10 +67,11 @@ class ConicProgram:
     """Maximise α subject to equilibrium and the failure conditions: minimise ``q·y``, ``h − G y ∈ cones``.
 
     The variables are ``y = (κ α, n_1, s_1, t_1, …)`` with κ the mean variable wrench, so that a multiple of the
-    variable load gives the same program, and then the auxiliary ones of exact crushing. The rows are, in this
-    order, the equilibrium of the free blocks (zero cone); an upper limit of α, the limits of tension, of cells and
-    of linearised crushing (nonnegative cone); three rows of each contact point and of each crushing cone
-    (second-order cones). The pattern never changes; :meth:`data` gives the values of a step.
+    variable load gives the same program, then the auxiliary ones of exact crushing, and then the forces T' of ties
+    beyond their prestress. The rows are, in this order, the equilibrium of the free blocks (zero cone); an upper limit
+    of α, the limits of tension, of cells, of ties and of linearised crushing (nonnegative cone); three rows of each
+    contact point and of each crushing cone (second-order cones). The pattern never changes;
+    :meth:`data` gives the values of a step.
 
     The objective is α times the total variable load, which makes the multipliers of equilibrium, the
     velocities, of order one: without it an interior-point solver stops percents short on thousands of blocks.
@@ -91,11 +93,16 @@ class ConicProgram:
         self.unit = self.total / (equilibrium // 6)
 
         n_auxiliary = 0 if self.is_linearised else conditions.n_auxiliary(problem, biaxial=biaxial)
-        n_columns = 1 + 3 * problem.n_points + n_auxiliary
-        loads = [sp.csr_array(problem.w_L[:, None] / self.unit), problem.A, sp.csr_array((equilibrium, n_auxiliary))]
-        balance = conditions.ConstraintRows(sp.hstack(loads, format="csr"), -problem.w_D)
+        n_columns = 1 + 3 * problem.n_points + n_auxiliary + len(problem.ties)
+        load, auxiliary = sp.csr_array(problem.w_L[:, None] / self.unit), sp.csr_array((equilibrium, n_auxiliary))
+        wrenches = [load, problem.A, auxiliary, problem.ties.columns]
+        balance = conditions.ConstraintRows(sp.hstack(wrenches, format="csr"), -problem.w_D)
         limit = conditions.ConstraintRows(sp.csr_array(([1.0], ([0], [0])), shape=(1, n_columns)), np.ones(1))
         linear = [limit, conditions.no_tension(problem, n_columns), conditions.cells(problem, n_columns)]
+        #: Where the rows ``0 ≤ T'`` stand among those of the nonnegative cone, and T' among the variables.
+        self.slack_rows = slice(sum(map(len, linear)), sum(map(len, linear)) + len(problem.ties))
+        self.tie_columns = slice(n_columns - len(problem.ties), n_columns)
+        linear.append(conditions.ties(problem, n_columns))
         cones = [conditions.sliding(problem, n_columns)]
         if self.is_linearised:
             linear.append(conditions.linearised_edges(problem, n_columns))
@@ -132,6 +139,7 @@ class ConicProgram:
         linearisation: Linearisation | None = None,
         objective: Objective | None = None,
         max_load_factor: float | None = None,
+        loaded: bool = True,
     ) -> ProgramData:
         """Values of one step.
 
@@ -145,10 +153,14 @@ class ConicProgram:
             α by default.
         max_load_factor
             Upper limit of α.
+        loaded
+            Whether α loads the blocks. Where it does not, it stands alone and ends at its upper limit.
         """
         G, h = self.G.data.copy(), self._h.copy()
         G[self._slope_entries] = -sliding.slope
         h[self._bound_rows] = sliding.bound
+        if not loaded:
+            G[: self.G.indptr[1]] = 0.0
         # Without a limit its row reads 0 α ≤ 1: the entry stays in the pattern.
         G[self._limit_entry] = 0.0 if max_load_factor is None else 1.0
         h[self._limit_row] = 1.0 if max_load_factor is None else max_load_factor * self.unit
@@ -162,7 +174,12 @@ class ConicProgram:
         if objective is not None:
             q[0] *= objective.weight
             q[1 : 1 + 3 * self.problem.n_points : 3] = self.total * objective.shift
+            q[self.tie_columns] = self.total * objective.price
         return ProgramData(G, h, q)
+
+    def tie_force(self, solution: Solution) -> Array:
+        """Forces T of ties with their prestress, (M,)."""
+        return np.asarray(solution.y[self.tie_columns] + self.problem.ties.prestress(solution.y[0] / self.unit))
 
     def unpack(self, solution: Solution) -> tuple[float, Array, Array]:
         """Load factor α, contact forces x (K, 3) and velocities u (6 F,) with ``w_L·u = 1``."""

@@ -26,10 +26,10 @@ class ProcedureSettings:
     Parameters
     ----------
     slope, slope_decay, slope_min
-        Start, factor a step and end of ``a``. A negative slope steers to the low solution; it must fade faster
+        Start, factor per step and end of ``a``. A negative slope steers to the low solution; it must fade faster
         than the cohesion, because ``a > 0`` also caps the force on contacts that were unloaded.
     cohesion, cohesion_decay, cohesion_min
-        Start, factor a step and end of ``c0``, which keeps unloaded contacts from making a program infeasible.
+        Start, factor per step and end of ``c0``, which keeps unloaded contacts from making a program infeasible.
     relaxation, relaxation_growth, relaxation_cut, relaxation_min, relaxation_max
         β, the share of the new normal forces in ``n0``: its start, its factor in a step that moves the load factor
         on in the same direction, its factor in a step that turns it back, and its limits.
@@ -68,7 +68,7 @@ class ProcedureSettings:
         ``"uniaxial"`` bounds bending about each axis by itself, ``"biaxial"`` by the effective rectangle, which is
         stricter; it needs ``crushing="conic"``.
     crushing_cells
-        Number of cells, about, of an interface that crushes and is no rectangle.
+        Number of cells, about, of an interface that crushes and is not a rectangle.
     solver
         ``"clarabel"`` (direct, reused between iterations) or ``"cvxpy:NAME"`` for any conic solver CVXPY has.
     solver_tolerance
@@ -176,7 +176,7 @@ class ProcedureSettings:
     def of(cls, values: Mapping[str, Any]) -> Self:
         """Settings from names and values, as documents and files keep them."""
         if not isinstance(values, Mapping):
-            msg = f"ProcedureSettings: {shown(values)} are no settings; give a mapping of names to values"
+            msg = f"ProcedureSettings: {shown(values)} are not settings; give a mapping of names to values"
             raise ModelError(msg)
         known = [f.name for f in fields(cls)]
         for name in values:
@@ -191,9 +191,9 @@ class ProcedureSettings:
 #: loading paths tell what the answer to how a structure is loaded depends on.
 SCHEDULES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
-        "steep": {"slope": 0.6},
-        "low cohesion": {"cohesion": 0.001, "slope": 0.5},
-        "slow": {"cohesion": 0.1, "cohesion_decay": 0.7, "slope_decay": 0.6, "patience": 24},
+        "steep": {"procedure": "fictitious", "slope": 0.6},
+        "low cohesion": {"procedure": "fictitious", "cohesion": 0.001, "slope": 0.5},
+        "slow": {"procedure": "fictitious", "cohesion": 0.1, "cohesion_decay": 0.7, "slope_decay": 0.6, "patience": 24},
         # Where the shift finds a certificate it does so in fewer than 30 programs; it need not try 120.
         "shift": {"procedure": "shifted", "max_programs": 40},
         "loading path": {"procedure": "loading path"},
@@ -204,6 +204,11 @@ SCHEDULES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 )
 
 
+#: The loading paths among them, by one name: what the number along the path depends on.
+PATH_DEPENDENCE = "path dependence"
+_PATHS = tuple(name for name, changes in SCHEDULES.items() if changes["procedure"] == "loading path")
+
+
 def scheduled(settings: ProcedureSettings, schedule: str) -> ProcedureSettings:
     """Settings changed by a schedule, which never raises the number of programs."""
     changes = dict(SCHEDULES[schedule])
@@ -212,18 +217,20 @@ def scheduled(settings: ProcedureSettings, schedule: str) -> ProcedureSettings:
 
 
 def schedules_of(spread: bool | str | Iterable[str]) -> tuple[str, ...]:
-    """Names of the schedules that ``spread`` asks for: all for True, none for False.
+    """Names of the schedules that ``spread`` asks for: all for True, none for False, the paths for their one name.
 
     Raises
     ------
     ModelError
-        A name that no schedule has.
+        If no schedule has a name.
     """
     if isinstance(spread, bool):
         return tuple(SCHEDULES) if spread else ()
     names = (spread,) if isinstance(spread, str) else tuple(spread)
+    names = tuple(each for name in names for each in (_PATHS if name == PATH_DEPENDENCE else (name,)))
     unknown = [name for name in names if name not in SCHEDULES]
     if unknown:
-        msg = f"spread: unknown schedule {', '.join(map(repr, unknown))}; known are {', '.join(SCHEDULES)}, or True"
+        known = ", ".join((*SCHEDULES, PATH_DEPENDENCE))
+        msg = f"spread: unknown schedule {', '.join(map(repr, unknown))}; known are {known}, or True"
         raise ModelError(msg)
     return tuple(dict.fromkeys(names))

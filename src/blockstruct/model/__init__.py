@@ -8,6 +8,7 @@
 """
 
 from blockstruct.model.block import Block
+from blockstruct.model.bonded_bar import BondedBar
 from blockstruct.model.checks import checked_tuple
 from blockstruct.model.detection_report import Detection, DetectionReport, DetectionTolerances, FoundContact
 from blockstruct.model.fit import overlaps
@@ -28,6 +29,10 @@ from blockstruct.model.loads import (
 from blockstruct.model.material import Material
 from blockstruct.model.model import Model
 from blockstruct.model.pushover import Point, Pushover
+from blockstruct.model.tie_kinds import TIE_KINDS, AnyTie, given_quantities, tie_kind_of, tie_segments
+from blockstruct.model.tie_segments import TIE_QUANTITIES, TieSegment
+from blockstruct.model.ties import Strip, Tie
+from blockstruct.model.weights import AreaLoad, FillLoad, LineLoad, Weight, WeightLoad
 
 __all__ = [
     "JOINT_PROPERTIES",
@@ -47,13 +52,29 @@ __all__ = [
     "FoundContact",
     "overlaps",
     # loads
+    "AreaLoad",
     "BodyForce",
     "FaceLoad",
+    "FillLoad",
+    "LineLoad",
     "Load",
     "LoadPattern",
     "Moment",
     "PointLoad",
     "SelfWeight",
+    # ties
+    "TIE_KINDS",
+    "TIE_QUANTITIES",
+    "AnyTie",
+    "BondedBar",
+    "Strip",
+    "Tie",
+    "TieSegment",
+    "given_quantities",
+    "tie_kind_of",
+    "tie_segments",
+    "Weight",
+    "WeightLoad",
     # cases
     "LimitCase",
     "Point",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import GeometryError, ModelError, shown
 from blockstruct.geometry import Polyhedron, box, polyhedron
 from blockstruct.keywords import checked_keywords
-from blockstruct.model.checks import checked_name
+from blockstruct.model.checks import checked_direction, checked_name
 from blockstruct.model.material import Material
 from blockstruct.units import VectorLike, si_array, si_vector
 
@@ -101,11 +101,44 @@ class Block:
         Raises
         ------
         GeometryError
-            A surface that is open, inside out, far from planar or without volume.
+            If the surface is open, inside out, far from planar or without volume.
         """
         checked_name(name, "block")
         points = si_array(vertices, "length", f"block {name!r}: vertices")
         return cls(name, polyhedron(points, faces, name), material, fixed)
+
+    @checked_keywords
+    def face_towards(self, direction: VectorLike) -> int:
+        """Index of the one face whose outward normal looks along a direction, to 5 degrees.
+
+        Parameters
+        ----------
+        direction : three floats or str
+            As ``(0, -1, 0)`` or ``"-y"``.
+
+        Raises
+        ------
+        GeometryError
+            No face that looks there, or several.
+
+        Examples
+        --------
+        >>> size = ["1 m", "1 m", "1 m"]
+        >>> Block.box("b", ["0 m", "0 m", "0 m"], size, Material("tuff", "12 kN/m^3")).face_towards("-y")
+        2
+        """
+        towards = np.array(checked_direction(direction, f"block {self.name!r}: direction"))
+        cosines = self.shape.normals @ towards
+        found = np.flatnonzero(cosines > np.cos(np.radians(5.0)))
+        if len(found) != 1:
+            near = int(np.argmax(cosines))
+            off = np.degrees(np.arccos(min(cosines[near], 1.0)))
+            msg = (
+                f"block {self.name!r}: {len(found) or 'no'} faces look towards {tuple(towards.tolist())}; give the "
+                f"index of one: face {near} is nearest, {off:.3g} degrees off"
+            )
+            raise GeometryError(msg)
+        return int(found[0])
 
     @property
     def volume(self) -> float:

@@ -1,16 +1,50 @@
 """Checks of what constructors and builders take: names, sequences, lengths and counts."""
 
+import math
 import operator
 from collections.abc import Iterable, Sequence
 from typing import Any, get_args
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.units import si
+from blockstruct.units import VectorLike, si, si_vector
 
 #: Characters of a name. That of an interface holds two of blocks.
 LONGEST_NAME = 1000
 #: Lengths that a builder takes, m, and blocks that it makes.
 SHORTEST, LONGEST, MOST_BLOCKS = 1e-6, 1e6, 100_000
+
+#: Directions that have a name.
+AXES_BY_NAME = {
+    f"{sign}{axis}": tuple(float(f"{sign}{int(k == j)}") + 0.0 for k in range(3))
+    for j, axis in enumerate("xyz")
+    for sign in "+-"
+}
+#: How far from 1 the length of a typed direction may be, and that of one that is left as it is.
+_LENGTH, _ROUNDING = 1e-3, 1e-12
+
+
+def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tuple[float, float, float]:
+    """Unit vector of a direction of length 1, or of the name of an axis such as ``"+x"``.
+
+    Raises
+    ------
+    ModelError
+        A direction that is zero or not of length 1.
+    """
+    if isinstance(direction, str) and direction.strip() in AXES_BY_NAME:
+        direction = AXES_BY_NAME[direction.strip()]
+    x, y, z = si_vector(direction, "dimensionless", what)
+    length = math.hypot(x, y, z)
+    if length == 0:
+        msg = f"{what} {(x, y, z)} is zero; give a direction such as (1, 0, 0) or '+x'"
+        raise ModelError(msg)
+    if abs(length - 1) > _LENGTH:
+        msg = (
+            f"{what} {(x, y, z)} has the length {length:.6g}, not 1; give a direction of length 1"
+            f"{remedy.format(length=length)}"
+        )
+        raise ModelError(msg)
+    return (x / length, y / length, z / length) if abs(length - 1) > _ROUNDING else (x, y, z)
 
 
 def checked_name(name: Any, kind: str) -> str:
@@ -26,7 +60,7 @@ def checked_tuple(items: Any, kind: Any, what: str) -> tuple[Any, ...]:
     kinds = get_args(kind) or (kind,)
     names = ", ".join(k.__name__ for k in kinds)
     if isinstance(items, str) or not isinstance(items, Iterable):
-        msg = f"{what}: {shown(items)} is no list; give a list of {names}"
+        msg = f"{what}: {shown(items)} is not a list; give a list of {names}"
         raise ModelError(msg)
     try:
         found = tuple(items)
@@ -45,7 +79,7 @@ def positive_length(value: Any, what: str) -> float:
     Raises
     ------
     ModelError
-        A length that is not above zero, or of no building.
+        If the length is not above zero, or not one of a building.
     """
     length = si(value, "length", what)
     if length <= 0:
@@ -63,7 +97,7 @@ def checked_count(value: Any, least: int, what: str) -> int:
     Raises
     ------
     ModelError
-        No whole number, or one that is less or more.
+        If it is not a whole number, or is less or more than that.
     """
     try:
         count = operator.index(value)
@@ -81,10 +115,10 @@ def check_total(blocks: float, what: str) -> None:
     Raises
     ------
     ModelError
-        More than any model has.
+        If there are more than any model has.
     """
     if blocks > MOST_BLOCKS:
-        msg = f"{what}: some {blocks:.3g} blocks, the limit is {MOST_BLOCKS}; give larger or fewer units"
+        msg = f"{what}: about {blocks:.3g} blocks, the limit is {MOST_BLOCKS}; give larger or fewer units"
         raise ModelError(msg)
 
 

@@ -37,7 +37,7 @@ def overlaps(blocks: Sequence[Block], gap: float) -> list[tuple[int, int, float]
     Parameters
     ----------
     blocks
-        The order that the result counts in.
+        In the order in which the result counts them.
     gap
         Largest penetration of a contact, m.
 
@@ -59,7 +59,7 @@ def check_overlaps(
     Raises
     ------
     GeometryError
-        Blocks that overlap by more than rounding and the tolerance of the detection; joined ones, by more than a
+        If blocks overlap by more than rounding and the tolerance of the detection; joined ones, by more than a
         hundredth of the mean block size.
     """
     gap = max(detection.tolerances.gap if detection else 0.0, OVERLAP * size)
@@ -91,7 +91,7 @@ def check_interfaces(
     Raises
     ------
     GeometryError
-        An interface that does not lie on its blocks, or covers another one.
+        If an interface does not lie on its blocks, or covers another one.
     """
     if not interfaces:
         return

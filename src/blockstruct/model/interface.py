@@ -57,9 +57,9 @@ class Interface:
     Raises
     ------
     GeometryError
-        A polygon without area, or one that deviates from a plane by more than a fifth of its size.
+        If the polygon has no area, or deviates from a plane by more than a fifth of its size.
     ModelError
-        An interface of a block with itself, or without a joint material.
+        If the interface joins a block with itself, or has no joint material.
     """
 
     name: str

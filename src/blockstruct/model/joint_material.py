@@ -81,9 +81,9 @@ class JointMaterial:
     Raises
     ------
     ModelError
-        Neither or both of friction coefficient and angle; a value outside its range.
+        If neither or both of friction coefficient and angle are given, or a value is outside its range.
     UnitError, DimensionError
-        A bare number where a unit is due, or a quantity of another dimension.
+        If a bare number is given where a unit is needed, or a quantity of another dimension.
 
     Examples
     --------

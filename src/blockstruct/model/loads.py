@@ -1,6 +1,5 @@
 """Loads on blocks, and load patterns: named sums of them."""
 
-import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -8,18 +7,11 @@ from typing import Any
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords
-from blockstruct.model.checks import checked_name, checked_tuple
-from blockstruct.units import VectorLike, si, si_vector
+from blockstruct.model.checks import checked_direction, checked_name, checked_tuple
+from blockstruct.model.weights import AreaLoad, FillLoad, LineLoad, Weight
+from blockstruct.units import QuantityLike, VectorLike, si, si_vector
 
 Vector = tuple[float, float, float]
-
-_AXES = {
-    f"{sign}{axis}": tuple(float(f"{sign}{int(k == j)}") + 0.0 for k in range(3))
-    for j, axis in enumerate("xyz")
-    for sign in "+-"
-}
-#: How far from 1 the length of a typed direction may be, and that of one that is left as it is.
-_LENGTH, _ROUNDING = 1e-3, 1e-12
 
 
 @checked_keywords
@@ -31,7 +23,11 @@ class SelfWeight:
 @checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class BodyForce:
-    """Mass-proportional force on every block, at its centroid.
+    """Mass-proportional force on every block at its centroid, and on every weight that the dead load carries.
+
+    The weights are those of :class:`Weight`, :class:`LineLoad`, :class:`AreaLoad` and :class:`FillLoad` in the dead
+    load of the case, each times its ``mass_share``, at its centre of mass. A :class:`PointLoad` or a :class:`FaceLoad`
+    is a force without mass.
 
     Parameters
     ----------
@@ -44,7 +40,7 @@ class BodyForce:
     Raises
     ------
     ModelError
-        A direction that is zero or not of length 1, or a share that is zero.
+        If the direction is zero or not of length 1, or the share is zero.
 
     Examples
     --------
@@ -58,21 +54,8 @@ class BodyForce:
     share: float
 
     def __init__(self, direction: VectorLike, share: Any = 1.0) -> None:
-        if isinstance(direction, str) and direction.strip() in _AXES:
-            direction = _AXES[direction.strip()]
-        vector = si_vector(direction, "dimensionless", "BodyForce: direction")
-        length = math.hypot(*vector)
-        if length == 0:
-            msg = f"BodyForce: direction {vector} is zero; give a direction such as (1, 0, 0) or '+x'"
-            raise ModelError(msg)
-        if abs(length - 1) > _LENGTH:
-            msg = (
-                f"BodyForce: direction {vector} has the length {length:.6g}, not 1; give a direction of length 1, and "
-                f"share={length:.6g} if {length:.6g} times the weight is meant"
-            )
-            raise ModelError(msg)
-        if abs(length - 1) > _ROUNDING:
-            vector = (vector[0] / length, vector[1] / length, vector[2] / length)
+        remedy = ", and share={length:.6g} if {length:.6g} times the weight is meant"
+        vector = checked_direction(direction, "BodyForce: direction", remedy)
         of_weight = si(share, "dimensionless", "BodyForce: share")
         if of_weight == 0:
             msg = "BodyForce: share 0; give a share of the weight that acts"
@@ -114,35 +97,76 @@ class PointLoad:
 @checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class FaceLoad:
-    """A uniform traction on a face of a block.
+    """A traction or a pressure on a face of a block: wind, water, earth.
 
     Parameters
     ----------
     block
         Name of the block that carries the load.
     face
-        Index of the face in the block's list of faces.
+        Index of the face in the block's list of faces, see :meth:`Block.face_towards`.
     traction : quantity, stress, three components
         Force per area of the face, in global coordinates.
+    pressure : quantity, stress
+        Against the face from outside, along its inward normal; negative for suction.
+    unit_weight, level : quantity, force/volume and quantity, length
+        A pressure that grows by the unit weight (of water; of earth times its coefficient of lateral pressure) with the
+        depth below a level z; above the level there is none. Both or none.
 
     Attributes
     ----------
-    traction
+    traction, pressure
         Pa.
+    unit_weight, level
+        N/m³ and m; None without a level.
+
+    Examples
+    --------
+    >>> FaceLoad("b1", 2, unit_weight="9.81 kN/m^3", level="3 m").level
+    3.0
     """
 
     block: str
     face: int
     traction: Vector
+    pressure: float
+    unit_weight: float | None
+    level: float | None
 
-    def __init__(self, block: str, face: int, traction: VectorLike) -> None:
+    def __init__(
+        self,
+        block: str,
+        face: int,
+        traction: VectorLike | None = None,
+        *,
+        pressure: QuantityLike | None = None,
+        unit_weight: QuantityLike | None = None,
+        level: QuantityLike | None = None,
+    ) -> None:
         who = f"FaceLoad on {checked_name(block, 'block')!r}"
         if not isinstance(face, int) or face < 0:
             msg = f"{who}: face {shown(face)}; give the index of a face, zero or more"
             raise ModelError(msg)
-        object.__setattr__(self, "block", block)
-        object.__setattr__(self, "face", face)
-        object.__setattr__(self, "traction", si_vector(traction, "stress", f"{who}: traction"))
+        if traction is None and pressure is None and unit_weight is None and level is None:
+            msg = f"{who}: give a traction, a pressure, or a unit_weight with its level"
+            raise ModelError(msg)
+        if (unit_weight is None) != (level is None):
+            msg = f"{who}: give both unit_weight and level, below which the pressure grows, or none of them"
+            raise ModelError(msg)
+        grows = None if unit_weight is None else si(unit_weight, "force/volume", f"{who}: unit_weight")
+        if grows is not None and grows <= 0:
+            msg = f"{who}: unit_weight {grows:.6g} N/m^3; give more than zero"
+            raise ModelError(msg)
+        values = (
+            block,
+            face,
+            (0.0, 0.0, 0.0) if traction is None else si_vector(traction, "stress", f"{who}: traction"),
+            0.0 if pressure is None else si(pressure, "stress", f"{who}: pressure"),
+            grows,
+            None if level is None else si(level, "length", f"{who}: level"),
+        )
+        for name, value in zip(self.__slots__, values, strict=True):
+            object.__setattr__(self, name, value)
 
 
 @checked_keywords
@@ -172,7 +196,7 @@ class Moment:
         object.__setattr__(self, "moment", si_vector(moment, "moment", f"{who}: moment"))
 
 
-Load = SelfWeight | BodyForce | PointLoad | FaceLoad | Moment
+Load = SelfWeight | BodyForce | PointLoad | FaceLoad | Moment | Weight | LineLoad | AreaLoad | FillLoad
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,29 +206,66 @@ class LoadKind:
     Parameters
     ----------
     type
-        Its class, whose constructor takes ``named`` and then ``vectors``.
-    vectors
-        Dimension of each vector, a key of :data:`blockstruct.units.SI_UNITS`.
+        Its class, whose constructor takes all of the following by name.
+    vectors, quantities
+        Dimension of each vector and of each single quantity, a key of :data:`blockstruct.units.SI_UNITS`.
     named
         Attributes that are names or indices.
-    scalars
-        Plain numbers, with their defaults.
+    plain
+        Plain numbers, and truths, with their defaults.
+    absent
+        Values of attributes that were not given.
     """
 
     type: Callable[..., Load]
-    vectors: Mapping[str, str]
+    vectors: Mapping[str, str] = field(default_factory=dict)
     named: tuple[str, ...] = ()
-    scalars: Mapping[str, float] = field(default_factory=dict)
+    plain: Mapping[str, float | bool] = field(default_factory=dict)
+    quantities: Mapping[str, str] = field(default_factory=dict)
+    absent: Mapping[str, Any] = field(default_factory=dict)
 
+
+_ENDS, _ANYWHERE = {"start": "length", "end": "length"}, {"block": None}
 
 #: The one table of loads: kind of each, as documents and files write it.
 LOAD_KINDS: Mapping[str, LoadKind] = MappingProxyType(
     {
-        "self_weight": LoadKind(SelfWeight, {}),
-        "body_force": LoadKind(BodyForce, {"direction": "dimensionless"}, scalars={"share": 1.0}),
+        "self_weight": LoadKind(SelfWeight),
+        "body_force": LoadKind(BodyForce, {"direction": "dimensionless"}, plain={"share": 1.0}),
         "point_load": LoadKind(PointLoad, {"point": "length", "force": "force"}, ("block",)),
-        "face_load": LoadKind(FaceLoad, {"traction": "stress"}, ("block", "face")),
+        "face_load": LoadKind(
+            FaceLoad,
+            {"traction": "stress"},
+            ("block", "face"),
+            quantities={"pressure": "stress", "unit_weight": "force/volume", "level": "length"},
+            absent={"traction": (0.0, 0.0, 0.0), "pressure": 0.0, "unit_weight": None, "level": None},
+        ),
         "moment": LoadKind(Moment, {"moment": "moment"}, ("block",)),
+        "weight": LoadKind(Weight, {"point": "length"}, ("block",), {"mass_share": 1.0}, {"weight": "force"}),
+        "line_load": LoadKind(
+            LineLoad,
+            _ENDS,
+            ("block",),
+            {"spanning": False, "mass_share": 1.0},
+            {"weight_per_length": "force/length"},
+            _ANYWHERE,
+        ),
+        "area_load": LoadKind(
+            AreaLoad,
+            _ENDS,
+            ("block",),
+            {"spanning": False, "mass_share": 1.0},
+            {"weight_per_area": "stress"},
+            _ANYWHERE | {"start": None, "end": None},
+        ),
+        "fill_load": LoadKind(
+            FillLoad,
+            _ENDS,
+            ("block",),
+            {"lateral_coefficient": 0.0, "mass_share": 1.0},
+            {"unit_weight": "force/volume"},
+            _ANYWHERE,
+        ),
     }
 )
 _KINDS = {kind.type: name for name, kind in LOAD_KINDS.items()}
@@ -225,7 +286,7 @@ class LoadPattern:
     name
         Unique among the patterns of an analysis.
     loads
-        SelfWeight, BodyForce, PointLoad, FaceLoad or Moment, in any number.
+        SelfWeight, Weight, LineLoad, AreaLoad, FillLoad, BodyForce, PointLoad, FaceLoad or Moment, in any number.
 
     Examples
     --------

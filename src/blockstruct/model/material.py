@@ -10,7 +10,7 @@ from blockstruct.units import QuantityLike, si
 
 #: Standard acceleration of free fall, m/s² (CGPM 1901).
 STANDARD_GRAVITY = 9.80665
-#: Unit weights of masonry, N/m³: pumice and aerated blocks to lead. Others are rather slips of the unit.
+#: Unit weights of masonry, N/m³: pumice and aerated blocks to lead. Any other is probably a slip of the unit.
 USUAL_UNIT_WEIGHT = (5e3, 90e3)
 
 
@@ -26,7 +26,7 @@ class Material:
     unit_weight : quantity, force/volume
         Weight per volume.
     density : quantity, mass/volume
-        Mass per volume, instead of the unit weight; weighs with 9.80665 m/s².
+        Mass per volume, instead of the unit weight: its weight is taken at 9.80665 m/s².
 
     Attributes
     ----------
@@ -36,14 +36,14 @@ class Material:
     Raises
     ------
     ModelError
-        Neither or both of unit weight and density, or a value that is negative.
+        If neither or both of unit weight and density are given, or the value is negative.
     UnitError, DimensionError
-        A bare number, or a quantity of another dimension.
+        If a bare number is given, or a quantity of another dimension.
 
     Warns
     -----
     UnusualValueWarning
-        A unit weight outside 5 to 90 kN/m³, but for zero.
+        If the unit weight is outside 5 to 90 kN/m³ and not zero.
 
     Examples
     --------
@@ -71,7 +71,7 @@ class Material:
         low, high = USUAL_UNIT_WEIGHT
         if value and not low <= value <= high:
             msg = (
-                f"material {name!r}: a unit weight of {value / 1e3:.6g} kN/m^3 is none of masonry, which is from "
+                f"material {name!r}: a unit weight of {value / 1e3:.6g} kN/m^3 is not one of masonry, which is from "
                 f"{low / 1e3:g} to {high / 1e3:g} kN/m^3; is its unit right?"
             )
             warnings.warn(msg, UnusualValueWarning, stacklevel=3)

@@ -1,9 +1,10 @@
-"""The model: blocks and their interfaces."""
+"""The model: blocks, their interfaces and ties."""
 
 import hashlib
 import json
 from collections import Counter
 from collections.abc import Iterable
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,12 +20,13 @@ from blockstruct.model.fit import check_interfaces, check_overlaps
 from blockstruct.model.interface import Interface
 from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.material import Material
+from blockstruct.model.tie_kinds import AnyTie, given_quantities, tie_kind_of, tie_segments
 
 
 @checked_keywords
 @dataclass(frozen=True, slots=True, init=False, eq=False)
 class Model:
-    """Blocks, their interfaces and their materials.
+    """Blocks, their interfaces, their materials and ties.
 
     Parameters
     ----------
@@ -38,22 +40,26 @@ class Model:
     detection
         Report on how interfaces given one by one were found, as ``found.report``: it is stored and reported with the
         model, whose mechanics and hash it does not touch.
+    ties : iterable of Tie, Strip or BondedBar
+        Ties with unique names that pull blocks of the model together; none by default.
 
     Raises
     ------
     ModelError
-        Duplicate names, different materials of one name, no fixed or no free block, floating blocks.
+        If names are used twice, different materials have one name, no block is fixed or none is free, blocks float, or
+        a tie holds nothing together.
     GeometryError
-        Blocks that overlap, unless both are supports (where one is not convex, small overlaps may escape), interfaces
-        that do not lie on their blocks or cover each other.
+        If blocks overlap, unless both are supports (where one is not convex, small overlaps may escape), or interfaces
+        do not lie on their blocks or cover each other.
     UnknownNameError
-        An interface of a block that the model does not have, a report of blocks or interfaces that it does not have.
+        If an interface or a tie names a block, or the report a block or an interface, that the model does not have.
     """
 
     name: str
     blocks: tuple[Block, ...]
     interfaces: tuple[Interface, ...]
     detection: DetectionReport | None
+    ties: tuple[AnyTie, ...]
 
     def __init__(
         self,
@@ -62,6 +68,7 @@ class Model:
         interfaces: Detection | Iterable[Interface],
         *,
         detection: DetectionReport | None = None,
+        ties: Iterable[AnyTie] = (),
     ) -> None:
         if isinstance(interfaces, Detection):
             detection = interfaces.report if detection is None else detection
@@ -70,12 +77,15 @@ class Model:
         object.__setattr__(self, "blocks", checked_tuple(blocks, Block, f"model {name!r}: blocks"))
         object.__setattr__(self, "interfaces", checked_tuple(interfaces, Interface, f"model {name!r}: interfaces"))
         object.__setattr__(self, "detection", detection)
+        object.__setattr__(self, "ties", checked_tuple(ties, AnyTie, f"model {name!r}: ties"))
         self._check()
+        self._check_ties()
 
     def __repr__(self) -> str:
         fixed = sum(b.fixed for b in self.blocks)
         size = f"{len(self.blocks)} blocks, {fixed} of them fixed, {len(self.interfaces)} interfaces"
-        return f"<Model {self.name!r}: {size}>"
+        ties = f", {len(self.ties)} tie{'s' * (len(self.ties) > 1)}" if self.ties else ""
+        return f"<Model {self.name!r}: {size}{ties}>"
 
     @property
     def materials(self) -> dict[str, Material]:
@@ -96,13 +106,15 @@ class Model:
     def hash(self) -> str:
         """SHA-256 of the content, to the last bit of the SI numbers: kept by storing and reloading."""
         digest = hashlib.sha256()
-        header = {
+        header: dict[str, Any] = {
             "name": self.name,
             "materials": [_fields(m) for m in self.materials.values()],
             "joint_materials": [_fields(m) for m in self.joint_materials.values()],
             "blocks": [(b.name, b.material.name, b.fixed, b.shape.faces) for b in self.blocks],
             "interfaces": [(i.name, i.minus, i.plus, i.joint_material.name) for i in self.interfaces],
         }
+        if self.ties:
+            header["ties"] = [(tie_kind_of(t), t.name, t.start, t.end, given_quantities(t)) for t in self.ties]
         digest.update(json.dumps(header, sort_keys=True).encode())
         for points in [b.shape.vertices for b in self.blocks] + [i.polygon for i in self.interfaces]:
             digest.update(np.ascontiguousarray(points, dtype="<f8").tobytes())
@@ -116,13 +128,31 @@ class Model:
         msg = f"model {self.name!r}: no block {name!r}; it has {listed([b.name for b in self.blocks])}"
         raise UnknownNameError(msg)
 
+    def with_ties(self, ties: Iterable[AnyTie]) -> "Model":
+        """The same structure with other ties, or none."""
+        other = copy(self)
+        object.__setattr__(other, "ties", checked_tuple(ties, AnyTie, f"model {self.name!r}: ties"))
+        other._check_ties()
+        return other
+
+    def _check_ties(self) -> None:
+        self._check_names("tie", self.ties)
+        try:
+            tie_segments(self.ties, self.blocks)
+        except ModelError as error:
+            error.add_note(f"in model {self.name!r}")
+            raise
+
+    def _check_names(self, kind: str, objects: Iterable[Any]) -> None:
+        twice = [n for n, count in Counter(o.name for o in objects).items() if count > 1]
+        if twice:
+            msg = f"model {self.name!r}: {kind} names used more than once: {listed(twice)}; rename them"
+            raise ModelError(msg)
+
     def _check(self) -> None:
         who = f"model {self.name!r}"
-        for kind, objects in (("block", self.blocks), ("interface", self.interfaces)):
-            twice = [n for n, count in Counter(o.name for o in objects).items() if count > 1]
-            if twice:
-                msg = f"{who}: {kind} names used more than once: {listed(twice)}; rename them"
-                raise ModelError(msg)
+        self._check_names("block", self.blocks)
+        self._check_names("interface", self.interfaces)
         for kind, materials in (
             ("material", {b.material for b in self.blocks}),
             ("joint material", {i.joint_material for i in self.interfaces}),
@@ -156,7 +186,7 @@ class Model:
             if self.blocks[known[found.minus]].fixed and self.blocks[known[found.plus]].fixed:
                 msg = (
                     f"model {self.name!r}: interface {found.name!r} joins two supports, {found.minus!r} and "
-                    f"{found.plus!r}, between which no force can be told; remove it"
+                    f"{found.plus!r}, between which forces cannot be determined; remove it"
                 )
                 raise ModelError(msg)
 

@@ -4,7 +4,8 @@ The associative program, the fictitious conditions of F. Portioli, C. Casapulla,
 doi:10.1016/j.ijsolstr.2015.05.025, and the shifted objective of De Saxcé & Feng (1998).
 """
 
+from blockstruct.procedures.least_tie_force import LeastTies, least_ties
 from blockstruct.procedures.procedure import solve_limit_case
 from blockstruct.procedures.pushover import pushover
 
-__all__ = ["pushover", "solve_limit_case"]
+__all__ = ["LeastTies", "least_ties", "pushover", "solve_limit_case"]

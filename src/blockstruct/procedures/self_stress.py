@@ -1,7 +1,7 @@
 """What self-stress leaves open: loads that only jammed blocks carry.
 
 Forces that balance each other without any load, as between the jambs of a flat arch, raise the friction of the joints
-they press. Their size is no part of the model. A dilatant structure makes them as large as it needs; without dilatancy
+they press. Their size is not part of the model. A dilatant structure makes them as large as it needs; without dilatancy
 they are what the building left behind.
 """
 
@@ -15,6 +15,7 @@ from blockstruct.limit.iteration import Iteration, Outcome, given_up
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.limit.ties import Ties
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import Stage, Status
 
@@ -47,7 +48,7 @@ def collapse_of_dead_load(
         The state under the dead load, certified with its own normalisation ``w_D·u = 1``. Its load factor is NaN.
     """
     own, work = problem.dead_load_alone, float(problem.w_D @ found.u)
-    why = f"the collapse state that was found has the negative load factor {found.load_factor:.4g}, which is no answer"
+    why = f"the collapse state found has the negative load factor {found.load_factor:.4g}, which is not an answer"
     if not work > 0:
         return given_up(why, found)
     mechanism = replace(found, u=found.u / work)
@@ -90,7 +91,8 @@ def can_jam(problem: LimitProblem, settings: ProcedureSettings, solver: Solver) 
     They may not if there is a motion that opens all of them faster than friction could close them,
     ``v_n > μ ‖v_t‖``: it would do work on such forces. Without that proof they may.
     """
-    own = replace(problem, w_D=np.zeros_like(problem.w_D))
+    # What ties press together is limited, and does not count.
+    own = replace(problem, w_D=np.zeros_like(problem.w_D), ties=Ties.none(len(problem.w_D)))
     program = ConicProgram(own, replace(settings, crushing="conic"))
     opening = Objective(np.full(own.n_points, -1.0 / own.n_points))
     data = program.data(true_sliding(own), objective=opening, max_load_factor=0.0)

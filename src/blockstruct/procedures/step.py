@@ -49,14 +49,16 @@ def solve_step(
     data = program.data(sliding, linearisation=linearisation, objective=objective, max_load_factor=max_load_factor)
     solution = solver.solve(program, data, max(settings.solver_tolerance, settings.step_tolerance * c0))
     alpha, x, u = program.unpack(solution)
+    T = program.tie_force(solution)
     if mechanism is not None:
         u = mechanism.u
     status = solution.status
     if not is_solved(status):
         unbounded = status is SolverStatus.UNBOUNDED
-        if unbounded and not _is_ray(program.problem, x, alpha, sliding, settings):
+        if unbounded and not _is_ray(program.problem, x, solution.y[program.tie_columns], alpha, sliding, settings):
             unbounded, status = False, SolverStatus.FAILED
-        alpha, x, u = np.inf if unbounded else np.nan, np.full_like(x, np.nan), np.full_like(u, np.nan)
+        alpha = np.inf if unbounded else np.nan
+        x, T, u = (np.full_like(values, np.nan) for values in (x, T, u))
     return Iteration(
         stage=stage,
         load_factor=alpha,
@@ -67,20 +69,25 @@ def solve_step(
         c0=c0,
         a=a,
         linearised_at=linearisation.N0 if linearisation is not None and program.is_linearised else None,
-        certificate=certify(program.problem, x, u, alpha if np.isfinite(alpha) else np.nan, settings),
+        certificate=certify(program.problem, x, u, alpha if np.isfinite(alpha) else np.nan, settings, T),
         solver_status=status,
         solver_iterations=solution.iterations,
         solver_time=solution.time,
+        tie_force=T,
+        elongation=program.problem.ties.elongation(u),
     )
 
 
-def _is_ray(problem: LimitProblem, x: Array, alpha: float, sliding: Sliding, settings: ProcedureSettings) -> bool:
+def _is_ray(
+    problem: LimitProblem, x: Array, of_ties: Array, alpha: float, sliding: Sliding, settings: ProcedureSettings
+) -> bool:
     """Whether forces balance the variable load alone and stay inside the sliding condition at any size."""
     if not alpha > 0:
         return False
     x = x / alpha
     residual = np.abs(problem.A @ x.ravel() + problem.w_L).max()
     excess = max((np.linalg.norm(x[:, 1:], axis=1) - sliding.slope * x[:, 0]).max(), (-x[:, 0]).max())
-    # What crushes carries no force at any size.
-    excess = max(excess, np.abs(x[problem.crushes, 0]).max(initial=0.0))
+    # What crushes carries no force at any size, and no tie does.
+    bounded = np.concatenate([x[problem.crushes, 0], of_ties / alpha])
+    excess = max(excess, np.abs(bounded).max(initial=0.0))
     return bool(max(residual, excess) <= settings.yield_tolerance * max(1.0, np.abs(x).max()))

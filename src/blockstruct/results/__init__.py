@@ -14,12 +14,15 @@ from blockstruct.results.frame import history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import history_of, iteration_variables
 from blockstruct.results.mechanism import mechanism
+from blockstruct.results.pushed import pushed_masses
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.sweep import sweep_of
+from blockstruct.results.ties import tie_state, ties_at_collapse
 from blockstruct.results.utilisation import utilisation
 from blockstruct.results.verification import confirm, contradictions, recomputed_certificate
+from blockstruct.statics import applied_loads
 
 __all__ = [
     # results
@@ -42,6 +45,9 @@ __all__ = [
     "capacity_of",
     "step_arrays",
     "steps_of",
+    # loads
+    "applied_loads",
+    "pushed_masses",
     # histories
     "HistoryAccessor",
     "active_joints",
@@ -51,5 +57,7 @@ __all__ = [
     "iteration_variables",
     "interface_resultants",
     "mechanism",
+    "tie_state",
+    "ties_at_collapse",
     "utilisation",
 ]

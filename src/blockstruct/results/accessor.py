@@ -31,12 +31,12 @@ class HistoryAccessor:
     >>> xr.Dataset({"x": 1.0}).blockstruct
     Traceback (most recent call last):
         ...
-    blockstruct.errors.ModelError: no history of a case: it has no contact_force; give CaseResult.history
+    blockstruct.errors.ModelError: not the history of a case: it has no contact_force; give CaseResult.history
     """
 
     def __init__(self, ds: xr.Dataset) -> None:
         if "contact_force" not in ds:
-            msg = "no history of a case: it has no contact_force; give CaseResult.history"
+            msg = "not the history of a case: it has no contact_force; give CaseResult.history"
             raise ModelError(msg)
         self._ds = ds
 
@@ -61,7 +61,7 @@ class HistoryAccessor:
         Raises
         ------
         UnknownNameError
-            No such state or iteration.
+            If there is no such state or iteration.
         """
         history = self._ds.isel(iteration=[self._position(iteration)])
         return [str(name) for name in history["interface"].to_numpy()[self._in_state(history, state)[0]]]
@@ -77,7 +77,7 @@ class HistoryAccessor:
         Raises
         ------
         UnknownNameError
-            No such state.
+            If there is no such state.
         """
         within = self._in_state(self._ds, state)
         ever = within.any(axis=0)
@@ -157,7 +157,7 @@ class HistoryAccessor:
         Raises
         ------
         UnknownNameError
-            A variable or a name that the history does not have.
+            If the history does not have the variable or a name.
         """
         if variable not in self._ds:
             msg = f"history: no variable {variable!r}; it has {', '.join(map(str, self._ds.data_vars))}"
@@ -191,7 +191,7 @@ class HistoryAccessor:
         Raises
         ------
         ModelError
-            Histories of different contact points or blocks.
+            If the histories have different contact points or blocks.
         """
         other = self._ds if other is None else other
         for name in ("contact_point_position", "block_position"):
@@ -219,12 +219,12 @@ class HistoryAccessor:
             Its name tells the format. Parquet needs the package pyarrow. In a ``.csv`` file a name that a spreadsheet
             would run as a formula begins with an apostrophe.
         variable
-            As of :meth:`frame`; a ``.nc`` file holds the whole history without one.
+            As for :meth:`frame`; a ``.nc`` file holds the whole history without one.
 
         Raises
         ------
         StorageError
-            Another ending, a package that is missing, or a file that cannot be written.
+            If the name ends otherwise, a package is missing, or the file cannot be written.
         """
         path = Path(path)
         kind = path.suffix.lower()

@@ -54,7 +54,7 @@ class Analysis(Mapping[str, CaseResult]):
         tags: Iterable[str] = (),
     ) -> None:
         object.__setattr__(self, "model", model)
-        object.__setattr__(self, "results", MappingProxyType(dict(results)))
+        object.__setattr__(self, "results", MappingProxyType(_with_path_dependence(results)))
         object.__setattr__(self, "created_at", created_at)
         object.__setattr__(self, "versions", MappingProxyType(dict(versions)))
         object.__setattr__(self, "solver_options", MappingProxyType(dict(solver_options)))
@@ -78,9 +78,9 @@ class Analysis(Mapping[str, CaseResult]):
         Raises
         ------
         UnknownNameError
-            No case of this name.
+            If no case has this name.
         ModelError
-            A case that was run with one schedule only.
+            If the case was run with one schedule only.
         """
         case, spreads = self[name], self.spreads
         if name not in spreads:
@@ -128,3 +128,12 @@ class Analysis(Mapping[str, CaseResult]):
         )
         results = [f"  {r}" for r in self.results.values()]
         return "\n".join([head, *results, *(f"  {name}: {s.headline}" for name, s in self.spreads.items())])
+
+
+def _with_path_dependence(results: Mapping[str, CaseResult]) -> dict[str, CaseResult]:
+    """The same results, each with what the loading paths among its runs tell."""
+    found = dict(results)
+    for name, spread in spreads_of(results).items():
+        if found[name].path_dependence != spread.path_dependence:
+            found[name] = found[name].with_path_dependence(spread.path_dependence)
+    return found

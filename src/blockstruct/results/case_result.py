@@ -1,7 +1,7 @@
 """The result of one limit case."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self
 
 import numpy as np
@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
 from blockstruct.limit import Certificate, ProcedureSettings
-from blockstruct.model import LimitCase, Model
+from blockstruct.model import LimitCase, Model, SelfWeight
 from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline
 from blockstruct.results.mechanism import mechanism
+from blockstruct.results.pushed import pushed_masses
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import active_joints, contact_state
+from blockstruct.results.ties import ties_at_collapse
 from blockstruct.results.utilisation import utilisation
 from blockstruct.vocabulary import DRIFTING, Flow, Stage, Status
 
@@ -38,7 +40,7 @@ class AdmissibleState:
     """Forces in equilibrium that no joint refuses, at some load factor: a bound, and no collapse load by itself.
 
     With associative flow the structure collapses at no lower load factor (static theorem). Without dilatancy the
-    theorem does not hold: joints may slide at a lower one, so that this is no safe bound.
+    theorem does not hold: joints may slide at a lower one, so that this is not a safe bound.
 
     Attributes
     ----------
@@ -95,6 +97,9 @@ class CaseResult:
         UTC, ISO 8601.
     duration : float
         Seconds.
+    path_dependence : tuple of float or None
+        Lowest and highest load factor along the loading path, at halved steps and at other shear stiffness of the
+        joints: what the number depends on, if the analysis was run with ``spread="path dependence"`` or ``True``.
     capacity : xarray.Dataset or None
         Of a :class:`~blockstruct.Pushover`, the states beyond the collapse state, which is the last of the history:
         :func:`blockstruct.results.capacity_of`. None for any other case, and without a collapse state.
@@ -110,6 +115,7 @@ class CaseResult:
     history: xr.Dataset = field(repr=False)
     started_at: str
     duration: float
+    path_dependence: tuple[float, float] | None = None
     capacity: xr.Dataset | None = field(default=None, repr=False)
     _unread: LazyHistory | None = field(init=False, default=None, repr=False)
 
@@ -146,6 +152,18 @@ class CaseResult:
         return self.status is Status.CONVERGED and DRIFTING not in self.message
 
     @property
+    def drifts(self) -> bool:
+        """Whether the load factor was still drifting from one certified state to the next when it was stopped."""
+        return self.status is Status.CONVERGED and not self.settled
+
+    @property
+    def ended(self) -> str:
+        """How the case ended in a few words: its status, and without dilatancy whether its load factor settled."""
+        if self.status is not Status.CONVERGED or self.case.flow is Flow.ASSOCIATIVE:
+            return self.status.value
+        return f"{self.status.value}, {'settled' if self.settled else DRIFTING}"
+
+    @property
     def mechanism(self) -> xr.Dataset:
         """Collapse mechanism of the last iteration: :func:`blockstruct.results.mechanism`."""
         return mechanism(self.history)
@@ -171,9 +189,15 @@ class CaseResult:
         return active_joints(self.history)
 
     @property
+    def ties(self) -> pd.DataFrame:
+        """Force, state and elongation of each tie: :func:`blockstruct.results.ties_at_collapse`; empty without ties."""
+        return ties_at_collapse(self.history) if "tie" in self.history.sizes and self.n_iterations else pd.DataFrame()
+
+    @property
     def headline(self) -> Headline:
         """The load factor as every text shows it, with the associative bound."""
-        return Headline.of([(self.status, self.load_factor)], self.case.flow, self.associative_load_factor)
+        end = (self.status, self.load_factor, self.settled)
+        return Headline.of([end], self.case.flow, self.associative_load_factor)
 
     @property
     def associative_load_factor(self) -> float:
@@ -234,6 +258,11 @@ class CaseResult:
         s = self.settings
         return np.asarray((residual <= s.equilibrium_tolerance) & (excess <= s.yield_tolerance))
 
+    def with_path_dependence(self, found: tuple[float, float] | None) -> Self:
+        """The same result with what its number depends on; a history that is not read yet stays so."""
+        history: Any = self._unread or self.history
+        return replace(self, history=history, path_dependence=found)
+
     @classmethod
     def restored(
         cls,
@@ -247,7 +276,7 @@ class CaseResult:
         """Result of plain values, as a file keeps them."""
         measures = {name: float(value) for name, value in certificate.items() if name != "holds"}
         if not isinstance(settings, Mapping):
-            msg = f"case {case.name!r}: settings {settings!r} are no names and values"
+            msg = f"case {case.name!r}: settings {settings!r} are not names and values"
             raise ModelError(msg)
         return cls(
             case=case,
@@ -260,11 +289,21 @@ class CaseResult:
     def describe(self) -> str:
         """How the structure collapses, in sentences: number, bodies that move, hinges, sliding and crushing joints."""
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
-        return "\n".join([str(self), *([describe(self.model, self.history)] if moves else [])])
+        # Of the blocks' own weight alone there is nothing to say.
+        plain = all(isinstance(load, SelfWeight) for load in self.case.dead.loads)
+        masses = "" if plain else pushed_masses(self.model, self.case)
+        found = describe(self.model, self.history) if moves else ""
+        return "\n".join(filter(None, (str(self), masses, found)))
 
     def __repr__(self) -> str:
         return f"<CaseResult {self.name!r}: {self.status}, load factor {self.load_factor:.4g}>"
 
     def __str__(self) -> str:
         head = f"{self.name}: {self.status}, load factor {self.load_factor:.6g} ({self.message})"
-        return "\n".join([head, *(f"  warning: {text}" for text in self.warnings)])
+        path = [] if self.path_dependence is None else [f"  {path_text(self.path_dependence)}"]
+        return "\n".join([head, *path, *(f"  warning: {text}" for text in self.warnings)])
+
+
+def path_text(found: tuple[float, float]) -> str:
+    """What a load factor depends on along the loading path, in words."""
+    return "along the loading path {:.4g} to {:.4g} (by its steps and the shear stiffness of joints)".format(*found)

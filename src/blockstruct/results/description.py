@@ -14,7 +14,7 @@ from blockstruct.vocabulary import AXES, ContactState
 
 Array = NDArray[np.float64]
 
-#: Names listed before the rest is counted, and share of a measure of all joints below which one is no main one.
+#: Names listed before the rest is counted, and share of a measure of all joints below which one is not a main one.
 LISTED, MAIN = 5, 0.02
 #: Cosine above which a direction is that of an axis.
 ALONG = np.cos(np.radians(3.0))

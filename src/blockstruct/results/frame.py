@@ -17,12 +17,12 @@ def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFr
         History of a case, or a selection of its iterations.
     variable
         Any variable of the history, or ``state``, ``force``, ``moment`` or ``eccentricity`` of the interfaces. None
-        gives all variables that have one value an iteration.
+        gives all variables that have one value per iteration.
 
     Raises
     ------
     UnknownNameError
-        A variable that is none of these.
+        If the variable is none of these.
     """
     if variable is None:
         data = history[[name for name in history.data_vars if history[name].dims == ("iteration",)]]

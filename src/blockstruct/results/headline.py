@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from blockstruct.vocabulary import Flow, Status
+from blockstruct.vocabulary import DRIFTING, Flow, Status
 
 #: Statuses of one run that are the answer to the case, whatever its other runs find: they are about the dead load.
 _OF_DEAD_LOAD = (Status.UNSTABLE, Status.SELF_STRESS)
@@ -22,13 +22,16 @@ class Headline:
         Of the runs that the load factor stands for. ``depends_on_self_stress`` if any run ended so: it is a finding
         about the dead load.
     lowest, highest : float
-        Lowest and highest certified load factor; NaN without any.
+        Lowest and highest certified load factor of the runs that settled, or of all where none has; NaN without any.
     certified, schedules : int
         How many runs ended with a certified load factor, of how many.
     associative : float
         Load factor with associative flow, above all non-associative ones; infinite where that is unbounded, so that it
         bounds nothing; NaN where it was not found.
     flow : Flow
+    drifting : tuple of float
+        Certified load factors that were still drifting when their runs were stopped, sorted. Another schedule would
+        have stopped at another one, so that they count only where no run has settled.
     """
 
     status: Status
@@ -38,22 +41,26 @@ class Headline:
     schedules: int
     associative: float
     flow: Flow
+    drifting: tuple[float, ...] = ()
 
     @classmethod
-    def of(cls, ends: Sequence[tuple[Status, float]], flow: Flow, associative: float) -> Self:
-        """Headline of the runs of one case by their statuses and load factors, the one as given first."""
-        certified = [load_factor for status, load_factor in ends if status is Status.CONVERGED]
-        statuses = [status for status, _ in ends]
+    def of(cls, ends: Sequence[tuple[Status, float, bool]], flow: Flow, associative: float) -> Self:
+        """Headline of the runs of one case: status, load factor and whether it settled, the one as given first."""
+        certified = [load_factor for status, load_factor, _ in ends if status is Status.CONVERGED]
+        settled = [load_factor for status, load_factor, at_rest in ends if status is Status.CONVERGED and at_rest]
+        drifting = [load_factor for status, load_factor, at_rest in ends if status is Status.CONVERGED and not at_rest]
+        statuses = [status for status, *_ in ends]
         of_dead_load = [status for status in statuses if status in _OF_DEAD_LOAD]
         status = of_dead_load[0] if of_dead_load else Status.CONVERGED if certified else statuses[0]
         return cls(
             status=status,
-            lowest=min(certified, default=np.nan),
-            highest=max(certified, default=np.nan),
+            lowest=min(settled or certified, default=np.nan),
+            highest=max(settled or certified, default=np.nan),
             certified=len(certified),
             schedules=len(ends),
             associative=associative,
             flow=flow,
+            drifting=tuple(sorted(drifting)),
         )
 
     @property
@@ -70,7 +77,7 @@ class Headline:
 
     @property
     def range(self) -> str:
-        """How far the schedules lie apart, and how many of them were certified; empty for a single run."""
+        """How far the schedules lie apart, and how many were certified or drifted; empty for a run that settled."""
         return self._range(4)
 
     @property
@@ -88,10 +95,16 @@ class Headline:
 
     def _range(self, digits: int) -> str:
         if self.schedules == 1:
-            return ""
-        said = f"{self.certified} of {self.schedules} schedules certified"
+            return f"{DRIFTING} when it was stopped" if self.drifting else ""
+        settled = self.certified - len(self.drifting)
+        said = f"{settled or self.certified} of {self.schedules} schedules certified"
+        if self.drifting:
+            said += " and settled" if settled else f", all {DRIFTING}"
         if self.certified and self.status is Status.CONVERGED:
             said = f"lowest of {said}, up to {_number(self.highest, digits)}"
+        if self.drifting and settled:
+            apart = " to ".join(dict.fromkeys(_number(end, digits) for end in (self.drifting[0], self.drifting[-1])))
+            said += f"; {len(self.drifting)} more {DRIFTING}, at {apart}"
         return said
 
     def _bound(self, digits: int) -> str:

@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.limit import Iteration, LimitProblem
-from blockstruct.statics import Statics
+from blockstruct.statics import Statics, TieTable
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES, COMPONENTS
 
@@ -30,6 +30,7 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
     xarray.Dataset
         Dimensions iteration, contact_point (selected by the name of its interface), component (n, s, t), interface,
         interface_corner, block and axis (x, y, z). Blocks are in the order of the model, supports have zero velocity.
+        With ties, tie (a stretch with one force) and tie_end, too.
     """
     model, points, force = statics.model, statics.points, problem.force_unit
     of_iterations = iteration_variables(statics, problem, iterations)
@@ -93,6 +94,8 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
             _attrs("dimensionless", "unit vectors n (from minus to plus), s (horizontal) and t = n × s"),
         ),
     }
+    if len(statics.ties):
+        coords |= _ties(statics.ties)
     return xr.Dataset(of_iterations, coords=coords, attrs={"long_name": "iteration history"})
 
 
@@ -110,6 +113,19 @@ def iteration_variables(
     u = stacked([i.u for i in iterations], (len(statics.free), 6))
     velocity[:, statics.free] = u / np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))
     per_point = ("iteration", "contact_point")
+    of_ties: dict[str, Any] = {}
+    if len(problem.ties):
+        per_tie, unit = ("iteration", "tie"), problem.ties.force_unit
+        of_ties["tie_force"] = (
+            per_tie,
+            stacked([i.tie_force for i in iterations], (len(unit),)) * unit,
+            _attrs("force", "force of the tie, tension positive"),
+        )
+        of_ties["tie_elongation_rate"] = (
+            per_tie,
+            stacked([i.elongation for i in iterations], (len(unit),)) / unit,
+            _attrs("velocity", "rate of elongation, at 1 W"),
+        )
     return {
         "iteration": ("iteration", np.arange(n), {}),
         "stage": ("iteration", _text([i.stage.value for i in iterations]), {}),
@@ -134,6 +150,7 @@ def iteration_variables(
             velocity[..., 3:],
             _attrs("angular velocity", "angular velocity about the centroid, at 1 W"),
         ),
+        **of_ties,
         "fictitious_cohesion": (
             per_point,
             stacked([i.sliding.bound for i in iterations], (K,)) * force,
@@ -180,6 +197,28 @@ def iteration_variables(
             stacked([i.solver_time for i in iterations]),
             _attrs("time", "time in the solver"),
         ),
+    }
+
+
+def _ties(table: TieTable) -> dict[str, Any]:
+    """What a history says of its ties, whatever the iteration."""
+    return {
+        "tie": (
+            "tie",
+            _text(table.name),
+            {"long_name": "name of the tie, with the blocks of a stretch of a bonded bar"},
+        ),
+        "tie_of_model": ("tie", table.tie, {}),
+        "tie_position": (("tie", "tie_end", "axis"), table.position, _attrs("length", "where it pulls at its blocks")),
+        "tie_capacity": ("tie", table.capacity, _attrs("force", "largest force")),
+        "tie_prestress": ("tie", table.prestress, _attrs("force", "least force")),
+        "tie_governing": ("tie", _text(table.governing), {"long_name": "which limit the largest force is"}),
+        "tie_bond": (
+            ("tie", "tie_end"),
+            table.bond,
+            _attrs("force", "largest change of the force in the block at each end; infinite at an anchor"),
+        ),
+        "tie_elongation_limit": ("tie", table.elongation_limit, _attrs("length", "infinite if none was given")),
     }
 
 

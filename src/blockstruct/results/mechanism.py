@@ -16,6 +16,17 @@ def motion_of(iteration: xr.Dataset) -> NDArray[np.float64]:
     return np.hstack([motion.to_numpy() for motion in of_blocks])
 
 
+def largest_motion(history: xr.Dataset) -> float:
+    """Velocity in the last iteration that a mechanism is scaled by, m/s; one where nothing moves."""
+    from scipy.spatial import cKDTree
+
+    u = motion_of(history.isel(iteration=-1))
+    arms, _ = cKDTree(history["contact_point_position"].to_numpy()).query(history["block_position"].to_numpy())
+    translation, turning = np.linalg.norm(u[:, :3], axis=1).max(), (arms * np.linalg.norm(u[:, 3:], axis=1)).max()
+    largest = float(translation if translation > ROUNDING * turning else turning)
+    return largest if largest > 0 else 1.0
+
+
 def mechanism(history: xr.Dataset) -> xr.Dataset:
     """Collapse mechanism of the last iteration, scaled so that the largest translation of a centroid is one.
 
@@ -36,15 +47,9 @@ def mechanism(history: xr.Dataset) -> xr.Dataset:
     Raises
     ------
     IndexError
-        A history without iterations.
+        If the history has no iterations.
     """
-    from scipy.spatial import cKDTree
-
-    u = motion_of(history.isel(iteration=-1))
-    arms, _ = cKDTree(history["contact_point_position"].to_numpy()).query(history["block_position"].to_numpy())
-    translation, turning = np.linalg.norm(u[:, :3], axis=1).max(), (arms * np.linalg.norm(u[:, 3:], axis=1)).max()
-    largest = translation if translation > ROUNDING * turning else turning
-    u = u / (largest if largest > 0 else 1.0)
+    u = motion_of(history.isel(iteration=-1)) / largest_motion(history)
     dims = ("block", "axis")
     return xr.Dataset(
         {

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import Self
 
 from blockstruct.limit import SCHEDULES
-from blockstruct.results.case_result import CaseResult
+from blockstruct.results.case_result import CaseResult, path_text
 from blockstruct.results.headline import Headline
 from blockstruct.vocabulary import ALONG_PATH, Flow, Status
 
@@ -26,14 +26,15 @@ class Spread:
     """Non-associative answers to one case by several schedules, and the associative one above them all.
 
     The answer of a non-associative structure is not unique and depends on the path: each of these is certified by
-    itself, and none is wrong. The lowest is the one to rely on.
+    itself, and none is wrong. The lowest is the one to rely on. A load factor that was still drifting when its run was
+    stopped is no answer of its schedule, and counts only where none has settled.
 
     Attributes
     ----------
     runs : mapping of str to CaseResult
         Result of each schedule, ``"as given"`` for the settings of the analysis; each has its certificate and history.
     lowest, highest : CaseResult or None
-        Of the runs that converged.
+        Of the runs that converged and settled; of all that converged where none has settled.
     upper_bound : CaseResult or None
         Result with associative flow, above every non-associative answer (Radenković).
     """
@@ -47,6 +48,7 @@ class Spread:
     def of(cls, runs: Mapping[str, CaseResult], upper_bound: CaseResult | None) -> Self:
         """Spread of the runs of a case."""
         certified = sorted((r for r in runs.values() if r.status is Status.CONVERGED), key=lambda r: r.load_factor)
+        certified = [r for r in certified if r.settled] or certified
         lowest, highest = (certified[0], certified[-1]) if certified else (None, None)
         return cls(MappingProxyType(runs), lowest, highest, upper_bound)
 
@@ -60,10 +62,10 @@ class Spread:
     def path_dependence(self) -> tuple[float, float] | None:
         """Lowest and highest load factor along the loading path: by its steps and by the shear stiffness of its joints.
 
-        None without a loading path that came to its end.
+        None without two loading paths that came to their ends.
         """
         found = [run.load_factor for run in self.runs.values() if ALONG_PATH in run.message and run.settled]
-        return (min(found), max(found)) if found else None
+        return (min(found), max(found)) if len(found) > 1 else None
 
     @property
     def certified(self) -> int:
@@ -75,7 +77,7 @@ class Spread:
         """The load factor to rely on, the lowest certified one, with its range and the associative bound."""
         runs = list(self.runs.values())
         bound = runs[0].associative_load_factor if self.upper_bound is None else self.upper_bound.load_factor
-        return Headline.of([(r.status, r.load_factor) for r in runs], runs[0].case.flow, bound)
+        return Headline.of([(r.status, r.load_factor, r.settled) for r in runs], runs[0].case.flow, bound)
 
     @property
     def load_factor(self) -> float:
@@ -92,9 +94,10 @@ class Spread:
 
     def __str__(self) -> str:
         lines = [str(self.headline)]
-        lines += [f"  {name:<14}{r.load_factor:<12.4g}{r.status}" for name, r in self.results.items()]
+        width = 2 + max(map(len, self.results))
+        lines += [f"  {name:<{width}}{r.load_factor:<12.4g}{r.ended}" for name, r in self.results.items()]
         if self.path_dependence is not None:
-            lines.append("  along the loading path {:.4g} to {:.4g}".format(*self.path_dependence))
+            lines.append(f"  {path_text(self.path_dependence)}")
         return "\n".join([*lines, *(f"  warning: {text}" for text in self.warnings)])
 
 

@@ -107,7 +107,7 @@ def active_joints(history: xr.Dataset, tolerance: float = AT_REST) -> pd.DataFra
     history
         History of a case.
     tolerance
-        As of :func:`contact_state`: slower joints are at rest.
+        As for :func:`contact_state`: slower joints are at rest.
 
     Returns
     -------
@@ -124,7 +124,7 @@ def active_joints(history: xr.Dataset, tolerance: float = AT_REST) -> pd.DataFra
     index, n = last["interface_of_contact_point"].to_numpy(), last.sizes["interface"]
     speed = np.zeros(n)
     np.maximum.at(speed, index, np.linalg.norm(v, axis=1))
-    # Work of what rounding leaves of a dissipation is none: its rank would be by chance.
+    # What rounding leaves of a dissipation counts as zero: its rank would be by chance.
     dissipation = np.bincount(index, weights=-(force * v).sum(axis=1), minlength=n)
     scale = np.nanmax([np.abs(dissipation).sum(), np.abs(last["load_factor"].item())])
     dissipation[np.abs(dissipation) <= 1e-6 * scale] = 0.0

@@ -26,12 +26,12 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
         - ``sliding``: ``Σ ‖(s, t)‖ / Σ (c A_k + μ n)`` over the contact points; 1 where all of them slide, whether the
           interface slips or twists. NaN where nothing resists to speak of.
         - ``crushing``: N over the largest N that the joint takes at the same eccentricity. For a rectangle it is
-          ``N² / (2 f_c A n_e)`` at the weakest edge e (with biaxial interaction the limit is lower: there it is no
-          proof); for cells it is N over the strength of the cells that are pressed by more than 1e-6 of theirs. 0 where
-          the strength is infinite, NaN where N is no compression.
+          ``N² / (2 f_c A n_e)`` at the weakest edge e (with biaxial interaction the limit is lower: there it
+          proves nothing); for cells it is N over the strength of the cells that are pressed by more than 1e-6 of
+          theirs. 0 where the strength is infinite, NaN where N is not compression.
         - ``neutral_axis_depth`` (m): depth of the uniform stress block about the resultant, ``2 (b / 2 − |e|)``, from
           the edge that leaves least; at most the depth of the interface, 0 at a hinge of infinite strength. NaN where N
-          is no compression.
+          is not compression.
     """
     index = history["interface_of_contact_point"].to_numpy()
     starts = np.searchsorted(index, np.arange(history.sizes["interface"]))

@@ -32,6 +32,7 @@ class _State:
 
     problem: LimitProblem
     x: Array
+    T: Array
     u: Array
     alpha: float
 
@@ -41,15 +42,18 @@ class _State:
         last = result.history.isel(iteration=-1)
         x = last["contact_force"].transpose("contact_point", "component").to_numpy() / problem.force_unit[:, None]
         u = (motion_of(last)[statics.free] * np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))).ravel()
+        T = last["tie_force"].to_numpy() / problem.ties.force_unit if len(problem.ties) else np.zeros(0)
         alpha = float(last["load_factor"])
         if last["stage"].item() == Stage.DEAD_LOAD.value:
             dilatancy = problem.friction if result.status is not Status.SELF_STRESS else problem.dilatancy
             problem = replace(problem.dead_load_alone, dilatancy=dilatancy)
-            alpha = -float(problem.A @ x.ravel() @ problem.w_L / (problem.w_L @ problem.w_L))
-        return cls(problem, x, u, alpha)
+            # The prestress grows with the share, and is part of the forces T.
+            load = problem.w_L - problem.ties.columns @ problem.ties.prestress_L
+            alpha = -float((problem.A @ x.ravel() + problem.ties.columns @ T) @ load / (load @ load))
+        return cls(problem, x, T, u, alpha)
 
     def certificate(self, settings: ProcedureSettings) -> Certificate:
-        return certify(self.problem, self.x, self.u, self.alpha, settings)
+        return certify(self.problem, self.x, self.u, self.alpha, settings, self.T)
 
 
 def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
@@ -60,7 +64,7 @@ def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
     Raises
     ------
     ModelError
-        A history that is none of this model and case.
+        If the history does not belong to this model and case.
     """
     result = analysis[name]
     if result.status is Status.UNBOUNDED or not result.n_iterations:
@@ -88,7 +92,7 @@ def contradictions(analysis: Analysis) -> list[tuple[str, str]]:
                 statics[cells] = Statics.of(analysis.model, cells)
             found += [(name, what) for what in _of_case(statics[cells], result)]
         except (BlockstructError, KeyError, ValueError, IndexError) as error:
-            found.append((name, f"the history is none of this model and case ({error})"))
+            found.append((name, f"the history does not belong to this model and case ({error})"))
     return found
 
 
@@ -98,13 +102,13 @@ def confirm(analysis: Analysis) -> None:
     Raises
     ------
     CertificateError
-        Everything that :func:`contradictions` finds.
+        If :func:`contradictions` finds any; the message lists them.
     """
     found = contradictions(analysis)
     if found:
         listed = "; ".join(f"case {name!r}: {what}" for name, what in found[:5])
         more = f"; and {len(found) - 5} more" if len(found) > 5 else ""
-        msg = f"analysis of {analysis.model.name!r}: {listed}{more}; run the model again, these results are no proof"
+        msg = f"analysis of {analysis.model.name!r}: {listed}{more}; run the model again, these results are not proof"
         raise CertificateError(msg)
 
 
@@ -163,7 +167,7 @@ def _status(result: CaseResult) -> Iterator[str]:
     elif not np.isnan(alpha):
         yield f"{result.status}, but its load factor is {alpha:.6g}"
     if result.status in _OF_DEAD_LOAD and stage != Stage.DEAD_LOAD.value:
-        yield f"{result.status}, but its last iteration is no dead-load program"
+        yield f"{result.status}, but its last iteration is not a dead-load program"
 
 
 def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -> Iterator[str]:
@@ -184,6 +188,15 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
         "cell_strength": points.compression,
         "compressive_strength": points.strength,
     }
+    if len(statics.ties):
+        table = statics.ties
+        expected |= {
+            "tie_of_model": table.tie,
+            "tie_position": table.position,
+            "tie_capacity": table.capacity,
+            "tie_prestress": table.prestress,
+            "tie_bond": table.bond,
+        }
     for name, values in expected.items():
         stored = history[name].to_numpy()
         finite = np.abs(values[np.isfinite(values)])
@@ -195,6 +208,12 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
 def _velocities(statics: Statics, state: _State, last: xr.Dataset) -> Iterator[str]:
     """Relative velocities, and those of supports, against the velocities of the free blocks."""
     v = (state.problem.A.T @ state.u).reshape(-1, 3) / state.problem.force_unit[:, None]
+    ties = state.problem.ties
+    if len(ties):
+        rates = ties.elongation(state.u) / ties.force_unit
+        stored = last["tie_elongation_rate"].to_numpy()
+        if not np.allclose(stored, rates, rtol=0, atol=_ROUNDING * np.abs(rates).max(), equal_nan=True):
+            yield "the rates of elongation of the history are not those of its blocks"
     stored = last["relative_velocity"].transpose("contact_point", "component").to_numpy()
     largest = float(np.abs(v).max(initial=0.0))
     if not np.allclose(stored, v, rtol=0, atol=_ROUNDING * largest, equal_nan=True):

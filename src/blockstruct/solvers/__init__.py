@@ -20,7 +20,7 @@ def solver_of(settings: ProcedureSettings) -> Solver:
     Raises
     ------
     SolverError
-        A name that no solver has, or a solver that is not installed.
+        If no solver has the name, or the solver is not installed.
     """
     if settings.solver == "clarabel":
         return ClarabelSolver()

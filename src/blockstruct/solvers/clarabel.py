@@ -1,4 +1,4 @@
-"""Clarabel, called directly: one solver object a pattern, its numbers updated in place."""
+"""Clarabel, called directly: one solver object per pattern, its numbers updated in place."""
 
 from time import perf_counter
 from typing import Any

@@ -9,19 +9,26 @@
 (12, 36)
 """
 
+from blockstruct.statics.carried import CarriedWeights, carried_weights
 from blockstruct.statics.contacts import ContactPoints
 from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.moved import MovedContacts, MovingLoads, MovingStructure, Placement
 from blockstruct.statics.statics import Statics
-from blockstruct.statics.wrenches import wrenches
+from blockstruct.statics.ties import TieTable
+from blockstruct.statics.wrenches import AppliedLoads, applied_loads, wrenches
 
 __all__ = [
+    "AppliedLoads",
+    "CarriedWeights",
     "ContactPoints",
     "MovedContacts",
     "MovingLoads",
     "MovingStructure",
     "Placement",
     "Statics",
+    "TieTable",
+    "applied_loads",
+    "carried_weights",
     "equilibrium_matrix",
     "wrenches",
 ]

@@ -18,7 +18,7 @@ Index = NDArray[np.int64]
 class ContactPoints:
     """All contact points k of a model, one interface j after the other.
 
-    Contact points are the corners of an interface. Where its joint crushes and it is no rectangle, or resists
+    Contact points are the corners of an interface. Where its joint crushes and it is not a rectangle, or resists
     tension as well, they are the centroids of cells.
 
     Attributes
@@ -75,7 +75,7 @@ class ContactPoints:
         model
             The model.
         cells
-            Number of cells, about, of an interface that crushes and is no rectangle.
+            Number of cells, about, of an interface that crushes and is not a rectangle.
         joints
             Joint material of each interface, if it is not the model's.
         """

@@ -22,7 +22,7 @@ def equilibrium_matrix(points: ContactPoints, centroids: Array, free: NDArray[np
     centroids : (B, 3) array, m
         Reference points of the moments.
     free : (F,) array
-        Indices of the free blocks, in the order of the rows, six a block; rows of supports are dropped.
+        Indices of the free blocks, in the order of the rows, six per block; rows of supports are dropped.
     length
         Characteristic length, m: moments are divided by it.
 

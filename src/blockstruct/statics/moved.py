@@ -15,11 +15,11 @@ from blockstruct.geometry import (
     rotation_vectors,
     screw_motions,
 )
-from blockstruct.model import FaceLoad, LoadPattern, Model, PointLoad
+from blockstruct.model import LoadPattern, Model
 from blockstruct.statics.contacts import ContactPoints
 from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.statics import Statics
-from blockstruct.statics.wrenches import wrenches
+from blockstruct.statics.wrenches import applied_loads, wrenches
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -63,35 +63,28 @@ class Placement:
 
 @dataclass(frozen=True, slots=True)
 class MovingLoads:
-    """Loads of a pattern on blocks that move: forces keep their directions and act where they did on the block.
+    """Loads of a pattern on blocks that move: forces keep size and direction, and act where they did on the block.
 
     Attributes
     ----------
     wrench : (B, 6) array
         Force, N, and moment about the centroid, N·m, where the model has the blocks.
     lever : (B, 3, 3) array
-        ``Σ r Fᵀ`` over the point and face loads of each block, r from its centroid.
+        ``Σ r Fᵀ`` over the forces on each block, r from its centroid.
     """
 
     wrench: Array
     lever: Array
 
     @classmethod
-    def of(cls, model: Model, pattern: LoadPattern) -> Self:
-        """Loads of a pattern; errors as of :func:`wrenches`."""
-        wrench = wrenches(model, pattern)
+    def of(cls, model: Model, pattern: LoadPattern, dead: LoadPattern) -> Self:
+        """Loads of a pattern beside the dead load of its case; errors as of :func:`applied_loads`."""
+        found = applied_loads(model, pattern, dead)
+        centroid = np.array([b.centroid for b in model.blocks])
+        arm = found.point - centroid[found.block]
         lever = np.zeros((len(model.blocks), 3, 3))
-        index = {b.name: i for i, b in enumerate(model.blocks)}
-        for load in pattern.loads:
-            if isinstance(load, PointLoad | FaceLoad):
-                block = model.blocks[index[load.block]]
-                if isinstance(load, PointLoad):
-                    point, force = np.array(load.point), np.array(load.force)
-                else:
-                    point = block.shape.face_centroid(load.face)
-                    force = block.shape.areas[load.face] * np.array(load.traction)
-                lever[index[load.block]] += np.outer(point - block.centroid, force)
-        return cls(wrench, lever)
+        np.add.at(lever, found.block, arm[:, :, None] * found.force[:, None, :])
+        return cls(wrenches(model, pattern, dead), lever)
 
     def at(self, placement: Placement) -> Array:
         """Wrenches (B, 6) on blocks at a placement."""

@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from blockstruct.model import JointMaterial, Model
 from blockstruct.statics.contacts import ContactPoints
 from blockstruct.statics.equilibrium import equilibrium_matrix
+from blockstruct.statics.ties import TieTable
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Statics:
-    """Contact points and equilibrium matrix of a model, assembled once for all its cases.
+    """Contact points, ties and equilibrium matrix of a model, assembled once for all its cases.
 
     Attributes
     ----------
@@ -25,6 +26,9 @@ class Statics:
     points : ContactPoints
     A : (6 F, 3 K) sparse array
         Equilibrium of the F free blocks; moments divided by ``length``.
+    ties : TieTable
+    tie_columns : (6 F, M) sparse array
+        Wrenches of unit forces of the M stretches of ties, likewise.
     free : (F,) array
         Indices of the free blocks.
     length : float
@@ -34,17 +38,28 @@ class Statics:
     model: Model
     points: ContactPoints
     A: sp.csc_array
+    ties: TieTable
+    tie_columns: sp.csc_array
     free: NDArray[np.int64]
     length: float
 
     @classmethod
     def of(cls, model: Model, cells: int = 64) -> Self:
-        """Assemble the statics of a model; ``cells`` divide an interface that crushes and is no rectangle."""
+        """Assemble the statics of a model; ``cells`` divide an interface that crushes and is not a rectangle."""
         points = ContactPoints.of(model, cells)
         free = np.flatnonzero([not b.fixed for b in model.blocks])
         centroids = np.array([b.centroid for b in model.blocks])
         length = model.characteristic_length
-        return cls(model, points, equilibrium_matrix(points, centroids, free, length), free, length)
+        ties = TieTable.of(model)
+        return cls(
+            model=model,
+            points=points,
+            A=equilibrium_matrix(points, centroids, free, length),
+            ties=ties,
+            tie_columns=ties.columns(centroids, free, length),
+            free=free,
+            length=length,
+        )
 
     def varied(self, joints: Sequence[JointMaterial], cells: int = 64) -> Self:
         """The same structure with another joint material at each interface.

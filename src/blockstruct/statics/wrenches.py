@@ -1,87 +1,157 @@
-"""Wrenches of load patterns."""
+"""Load patterns as forces and couples on blocks, and as wrenches."""
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.model import Block, BodyForce, FaceLoad, LoadPattern, Model, Moment, PointLoad, SelfWeight
+from blockstruct.errors import ModelError
+from blockstruct.geometry import clipped, fan, products
+from blockstruct.model import BodyForce, FaceLoad, LoadPattern, Model, Moment, PointLoad, SelfWeight, WeightLoad
+from blockstruct.statics.carried import Placing, carried_weights
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 
-def wrenches(model: Model, pattern: LoadPattern) -> Array:
-    """Force (N) and moment about the centroid (N·m) of a load pattern on every block, shape (B, 6).
+@dataclass(frozen=True, slots=True)
+class AppliedLoads:
+    """Forces and couples of a load pattern, load by load.
 
-    Loads that cancel on a block but for rounding are none.
+    Attributes
+    ----------
+    load, block : (n,) arrays
+        Index of the load in its pattern, and of the block.
+    point : (n, 3) array, m
+        Where the force acts.
+    force : (n, 3) array, N
+    couple : (n, 3) array, N·m
+        Beside the force.
+    """
+
+    load: Index
+    block: Index
+    point: Array
+    force: Array
+    couple: Array
+
+
+def applied_loads(model: Model, pattern: LoadPattern, dead: LoadPattern | None = None) -> AppliedLoads:
+    """Forces and couples that a load pattern applies to the blocks of a model, supports included.
+
+    Parameters
+    ----------
+    model, pattern
+        The structure and the loads.
+    dead
+        Dead load of the case, whose weights a :class:`~blockstruct.BodyForce` of the pattern takes along; the pattern
+        itself by default.
 
     Raises
     ------
     UnknownNameError
-        A load on a block that the model does not have.
+        If a load acts on a block that the model does not have.
     ModelError
-        A face load on a face that its block does not have, or a point load away from its block.
+        If a load is not on its block or its face, or weights with a mass are in a variable load that is
+        mass-proportional.
     """
-    weight = np.array([b.weight for b in model.blocks])
-    index = {b.name: i for i, b in enumerate(model.blocks)}
-    w = np.zeros((len(model.blocks), 6))
-    # Sums of the magnitudes, whose rounding is what is left where loads cancel.
-    gross = np.zeros((len(model.blocks), 2))
-
-    def at(load: PointLoad | FaceLoad | Moment) -> int:
-        if load.block not in index:
-            names = list(index)
-            msg = (
-                f"load pattern {pattern.name!r}: {type(load).__name__} on block {load.block!r}, which model "
-                f"{model.name!r} does not have; it has {', '.join(names[:10])}{', …' if len(names) > 10 else ''}"
-            )
-            raise UnknownNameError(msg)
-        return index[load.block]
-
-    def add_force(i: int, point: Array, force: Array) -> None:
-        centroid, size = model.blocks[i].centroid, float(np.linalg.norm(force))
-        w[i, :3] += force
-        w[i, 3:] += np.cross(point - centroid, force)
-        gross[i] += size, (np.linalg.norm(point) + np.linalg.norm(centroid)) * size
-
-    for load in pattern.loads:
+    dead = pattern if dead is None else dead
+    placing = Placing(model, pattern.name)
+    weights = carried_weights(model, pattern)
+    pushes = any(isinstance(load, BodyForce) for load in pattern.loads)
+    masses = carried_weights(model, dead) if pushes else weights
+    if pushes and dead != pattern and weights.pushed.any():
+        first = pattern.loads[int(weights.load[weights.pushed > 0][0])]
+        msg = (
+            f"load pattern {pattern.name!r}: {type(first).__name__} has a mass that would grow with the load factor, "
+            "beside a BodyForce that pushes the masses of the dead load; move it to the dead load, or give mass_share=0"
+        )
+        raise ModelError(msg)
+    own = np.array([b.weight for b in model.blocks])
+    centroid = np.array([b.centroid for b in model.blocks])
+    every = np.arange(len(own))
+    down = np.array([0.0, 0.0, -1.0])
+    parts: list[tuple[int, Index, Array, Array, Array | None]] = []
+    for k, load in enumerate(pattern.loads):
         match load:
             case SelfWeight():
-                w[:, 2] -= weight
-                gross[:, 0] += weight
+                parts.append((k, every, centroid, own[:, None] * down, None))
             case BodyForce(direction=direction, share=share):
-                w[:, :3] += share * weight[:, None] * np.array(direction)
-                gross[:, 0] += abs(share) * weight
+                towards = share * np.array(direction)
+                parts.append((k, every, centroid, own[:, None] * towards, None))
+                if len(masses):
+                    parts.append((k, masses.block, masses.point, masses.pushed[:, None] * towards, None))
             case Moment(moment=moment):
-                w[at(load), 3:] += moment
-                gross[at(load), 1] += np.linalg.norm(moment)
+                i = placing.at(load)
+                parts.append((k, every[[i]], centroid[[i]], np.zeros((1, 3)), np.array([moment])))
             case PointLoad(point=point, force=force):
-                i = at(load)
-                _check_on_block(model.blocks[i], point, pattern.name)
-                add_force(i, np.array(point), np.array(force))
-            case FaceLoad(face=face, traction=traction):
-                i = at(load)
-                shape = model.blocks[i].shape
-                if face >= len(shape.faces):
-                    msg = (
-                        f"load pattern {pattern.name!r}: FaceLoad on face {face} of block {load.block!r}, "
-                        f"which has faces 0..{len(shape.faces) - 1}"
-                    )
-                    raise ModelError(msg)
-                centre = shape.face_centroid(face)
-                add_force(i, centre, shape.areas[face] * np.array(traction))
-    rounding = 4 * max(len(pattern.loads), 4) * np.finfo(float).eps * gross
-    for column, part in enumerate((slice(0, 3), slice(3, 6))):
-        w[np.linalg.norm(w[:, part], axis=1) <= rounding[:, column], part] = 0.0
+                problem = (
+                    f"acts at {point} m, outside the block, which reaches {{reach}}; correct the point, or add a "
+                    "Moment for a force with a longer arm"
+                )
+                at = np.array([point])
+                placing.check_extent(load, at, 3, problem)
+                parts.append((k, every[[placing.at(load)]], at, np.array([force]), None))
+            case FaceLoad():
+                points, forces = _on_face(placing, load)
+                parts.append((k, np.full(len(points), placing.at(load)), points, forces, None))
+            case _ if isinstance(load, WeightLoad):
+                mine = weights.load == k
+                block, weight = weights.block[mine], weights.weight[mine]
+                parts.append((k, block, weights.point[mine], weight[:, None] * down, None))
+                if weights.lateral[mine].any():
+                    parts.append((k, block, weights.lateral_point[mine], weights.lateral[mine], None))
+    empty = np.empty((0, 3))
+    parts.append((-1, every[:0], empty, empty, None))
+    return AppliedLoads(
+        np.concatenate([np.full(len(block), k) for k, block, *_ in parts]),
+        np.concatenate([block for _, block, *_ in parts]),
+        np.concatenate([point for _, _, point, *_ in parts]),
+        np.concatenate([force for *_, force, _ in parts]),
+        np.concatenate([np.zeros_like(force) if couple is None else couple for *_, force, couple in parts]),
+    )
+
+
+def wrenches(model: Model, pattern: LoadPattern, dead: LoadPattern | None = None) -> Array:
+    """Force (N) and moment about the centroid (N·m) of a load pattern on every block, shape (B, 6).
+
+    Loads that cancel on a block but for rounding are none. Parameters and errors are those of :func:`applied_loads`.
+    """
+    found = applied_loads(model, pattern, dead)
+    n = len(model.blocks)
+    centroid = np.array([b.centroid for b in model.blocks])[found.block]
+    arm, size = found.point - centroid, np.linalg.norm(found.force, axis=1)
+    parts = np.hstack([found.force, np.cross(arm, found.force) + found.couple])
+    w: Array = np.column_stack([np.bincount(found.block, column, minlength=n).astype(float) for column in parts.T])
+    # Sums of the magnitudes, whose rounding is what is left where loads cancel.
+    reach = np.linalg.norm(found.point, axis=1) + np.linalg.norm(centroid, axis=1)
+    turning = np.where(arm.any(axis=1), reach * size, 0.0) + np.linalg.norm(found.couple, axis=1)
+    gross = [np.bincount(found.block, of, minlength=n) for of in (size, turning)]
+    count = max(int(np.bincount(found.block, minlength=n).max()), 4)
+    for magnitude, part in zip(gross, (slice(0, 3), slice(3, 6)), strict=True):
+        w[np.linalg.norm(w[:, part], axis=1) <= 4 * count * np.finfo(float).eps * magnitude, part] = 0.0
     return w
 
 
-def _check_on_block(block: Block, point: tuple[float, float, float], pattern: str) -> None:
-    low, high = block.shape.vertices.min(axis=0), block.shape.vertices.max(axis=0)
-    slack = 1e-3 * (high - low).max()
-    if np.any(point < low - slack) or np.any(point > high + slack):
+def _on_face(placing: Placing, load: FaceLoad) -> tuple[Array, Array]:
+    """Points and forces of a load on a face: of what is uniform, and of what grows with the depth."""
+    shape = placing.model.blocks[placing.at(load)].shape
+    if load.face >= len(shape.faces):
         msg = (
-            f"load pattern {pattern!r}: PointLoad on block {block.name!r} acts at {point} m, outside the block, which "
-            f"reaches from {low.round(6).tolist()} to {high.round(6).tolist()} m; correct the point, or add a Moment "
-            "for a force with a longer arm"
+            f"load pattern {placing.pattern!r}: FaceLoad on face {load.face} of block {load.block!r}, "
+            f"which has faces 0..{len(shape.faces) - 1}"
         )
         raise ModelError(msg)
+    normal = shape.normals[load.face]
+    points = [shape.face_centroid(load.face)]
+    forces = [shape.areas[load.face] * (np.array(load.traction) - load.pressure * normal)]
+    if load.unit_weight is not None and load.level is not None:
+        wet = clipped(shape.vertices[list(shape.faces[load.face])], 2, load.level)
+        if len(wet) >= 3:
+            triangles, area = fan(wet, normal)
+            depth = load.level - triangles[..., 2]
+            total = products(area, depth, np.ones_like(depth)).sum()
+            if total > 0:
+                points.append(np.array([products(area, depth, triangles[..., k]).sum() for k in range(3)]) / total)
+                forces.append(-load.unit_weight * total * normal)
+    return np.array(points), np.array(forces)

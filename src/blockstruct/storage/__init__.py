@@ -9,7 +9,7 @@ from blockstruct.storage.checkpoint import Checkpoint
 from blockstruct.storage.claim import claim
 from blockstruct.storage.reader import check_file, open_analysis
 from blockstruct.storage.salvaging import salvage
-from blockstruct.storage.working_data import is_unfinished, tidy
+from blockstruct.storage.unfinished import is_unfinished, tidy
 from blockstruct.storage.writer import checked_keep_every, patterns, save_analysis
 
 __all__ = [

@@ -14,7 +14,7 @@ import xarray as xr
 
 from blockstruct.errors import FormatError, StorageError, UnverifiedWarning
 from blockstruct.schema import listed_violations, violations
-from blockstruct.storage.case_group import group_of
+from blockstruct.storage.case_group import group_name
 from blockstruct.storage.consistency import Finding
 from blockstruct.storage.file_outline import outline, plain
 from blockstruct.storage.lock import folder_of
@@ -38,9 +38,9 @@ class AnalysisFile:
     Raises
     ------
     StorageError
-        A file that is missing or cannot be read.
+        If the file is missing or cannot be read.
     FormatError
-        A file that is no analysis, was changed, or comes from a newer major version.
+        If the file is not an analysis, was changed, or comes from a newer major version.
     """
 
     def __init__(self, path: str | Path, *, verify: bool = True, verified: Stamp | None = None) -> None:
@@ -66,7 +66,7 @@ class AnalysisFile:
             )
         with self.opened() as file:
             self.attrs = _checked_root(file, path)
-            self.cases = {name: f"/cases/{group_of(name)}" for name in json.loads(self.attrs["cases"])}
+            self.cases = {name: f"/cases/{group_name(name)}" for name in json.loads(self.attrs["cases"])}
             self.curves = {place: f"{place}/capacity" for place in self.cases.values() if _has_curve(file, place)}
         self.stamp = self._snapshot.stamp
 
@@ -93,7 +93,7 @@ class AnalysisFile:
             msg = str(error)
             raise FormatError(msg if msg.startswith(str(self.path)) else f"{self.path}: {msg}") from error
         except Exception as error:
-            msg = f"{self.path}: no readable HDF5 file ({error}); it is damaged or of another kind"
+            msg = f"{self.path}: not a readable HDF5 file ({error}); it is damaged or of another kind"
             raise FormatError(msg) from error
 
     def root_findings(self) -> list[Finding]:
@@ -101,7 +101,7 @@ class AnalysisFile:
         with self.opened() as file:
             found = self._violations("/", outline(file), "")
             held = file.get("cases", ())
-            if len(held) != len(self.cases) or set(held) != {group_of(name) for name in self.cases}:
+            if len(held) != len(self.cases) or set(held) != {group_name(name) for name in self.cases}:
                 found.append(("/cases", "the groups are not those that the attribute cases of / lists"))
         return found
 
@@ -133,7 +133,7 @@ class AnalysisFile:
         with self.opened() as file:
             values = member(file, f"{case}/history/load_factor")
             if values.dtype != np.float64 or values.ndim != 1 or values.nbytes > self.stamp.size:
-                msg = f"{case}/history/load_factor: {values.dtype} {values.shape} is no list of numbers"
+                msg = f"{case}/history/load_factor: {values.dtype} {values.shape} is not a list of numbers"
                 raise FormatError(msg)
             return values[()]
 
@@ -175,11 +175,11 @@ def major(version: str) -> int:
 def _unsealed(path: Path, snapshot: Snapshot) -> str:
     start = snapshot.head(8)
     if start != b"\x89HDF\r\n\x1a\n":
-        return f"{path}: no readable HDF5 file; it is damaged or of another kind"
+        return f"{path}: not a readable HDF5 file; it is damaged or of another kind"
     return (
-        f"{path}: /: its bytes do not match its seal, or it has none: it is damaged, was changed, or is no blockstruct "
-        f"analysis; use the original, open it with verify=False, or keep what can be read of it with 'blockstruct "
-        f"recover --salvage {path}'"
+        f"{path}: /: its bytes do not match its seal, or it has none: it is damaged, was changed, or is not a "
+        f"blockstruct analysis; use the original, open it with verify=False, or keep what can be read of it with "
+        f"'blockstruct recover --salvage {path}'"
     )
 
 
@@ -187,23 +187,25 @@ def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
     """Root attributes of a file that is an analysis of a version that can be read."""
     attrs = {name: plain(value) for name, value in file.attrs.items()}
     if attrs.get("format") != FORMAT:
-        msg = f"{path}: /: attribute format is {attrs.get('format')!r}, not {FORMAT!r}: no blockstruct analysis"
+        msg = (
+            f"{path}: /: attribute format is {attrs.get('format')!r}, not {FORMAT!r}: it is not a blockstruct analysis"
+        )
         raise FormatError(msg)
     version = str(attrs.get("format_version", ""))
     if not re.fullmatch(r"[1-9][0-9]{0,3}\.[0-9]{1,4}", version):
-        msg = f"{path}: /: attribute format_version is {version!r}, which is no version"
+        msg = f"{path}: /: attribute format_version is {version!r}, which is not a version"
         raise FormatError(msg)
     if major(version) > major(FORMAT_VERSION):
         msg = f"{path}: /: format version {version}, this blockstruct reads up to {FORMAT_VERSION}; update blockstruct"
         raise FormatError(msg)
     for name in ("versions", "solver_options"):
         if not isinstance(_parsed(attrs.get(name)), dict):
-            msg = f"{path}: /: attribute {name} is no JSON object"
+            msg = f"{path}: /: attribute {name} is not a JSON object"
             raise FormatError(msg)
     for name in ("cases", "tags"):
         texts = _parsed(attrs.get(name))
         if not isinstance(texts, list) or not all(isinstance(t, str) for t in texts):
-            msg = f"{path}: /: attribute {name} is no JSON list of texts"
+            msg = f"{path}: /: attribute {name} is not a JSON list of texts"
             raise FormatError(msg)
     return attrs
 

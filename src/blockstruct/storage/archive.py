@@ -13,7 +13,7 @@ import xarray as xr
 from blockstruct.errors import BlockstructError, FormatError, StorageError
 from blockstruct.results import CERTIFICATE_MEASURES, relative_difference
 from blockstruct.storage.analysis_file import AnalysisFile, member
-from blockstruct.storage.case_group import group_of
+from blockstruct.storage.case_group import group_name
 from blockstruct.storage.claim import SUFFIX
 from blockstruct.storage.file_outline import plain
 from blockstruct.storage.lazy import lazy_history
@@ -30,8 +30,8 @@ _UNITS = {"load_factor": "dimensionless", "duration": "second"}
 class Archive:
     """The analysis files of a folder and of its subfolders.
 
-    Nothing is read before it is asked for, and of a table only attributes and scalars. Files are found anew at every
-    question; what was read of a file is kept as long as the file does not change.
+    Nothing is read before it is asked for, and for a table only attributes and scalars. Every question looks for files
+    anew; what was read of a file is kept as long as the file does not change.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Archive:
     Raises
     ------
     StorageError
-        No such folder.
+        If there is no such folder.
 
     Examples
     --------
@@ -66,7 +66,7 @@ class Archive:
         return self._found()[0]
 
     def table(self) -> pd.DataFrame:
-        """One row a case.
+        """One row per case.
 
         Columns: ``path`` (relative to the folder), ``case``, ``model``, ``model_hash``, ``load_factor``, ``status``,
         ``flow``, ``dead``, ``variable``, the measures of the certificate and whether it ``holds``, ``n_iterations``,
@@ -101,7 +101,8 @@ class Archive:
         Raises
         ------
         StorageError
-            Any other expression, a column that the table does not have, a value of another kind than the column's.
+            If the expression is any other, names a column that the table does not have, or compares one with a value of
+            another kind.
         """
         return selected(self.table(), expression)
 
@@ -127,7 +128,7 @@ class Archive:
         Raises
         ------
         StorageError
-            A text that is no date.
+            If a text is not a date.
         """
         table = self.table()
         wanted = {tags} if isinstance(tags, str) else set(tags)
@@ -158,14 +159,14 @@ class Archive:
         Raises
         ------
         FormatError
-            A selected file that violates its schema.
+            If a selected file violates its schema.
         """
         rows = self.query(selection) if isinstance(selection, str) else selection
         rows = rows[rows["case"].notna()]
         files = {path: self._opened(self.folder / path) for path in rows["path"].unique()}
         nodes = {}
         for path, case in zip(rows["path"], rows["case"], strict=True):
-            nodes[f"{path}/{group_of(case)}"] = lazy_history(files[path], f"/cases/{group_of(case)}")
+            nodes[f"{path}/{group_name(case)}"] = lazy_history(files[path], f"/cases/{group_name(case)}")
         return xr.DataTree.from_dict(nodes)
 
     def difference(self, other: "Archive") -> pd.DataFrame:
@@ -255,7 +256,7 @@ def _cases(file: AnalysisFile) -> Iterator[dict[str, Any]]:
 def _scalar(groups: Any, place: str) -> Any:
     number = member(groups, place)
     if number.shape != () or number.dtype.kind not in "fiu":
-        msg = f"{place}: {number.dtype} {number.shape} is no number"
+        msg = f"{place}: {number.dtype} {number.shape} is not a number"
         raise FormatError(msg)
     value = np.asarray(number[()]).item()
     return bool(value) if place.endswith("/holds") else value
@@ -265,5 +266,5 @@ def _time(text: str) -> pd.Timestamp:
     try:
         return pd.to_datetime(text, utc=True, format="ISO8601")
     except (ValueError, TypeError) as error:
-        msg = f"{text!r} is no date; write ISO 8601, as in '2026-01-31' or '2026-01-31T12:00'"
+        msg = f"{text!r} is not a date; write ISO 8601, as in '2026-01-31' or '2026-01-31T12:00'"
         raise StorageError(msg) from error

@@ -12,7 +12,7 @@ from blockstruct.results import CERTIFICATE_MEASURES, CaseResult, LazyHistory
 from blockstruct.units import SI_UNITS
 
 
-def group_of(name: str) -> str:
+def group_name(name: str) -> str:
     """Group name of a case: what HDF5 cannot hold in a name is escaped, and the escape character itself."""
     escaped = name.replace("%", "%25").replace("/", "%2F")
     return escaped.replace(".", "%2E") if escaped in (".", "..") else escaped
@@ -46,7 +46,7 @@ def case_dataset(result: CaseResult) -> xr.Dataset:
     return xr.Dataset(variables, attrs=attrs)
 
 
-def case_of(attrs: Mapping[str, Any], patterns: Mapping[str, LoadPattern]) -> LimitCase:
+def read_case(attrs: Mapping[str, Any], patterns: Mapping[str, LoadPattern]) -> LimitCase:
     """The case of a group."""
     plain = attrs["name"], patterns[attrs["dead"]], patterns[attrs["variable"]], attrs["flow"]
     if "pushover" not in attrs:
@@ -56,7 +56,7 @@ def case_of(attrs: Mapping[str, Any], patterns: Mapping[str, LoadPattern]) -> Li
     return Pushover(*plain, control=own["control"], control_point=point, steps=own["steps"])
 
 
-def result_of(
+def read_result(
     ds: xr.Dataset,
     history: xr.Dataset | LazyHistory,
     model: Model,
@@ -67,7 +67,7 @@ def result_of(
     a = ds.attrs
     return CaseResult.restored(
         model=model,
-        case=case_of(a, patterns),
+        case=read_case(a, patterns),
         settings=json.loads(a["settings"]),
         status=a["status"],
         load_factor=float(ds["load_factor"]),

@@ -18,9 +18,9 @@ from blockstruct.storage.claim import place_of, sync
 from blockstruct.storage.journal import Journal, Record
 from blockstruct.storage.lock import WriterLock, folder_of
 from blockstruct.storage.packing import packed, packed_dataset, unpacked, unpacked_dataset
-from blockstruct.storage.reader import DAMAGE, Blank, analysis_of
+from blockstruct.storage.reader import DAMAGE, Blank, read_analysis
 from blockstruct.storage.snapshot import Stamp
-from blockstruct.storage.working_data import clear, is_unfinished, refuse_killed
+from blockstruct.storage.unfinished import clear, is_unfinished, refuse_killed
 from blockstruct.storage.writer import checked_keep_every, sealed_image, write_draft, write_file
 from blockstruct.vocabulary import Status
 
@@ -55,7 +55,7 @@ class Checkpoint:
         Raises
         ------
         StorageError
-            A path that another run writes to, or that holds the iterations of a killed one.
+            If another run writes to the path, or it holds the iterations of a killed one.
         """
         place = place_of(path)
         lock = WriterLock(place)
@@ -87,9 +87,9 @@ class Checkpoint:
         Raises
         ------
         StorageError
-            No such data, or a run that is still under way.
+            If there are no such data, or the run is still under way.
         FormatError
-            Data whose plan is damaged.
+            If the plan of the run is damaged.
         """
         place = place_of(path)
         if not is_unfinished(place):
@@ -98,7 +98,7 @@ class Checkpoint:
         lock = WriterLock(place)
         try:
             plan = AnalysisFile(folder_of(place) / "plan")
-            return cls(place, lock, analysis_of(plan, blank), plan.seal, *_aimed(folder_of(place) / "target"))
+            return cls(place, lock, read_analysis(plan, blank), plan.seal, *_aimed(folder_of(place) / "target"))
         except BaseException:
             lock.release()
             raise

@@ -19,12 +19,12 @@ def place_of(path: str | Path) -> Path:
     Raises
     ------
     StorageError
-        A text that can be no path.
+        If the text cannot be a path.
     """
     try:
         return Path(os.path.realpath(path))
     except (TypeError, ValueError, OSError) as error:
-        msg = f"{path!r}: is no path ({error}); give that of a file, such as 'analysis.h5'"
+        msg = f"{path!r}: is not a path ({error}); give that of a file, such as 'analysis.h5'"
         raise StorageError(msg) from error
 
 
@@ -39,7 +39,7 @@ def claim(path: str | Path) -> Path:
     Raises
     ------
     StorageError
-        A name that does not end in ``.h5`` or is too long, a path that holds something else than an intact analysis,
+        If the name does not end in ``.h5`` or is too long, or the path holds something other than an intact analysis,
         or is in a folder that cannot be made or written to.
     """
     place = place_of(path)
@@ -63,7 +63,7 @@ def put_in_place(draft: Path, place: Path, replaced: Sequence[Stamp]) -> None:
     Raises
     ------
     StorageError
-        A file that has appeared at the name.
+        If a file has appeared at the name.
     """
     while (present := Stamp.at(place)) is None:
         try:
@@ -104,7 +104,7 @@ def _check_holder(place: Path) -> None:
         msg = f"{place}: is a folder; give the path of a file, such as {place / 'analysis.h5'}"
         raise StorageError(msg)
     if not stat.S_ISREG(mode) or not Snapshot(place).sealed:
-        what = "exists and is no blockstruct analysis, or a damaged one"
+        what = "exists and is not a blockstruct analysis, or a damaged one"
         msg = f"{place}: {what}, so it is not replaced; choose another name"
         raise StorageError(msg)
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from blockstruct.storage.case_group import group_of
+from blockstruct.storage.case_group import group_name
 from blockstruct.vocabulary import Status
 
 #: A place in a file and what is wrong there.
@@ -26,6 +26,8 @@ _INDICES = {
     "interface_of_interface_corner": ("interface", 0),
     "pattern_of_load": ("load_pattern", 0),
     "block_of_load": ("block", -1),
+    "block_of_tie": ("block", -1),
+    "tie_of_model": ("tie", 0),
     "minus_of_contact": ("block", 0),
     "plus_of_contact": ("block", 0),
     "interface_of_contact": ("interface", -1),
@@ -41,6 +43,7 @@ _ASCENDING = (
     "face_of_face_corner",
     "interface_of_contact_point",
     "interface_of_interface_corner",
+    "tie_of_model",
 )
 
 
@@ -58,7 +61,7 @@ def index_findings(path: str, ds: xr.Dataset) -> Iterator[Finding]:
 
 def case_findings(path: str, case: xr.Dataset, load_factors: Any) -> Iterator[Finding]:
     """What a result says against its own place, and against the load factors of its history."""
-    if group_of(str(case.attrs["name"])) != path.rpartition("/")[2]:
+    if group_name(str(case.attrs["name"])) != path.rpartition("/")[2]:
         yield path, "the attribute name is not that of the group"
     if int(case["n_iterations"]) != len(load_factors):
         yield path, "n_iterations is not the length of the history"

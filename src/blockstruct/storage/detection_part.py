@@ -55,7 +55,7 @@ def detection_variables(report: DetectionReport, blocks: Sequence[str], interfac
     return variables
 
 
-def detection_of(ds: xr.Dataset) -> DetectionReport | None:
+def read_detection(ds: xr.Dataset) -> DetectionReport | None:
     """Report that a model's Dataset holds; None without one."""
     if "gap_tolerance" not in ds:
         return None

@@ -25,7 +25,7 @@ def outline(group: h5py.Group) -> dict[str, Any]:
     Raises
     ------
     FormatError
-        A group with an absurd number of members.
+        If the group has an absurd number of members.
     """
     if len(group) > _MEMBERS:
         msg = f"{len(group)} members are absurd, more than {_MEMBERS}"

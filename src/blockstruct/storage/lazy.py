@@ -8,7 +8,7 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from blockstruct.storage.analysis_file import AnalysisFile, member, violated
-from blockstruct.storage.netcdf import dataset_of, values_of
+from blockstruct.storage.netcdf import read_dataset, read_values
 
 
 def lazy_history(file: AnalysisFile, case: str) -> xr.Dataset:
@@ -17,14 +17,14 @@ def lazy_history(file: AnalysisFile, case: str) -> xr.Dataset:
     Raises
     ------
     FormatError
-        A history that violates the schema.
+        If the history violates the schema.
     """
     place = f"{case}/history"
 
     def stored(ds: Any, name: str) -> Any:
         return indexing.LazilyIndexedArray(_Stored(file, f"{place}/{name}", ds.shape, ds.dtype))
 
-    history, found = file.group(place, "history", lambda group, outline: dataset_of(group, outline, stored))
+    history, found = file.group(place, "history", lambda group, outline: read_dataset(group, outline, stored))
     if history is None:
         raise violated(file.path, found)
     return history
@@ -41,4 +41,4 @@ class _Stored(BackendArray):
 
     def _read(self, key: Any) -> Any:
         with self._file.opened() as groups:
-            return values_of(member(groups, self._place), key)
+            return read_values(member(groups, self._place), key)

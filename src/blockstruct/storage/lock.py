@@ -1,4 +1,4 @@
-"""One writer a file: a lock that dies with its process."""
+"""One writer per file: a lock that dies with its process."""
 
 import contextlib
 import errno
@@ -51,7 +51,7 @@ class WriterLock:
     Raises
     ------
     StorageError
-        A file that another writer holds: the message says who. A file system without locks.
+        If another writer holds the file: the message says who. If the file system has no locks.
     """
 
     def __init__(self, path: Path) -> None:

@@ -26,7 +26,7 @@ def migrated(groups: Groups, version: int, current: int) -> Groups:
     Raises
     ------
     FormatError
-        A version that no step leads away from.
+        If no step leads away from a version.
     """
     for older in range(version, current):
         step = (older, older + 1)

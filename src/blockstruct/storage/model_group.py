@@ -18,13 +18,18 @@ from blockstruct.model import (
     Model,
     kind_of,
 )
-from blockstruct.storage.detection_part import detection_of, detection_variables
+from blockstruct.storage.detection_part import detection_variables, read_detection
+from blockstruct.storage.tie_part import tie_variables, ties_of
 from blockstruct.units import SI_UNITS, to_quantity
 from blockstruct.vocabulary import AXES
 
-#: Every vector of a load, with its dimension, and every plain number.
+#: Every vector of a load, and every number, with its dimension.
 _VECTORS = {name: dimension for kind in LOAD_KINDS.values() for name, dimension in kind.vectors.items()}
-_SCALARS = [name for kind in LOAD_KINDS.values() for name in kind.scalars]
+_NUMBERS = {name: "dimensionless" for kind in LOAD_KINDS.values() for name in kind.plain} | {
+    name: dimension for kind in LOAD_KINDS.values() for name, dimension in kind.quantities.items()
+}
+#: Of the first loads there were: always there.
+_ALWAYS = ("direction", "point", "force", "traction", "moment", "share")
 
 
 def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
@@ -77,21 +82,24 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
         ),
         "pattern_of_load": ("load", integers([p for p, _ in loads])),
         "kind_of_load": ("load", _texts([kind_of(load) for _, load in loads])),
-        "block_of_load": ("load", integers([index.get(getattr(load, "block", ""), -1) for _, load in loads])),
+        "block_of_load": ("load", integers([index.get(getattr(load, "block", None) or "", -1) for _, load in loads])),
         "face_of_load": ("load", integers([getattr(load, "face", -1) for _, load in loads])),
     }
     for name, joint_property in JOINT_PROPERTIES.items():
         values = [getattr(j, name) for j in model.joint_materials.values()]
         variables[name] = ("joint_material", values, {"units": SI_UNITS[joint_property.dimension]})
-    for name, dimension in _VECTORS.items():
-        vectors = np.array([getattr(load, name, (np.nan,) * 3) for _, load in loads], dtype=float).reshape(-1, 3)
-        variables[f"{name}_of_load"] = (("load", "axis"), vectors, {"units": SI_UNITS[dimension]})
-    for name in _SCALARS:
-        numbers = np.array([getattr(load, name, np.nan) for _, load in loads], dtype=float)
-        variables[f"{name}_of_load"] = ("load", numbers, {"units": SI_UNITS["dimensionless"]})
+    for name, dimension in (_VECTORS | _NUMBERS).items():
+        found = [getattr(load, name, None) for _, load in loads]
+        if name not in _ALWAYS and all(value is None for value in found):
+            continue
+        absent, dims = ((np.nan,) * 3, ("load", "axis")) if name in _VECTORS else (np.nan, ("load",))
+        numbers = np.array([absent if value is None else value for value in found], dtype=float)
+        shape = (len(loads), *([3] if name in _VECTORS else []))
+        variables[f"{name}_of_load"] = (dims, numbers.reshape(shape), {"units": SI_UNITS[dimension]})
     names = [b.name for b in blocks], [i.name for i in interfaces]
     if model.detection is not None:
         variables |= detection_variables(model.detection, *names)
+    variables |= tie_variables(model)
     coords = {
         "axis": _texts(AXES),
         "material": _texts(materials),
@@ -103,7 +111,7 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
     return xr.Dataset(variables, coords=coords, attrs={"name": model.name})
 
 
-def model_of(ds: xr.Dataset) -> Model:
+def read_model(ds: xr.Dataset) -> Model:
     """Model of a Dataset, built through the same constructors and checks as any other."""
     materials = [
         Material(name, to_quantity(value, "force/volume"))
@@ -140,10 +148,10 @@ def model_of(ds: xr.Dataset) -> Model:
             strict=True,
         )
     ]
-    return Model(ds.attrs["name"], blocks, interfaces, detection=detection_of(ds))
+    return Model(ds.attrs["name"], blocks, interfaces, detection=read_detection(ds), ties=ties_of(ds))
 
 
-def patterns_of(ds: xr.Dataset) -> dict[str, LoadPattern]:
+def read_patterns(ds: xr.Dataset) -> dict[str, LoadPattern]:
     """Load patterns of a Dataset by name."""
     names = [str(name) for name in ds["load_pattern"].to_numpy()]
     loads: list[list[Load]] = [[] for _ in names]
@@ -158,19 +166,19 @@ def _joint(ds: xr.Dataset, k: int) -> JointMaterial:
 
 
 def _load(ds: xr.Dataset, k: int) -> Load:
-    kind = str(ds["kind_of_load"].to_numpy()[k])
+    kind = LOAD_KINDS[str(ds["kind_of_load"].to_numpy()[k])]
     block = int(ds["block_of_load"].to_numpy()[k])
-    named: dict[str, Any] = {
-        "block": str(ds["block"].to_numpy()[block]) if block >= 0 else "",
+    given: dict[str, Any] = {
+        "block": str(ds["block"].to_numpy()[block]) if block >= 0 else None,
         "face": int(ds["face_of_load"].to_numpy()[k]),
     }
-    vectors = {
-        name: to_quantity(ds[f"{name}_of_load"].to_numpy()[k], dimension)
-        for name, dimension in LOAD_KINDS[kind].vectors.items()
-    }
-    named |= {name: float(ds[f"{name}_of_load"].to_numpy()[k]) for name in LOAD_KINDS[kind].scalars}
-    arguments = {name: named[name] for name in (*LOAD_KINDS[kind].named, *LOAD_KINDS[kind].scalars)}
-    return LOAD_KINDS[kind].type(**arguments, **vectors)
+    arguments = {name: given[name] for name in kind.named}
+    for name, dimension in {**kind.vectors, **kind.quantities}.items():
+        stored = ds[f"{name}_of_load"].to_numpy()[k] if f"{name}_of_load" in ds else np.nan
+        arguments[name] = None if name in kind.absent and np.isnan(stored).all() else to_quantity(stored, dimension)
+    for name, default in kind.plain.items():
+        arguments[name] = type(default)(ds[f"{name}_of_load"].to_numpy()[k])
+    return kind.type(**arguments)
 
 
 def _parts(values: np.ndarray, owner: np.ndarray, n: int) -> list[np.ndarray]:

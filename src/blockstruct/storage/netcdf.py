@@ -22,7 +22,9 @@ _BARE = "This is a netCDF dimension but not a netCDF variable."
 _COORDINATES = "coordinates"
 
 
-def image_of(tree: Mapping[str, xr.Dataset], kept: Mapping[str, Sequence[int]] = MappingProxyType({})) -> memoryview:
+def netcdf_image(
+    tree: Mapping[str, xr.Dataset], kept: Mapping[str, Sequence[int]] = MappingProxyType({})
+) -> memoryview:
     """Bytes of a netCDF-4 file with a Dataset in each group; parents stand before their children.
 
     It is made in memory: libhdf5 crashes the process on a disk that is full.
@@ -44,10 +46,12 @@ def image_of(tree: Mapping[str, xr.Dataset], kept: Mapping[str, Sequence[int]] =
 
 def read_group(group: h5py.Group, outline: Mapping[str, Any]) -> xr.Dataset:
     """Dataset of a group whose outline is as it must be."""
-    return dataset_of(group, outline, lambda ds, _: values_of(ds))
+    return read_dataset(group, outline, lambda ds, _: read_values(ds))
 
 
-def dataset_of(group: h5py.Group, outline: Mapping[str, Any], values: Callable[[h5py.Dataset, str], Any]) -> xr.Dataset:
+def read_dataset(
+    group: h5py.Group, outline: Mapping[str, Any], values: Callable[[h5py.Dataset, str], Any]
+) -> xr.Dataset:
     """Dataset of a group, its values as a function of a variable and its name gives them."""
     variables = {}
     for name, variable in outline["variables"].items():
@@ -60,7 +64,7 @@ def dataset_of(group: h5py.Group, outline: Mapping[str, Any], values: Callable[[
     return xr.Dataset(variables, coords, attrs)
 
 
-def values_of(ds: h5py.Dataset, key: Any = ()) -> Any:
+def read_values(ds: h5py.Dataset, key: Any = ()) -> Any:
     """Values of a variable, or some of them; texts as objects."""
     return ds.asstr()[key] if h5py.check_string_dtype(ds.dtype) else ds[key]
 

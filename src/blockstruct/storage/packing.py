@@ -26,7 +26,7 @@ def unpacked(content: bytes) -> dict[str, np.ndarray]:
     Raises
     ------
     ValueError
-        Bytes that are none.
+        If the bytes are not such a record.
     """
     try:
         with np.load(BytesIO(content), allow_pickle=False) as stored:
@@ -35,7 +35,7 @@ def unpacked(content: bytes) -> dict[str, np.ndarray]:
                 raise ValueError(msg)
             arrays = {name: stored[name] for name in stored.files}
     except _DAMAGED as error:
-        msg = f"it is no record of arrays: {error}"
+        msg = f"it is not a record of arrays: {error}"
         raise ValueError(msg) from error
     return {name: a.astype(object) if a.dtype.kind == "U" and a.size else a for name, a in arrays.items()}
 
@@ -57,7 +57,7 @@ def unpacked_dataset(content: bytes) -> xr.Dataset:
     Raises
     ------
     ValueError
-        Bytes that are none.
+        If the bytes are not such a record.
     """
     arrays = unpacked(content)
     try:
@@ -66,5 +66,5 @@ def unpacked_dataset(content: bytes) -> xr.Dataset:
         coords = {name: variables.pop(name) for name in outline["coords"]}
         return xr.Dataset(variables, coords, outline["attrs"])
     except (*_DAMAGED, AttributeError) as error:
-        msg = f"it is no record of a history: {error}"
+        msg = f"it is not a record of a history: {error}"
         raise ValueError(msg) from error

@@ -60,7 +60,8 @@ def selected(table: pd.DataFrame, expression: str) -> pd.DataFrame:
     Raises
     ------
     StorageError
-        Any other expression, a column that the table does not have, a literal of another kind than the column.
+        If the expression is any other, names a column that the table does not have, or compares one with a literal of
+        another kind.
     """
     try:
         if not isinstance(expression, str) or len(expression) > MOST_CHARACTERS:
@@ -120,7 +121,7 @@ def _mask(node: ast.expr, table: pd.DataFrame, level: int) -> Mask:
 def _compared(left: ast.expr, op: ast.cmpop, right: ast.expr, table: pd.DataFrame) -> Mask:
     """Rows in which a comparison of a column with a literal, on either side, holds."""
     if isinstance(op, ast.Is | ast.IsNot):
-        msg = "'is' is no comparison of values, write == or !="
+        msg = "'is' is not a comparison of values, write == or !="
         raise _RefusedError(msg)
     if isinstance(op, ast.In | ast.NotIn):
         found = _contained(left, right, table)
@@ -162,7 +163,7 @@ def _column(node: ast.expr, table: pd.DataFrame) -> "pd.Series[Any]":
         case ast.Name(id=name):
             msg = f"no column {name!r}"
         case ast.Constant():
-            msg = f"{reprlib.repr(node.value)} stands where a column is due"
+            msg = f"{reprlib.repr(node.value)} stands where a column is needed"
         case _:
             msg = _not_understood(node)
     raise _RefusedError(msg)
@@ -180,7 +181,7 @@ def _literal(node: ast.expr) -> bool | float | str:
         case ast.Constant(value=int() | float() as number):
             return _float(number)
         case ast.Name(id=name):
-            msg = f"{name!r} stands where a number or a text is due (texts are quoted)"
+            msg = f"{name!r} stands where a number or a text is needed (texts are quoted)"
         case _:
             msg = _not_understood(node)
     raise _RefusedError(msg)
@@ -200,7 +201,7 @@ def _fitting(value: bool | float | str, column: "pd.Series[Any]") -> Any:
         try:
             return pd.to_datetime(str(value), utc=True, format="ISO8601")
         except (ValueError, OverflowError):
-            msg = f"{reprlib.repr(value)} is no date, write '2026-01-31' or '2026-01-31T12:00'"
+            msg = f"{reprlib.repr(value)} is not a date, write '2026-01-31' or '2026-01-31T12:00'"
             raise _RefusedError(msg) from None
     kinds = _kinds(column)
     if kinds - {str if isinstance(value, str) else float}:

@@ -13,7 +13,7 @@ from blockstruct.errors import BlockstructError, FormatError
 from blockstruct.model import LoadPattern, Model
 from blockstruct.results import Analysis, CaseResult, LazyHistory
 from blockstruct.storage.analysis_file import AnalysisFile, major, violated
-from blockstruct.storage.case_group import result_of
+from blockstruct.storage.case_group import read_result
 from blockstruct.storage.consistency import (
     Finding,
     capacity_findings,
@@ -22,7 +22,7 @@ from blockstruct.storage.consistency import (
     index_findings,
 )
 from blockstruct.storage.migration import migrated
-from blockstruct.storage.model_group import model_of, patterns_of
+from blockstruct.storage.model_group import read_model, read_patterns
 from blockstruct.vocabulary import FORMAT_VERSION
 
 #: What contents that satisfy the schema can still make of constructors.
@@ -46,16 +46,17 @@ def open_analysis(path: str | Path, *, verify: bool = True) -> Analysis:
     Raises
     ------
     StorageError
-        A file that is missing or cannot be read.
+        If the file is missing or cannot be read.
     FormatError
-        A file that is no blockstruct analysis, was changed, comes from a newer major version, or violates its schema.
+        If the file is not a blockstruct analysis, was changed, comes from a newer major version, or violates its
+        schema.
 
     Warns
     -----
     UnverifiedWarning
-        A file whose seal does not match.
+        If the seal of the file does not match.
     """
-    return analysis_of(AnalysisFile(path, verify=verify))
+    return read_analysis(AnalysisFile(path, verify=verify))
 
 
 def check_file(path: str | Path) -> dict[str, Any]:
@@ -64,15 +65,15 @@ def check_file(path: str | Path) -> dict[str, Any]:
     Raises
     ------
     StorageError
-        A file that is missing or cannot be read.
+        If the file is missing or cannot be read.
     FormatError
-        A file that is no valid analysis; every violation is listed with its HDF5 path.
+        If the file is not a valid analysis; every violation is listed with its HDF5 path.
     """
     file = AnalysisFile(path)
     found = findings(file)
     if found:
         raise violated(file.path, found)
-    analysis_of(file)
+    read_analysis(file)
     return file.attrs
 
 
@@ -97,7 +98,7 @@ def findings(file: AnalysisFile) -> list[Finding]:
     return found
 
 
-def analysis_of(file: AnalysisFile, blank: Blank | None = None) -> Analysis:
+def read_analysis(file: AnalysisFile, blank: Blank | None = None) -> Analysis:
     """Analysis of a file; of a plan, if what its cases without iterations look like is told."""
     found = file.root_findings()
     groups: dict[str, xr.Dataset] = {"/": xr.Dataset(attrs=file.attrs)}
@@ -134,7 +135,7 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank
         raise violated(file.path, found)
     try:
         with np.errstate(all="ignore"):  # Numbers that overflow end in an error below.
-            model, patterns = model_of(held), patterns_of(held)
+            model, patterns = read_model(held), read_patterns(held)
     except DAMAGE as error:
         msg = f"{file.path}: /model: {error}"
         raise FormatError(msg) from error
@@ -177,7 +178,7 @@ def _result(
     n = int(groups[place]["n_iterations"])
 
     def result(history: xr.Dataset | LazyHistory) -> CaseResult:
-        return result_of(groups[place], history, model, patterns, groups.get(f"{place}/capacity"))
+        return read_result(groups[place], history, model, patterns, groups.get(f"{place}/capacity"))
 
     if f"{place}/history" in groups:
         return result(groups[f"{place}/history"])

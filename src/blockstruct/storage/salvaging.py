@@ -15,7 +15,7 @@ import xarray as xr
 from blockstruct.errors import FormatError, StorageError
 from blockstruct.files import write_new_bytes
 from blockstruct.storage import salvage_child
-from blockstruct.storage.netcdf import image_of
+from blockstruct.storage.netcdf import netcdf_image
 from blockstruct.storage.snapshot import Snapshot
 
 #: Format of a salvaged file, which open_analysis and Archive refuse.
@@ -54,7 +54,7 @@ def salvage(path: str | Path, output: str | Path | None = None, *, time_limit: f
     """Keep what can still be read of a damaged analysis file.
 
     It is read by another process, because on damaged bytes libhdf5 may run for ever or crash. The output is a
-    netCDF-4 file with the same groups as far as they could be read. It is no analysis, and its attribute
+    netCDF-4 file with the same groups as far as they could be read. It is not an analysis, and its attribute
     ``unverified`` says so: a number in it may differ from the one that was written.
 
     Parameters
@@ -69,9 +69,9 @@ def salvage(path: str | Path, output: str | Path | None = None, *, time_limit: f
     Raises
     ------
     StorageError
-        A file that cannot be read, or an output that exists or cannot be written.
+        If the file cannot be read, or the output exists or cannot be written.
     FormatError
-        A file that is undamaged, or of which nothing can be read.
+        If the file is undamaged, or nothing of it can be read.
     """
     path = Path(path)
     output = path.with_suffix(".salvaged.nc") if output is None else Path(output)
@@ -92,7 +92,7 @@ def salvage(path: str | Path, output: str | Path | None = None, *, time_limit: f
         format=FORMAT,
         unverified=f"salvaged from {path.name}, whose bytes do not match its seal: any number may be wrong",
     )
-    write_new_bytes(output, image_of(tree))
+    write_new_bytes(output, netcdf_image(tree))
     return Salvaged(output, read, lost)
 
 

@@ -67,7 +67,7 @@ class Snapshot:
     Raises
     ------
     StorageError
-        A path without a regular file, or one that cannot be read.
+        If there is no regular file at the path, or it cannot be read.
     """
 
     def __init__(self, path: Path, verified: Stamp | None = None) -> None:
@@ -82,7 +82,7 @@ class Snapshot:
         status = os.fstat(self._descriptor)
         if not stat.S_ISREG(status.st_mode):
             self._close()
-            what = "a folder" if stat.S_ISDIR(status.st_mode) else "no regular file but a pipe or a device"
+            what = "a folder" if stat.S_ISDIR(status.st_mode) else "not a regular file but a pipe or a device"
             msg = f"{path}: is {what}; give the path of a blockstruct analysis"
             raise StorageError(msg)
         self.stamp = Stamp.of(status)
@@ -102,7 +102,7 @@ class Snapshot:
         Raises
         ------
         FormatError
-            A file that was changed since it was opened: not replaced, which does no harm, but written to.
+            If the file was changed after it was opened: not replaced, which does no harm, but written to.
         """
         if self._image is not None:
             return BytesIO(self._image)

@@ -14,7 +14,7 @@ from blockstruct.model import LimitCase, LoadPattern
 from blockstruct.results import Analysis, confirm
 from blockstruct.schema import schema_text, violations
 from blockstruct.storage.analysis_file import placed, violated
-from blockstruct.storage.case_group import case_dataset, group_of
+from blockstruct.storage.case_group import case_dataset, group_name
 from blockstruct.storage.claim import claim, put_in_place, sync
 from blockstruct.storage.consistency import (
     Finding,
@@ -26,9 +26,9 @@ from blockstruct.storage.consistency import (
 from blockstruct.storage.file_outline import outline_of
 from blockstruct.storage.lock import WriterLock, folder_of
 from blockstruct.storage.model_group import model_dataset
-from blockstruct.storage.netcdf import image_of
+from blockstruct.storage.netcdf import netcdf_image
 from blockstruct.storage.snapshot import Stamp, seal_of
-from blockstruct.storage.working_data import clear, refuse_killed
+from blockstruct.storage.unfinished import clear, refuse_killed
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION, Status
 
 SCHEMA = "analysis-1"
@@ -57,13 +57,13 @@ def save_analysis(analysis: Analysis, path: str | Path, *, keep_every: int = 1) 
     Raises
     ------
     StorageError
-        A path that cannot be written, that another process is writing, or for which a killed run has iterations.
+        If the path cannot be written, another process is writing it, or a killed run has iterations for it.
     ModelError
-        Cases whose load patterns share a name but not their loads.
+        If load patterns of the cases share a name but not their loads.
     FormatError
-        Results that contradict each other.
+        If results contradict each other.
     CertificateError
-        Results that contradict their own forces and velocities: :func:`blockstruct.results.contradictions`.
+        If results contradict their own forces and velocities: :func:`blockstruct.results.contradictions`.
     """
     place, every = claim(path), checked_keep_every(keep_every)
     confirm(analysis)
@@ -123,14 +123,14 @@ def sealed_image(
     Raises
     ------
     FormatError
-        Results that violate the schema or contradict each other.
+        If results violate the schema or contradict each other.
     """
     model = model_dataset(analysis.model, patterns(analysis.cases))
     tree = {"/": _root(analysis), "/model": model}
     found = [*_violations("/", tree["/"], "", ("model", "cases")), *_violations("/model", model, "model")]
     found += index_findings("/model", model)
     for name, result in analysis.items():
-        place = f"/cases/{group_of(name)}"
+        place = f"/cases/{group_name(name)}"
         case = case_dataset(result)
         tree |= {place: case, f"{place}/history": xr.Dataset()}
         held = ("history",) if result.capacity is None else ("history", "capacity")
@@ -147,11 +147,11 @@ def sealed_image(
     if found:
         raise violated(path, found)
     kept = {
-        f"/cases/{group_of(name)}/history": [*range(0, r.n_iterations - 1, keep_every), r.n_iterations - 1]
+        f"/cases/{group_name(name)}/history": [*range(0, r.n_iterations - 1, keep_every), r.n_iterations - 1]
         for name, r in analysis.items()
         if keep_every > 1 and r.n_iterations and r.status is not Status.INTERRUPTED
     }
-    image = image_of(tree, kept)
+    image = netcdf_image(tree, kept)
     return image, seal_of(image)
 
 
@@ -161,7 +161,7 @@ def checked_keep_every(value: Any) -> int:
     Raises
     ------
     StorageError
-        Anything else.
+        If it is anything else.
     """
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= RAREST:
         msg = f"keep_every is {value!r}; give a whole number from 1 (all iterations) to {RAREST}"
@@ -175,7 +175,7 @@ def patterns(cases: Iterable[LimitCase]) -> list[LoadPattern]:
     Raises
     ------
     ModelError
-        Two patterns of one name with different loads.
+        If two patterns of one name have different loads.
     """
     found: dict[str, LoadPattern] = {}
     for case in cases:

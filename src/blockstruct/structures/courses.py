@@ -29,7 +29,7 @@ def courses(
     Parameters
     ----------
     rows
-        One list a course, bottom to top. A number is the length of a unit in multiples of ``unit_length``,
+        One list per course, bottom to top. A number is the length of a unit in multiples of ``unit_length``,
         a negative number a void (opening) of that length.
     unit_length, unit_height, depth : quantity, length
         Length of a whole unit along x, height of every course along z, thickness of the wall along y.
@@ -46,7 +46,7 @@ def courses(
     Raises
     ------
     ModelError
-        Courses of different length, a unit of length zero, or a size that is not positive.
+        If courses have different lengths, a unit has the length zero, or a size is not positive.
     """
     length = positive_length(unit_length, "courses: unit_length")
     height = positive_length(unit_height, "courses: unit_height")

@@ -38,7 +38,7 @@ class Opening:
     Raises
     ------
     ModelError
-        A size that is not above zero, or a place or bearing below zero.
+        If a size is not above zero, or a place or bearing below zero.
     """
 
     start: Any

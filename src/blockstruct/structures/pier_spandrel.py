@@ -42,7 +42,7 @@ def pier_spandrel(
     Raises
     ------
     ModelError
-        Heights that are not of whole courses.
+        If a height is not one of whole courses.
 
     Examples
     --------

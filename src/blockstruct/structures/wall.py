@@ -99,8 +99,8 @@ def wall(
     Raises
     ------
     ModelError
-        An opening that does not lie in its wall or on its bed joints, or meets a sidewall; a sidewall that is not
-        behind the wall, or two that overlap or share a name.
+        If an opening does not lie in its wall or on its bed joints, or meets a sidewall; or a sidewall is not behind
+        the wall, overlaps another or shares its name.
 
     Examples
     --------

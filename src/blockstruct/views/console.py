@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 import blockstruct as bs
-from blockstruct.views.words import admissible_words
+from blockstruct.views.words import admissible_words, path_words
 
 _COLUMNS = {
     "load_factor": ("load factor", "{:.6f}"),
@@ -26,7 +26,7 @@ _COLUMNS = {
 
 
 def iteration_table(history: xr.Dataset) -> Table:
-    """Table of a history, a row an iteration: load factor, schedule, certificate and solver."""
+    """Table of a history, a row per iteration: load factor, schedule, certificate and solver."""
     table = Table(box=None, padding=(0, 1, 0, 0), header_style="bold")
     table.add_column("#", justify="right")
     table.add_column("program", no_wrap=True)
@@ -60,6 +60,8 @@ def result_text(result: bs.CaseResult) -> Text:
     text.append(f"  {case.dead.name} + load factor × {case.variable.name}, {case.flow} flow\n")
     text.append(f"  status {result.status}: {result.message}\n")
     text.append(f"  load factor {result.headline.text(6)}\n", style="bold")
+    if result.path_dependence is not None:
+        text.append(f"  {path_words(result)}\n")
     for warning in result.warnings:
         text.append(f"  warning: {warning}\n", style="bold yellow")
     left = admissible_words(result)
@@ -82,7 +84,7 @@ def result_text(result: bs.CaseResult) -> Text:
 
 
 def summary_table(analysis: bs.Analysis) -> Table:
-    """Table of an analysis, a row a case."""
+    """Table of an analysis, a row per case."""
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for title in ("case", "flow", "status"):
         table.add_column(title)
@@ -91,12 +93,12 @@ def summary_table(analysis: bs.Analysis) -> Table:
         table.add_column(Text(title), justify="right")
     for r in analysis.values():
         numbers = (f"{r.load_factor:.6g}", str(r.n_iterations), f"{r.duration:.2f}")
-        table.add_row(Text(r.name), r.case.flow.value, r.status.value, *numbers)
+        table.add_row(Text(r.name), r.case.flow.value, r.ended, *numbers)
     return table
 
 
 def spread_text(analysis: bs.Analysis) -> str:
-    """Spreads of the cases that were run with several schedules, a paragraph each; empty without any."""
+    """Spreads of the cases that were run with several schedules, one paragraph per case; empty without any."""
     return "".join(f"{name}: {spread}\n" for name, spread in analysis.spreads.items())
 
 
@@ -135,6 +137,8 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
                 "iterations": r.n_iterations,
                 "duration": r.duration,
                 "message": r.message,
+                "settled": r.settled,
+                "path_dependence": r.path_dependence,
                 "warnings": list(r.warnings),
                 "admissible_load_factor": _finite(r.admissible_load_factor),
                 "certificate": None if r.certificate is None else _measures(r.certificate),

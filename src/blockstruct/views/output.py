@@ -23,7 +23,7 @@ def write_bytes(content: bytes, path: str | Path) -> Path:
     Raises
     ------
     StorageError
-        A path that cannot be written, or that holds an analysis, or is a device or a pipe.
+        If the path cannot be written, holds an analysis, or is a device or a pipe.
     """
     target = Path(path)
     draft = target.with_name(f".{target.name}.{os.getpid()}")
@@ -47,7 +47,7 @@ def _check(target: Path) -> None:
     """Refuse what a view would destroy: a rename replaces anything."""
     if not target.is_file():
         if target.exists():
-            msg = "it is no regular file"
+            msg = "it is not a regular file"
             raise OSError(msg)
         return
     with target.open("rb") as file:

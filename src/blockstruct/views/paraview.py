@@ -1,4 +1,4 @@
-"""Export for ParaView: one ``.pvd`` file a case, whose time is the iteration. Needs ``pip install "blockstruct[viz]"``.
+"""Export for ParaView: one ``.pvd`` file per case, whose time is the iteration (extra ``viz``).
 
 In ParaView open the ``.pvd`` file; *Warp By Vector* with ``mechanism`` moves the blocks, *Glyph* with ``resultant``
 draws the forces.
@@ -45,9 +45,9 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
     Raises
     ------
     ModelError
-        No result, or a case without iterations.
+        If no result is given, or the case has no iterations.
     StorageError
-        A path that does not end in ``.pvd`` or cannot be written.
+        If the path does not end in ``.pvd`` or cannot be written.
     """
     target, model = Path(path), given_result(result, "write_paraview").model
     if target.suffix != ".pvd":

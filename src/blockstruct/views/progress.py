@@ -12,9 +12,9 @@ from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone
 
 @contextmanager
 def following(console: Console, *, quiet: bool) -> Iterator[list[Listener]]:
-    """Listeners that show how a run goes on: a bar on a terminal, a line an event elsewhere, none if quiet."""
+    """Listeners that show how a run goes on: a bar on a terminal, a line per event elsewhere, none if quiet."""
     columns = (
-        # Names of cases are no markup.
+        # Names of cases are not markup.
         TextColumn("{task.description}", markup=False),
         BarColumn(bar_width=20),
         TimeElapsedColumn(),

@@ -15,9 +15,9 @@ def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
     Raises
     ------
     ModelError
-        A case without iterations, an iteration that is no integer.
+        If the case has no iterations, or the iteration is not an integer.
     UnknownNameError
-        An iteration that the case does not have.
+        If the case does not have the iteration.
     """
     n = result.n_iterations
     if n == 0:
@@ -26,7 +26,7 @@ def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
     try:
         index = operator.index(iteration)
     except TypeError:
-        msg = f"case {result.name!r}: iteration {iteration!r} is no integer; give 0 to {n - 1} (-1 is the last)"
+        msg = f"case {result.name!r}: iteration {iteration!r} is not an integer; give 0 to {n - 1} (-1 is the last)"
         raise bs.errors.ModelError(msg) from None
     if not -n <= index < n:
         msg = f"case {result.name!r}: no iteration {iteration}; it has 0 to {n - 1} (-1 is the last)"
@@ -40,7 +40,7 @@ def chosen_interface(model: bs.Model, name: str) -> int:
     Raises
     ------
     UnknownNameError
-        A name that no interface carries.
+        If no interface has the name.
     """
     names = [i.name for i in model.interfaces]
     if name not in names:
@@ -56,11 +56,13 @@ def given_result(result: object, what: str) -> bs.CaseResult:
     Raises
     ------
     ModelError
-        Anything else.
+        If it is anything else.
     """
     if isinstance(result, bs.CaseResult):
         return result
-    msg = f"{what}: {type(result).__name__} is no result; give the CaseResult of a case, analysis['name of the case']"
+    msg = (
+        f"{what}: {type(result).__name__} is not a result; give the CaseResult of a case, analysis['name of the case']"
+    )
     raise bs.errors.ModelError(msg)
 
 

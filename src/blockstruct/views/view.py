@@ -48,7 +48,7 @@ class View:
         Raises
         ------
         ModelError
-            A look that is none of those of :func:`blockstruct.views.figures.structure`.
+            If the look is none of those of :func:`blockstruct.views.figures.structure`.
         """
         if look is None:
             look = best_look(shown)

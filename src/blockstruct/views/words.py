@@ -10,23 +10,29 @@ _STATUS = {
         "without dilatancy the dead load by itself has a collapse state. There is no load factor to rely on."
     ),
     bs.Status.UNBOUNDED: "The variable load never causes collapse, however large.",
-    bs.Status.NOT_CONVERGED: "No state could be certified; the numbers of the last iteration are no result.",
-    bs.Status.INTERRUPTED: "The run was interrupted; the numbers of the last iteration are no result.",
+    bs.Status.NOT_CONVERGED: "No state could be certified; the numbers of the last iteration are not a result.",
+    bs.Status.INTERRUPTED: "The run was interrupted; the numbers of the last iteration are not a result.",
 }
 
+
+_DRIFTING = (
+    "It was still drifting from one such state to the next when the procedure was stopped: another schedule would have "
+    "stopped at another load factor."
+)
 
 #: Statuses whose history may still hold an admissible state.
 _WITHOUT_STATE = (bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
 
 
 def status_words(result: bs.CaseResult) -> str:
-    """A sentence on how a case ended.
+    """Sentences on how a case ended.
 
     >>> from types import SimpleNamespace
-    >>> status_words(SimpleNamespace(status=bs.Status.UNBOUNDED))
+    >>> status_words(SimpleNamespace(status=bs.Status.UNBOUNDED, drifts=False))
     'The variable load never causes collapse, however large.'
     """
-    return _STATUS[result.status]
+    said = _STATUS[result.status]
+    return f"{said} {_DRIFTING}" if result.drifts else said
 
 
 def load_factor_words(result: bs.CaseResult) -> str:
@@ -53,8 +59,22 @@ def spread_words(spread: bs.Spread) -> str:
     h = spread.headline
     said = f"{h.certified} of {h.schedules} schedules found a certified collapse state"
     if h.certified:
-        said += f", at load factors from {h.lowest:.4g} to {h.highest:.4g}"
-    return f"{'; '.join(filter(None, (said, h.bound)))}."
+        ends = sorted((*h.drifting, h.lowest, h.highest))
+        said += f", at load factors from {ends[0]:.4g} to {ends[-1]:.4g}"
+    if h.drifting:
+        said += f"; {len(h.drifting)} of them still drifting when stopped"
+    return " ".join(filter(None, (f"{'; '.join(filter(None, (said, h.bound)))}.", path_words(spread))))
+
+
+def path_words(found: bs.CaseResult | bs.Spread) -> str:
+    """A sentence on what the number along the loading path depends on; empty where it was not asked."""
+    ends = found.path_dependence
+    if ends is None:
+        return ""
+    return (
+        f"Along the loading path, from the dead load on, it is {ends[0]:.4g} to {ends[1]:.4g}, by the steps and the "
+        "shear stiffness of the joints."
+    )
 
 
 def admissible_words(result: bs.CaseResult) -> str:

@@ -16,7 +16,7 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Members of one shape: a contact point, or the four of a rectangle that crushes with its auxiliary variables.
+    """Members of one shape: a contact point, the four of a rectangle that crushes with its auxiliary variables, a tie.
 
     Attributes
     ----------
@@ -37,10 +37,10 @@ class Group:
     def weighted(self, square: tuple[Array, Array]) -> Array:
         """``W⁻² E`` of each member, (G, 3 m + l, d)."""
         soc, line = square
-        members, m = self.cones.shape
-        of_cones = np.matmul(soc[self.cones], self.E[:, : 3 * m].reshape(members, m, 3, -1))
+        (members, m), d = self.cones.shape, self.columns.shape[1]
+        of_cones = np.matmul(soc[self.cones], self.E[:, : 3 * m].reshape(members, m, 3, d))
         of_lines = line[self.lines][:, :, None] * self.E[:, 3 * m :]
-        return np.concatenate([of_cones.reshape(members, 3 * m, -1), of_lines], axis=1)
+        return np.concatenate([of_cones.reshape(members, 3 * m, d), of_lines], axis=1)
 
 
 class Conditions:
@@ -178,7 +178,7 @@ def _groups(E: sp.csr_array, F: sp.csr_array, lines: int) -> list[Group]:
 
 
 def _listed(of: NDArray[Any], number: Index) -> Index:
-    """Items of each member, in turn, (G, items a member)."""
+    """Items of each member, in turn, (G, items per member)."""
     mine = np.flatnonzero(number[of] >= 0)
     order = mine[np.argsort(number[of[mine]], kind="stable")]
     return order.reshape(number.max() + 1, -1)

@@ -39,19 +39,24 @@ class ContactProblem:
     Parameters
     ----------
     program
-        The program, with exact crushing.
+        The program, with exact crushing. Its ties are rigid until they yield.
     compliance : (K, 3) array
-        Of each contact point, displacement a unit of force.
+        Of each contact point, displacement per unit of force.
     """
 
     def __init__(self, program: ConicProgram, compliance: Array) -> None:
         self._program = program
         self.problem = program.problem
         self.conditions = Conditions(program)
-        auxiliary = self.conditions.size - compliance.size
-        self.A = sp.csr_array(sp.hstack([self.problem.A, sp.csr_array((self.problem.A.shape[0], auxiliary))]))
+        ties, size = self.problem.ties, self.conditions.size
+        auxiliary = size - compliance.size - len(ties)
+        columns = [self.problem.A, sp.csr_array((self.problem.A.shape[0], auxiliary)), ties.columns]
+        self.A = sp.csr_array(sp.hstack(columns))
         self.AT = sp.csr_array(self.A.T)
-        self.compliance = np.concatenate([compliance.ravel(), np.zeros(auxiliary)])
+        self.compliance = np.concatenate([compliance.ravel(), np.zeros(auxiliary + len(ties))])
+        #: Where the forces of ties stand among the variables, and ``T' ≥ 0`` among the half-lines.
+        self.ties = slice(size - len(ties), size)
+        self.slack = slice(program.slack_rows.start - 1, program.slack_rows.stop - 1)
         self.complement = SchurComplement(sp.csc_array(self.A), self.conditions)
 
     def with_sliding(self, sliding: Sliding) -> Self:
@@ -68,7 +73,7 @@ class ContactProblem:
         return ContactState(x, one, one, np.zeros(self.A.shape[0]), 0.0)
 
     def elastic_displacement(self) -> float:
-        """Displacement ``w_L·u`` under the variable load if every contact held.
+        """Displacement ``w_L·u`` under the variable load if every contact held, and no tie.
 
         Raises
         ------
@@ -77,7 +82,10 @@ class ContactProblem:
         """
         one = self.conditions.identity()
         # Multipliers that weigh nothing leave the compliance alone.
-        weights = self.conditions.weights(Scaling(one, 1e-12 * one), self.compliance + 1e-9)
+        compliance = self.compliance + 1e-9
+        # Rigid ties that hold the load would leave no displacement to begin with.
+        compliance[self.ties] = 1e9
+        weights = self.conditions.weights(Scaling(one, 1e-12 * one), compliance)
         return float(self.problem.w_L @ self.complement.factorised(weights).solve(self.problem.w_L))
 
     def solve(
@@ -98,21 +106,21 @@ class ContactProblem:
         max_iterations
             Factorisations.
         """
-        # A state that has lost its way ends in numbers that are none, which is seen.
+        # A state that diverges ends in infinities or NaN, and the loop sees them.
         with np.errstate(all="ignore"):
             return self._solved(step, self._centred(step, guess, centring), tolerance, max_iterations)
 
     def _solved(self, step: Step, state: ContactState, tolerance: float, max_iterations: int) -> ContactSolution:
         ahead: ContactState | None = None
-        turned_at, trail = np.inf, list[float]()
+        turned_at, largest = np.inf, list[float]()
         for k in range(max_iterations + 1):
             residuals = self._residuals(step, state)
             now = self._measured(step, state, residuals, k)
-            trail.append(max(now.unbalanced, now.incompatible, now.gap))
-            if k and not np.isfinite(trail[-1]):
+            largest.append(max(now.unbalanced, now.incompatible, now.gap))
+            if k and not np.isfinite(largest[-1]):
                 break
             found = now
-            stalled = k >= PATIENCE and not trail[-1] < 0.5 * trail[-1 - PATIENCE]
+            stalled = k >= PATIENCE and not largest[-1] < 0.5 * largest[-1 - PATIENCE]
             if found.within(tolerance) or stalled or k == max_iterations:
                 break
             try:

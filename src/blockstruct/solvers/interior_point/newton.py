@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 #: Share of the way to the boundary that a step goes.
 FRACTION = 0.99
-#: Centrality correctors a factorisation (Gondzio). Measured: two save a third of the factorisations, more save none.
+#: Centrality correctors per factorisation (Gondzio). Measured: two save a third of the factorisations, more save none.
 CORRECTORS = 2
 #: Rounding that a direction may have, relative to what displacements miss, and refinements to that end.
 PRECISION, REFINEMENTS = 1e-2, 2

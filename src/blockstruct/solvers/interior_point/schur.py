@@ -1,4 +1,4 @@
-"""The equations of equilibrium with the contacts eliminated: six unknowns a free block."""
+"""The equations of equilibrium with the contacts eliminated: six unknowns per free block."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -23,14 +23,18 @@ class SchurComplement:
     A : (6 F, N) sparse array
         Equilibrium, with empty columns for auxiliary variables.
     conditions
-        Whose groups each stand between two blocks at most.
+        Whose groups each stand between a few blocks: contacts between two, bonded bars between all that they hold.
     """
 
     def __init__(self, A: sp.csc_array, conditions: Conditions) -> None:
         n_blocks = A.shape[0] // 6
-        self._stacks, pairs = _stacks(sp.csc_array(A), conditions, n_blocks)
-        unknowns = (6 * pairs[:, :, None] + np.arange(6)).reshape(len(pairs), 12)
-        rows, columns = np.repeat(unknowns, 12, axis=1).ravel(), np.tile(unknowns, (1, 12)).ravel()
+        self._stacks, blocks = _stacks(sp.csc_array(A), conditions, n_blocks)
+        places = []
+        for between in blocks:
+            unknowns = (6 * between[:, :, None] + np.arange(6)).reshape(len(between), -1)
+            many = unknowns.shape[1]
+            places.append((np.repeat(unknowns, many, axis=1).ravel(), np.tile(unknowns, (1, many)).ravel()))
+        rows, columns = (np.concatenate(part) for part in zip(*places, strict=True))
         n = self._size = 6 * n_blocks
         # A support stands for the block after the last.
         self._kept = (rows < n) & (columns < n)
@@ -56,13 +60,15 @@ class SchurComplement:
         Raises
         ------
         RuntimeError
-            A matrix that is singular to rounding.
+            If the matrix is singular to rounding.
         """
         values = []
         for group, members, B in self._stacks:
             inverse = weights.inverses[group][members]
             pairs, many, d, _ = inverse.shape
-            right = np.matmul(inverse, B.transpose(0, 2, 1).reshape(pairs, many, d, 12)).reshape(pairs, many * d, 12)
+            wide = B.shape[1]
+            of_members = B.transpose(0, 2, 1).reshape(pairs, many, d, wide)
+            right = np.matmul(inverse, of_members).reshape(pairs, many * d, wide)
             values.append(np.matmul(B, right).ravel())
         data = np.asarray(np.bincount(self._entry, np.concatenate(values)[self._kept]), dtype=float)
         data[self._diagonal] *= 1 + REGULARISATION
@@ -85,13 +91,16 @@ class Factor:
         return np.asarray(x[self._place])
 
 
-def _stacks(A: sp.csc_array, conditions: Conditions, n_blocks: int) -> tuple[list[tuple[int, Index, Array]], Index]:
-    """Members of each group that stand between the same two blocks, stacked by their number; and the two blocks.
+def _stacks(
+    A: sp.csc_array, conditions: Conditions, n_blocks: int
+) -> tuple[list[tuple[int, Index, Array]], list[Index]]:
+    """Members of each group that stand between the same blocks, stacked by their number; and these blocks.
 
-    Each stack holds the group, members (J, m) and their columns of A on both blocks (J, 12, m d).
+    Each stack holds the group, members (J, m) and their columns of A on all r blocks (J, 6 r, m d); a support stands
+    for the block after the last.
     """
-    block, column = A.indices // 6, np.repeat(np.arange(A.shape[1]), np.diff(A.indptr))
-    stacks, pairs = [], []
+    block, column = (A.indices // 6).astype(np.int64), np.repeat(np.arange(A.shape[1]), np.diff(A.indptr))
+    stacks, blocks = [], []
     for number, group in enumerate(conditions.groups):
         of_column = np.full(A.shape[1], -1)
         of_column[group.columns] = np.arange(len(group.columns))[:, None]
@@ -99,19 +108,27 @@ def _stacks(A: sp.csc_array, conditions: Conditions, n_blocks: int) -> tuple[lis
         local[group.columns] = np.arange(group.columns.shape[1])
         mine = of_column[column] >= 0
         member, own = of_column[column[mine]], block[mine]
-        low, high = np.full(len(group.columns), n_blocks), np.full(len(group.columns), -1)
-        np.minimum.at(low, member, own)
-        np.maximum.at(high, member, own)
-        B = np.zeros((len(group.columns), 12, group.columns.shape[1]))
-        B[member, 6 * (own != low[member]) + A.indices[mine] % 6, local[column[mine]]] = A.data[mine]
-        high = np.where(high == low, n_blocks, high)
-        key = low * (n_blocks + 1) + high
-        order = np.argsort(key, kind="stable")
-        starts = np.flatnonzero(np.diff(key[order], prepend=-1))
+        between, place = _between(member, own, len(group.columns), n_blocks)
+        wide = 6 * between.shape[1]
+        B = np.zeros((len(group.columns), wide, group.columns.shape[1]))
+        B[member, 6 * place + A.indices[mine] % 6, local[column[mine]]] = A.data[mine]
+        of_blocks = np.unique(between, axis=0, return_inverse=True)[1].ravel()
+        order = np.argsort(of_blocks, kind="stable")
+        starts = np.flatnonzero(np.diff(of_blocks[order], prepend=-1))
         counts = np.diff(np.append(starts, len(order)))
         for many in np.unique(counts):
             members = order[starts[counts == many][:, None] + np.arange(many)]
-            stacked = B[members].transpose(0, 2, 1, 3).reshape(len(members), 12, -1)
+            stacked = B[members].transpose(0, 2, 1, 3).reshape(len(members), wide, -1)
             stacks.append((number, members, stacked))
-            pairs.append(np.column_stack([low[members[:, 0]], high[members[:, 0]]]))
-    return stacks, np.concatenate(pairs)
+            blocks.append(between[members[:, 0]])
+    return stacks, blocks
+
+
+def _between(member: Index, block: Index, members: int, n_blocks: int) -> tuple[Index, Index]:
+    """Blocks (members, r) that each member stands between, ascending; and the place of each entry's among them."""
+    pairs, entry = np.unique(member * (n_blocks + 1) + block, return_inverse=True)
+    of_pair, own = pairs // (n_blocks + 1), pairs % (n_blocks + 1)
+    place = np.arange(len(pairs)) - np.searchsorted(of_pair, of_pair)
+    between = np.full((members, place.max(initial=0) + 1), n_blocks)
+    between[of_pair, place] = own
+    return between, place[entry.ravel()]

@@ -28,6 +28,7 @@ from blockstruct.views.figures.convergence import certificate, convergence
 from blockstruct.views.figures.curve import curve
 from blockstruct.views.figures.domain import crushing_domain
 from blockstruct.views.figures.forces import forces
+from blockstruct.views.figures.loads import loads
 from blockstruct.views.figures.mechanism import mechanism
 from blockstruct.views.figures.sheet import drawings, write_figures
 from blockstruct.views.figures.structure import structure
@@ -35,6 +36,7 @@ from blockstruct.views.figures.structure import structure
 __all__ = [
     # of the structure
     "forces",
+    "loads",
     "mechanism",
     "structure",
     # of the numbers

@@ -36,7 +36,7 @@ class Canvas:
         Raises
         ------
         ModelError
-            An unknown look, or Axes of a projection of their own.
+            If the look is unknown, or the Axes have a projection of their own.
         """
         view = View.of(shown, look)
         if ax is None:

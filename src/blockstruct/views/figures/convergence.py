@@ -32,7 +32,7 @@ def convergence(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
     Raises
     ------
     ModelError
-        No result, or a case without iterations.
+        If no result is given, or the case has no iterations.
     """
     chosen_iteration(given_result(result, "convergence"))
     ax = new_axes(ax)
@@ -70,7 +70,7 @@ def certificate(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
     Raises
     ------
     ModelError
-        No result, or a case without iterations.
+        If no result is given, or the case has no iterations.
     """
     chosen_iteration(given_result(result, "certificate"))
     ax = new_axes(ax)

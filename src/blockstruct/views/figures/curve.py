@@ -31,7 +31,7 @@ def curve(sweep: xr.Dataset | xr.DataArray, *, label: str | None = None, ax: Axe
     Raises
     ------
     ModelError
-        Data that do not depend on just one parameter.
+        If the data do not depend on just one parameter.
     """
     data = sweep["load_factor"] if isinstance(sweep, xr.Dataset) else sweep
     if data.ndim != 1 or data.dims[0] not in data.coords:

@@ -49,9 +49,10 @@ def crushing_domain(
     Raises
     ------
     ModelError
-        An interface whose joint material has no compressive strength, an unknown axis, a case without iterations.
+        If the joint material of the interface has no compressive strength, the axis is unknown, or the case has no
+        iterations.
     UnknownNameError
-        An unknown interface or iteration.
+        If the interface or the iteration is unknown.
     """
     model = given_result(result, "crushing_domain").model
     k = chosen_interface(model, interface)
@@ -94,7 +95,7 @@ def crushing_domain(
 def _title(result: bs.CaseResult, k: int, iteration: int, other: str) -> str:
     """What the point does not show: how much of its strength the interface uses, and its bending about the other axis.
 
-    Bending is none where its eccentricity is below a thousandth of the square root of the area.
+    There is no bending where its eccentricity is below a thousandth of the square root of the area.
     """
     history = result.history.isel(iteration=[iteration])
     name = str(history["interface"].to_numpy()[k])

@@ -48,7 +48,7 @@ def forces(
     Raises
     ------
     ModelError, UnknownNameError
-        As :func:`structure`, an unknown ``at``, or an iteration without forces.
+        As :func:`structure`, and if ``at`` is unknown or the iteration has no forces.
     """
     index = chosen_iteration(given_result(result, "forces"), iteration)
     if at == "interfaces":
@@ -73,7 +73,7 @@ def forces(
     canvas.bodies(model, solids, solids.vertices, [PALE_STONE] * len(model.blocks), edge=(PALE_EDGE, 0.4))
     if at == "interfaces":
         lines = canvas.view.project(_thrust_segments(model, points))
-        # Where few blocks are pressed at two joints alone, what passes through them is no line.
+        # Where few blocks are pressed at two joints alone, what passes through them is not a line.
         if len(lines) >= sum(not b.fixed for b in model.blocks) / 2:
             canvas.add(LineCollection(list(lines), colors=ACCENT, linewidths=1.3, zorder=3))
     size = np.where(acts, np.linalg.norm(force, axis=1), 0.0)

@@ -47,7 +47,7 @@ def mechanism(
     Raises
     ------
     ModelError, UnknownNameError, UnitError, DimensionError
-        As :func:`structure`, and an amplitude that is no length.
+        As :func:`structure`, and if the amplitude is not a length.
     """
     index = chosen_iteration(given_result(result, "mechanism"), iteration)
     model, solids = result.model, Solids.of(result.model)
@@ -76,7 +76,7 @@ def mechanism(
 def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, moved: Array) -> Array:
     """Draw the resultant of the variable load with its load factor; gives the ends of the arrow."""
     direction = push(result)
-    at, forces = applied(result.case.variable, result.model)
+    at, forces = applied(result.case.variable, result.model, result.case.dead)
     text = _load_factor(result, iteration)
     size = float(np.ptp(moved, axis=0).max())
     length, gap = _PUSH * size, 0.025 * size

@@ -16,6 +16,7 @@ import blockstruct as bs
 from blockstruct.views.figures.convergence import certificate, convergence
 from blockstruct.views.figures.domain import crushing_domain
 from blockstruct.views.figures.forces import forces
+from blockstruct.views.figures.loads import loads
 from blockstruct.views.figures.mechanism import mechanism
 from blockstruct.views.figures.structure import structure
 from blockstruct.views.output import write_bytes
@@ -70,6 +71,9 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
 
     if np.isfinite(last["block_velocity"]).all():
         add("mechanism", "Mechanism of the last iteration, to first order", mechanism, _STRUCTURE, **view)
+    plain = (bs.SelfWeight, bs.BodyForce)
+    if not all(isinstance(load, plain) for p in (result.case.dead, result.case.variable) for load in p.loads):
+        add("loads", "Dead and variable load besides the weight of the blocks", loads, _STRUCTURE, **view)
     if np.any(np.nan_to_num(last["contact_force"]) != 0):
         joints = "Joints that move in the mechanism; dashes combine the states of a joint"
         add("states", joints, structure, _STRUCTURE, **view)
@@ -127,9 +131,9 @@ def write_figures(
     Raises
     ------
     ModelError
-        An unknown look or format, or an analysis of which no case has an iteration.
+        If the look or the format is unknown, or no case of the analysis has an iteration.
     StorageError
-        A folder that cannot be written.
+        If the folder cannot be written to.
     """
     if file_format not in _FORMATS:
         msg = f"write_figures: format {file_format!r}; give one of {', '.join(_FORMATS)}"

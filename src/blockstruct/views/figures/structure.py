@@ -56,8 +56,8 @@ def structure(
     Raises
     ------
     ModelError, UnknownNameError
-        Neither model nor result, a result without iterations, an unknown iteration, colour or look, or the
-        stress blocks of joints without a compressive strength.
+        If neither model nor result is given, the result has no iterations, the iteration, colour or look is unknown, or
+        stress blocks are asked for and no joint has a compressive strength.
     """
     if colour not in _COLOURS:
         msg = f"structure: colour {colour!r}; give 'state', 'sliding' or 'crushing'"

@@ -19,9 +19,9 @@ def write_page(analysis: bs.Analysis, path: str | Path) -> Path:
     Raises
     ------
     ModelError
-        An analysis of which no case has an iteration.
+        If no case of the analysis has an iteration.
     StorageError
-        A path that cannot be written.
+        If the path cannot be written.
     """
     return write_text(page_html(analysis), path)
 
@@ -32,7 +32,7 @@ def page_html(analysis: bs.Analysis) -> str:
     Raises
     ------
     ModelError
-        An analysis of which no case has an iteration.
+        If no case of the analysis has an iteration.
     """
     # Names are anyone's text: "<" must not end the script element.
     data = json.dumps(payload(analysis), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")

@@ -47,7 +47,7 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
     Raises
     ------
     ModelError
-        An analysis of which no case has an iteration.
+        If no case of the analysis has an iteration.
     """
     model = analysis.model
     shown = [r for r in analysis.values() if r.n_iterations]
@@ -129,7 +129,11 @@ def _head(analysis: bs.Analysis, result: bs.CaseResult) -> dict[str, Any]:
     """The load factor to rely on, of a run of a spread that of its case, and what is said below it."""
     spread = next((s for s in analysis.spreads.values() if result in s.results.values()), None)
     head = (spread or result).headline
-    below = [head.bound] if spread is None else [spread_words(spread), f"This run: {load_factor_words(result)}."]
+    if spread is None:
+        below = [head.range, head.bound]
+    else:
+        this = f"This run: {load_factor_words(result)} ({result.ended.replace('_', ' ')})."
+        below = [spread_words(spread), this]
     below += [warning_words(spread or result), admissible_words(result)]
     return {"number": head.number, "below": [text for text in below if text]}
 

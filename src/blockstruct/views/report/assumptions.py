@@ -42,6 +42,7 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
             "With associative flow the load factor is unique, and an upper bound of those of all non-associative flow "
             "rules."
         )
+    said += dict.fromkeys(filter(None, (bs.results.pushed_masses(model, r.case) for r in results)))
     said.append("Load factors multiply the variable loads as modelled; no partial safety factor is included.")
     return said
 

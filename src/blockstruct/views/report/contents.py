@@ -19,6 +19,7 @@ from blockstruct.views.words import (
     admissible_words,
     certificate_words,
     load_factor_words,
+    path_words,
     spread_words,
     status_words,
     warning_words,
@@ -118,11 +119,43 @@ def _load(load: Any) -> str:
             return f"{times}({d[0]:g}, {d[1]:g}, {d[2]:g}) times the weight of every block, at its centroid"
         case bs.PointLoad(block=block, point=point, force=force):
             return f"a force {_vector(force, 'N')} on block {block} at {_vector(point, 'm')}"
-        case bs.FaceLoad(block=block, face=face, traction=traction):
-            return f"a traction {_vector(traction, 'Pa')} on face {face} of block {block}"
+        case bs.FaceLoad():
+            return _on_face(load)
         case bs.Moment(block=block, moment=moment):
             return f"a couple {_vector(moment, 'N·m')} on block {block}"
+        case bs.Weight(block=block, point=point, weight=weight):
+            return f"a weight of {quantity(weight, 'N')} on block {block} at {_vector(point, 'm')}{_mass(load)}"
+        case bs.LineLoad(weight_per_length=weight):
+            return f"a weight of {quantity(weight, 'N/m')} along a line {_where(load)}{_mass(load)}"
+        case bs.AreaLoad(weight_per_area=weight):
+            return f"a weight of {quantity(weight, 'Pa')} in plan {_where(load)}{_mass(load)}"
+        case bs.FillLoad(unit_weight=weight, level=level, lateral_coefficient=k):
+            sideways = f", with {k:g} of it as lateral pressure" if k else ""
+            said = f"fill of {quantity(weight, 'N/m³')} up to z = {level:.4g} m, {_where(load)}"
+            return f"{said}{sideways}{_mass(load)}"
     return str(load)
+
+
+def _where(load: bs.LineLoad | bs.AreaLoad | bs.FillLoad) -> str:
+    """Where a weight acts: on which blocks, and between which corners."""
+    on = "on the blocks below" if load.block is None else f"on block {load.block}"
+    if load.start is None or load.end is None:
+        return f"{on}, on its open upper faces"
+    spans = ", which bear all of it" if getattr(load, "spanning", False) else ""
+    return f"{on} from {_vector(load.start, 'm')} to {_vector(load.end, 'm')}{spans}"
+
+
+def _mass(load: bs.Weight | bs.LineLoad | bs.AreaLoad | bs.FillLoad) -> str:
+    return "" if load.mass_share == 1 else f", its mass counts {load.mass_share:g} times"
+
+
+def _on_face(load: bs.FaceLoad) -> str:
+    parts = [f"a traction {_vector(load.traction, 'Pa')}"] if any(load.traction) else []
+    if load.pressure:
+        parts.append(f"a pressure of {quantity(load.pressure, 'Pa')}")
+    if load.unit_weight is not None:
+        parts.append(f"a pressure that grows by {quantity(load.unit_weight, 'N/m³')} below z = {load.level:.4g} m")
+    return f"{' and '.join(parts) or 'nothing'} on face {load.face} of block {load.block}"
 
 
 def _vector(values: Any, unit: str) -> str:
@@ -140,6 +173,7 @@ def _headline(name: str, found: bs.CaseResult | bs.Spread) -> dict[str, str]:
         "range": head.range,
         "bound": head.bound.removeprefix("associative bound "),
         "warning": warning_words(found),
+        "path": path_words(found),
     }
 
 
@@ -161,6 +195,7 @@ def _spread(name: str, spread: bs.Spread) -> dict[str, Any]:
             _result(r)
             | {
                 "name": schedule,
+                "status": r.ended.replace("_", " "),
                 "settings": ", ".join(
                     f"{what.replace('_', ' ')} {value}"
                     for what, value in asdict(r.settings).items()

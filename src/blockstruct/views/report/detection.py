@@ -57,7 +57,7 @@ def _listed(lines: list[str]) -> list[str]:
 
 
 def _length(metres: float) -> str:
-    # Rounding of coordinates is no gap.
+    # Rounding of coordinates is not a gap.
     return f"{metres * 1e3:.3g} mm" if metres > 1e-9 else "0 mm"
 
 

@@ -37,7 +37,7 @@ def write_report(
     Raises
     ------
     StorageError
-        A path that cannot be written, a template that cannot be used.
+        If the path cannot be written, or the template cannot be used.
     """
     return write_text(report_html(analysis, project=project, template=template), path)
 
@@ -64,7 +64,7 @@ def report_html(
     Raises
     ------
     StorageError
-        A template that cannot be read or filled.
+        If the template cannot be read or filled.
     """
     own = jinja2.PackageLoader("blockstruct.views.report", ".")
     loaders: list[jinja2.BaseLoader] = [own]
@@ -92,12 +92,12 @@ def report_html(
     except Exception as error:  # the expressions of a template may raise anything
         line = _line(error, name)
         where = f", line {line}" if line else ""
-        msg = f"{template}: no usable template ({error}{where}); correct it, or report without it"
+        msg = f"{template}: not a usable template ({error}{where}); correct it, or report without it"
         raise bs.errors.StorageError(msg) from error
 
 
 def _css_text(text: str) -> Markup:
-    """A text within a CSS string: whatever is no letter, digit or blank becomes its code point."""
+    """A text within a CSS string: whatever is not a letter, digit or blank becomes its code point."""
     return Markup("".join(c if c.isalnum() or c == " " else f"\\{ord(c):x} " for c in text))
 
 

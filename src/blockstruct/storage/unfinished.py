@@ -14,7 +14,7 @@ def is_unfinished(path: str | Path) -> bool:
     Raises
     ------
     StorageError
-        A folder that cannot be looked into.
+        If the folder cannot be looked into.
     """
     plan = folder_of(place_of(path)) / "plan"
     try:

@@ -1,0 +1,227 @@
+"""What ties are worth: a structure with and without them, and the least strength that will do.
+
+>>> import blockstruct as bs
+>>> from blockstruct import Q_
+>>> stone, dry = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("dry", 0.8)
+>>> ground = bs.Block.box("ground", Q_([-2, 0, -1], "m"), Q_([4, 1, 1], "m"), stone, fixed=True)
+>>> wall = bs.Block.box("wall", Q_([0, 0, 0], "m"), Q_([0.5, 1, 2], "m"), stone)
+>>> pier = bs.Block.box("pier", Q_([-1.5, 0, 0], "m"), Q_([0.5, 1, 2], "m"), stone, fixed=True)
+>>> tie = bs.Tie("tie", ("pier", "[-1, 0.5, 1.9] m"), ("wall", "[0, 0.5, 1.9] m"), yield_force="5 kN")
+>>> blocks = [ground, wall, pier]
+>>> model = bs.Model("tied wall", blocks, bs.detect_interfaces(blocks, joint_material=dry), ties=[tie])
+>>> dead, push = bs.LoadPattern("dead", [bs.SelfWeight()]), bs.LoadPattern("push", [bs.BodyForce("+x")])
+>>> case = bs.LimitCase("push", dead, push, flow="associative")
+>>> print(with_and_without(model, [case]))
+push: 0.725 with ties, 0.25 without
+>>> print(least_tie_force(model, case, ["tie"], load_factor=0.725))
+load factor 0.725: 5 kN in all (tie 5 kN)
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from blockstruct.analysis.manager import AnalysisManager
+from blockstruct.errors import ModelError, UnknownNameError, shown
+from blockstruct.limit import Certificate, LimitProblem, ProcedureSettings
+from blockstruct.model import AnyTie, BondedBar, LimitCase, Model, Strip, Tie, TieSegment, checked_tuple
+from blockstruct.procedures import least_ties
+from blockstruct.results import Analysis, tie_state, ties_at_collapse
+from blockstruct.solvers import solver_of
+from blockstruct.statics import Statics
+from blockstruct.vocabulary import Flow, SolverStatus, TieState
+
+__all__ = [
+    "BondedBar",
+    "LeastTieForce",
+    "Strip",
+    "Tie",
+    "TieSegment",
+    "TieState",
+    "WithAndWithout",
+    "least_tie_force",
+    "tie_state",
+    "ties_at_collapse",
+    "with_and_without",
+]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WithAndWithout:
+    """The same cases of a structure with its ties and without.
+
+    Attributes
+    ----------
+    with_ties, without_ties : Analysis
+    """
+
+    with_ties: Analysis
+    without_ties: Analysis
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Load factors and statuses with and without ties, and the ratio of the two, by the name of the case."""
+        rows = {}
+        for name, tied in self.with_ties.items():
+            bare = self.without_ties[name]
+            ratio = tied.load_factor / bare.load_factor if bare.load_factor > 0 else np.nan
+            rows[name] = {
+                "load_factor_with": tied.load_factor,
+                "load_factor_without": bare.load_factor,
+                "ratio": ratio,
+                "status_with": tied.status.value,
+                "status_without": bare.status.value,
+            }
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("case")
+
+    def __str__(self) -> str:
+        return "\n".join(
+            f"{name}: {tied.headline} with ties, {self.without_ties[name].headline} without"
+            for name, tied in self.with_ties.items()
+        )
+
+
+def with_and_without(
+    model: Model, cases: Iterable[LimitCase], *, settings: ProcedureSettings | None = None, **run: Any
+) -> WithAndWithout:
+    """Run cases of a structure with its ties and without.
+
+    Parameters
+    ----------
+    model
+        A structure with ties.
+    cases
+        The cases.
+    settings
+        Of the procedure.
+    **run
+        As :meth:`blockstruct.AnalysisManager.run` takes them.
+
+    Raises
+    ------
+    ModelError
+        A model without ties.
+    """
+    if not model.ties:
+        msg = f"with_and_without: model {model.name!r} has no ties; give it some, Model(…, ties=[…])"
+        raise ModelError(msg)
+    cases = checked_tuple(cases, LimitCase, "with_and_without: cases")
+    with_ties, without = (AnalysisManager(m, settings=settings).run(cases, **run) for m in (model, model.with_ties(())))
+    return WithAndWithout(with_ties, without)
+
+
+@dataclass(frozen=True, slots=True)
+class LeastTieForce:
+    """Ties of the least strength with which a structure carries a load factor.
+
+    Attributes
+    ----------
+    load_factor : float
+    flow : Flow
+        Of the case. The strengths are those of associative flow whatever it is.
+    forces : mapping
+        Strength of each tie that was sought, N; NaN if no strength of these ties will do.
+    certificate : Certificate or None
+        Of the structure whose ties have these strengths: its load factor is the one that was asked for. None where the
+        ties are not needed, or no strength of them will do.
+    proven : bool
+        Whether the certificate holds; without one, whether forces in equilibrium prove that no ties are needed.
+    solver_status : SolverStatus
+        ``infeasible`` if no strength of these ties will do.
+    """
+
+    load_factor: float
+    flow: Flow
+    forces: Mapping[str, float]
+    certificate: Certificate | None
+    proven: bool
+    solver_status: SolverStatus
+
+    @property
+    def total(self) -> float:
+        """Sum of the strengths, N."""
+        return float(sum(self.forces.values()))
+
+    def __str__(self) -> str:
+        if np.isnan(self.total):
+            why = "no strength of these is enough"
+            if self.solver_status is not SolverStatus.INFEASIBLE:
+                why = f"the solver ended as {self.solver_status}"
+            return f"load factor {self.load_factor:.6g}: none ({', '.join(self.forces)}: {why})"
+        each = ", ".join(f"{name} {force / 1e3:.5g} kN" for name, force in self.forces.items())
+        said = f"load factor {self.load_factor:.6g}: {self.total / 1e3:.5g} kN in all ({each})"
+        if self.flow is Flow.NONASSOCIATIVE:
+            said += "; with associative flow: without dilatancy these ties may carry less, run the case with them"
+        return said if self.proven else f"{said}; not proven, the certificate does not hold"
+
+
+def least_tie_force(
+    model: Model,
+    case: LimitCase,
+    ties: Iterable[AnyTie | str],
+    load_factor: float,
+    *,
+    settings: ProcedureSettings | None = None,
+) -> LeastTieForce:
+    """Ties of the least strength in all with which a structure carries a load factor: one conic program.
+
+    It is exact for associative flow. Without dilatancy the strengths are a lower bound of what is needed, because the
+    load factor of the same structure is at most the associative one: run the case with ties of these strengths.
+
+    Parameters
+    ----------
+    model
+        The structure. Its other ties keep their strengths.
+    case
+        Loads; of either flow.
+    ties
+        Names of ties of the model, or ties to add to it, whose strengths are sought: those they have do not count.
+    load_factor
+        That the structure is to carry.
+    settings
+        Tolerances and solver.
+
+    Raises
+    ------
+    UnknownNameError
+        A tie that the model does not have.
+    ModelError
+        No tie, a bonded bar (its force differs from stretch to stretch), or a load factor that is not above zero.
+    """
+    settings = settings or ProcedureSettings()
+    if isinstance(load_factor, bool) or not isinstance(load_factor, int | float) or not 0 < load_factor < np.inf:
+        msg = f"least_tie_force: load factor {shown(load_factor)}; give a number above zero"
+        raise ModelError(msg)
+    given = checked_tuple(ties, AnyTie | str, "least_tie_force: ties")
+    own = {tie.name: tie for tie in model.ties} | {tie.name: tie for tie in given if not isinstance(tie, str)}
+    names = list(dict.fromkeys(tie if isinstance(tie, str) else tie.name for tie in given))
+    unknown = [name for name in names if name not in own]
+    if unknown or not names:
+        which = ", ".join(map(repr, unknown)) or "at all"
+        msg = f"least_tie_force: no tie {which}; the model has {', '.join(own) or 'none'}"
+        raise UnknownNameError(msg)
+    bars = [name for name in names if isinstance(own[name], BondedBar)]
+    if bars:
+        msg = f"least_tie_force: the force of a bonded bar, {', '.join(bars)}, is not one; give ties or strips"
+        raise ModelError(msg)
+    statics = Statics.of(model.with_ties(own.values()), settings.crushing_cells)
+    problem = LimitProblem.of(statics, case)
+    sought = np.isin(np.array(statics.ties.name), names)
+    found = least_ties(problem, sought, float(load_factor), settings, solver_of(settings))
+    forces = dict(zip(statics.ties.name, (found.tie_force * problem.ties.force_unit).tolist(), strict=True))
+    least = {name: float(np.maximum(forces[name], 0.0)) for name in names}
+    c = found.certificate
+    admissible = c.equilibrium_residual <= settings.equilibrium_tolerance and c.yield_excess <= settings.yield_tolerance
+    weight = float(problem.wrench_unit.sum())
+    needed = sum(least.values()) > settings.yield_tolerance * weight
+    return LeastTieForce(
+        load_factor=float(load_factor),
+        flow=case.flow,
+        forces=least,
+        certificate=c if needed else None,
+        proven=c.holds if needed else admissible,
+        solver_status=found.solver_status,
+    )

@@ -1,0 +1,63 @@
+"""Lines through bodies."""
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.geometry.polyhedron import Polyhedron
+from blockstruct.geometry.triangles import triangulated
+
+Array = NDArray[np.float64]
+
+#: Length of a stretch, relative to the body, below which it is rounding.
+SHORTEST = 1e-6
+#: Share of the full solid angle above which a point is inside: it is 1 there, 1/2 on a face and 0 outside.
+INSIDE = 0.75
+
+
+def stretches_inside(shape: Polyhedron, start: Array, end: Array) -> list[tuple[float, float]]:
+    """Stretches of the straight line from start to end that lie inside a body, convex or not.
+
+    What runs in a face is not inside.
+
+    Returns
+    -------
+    list of (from, to)
+        Distances from the start, ascending.
+    """
+    length = float(np.linalg.norm(end - start))
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    if np.any(shape.vertices.max(axis=0) < low) or np.any(shape.vertices.min(axis=0) > high):
+        return []
+    d = (end - start) / length
+    corners = shape.vertices[[face[0] for face in shape.faces]]
+    along = shape.normals @ d
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossed = np.einsum("ij,ij->i", shape.normals, corners - start) / along
+    within = crossed[(np.abs(along) > SHORTEST) & (crossed > 0) & (crossed < length)]
+    at = np.unique([0.0, *within, length])
+    smallest = SHORTEST * float(np.ptp(shape.vertices, axis=0).max())
+    triangles = np.array([t for face in shape.faces for t in triangulated(shape.vertices, face)])
+    found: list[tuple[float, float]] = []
+    for a, b in pairwise(at.tolist()):
+        if b - a <= smallest or _winding(shape.vertices[triangles] - (start + (a + b) / 2 * d)) < INSIDE:
+            continue
+        if found and a - found[-1][1] <= smallest:
+            found[-1] = found[-1][0], b
+        else:
+            found.append((a, b))
+    return found
+
+
+def _winding(triangles: Array) -> float:
+    """Share of the full solid angle under which a closed surface (t, 3, 3) is seen from the origin.
+
+    A. van Oosterom, J. Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30 (1983) 125–126.
+    """
+    a, b, c = triangles.transpose(1, 0, 2)
+    la, lb, lc = (np.linalg.norm(p, axis=1) for p in (a, b, c))
+    numerator = np.einsum("ij,ij->i", a, np.cross(b, c))
+    ab, bc, ca = (np.einsum("ij,ij->i", p, q) for p, q in ((a, b), (b, c), (c, a)))
+    denominator = la * lb * lc + ab * lc + bc * la + ca * lb
+    return float(2 * np.arctan2(numerator, denominator).sum() / (4 * np.pi))

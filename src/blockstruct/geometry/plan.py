@@ -1,0 +1,135 @@
+"""Faces in plan: which look up, what covers them, and integrals over them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from blockstruct.geometry.polyhedron import Polyhedron
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Outlines = NDArray[Any]
+
+#: Vertical component of the normal of a face up to which it is upright, without an area in plan.
+UPRIGHT = 1e-3
+#: Area in plan, as a part of the square of the size of a face, that is rounding.
+_NO_AREA = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class PlanFaces:
+    """Parts of faces as polygons in plan.
+
+    Attributes
+    ----------
+    body, face : (n,) arrays
+        Index of the polyhedron, and of the face within it.
+    outline : (n,) array of shapely polygons
+        In the x–y plane.
+    height : (n, 3) array
+        Coefficients of the plane of each, ``z = height @ (1, x, y)``.
+    """
+
+    body: Index
+    face: Index
+    outline: Outlines
+    height: Array
+
+    @classmethod
+    def of(cls, shapes: Sequence[Polyhedron], sense: float, low: float = -np.inf, high: float = np.inf) -> Self:
+        """Faces that look up (sense 1) or down (sense −1), as far as they are between two levels."""
+        body, face, outline, height = [], [], [], []
+        for i, shape in enumerate(shapes):
+            for k in np.flatnonzero(sense * shape.normals[:, 2] > UPRIGHT):
+                corners = shape.vertices[list(shape.faces[k])]
+                part = clipped(clipped(corners, 2, high), 2, low, keep=1)
+                if len(part) < 3:
+                    continue
+                polygon = shapely.make_valid(shapely.Polygon(part[:, :2]))
+                if polygon.area <= _NO_AREA * np.ptp(corners, axis=0).max() ** 2:
+                    continue
+                n, centre = shape.normals[k], corners.mean(axis=0)
+                body.append(i)
+                face.append(int(k))
+                outline.append(polygon)
+                height.append([n @ centre / n[2], -n[0] / n[2], -n[1] / n[2]])
+        return cls(
+            np.array(body, dtype=np.int64),
+            np.array(face, dtype=np.int64),
+            np.array(outline, dtype=object),
+            np.array(height, dtype=float).reshape(-1, 3),
+        )
+
+    def __len__(self) -> int:
+        return len(self.body)
+
+    def __getitem__(self, chosen: Any) -> Self:
+        return type(self)(self.body[chosen], self.face[chosen], self.outline[chosen], self.height[chosen])
+
+    def z(self, xy: Array) -> Array:
+        """Height of each plane at its own points, (n, …, 2) to (n, …)."""
+        a, b, c = (self.height[:, k].reshape(-1, *(1,) * (xy.ndim - 2)) for k in range(3))
+        return np.asarray(a + b * xy[..., 0] + c * xy[..., 1])
+
+    def within(self, region: Any) -> Self:
+        """What lies in a region of the plan."""
+        inside = type(self)(self.body, self.face, shapely.intersection(self.outline, region), self.height)
+        return inside[shapely.area(inside.outline) > _NO_AREA * region.area] if len(self) else self
+
+    def without(self, covers: Self, tolerance: float, reach: float = np.inf) -> Self:
+        """What no other face covers that is at the same height, to a tolerance, or above it, up to a reach."""
+        if not len(self) or not len(covers):
+            return self
+        one, other = shapely.STRtree(covers.outline).query(self.outline, predicate="intersects")
+        shared = shapely.intersection(self.outline[one], covers.outline[other])
+        some = shapely.area(shared) > 0.0
+        one, other, shared = one[some], other[some], shared[some]
+        at = shapely.get_coordinates(shapely.point_on_surface(shared))
+        above = covers[other].z(at) - self[one].z(at)
+        # The underside of a body does not cover its own top, however thin it is.
+        over = (above > -tolerance) & (above < reach) & ((self.body[one] != covers.body[other]) | (above > tolerance))
+        outline = self.outline.copy()
+        for k in np.unique(one[over]):
+            outline[k] = shapely.difference(outline[k], shapely.union_all(shared[over & (one == k)]))
+        left = type(self)(self.body, self.face, outline, self.height)
+        return left[shapely.area(outline) > _NO_AREA * shapely.area(self.outline)]
+
+    def triangles(self) -> tuple[Array, Index]:
+        """Triangles that make up the outlines: corners (m, 3, 2), and the index of the part each belongs to."""
+        parts, owner = shapely.get_parts(shapely.constrained_delaunay_triangles(self.outline), return_index=True)
+        corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
+        return corners, owner
+
+
+def clipped(corners: Array, axis: int, limit: float, keep: float = -1) -> Array:
+    """Part of a polygon (k, d) on one side of a limit along an axis: below it, or above it with ``keep=1``.
+
+    Where a polygon that is not convex falls apart, its parts stay joined along the limit.
+    """
+    if not np.isfinite(limit) or not len(corners):
+        return corners
+    side = keep * (corners[:, axis] - limit)
+    after, next_side = np.roll(corners, -1, axis=0), np.roll(side, -1)
+    kept = []
+    for p, q, a, b in zip(corners, after, side, next_side, strict=True):
+        if a >= 0:
+            kept.append(p)
+        if a * b < 0:
+            kept.append(p + (q - p) * (a / (a - b)))
+    return np.array(kept).reshape(-1, corners.shape[1])
+
+
+def fan(corners: Array, normal: Array) -> tuple[Array, Array]:
+    """Triangles (m, 3, 3) of a plane polygon from its first corner, and their areas, negative where they fold back."""
+    triangles = np.stack([np.broadcast_to(corners[0], corners[1:-1].shape), corners[1:-1], corners[2:]], axis=1)
+    cross = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    return triangles, cross @ normal / 2
+
+
+def products(area: Array, f: Array, g: Array) -> Array:
+    """Integrals of f·g over triangles of given areas (m,), both linear and given at the corners (m, 3)."""
+    return np.asarray(area / 12 * (f.sum(axis=1) * g.sum(axis=1) + (f * g).sum(axis=1)))

@@ -1,0 +1,48 @@
+"""Which masses a mass-proportional push takes along, in words."""
+
+import numpy as np
+
+from blockstruct.model import BodyForce, LimitCase, Model, SelfWeight, kind_of
+from blockstruct.statics import applied_loads, carried_weights
+
+_NAMES = {
+    "weight": "concentrated weights",
+    "line_load": "line loads",
+    "area_load": "area loads",
+    "fill_load": "fill",
+}
+
+
+def pushed_masses(model: Model, case: LimitCase) -> str:
+    """Which weights a mass-proportional push of a case acts on, and what it leaves out; empty without such a push.
+
+    Weights on supports do not count.
+    """
+    patterns = [p.name for p in (case.dead, case.variable) if any(isinstance(load, BodyForce) for load in p.loads)]
+    if not patterns:
+        return ""
+    free = np.array([not b.fixed for b in model.blocks])
+    own = sum(b.weight for b in model.blocks if not b.fixed)
+    carried = carried_weights(model, case.dead)
+    names = np.array([_NAMES.get(kind_of(load), "") for load in case.dead.loads], dtype=object)
+    parts = []
+    for name in _NAMES.values():
+        chosen = free[carried.block] & (names[carried.load] == name)
+        weight, pushed = (float(column[chosen].sum()) for column in (carried.weight, carried.pushed))
+        if weight:
+            share = "" if pushed == weight else f" of {_kn(weight)}"
+            parts.append(f"{_kn(pushed)}{share} of {name}")
+    said = f"The mass-proportional load {' and '.join(map(repr, patterns))} acts on the weight of the free blocks, "
+    said += f"{_kn(own)}, and on {', '.join(parts)} of {case.dead.name!r}." if parts else f"{_kn(own)}, alone."
+    if not any(isinstance(load, SelfWeight) for load in case.dead.loads):
+        said += f" {case.dead.name!r} holds no self-weight: the blocks are pushed, but do not weigh."
+    found = applied_loads(model, case.dead)
+    massless = np.array([kind_of(load) in ("point_load", "face_load") for load in case.dead.loads])
+    down = -float(found.force[massless[found.load] & free[found.block], 2].sum())
+    if down > 1e-9 * max(own, 1.0):
+        said += f" Forces of {case.dead.name!r}, {_kn(down)} downwards, have no mass and are not pushed."
+    return said
+
+
+def _kn(force: float) -> str:
+    return f"{force / 1e3:.4g} kN"

@@ -1,0 +1,110 @@
+"""The ties of a model, as arrays: one row a stretch that carries one force."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from blockstruct.model import Model, tie_segments
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class TieTable:
+    """All stretches j of the ties of a model, one tie after the other.
+
+    Attributes
+    ----------
+    name : tuple of str
+    tie : (M,) array
+        Index of the tie of each stretch.
+    ends : (M, 2) array
+        Indices of the blocks that it pulls together.
+    position : (M, 2, 3) array, m
+        Where it pulls at each of them.
+    direction : (M, 3) array
+        Unit vectors from the first to the second.
+    capacity, prestress : (M,) arrays, N
+        Largest and least force.
+    governing : tuple of str
+        Which limit the largest force is.
+    bond : (M, 2) array, N
+        Largest change of the force in the block at each end; infinite at an anchor.
+    elongation_limit : (M,) array, m
+        Infinite if none was given.
+    """
+
+    name: tuple[str, ...]
+    tie: Index
+    ends: Index
+    position: Array
+    direction: Array
+    capacity: Array
+    prestress: Array
+    governing: tuple[str, ...]
+    bond: Array
+    elongation_limit: Array
+
+    @classmethod
+    def of(cls, model: Model) -> Self:
+        """Table of a model; without ties its arrays are empty."""
+        segments = tie_segments(model.ties, model.blocks)
+        index = {b.name: i for i, b in enumerate(model.blocks)}
+        number = {tie.name: i for i, tie in enumerate(model.ties)}
+
+        def floats(values: list[object], *shape: int) -> Array:
+            return np.array(values, dtype=float).reshape(len(segments), *shape)
+
+        return cls(
+            name=tuple(s.name for s in segments),
+            tie=np.array([number[s.tie] for s in segments], dtype=np.int64),
+            ends=np.array([[index[b] for b in s.blocks] for s in segments], dtype=np.int64).reshape(-1, 2),
+            position=floats([(s.start, s.end) for s in segments], 2, 3),
+            direction=floats([s.direction for s in segments], 3),
+            capacity=floats([s.capacity for s in segments]),
+            prestress=floats([s.prestress for s in segments]),
+            governing=tuple(s.governing for s in segments),
+            bond=floats([s.bond for s in segments], 2),
+            elongation_limit=floats([s.elongation_limit for s in segments]),
+        )
+
+    def __len__(self) -> int:
+        return len(self.name)
+
+    def columns(self, centroids: Array, free: Index, length: float) -> sp.csc_array:
+        """Wrenches of unit forces: ``[d; (p − c) × d]`` on the block at the start, its negative at the end.
+
+        Parameters
+        ----------
+        centroids : (B, 3) array, m
+            Reference points of the moments.
+        free : (F,) array
+            Indices of the free blocks; rows of supports are dropped.
+        length
+            Characteristic length, m: moments are divided by it.
+
+        Returns
+        -------
+        (6 F, M) sparse array
+        """
+        row_of = np.full(len(centroids), -1)
+        row_of[free] = 6 * np.arange(len(free))
+        forces = np.array([1.0, -1.0])[:, None] * self.direction[:, None]
+        moments = np.cross(self.position - centroids[self.ends], forces) / length
+        wrench = np.concatenate([forces, moments], axis=2)
+        rows = row_of[self.ends][:, :, None] + np.arange(6)
+        columns = np.broadcast_to(np.arange(len(self))[:, None, None], rows.shape)
+        on = np.broadcast_to(row_of[self.ends][:, :, None] >= 0, rows.shape)
+        return sp.csc_array((wrench[on], (rows[on], columns[on])), shape=(6 * len(free), len(self)))
+
+    def bond_rows(self) -> tuple[sp.csr_array, Array]:
+        """Changes of the force from one stretch of a bonded bar to the next, (R, M), and the bond that limits each."""
+        k = np.flatnonzero(np.isfinite(self.bond[:, 1]))
+        r = np.arange(len(k))
+        values = np.repeat([1.0, -1.0], len(k))
+        rows = sp.csr_array((values, (np.tile(r, 2), np.concatenate([k + 1, k]))), shape=(len(k), len(self)))
+        return rows, self.bond[k, 1]
