@@ -2,7 +2,7 @@
 
 import logging
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TextIO
 
@@ -54,6 +54,12 @@ class CaseFinished:
 
 Event = CaseStarted | IterationDone | StepDone | CaseFinished
 Listener = Callable[[Event], None]
+
+
+def tell(listeners: Iterable[Listener], event: Event) -> None:
+    """Tell listeners, in turn, an event."""
+    for listener in listeners:
+        listener(event)
 
 
 def log_to(logger: logging.Logger) -> Listener:

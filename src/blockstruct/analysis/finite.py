@@ -1,11 +1,12 @@
 """Pushovers: what follows a collapse state."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
 
-from blockstruct.analysis.events import Listener, StepDone
+from blockstruct.analysis.events import Listener, StepDone, tell
 from blockstruct.limit import FiniteStep, Iteration, LimitProblem, MovingProblem
 from blockstruct.model import Pushover
 from blockstruct.procedures import pushover
@@ -16,7 +17,7 @@ from blockstruct.vocabulary import Status
 
 
 def pushed_over(
-    result: CaseResult, statics: Statics, problem: LimitProblem, collapse: Iteration, tell: Listener
+    result: CaseResult, statics: Statics, problem: LimitProblem, collapse: Iteration, listeners: Iterable[Listener]
 ) -> CaseResult:
     """The result of a pushover with its capacity curve, from one with a collapse state.
 
@@ -30,8 +31,8 @@ def pushed_over(
         Its own.
     collapse
         The collapse state.
-    tell
-        Hears of every state.
+    listeners
+        Hear of every state.
     """
     case, settings, start = result.case, result.settings, perf_counter()
     if not isinstance(case, Pushover):
@@ -43,11 +44,11 @@ def pushed_over(
     status, load_factor, message = result.status, result.load_factor, result.message
     try:
         for k, step in enumerate(steps):
-            tell(StepDone(case, k, step))
+            tell(listeners, StepDone(case, k, step))
         while True:
             step = next(going)
             steps.append(step)
-            tell(StepDone(case, len(steps) - 1, step))
+            tell(listeners, StepDone(case, len(steps) - 1, step))
     except StopIteration as stop:
         message = f"{message}; pushover: {stop.value}"
     except KeyboardInterrupt:

@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 import xarray as xr
 
-from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, Listener
+from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener, tell
 from blockstruct.analysis.finite import pushed_over
 from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.analysis.recorder import Recorder
@@ -270,7 +270,7 @@ class AnalysisManager:
             problem = LimitProblem.of(statics, case)
             planned = _planned(case, self.settings, statics, problem, now())
             results.append(self._run_case(planned, statics, problem, heard))
-            _tell(heard, CaseFinished(results[-1]))
+            tell(heard, CaseFinished(results[-1]))
             if store is not None:
                 keep_point(self.model, joints, results[-1], Path(store) / f"{name}.h5", self.tags)
             if results[-1].status is Status.INTERRUPTED:
@@ -316,7 +316,7 @@ class AnalysisManager:
                 statics = self._statics_of(before.settings)
                 problem = LimitProblem.of(statics, before.case)
                 results[name] = result = self._run_case(before, statics, problem, listeners)
-                _tell(listeners, CaseFinished(result))
+                tell(listeners, CaseFinished(result))
             except KeyboardInterrupt:
                 break
             if result.status is Status.INTERRUPTED:
@@ -333,10 +333,10 @@ class AnalysisManager:
         outcome = Outcome(Status.INTERRUPTED, np.nan, "interrupted by the user")
         started_at = before.started_at if before.n_iterations else now()
         try:
-            _tell(listeners, CaseStarted(case, len(self.model.blocks), problem.n_points, statics, problem))
+            tell(listeners, CaseStarted(case, len(self.model.blocks), problem.n_points, statics, problem))
             while True:
                 iterations.append(next(steps))
-                _tell(listeners, IterationDone(case, len(iterations) - 1, iterations[-1]))
+                tell(listeners, IterationDone(case, len(iterations) - 1, iterations[-1]))
         except StopIteration as stop:
             outcome = stop.value
         except KeyboardInterrupt:
@@ -355,7 +355,7 @@ class AnalysisManager:
         )
         if not isinstance(case, Pushover) or outcome.status is not Status.CONVERGED:
             return done
-        return pushed_over(done, statics, problem, iterations[-1], lambda event: _tell(listeners, event))
+        return pushed_over(done, statics, problem, iterations[-1], listeners)
 
     def _statics_of(self, settings: ProcedureSettings) -> Statics:
         if settings.crushing_cells == self.settings.crushing_cells:
@@ -395,8 +395,3 @@ def _warn_of(results: Iterable[CaseResult]) -> None:
             said.setdefault(text, result.name)
     for text, name in said.items():
         warnings.warn(f"case {name!r}: {text}", LoadFactorWarning, stacklevel=3)
-
-
-def _tell(listeners: Sequence[Listener], event: Event) -> None:
-    for listener in listeners:
-        listener(event)

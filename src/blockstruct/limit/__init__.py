@@ -16,6 +16,7 @@ from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
 from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, scheduled, schedules_of
 from blockstruct.limit.ties import Ties
+from blockstruct.statics import Placement
 
 __all__ = [
     # the question
@@ -29,6 +30,7 @@ __all__ = [
     "FiniteStep",
     "MovedProblem",
     "MovingProblem",
+    "Placement",
     "check_pushover",
     "zero_displacement",
     # the programs

@@ -9,12 +9,12 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from blockstruct.limit import Placement
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.moved import ZERO, FiniteStep, MovedProblem, MovingProblem, zero_displacement
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.finite_step import CERTIFIED, Solved, solve_finite_step
-from blockstruct.statics import Placement
 
 Array = NDArray[np.float64]
 
