@@ -288,10 +288,9 @@ class AnalysisManager:
                     settings = scheduled(self.settings, name)
                     # The loading path as given needs no second run.
                     if settings != self.settings:
-                        run = LimitCase(run_name(case.name, name), case.dead, case.variable)
-                        runs.append((run, settings))
-                name = run_name(case.name, Flow.ASSOCIATIVE)
-                runs.append((LimitCase(name, case.dead, case.variable, Flow.ASSOCIATIVE), self.settings))
+                        runs.append((case.limit_case(run_name(case.name, name), case.flow), settings))
+                bound = case.limit_case(run_name(case.name, Flow.ASSOCIATIVE), Flow.ASSOCIATIVE)
+                runs.append((bound, self.settings))
         return runs
 
     @classmethod

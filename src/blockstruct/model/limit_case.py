@@ -32,6 +32,10 @@ class LimitCase:
     variable: LoadPattern
     flow: Flow = Flow.NONASSOCIATIVE
 
+    def limit_case(self, name: str, flow: Flow) -> "LimitCase":
+        """The same loads as a limit case of another name and flow, and no more than that."""
+        return LimitCase(name, self.dead, self.variable, flow)
+
     def __post_init__(self) -> None:
         checked_name(self.name, "limit case")
         for role in ("dead", "variable"):

@@ -7,7 +7,7 @@ compression positive, and velocities belong to one watt of variable load (``w_LÂ
 
 from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
-from blockstruct.results.capacity import capacity_of, step_arrays, steps_of
+from blockstruct.results.capacity import block_rotations, capacity_of, step_arrays, steps_of
 from blockstruct.results.case_result import CERTIFICATE_MEASURES, AdmissibleState, CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, relative_difference
 from blockstruct.results.frame import history_frame
@@ -42,6 +42,7 @@ __all__ = [
     "contradictions",
     "recomputed_certificate",
     # capacity curves
+    "block_rotations",
     "capacity_of",
     "step_arrays",
     "steps_of",

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from blockstruct.limit import FiniteStep, zero_displacement
 from blockstruct.model import Model
+from blockstruct.statics import Placement
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES
 
@@ -89,3 +90,10 @@ def steps_of(capacity: xr.Dataset) -> list[FiniteStep]:
         values = {name: v[k] if name in _OF_BLOCKS else v[k].item() for name, v in columns.items()}
         steps.append(FiniteStep(**{**values, "holds": bool(values["holds"])}))
     return steps
+
+
+def block_rotations(capacity: xr.Dataset) -> NDArray[np.float64]:
+    """Rotation matrices (step, block, 3, 3) of the blocks of a capacity curve."""
+    vectors = capacity["rotation"].transpose("step", "block", "axis").to_numpy()
+    flat = vectors.reshape(-1, 3)
+    return Placement.at(np.zeros_like(flat), flat).rotation.reshape(*vectors.shape, 3)

@@ -24,6 +24,7 @@ try:
 except ModuleNotFoundError as error:
     raise bs.errors.MissingExtraError.of(error, "viz", "figures") from error
 
+from blockstruct.views.figures.capacity import capacity
 from blockstruct.views.figures.convergence import certificate, convergence
 from blockstruct.views.figures.curve import curve
 from blockstruct.views.figures.domain import crushing_domain
@@ -40,6 +41,7 @@ __all__ = [
     "mechanism",
     "structure",
     # of the numbers
+    "capacity",
     "certificate",
     "convergence",
     "crushing_domain",
