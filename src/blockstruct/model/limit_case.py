@@ -32,10 +32,6 @@ class LimitCase:
     variable: LoadPattern
     flow: Flow = Flow.NONASSOCIATIVE
 
-    def limit_case(self, name: str, flow: Flow) -> "LimitCase":
-        """The same loads as a limit case of another name and flow, and no more than that."""
-        return LimitCase(name, self.dead, self.variable, flow)
-
     def __post_init__(self) -> None:
         checked_name(self.name, "limit case")
         for role in ("dead", "variable"):
@@ -47,3 +43,21 @@ class LimitCase:
         except (ValueError, TypeError, RecursionError):
             msg = f"limit case {self.name!r}: flow {shown(self.flow)}; give one of {', '.join(Flow)}"
             raise ModelError(msg) from None
+
+    @property
+    def patterns(self) -> tuple[LoadPattern, ...]:
+        """Its load patterns."""
+        return (self.dead, self.variable)
+
+    @property
+    def question(self) -> str:
+        """What it asks, in words.
+
+        >>> LimitCase("pushed", LoadPattern("dead", []), LoadPattern("push", [])).question
+        'dead + load factor × push, nonassociative flow'
+        """
+        return f"{self.dead.name} + load factor × {self.variable.name}, {self.flow} flow"
+
+    def renamed(self, name: str, flow: Flow | None = None) -> "LimitCase":
+        """The same loads by another name, with another flow rule if one is given; what follows collapse is left out."""
+        return LimitCase(name, self.dead, self.variable, flow or self.flow)

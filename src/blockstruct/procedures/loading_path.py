@@ -109,9 +109,9 @@ def loading_path(
     message = f"the certificate holds ({ALONG_PATH})"
     if early:
         # Closed too early, a path certifies whatever load factor it has come to.
-        message += f", but the load factor was {DRIFTING} where the path ended: {path.why}"
-    if path.peak > best.load_factor * (1 + 1e-3):
-        message += f"; the load factor passed a peak of {path.peak:.6g}"
+        message += f", but the {program.problem.answer} was {DRIFTING} where the path ended: {path.why}"
+    if path.peak > best.load_factor + 1e-3 * abs(best.load_factor):
+        message += f"; on the way it passed a peak, {program.problem.said(path.peak)}"
     return message, best
 
 
@@ -164,7 +164,9 @@ class _Path:
             self._unit = self._contact.elastic_displacement()
         except RuntimeError:
             return None
-        rest = Step(np.zeros(size), np.zeros(size), None)
+        # A support that will give way is held, by whatever reaction that takes.
+        held = None if self._problem.settlement is None else 0.0
+        rest = Step(np.zeros(size), np.zeros(size), held)
         found = self._contact.solve(rest, self._state, centring=1.0, tolerance=OF_DEAD_LOAD, max_iterations=MAX_OF_STEP)
         if not found.within(ENOUGH):
             return None
@@ -181,7 +183,7 @@ class _Path:
                 return None
             s = self._next
             # The first step begins with the load factor of a structure that stays elastic.
-            elastic = replace(self._state, alpha=s / self._unit)
+            elastic = replace(self._state, alpha=self._state.alpha + s / self._unit)
             guess = self._state.scaled(s / self._step) if self._step else elastic
             found = self._lagging().solve(
                 self._memory(s), guess, centring=CENTRING, tolerance=TOLERANCE, max_iterations=MAX_OF_STEP

@@ -7,9 +7,12 @@ from typing import Any
 
 import xarray as xr
 
-from blockstruct.model import LimitCase, LoadPattern, Model, Point, Pushover
+from blockstruct.model import Case, LimitCase, LoadPattern, Model, Point, Pushover, SettlementCase
 from blockstruct.results import CERTIFICATE_MEASURES, CaseResult, LazyHistory
-from blockstruct.units import SI_UNITS
+from blockstruct.units import SI_UNITS, to_quantity
+
+#: What the attribute of a settlement holds.
+_MOTION = ("supports", "direction", "about")
 
 
 def group_name(name: str) -> str:
@@ -27,15 +30,18 @@ def case_dataset(result: CaseResult) -> xr.Dataset:
         "duration": ((), result.duration, {"units": SI_UNITS["time"]}),
     }
     if result.certificate is not None:
-        for name, value in asdict(result.certificate).items():
+        for name, value in result.certificate.measures.items():
             variables[name] = ((), int(value) if isinstance(value, bool) else value, number)
+    if isinstance(result.case, SettlementCase):
+        reaction = float(result.reaction.magnitude)
+        variables["reaction"] = ((), reaction, {"units": SI_UNITS[result.answer.dimension]})
     attrs = {
         "name": result.name,
         "status": result.status.value,
         "message": result.message,
         "flow": result.case.flow.value,
         "dead": result.case.dead.name,
-        "variable": result.case.variable.name,
+        "variable": result.case.patterns[-1].name if isinstance(result.case, LimitCase) else "",
         "settings": json.dumps(asdict(result.settings)),
         "started_at": result.started_at,
     }
@@ -43,17 +49,9 @@ def case_dataset(result: CaseResult) -> xr.Dataset:
         attrs["pushover"] = json.dumps(
             {"control": result.case.control, "control_point": result.case.control_point, "steps": result.case.steps}
         )
+    if isinstance(result.case, SettlementCase):
+        attrs["settlement"] = json.dumps({name: getattr(result.case, name) for name in _MOTION})
     return xr.Dataset(variables, attrs=attrs)
-
-
-def read_case(attrs: Mapping[str, Any], patterns: Mapping[str, LoadPattern]) -> LimitCase:
-    """The case of a group."""
-    plain = attrs["name"], patterns[attrs["dead"]], patterns[attrs["variable"]], attrs["flow"]
-    if "pushover" not in attrs:
-        return LimitCase(*plain)
-    own = json.loads(attrs["pushover"])
-    point = None if own["control_point"] is None else Point(*map(float, own["control_point"]))
-    return Pushover(*plain, control=own["control"], control_point=point, steps=own["steps"])
 
 
 def read_result(
@@ -67,7 +65,7 @@ def read_result(
     a = ds.attrs
     return CaseResult.restored(
         model=model,
-        case=read_case(a, patterns),
+        case=_case(ds.attrs, patterns),
         settings=json.loads(a["settings"]),
         status=a["status"],
         load_factor=float(ds["load_factor"]),
@@ -78,3 +76,17 @@ def read_result(
         duration=float(ds["duration"]),
         capacity=capacity,
     )
+
+
+def _case(attrs: Mapping[str, Any], patterns: Mapping[str, LoadPattern]) -> Case:
+    dead, flow = patterns[attrs["dead"]], attrs["flow"]
+    if "pushover" in attrs:
+        own = json.loads(attrs["pushover"])
+        point = None if own["control_point"] is None else Point(*map(float, own["control_point"]))
+        more = {"control": own["control"], "control_point": point, "steps": own["steps"]}
+        return Pushover(attrs["name"], dead, patterns[attrs["variable"]], flow, **more)
+    if "settlement" not in attrs:
+        return LimitCase(attrs["name"], dead, patterns[attrs["variable"]], flow)
+    motion = json.loads(attrs["settlement"])
+    about = None if motion["about"] is None else to_quantity(motion["about"], "length")
+    return SettlementCase(attrs["name"], dead, motion["supports"], motion["direction"], about=about, flow=flow)

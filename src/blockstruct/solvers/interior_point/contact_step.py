@@ -78,7 +78,7 @@ class ContactProblem:
         Raises
         ------
         RuntimeError
-            Blocks that no contact holds.
+            If there are blocks that no contact holds.
         """
         one = self.conditions.identity()
         # Multipliers that weigh nothing leave the compliance alone.
@@ -154,7 +154,7 @@ class ContactProblem:
         return ContactState(x, y, mu * y.inverse(), guess.u, guess.alpha)
 
     def _work(self, step: Step, state: ContactState) -> float:
-        if step.displacement is None:
+        if not step.displacement:
             return max(float(self.compliance @ state.x**2), 1e-300)
         return abs(step.displacement) * max(abs(state.alpha), 1e-3)
 
