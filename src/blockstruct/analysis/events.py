@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TextIO
 
 from blockstruct.limit import FiniteStep, Iteration, LimitProblem
-from blockstruct.model import Case, SettlementCase
+from blockstruct.model import Case, Pushover, SettlementCase
 from blockstruct.results import CaseResult
 from blockstruct.statics import Statics
 

@@ -4,9 +4,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 import blockstruct as bs
+from blockstruct.units import readable
 from blockstruct.views.figures.canvas import legend_above, new_axes
 from blockstruct.views.selection import given_result
-from blockstruct.views.style import ACCENT, FORCE, readable
+from blockstruct.views.style import ACCENT, FORCE
 
 
 def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None = None) -> Axes:
