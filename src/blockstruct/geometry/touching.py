@@ -138,11 +138,9 @@ class MovingBodies:
         shared = clipped(flat, count, np.einsum("pvi,pai->pva", other - origin[:, None], axes), self.count[second])
 
         lengths = np.linalg.norm(shared.edges, axis=2).sum(axis=1)
-        wide = shared.area > NO_WIDTH * size * lengths / 2
-        shared, width = (
-            shared[wide].without_short_edges(NO_EDGE * size),
-            (2 * shared.area / np.maximum(lengths, 1e-300))[wide],
-        )
+        width = 2 * shared.area / np.maximum(lengths, 1e-300)
+        wide = width > NO_WIDTH * size
+        shared, width = shared[wide].without_short_edges(NO_EDGE * size), width[wide]
         first, second, middle, axes, origin, one, other, back = (
             a[wide] for a in (first, second, middle, axes, origin, one, other, back)
         )

@@ -95,8 +95,8 @@ class MovingProblem:
 
     Raises
     ------
-    ModelError
-        Joints that a structure with finite displacements cannot have.
+    UnknownNameError, ModelError
+        As of :func:`check_pushover`.
     """
 
     def __init__(self, statics: Statics, problem: LimitProblem, case: Pushover) -> None:
@@ -158,7 +158,7 @@ class FiniteStep:
     motion_time : float
         Time for which they act until the next state, s, if that step is not halved.
     dissipation : float
-        Work of friction a unit of work of the variable load.
+        Work of friction per unit of work of the variable load.
     penetration : float
         Deepest penetration, m.
     energy_error : float
@@ -217,9 +217,10 @@ def check_pushover(model: Model, case: Pushover) -> None:
     Raises
     ------
     UnknownNameError
-        A control point on a block that the model does not have.
+        If the control point is on a block that the model does not have.
     ModelError
-        A control point on a support; joints with cohesion, tensile strength or a finite compressive strength.
+        If it is on a support, if a joint has cohesion, tensile strength or a finite compressive strength, or if there
+        are ties.
     """
     blocks = {b.name: b for b in model.blocks}
     name = case.control[0]
@@ -246,6 +247,6 @@ def check_pushover(model: Model, case: Pushover) -> None:
     if ties:
         msg = (
             f"pushover {case.name!r}: model {model.name!r} has {len(ties)} ties, whose forces at finite displacements "
-            "are not known yet; give a model without them"
+            "this method does not know; give a model without them, and a LimitCase for the load factor with them"
         )
         raise ModelError(msg)

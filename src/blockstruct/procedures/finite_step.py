@@ -14,8 +14,7 @@ from blockstruct.limit.settings import ProcedureSettings
 
 Array = NDArray[np.float64]
 
-#: Feasibility and duality gap of the programs. Measured on walls: 1e-9 takes half as many iterations again, and the
-#: curve is the same to five digits.
+#: Feasibility and duality gap of the programs. Measured on a wall of 46 blocks: 1e-6 saves 2 % of the iterations.
 TOLERANCE = 1e-7
 #: Flow-rule gap, relative to the work of the step, at which sliding and shift agree, and that is certified.
 AGREED, CERTIFIED = 2e-3, 1e-2
@@ -36,9 +35,9 @@ class Solved:
         Velocities, ``w_L·u = 1``.
     certificate : Certificate
     dissipation : float
-        Work of friction a unit of work of the variable load.
+        Work of friction per unit of work of the variable load.
     falling : float
-        Work of the dead load a unit of work of the variable load.
+        Work of the dead load per unit of work of the variable load.
     reaching : (K,) array
         Share of the step's work that the force at each contact does while its gap closes.
     missed : float
@@ -86,7 +85,7 @@ def solve_finite_step(
     twist : (B, 6) array
         Motion at 1 W whose sliding gives the first shift.
     least
-        Work a unit of work of the variable load to which what is missed is relative, where there is less.
+        Work per unit of work of the variable load to which what is missed is relative, where there is less.
     settings, solver
         Of the case.
 
@@ -96,6 +95,8 @@ def solve_finite_step(
         The state that misses the flow rule least; None if no program is solved, as where nothing holds a block.
     """
     problem = moved.problem
+    if not problem.n_points:
+        return None
     program, sliding, gap = ConicProgram(problem, settings), true_sliding(problem), moved.gap(work)
     shift = shift_of(problem, moved.relative(twist) * problem.force_unit[:, None])
     best: Solved | None = None

@@ -23,7 +23,7 @@ _VALUES = {
     "velocity": ("velocity", "velocity of the centroid, at 1 W"),
     "angular_velocity": ("angular velocity", "angular velocity about the centroid, at 1 W"),
     "motion_time": ("time", "for which the velocities act until the next state, if the step is not halved"),
-    "dissipation": ("dimensionless", "work of friction a unit of work of the variable load"),
+    "dissipation": ("dimensionless", "work of friction per unit of work of the variable load"),
     "penetration": ("length", "deepest penetration of two blocks"),
     "energy_error": ("dimensionless", "work that the way from the state before misses, relative to all work so far"),
     "equilibrium_residual": ("dimensionless", "in multiples of the dead wrench of the block"),
