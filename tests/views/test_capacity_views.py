@@ -6,9 +6,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from test_page import opened, settle, slide
 
 import blockstruct as bs
 from blockstruct.views import figures
+from blockstruct.views.page import write_page
 from blockstruct.views.page.payload import payload
 from blockstruct.views.paraview import write_paraview
 from structures import SELF_WEIGHT, model_of, push, single_block
@@ -68,3 +70,17 @@ def test_paraview(analysis, tmp_path):
     write_paraview(analysis["plain"], tmp_path / "push.pvd")
     assert not (tmp_path / "push-pushover.pvd").exists()
     assert not list((tmp_path / "push").glob("pushover-*"))
+
+
+def test_the_page_shows_a_step(browser, analysis, tmp_path):
+    with opened(browser, write_page(analysis, tmp_path / "page.html")) as page:
+        last = analysis["push"].capacity.sizes["step"] - 1
+        assert page.locator("#step-value").text_content() == f"of {last}"
+        slide(page, "step", last)
+        assert page.locator("#step-value").text_content().startswith(f"{last} of {last}, 150 mm, α = ")
+        # The mechanism is shown again, and no step.
+        slide(page, "amplitude", 0.1)
+        assert page.locator("#step-value").text_content() == f"of {last}"
+        page.select_option("#case", "1")
+        settle(page)
+        assert page.locator("#pushover").is_hidden()

@@ -26,6 +26,7 @@ from blockstruct.model import (
     LoadPattern,
     Material,
     Model,
+    Pushover,
     SettlementCase,
 )
 from blockstruct.schema import listed_violations, violations
@@ -43,7 +44,7 @@ class Document:
     Attributes
     ----------
     model : Model
-    cases : tuple of LimitCase or SettlementCase
+    cases : tuple of LimitCase, Pushover or SettlementCase
     settings : dict
         Settings of the procedure, as :class:`blockstruct.ProcedureSettings` takes them.
     report : DetectionReport
@@ -197,11 +198,18 @@ def _load_from(entry: dict[str, Any]) -> Any:
     return LOAD_KINDS[entry["kind"]].type(**{key: value for key, value in entry.items() if key != "kind"})
 
 
+_CASE_KINDS: dict[str, type[Case]] = {"limit": LimitCase, "pushover": Pushover, "settlement": SettlementCase}
+
+
 def _case(entry: dict[str, Any], patterns: dict[str, LoadPattern]) -> Case:
-    kind: type[Case] = SettlementCase if entry.get("kind") == "settlement" else LimitCase
+    kind: type[Case] = _CASE_KINDS[entry.get("kind", "limit")]
     roles = [role for role in ("dead", "variable") if role in entry]
     named = {role: _named(patterns, entry[role], f"case {entry['name']!r}: {role} load pattern") for role in roles}
-    return kind(**{key: value for key, value in (entry | named).items() if key != "kind"})
+    given = {key: value for key, value in (entry | named).items() if key != "kind"}
+    if kind is Pushover:
+        control = given["control"]
+        given |= {"control": (control["block"], control["direction"]), "control_point": control.get("point")}
+    return kind(**given)
 
 
 def _named(known: dict[str, Any], name: str, kind: str) -> Any:
