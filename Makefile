@@ -35,6 +35,7 @@ bench: $(VENV)/installed
 	$(BIN)/python benchmarks/detection.py
 	$(BIN)/python benchmarks/storage.py
 	$(BIN)/python benchmarks/studies.py
+	$(BIN)/python benchmarks/pushover.py
 
 bench-views: $(VENV)/installed-dev
 	$(BIN)/python benchmarks/views.py

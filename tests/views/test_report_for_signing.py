@@ -138,14 +138,14 @@ def test_a_template_that_wants_something_from_elsewhere_is_refused(block, tmp_pa
 
 def test_the_capacity_curve_meets_the_demand_where_the_check_says(block):
     check = bs.assess.local_mechanism(block["push"], 1.35, SITE)
-    curve, demand, ray, *_ = figures.capacity(check, ax=Figure().add_subplot()).get_lines()
+    curve, demand, ray, *_ = figures.verification(check, ax=Figure().add_subplot()).get_lines()
     state = check.limit_states["SLV, by displacement"]
     np.testing.assert_allclose(curve.get_xydata(), [[0, check.a0_star], [0.2, 0]], rtol=1e-5, atol=1e-12)
     meeting = np.array([state.demand, np.interp(state.demand, *ray.get_xydata().T)])
     assert np.abs(demand.get_xydata() / meeting - 1).max(axis=1).min() < 0.01
     sliding = dataclasses.replace(check, curve=None, missing_curve="no capacity curve")
     with pytest.raises(bs.errors.ModelError, match="there is none to draw"):
-        figures.capacity(sliding)
+        figures.verification(sliding)
 
 
 def test_a_reaction_is_no_load_factor(block):

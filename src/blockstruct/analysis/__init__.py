@@ -20,6 +20,7 @@ from blockstruct.analysis.events import (
     Event,
     IterationDone,
     Listener,
+    StepDone,
     log_to,
     print_lines,
 )
@@ -41,6 +42,7 @@ __all__ = [
     "Event",
     "IterationDone",
     "Listener",
+    "StepDone",
     "log_to",
     "print_lines",
 ]

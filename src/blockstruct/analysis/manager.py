@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener, tell
+from blockstruct.analysis.finite import pushed_over
 from blockstruct.analysis.progress import Progress, with_progress
 from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.analysis.recorder import Recorder
@@ -25,10 +26,11 @@ from blockstruct.limit import (
     LimitProblem,
     Outcome,
     ProcedureSettings,
+    check_pushover,
     scheduled,
     schedules_of,
 )
-from blockstruct.model import Case, LimitCase, Model, checked_tuple
+from blockstruct.model import Case, LimitCase, Model, Pushover, checked_tuple
 from blockstruct.procedures import solve_limit_case
 from blockstruct.results import Analysis, CaseResult, checked_parameters, failures, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
@@ -228,6 +230,8 @@ class AnalysisManager:
             msg = f"AnalysisManager.run: case names used more than once: {', '.join(twice)}; rename them"
             raise ModelError(msg)
         patterns(cases)
+        for case in (c for c in cases if isinstance(c, Pushover)):
+            check_pushover(self.model, case)
         return [LimitProblem.of(self.statics, case) for case in cases]
 
     def sweep(
@@ -360,7 +364,7 @@ class AnalysisManager:
             if len(iterations) < before.n_iterations:
                 return before
         history = history_of(statics, problem, iterations)
-        return replace(
+        done = replace(
             before,
             status=outcome.status,
             load_factor=outcome.load_factor,
@@ -370,6 +374,9 @@ class AnalysisManager:
             started_at=started_at,
             duration=before.duration + perf_counter() - start,
         )
+        if not isinstance(case, Pushover) or outcome.status is not Status.CONVERGED:
+            return done
+        return pushed_over(done, statics, problem, iterations[-1], listeners)
 
     def _statics_of(self, settings: ProcedureSettings) -> Statics:
         if settings.crushing_cells == self.settings.crushing_cells:

@@ -5,7 +5,15 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
-from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, Listener, print_lines
+from blockstruct.analysis.events import (
+    CaseFinished,
+    CaseStarted,
+    Event,
+    IterationDone,
+    Listener,
+    StepDone,
+    print_lines,
+)
 from blockstruct.errors import ModelError, shown
 from blockstruct.notebook import in_notebook, is_watched
 
@@ -50,6 +58,9 @@ def follow(write: Callable[[str, bool], None]) -> Listener:
             case IterationDone(_, index, iteration):
                 at = f"load factor {iteration.load_factor:.4f}, gap {iteration.certificate.flow_rule_gap:.0e}"
                 write(f"{place} numerical iteration {index}, {at}", False)
+            case StepDone(_, index, step):
+                at = f"displacement {step.displacement:.4g} m, load factor {step.load_factor:.4f}"
+                write(f"{place} state {index}, {at}", False)
             case CaseFinished(result):
                 count = f"{result.n_iterations} numerical iteration{'s' * (result.n_iterations != 1)}"
                 write(f"{place} {result.status} after {count}", True)

@@ -27,6 +27,7 @@ from blockstruct.model import (
     LoadPattern,
     Material,
     Model,
+    Pushover,
     SettlementCase,
     direction_cases,
 )
@@ -45,7 +46,7 @@ class Document:
     Attributes
     ----------
     model : Model
-    cases : tuple of LimitCase or SettlementCase
+    cases : tuple of LimitCase, Pushover or SettlementCase
     settings : dict
         Settings of the procedure, as :class:`blockstruct.ProcedureSettings` takes them.
     report : DetectionReport
@@ -227,12 +228,18 @@ def _load_from(entry: dict[str, Any]) -> Any:
     return LOAD_KINDS[entry["kind"]].type(**{key: value for key, value in entry.items() if key != "kind"})
 
 
+_CASE_KINDS: dict[str, type[Case]] = {"limit": LimitCase, "pushover": Pushover, "settlement": SettlementCase}
+
+
 def _cases(entry: dict[str, Any], patterns: dict[str, LoadPattern]) -> Sequence[Case]:
     """The case of an entry, or one per direction."""
-    kind: type[Case] = SettlementCase if entry.get("kind") == "settlement" else LimitCase
+    kind = _CASE_KINDS[entry.get("kind", "limit")]
     roles = [role for role in ("dead", "variable") if role in entry]
     named = {role: _named(patterns, entry[role], f"case {entry['name']!r}: {role} load pattern") for role in roles}
     given = {key: value for key, value in (entry | named).items() if key != "kind"}
+    if kind is Pushover:
+        control = given["control"]
+        given |= {"control": (control["block"], control["direction"]), "control_point": control.get("point")}
     return direction_cases(**given) if "directions" in given else [kind(**given)]
 
 

@@ -26,6 +26,7 @@ from blockstruct.model import (
     LoadPattern,
     Material,
     Model,
+    Pushover,
     given_quantities,
     kind_of,
     tie_kind_of,
@@ -209,6 +210,17 @@ def _write(
 
 
 def _case(case: Case) -> dict[str, Any]:
+    if isinstance(case, Pushover):
+        block, direction = case.control
+        at = {} if case.control_point is None else {"point": [si_text(v, "length") for v in case.control_point]}
+        return {
+            "kind": "pushover",
+            "name": case.name,
+            "dead": case.dead.name,
+            "variable": case.variable.name,
+            "control": {"block": block, "direction": list(direction), **at},
+            "steps": case.steps,
+        }
     if isinstance(case, LimitCase):
         return {
             "name": case.name,

@@ -25,6 +25,8 @@ from blockstruct.geometry.polygon import (
     tributary_areas,
 )
 from blockstruct.geometry.polyhedron import BOX_FACES, Polyhedron, box, lofted, polyhedron
+from blockstruct.geometry.screws import rotation_matrices, rotation_vectors, screw_motions
+from blockstruct.geometry.touching import MovingBodies, Touching
 from blockstruct.geometry.triangles import triangulated
 
 __all__ = [
@@ -58,6 +60,12 @@ __all__ = [
     "coplanar_face_pairs",
     "crossed_faces",
     "joined_pairs",
+    # bodies that move
+    "MovingBodies",
+    "Touching",
+    "rotation_matrices",
+    "rotation_vectors",
+    "screw_motions",
     # neighbours
     "box_pairs",
     "separations",

@@ -106,6 +106,8 @@ def certify(
     alpha: float,
     settings: ProcedureSettings,
     T: Array | None = None,
+    *,
+    gap: Array | float = 0.0,
 ) -> Certificate:
     """Certificate of a state.
 
@@ -123,6 +125,8 @@ def certify(
         Tolerances.
     T : (M,) array
         Tie forces; needed if the problem has ties.
+    gap : (K,) array
+        Distance that is open before the velocities act for a unit of time, in the unit of relative velocities.
     """
     T = np.zeros(0) if T is None else T
     biaxial = settings.crushing_interaction == "biaxial"
@@ -146,7 +150,7 @@ def certify(
     )
     # Unlike max, numpy passes a NaN on.
     excess = float(np.concatenate(excesses).max())
-    opening = v_n - problem.dilatancy * sliding
+    opening = v_n + gap - problem.dilatancy * sliding
     rigid = ~problem.crushes
     # Velocities are relative to local units of force; what penetrates is measured against the fastest point.
     largest = problem.speed(v, u)

@@ -30,6 +30,7 @@ from blockstruct.model.loads import (
 )
 from blockstruct.model.material import STANDARD_GRAVITY, Material
 from blockstruct.model.model import Model
+from blockstruct.model.pushover import Point, Pushover
 from blockstruct.model.settlement_case import SettlementCase
 from blockstruct.model.tie_kinds import TIE_KINDS, AnyTie, given_quantities, tie_kind_of, tie_segments
 from blockstruct.model.tie_segments import TIE_QUANTITIES, TieSegment
@@ -81,6 +82,8 @@ __all__ = [
     # cases
     "Case",
     "LimitCase",
+    "Point",
+    "Pushover",
     "SettlementCase",
     # input
     "checked_name",

@@ -8,6 +8,7 @@ compression positive, and velocities belong to one watt of variable load (``w_LÂ
 from blockstruct.limit import CERTIFICATE_MEASURES
 from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
+from blockstruct.results.capacity import block_rotations, capacity_of, step_arrays, steps_of
 from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, relative_difference
 from blockstruct.results.description import failures
@@ -51,6 +52,11 @@ __all__ = [
     "plain_value",
     "restored_value",
     "stored_value",
+    # capacity curves
+    "block_rotations",
+    "capacity_of",
+    "step_arrays",
+    "steps_of",
     # loads
     "applied_loads",
     "pushed_masses",

@@ -114,6 +114,9 @@ class CaseResult:
     path_dependence : tuple of float or None
         Lowest and highest load factor along the loading path, at halved steps and at other shear stiffness of the
         joints: what the number depends on, if the analysis was run with ``spread="path dependence"`` or ``True``.
+    capacity : xarray.Dataset or None
+        Of a :class:`~blockstruct.Pushover`, the states beyond the collapse state, which is the last of the history:
+        :func:`blockstruct.results.capacity_of`. None for any other case, and without a collapse state.
     """
 
     model: Model = field(repr=False)
@@ -127,6 +130,7 @@ class CaseResult:
     started_at: str
     duration: float
     path_dependence: tuple[float, float] | None = None
+    capacity: xr.Dataset | None = field(default=None, repr=False)
     _unread: LazyHistory | None = field(init=False, default=None, repr=False)
 
     def __post_init__(self) -> None:

@@ -12,6 +12,7 @@
 from blockstruct.statics.carried import CarriedWeights, carried_weights
 from blockstruct.statics.contacts import ContactPoints
 from blockstruct.statics.equilibrium import equilibrium_matrix
+from blockstruct.statics.moved import MovedContacts, MovingLoads, MovingStructure, Placement
 from blockstruct.statics.statics import Statics
 from blockstruct.statics.ties import TieTable
 from blockstruct.statics.wrenches import AppliedLoads, applied_loads, wrenches
@@ -20,6 +21,10 @@ __all__ = [
     "AppliedLoads",
     "CarriedWeights",
     "ContactPoints",
+    "MovedContacts",
+    "MovingLoads",
+    "MovingStructure",
+    "Placement",
     "Statics",
     "TieTable",
     "applied_loads",

@@ -67,8 +67,9 @@ class AnalysisFile:
             )
         with self.opened() as file:
             self.attrs = _checked_root(file, path)
+            self.cases = {name: f"/cases/{group_name(name)}" for name in json.loads(self.attrs["cases"])}
+            self.curves = {place: f"{place}/capacity" for place in self.cases.values() if _has_curve(file, place)}
         self.stamp = self._snapshot.stamp
-        self.cases = {name: f"/cases/{group_name(name)}" for name in json.loads(self.attrs["cases"])}
 
     @property
     def seal(self) -> str:
@@ -115,7 +116,7 @@ class AnalysisFile:
         place
             Its path.
         part
-            What the schema calls it: model, case or history.
+            What the schema calls it: model, case, history or capacity.
         read
             Makes a Dataset of a group and its outline.
         """
@@ -157,6 +158,14 @@ def member(file: h5py.File, place: str) -> Any:
             raise FormatError(msg)
         item = item[name]
     return item
+
+
+def _has_curve(file: h5py.File, case: str) -> bool:
+    """Whether the group of a case holds a capacity curve, or something of that name."""
+    try:
+        return "capacity" in member(file, case)
+    except (FormatError, TypeError):
+        return False
 
 
 def major(version: str) -> int:

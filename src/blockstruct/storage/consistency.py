@@ -89,3 +89,11 @@ def history_findings(path: str, history: xr.Dataset, model: xr.Dataset) -> Itera
             yield path, f"{history.sizes[dim]} along {dim}, but /model has {model.sizes[dim]}"
         elif np.any(history[dim].to_numpy() != model[dim].to_numpy()):
             yield path, f"the {dim} names of the history are not those of /model"
+
+
+def capacity_findings(path: str, capacity: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
+    """What a capacity curve says against the model."""
+    if capacity.sizes["block"] != model.sizes["block"] or np.any(
+        capacity["block"].to_numpy() != model["block"].to_numpy()
+    ):
+        yield path, "the block names of the capacity curve are not those of /model"

@@ -16,7 +16,13 @@ from blockstruct.schema import schema_text, violations
 from blockstruct.storage.analysis_file import placed, violated
 from blockstruct.storage.case_group import case_dataset, group_name
 from blockstruct.storage.claim import claim, put_in_place, sync
-from blockstruct.storage.consistency import Finding, case_findings, history_findings, index_findings
+from blockstruct.storage.consistency import (
+    Finding,
+    capacity_findings,
+    case_findings,
+    history_findings,
+    index_findings,
+)
 from blockstruct.storage.file_outline import outline_of
 from blockstruct.storage.lock import WriterLock, folder_of
 from blockstruct.storage.model_group import model_dataset
@@ -144,7 +150,12 @@ def sealed_image(
         place = f"/cases/{group_name(name)}"
         case = case_dataset(result)
         tree |= {place: case, f"{place}/history": xr.Dataset()}
-        found += _violations(place, case, "case", ("history",))
+        held = ("history",) if result.capacity is None else ("history", "capacity")
+        found += _violations(place, case, "case", held)
+        if result.capacity is not None:
+            tree[f"{place}/capacity"] = result.capacity
+            found += _violations(f"{place}/capacity", result.capacity, "capacity")
+            found += capacity_findings(f"{place}/capacity", result.capacity, model)
         if result.n_iterations or not is_plan:
             tree[f"{place}/history"] = history = result.history
             wrong = _violations(f"{place}/history", history, "history")

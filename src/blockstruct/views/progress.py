@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import blockstruct as bs
-from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone, Listener
+from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone, Listener, StepDone
 
 
 @contextmanager
@@ -68,6 +68,9 @@ def bar(progress: Progress) -> Listener:
                 )
                 rest = f"about {left:.0f} s left" if done < total else "longer than usual"
                 progress.update(task, completed=min(done, total), description=text, rest=rest)
+            case StepDone(case, index, step) if isinstance(case, bs.Pushover):
+                text = f"{case.name}: step {index}, {step.displacement * 1e3:.1f} mm, α = {step.load_factor:.4f}"
+                progress.update(task, completed=min(index, case.steps), total=case.steps, description=text, rest="")
             case CaseFinished():
                 progress.update(task, completed=progress.tasks[task].total, rest="")
 

@@ -34,6 +34,7 @@ from blockstruct.views.figures.mechanism import mechanism
 from blockstruct.views.figures.sheet import drawings, overview, write_figures
 from blockstruct.views.figures.structure import structure
 from blockstruct.views.figures.studies import compass, distribution, tornado
+from blockstruct.views.figures.verification import verification
 
 __all__ = [
     # of the structure
@@ -47,6 +48,7 @@ __all__ = [
     "convergence",
     "crushing_domain",
     "curve",
+    "verification",
     # of many analyses
     "compass",
     "distribution",

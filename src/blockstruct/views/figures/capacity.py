@@ -1,64 +1,65 @@
-"""The capacity curve of a local mechanism and the demand on it."""
+"""The capacity curve of a pushover."""
 
 import numpy as np
 from matplotlib.axes import Axes
 
 import blockstruct as bs
+from blockstruct.units import readable
 from blockstruct.views.figures.canvas import legend_above, new_axes
+from blockstruct.views.selection import given_result
 from blockstruct.views.style import ACCENT, FORCE
 
-#: Longest period of the demand that is drawn, in multiples of that of the last limit state.
-_BEYOND = 1.3
 
+def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None = None) -> Axes:
+    """Draw the load factor of a pushover over the displacement of its control point.
 
-def capacity(check: bs.assess.LocalMechanismCheck, *, ax: Axes | None = None) -> Axes:
-    """Draw acceleration over displacement: the capacity curve, its limit states, and the spectrum at SLV.
-
-    The spectrum is that for the damping of the mechanism at SLV. Where the ray of the equivalent period meets it is the
-    demand to compare with the displacement at SLV.
+    States whose certificate does not hold are drawn as crosses. The displacement at which the load factor is zero is
+    marked; where the method ended before, the last state is, with a ring.
 
     Parameters
     ----------
-    check
-        A check with a capacity curve.
+    result
+        The result of a :class:`~blockstruct.Pushover`.
+    label
+        Name in the legend, for several curves on one Axes.
     ax
         Axes to draw on.
 
     Raises
     ------
     ModelError
-        If the mechanism has no capacity curve.
+        If the result has no capacity curve.
     """
-    curve = check.curve
-    state = check.limit_states.get("SLV, by displacement")
-    if curve is None or state is None:
-        msg = f"case {check.result.name!r}: {check.missing_curve or 'no check by displacement'}; there is none to draw"
+    curve = given_result(result, "capacity").capacity
+    if curve is None:
+        msg = f"case {result.name!r}: no capacity curve, {result.status} ({result.message}); run a Pushover"
         raise bs.errors.ModelError(msg)
-    axes, c = new_axes(ax), check.coefficients
-    axes.plot(curve.displacement, curve.acceleration, color=ACCENT, label="capacity a(d)")
-    T = c.slv_period * np.pi * np.sqrt(state.capacity / curve.at(state.capacity))
-    periods = np.linspace(0.02 * T, _BEYOND * T, 400)
-    try:
-        demand = check.spectrum.displacement(periods, c.slv_damping)
-    except bs.errors.ModelError:
-        # A table that ends.
-        periods = np.linspace(0.02 * T, T, 400)
-        demand = check.spectrum.displacement(periods, c.slv_damping)
-    spectral = demand * (2 * np.pi / periods) ** 2
-    drawn = spectral <= 4 * curve.acceleration.max()
-    axes.plot(demand[drawn], spectral[drawn], color=FORCE, label=f"demand, ξ = {100 * c.slv_damping:g} %")
-    ray = np.array([0.0, max(state.capacity, state.demand)])
-    axes.plot(ray, ray * (2 * np.pi / T) ** 2, color="0.6", lw=0.8, label=f"T = {T:.3g} s")
-    axes.plot(state.demand, state.demand * (2 * np.pi / T) ** 2, "o", color=FORCE, ms=5)
-    for name, marker in (("SLV", "o"), ("SLC", "s")):
-        found = check.limit_states.get(f"{name}, by displacement")
-        if found is not None:
-            d = found.capacity
-            axes.plot(d, curve.at(d), marker, color=ACCENT, ms=5, label=f"{name}: d = {d:.3g} m")
-    axes.axvline(state.capacity, color=ACCENT, lw=0.8, ls=":")
-    axes.axvline(state.demand, color=FORCE, lw=0.8, ls=":")
-    axes.set(
-        xlabel="spectral displacement d [m]", ylabel="spectral acceleration a [m/s²]", xlim=(0, None), ylim=(0, None)
-    )
-    legend_above(axes)
-    return axes
+    displacement, load_factor = (curve[name].to_numpy() for name in ("displacement", "load_factor"))
+    holds = curve["holds"].to_numpy() > 0
+    factor, unit = readable(displacement, "m")
+    ax = new_axes(ax)
+    colour = (ACCENT, "#009e73", "#cc79a7", "#000000")[len(ax.get_legend_handles_labels()[1]) % 4]
+    ax.plot(displacement * factor, load_factor, "-", color=colour, lw=1.2, label=label)
+    ax.plot(displacement[holds] * factor, load_factor[holds], "o", color=colour, ms=3)
+    ax.plot(displacement[~holds] * factor, load_factor[~holds], "x", color=FORCE, ms=5)
+    d0 = float(curve["d0"])
+    if np.isfinite(d0):
+        ax.annotate(
+            f"d0 = {d0 * factor:.4g} {unit}",
+            (d0 * factor, 0.0),
+            (0, -4),
+            textcoords="offset points",
+            ha="right",
+            va="top",
+        )
+    else:
+        ax.plot(displacement[-1:] * factor, load_factor[-1:], "o", mfc="none", mec=FORCE, ms=9)
+    ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
+    block, _ = result.case.control if isinstance(result.case, bs.Pushover) else ("", ())
+    ax.set(xlabel=f"displacement of the control point on {block} [{unit}]", ylabel="load factor α [-]")
+    # From zero, with room for a text below it.
+    ax.update_datalim([(0.0, -0.06 * load_factor.max())])
+    ax.autoscale_view()
+    if label:
+        legend_above(ax)
+    return ax

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import blockstruct as bs
+from blockstruct.views.figures.capacity import capacity
 from blockstruct.views.figures.convergence import certificate, convergence
 from blockstruct.views.figures.domain import crushing_domain
 from blockstruct.views.figures.forces import forces
@@ -96,6 +97,8 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
     if name:
         domain = f"Interface {name}, the nearest to crushing: normal force and bending in every iteration"
         add("domain", domain, crushing_domain, _DIAGRAM, interface=name, about=about)
+    if result.capacity is not None:
+        add("capacity", "Capacity curve: load factor over the displacement of the control point", capacity, _DIAGRAM)
     if np.isfinite(result.history["load_factor"]).sum() > 1:
         add(
             "convergence",

@@ -5,7 +5,7 @@ import base64
 import numpy as np
 
 import blockstruct as bs
-from blockstruct.views.figures import capacity, mechanism
+from blockstruct.views.figures import mechanism, verification
 from blockstruct.views.figures.sheet import Drawing
 
 #: Width and height, inches.
@@ -36,5 +36,5 @@ def capacity_picture(check: bs.assess.LocalMechanismCheck) -> dict[str, str] | N
     caption = "Capacity curve and demand at SLV; the ray is that of the equivalent period"
     return {
         "caption": caption,
-        "address": address(Drawing("capacity", caption, lambda ax: capacity(check, ax=ax), _DIAGRAM)),
+        "address": address(Drawing("verification", caption, lambda ax: verification(check, ax=ax), _DIAGRAM)),
     }
