@@ -252,7 +252,8 @@ def check_pushover(model: Model, case: Pushover) -> None:
             raise ModelError(msg)
     if model.ties:
         msg = (
-            f"pushover {case.name!r}: model {model.name!r} has {len(model.ties)} ties, whose forces at finite displacements "
-            "this method does not know; give a model without them, and a LimitCase for the load factor with them"
+            f"pushover {case.name!r}: model {model.name!r} has {len(model.ties)} ties, whose forces at finite "
+            "displacements this method does not know; give a model without them, and a LimitCase for the load factor "
+            "with them"
         )
         raise ModelError(msg)
