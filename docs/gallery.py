@@ -29,7 +29,7 @@ Drawn = tuple[bs.Model, bs.CaseResult]
 
 def solved(name: str, blocks: list[bs.Block], variable: bs.LoadPattern = PUSH) -> Drawn:
     found = bs.detect_interfaces(blocks, joint_material=LIME)
-    model = bs.Model(name, blocks, found.interfaces, detection=found.report)
+    model = bs.Model(name, blocks, found)
     return run(model, bs.LimitCase(name, DEAD, variable))
 
 

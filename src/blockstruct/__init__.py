@@ -11,7 +11,7 @@ Define a structure:
 ...     rows, unit_length=Q_(40, "cm"), unit_height=Q_(17.5, "cm"), depth=Q_(10, "cm"), material=tuff
 ... )
 >>> found = bs.detect_interfaces(blocks, joint_material=lime)
->>> model = bs.Model("small wall", blocks, found.interfaces)
+>>> model = bs.Model("small wall", blocks, found)
 
 Find its collapse load:
 

@@ -15,7 +15,7 @@ from blockstruct.analysis.events import (
     print_lines,
 )
 from blockstruct.errors import ModelError, shown
-from blockstruct.notebook import in_notebook, is_watched
+from blockstruct.notebook import in_notebook, is_terminal, is_watched
 
 Progress = bool | Literal["auto"]
 
@@ -42,7 +42,7 @@ def with_progress(listeners: Sequence[Listener], progress: Progress) -> tuple[Li
         return tuple(listeners)
     if in_notebook():
         return (*listeners, follow(_notebook_line()))
-    return (*listeners, follow(_terminal_line) if sys.stderr.isatty() else print_lines())
+    return (*listeners, follow(_terminal_line) if is_terminal(sys.stderr) else print_lines())
 
 
 def follow(write: Callable[[str, bool], None]) -> Listener:
