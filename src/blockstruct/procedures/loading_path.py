@@ -13,7 +13,7 @@ from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.fictitious import admissible
 from blockstruct.procedures.step import solve_step
-from blockstruct.solvers.interior_point import ContactProblem, ContactSolution, Step
+from blockstruct.solvers.interior_point import ContactProblem, ContactSolution, ContactState, Step
 from blockstruct.vocabulary import ALONG_PATH, DRIFTING, SolverStatus, Stage
 
 #: Of displacements and gap, relative, and a tenth of it of forces: of the state under dead load, asked of a step, and
@@ -25,11 +25,13 @@ CENTRING = 1.0
 #: Factorisations of one step, and of all of them.
 MAX_OF_STEP, MAX_OF_PATH = 80, 600
 #: A step that took no more factorisations is followed by one as much longer as the settings allow.
-EASY = 15
+EASY = 30
 #: Of a step after a harder one: share of the exponent of growth.
 HARDER = 0.6
-#: Attempts at a step: as it is, with lagging friction, and then each a third as long as the last.
-ATTEMPTS = 4
+#: Attempts at a step: as it is, anew from the dead load, with lagging friction, and then each a third as long.
+ATTEMPTS = 5
+#: A stride from the dead load, in first steps.
+STRIDE = 10.0
 #: Share of friction that does not lag.
 LAG = 0.5
 #: Cohesion of contacts whose friction lags, which keeps those without force from having none.
@@ -45,7 +47,7 @@ CAP = 1e-9
 
 
 def loading_path(
-    program: ConicProgram, settings: ProcedureSettings, solver: Solver
+    program: ConicProgram, bound: float, settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, tuple[str, Iteration | None]]:
     """Follow the loading path to its end, and close it with an exact collapse state.
 
@@ -64,6 +66,8 @@ def loading_path(
     ----------
     program
         The program, with the exact cones of crushing.
+    bound
+        A load factor that the path hardly passes, infinite without one; it gives the scale of a first guess.
     settings, solver
         Tolerances of the certificate, and the solver of the two programs.
 
@@ -77,7 +81,7 @@ def loading_path(
     str, Iteration or None
         Why the last program is certified, and it; or why the path did not finish.
     """
-    path = _Path(program, settings)
+    path = _Path(program, settings, bound)
     last = path.dead_load()
     if last is None:
         return "the loading path found no state under dead load", None
@@ -146,13 +150,15 @@ class _Path:
         Whether the last step has hardly moved the load factor.
     """
 
-    def __init__(self, program: ConicProgram, settings: ProcedureSettings) -> None:
+    def __init__(self, program: ConicProgram, settings: ProcedureSettings, bound: float) -> None:
         problem = program.problem
         normal, shear = problem.compliance.T
         shear = np.where(np.isnan(shear), normal / settings.shear_stiffness_ratio, shear)
         self._contact = ContactProblem(program, np.column_stack([normal, shear, shear]))
         self._problem, self._settings, self._sliding = problem, settings, true_sliding(problem)
         self._state = self._contact.start()
+        self._bound = bound
+        self._before: tuple[ContactState, float, float, float] | None = None
         self._total, self._step, self._spent = 0.0, 0.0, 0
         self.lags = self.settled = False
         self.peak, self.why = -np.inf, f"no end within {MAX_OF_PATH} factorisations"
@@ -169,7 +175,7 @@ class _Path:
         if not found.within(ENOUGH):
             return None
         self._spent = found.iterations
-        self._state = replace(found.state, u=0 * found.state.u)
+        self._rest = self._state = replace(found.state, u=0 * found.state.u)
         self._next = self._settings.path_step * self._unit
         return self._iteration(replace(found, state=self._state), 1.0, start)
 
@@ -180,11 +186,15 @@ class _Path:
             if self._spent >= MAX_OF_PATH:
                 return None
             s = self._next
-            # The first step begins with the load factor of a structure that stays elastic.
-            elastic = replace(self._state, alpha=s / self._unit)
-            guess = self._state.scaled(s / self._step) if self._step else elastic
-            found = self._lagging().solve(
-                self._memory(s), guess, centring=CENTRING, tolerance=TOLERANCE, max_iterations=MAX_OF_STEP
+            contact = self._lagging()
+            # The state under dead load is so far from that of a first step that it is no guess.
+            guess = self._state.scaled(s / self._step) if self._step else self._afresh(contact, s)
+            found = contact.solve(
+                self._memory(s),
+                guess,
+                centring=CENTRING if self._step else None,
+                tolerance=TOLERANCE,
+                max_iterations=MAX_OF_STEP,
             )
             self._spent += found.iterations
             iterations += found.iterations
@@ -199,13 +209,28 @@ class _Path:
                 if not self.lags:
                     self.peak = max(self.peak, found.state.alpha)
                 return self._iteration(replace(found, iterations=iterations), s, start)
-            # From the dead load, whose friction is not that of the push, lagging would overshoot.
-            if self.lags or not self._step:
-                self._next = s / 3
-            else:
-                self.lags = True
+            self._give_way(s)
         self.why = f"its steps beyond the displacement {self._displacement():.3g} are not solved"
         return None
+
+    def _give_way(self, s: float) -> None:
+        """What to try after a step that is not solved: a stride from the dead load, lagging friction, a third of it."""
+        if self._step and self._before is None:
+            self._before = (self._state, self._step, self._total, s)
+            self._state, self._step, self._total = self._rest, 0.0, 0.0
+            self._next = max(s, STRIDE * self._settings.path_step * self._unit)
+        elif self._before is not None and not self._step:
+            self._state, self._step, self._total, self._next = self._before
+            self.lags = True
+        elif self.lags or not self._step:
+            # From the dead load, whose friction is not that of the push, lagging would overshoot.
+            self._next = s / 3
+        else:
+            self.lags = True
+
+    def _afresh(self, contact: ContactProblem, s: float) -> ContactState:
+        normal = np.abs(self._rest.x[: 3 * self._problem.n_points : 3]).mean()
+        return contact.afresh(float(normal), s, min(s / self._unit, max(self._bound, 1e-3)))
 
     def _lagging(self) -> ContactProblem:
         """The contacts, and from the first step on that they do not solve, those whose friction lags behind."""

@@ -101,7 +101,7 @@ def _without_dilatancy(program: ConicProgram, first: Iteration, settings: Proced
     left, last = settings.max_programs - 2, first
     of_cones, before = exact(program, settings), ""
     if settings.procedure == "loading path":
-        why, closed = yield from loading_path(of_cones, settings, solver)
+        why, closed = yield from loading_path(of_cones, first.load_factor, settings, solver)
         if closed is not None:
             return why, closed
         before = f"{why}; "
