@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 XDIST ?= -n auto
 
-.PHONY: demo test test-slow lint docs bench bench-views pictures clean
+.PHONY: demo test test-slow coverage lint docs bench bench-views pictures clean
 
 demo: $(VENV)/installed
 	mkdir -p runs
@@ -15,6 +15,10 @@ test: $(VENV)/installed-dev
 
 test-slow: $(VENV)/installed-dev
 	$(BIN)/python -m pytest $(XDIST) -m slow
+	$(BIN)/python -m pytest $(XDIST) -m "hypothesis and not slow" --hypothesis-profile=wide
+
+coverage: $(VENV)/installed-dev
+	$(BIN)/python -m pytest $(XDIST) --cov=blockstruct --cov-report=term:skip-covered
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .

@@ -5,9 +5,14 @@ import shutil
 import sys
 
 import pytest
+from hypothesis import settings
 
 import blockstruct as bs
+import properties  # noqa: F401 - the profiles of hypothesis
 from blockstruct import Q_, cli
+
+# An option --hypothesis-profile is read after this.
+settings.load_profile("usual")
 
 
 @pytest.fixture(scope="session")

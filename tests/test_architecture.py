@@ -1,18 +1,24 @@
 """The import arrows of the house: one way, from the model to the views."""
 
 import ast
+import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
+
+import blockstruct as bs
 
 SOURCE = Path(__file__).parents[1] / "src" / "blockstruct"
 API = "the public interface"
 #: Files of under 40 lines that may stand for a thought of their own.
 MOST_SHORT = 8
-GROUND = {"errors", "keywords", "units", "vocabulary", "schema", "files"}
+GROUND = {"errors", "keywords", "units", "vocabulary", "notebook", "schema", "files"}
 MAY_IMPORT = {
     "errors": set(),
     "vocabulary": set(),
+    "notebook": set(),
     "keywords": {"errors"},
     "schema": {"keywords"},
     "files": {"errors"},
@@ -21,6 +27,7 @@ MAY_IMPORT = {
     "model": {"geometry"} | GROUND,
     "contacts": {"model", "geometry"} | GROUND,
     "structures": {"model", "geometry"} | GROUND,
+    "library": {"model"} | GROUND,
     "imports": {"model", "geometry"} | GROUND,
     "documents": {"model", "contacts", "structures"} | GROUND,
     "statics": {"model", "geometry"} | GROUND,
@@ -104,3 +111,75 @@ def test_every_room_of_the_house_exists():
 def test_pint_stops_at_the_model():
     beyond = [p for p in FILES if "import pint" in p.read_text(encoding="utf-8")]
     assert {p.relative_to(SOURCE).as_posix() for p in beyond} <= {"units.py"}
+
+
+ROOT = SOURCE.parents[1]
+TEXTS = [
+    path
+    for folder in ("src", "tests", "docs", "examples", "benchmarks", "schemas")
+    for path in (ROOT / folder).rglob("*")
+    if path.suffix in {".py", ".md", ".json", ".yaml"} and "_build" not in path.parts and path != Path(__file__)
+]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "unheld",
+        "ProgramNumbers",
+        "class Numbers",
+        "class Rows",
+        r"(?<![_\w])limit=",
+        "trail",
+        "calm",
+        "skeleton",
+        "working_data",
+        r"look\.py",
+        "contact_position",
+        "unit_of_force",
+        "conductor",
+        r"blockstruct[./]builders",
+    ],
+)
+def test_old_names_are_gone(name):
+    word = re.compile(rf"\b{name}\b" if name.isidentifier() else name)
+    assert [path for path in TEXTS if word.search(path.read_text(encoding="utf-8"))] == []
+
+
+#: What takes long to load, and only some who import blockstruct need.
+HEAVY = {
+    *(
+        "IPython",
+        "cvxpy",
+        "dask",
+        "ezdxf",
+        "h5netcdf",
+        "jinja2",
+        "jsonschema",
+        "matplotlib",
+        "plotly",
+        "pyvista",
+        "rich",
+    ),
+    *("scipy.optimize", "scipy.sparse.csgraph", "scipy.sparse.linalg", "scipy.spatial", "scipy.stats", "trimesh"),
+    *("typer", "yaml", "blockstruct.documents", "blockstruct.imports", "blockstruct.solvers.interior_point"),
+    "blockstruct.views",
+}
+
+
+def test_the_import_is_light():
+    """Nothing heavy is loaded beyond what xarray and pint load, and the registry of units reads no definitions."""
+    said = (
+        "import sys, numpy, scipy, xarray, pint; before = set(sys.modules); import blockstruct; "
+        f"print(({HEAVY} - before) & set(sys.modules), type(blockstruct.ureg).__name__)"
+    )
+    done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set() LazyRegistry"
+
+
+def test_what_is_loaded_later_is_there():
+    assert bs.imports.read_mesh
+    assert bs.read_document
+    assert set(bs.__all__) <= set(dir(bs))
+    with pytest.raises(AttributeError, match="no attribute 'read_documents'"):
+        _ = bs.read_documents

@@ -73,6 +73,19 @@ def test_facade_with_sidewalls():
     assert factors["bonded", "nonassociative"] > 1.5 * factors["butted", "nonassociative"]
 
 
+def test_tied_facade(capsys):
+    found = load("tied_facade").main()
+    # Without dilatancy it is one certified state: the loading path ends at 0.0781 and 0.1484.
+    assert found["without"] == pytest.approx(0.0781, rel=5e-3)
+    assert found["with"] == pytest.approx(0.148, rel=2e-2)
+    assert found["without, associative"] == pytest.approx(0.1003, rel=1e-3)
+    assert found["with, associative"] == pytest.approx(0.2483, rel=1e-3)
+    # The ties hold: they drag the sidewalls along.
+    assert found["tie force"] == pytest.approx(3.35e3, rel=5e-2)
+    assert found["least tie force"] == pytest.approx(164.3, rel=1e-3)
+    assert "punching" in capsys.readouterr().out
+
+
 def test_examples_are_short():
     for path in EXAMPLES.glob("*.py"):
         assert len(path.read_text(encoding="utf-8").splitlines()) <= 60, path.name

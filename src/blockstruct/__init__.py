@@ -31,10 +31,12 @@ Look at every iteration:
 True
 """
 
-from blockstruct import contacts, errors, imports, results
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from blockstruct import contacts, errors, results, structures
 from blockstruct.analysis import AnalysisManager, least_tie_force, log_to, print_lines, recover, reproduce, run, ties
 from blockstruct.contacts import Detection, detect_interfaces
-from blockstruct.documents import Document, read_document, write_document, write_draft
 from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
 from blockstruct.model import (
     AreaLoad,
@@ -52,6 +54,7 @@ from blockstruct.model import (
     Moment,
     PointLoad,
     SelfWeight,
+    SettlementCase,
     Tie,
     Weight,
 )
@@ -80,6 +83,10 @@ from blockstruct.structures import (
 from blockstruct.units import Q_, ureg
 from blockstruct.vocabulary import ContactState, Flow, JointOrientation, SolverStatus, Stage, Status
 
+if TYPE_CHECKING:
+    from blockstruct import imports, library
+    from blockstruct.documents import Document, read_document, write_document, write_draft
+
 __version__ = "0.1.0"
 
 __all__ = [
@@ -87,7 +94,9 @@ __all__ = [
     "contacts",
     "errors",
     "imports",
+    "library",
     "results",
+    "structures",
     "ties",
     # units
     "Q_",
@@ -109,6 +118,7 @@ __all__ = [
     "Moment",
     "PointLoad",
     "SelfWeight",
+    "SettlementCase",
     "Tie",
     "Weight",
     # interfaces and documents
@@ -161,3 +171,20 @@ __all__ = [
     "save_analysis",
     # errors
 ]
+
+#: What is loaded when it is first asked for, to keep the import light: namespaces; names, and the room of each.
+_NAMESPACES_LATER = ("imports", "library")
+_LATER = dict.fromkeys(("Document", "read_document", "write_document", "write_draft"), "blockstruct.documents")
+
+
+def __getattr__(name: str) -> Any:
+    if name in _NAMESPACES_LATER:
+        return import_module(f"blockstruct.{name}")
+    if name in _LATER:
+        return getattr(import_module(_LATER[name]), name)
+    msg = f"module {__name__!r} has no attribute {name!r}"
+    raise AttributeError(msg)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -217,6 +217,22 @@ def symbol(dimension: str) -> str:
     return short_unit(SI_UNITS[dimension])
 
 
+def readable(values: Any, unit: str) -> tuple[float, str]:
+    """Factor and unit in which SI values are easy to read.
+
+    >>> readable([12e3, 250.0], "N")
+    (0.001, 'kN')
+    >>> readable([3.1e6], "Pa")
+    (1e-06, 'MPa')
+    """
+    finite = np.abs(np.asarray(values, dtype=float))
+    largest = float(finite[np.isfinite(finite)].max(initial=0.0))
+    for power, prefix in ((6, "M"), (3, "k")):
+        if largest >= 10**power:
+            return 10.0**-power, prefix + unit
+    return 1.0, unit
+
+
 def _factor(unit: str, dimension: str, what: str) -> float:
     key = (unit, dimension)
     if key not in _FACTORS:

@@ -36,6 +36,7 @@ class Stage(StrEnum):
     """Which program, or step, of the procedure an iteration solved."""
 
     DEAD_LOAD = "dead_load"
+    LARGEST_REACTION = "largest_reaction"
     ASSOCIATIVE = "associative"
     NONASSOCIATIVE = "nonassociative"
     ADMISSIBLE = "admissible"

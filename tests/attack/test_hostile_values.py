@@ -28,6 +28,7 @@ RING = {"span": "2 m", "thickness": "20 cm", "material": STONE}
 
 MAKE = {
     "Material": (bs.Material, {"name": "m", "unit_weight": "20 kN/m^3"}),
+    "Material with a source": (bs.Material, {"name": "m", "unit_weight": "20 kN/m^3", "source": "a test"}),
     "Material by density": (bs.Material, {"name": "m", "density": "2000 kg/m^3"}),
     "JointMaterial": (
         bs.JointMaterial,
@@ -40,6 +41,7 @@ MAKE = {
             "compressive_strength": "1 MPa",
             "normal_stiffness": "10 GPa/m",
             "shear_stiffness": "5 GPa/m",
+            "source": "a test",
         },
     ),
     "JointMaterial by angle": (bs.JointMaterial, {"name": "j", "friction_angle": "30 deg"}),
@@ -50,6 +52,31 @@ MAKE = {
     "Block.from_faces": (
         bs.Block.from_faces,
         {"name": "b", "vertices": VERTICES, "faces": FACES, "material": STONE, "fixed": False},
+    ),
+    "Tie": (
+        bs.Tie,
+        {
+            "name": "t",
+            "start": ("base", ["0 m"] * 3),
+            "end": ("block", ["1 m"] * 3),
+            "area": "1 cm^2",
+            "strength": "200 MPa",
+            "punching_force": "10 kN",
+            "bond_force": "10 kN",
+            "prestress": "1 kN",
+            "elongation_limit": "1 cm",
+        },
+    ),
+    "BondedBar": (
+        bs.ties.BondedBar,
+        {
+            "name": "t",
+            "start": ["0 m"] * 3,
+            "end": ["1 m"] * 3,
+            "diameter": "1 cm",
+            "bond_strength": "1 MPa",
+            "yield_force": "10 kN",
+        },
     ),
     "Interface": (
         bs.Interface,
@@ -130,6 +157,48 @@ MAKE = {
             "header_every": 2,
             "base": True,
             "prefix": "",
+        },
+    ),
+    "arched Opening": (
+        bs.Opening,
+        {
+            "start": "1 m",
+            "sill": "0 m",
+            "width": "1 m",
+            "height": "1 m",
+            "rise": "0.5 m",
+            "ring": "0.2 m",
+            "voussoirs": 9,
+        },
+    ),
+    "RoundOpening": (
+        bs.structures.RoundOpening,
+        {"centre": ["2 m", "2 m"], "diameter": "1 m", "ring": "0.2 m", "voussoirs": 8},
+    ),
+    "Rubble": (bs.structures.Rubble, {"seed": 1, "shortest": "0.2 m", "longest": "0.5 m", "overlap": "0.05 m"}),
+    "Buttress": (
+        bs.structures.Buttress,
+        {
+            "name": "b",
+            "at": "1 m",
+            "width": "0.5 m",
+            "courses": 3,
+            "projection": "1 m",
+            "top_projection": "0.5 m",
+            "behind": True,
+            "bonded": False,
+        },
+    ),
+    "wall of rubble with a gable": (
+        bs.wall,
+        {
+            **SIZES,
+            "length": "3 m",
+            "courses": 4,
+            "material": STONE,
+            "gable": "1 m",
+            "rubble": bs.structures.Rubble(1, "0.2 m", "0.5 m", "0.05 m"),
+            "buttresses": [bs.structures.Buttress("b", "1 m", "0.5 m", 3, "1 m")],
         },
     ),
     "pier_spandrel": (

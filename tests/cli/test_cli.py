@@ -377,7 +377,10 @@ def test_on_a_terminal_a_bar_tells_the_iteration_and_the_rest(small_model, small
 
         bs.AnalysisManager(small_model, listeners=[listen]).run(small_cases[1:] + small_cases[:1])
     texts = [text for text, _, _ in seen]
-    assert any(re.fullmatch(r"push nonassociative: 1 nonassociative, α = 0\.\d{4}, gap \de-\d+", t) for t in texts)
+    assert any(
+        re.fullmatch(r"case 1 of 2, push nonassociative: numerical iteration 1, α = 0\.\d{4}, gap \de-\d+", t)
+        for t in texts
+    )
     assert seen[1][1].startswith("about ")
     assert seen[-1][1:] == ("", 1)
 

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import blockstruct as bs
 from blockstruct import Q_
+from properties import few
 from structures import moved, rotation, solve
 
-few = settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 STONE, DRY, LIME = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("dry", 0.65), bs.JointMaterial("lime", 0.75)
 FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
 CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float)
@@ -239,7 +239,7 @@ def summary(report):
 PUZZLE = [*wall(), box("lintel", [0, 0, 0.6], [1.2, 0.1, 0.1]), box("near", [0, 0.1002, 0], [1.2, 0.3, 0.2])]
 
 
-@few
+@few(15)
 @given(
     axis=st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda a: np.linalg.norm(a) > 0.1),
     angle=st.floats(-3, 3),
@@ -256,7 +256,7 @@ def test_detection_is_invariant_to_rigid_motion_and_block_order(axis, angle, shi
     assert {c.reason for c in here.contacts} == {"", "gap"}
 
 
-@few
+@few(15)
 @given(scale=st.floats(1e-3, 1e3), unit=st.sampled_from(["m", "mm", "ft", "in"]))
 def test_detection_is_invariant_to_scale_and_units(scale, unit):
     def scaled(unit_length):

@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import blockstruct as bs
@@ -12,6 +12,7 @@ from blockstruct import Q_
 from blockstruct.contacts import corrected_joints
 from blockstruct.imports.outline import prism
 from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, ply_text, stl_bytes
+from properties import few
 from structures import moved, rotation
 
 STONE = bs.Material("stone", "20 kN/m^3")
@@ -65,7 +66,7 @@ def test_obj_keeps_blocks_to_the_last_digit(tmp_path, wall):
 
 
 @given(unit=st.sampled_from(["mm", "cm", "inch", "0.025 m"]), turn=st.floats(0, 3))
-@settings(max_examples=8, derandomize=True, deadline=None)
+@few(8)
 def test_units_and_orientation_do_not_matter(tmp_path_factory, unit, turn):
     rows = [[1, 2], [0.5, 1, 1.5]]
     blocks = bs.courses(rows, unit_length="40 cm", unit_height="20 cm", depth="30 cm", material=STONE)
@@ -138,7 +139,7 @@ def test_a_hole_keeps_its_triangles(tmp_path):
 
 
 @given(data=st.data())
-@settings(max_examples=15, derandomize=True, deadline=None)
+@few(15)
 def test_order_and_sense_of_the_faces_do_not_matter(tmp_path_factory, data):
     # Two cubes, one upon the other, as triangles: any order within a cube, any of them turned.
     soup = []

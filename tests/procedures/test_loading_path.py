@@ -167,7 +167,7 @@ def test_displacement_is_in_metres_where_joints_have_a_stiffness(tuff):
     assert soft.displacement.units == "meter"
     np.testing.assert_allclose(soft.displacement, 10 * stiff.displacement, rtol=1e-9)
     np.testing.assert_allclose(soft.load_factor, stiff.load_factor, rtol=1e-6)
-    # Weight 12 kN/m3 over four courses on 1 MPa/mm: hundredths of a millimetre and less, and the first step ten times it.
+    # Weight 12 kN/m3 over four courses on 1 MPa/mm: hundredths of a millimetre, ten times that the first step.
     assert 1e-7 < float(soft.displacement[1]) < 1e-3
 
 

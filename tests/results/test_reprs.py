@@ -1,16 +1,86 @@
-"""What a console shows of an object fits on a line."""
+"""What a console and a notebook show of an object: a line, and a table."""
+
+from html.parser import HTMLParser
+
+import pytest
 
 import blockstruct as bs
 
 
-def test_everything_has_a_line(small_model, small_analysis):
+@pytest.fixture(scope="module")
+def objects(small_model, small_analysis):
     found = bs.detect_interfaces(small_model.blocks, joint_material=bs.JointMaterial("dry", 0.6))
     result = next(iter(small_analysis.values()))
     spread = bs.Spread.of({"as given": result}, None)
-    for shown in (small_model, found.report, found, small_analysis, result, spread):
+    return small_model, found.report, found, small_analysis, result, spread
+
+
+def test_everything_has_a_line(objects):
+    for shown in objects:
         text = repr(shown)
         assert "\n" not in text
         assert len(text) < 400, text
+    small_model, *_, small_analysis, result, _ = objects
     assert repr(small_model).startswith(f"<Model {small_model.name!r}: ")
     assert result.name in repr(small_analysis)
     assert f"{result.load_factor:.4g}" in repr(result)
+
+
+class Tags(HTMLParser):
+    """Elements that are open, and all that were."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.seen, self.texts = [], [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.open.append(tag)
+        self.seen.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.texts.append(data)
+
+
+def test_everything_has_a_table(objects):
+    for shown in (*objects, objects[4].certificate):
+        page = Tags(shown._repr_html_())
+        assert page.open == []
+        assert {"table", "tr", "td"} <= set(page.seen)
+    *_, result, _ = objects
+    texts = Tags(result._repr_html_()).texts
+    assert f"{result.load_factor:.6g}" in texts
+    assert {"equilibrium residual", "1e-06", "dead wrenches of the block"} <= set(texts)
+
+
+def test_names_are_not_markup(small_model, small_cases):
+    name = "<script>&"
+    joint = bs.JointMaterial(name, 0.6, compressive_strength="4 MPa", dilatancy_angle="5 deg")
+    model = bs.Model(name, small_model.blocks, [i.with_joint_material(joint) for i in small_model.interfaces])
+    shown = model._repr_html_()
+    assert "script" not in Tags(shown).seen
+    assert "friction coefficient 0.6, dilatancy angle 5°, compressive strength 4 MPa" in Tags(shown).texts
+
+
+def test_the_table_of_a_report_counts_what_its_table_lists(objects):
+    report = objects[1]
+    texts = Tags(report._repr_html_()).texts
+    assert texts[texts.index("accepted") + 1] == str(report.accepted)
+
+
+def test_a_certificate_prints_each_measure_with_its_tolerance(small_analysis):
+    result = next(iter(small_analysis.values()))
+    first, *lines = str(result.certificate).splitlines()
+    assert first == "certificate holds"
+    assert [line.split("(")[0].split()[:-1] for line in lines] == [
+        ["equilibrium", "residual"],
+        ["yield", "excess"],
+        ["interpenetration"],
+        ["flow-rule", "gap"],
+    ]
+    assert all("(tolerance " in line for line in lines)
+    limit = result.settings.gap_tolerance * result.load_factor
+    assert result.certificate.tolerances["flow_rule_gap"] == pytest.approx(limit)

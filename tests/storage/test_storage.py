@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import blockstruct as bs
@@ -22,6 +22,7 @@ from blockstruct import Q_
 from blockstruct.analysis import IterationDone
 from blockstruct.storage import reader, writer
 from blockstruct.storage.migration import MIGRATIONS
+from properties import few
 from structures import push, seal_again
 
 
@@ -167,7 +168,7 @@ LOADS = st.lists(
 NAMES = st.text(st.characters(categories=["L", "N", "P", "S"]), min_size=1, max_size=12).filter(str.strip)
 
 
-@settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@few(25)
 @given(
     name=NAMES,
     loads=LOADS,

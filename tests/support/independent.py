@@ -1,7 +1,7 @@
 """Limit analysis a second time, by other means: what the library must agree with.
 
-Nothing here is taken from the library but the geometry of blocks and interfaces. Equilibrium is assembled block by
-block in global axes about the origin, friction is a pyramid inside or around the cone, and the program is linear.
+Nothing here is taken from the library but the geometry of blocks, interfaces and ties. Equilibrium is assembled block
+by block in global axes about the origin, friction is a pyramid inside or around the cone, and the program is linear.
 """
 
 import math
@@ -25,6 +25,7 @@ class Structure:
     weight: dict[str, float]
     free: list[str]
     contacts: list[tuple[str, str, np.ndarray, np.ndarray, float]]  # minus, plus, point, normal, friction
+    ties: list[bs.ties.TieSegment]
 
     @classmethod
     def of(cls, model: bs.Model) -> "Structure":
@@ -38,7 +39,8 @@ class Structure:
             normal /= np.linalg.norm(normal)
             mu = interface.joint_material.friction_coefficient
             contacts += [(interface.minus, interface.plus, corner, normal, mu) for corner in corners]
-        return cls(centroid, weight, [b.name for b in model.blocks if not b.fixed], contacts)
+        ties = bs.ties.tie_segments(model.ties, model.blocks)
+        return cls(centroid, weight, [b.name for b in model.blocks if not b.fixed], contacts, ties)
 
     def wrench(self, loads: dict[str, list[tuple[np.ndarray, np.ndarray]]]) -> np.ndarray:
         """Force and moment about the origin on every free block of forces at points."""
@@ -52,6 +54,25 @@ class Structure:
     def body_force(self, direction: np.ndarray) -> np.ndarray:
         """Wrench of the weight turned to a direction."""
         return self.wrench({b: [(self.centroid[b], self.weight[b] * np.asarray(direction))] for b in self.free})
+
+    def pulls(self) -> np.ndarray:
+        """Wrenches of a unit force in every stretch of a tie: each of its blocks is drawn to the other."""
+        pulls = np.zeros((len(self.ties), 6 * len(self.free)))
+        for pull, s in zip(pulls, self.ties, strict=True):
+            d, (one, other) = np.array(s.direction), s.blocks
+            pull += self.wrench({one: [(np.array(s.start), d)], other: [(np.array(s.end), -d)]})
+        return pulls
+
+    def changes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of the changes of force along bonded bars, both ways, and the bond that limits them."""
+        rows, most = [], []
+        for k, s in enumerate(self.ties):
+            if math.isfinite(s.bond[1]):
+                row = np.zeros(len(self.ties))
+                row[k : k + 2] = -1.0, 1.0
+                rows += [row, -row]
+                most += [s.bond[1]] * 2
+        return np.array(rows).reshape(len(rows), len(self.ties)), np.array(most)
 
     def columns(self, radius: float) -> np.ndarray:
         """Wrenches of the edges of all friction pyramids, whose base is a polygon of a radius in multiples of μ."""
@@ -85,19 +106,24 @@ def solid(vertices: np.ndarray) -> tuple[float, np.ndarray]:
 
 def load_factor(structure: Structure, dead: np.ndarray, variable: np.ndarray, radius: float) -> float:
     """Largest α with ``forces + dead + α variable = 0``: NaN if the dead load alone finds none, ∞ if unbounded."""
-    A, none = structure.columns(radius), np.zeros_like(dead)
-    share = largest(A, none, dead, 1.0)
-    return math.nan if share < 1 - 1e-7 else largest(A, dead, variable, None)
+    none = np.zeros_like(dead)
+    # A prestress is a load that comes with the dead load.
+    stressed = dead + np.array([s.prestress for s in structure.ties]) @ structure.pulls()
+    share = largest(structure, radius, none, stressed, 1.0)
+    return math.nan if share < 1 - 1e-7 else largest(structure, radius, stressed, variable, None)
 
 
-def largest(A: np.ndarray, fixed: np.ndarray, growing: np.ndarray, limit: float | None) -> float:
-    """Largest factor ≥ 0 of a load that forces along the columns balance beside a fixed one."""
+def largest(structure: Structure, radius: float, fixed: np.ndarray, growing: np.ndarray, limit: float | None) -> float:
+    """Largest factor ≥ 0 of a load that forces at contacts and in ties balance beside a fixed one."""
+    A, pulls = structure.columns(radius), structure.pulls()
     unit = np.abs(fixed).max() or np.abs(growing).max()
-    cost = np.append(np.zeros(A.shape[1]), -1.0)
-    balance = np.hstack([A, growing[:, None] / unit])
+    cost = np.append(np.zeros(A.shape[1] + len(pulls)), -1.0)
+    balance = np.hstack([A, pulls.T, growing[:, None] / unit])
+    rows, most = structure.changes()
+    changes = np.hstack([np.zeros((len(rows), A.shape[1])), rows, np.zeros((len(rows), 1))])
+    limits = [(0, None)] * A.shape[1] + [(0, (s.capacity - s.prestress) / unit) for s in structure.ties] + [(0, limit)]
     for method in ("highs-ds", "highs-ipm"):
-        limits = [*[(0, None)] * A.shape[1], (0, limit)]
-        found = linprog(cost, A_eq=balance, b_eq=-fixed / unit, bounds=limits, method=method)
+        found = linprog(cost, changes, most / unit, A_eq=balance, b_eq=-fixed / unit, bounds=limits, method=method)
         if found.status == 0:
             return -found.fun
         if found.status == 3:
@@ -146,6 +172,22 @@ def measures(structure: Structure, dead: np.ndarray, variable: np.ndarray, resul
         excess = max(excess, np.linalg.norm(t) - mu * n, -n)
         penetration, fastest = max(penetration, -v_n), max(fastest, np.linalg.norm(v))
         gap += abs(n * v_n) + abs(mu * n * np.linalg.norm(v_t) + t @ v_t)
+    if structure.ties:
+        tension = last.tie_force.to_numpy()
+        balance += tension @ structure.pulls()
+        rates = np.zeros(len(tension))
+        for k, s in enumerate(structure.ties):
+            for name, point, sign in ((s.blocks[1], s.end, 1.0), (s.blocks[0], s.start, -1.0)):
+                velocity = of_block[name]
+                at = velocity[:3] + np.cross(velocity[3:], np.array(point) - structure.centroid[name])
+                rates[k] += sign * at @ s.direction
+            excess = max(excess, tension[k] - s.capacity, s.prestress - tension[k])
+        rows, most = structure.changes()
+        excess = max(excess, (rows @ tension - most).max(initial=-np.inf))
+        limits = [(s.prestress, s.capacity) for s in structure.ties]
+        unit, speed = max(s.capacity for s in structure.ties), max(np.abs(rates).max(), 1e-300)
+        best = linprog(-rates / speed, rows, most / unit, bounds=np.array(limits) / unit)
+        gap += -best.fun * speed * unit - tension @ rates
     work = 0.0
     for name in structure.free:
         i, velocity = row[name], of_block[name]

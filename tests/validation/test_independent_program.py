@@ -93,15 +93,42 @@ def random_arch(rng, stone):
     )
 
 
+def with_random_ties(model, seed):
+    """The model with a tie or two, one of them with a prestress at times, or a bar bonded to what it runs through."""
+    rng = np.random.default_rng(1000 + seed)
+    free = [b for b in model.blocks if not b.fixed]
+    ties = []
+    for k in range(int(rng.integers(1, 3))):
+        one = free[rng.integers(len(free))]
+        other = next(b for b in rng.permutation(model.blocks) if b is not one)
+        corners = [b.shape.vertices for b in (one, other)]
+        points = [Q_(rng.dirichlet(np.ones(len(vertices))) @ vertices, "m") for vertices in corners]
+        ends = zip((one.name, other.name), points, strict=True)
+        force = one.weight * 10 ** rng.uniform(-1, 1)
+        least = force * rng.choice([0.0, 0.0, 0.3])
+        ties.append(bs.Tie(f"tie {k}", *ends, yield_force=Q_(force, "N"), prestress=Q_(least, "N")))
+    if rng.random() < 0.5:
+        one, *_, other = sorted(model.blocks, key=lambda b: b.centroid[2])
+        a, b = (block.centroid for block in (one, other))
+        force = other.weight * 10 ** rng.uniform(-1, 1)
+        bond = Q_(force / (math.pi * 0.02 * np.linalg.norm(b - a)), "Pa")
+        start, end = Q_(a + 0.1 * (a - b), "m"), Q_(b + 0.1 * (b - a), "m")
+        bar = bs.ties.BondedBar("bar", start, end, diameter="2 cm", bond_strength=bond, yield_force=Q_(force / 2, "N"))
+        ties.append(bar)
+    return model.with_ties(ties)
+
+
 def wrenches(structure, load):
     if isinstance(load, bs.BodyForce):
         return structure.body_force(load.share * np.array(load.direction))
     return structure.wrench({load.block: [(np.array(load.point), np.array(load.force))]})
 
 
-def agree(seed):
+def agree(seed, *, tied=False):
     """Compare both flows of one model; gives its kind, how it ended, and where α lies between the pyramids."""
     model, load = random_model(seed)
+    if tied:
+        model = with_random_ties(model, seed)
     structure = Structure.of(model)
     dead, variable = structure.body_force((0, 0, -1)), wrenches(structure, load)
     inner, outer = bounds(structure, dead, variable)
@@ -148,6 +175,17 @@ def agree(seed):
 @pytest.mark.parametrize("seed", range(10))
 def test_a_linear_program_agrees(seed):
     agree(seed)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_linear_program_with_ties_agrees(seed):
+    agree(seed, tied=True)
+
+
+@pytest.mark.slow
+def test_a_linear_program_with_ties_agrees_on_100_models():
+    ends = Counter(agree(seed, tied=True)[1] for seed in range(100))
+    assert ends["converged"] > 60
 
 
 @pytest.mark.slow

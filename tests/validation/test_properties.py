@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import blockstruct as bs
 from blockstruct import Q_
+from properties import few
 from structures import model_of, moved, push, rotation, solve
 
-few = settings(max_examples=12, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 TUFF, DRY = bs.Material("tuff", "12 kN/m^3"), bs.JointMaterial("dry", 0.65)
 
 BONDS = st.sampled_from(
@@ -40,14 +40,14 @@ def agree(one, other, flow):
     assert one.load_factor == pytest.approx(other.load_factor, rel=1e-6 if flow == "associative" else 1e-5)
 
 
-@few
+@few(12)
 @given(rows=BONDS, units=st.sampled_from(sorted(UNITS)), flow=st.sampled_from(list(bs.Flow)))
 def test_units(rows, units, flow):
     results = [solve(model_of(wall(rows, *u), DRY), push(1, 0.2, 0), flow) for u in (UNITS["m, kN"], UNITS[units])]
     agree(*results, flow)
 
 
-@few
+@few(12)
 @given(
     rows=BONDS,
     axis=st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda a: np.linalg.norm(a) > 0.1),
@@ -64,7 +64,7 @@ def test_rigid_motion(rows, axis, angle, shift, flow):
     agree(here, there, flow)
 
 
-@few
+@few(12)
 @given(rows=BONDS, seed=st.integers(0, 1000), flow=st.sampled_from(list(bs.Flow)))
 def test_block_order(rows, seed, flow):
     blocks = wall(rows)
@@ -72,7 +72,7 @@ def test_block_order(rows, seed, flow):
     agree(*(solve(model_of(b, DRY), push(1, 0.2, 0), flow) for b in (blocks, shuffled)), flow)
 
 
-@few
+@few(12)
 @given(rows=BONDS, mu=st.floats(0.2, 0.9), angle=st.floats(0, 6.3))
 def test_associative_bounds_nonassociative(rows, mu, angle):
     model = model_of(wall(rows), bs.JointMaterial("joint", mu))
@@ -82,14 +82,14 @@ def test_associative_bounds_nonassociative(rows, mu, angle):
     assert lower.load_factor <= upper.load_factor * (1 + 1e-6)
 
 
-@few
+@few(12)
 @given(rows=BONDS, mu=st.floats(0.2, 0.8), more=st.floats(1.05, 1.5))
 def test_associative_load_factor_grows_with_friction(rows, mu, more):
     weak, strong = (solve(model_of(wall(rows), bs.JointMaterial("j", m)), push(1, 0, 0)) for m in (mu, more * mu))
     assert weak.load_factor <= strong.load_factor * (1 + 1e-6)
 
 
-@few
+@few(12)
 @given(rows=BONDS, factor=st.floats(0.01, 100), flow=st.sampled_from(list(bs.Flow)))
 def test_load_factor_is_inverse_to_the_variable_load(rows, factor, flow):
     model = model_of(wall(rows), DRY)
@@ -97,7 +97,7 @@ def test_load_factor_is_inverse_to_the_variable_load(rows, factor, flow):
     assert scaled.load_factor * factor == pytest.approx(one.load_factor, rel=1e-5)
 
 
-@few
+@few(12)
 @given(rows=BONDS, psi=st.sampled_from([5.0, 15.0, 25.0, 33.0]))
 def test_dilatancy_between_none_and_full(rows, psi):
     dilatant = bs.JointMaterial("dilatant", 0.65, dilatancy_angle=Q_(psi, "deg"))

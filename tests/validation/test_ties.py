@@ -112,14 +112,15 @@ def test_bonded_bar_with_one_governing_segment(procedure, last, governs):
 
 def test_strip_at_the_surface():
     # Over the joint at the foot, on the face that opens: lever b instead of z.
+    foot = box("foot", 0, 0, -1, 0.5, 1, 1, fixed=True)
     strip = bs.ties.Strip(
         "strip",
-        ("ground", Q_([0, 0.5, -0.1], "m")),
+        ("foot", Q_([0, 0.5, -0.1], "m")),
         ("b0", Q_([0, 0.5, 0.2], "m")),
         area=Q_(10, "mm^2"),
         strength=Q_(300, "MPa"),
     )
-    result = solve(tied(tied_blocks(2.0), [strip]), push(1, 0, 0))
+    result = solve(tied([foot, box("b0", 0, 0, 0, 0.5, 1, 2)], [strip]), push(1, 0, 0))
     assert result.load_factor == pytest.approx((20.0 * 0.25 + 3.0 * 0.5) / 20.0, rel=1e-6)
 
 
@@ -189,18 +190,20 @@ def test_least_tie_force_against_bisection():
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
     least = bs.least_tie_force(model, case, ["high"], wanted)
     assert least.proven
-    low, high = 0.0, 50e3
-    while high - low > 1e-6 * high:
+    low, high = 2e3, 10e3
+    while high - low > 1e-5 * high:
         middle = (low + high) / 2
         trial = bs.Tie("high", *ends(model.ties[1]), yield_force=Q_(middle, "N"))
         reached = solve(model.with_ties([model.ties[0], trial]), push(1, 0, 0)).load_factor >= wanted
         low, high = (low, middle) if reached else (middle, high)
-    assert least.forces["high"] == pytest.approx(high, rel=1e-5)
+    assert least.forces["high"] == pytest.approx(high, rel=2e-5)
 
 
 def test_least_tie_force_of_several_ties_is_what_they_need():
     model, wanted = two_ties(), 0.7
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
+    other = bs.ProcedureSettings(solver="cvxpy:CLARABEL")
+    assert bs.least_tie_force(model, case, ["high"], wanted, settings=other).proven
     both = bs.least_tie_force(model, case, ["low", "high"], wanted)
     alone = [bs.least_tie_force(model, case, [name], wanted) for name in ("low", "high")]
     assert both.proven

@@ -53,20 +53,31 @@ def test_the_page_holds_the_numbers_of_every_iteration(analysis, data):
     np.testing.assert_allclose(vertices, np.concatenate([b.shape.vertices for b in model.blocks]), rtol=1e-6)
     for case, result in zip(data["cases"], analysis.values(), strict=True):
         n, count = result.n_iterations, len(model.interfaces)
-        assert case["load_factor"] == result.history.load_factor.to_numpy().tolist()
+        assert case["answers"] == result.history.load_factor.to_numpy().tolist()
         # Small forces beside large ones, too.
         np.testing.assert_allclose(unpacked(case["force"], "<f4", n, count, 3), result.resultants.force, rtol=1e-6)
         states = np.array(case["states"])[unpacked(case["state"], "<u2", n, count).astype(int)]
         np.testing.assert_array_equal(states, result.states.to_numpy())
 
 
+def test_the_page_says_which_masses_are_pushed():
+    model = model_of(*single_block(0.4, 0.8))
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.AreaLoad("4 kPa", block="block")])
+    done = bs.AnalysisManager(model).run([bs.LimitCase("push", dead, push(1, 0, 0), "associative")])
+    (case,) = payload(done)["cases"]
+    assert case["loads"].startswith(
+        "dead + load factor × push, associative flow. The mass-proportional load 'push' acts"
+    )
+    assert "1.6 kN of area loads" in case["loads"]
+
+
 def test_the_page_asks_nothing_of_the_network(html):
-    skeleton = re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL)
-    assert "default-src 'none'" in skeleton
-    assert "form-action 'none'" in skeleton
-    assert "http://" not in skeleton
-    assert "https://" not in skeleton
-    assert "<b>wall" not in skeleton
+    bare = re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL)
+    assert "default-src 'none'" in bare
+    assert "form-action 'none'" in bare
+    assert "http://" not in bare
+    assert "https://" not in bare
+    assert "<b>wall" not in bare
 
 
 def test_the_page_is_written_whole_or_not_at_all(analysis, tmp_path):
@@ -91,7 +102,7 @@ def test_a_case_without_load_factor_has_a_page_too(small_model):
     case = bs.LimitCase("down", SELF_WEIGHT, push(0, 0, -1), "associative")
     html = page_html(bs.AnalysisManager(small_model).run([case]))
     assert '"head":{"number":"infinite","below":[]}' in html
-    assert '"load_factor":[null]' in html
+    assert '"answers":[null]' in html
 
 
 @pytest.fixture(scope="module")

@@ -2,36 +2,38 @@
 
 import logging
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TextIO
 
 from blockstruct.limit import Iteration, LimitProblem
-from blockstruct.model import LimitCase
+from blockstruct.model import Case, SettlementCase
 from blockstruct.results import CaseResult
 from blockstruct.statics import Statics
 
 
 @dataclass(frozen=True, slots=True)
 class CaseStarted:
-    """A case begins.
+    """A case begins, the ``number``-th, from one, of the ``count`` that are run.
 
     ``blocks`` and ``contact_points`` tell its size; ``statics`` and ``problem`` make a history of its iterations:
     :func:`blockstruct.results.history_of`.
     """
 
-    case: LimitCase
+    case: Case
     blocks: int
     contact_points: int
     statics: Statics = field(repr=False)
     problem: LimitProblem = field(repr=False)
+    number: int = 1
+    count: int = 1
 
 
 @dataclass(frozen=True, slots=True)
 class IterationDone:
     """A program of a case is solved; ``index`` counts from zero."""
 
-    case: LimitCase
+    case: Case
     index: int
     iteration: Iteration
 
@@ -45,6 +47,12 @@ class CaseFinished:
 
 Event = CaseStarted | IterationDone | CaseFinished
 Listener = Callable[[Event], None]
+
+
+def tell(listeners: Iterable[Listener], event: Event) -> None:
+    """Tell all listeners of an event, in order."""
+    for listener in listeners:
+        listener(event)
 
 
 def log_to(logger: logging.Logger) -> Listener:
@@ -69,11 +77,18 @@ def describe(event: Event) -> str:
     """One line of text on an event."""
     match event:
         case CaseStarted(case, blocks, points):
-            return f"{case.name}: {blocks} blocks, {points} contact points, {case.flow} flow"
+            place = f" (case {event.number} of {event.count})" if event.count > 1 else ""
+            return f"{case.name}{place}: {blocks} blocks, {points} contact points, {case.flow} flow"
         case IterationDone(case, index, i):
             return (
-                f"{case.name}: {index:3d} {i.stage:<14} load factor {i.load_factor:.6f}, "
+                f"{case.name}: {index:3d} {i.stage:<16} {_answer(case, i)}, "
                 f"gap {i.certificate.flow_rule_gap:.1e}, {i.solver_status} in {i.solver_time:.2f} s"
             )
         case CaseFinished(result):
             return str(result)
+
+
+def _answer(case: Case, iteration: Iteration) -> str:
+    if isinstance(case, SettlementCase):
+        return f"reaction {-iteration.load_factor:.6f} of the dead load"
+    return f"load factor {iteration.load_factor:.6f}"

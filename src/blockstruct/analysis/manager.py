@@ -10,7 +10,8 @@ from typing import Any, Self
 import numpy as np
 import xarray as xr
 
-from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, Listener
+from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener, tell
+from blockstruct.analysis.progress import Progress, with_progress
 from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.recovery import blank_history
@@ -26,9 +27,9 @@ from blockstruct.limit import (
     scheduled,
     schedules_of,
 )
-from blockstruct.model import LimitCase, Model, checked_tuple
+from blockstruct.model import Case, LimitCase, Model, checked_tuple
 from blockstruct.procedures import solve_limit_case
-from blockstruct.results import Analysis, CaseResult, active_joints, history_of, run_name, sweep_of
+from blockstruct.results import Analysis, CaseResult, failures, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
 from blockstruct.storage import Checkpoint, checked_keep_every, claim, is_unfinished, open_analysis, patterns, tidy
@@ -53,6 +54,8 @@ class AnalysisManager:
         Schedule and tolerances of the procedure.
     listeners
         Called with every :class:`~blockstruct.analysis.Event`, in order.
+    progress
+        Whether to show how the run goes on; by default on a terminal or in a notebook, if there are no listeners.
     tags
         Words to find the analysis by: :meth:`blockstruct.Archive.select`.
     document_hash
@@ -78,6 +81,7 @@ class AnalysisManager:
         *,
         settings: ProcedureSettings | None = None,
         listeners: Iterable[Listener] = (),
+        progress: Progress = "auto",
         tags: Iterable[str] = (),
         document_hash: str = "",
         keep_every: int = 1,
@@ -90,7 +94,7 @@ class AnalysisManager:
             raise ModelError(msg)
         self.model = model
         self.settings = settings or ProcedureSettings()
-        self.listeners = checked_tuple(listeners, Callable, "AnalysisManager: listeners")
+        self.listeners = with_progress(checked_tuple(listeners, Callable, "AnalysisManager: listeners"), progress)
         self.tags = checked_tuple(tags, str, "AnalysisManager: tags")
         self.document_hash = document_hash
         self.statics = Statics.of(model, self.settings.crushing_cells)
@@ -98,7 +102,7 @@ class AnalysisManager:
         self.keep_every = checked_keep_every(keep_every)
         self.store = None if store is None else claim(store)
 
-    def run(self, cases: Iterable[LimitCase], *, spread: bool | str | Iterable[str] = False) -> Analysis:
+    def run(self, cases: Iterable[Case], *, spread: bool | str | Iterable[str] = False) -> Analysis:
         """Run cases, one after the other.
 
         Parameters
@@ -129,7 +133,7 @@ class AnalysisManager:
             If another run writes to the store, or it holds the iterations of a killed one: before anything is solved.
             If the disk is full: what is committed is kept.
         """
-        runs = self._runs(checked_tuple(cases, LimitCase, "AnalysisManager.run: cases"), schedules_of(spread))
+        runs = self._runs(checked_tuple(cases, Case, "AnalysisManager.run: cases"), schedules_of(spread))
         started_at = now()
         planned = {
             case.name: _planned(case, settings, self.statics, problem, started_at)
@@ -201,11 +205,11 @@ class AnalysisManager:
             planned[name] = _planned(result.case, result.settings, statics, problem, started_at)
         return manager._conduct(analysis.replaced(results=planned, created_at=started_at), manager.listeners)
 
-    def check(self, cases: Sequence[LimitCase]) -> list[LimitProblem]:
+    def check(self, cases: Sequence[Case]) -> list[LimitProblem]:
         """Check cases as :meth:`run` does before it solves anything, and return their limit problems."""
         names = [case.name for case in cases]
         if not names:
-            msg = "AnalysisManager.run: no case; give at least one LimitCase"
+            msg = "AnalysisManager.run: no case; give at least one LimitCase or SettlementCase"
             raise ModelError(msg)
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
@@ -258,14 +262,15 @@ class AnalysisManager:
             raise ModelError(msg)
         axes = axes_of(quantity, values)
         heard = (*self.listeners, *checked_tuple(listeners, Callable, "sweep: listeners"))
-        results, statics = [], self.statics
+        results, statics = list[CaseResult](), self.statics
         varied = list(joints_at(axes, self.model.interfaces))
         for joints, name in zip(varied, names_at(axes), strict=True):
+            place = (len(results) + 1, len(varied))
             statics = statics.varied(joints, self.settings.crushing_cells)
             problem = LimitProblem.of(statics, case)
             planned = _planned(case, self.settings, statics, problem, now())
-            results.append(self._run_case(planned, statics, problem, heard))
-            _tell(heard, CaseFinished(results[-1]))
+            results.append(self._run_case(planned, statics, problem, heard, place))
+            tell(heard, CaseFinished(results[-1]))
             if store is not None:
                 keep_point(self.model, joints, results[-1], Path(store) / f"{name}.h5", self.tags)
             if results[-1].status is Status.INTERRUPTED:
@@ -273,7 +278,7 @@ class AnalysisManager:
         _warn_of(results)
         return sweep_of({axis.quantity: (axis.magnitudes, axis.unit) for axis in axes}, results, case.name)
 
-    def _runs(self, cases: Sequence[LimitCase], schedules: Sequence[str]) -> list[tuple[LimitCase, ProcedureSettings]]:
+    def _runs(self, cases: Sequence[Case], schedules: Sequence[str]) -> list[tuple[Case, ProcedureSettings]]:
         """Cases with their settings: those of the manager, and the schedules of a spread."""
         runs = []
         for case in cases:
@@ -283,8 +288,8 @@ class AnalysisManager:
                     settings = scheduled(self.settings, name)
                     # The loading path as given needs no second run.
                     if settings != self.settings:
-                        runs.append((replace(case, name=run_name(case.name, name)), settings))
-                bound = replace(case, name=run_name(case.name, Flow.ASSOCIATIVE), flow=Flow.ASSOCIATIVE)
+                        runs.append((case.renamed(run_name(case.name, name)), settings))
+                bound = case.renamed(run_name(case.name, Flow.ASSOCIATIVE), Flow.ASSOCIATIVE)
                 runs.append((bound, self.settings))
         return runs
 
@@ -302,15 +307,16 @@ class AnalysisManager:
         """Run what an analysis has left to run: its interrupted cases."""
         results = dict(analysis)
         of_numbers = analysis.versions
-        for name, before in analysis.items():
+        for number, (name, before) in enumerate(analysis.items(), start=1):
             if before.status is not Status.INTERRUPTED:
                 continue
             of_numbers = versions()
             try:
                 statics = self._statics_of(before.settings)
                 problem = LimitProblem.of(statics, before.case)
-                results[name] = result = self._run_case(before, statics, problem, listeners)
-                _tell(listeners, CaseFinished(result))
+                place = (number, len(analysis))
+                results[name] = result = self._run_case(before, statics, problem, listeners, place)
+                tell(listeners, CaseFinished(result))
             except KeyboardInterrupt:
                 break
             if result.status is Status.INTERRUPTED:
@@ -318,7 +324,12 @@ class AnalysisManager:
         return analysis.replaced(results=results, versions=of_numbers)
 
     def _run_case(
-        self, before: CaseResult, statics: Statics, problem: LimitProblem, listeners: Sequence[Listener]
+        self,
+        before: CaseResult,
+        statics: Statics,
+        problem: LimitProblem,
+        listeners: Sequence[Listener],
+        place: tuple[int, int],
     ) -> CaseResult:
         case, settings, start = before.case, before.settings, perf_counter()
         solver = ReplaySolver(statics, problem, before.history, solver_of(settings))
@@ -327,10 +338,10 @@ class AnalysisManager:
         outcome = Outcome(Status.INTERRUPTED, np.nan, "interrupted by the user")
         started_at = before.started_at if before.n_iterations else now()
         try:
-            _tell(listeners, CaseStarted(case, len(self.model.blocks), problem.n_points, statics, problem))
+            tell(listeners, CaseStarted(case, len(self.model.blocks), problem.n_points, statics, problem, *place))
             while True:
                 iterations.append(next(steps))
-                _tell(listeners, IterationDone(case, len(iterations) - 1, iterations[-1]))
+                tell(listeners, IterationDone(case, len(iterations) - 1, iterations[-1]))
         except StopIteration as stop:
             outcome = stop.value
         except KeyboardInterrupt:
@@ -342,7 +353,7 @@ class AnalysisManager:
             status=outcome.status,
             load_factor=outcome.load_factor,
             certificate=iterations[-1].certificate if iterations and outcome.status is not Status.UNBOUNDED else None,
-            message=outcome.message + (_where(history) if outcome.status in FALLS else ""),
+            message=outcome.message + (failures(history) if outcome.status in FALLS else ""),
             history=history,
             started_at=started_at,
             duration=before.duration + perf_counter() - start,
@@ -354,14 +365,8 @@ class AnalysisManager:
         return Statics.of(self.model, settings.crushing_cells)
 
 
-def _where(history: xr.Dataset) -> str:
-    """Interfaces that fail first of all in the last iteration, with how they fail."""
-    first = active_joints(history).head(3)["state"]
-    return "; it fails at " + ", ".join(f"{name} ({state})" for name, state in first.items()) if len(first) else ""
-
-
 def _planned(
-    case: LimitCase, settings: ProcedureSettings, statics: Statics, problem: LimitProblem, started_at: str
+    case: Case, settings: ProcedureSettings, statics: Statics, problem: LimitProblem, started_at: str
 ) -> CaseResult:
     """Result of a case that is still to be run."""
     return CaseResult(
@@ -386,8 +391,3 @@ def _warn_of(results: Iterable[CaseResult]) -> None:
             said.setdefault(text, result.name)
     for text, name in said.items():
         warnings.warn(f"case {name!r}: {text}", LoadFactorWarning, stacklevel=3)
-
-
-def _tell(listeners: Sequence[Listener], event: Event) -> None:
-    for listener in listeners:
-        listener(event)

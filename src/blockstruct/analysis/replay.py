@@ -8,10 +8,22 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.errors import FormatError
-from blockstruct.limit import ConicProgram, Iteration, LimitProblem, Outcome, ProgramData, Solution, Solver
+from blockstruct.limit import (
+    ConicProgram,
+    Iteration,
+    LimitProblem,
+    Outcome,
+    ProgramData,
+    Solution,
+    Solver,
+    velocities_of,
+)
 from blockstruct.limit.iteration import Steps
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import SolverStatus, Stage
+
+#: Stages whose iterations are no programs of the problem itself.
+_FOUND_ANEW = (Stage.DEAD_LOAD, Stage.LARGEST_REACTION, Stage.LOADING_PATH)
 
 
 class ReplaySolver:
@@ -33,16 +45,14 @@ class ReplaySolver:
 
     def __init__(self, statics: Statics, problem: LimitProblem, history: xr.Dataset, solver: Solver) -> None:
         self._problem, self._solver = problem, solver
-        kept = ~np.isin(history["stage"].to_numpy(), [Stage.DEAD_LOAD.value, Stage.LOADING_PATH.value])
+        kept = ~np.isin(history["stage"].to_numpy(), [s.value for s in _FOUND_ANEW])
         self._history = history.isel(iteration=kept)
-        unit_of_u = np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))
         motion = [self._history[name].to_numpy() for name in ("block_velocity", "block_angular_velocity")]
-        velocity = np.concatenate(motion, axis=2)[:, statics.free]
         self._x = self._history["contact_force"].to_numpy() / problem.force_unit[:, None]
-        self._T = np.zeros((len(velocity), 0))
+        self._T = np.zeros((len(self._x), 0))
         if len(problem.ties):
             self._T = self._history["tie_force"].to_numpy() / problem.ties.force_unit - problem.ties.prestress_D
-        self._u = (velocity * unit_of_u).reshape(len(velocity), problem.A.shape[0])
+        self._u = velocities_of(statics, problem, np.concatenate(motion, axis=2))
         self._next = 0
 
     def solve(self, program: ConicProgram, data: ProgramData, tolerance: float) -> Solution:

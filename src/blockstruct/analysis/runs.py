@@ -5,25 +5,27 @@ from pathlib import Path
 
 from blockstruct.analysis.events import Listener
 from blockstruct.analysis.manager import AnalysisManager
+from blockstruct.analysis.progress import Progress
 from blockstruct.limit import ProcedureSettings
-from blockstruct.model import LimitCase, Model
+from blockstruct.model import Case, LimitCase, Model, SettlementCase
 from blockstruct.results import Analysis, Comparison, compare
 
 
 def run(
     model: Model,
-    cases: LimitCase | Iterable[LimitCase],
+    cases: Case | Iterable[Case],
     store: str | Path | None = None,
     *,
     settings: ProcedureSettings | None = None,
     spread: bool | str | Iterable[str] = False,
     listeners: Iterable[Listener] = (),
+    progress: Progress = "auto",
 ) -> Analysis:
-    """Run limit cases of a model: :class:`AnalysisManager` in one call.
+    """Run cases of a model: :class:`AnalysisManager` in one call.
 
     Parameters
     ----------
-    model, store, settings, listeners
+    model, store, settings, listeners, progress
         As for :class:`AnalysisManager`.
     cases, spread
         As for :meth:`AnalysisManager.run`; a single case will do.
@@ -33,8 +35,9 @@ def run(
     ModelError, StorageError, SolverError, GeometryError
         As both do.
     """
-    listed = [cases] if isinstance(cases, LimitCase) else cases
-    return AnalysisManager(model, store, settings=settings, listeners=listeners).run(listed, spread=spread)
+    listed = [cases] if isinstance(cases, LimitCase | SettlementCase) else cases
+    manager = AnalysisManager(model, store, settings=settings, listeners=listeners, progress=progress)
+    return manager.run(listed, spread=spread)
 
 
 def reproduce(analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Comparison:

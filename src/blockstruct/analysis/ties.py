@@ -27,7 +27,20 @@ import pandas as pd
 from blockstruct.analysis.manager import AnalysisManager
 from blockstruct.errors import ModelError, UnknownNameError, shown
 from blockstruct.limit import Certificate, LimitProblem, ProcedureSettings
-from blockstruct.model import AnyTie, BondedBar, LimitCase, Model, Strip, Tie, TieSegment, checked_tuple
+from blockstruct.model import (
+    TIE_QUANTITIES,
+    AnyTie,
+    BondedBar,
+    LimitCase,
+    Model,
+    Strip,
+    Tie,
+    TieSegment,
+    checked_tuple,
+    given_quantities,
+    tie_kind_of,
+    tie_segments,
+)
 from blockstruct.procedures import least_ties
 from blockstruct.results import Analysis, tie_state, ties_at_collapse
 from blockstruct.solvers import solver_of
@@ -35,16 +48,24 @@ from blockstruct.statics import Statics
 from blockstruct.vocabulary import Flow, SolverStatus, TieState
 
 __all__ = [
+    # kinds of ties beside bs.Tie
     "BondedBar",
-    "LeastTieForce",
     "Strip",
     "Tie",
+    # what they are reduced to
+    "TIE_QUANTITIES",
     "TieSegment",
+    "given_quantities",
+    "tie_kind_of",
+    "tie_segments",
+    # what they do
     "TieState",
-    "WithAndWithout",
-    "least_tie_force",
     "tie_state",
     "ties_at_collapse",
+    # what they are worth
+    "LeastTieForce",
+    "WithAndWithout",
+    "least_tie_force",
     "with_and_without",
 ]
 
@@ -103,7 +124,7 @@ def with_and_without(
     Raises
     ------
     ModelError
-        A model without ties.
+        If the model has no ties.
     """
     if not model.ties:
         msg = f"with_and_without: model {model.name!r} has no ties; give it some, Model(…, ties=[…])"
@@ -128,7 +149,8 @@ class LeastTieForce:
         Of the structure whose ties have these strengths: its load factor is the one that was asked for. None where the
         ties are not needed, or no strength of them will do.
     proven : bool
-        Whether the certificate holds; without one, whether forces in equilibrium prove that no ties are needed.
+        Whether the certificate holds and its mechanism proves that no weaker ties will do; without one, whether forces
+        in equilibrium prove that no ties are needed.
     solver_status : SolverStatus
         ``infeasible`` if no strength of these ties will do.
     """
@@ -187,9 +209,10 @@ def least_tie_force(
     Raises
     ------
     UnknownNameError
-        A tie that the model does not have.
+        If the model does not have the tie.
     ModelError
-        No tie, a bonded bar (its force differs from stretch to stretch), or a load factor that is not above zero.
+        If it is not a tie but a bonded bar (its force differs from stretch to stretch), or the load factor is not above
+        zero.
     """
     settings = settings or ProcedureSettings()
     if isinstance(load_factor, bool) or not isinstance(load_factor, int | float) or not 0 < load_factor < np.inf:
@@ -222,6 +245,6 @@ def least_tie_force(
         flow=case.flow,
         forces=least,
         certificate=c if needed else None,
-        proven=c.holds if needed else admissible,
+        proven=c.holds and found.least if needed else admissible,
         solver_status=found.solver_status,
     )

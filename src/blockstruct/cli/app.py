@@ -86,6 +86,8 @@ def print_results(analysis: bs.Analysis, *, iterations: bool = False) -> None:
 
 def _angle_of_table(result: bs.CaseResult) -> float | None:
     """Angle, degrees, of a tilting table on which the weight is the load of a case at collapse; None if it is not."""
+    if not isinstance(result.case, bs.LimitCase):
+        return None
     dead, variable = result.case.dead.loads, result.case.variable.loads
     weight = all(isinstance(load, bs.SelfWeight) for load in dead) and len(dead) == 1
     if not weight or len(variable) != 1 or not isinstance(variable[0], bs.BodyForce):

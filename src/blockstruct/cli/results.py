@@ -22,7 +22,8 @@ def show(file: FileArgument, as_json: JsonOption = False) -> None:
         typer.echo(json.dumps(analysis_summary(analysis), indent=2))
         return
     model = analysis.model
-    say(f"{model.name}: {len(model.blocks)} blocks, {len(model.interfaces)} interfaces")
+    ties = f", {len(model.ties)} tie{'s' * (len(model.ties) > 1)}" if model.ties else ""
+    say(f"{model.name}: {len(model.blocks)} blocks, {len(model.interfaces)} interfaces{ties}")
     say(f"model hash {model.hash[:16]}…, created {analysis.created_at}, {analysis.status}")
     say(f"blockstruct {analysis.versions.get('blockstruct')}")
     print_results(analysis)

@@ -2,6 +2,7 @@
 
 import json
 import shlex
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -95,7 +96,7 @@ def resume(file: FileArgument) -> None:
 
 def _run(
     model: bs.Model,
-    cases: list[bs.LimitCase],
+    cases: Sequence[bs.LimitCase | bs.SettlementCase],
     settings: bs.ProcedureSettings,
     output: Path,
     quiet: bool,
@@ -105,7 +106,9 @@ def _run(
     spread: bool | str = False,
 ) -> None:
     with following(err, quiet=quiet) as listeners:
-        manager = bs.AnalysisManager(model, output, settings=settings, listeners=listeners, document_hash=document_hash)
+        manager = bs.AnalysisManager(
+            model, output, settings=settings, listeners=listeners, progress=False, document_hash=document_hash
+        )
         analysis = manager.run(cases, spread=spread)
     _report(analysis, output, as_json=as_json)
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.contacts.joint_rules import UNRULED, check_rules_fit, joint_rule
+from blockstruct.contacts.joint_rules import check_rules_fit, joint_rule, unruled
 from blockstruct.errors import GeometryError, ModelError, UnknownNameError
 from blockstruct.geometry import (
     FacePair,
@@ -132,7 +132,7 @@ def detect_interfaces(
         else:
             seen[ends] += 1
             name = "|".join(ends) + (f"#{seen[ends]}" if seen[ends] > 1 else "")
-            interface = Interface(name, *ends, to_quantity(pair.polygon, "length"), UNRULED)
+            interface = Interface(name, *ends, to_quantity(pair.polygon, "length"), unruled())
             interfaces.append(interface.with_joint_material(rule(interface)))
         contacts.append(FoundContact(*ends, name, reason, pair.gap, pair.angle, pair.area, orientation, near_miss))
     check_rules_fit(joint_material, interfaces, who)

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterable, Mapping
+from functools import cache
 from typing import Any
 
 from blockstruct.errors import ModelError, shown
@@ -9,8 +10,12 @@ from blockstruct.model import Interface, JointMaterial
 from blockstruct.vocabulary import JointOrientation
 
 Rule = Callable[[Interface], JointMaterial]
-#: Stands in for the material that a rule has yet to give.
-UNRULED = JointMaterial("without a rule", 0.0)
+
+
+@cache
+def unruled() -> JointMaterial:
+    """Stand-in for the material that a rule has yet to give."""
+    return JointMaterial("without a rule", 0.0)
 
 
 def joint_rule(given: Any, who: str) -> Rule:

@@ -17,6 +17,7 @@ from blockstruct.model import (
     TIE_KINDS,
     AnyTie,
     Block,
+    Case,
     Detection,
     DetectionReport,
     Interface,
@@ -25,6 +26,7 @@ from blockstruct.model import (
     LoadPattern,
     Material,
     Model,
+    SettlementCase,
 )
 from blockstruct.schema import listed_violations, violations
 from blockstruct.structures.courses import courses
@@ -41,7 +43,7 @@ class Document:
     Attributes
     ----------
     model : Model
-    cases : tuple of LimitCase
+    cases : tuple of LimitCase or SettlementCase
     settings : dict
         Settings of the procedure, as :class:`blockstruct.ProcedureSettings` takes them.
     report : DetectionReport
@@ -51,7 +53,7 @@ class Document:
     """
 
     model: Model
-    cases: tuple[LimitCase, ...]
+    cases: tuple[Case, ...]
     settings: dict[str, Any]
     report: DetectionReport
     hash: str
@@ -132,8 +134,9 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
     for entry in content.get("blocks", []):
         blocks.append(_block(entry, _named(materials, entry["material"], "material")))
     found = _detection(blocks, content["interfaces"], joints)
+    ties = [_tie(entry) for entry in content.get("ties", [])]
     try:
-        model = Model(content.get("name", stem), blocks, found, ties=map(_tie, content.get("ties", [])))
+        model = Model(content.get("name", stem), blocks, found, ties=ties)
     except BlockstructError as error:
         # What was found and what was left out mostly tells why.
         error.add_note(f"{len(blocks)} blocks, {found.report}")
@@ -143,16 +146,7 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
         name: LoadPattern(name, [_load_from(entry) for entry in loads])
         for name, loads in content["load_patterns"].items()
     }
-    cases = tuple(
-        LimitCase(
-            **entry
-            | {
-                role: _named(patterns, entry[role], f"case {entry['name']!r}: {role} load pattern")
-                for role in ("dead", "variable")
-            }
-        )
-        for entry in content["cases"]
-    )
+    cases = tuple(_case(entry, patterns) for entry in content["cases"])
     return Document(model, cases, content.get("settings", {}), found.report, digest)
 
 
@@ -201,6 +195,13 @@ def _tie(entry: dict[str, Any]) -> AnyTie:
 
 def _load_from(entry: dict[str, Any]) -> Any:
     return LOAD_KINDS[entry["kind"]].type(**{key: value for key, value in entry.items() if key != "kind"})
+
+
+def _case(entry: dict[str, Any], patterns: dict[str, LoadPattern]) -> Case:
+    kind: type[Case] = SettlementCase if entry.get("kind") == "settlement" else LimitCase
+    roles = [role for role in ("dead", "variable") if role in entry]
+    named = {role: _named(patterns, entry[role], f"case {entry['name']!r}: {role} load pattern") for role in roles}
+    return kind(**{key: value for key, value in (entry | named).items() if key != "kind"})
 
 
 def _named(known: dict[str, Any], name: str, kind: str) -> Any:

@@ -19,10 +19,12 @@ from blockstruct.model import (
     TIE_QUANTITIES,
     AnyTie,
     Block,
+    Case,
     Interface,
     JointMaterial,
     LimitCase,
     LoadPattern,
+    Material,
     Model,
     given_quantities,
     kind_of,
@@ -38,7 +40,7 @@ _SAME = 1e-9
 def write_document(
     path: str | Path,
     model: Model,
-    cases: Sequence[LimitCase],
+    cases: Sequence[Case],
     *,
     settings: Mapping[str, Any] | None = None,
     tolerance: Any = None,
@@ -106,7 +108,7 @@ def write_draft(
     name: str,
     blocks: Iterable[Block],
     joint_material: JointMaterial,
-    cases: Sequence[LimitCase],
+    cases: Sequence[Case],
     *,
     explicit: Iterable[Interface] = (),
     settings: Mapping[str, Any] | None = None,
@@ -156,14 +158,14 @@ def _write(
     blocks: Sequence[Block],
     joint_material: JointMaterial,
     stated: Sequence[Interface],
-    cases: Sequence[LimitCase],
+    cases: Sequence[Case],
     settings: Mapping[str, Any] | None,
     limits: Mapping[str, str],
     ties: Sequence[AnyTie] = (),
 ) -> Path:
     check_new_document(path)
-    patterns = {p.name: p for case in cases for p in (case.dead, case.variable)}
-    if any(patterns[p.name] != p for case in cases for p in (case.dead, case.variable)):
+    patterns = {p.name: p for case in cases for p in case.patterns}
+    if any(patterns[p.name] != p for case in cases for p in case.patterns):
         msg = f"{path}: different load patterns share a name; rename one"
         raise ModelError(msg)
     materials = {b.material.name: b.material for b in blocks}
@@ -187,13 +189,11 @@ def _write(
     content: dict[str, Any] = {
         "blockstruct": "model-1",
         "name": name,
-        "materials": {n: {"unit_weight": f"{m.unit_weight!r} N/m^3"} for n, m in materials.items()},
+        "materials": {n: {"unit_weight": f"{m.unit_weight!r} N/m^3"} | _source(m) for n, m in materials.items()},
         "joint_materials": {n: _joint(j) for n, j in joints.items()},
         "interfaces": detection,
         "load_patterns": {p.name: _loads(p) for p in patterns.values()},
-        "cases": [
-            {"name": c.name, "dead": c.dead.name, "variable": c.variable.name, "flow": str(c.flow)} for c in cases
-        ],
+        "cases": [_case(c) for c in cases],
     }
     if ties:
         content["ties"] = [_tie(t) for t in ties]
@@ -207,13 +207,37 @@ def _write(
     return write_new(path, json.dumps(content) + "\n" if path.suffix.lower() == ".json" else yaml_core.dump(content))
 
 
+def _case(case: Case) -> dict[str, Any]:
+    if isinstance(case, LimitCase):
+        return {
+            "name": case.name,
+            "dead": case.dead.name,
+            "variable": case.variable.name,
+            "flow": str(case.flow),
+        }
+    about = {} if case.about is None else {"about": [si_text(v, "length") for v in case.about]}
+    return {
+        "kind": "settlement",
+        "name": case.name,
+        "dead": case.dead.name,
+        "supports": list(case.supports),
+        "direction": list(case.direction),
+        **about,
+        "flow": str(case.flow),
+    }
+
+
 def _joint(joint: JointMaterial) -> dict[str, Any]:
     values = {name: getattr(joint, name) for name in JOINT_PROPERTIES}
     return {
         name: _number(value, JOINT_PROPERTIES[name].dimension)
         for name, value in values.items()
         if value != JOINT_PROPERTIES[name].absent
-    }
+    } | _source(joint)
+
+
+def _source(material: Material | JointMaterial) -> dict[str, str]:
+    return {"source": material.source} if material.source else {}
 
 
 def _block(block: Block) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from blockstruct.errors import GeometryError, GeometryFileError, GeometryWarning, ModelError, UnknownNameError
 from blockstruct.imports.import_report import Imported, ImportReport, Repair
@@ -211,6 +210,8 @@ def _without_copies(blocks: list[Block], source: str, repairs: list[Repair]) -> 
     """Blocks but for those that are another one given again."""
     centres = np.array([b.centroid for b in blocks])
     extents = np.array([np.ptp(b.shape.vertices, axis=0).max() for b in blocks])
+    from scipy.spatial import cKDTree
+
     pairs = cKDTree(centres).query_pairs(WELD * float(extents.max()), output_type="ndarray")
     copies: dict[int, int] = {}
     for i, j in sorted(map(tuple, pairs.tolist())):
@@ -233,6 +234,8 @@ def _same_shape(one: Block, other: Block, near: float) -> bool:
     a, b = one.shape.vertices, other.shape.vertices
     if len(a) != len(b) or abs(one.volume - other.volume) > 3 * near / np.ptp(a, axis=0).max() * one.volume:
         return False
+    from scipy.spatial import cKDTree
+
     distance, partner = map(np.asarray, cKDTree(a).query(b))
     return bool(distance.max() <= near and len(np.unique(partner)) == len(a))
 

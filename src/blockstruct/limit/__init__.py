@@ -8,17 +8,21 @@ Everything in this room is non-dimensional: lengths by a characteristic block si
 wrench of each block and, at a contact, of the lighter of its two blocks.
 """
 
-from blockstruct.limit.certificate import Certificate, certify
+from blockstruct.limit.certificate import CERTIFICATE_MEASURES, Certificate, certify
 from blockstruct.limit.friction import Sliding, fictitious_sliding, relax, true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome
+from blockstruct.limit.motion import block_motion, velocities_of
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
 from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, scheduled, schedules_of
+from blockstruct.limit.settlement import Settlement, reaction_unit
 from blockstruct.limit.ties import Ties
 
 __all__ = [
     # the question
     "LimitProblem",
+    "Settlement",
+    "reaction_unit",
     "Ties",
     "ProcedureSettings",
     "SCHEDULES",
@@ -34,7 +38,11 @@ __all__ = [
     "fictitious_sliding",
     "relax",
     "true_sliding",
+    # velocities and what moves
+    "block_motion",
+    "velocities_of",
     # the answer
+    "CERTIFICATE_MEASURES",
     "Certificate",
     "Iteration",
     "Outcome",

@@ -1,6 +1,6 @@
 """The certificate: why to believe a load factor."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,8 +8,17 @@ from numpy.typing import NDArray
 from blockstruct.limit import crushing
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.notebook import html_table
 
 Array = NDArray[np.float64]
+
+#: The four measures: what each is called, and what it is a multiple of.
+_JUDGED = {
+    "equilibrium_residual": ("equilibrium residual", "dead wrenches of the block"),
+    "yield_excess": ("yield excess", "of the lighter block's dead wrench, or of n"),
+    "interpenetration": ("interpenetration", "largest relative velocities"),
+    "flow_rule_gap": ("flow-rule gap", "in units of the load factor or reaction"),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +50,10 @@ class Certificate:
         mechanism where that is larger.
     holds : bool
         Whether all four are within the tolerances of the settings.
+    settings : ProcedureSettings
+        The settings, whose tolerances these are.
+
+    ``print(certificate)`` shows each measure with its tolerance.
     """
 
     equilibrium_residual: float
@@ -49,6 +62,41 @@ class Certificate:
     flow_rule_gap: float
     flow_rule_gap_limit: float
     holds: bool
+    settings: ProcedureSettings = field(repr=False, compare=False)
+
+    @property
+    def measures(self) -> dict[str, float | bool]:
+        """What a file keeps of it: its numbers, and whether it holds."""
+        return {name: getattr(self, name) for name in CERTIFICATE_MEASURES}
+
+    @property
+    def tolerances(self) -> dict[str, float]:
+        """Tolerance of each of the four measures."""
+        s = self.settings
+        limits = (s.equilibrium_tolerance, s.yield_tolerance, s.interpenetration_tolerance, self.flow_rule_gap_limit)
+        return dict(zip(_JUDGED, limits, strict=True))
+
+    @property
+    def verdict(self) -> str:
+        """Whether it holds, in words."""
+        return f"certificate {'holds' if self.holds else 'does not hold'}"
+
+    def __str__(self) -> str:
+        lines = [f"  {name:<21}{value:>9} (tolerance {limit}) {unit}" for name, value, limit, unit in self._rows()]
+        return "\n".join([self.verdict, *lines])
+
+    def _repr_html_(self) -> str:
+        return html_table(self.verdict, ["measure", "value", "tolerance", "relative to"], self._rows())
+
+    def _rows(self) -> list[tuple[str, str, str, str]]:
+        return [
+            (_JUDGED[measure][0], f"{getattr(self, measure):.1e}", f"{limit:.0e}", _JUDGED[measure][1])
+            for measure, limit in self.tolerances.items()
+        ]
+
+
+#: What a file keeps of a certificate.
+CERTIFICATE_MEASURES = tuple(f.name for f in fields(Certificate) if f.name != "settings")
 
 
 def certify(
@@ -100,8 +148,7 @@ def certify(
     opening = v_n - problem.dilatancy * sliding
     rigid = ~problem.crushes
     # Velocities are relative to local units of force; what penetrates is measured against the fastest point.
-    speed = np.linalg.norm(v, axis=1) / problem.force_unit
-    largest = float(speed.max())
+    largest = problem.speed(v, u)
     penetration = (-opening / problem.force_unit)[rigid].max(initial=0.0)
     interpenetration = float(penetration / largest) if largest > 0 else 0.0
 
@@ -125,4 +172,4 @@ def certify(
         and gap <= gap_limit
         and abs(problem.w_L @ u - 1) < 1e-6
     )
-    return Certificate(residual, excess, interpenetration, gap, float(gap_limit), holds=bool(holds))
+    return Certificate(residual, excess, interpenetration, gap, float(gap_limit), holds=bool(holds), settings=settings)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from blockstruct.limit.certificate import Certificate
 from blockstruct.limit.friction import Sliding
+from blockstruct.limit.problem import LimitProblem
 from blockstruct.vocabulary import SolverStatus, Stage, Status
 
 Array = NDArray[np.float64]
@@ -90,13 +91,13 @@ Steps = Generator[Iteration, None, Outcome]
 Search = Generator[Iteration, None, tuple[str | None, Iteration]]
 
 
-def given_up(why: str, last: Iteration) -> Outcome:
+def given_up(problem: LimitProblem, why: str, last: Iteration) -> Outcome:
     """Outcome without a load factor, with the certificate of the last program that was solved."""
     c = last.certificate
     return Outcome(
         Status.NOT_CONVERGED,
         np.nan,
-        f"{why}; last load factor {last.load_factor:.6g} with equilibrium residual {c.equilibrium_residual:.1e}, "
+        f"{why}; last {problem.said(last.load_factor)} with equilibrium residual {c.equilibrium_residual:.1e}, "
         f"yield excess {c.yield_excess:.1e}, interpenetration {c.interpenetration:.1e}, "
         f"flow-rule gap {c.flow_rule_gap:.1e}",
     )

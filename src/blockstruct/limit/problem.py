@@ -8,8 +8,9 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
+from blockstruct.limit.settlement import Settlement
 from blockstruct.limit.ties import Ties
-from blockstruct.model import LimitCase
+from blockstruct.model import Case, SettlementCase
 from blockstruct.statics import ContactPoints, Statics, wrenches
 from blockstruct.vocabulary import Flow
 
@@ -18,7 +19,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class LimitProblem:
-    """Equilibrium, loads and strength of one limit case, non-dimensional.
+    """Equilibrium, loads and strength of one case, non-dimensional.
 
     Lengths are in multiples of one characteristic length. Forces have local units, so that a pebble is solved and
     certified as exactly as a boulder beside it: the wrench of a block is in multiples of its own dead wrench, a
@@ -27,8 +28,9 @@ class LimitProblem:
     Attributes
     ----------
     A : (6 F, 3 K) sparse array
+        Of a settlement with one more row, the last: :class:`Settlement`.
     w_D, w_L : (6 F,) arrays
-        Dead and variable wrenches of the free blocks.
+        Dead and variable wrenches of the free blocks; of a settlement the variable one is the reaction alone.
     friction, cohesion, tension : (K,) arrays
         Friction coefficient μ, cohesion ``c A_k`` and tensile strength ``f_t A_k``.
     dilatancy : (K,) array
@@ -52,6 +54,8 @@ class LimitProblem:
         Unit of displacements along the loading path, m; NaN where no joint has a stiffness.
     ties : Ties
         Their prestress is part of the dead wrenches.
+    settlement : Settlement or None
+        The supports that give way, if the case is a settlement.
     """
 
     A: sp.csc_array
@@ -70,25 +74,27 @@ class LimitProblem:
     force_unit: Array
     displacement_unit: float
     ties: Ties
+    settlement: Settlement | None = None
 
     @classmethod
-    def of(cls, statics: Statics, case: LimitCase) -> Self:
+    def of(cls, statics: Statics, case: Case) -> Self:
         """Limit problem of a case.
 
         Raises
         ------
         ModelError
-            If the variable load is zero on every free block, or a tie is prestressed without dead load.
+            If the variable load, or the dead load of a settlement, is zero on every free block; a tie is prestressed
+            without dead load; supports of a settlement are free blocks, or carry nothing.
         UnknownNameError
-            If a load acts on a block that the model does not have.
+            If a load acts on a block, or a settlement is one of a support, that the model does not have.
         """
+        settles = isinstance(case, SettlementCase)
         scale = np.repeat([1.0, statics.length], 3)
-        dead, variable = (
-            wrenches(statics.model, p, case.dead)[statics.free] / scale for p in (case.dead, case.variable)
-        )
-        if not variable.any():
+        dead, driving = (wrenches(statics.model, case.patterns[k], case.dead)[statics.free] / scale for k in (0, -1))
+        if not driving.any():
+            kind, load = ("settlement", "dead") if settles else ("limit", "variable")
             msg = (
-                f"limit case {case.name!r}: the variable load {case.variable.name!r} is zero on every free block; "
+                f"{kind} case {case.name!r}: the {load} load {case.patterns[-1].name!r} is zero on every free block; "
                 "give it loads that act and do not cancel, and blocks of weight above zero if it is mass-proportional"
             )
             raise ModelError(msg)
@@ -98,6 +104,7 @@ class LimitProblem:
                 "acts, is zero; give the loads that act in full"
             )
             raise ModelError(msg)
+        variable = np.zeros_like(dead) if settles else driving
         governing = np.linalg.norm(dead if dead.any() else variable, axis=1)
         # Blocks without load of their own count as average ones.
         wrench_unit = np.where(governing > 0, governing, governing[governing > 0].mean())
@@ -111,7 +118,8 @@ class LimitProblem:
         compliance, work_unit = _compliance(points, force_unit)
         of_rectangle = points.rectangles[:, 0]
         strength = (points.strength * points.area)[points.interface[of_rectangle]]
-        return cls(
+        driven = float(wrench_unit.sum()) if settles else float(np.linalg.norm(variable, axis=1).sum())
+        problem = cls(
             A=sp.csc_array(rows @ statics.A @ columns),
             w_D=(dead / wrench_unit[:, None]).ravel() + ties.columns @ ties.prestress_D,
             w_L=(variable / wrench_unit[:, None]).ravel(),
@@ -126,9 +134,39 @@ class LimitProblem:
             length=statics.length,
             wrench_unit=wrench_unit,
             force_unit=force_unit,
-            displacement_unit=work_unit / float(np.linalg.norm(variable, axis=1).sum()),
+            displacement_unit=work_unit / driven,
             ties=ties,
         )
+        if isinstance(case, SettlementCase):
+            return problem.releasing(Settlement.of(statics, case, wrench_unit))
+        return problem
+
+    def releasing(self, settlement: Settlement) -> Self:
+        """The same joints and dead load, with supports that give way and their reaction as the variable load."""
+        row = sp.csc_array((settlement.row * np.repeat(self.force_unit, 3) / settlement.force)[None])
+        of_ties = settlement.tie_row * self.ties.force_unit / settlement.force
+        reaction = np.zeros(self.A.shape[0] + 1)
+        reaction[-1] = settlement.reaction_unit / (self.length if settlement.rotates else 1.0) / settlement.force
+        return replace(
+            self,
+            A=sp.csc_array(sp.vstack([self.A, row])),
+            w_D=np.append(self.w_D, of_ties @ self.ties.prestress_D),
+            w_L=reaction,
+            ties=replace(self.ties, columns=sp.csc_array(sp.vstack([self.ties.columns, sp.csc_array(of_ties[None])]))),
+            settlement=settlement,
+        )
+
+    @property
+    def held(self) -> Self:
+        """The same problem with its supports held: without the row of a settlement, and without variable load."""
+        if self.settlement is None:
+            return self
+        ties = replace(self.ties, columns=self.ties.columns[:-1])
+        return replace(self, A=self.A[:-1], w_D=self.w_D[:-1], w_L=self.w_L[:-1], ties=ties, settlement=None)
+
+    def released(self, u: Array) -> Array:
+        """Velocities of the held problem with those of supports at rest."""
+        return u if self.settlement is None else np.append(u, 0.0)
 
     @property
     def n_points(self) -> int:
@@ -144,8 +182,12 @@ class LimitProblem:
 
     @property
     def dead_load_alone(self) -> Self:
-        """The same joints and ties under a share ρ of the dead load alone: ``A x + ρ w_D = 0``, ``w_D·u = 1``."""
-        return replace(self, w_D=np.zeros_like(self.w_D), w_L=self.w_D, ties=self.ties.with_variable_load)
+        """The same joints and ties under a share ρ of the dead load alone: ``A x + ρ w_D = 0``, ``w_D·u = 1``.
+
+        Supports that give way are held.
+        """
+        own = self.held
+        return replace(own, w_D=np.zeros_like(own.w_D), w_L=own.w_D, ties=own.ties.with_variable_load)
 
     def unbalanced(self, x: Array, T: Array, alpha: float) -> Array:
         """``A x + Σ a_j T_j + w_D + α w_L`` of contact forces (K, 3) and tie forces (M,)."""
@@ -158,8 +200,25 @@ class LimitProblem:
         Without dead load it is that of the variable load.
         """
         w = self.w_D if self.w_D.any() else self.w_L
-        of_load, of_u = (np.linalg.norm(a.reshape(-1, 6), axis=1) for a in (w, u))
-        return float(of_load @ of_u)
+        return float(_magnitudes(w) @ _magnitudes(u))
+
+    def speed(self, v: Array, u: Array) -> float:
+        """Largest velocity that tells whether something moves: of the joints, or of supports that give way."""
+        of_joints = float((np.linalg.norm(v, axis=1) / self.force_unit).max())
+        if self.settlement is None:
+            return of_joints
+        return float(np.maximum(of_joints, abs(u[-1]) / self.settlement.force * self.settlement.speed))
+
+    @property
+    def answer(self) -> str:
+        """What the case asks for, in words."""
+        return "load factor" if self.settlement is None else "reaction"
+
+    def said(self, alpha: float) -> str:
+        """A load factor in words; of a settlement, the reaction."""
+        if self.settlement is None:
+            return f"load factor {alpha:.6g}"
+        return f"reaction {self.settlement.reaction(np.array(alpha)):.6g} {'N·m' if self.settlement.rotates else 'N'}"
 
 
 def _compliance(points: ContactPoints, force_unit: Array) -> tuple[Array, float]:
@@ -176,4 +235,10 @@ def _compliance(points: ContactPoints, force_unit: Array) -> tuple[Array, float]
 
 def total(w: Array) -> float:
     """Sum of the magnitudes of the wrenches of all blocks."""
-    return float(np.linalg.norm(w.reshape(-1, 6), axis=1).sum())
+    return float(_magnitudes(w).sum())
+
+
+def _magnitudes(w: Array) -> Array:
+    """Of six rows a block, and of the one of a settlement after them."""
+    of_blocks = len(w) // 6 * 6
+    return np.concatenate([np.linalg.norm(w[:of_blocks].reshape(-1, 6), axis=1), np.abs(w[of_blocks:])])

@@ -9,7 +9,8 @@
 
 from blockstruct.model.block import Block
 from blockstruct.model.bonded_bar import BondedBar
-from blockstruct.model.checks import checked_tuple
+from blockstruct.model.case import Case
+from blockstruct.model.checks import checked_tuple, listed
 from blockstruct.model.detection_report import Detection, DetectionReport, DetectionTolerances, FoundContact
 from blockstruct.model.fit import overlaps
 from blockstruct.model.interface import Interface
@@ -28,6 +29,7 @@ from blockstruct.model.loads import (
 )
 from blockstruct.model.material import Material
 from blockstruct.model.model import Model
+from blockstruct.model.settlement_case import SettlementCase
 from blockstruct.model.tie_kinds import TIE_KINDS, AnyTie, given_quantities, tie_kind_of, tie_segments
 from blockstruct.model.tie_segments import TIE_QUANTITIES, TieSegment
 from blockstruct.model.ties import Strip, Tie
@@ -75,7 +77,10 @@ __all__ = [
     "Weight",
     "WeightLoad",
     # cases
+    "Case",
     "LimitCase",
+    "SettlementCase",
     # input
     "checked_tuple",
+    "listed",
 ]

@@ -119,7 +119,7 @@ class Block:
         Raises
         ------
         GeometryError
-            No face that looks there, or several.
+            If no face looks there, or several do.
 
         Examples
         --------

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,9 +54,9 @@ class BondedBar:
     Raises
     ------
     ModelError
-        No strength, one that is not above zero, or ends at one point.
+        If there is no strength, it is not above zero, or both ends are at one point.
     UnitError, DimensionError
-        A bare number where a unit is due, or a quantity of another dimension.
+        If a bare number is given where a unit is due, or a quantity of another dimension.
     """
 
     name: str
@@ -117,7 +116,7 @@ class BondedBar:
         Raises
         ------
         ModelError
-            A bar that runs through fewer than two blocks, or through supports alone.
+            If the bar runs through fewer than two blocks, or through supports alone.
         """
         start, end = np.array(self.start), np.array(self.end)
         d = (end - start) / np.linalg.norm(end - start)
@@ -136,20 +135,22 @@ class BondedBar:
         bond = [math.pi * self.diameter * self.bond_strength * (b - a) for (a, b), _ in inside]
         last = len(inside) - 1
         ends = [min(bond[0] if k == 0 else math.inf, bond[-1] if k + 1 == last else math.inf) for k in range(last)]
+        # The stretches meet in the middles of the blocks between them.
+        at = [inside[0][0][0], *((a + b) / 2 for (a, b), _ in inside[1:-1]), inside[-1][0][1]]
         return tuple(
             TieSegment(
                 tie=self.name,
-                name=f"{self.name} [{one}|{other}]",
-                blocks=(one, other),
-                start=_point(start + leaves * d),
-                end=_point(start + enters * d),
+                name=f"{self.name} [{inside[k][1]}|{inside[k + 1][1]}]",
+                blocks=(inside[k][1], inside[k + 1][1]),
+                start=_point(start + at[k] * d),
+                end=_point(start + at[k + 1] * d),
                 direction=_point(d),
                 capacity=min(self.capacity, ends[k]),
                 governing=self.governing if self.capacity <= ends[k] else "bond",
                 bond=(bond[k] if k > 0 else math.inf, bond[k + 1] if k + 1 < last else math.inf),
                 elongation_limit=math.inf if self.elongation_limit is None else self.elongation_limit,
             )
-            for k, (((_, leaves), one), ((enters, _), other)) in enumerate(pairwise(inside))
+            for k in range(last)
         )
 
 

@@ -10,6 +10,8 @@ from blockstruct.units import VectorLike, si, si_vector
 
 #: Characters of a name. That of an interface holds two of blocks.
 LONGEST_NAME = 1000
+#: Characters of the source of values.
+LONGEST_SOURCE = 5000
 #: Lengths that a builder takes, m, and blocks that it makes.
 SHORTEST, LONGEST, MOST_BLOCKS = 1e-6, 1e6, 100_000
 
@@ -29,7 +31,7 @@ def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tup
     Raises
     ------
     ModelError
-        A direction that is zero or not of length 1.
+        If the direction is zero or not of length 1.
     """
     if isinstance(direction, str) and direction.strip() in AXES_BY_NAME:
         direction = AXES_BY_NAME[direction.strip()]
@@ -53,6 +55,20 @@ def checked_name(name: Any, kind: str) -> str:
         msg = f"{kind} {shown(name)}: a name must be a text of 1 to {LONGEST_NAME} printable characters, not blank"
         raise ModelError(msg)
     return name
+
+
+def checked_source(source: Any, who: str) -> str:
+    """The text that says where values come from, empty if nothing does.
+
+    Raises
+    ------
+    ModelError
+        If it is not a text that can be printed, or too long to be stored.
+    """
+    if not isinstance(source, str) or not source.isprintable() or len(source) > LONGEST_SOURCE:
+        msg = f"{who}: source is {shown(source)}; give a text of up to {LONGEST_SOURCE} printable characters"
+        raise ModelError(msg)
+    return source
 
 
 def checked_tuple(items: Any, kind: Any, what: str) -> tuple[Any, ...]:

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from blockstruct.model.interface import Interface
+from blockstruct.notebook import html_table
 from blockstruct.vocabulary import JointOrientation
 
 #: Findings of one kind that a printed report lists; the table has them all.
@@ -228,6 +229,14 @@ class DetectionReport:
             f"{len(self.near_misses)} near misses, {len(self.overlaps)} overlaps>"
         )
 
+    def _repr_html_(self) -> str:
+        groups = self.table().groupby("finding", sort=False)
+        rows = [
+            (finding, len(found), f"{found['area'].sum():.4g}", f"{1e3 * found['gap'].abs().max():.3g}")
+            for finding, found in groups
+        ]
+        return html_table(repr(self)[1:-1], ["finding", "number", "area [m²]", "largest gap [mm]"], rows, self.hints)
+
     def __str__(self) -> str:
         t = self.tolerances
         joints = [f"{orientation} {area:.6g} m^2" for orientation, area in self.area_by_orientation.items()]
@@ -282,6 +291,9 @@ class Detection:
 
     def __repr__(self) -> str:
         return f"<Detection: {self.report!r}>"
+
+    def _repr_html_(self) -> str:
+        return self.report._repr_html_()
 
 
 def _finding(contact: FoundContact) -> str:

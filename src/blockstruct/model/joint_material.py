@@ -8,7 +8,7 @@ from typing import Any, Self
 
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords
-from blockstruct.model.checks import checked_name
+from blockstruct.model.checks import checked_name, checked_source
 from blockstruct.units import QuantityLike, si, symbol, to_quantity
 
 
@@ -67,6 +67,8 @@ class JointMaterial:
         Infinite by default.
     normal_stiffness, shear_stiffness : quantity, stress per length
         Of the joint before it opens or slides, per area. Infinite by default: joints are rigid.
+    source
+        Where the values come from, as :mod:`blockstruct.library` says it: stored and printed with the material.
 
     Attributes
     ----------
@@ -99,6 +101,7 @@ class JointMaterial:
     compressive_strength: float
     normal_stiffness: float
     shear_stiffness: float
+    source: str
 
     def __init__(
         self,
@@ -112,6 +115,7 @@ class JointMaterial:
         compressive_strength: QuantityLike | None = None,
         normal_stiffness: QuantityLike | None = None,
         shear_stiffness: QuantityLike | None = None,
+        source: str = "",
     ) -> None:
         checked_name(name, "joint material")
         who = f"joint material {name!r}"
@@ -150,12 +154,12 @@ class JointMaterial:
                 "give a dilatancy angle between zero and the friction angle"
             )
             raise ModelError(msg)
-        values: tuple[object, ...] = (name, mu, psi, c, ft, fc, kn, kt)
+        values: tuple[object, ...] = (name, mu, psi, c, ft, fc, kn, kt, checked_source(source, who))
         for attribute, field in zip(self.__slots__, values, strict=True):
             object.__setattr__(self, attribute, field)
 
-    def varied(self, **values: QuantityLike) -> "JointMaterial":
-        """The same joint with other values, given as to the constructor.
+    def varied(self, **values: Any) -> "JointMaterial":
+        """The same joint with other values, given as to the constructor; its source says which were changed.
 
         >>> JointMaterial("lime", 0.6, cohesion="50 kPa").varied(compressive_strength="4 MPa").cohesion
         50000.0
@@ -163,17 +167,29 @@ class JointMaterial:
         own = _quantities({name: getattr(self, name) for name in JOINT_PROPERTIES})
         if "friction_angle" in values:
             del own["friction_coefficient"]
+        if self.source and values and "source" not in values:
+            own["source"] = f"{self.source}; then changed: {', '.join(values)}"
         return type(self)(self.name, **(own | values))
 
     @classmethod
-    def from_si(cls, name: str, values: Mapping[str, float]) -> Self:
+    def from_si(cls, name: str, values: Mapping[str, float], source: str = "") -> Self:
         """Joint material of the properties of :data:`JOINT_PROPERTIES` in SI floats."""
-        return cls(name, **_quantities(values))
+        return cls(name, **_quantities(values), source=source)
+
+    def __str__(self) -> str:
+        given = {n: getattr(self, n) for n, p in JOINT_PROPERTIES.items() if getattr(self, n) != p.absent}
+        return ", ".join(f"{n.replace('_', ' ')} {_readable(v, JOINT_PROPERTIES[n])}" for n, v in given.items())
 
     @property
     def dilatancy(self) -> float:
         """Tangent of the dilatancy angle."""
         return math.tan(self.dilatancy_angle)
+
+
+def _readable(value: float, of: JointProperty) -> str:
+    if of.dimension == "angle":
+        return f"{math.degrees(value):.4g}°"
+    return f"{to_quantity(value, of.dimension).to_compact():.4g~P}".strip()
 
 
 def _quantities(values: Mapping[str, float]) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """Limit cases: what is asked of a model."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords
@@ -43,3 +44,21 @@ class LimitCase:
         except (ValueError, TypeError, RecursionError):
             msg = f"limit case {self.name!r}: flow {shown(self.flow)}; give one of {', '.join(Flow)}"
             raise ModelError(msg) from None
+
+    @property
+    def patterns(self) -> tuple[LoadPattern, ...]:
+        """Its load patterns."""
+        return (self.dead, self.variable)
+
+    @property
+    def question(self) -> str:
+        """What it asks, in words.
+
+        >>> LimitCase("pushed", LoadPattern("dead", []), LoadPattern("push", [])).question
+        'dead + load factor × push, nonassociative flow'
+        """
+        return f"{self.dead.name} + load factor × {self.variable.name}, {self.flow} flow"
+
+    def renamed(self, name: str, flow: Flow | None = None) -> Self:
+        """The same question by another name, with another flow rule if one is given."""
+        return replace(self, name=name, flow=flow or self.flow)

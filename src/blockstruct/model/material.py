@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from blockstruct.errors import ModelError, UnusualValueWarning
 from blockstruct.keywords import checked_keywords
-from blockstruct.model.checks import checked_name
+from blockstruct.model.checks import checked_name, checked_source
 from blockstruct.units import QuantityLike, si
 
 #: Standard acceleration of free fall, m/s² (CGPM 1901).
@@ -27,6 +27,8 @@ class Material:
         Weight per volume.
     density : quantity, mass/volume
         Mass per volume, instead of the unit weight: its weight is taken at 9.80665 m/s².
+    source
+        Where the value comes from, as :mod:`blockstruct.library` says it: stored and printed with the material.
 
     Attributes
     ----------
@@ -53,9 +55,15 @@ class Material:
 
     name: str
     unit_weight: float
+    source: str
 
     def __init__(
-        self, name: str, unit_weight: QuantityLike | None = None, *, density: QuantityLike | None = None
+        self,
+        name: str,
+        unit_weight: QuantityLike | None = None,
+        *,
+        density: QuantityLike | None = None,
+        source: str = "",
     ) -> None:
         checked_name(name, "material")
         if (unit_weight is None) == (density is None):
@@ -77,3 +85,4 @@ class Material:
             warnings.warn(msg, UnusualValueWarning, stacklevel=3)
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "unit_weight", value)
+        object.__setattr__(self, "source", checked_source(source, f"material {name!r}"))

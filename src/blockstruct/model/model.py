@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 from collections import Counter
 from collections.abc import Iterable
 from copy import copy
@@ -21,6 +22,7 @@ from blockstruct.model.interface import Interface
 from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.material import Material
 from blockstruct.model.tie_kinds import AnyTie, given_quantities, tie_kind_of, tie_segments
+from blockstruct.notebook import html_table
 
 
 @checked_keywords
@@ -86,6 +88,16 @@ class Model:
         size = f"{len(self.blocks)} blocks, {fixed} of them fixed, {len(self.interfaces)} interfaces"
         ties = f", {len(self.ties)} tie{'s' * (len(self.ties) > 1)}" if self.ties else ""
         return f"<Model {self.name!r}: {size}{ties}>"
+
+    def _repr_html_(self) -> str:
+        size = f"{len(self.blocks)} blocks, {sum(b.fixed for b in self.blocks)} of them fixed"
+        weight = sum(b.weight for b in self.blocks if not b.fixed)
+        rows = [("blocks", f"{size}; the free ones weigh {weight / 1e3:.4g} kN")]
+        rows.append(("interfaces", f"{len(self.interfaces)}, {math.fsum(i.area for i in self.interfaces):.4g} m²"))
+        rows += [("ties", ", ".join(tie.name for tie in self.ties))] if self.ties else []
+        rows += [(f"material {m.name}", f"{m.unit_weight / 1e3:.4g} kN/m³") for m in self.materials.values()]
+        rows += [(f"joint material {j.name}", str(j)) for j in self.joint_materials.values()]
+        return html_table(self.name, ["", ""], rows)
 
     @property
     def materials(self) -> dict[str, Material]:
@@ -221,4 +233,5 @@ class Model:
 
 
 def _fields(material: Material | JointMaterial) -> list[Any]:
-    return [getattr(material, slot) for slot in material.__slots__]
+    """What a material does; where its values come from is no matter of mechanics."""
+    return [getattr(material, slot) for slot in material.__slots__ if slot != "source"]

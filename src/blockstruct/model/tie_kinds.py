@@ -63,7 +63,7 @@ def tie_segments(ties: Iterable[AnyTie], blocks: Iterable[Block]) -> list[TieSeg
     Raises
     ------
     UnknownNameError, ModelError
-        A tie that does not fit the blocks.
+        If the tie does not fit the blocks.
     """
     by_name = {b.name: b for b in blocks}
     return [segment for tie in ties for segment in tie.segments(by_name)]

@@ -49,7 +49,7 @@ class TieSegment:
     blocks : (str, str)
         Blocks that it pulls together.
     start, end : three floats
-        Where it pulls at each of them, m.
+        Where it ends in each of them, on the line along which it pulls, m.
     direction : three floats
         Unit vector from start to end.
     capacity : float
@@ -83,9 +83,9 @@ def check_anchors(who: str, start: Anchor, end: Anchor, blocks: Mapping[str, Blo
     Raises
     ------
     UnknownNameError
-        A block that is not among them.
+        If a block is not among them.
     ModelError
-        Ends at one block, at one point or at two supports, or an anchor outside its block.
+        If the ends are at one block, at one point or at two supports, or an anchor lies outside its block.
     """
     for block, point in (start, end):
         if block not in blocks:

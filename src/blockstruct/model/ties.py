@@ -4,6 +4,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords
 from blockstruct.model.block import Block
@@ -17,6 +19,9 @@ from blockstruct.model.tie_segments import (
     set_fields,
 )
 from blockstruct.units import QuantityLike, VectorLike, si
+
+#: Distance of the end of a strip from the faces of its block, relative to the block: rounding and thickness.
+_OFF_FACE = 1e-2
 
 
 @checked_keywords
@@ -54,9 +59,9 @@ class Tie:
     Raises
     ------
     ModelError
-        No strength, one that is not above zero, or a prestress that reaches it.
+        If there is no strength, it is not above zero, or the prestress reaches it.
     UnitError, DimensionError
-        A bare number where a unit is due, or a quantity of another dimension.
+        If a bare number is given where a unit is due, or a quantity of another dimension.
 
     Examples
     --------
@@ -137,9 +142,9 @@ class Tie:
         Raises
         ------
         UnknownNameError
-            A block that is not among them.
+            If a block is not among them.
         ModelError
-            Ends at one block, at one point or at two supports, or an anchor outside its block.
+            If the ends are at one block, at one point or at two supports, or an anchor lies outside its block.
         """
         check_anchors(f"tie {self.name!r}", self.start, self.end, blocks)
         return (_segment(self, self.prestress),)
@@ -174,9 +179,9 @@ class Strip:
     Raises
     ------
     ModelError
-        An area or a strength that is not above zero.
+        If an area or a strength is not above zero.
     UnitError, DimensionError
-        A bare number where a unit is due, or a quantity of another dimension.
+        If a bare number is given where a unit is due, or a quantity of another dimension.
     """
 
     name: str
@@ -212,8 +217,26 @@ class Strip:
         return "strength"
 
     def segments(self, blocks: Mapping[str, Block]) -> tuple[TieSegment, ...]:
-        """The one stretch of the strip, if it fits the blocks of a model: as of :meth:`Tie.segments`."""
+        """The one stretch of the strip, if it fits the blocks of a model: as of :meth:`Tie.segments`.
+
+        Raises
+        ------
+        UnknownNameError
+            A block that is not among them.
+        ModelError
+            As of a tie, or an end inside its block.
+        """
         check_anchors(f"strip {self.name!r}", self.start, self.end, blocks)
+        for block, point in (self.start, self.end):
+            shape = blocks[block].shape
+            corners = shape.vertices[[face[0] for face in shape.faces]]
+            depth = float(np.abs(np.einsum("ij,ij->i", shape.normals, point - corners)).min())
+            if depth > _OFF_FACE * float(np.ptp(shape.vertices, axis=0).max()):
+                msg = (
+                    f"strip {self.name!r}: its end at block {block!r} is {point} m, {depth:.3g} m inside the block; "
+                    "give a point on its surface"
+                )
+                raise ModelError(msg)
         return (_segment(self, 0.0),)
 
 

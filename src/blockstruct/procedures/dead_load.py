@@ -48,9 +48,10 @@ def dead_load_program(
         and proof.yield_excess <= settings.yield_tolerance
     ):
         return step.x[:, 0]
-    yield replace(step, load_factor=np.nan)
+    yield replace(step, load_factor=np.nan, u=problem.released(step.u))
     if proof.holds and not whole:
-        return Outcome(Status.UNSTABLE, np.nan, f"the joints carry {max(share, 0.0):.3g} of the dead load at most")
+        what = "dead load and prestress" if problem.ties.prestress_D.any() else "dead load"
+        return Outcome(Status.UNSTABLE, np.nan, f"the joints carry {max(share, 0.0):.3g} of the {what} at most")
     return Outcome(
         Status.NOT_CONVERGED,
         np.nan,

@@ -69,7 +69,8 @@ def fictitious_iteration(
             if closing.certificate.holds:
                 message = "the certificate holds"
                 if settled < 2:
-                    message += f", but the load factor was {DRIFTING} by {drift:.1e} of itself when patience ended"
+                    what = program.problem.answer
+                    message += f", but the {what} was {DRIFTING} by {drift:.1e} of itself when patience ended"
                 return message, closing
             cooldown = pause = 2 * pause
             if closing.solved and load_factors[-1] > load_factors[-2]:

@@ -15,6 +15,9 @@ from blockstruct.vocabulary import SolverStatus
 
 Array = NDArray[np.float64]
 
+#: By how much an elongation may miss its price, relative to the largest price.
+_PRICED = 1e-4
+
 
 @dataclass(frozen=True, slots=True)
 class LeastTies:
@@ -26,11 +29,14 @@ class LeastTies:
         Forces T of all ties with their prestress; NaN if the program has no point.
     certificate : Certificate
         Of the state in the structure whose ties have these forces as their strengths.
+    least : bool
+        Whether the multipliers prove that no ties of a smaller sum will do.
     solver_status : SolverStatus
     """
 
     tie_force: Array
     certificate: Certificate
+    least: bool
     solver_status: SolverStatus
 
 
@@ -74,4 +80,9 @@ def least_ties(
     tied = replace(associative, ties=replace(ties, capacity=strength))
     # Where the ties are not needed no mechanism does work on the load.
     work = float(problem.w_L @ u)
-    return LeastTies(T, certify(tied, x, u / work if work > 0 else u, alpha, settings, T), solution.status)
+    certificate = certify(tied, x, u / work if work > 0 else u, alpha, settings, T)
+    dear = (ties.elongation(u) - price)[sought]
+    left = float((strength[sought] * np.abs(dear)).sum()) / max(float((strength * price).sum()), 1e-12)
+    # A NaN is no proof.
+    least = bool(dear.max() <= _PRICED and left <= _PRICED)
+    return LeastTies(T, certificate, least, solution.status)

@@ -113,9 +113,9 @@ def loading_path(
     message = f"the certificate holds ({ALONG_PATH})"
     if early:
         # Closed too early, a path certifies whatever load factor it has come to.
-        message += f", but the load factor was {DRIFTING} where the path ended: {path.why}"
-    if path.peak > best.load_factor * (1 + 1e-3):
-        message += f"; the load factor passed a peak of {path.peak:.6g}"
+        message += f", but the {program.problem.answer} was {DRIFTING} where the path ended: {path.why}"
+    if path.peak > best.load_factor + 1e-3 * abs(best.load_factor):
+        message += f"; on the way it passed a peak, {program.problem.said(path.peak)}"
     return message, best
 
 
@@ -170,7 +170,9 @@ class _Path:
             self._unit = self._contact.elastic_displacement()
         except RuntimeError:
             return None
-        rest = Step(np.zeros(size), np.zeros(size), None)
+        # A support that will give way is held, by whatever reaction that takes.
+        held = None if self._problem.settlement is None else 0.0
+        rest = Step(np.zeros(size), np.zeros(size), held)
         found = self._contact.solve(rest, self._state, centring=1.0, tolerance=OF_DEAD_LOAD, max_iterations=MAX_OF_STEP)
         if not found.within(ENOUGH):
             return None
@@ -230,7 +232,9 @@ class _Path:
 
     def _afresh(self, contact: ContactProblem, s: float) -> ContactState:
         normal = np.abs(self._rest.x[: 3 * self._problem.n_points : 3]).mean()
-        return contact.afresh(float(normal), s, min(s / self._unit, max(self._bound, 1e-3)))
+        start = self._rest.alpha
+        rise = min(s / self._unit, max(abs(self._bound - start), 1e-3))
+        return contact.afresh(float(normal), s, start + rise)
 
     def _lagging(self) -> ContactProblem:
         """The contacts, and from the first step on that they do not solve, those whose friction lags behind."""

@@ -13,7 +13,7 @@ from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.dead_load import dead_load_program
 from blockstruct.procedures.fictitious import fictitious_iteration
-from blockstruct.procedures.loading_path import loading_path
+from blockstruct.procedures.largest_reaction import largest_reaction
 from blockstruct.procedures.self_stress import can_jam, collapse_of_dead_load, grows_without_limit
 from blockstruct.procedures.shifted import shifted_iteration
 from blockstruct.procedures.step import solve_step
@@ -21,6 +21,8 @@ from blockstruct.vocabulary import Flow, Stage, Status
 
 #: Programs after which a linearised associative analysis turns to the exact cones.
 LINEARISED_PROGRAMS = 12
+_UNBOUNDED = "the variable load never causes collapse: the joints carry any multiple of it"
+_JAMMED = "the supports never move that way: the joints resist the motion with any force"
 
 
 def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
@@ -50,6 +52,8 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
     dead = yield from dead_load_program(problem, settings, solver)
     if isinstance(dead, Outcome):
         return dead
+    if problem.settlement is not None:
+        yield largest_reaction(problem, settings, solver)
     program = ConicProgram(problem, settings)
     first = ray = yield from _associate(program, flow, settings, solver)
     jammed = first.load_factor == np.inf and flow is Flow.NONASSOCIATIVE
@@ -60,17 +64,16 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
         first = solve_step(program, sliding, Stage.NONASSOCIATIVE, settings, solver, c0=settings.cohesion)
         yield first
     if first.load_factor == np.inf:
-        message = "the variable load never causes collapse: the joints carry any multiple of it"
-        return Outcome(Status.UNBOUNDED, np.inf, message)
+        return Outcome(Status.UNBOUNDED, np.inf, _UNBOUNDED if problem.settlement is None else _JAMMED)
     if not first.solved:
-        return given_up(f"the solver ended the {first.stage} program as {first.solver_status}", first)
+        return given_up(problem, f"the solver ended the {first.stage} program as {first.solver_status}", first)
     if flow is Flow.NONASSOCIATIVE:
         steps = _without_dilatancy(program, first, settings, solver)
         return (yield from _concluded(steps, first, ray if jammed else None, problem, settings, solver))
-    outcome = _collapse(first, "the certificate of the associative program holds")
-    if first.certificate.holds and outcome.load_factor >= 0:
+    outcome = _collapse(problem, first, "the certificate of the associative program holds")
+    if first.certificate.holds and _is_answer(problem, outcome):
         return outcome
-    return given_up("the certificate of the associative program does not hold", first)
+    return given_up(problem, "the certificate of the associative program does not hold", first)
 
 
 def _associate(
@@ -101,6 +104,9 @@ def _without_dilatancy(program: ConicProgram, first: Iteration, settings: Proced
     left, last = settings.max_programs - 2, first
     of_cones, before = exact(program, settings), ""
     if settings.procedure == "loading path":
+        # Loaded here: its interior-point loop needs linear algebra that is slow to import.
+        from blockstruct.procedures.loading_path import loading_path
+
         why, closed = yield from loading_path(of_cones, first.load_factor, settings, solver)
         if closed is not None:
             return why, closed
@@ -144,24 +150,31 @@ def _concluded(
             if not can_jam(problem, settings, solver):
                 yield ray
                 message = (
-                    "the joints carry any multiple of the variable load: it presses them together by more than it "
-                    f"makes them slide (without dilatancy no collapse state up to {step.load_factor:.3g})"
+                    f"{_UNBOUNDED if problem.settlement is None else _JAMMED}; they are pressed together by more than "
+                    f"they slide (without dilatancy no collapse state up to {problem.said(step.load_factor)})"
                 )
                 return Outcome(Status.UNBOUNDED, np.inf, message)
     if found is None:
         limit = f"no certificate in {n} programs (limit {settings.max_programs} programs, that under dead load counted)"
         with_dilatancy = "" if ray is None else ", though with dilatancy the joints carry any multiple of the load"
-        return given_up(limit + with_dilatancy, last)
-    outcome = _collapse(last, found)
-    if outcome.load_factor >= 0:
+        return given_up(problem, limit + with_dilatancy, last)
+    outcome = _collapse(problem, last, found)
+    if _is_answer(problem, outcome):
         return outcome
     if n >= settings.max_programs - 1:
-        return given_up(f"no certificate of a positive load factor in {n} programs", last)
+        return given_up(problem, f"no certificate of a positive load factor in {n} programs", last)
     return (yield from collapse_of_dead_load(problem, last, settings, solver))
 
 
-def _collapse(step: Iteration, message: str) -> Outcome:
+def _is_answer(problem: LimitProblem, outcome: Outcome) -> bool:
+    """Whether a load factor is none below zero; the reaction of a settlement has any sign."""
+    return outcome.load_factor >= 0 or problem.settlement is not None
+
+
+def _collapse(problem: LimitProblem, step: Iteration, message: str) -> Outcome:
     """Outcome of a certified state; a load factor within the gap of zero is zero."""
+    if problem.settlement is not None:
+        return Outcome(Status.CONVERGED, step.load_factor, message)
     within = abs(step.load_factor) <= step.certificate.flow_rule_gap_limit
     alpha = max(step.load_factor, 0.0) if within else step.load_factor
     return Outcome(Status.CONVERGED, alpha, message)

@@ -50,7 +50,7 @@ def collapse_of_dead_load(
     own, work = problem.dead_load_alone, float(problem.w_D @ found.u)
     why = f"the collapse state found has the negative load factor {found.load_factor:.4g}, which is not an answer"
     if not work > 0:
-        return given_up(why, found)
+        return given_up(problem, why, found)
     mechanism = replace(found, u=found.u / work)
     step = solve_step(
         ConicProgram(own, replace(settings, crushing="conic")),
@@ -70,7 +70,7 @@ def collapse_of_dead_load(
             f"self-stress and not in others (the iteration ended at the negative load factor {found.load_factor:.4g})"
         )
         return Outcome(Status.SELF_STRESS, np.nan, message)
-    return given_up(why, found)
+    return given_up(problem, why, found)
 
 
 def grows_without_limit(load_factors: Sequence[float]) -> bool:

@@ -5,10 +5,12 @@ points, interfaces and blocks are coordinates, every variable carries ``units``,
 compression positive, and velocities belong to one watt of variable load (``w_L·u = 1 W``).
 """
 
+from blockstruct.limit import CERTIFICATE_MEASURES
 from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
-from blockstruct.results.case_result import CERTIFICATE_MEASURES, AdmissibleState, CaseResult, LazyHistory
+from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, relative_difference
+from blockstruct.results.description import failures
 from blockstruct.results.frame import history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import history_of, iteration_variables
@@ -18,7 +20,7 @@ from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.sweep import sweep_of
-from blockstruct.results.ties import tie_state, ties_at_collapse
+from blockstruct.results.ties import tie_sentences, tie_state, ties_at_collapse
 from blockstruct.results.utilisation import utilisation
 from blockstruct.results.verification import confirm, contradictions, recomputed_certificate
 from blockstruct.statics import applied_loads
@@ -47,11 +49,13 @@ __all__ = [
     "HistoryAccessor",
     "active_joints",
     "contact_state",
+    "failures",
     "history_frame",
     "history_of",
     "iteration_variables",
     "interface_resultants",
     "mechanism",
+    "tie_sentences",
     "tie_state",
     "ties_at_collapse",
     "utilisation",

@@ -6,7 +6,8 @@ from types import MappingProxyType
 from typing import Any, Self
 
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.model import LimitCase, Model, checked_tuple
+from blockstruct.model import Case, Model, checked_tuple
+from blockstruct.notebook import html_table
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.headline import Headline
 from blockstruct.results.spread import Spread, spreads_of
@@ -62,7 +63,7 @@ class Analysis(Mapping[str, CaseResult]):
         object.__setattr__(self, "tags", checked_tuple(tags, str, "Analysis: tags"))
 
     @property
-    def cases(self) -> tuple[LimitCase, ...]:
+    def cases(self) -> tuple[Case, ...]:
         """The cases, ready to be run again."""
         return tuple(r.case for r in self.results.values())
 
@@ -118,9 +119,18 @@ class Analysis(Mapping[str, CaseResult]):
         return len(self.results)
 
     def __repr__(self) -> str:
-        ends = ", ".join(f"{r.name}: {r.load_factor:.4g}" for r in list(self.results.values())[:SHOWN])
+        ends = ", ".join(f"{r.name}: {r.answer.plain(r.load_factor, 4)}" for r in list(self.results.values())[:SHOWN])
         more = f", … {len(self)} cases" if len(self) > SHOWN else ""
         return f"<Analysis of {self.model.name!r}, {ends}{more}>"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (r.name, r.case.flow, r.status, f"{r.load_factor:.6g}", r.n_iterations, f"{r.duration:.2f}")
+            for r in self.values()
+        ]
+        columns = ["case", "flow", "status", "load factor", "numerical iterations", "time [s]"]
+        notes = [f"{name}: {spread.headline}" for name, spread in self.spreads.items()]
+        return html_table(f"Analysis of {self.model.name}", columns, rows, notes)
 
     def __str__(self) -> str:
         head = (

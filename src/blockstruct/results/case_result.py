@@ -1,7 +1,7 @@
 """The result of one limit case."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
@@ -10,8 +10,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
-from blockstruct.limit import Certificate, ProcedureSettings
-from blockstruct.model import LimitCase, Model, SelfWeight
+from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, ProcedureSettings
+from blockstruct.model import Case, Model, SelfWeight, SettlementCase
+from blockstruct.notebook import html_table
+from blockstruct.results.answer import Answer
 from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline
 from blockstruct.results.mechanism import mechanism
@@ -22,12 +24,20 @@ from blockstruct.results.ties import ties_at_collapse
 from blockstruct.results.utilisation import utilisation
 from blockstruct.vocabulary import DRIFTING, Flow, Stage, Status
 
-#: Names of the measures of a certificate, as stored.
-CERTIFICATE_MEASURES = tuple(f.name for f in fields(Certificate))
+#: Stages that do not ask the question of the case.
+_OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.LARGEST_REACTION.value]
 _JAMMED = (
     "With dilatancy the joints carry any multiple of the variable load, so nothing bounds this load factor from above: "
     "it depends on how firmly the blocks are jammed (self-stress), which the model does not determine; other schedules "
     "may find multiples of it, or a fraction."
+)
+_JAMMED_SUPPORT = (
+    "With dilatancy the joints resist this motion of the supports with any force, so nothing bounds this reaction from "
+    "below: it depends on how firmly the blocks are jammed (self-stress), which the model does not determine."
+)
+_MOTION_NOT_PROVEN = (
+    "That the supports never move that way is proven for joints that dilate by their friction angle; for joints that "
+    "do not, it is what the iteration found: the force against the motion grew without limit."
 )
 _NOT_PROVEN = (
     "That no load causes collapse is proven for joints that dilate by their friction angle; for joints that do not, it "
@@ -80,11 +90,13 @@ class CaseResult:
     ----------
     model : Model
         The structure the case is of.
-    case : LimitCase
+    case : LimitCase or SettlementCase
     settings : ProcedureSettings
     status : Status
     load_factor : float
-        Load factor at collapse if the status is converged; infinite if unbounded; NaN otherwise.
+        Load factor at collapse if the status is converged; infinite if unbounded; NaN otherwise. Of a settlement it is
+        minus the reaction as a share of the dead load, so that it grows as the support gives way; read
+        :attr:`reaction`.
     certificate : Certificate or None
         Of the last iteration. If the status is unstable under dead load, it is the proof of that: of the state in
         which the joints carry the largest share of the dead load; if it depends on self-stress, of the collapse state
@@ -103,7 +115,7 @@ class CaseResult:
     """
 
     model: Model = field(repr=False)
-    case: LimitCase
+    case: Case
     settings: ProcedureSettings
     status: Status
     load_factor: float
@@ -185,6 +197,49 @@ class CaseResult:
         return active_joints(self.history)
 
     @property
+    def answer(self) -> Answer:
+        """What the number of the case is called and how it is written: a load factor, or a reaction."""
+        return Answer.of(self.model, self.case)
+
+    @property
+    def reaction(self) -> Any:
+        """Reaction of a settlement when the structure begins to follow, a force or a moment; NaN without an answer.
+
+        Raises
+        ------
+        ModelError
+            A case that is no settlement.
+        """
+        return self._reactions(self.load_factor)
+
+    @property
+    def reaction_range(self) -> Any:
+        """Least and largest reaction of a settlement that statics allows under the dead load, two quantities in one.
+
+        Any reaction between them is one of forces in equilibrium inside the strength of the joints: by two programs
+        with associative flow, whatever that of the case, so that the reaction itself is not below the least. Infinite
+        where friction may jam the structure by any force, NaN where a program found no proof. A horizontal direction
+        gives the range of the thrust.
+
+        Raises
+        ------
+        ModelError
+            A case that is no settlement.
+        """
+        h, stages = self.history, self.history["stage"].to_numpy()
+        largest = np.flatnonzero(stages == Stage.LARGEST_REACTION.value)
+        alpha = float(h["load_factor"].to_numpy()[largest[0]]) if len(largest) else np.nan
+        if len(largest) and np.isfinite(alpha) and not self._certificate_at(int(largest[0])).holds:
+            alpha = np.nan
+        return self._reactions([self.associative_load_factor, alpha])
+
+    def _reactions(self, alpha: Any) -> Any:
+        if not isinstance(self.case, SettlementCase):
+            msg = f"case {self.name!r}: has a load factor and no reaction; give a SettlementCase to find one"
+            raise ModelError(msg)
+        return self.answer.quantity(alpha)
+
+    @property
     def ties(self) -> pd.DataFrame:
         """Force, state and elongation of each tie: :func:`blockstruct.results.ties_at_collapse`; empty without ties."""
         return ties_at_collapse(self.history) if "tie" in self.history.sizes and self.n_iterations else pd.DataFrame()
@@ -193,7 +248,7 @@ class CaseResult:
     def headline(self) -> Headline:
         """The load factor as every text shows it, with the associative bound."""
         end = (self.status, self.load_factor, self.settled)
-        return Headline.of([end], self.case.flow, self.associative_load_factor)
+        return Headline.of([end], self.case.flow, self.associative_load_factor, self.answer)
 
     @property
     def associative_load_factor(self) -> float:
@@ -211,10 +266,12 @@ class CaseResult:
         """What one must know before using the load factor, as sentences; empty as a rule."""
         if self.case.flow is not Flow.NONASSOCIATIVE or not np.isposinf(self.associative_load_factor):
             return ()
+        settles = isinstance(self.case, SettlementCase)
         if self.status is Status.CONVERGED:
-            return (_JAMMED,)
-        searched = np.isfinite(self.history["load_factor"].to_numpy()).any()
-        return (_NOT_PROVEN,) if self.status is Status.UNBOUNDED and searched else ()
+            return (_JAMMED_SUPPORT if settles else _JAMMED,)
+        stages, alpha = (self.history[name].to_numpy() for name in ("stage", "load_factor"))
+        searched = np.isfinite(alpha[~np.isin(stages, _OF_OTHER_PROGRAMS)]).any()
+        return (_MOTION_NOT_PROVEN if settles else _NOT_PROVEN,) if self.status is Status.UNBOUNDED and searched else ()
 
     @property
     def admissible_state(self) -> AdmissibleState | None:
@@ -223,15 +280,20 @@ class CaseResult:
         It is what a case that has not converged leaves behind.
         """
         h = self.history
-        within = self._admissible & (h["load_factor"].to_numpy() >= 0) & np.isfinite(h["flow_rule_gap"].to_numpy())
-        within &= (h["stage"].to_numpy() != Stage.DEAD_LOAD.value) & np.isfinite(h["load_factor"].to_numpy())
+        within = self._admissible & np.isfinite(h["flow_rule_gap"].to_numpy())
+        within &= (h["load_factor"].to_numpy() >= 0) | isinstance(self.case, SettlementCase)
+        within &= ~np.isin(h["stage"].to_numpy(), _OF_OTHER_PROGRAMS) & np.isfinite(h["load_factor"].to_numpy())
         if not within.any():
             return None
         i = int(np.argmin(np.where(within, h["flow_rule_gap"].to_numpy(), np.inf)))
-        measures = {name: float(h[name][i]) for name in CERTIFICATE_MEASURES if name != "holds"}
+        return AdmissibleState(i, float(h["load_factor"][i]), self._certificate_at(i))
+
+    def _certificate_at(self, iteration: int) -> Certificate:
+        """Certificate of an iteration of the history."""
+        measures = {name: float(self.history[name][iteration]) for name in CERTIFICATE_MEASURES if name != "holds"}
         s, gap, limit = self.settings, measures["flow_rule_gap"], measures["flow_rule_gap_limit"]
         holds = measures["interpenetration"] <= s.interpenetration_tolerance and gap <= limit
-        return AdmissibleState(i, float(h["load_factor"][i]), Certificate(**measures, holds=holds))
+        return Certificate(**measures, holds=bool(holds and self._admissible[iteration]), settings=s)
 
     @property
     def admissible_load_factor(self) -> float:
@@ -263,7 +325,7 @@ class CaseResult:
     def restored(
         cls,
         *,
-        case: LimitCase,
+        case: Case,
         settings: Mapping[str, Any],
         status: str,
         certificate: Mapping[str, float],
@@ -274,32 +336,49 @@ class CaseResult:
         if not isinstance(settings, Mapping):
             msg = f"case {case.name!r}: settings {settings!r} are not names and values"
             raise ModelError(msg)
+        given = ProcedureSettings.of(settings)
+        holds = bool(certificate.get("holds"))
         return cls(
             case=case,
-            settings=ProcedureSettings.of(settings),
+            settings=given,
             status=Status(status),
-            certificate=Certificate(**measures, holds=bool(certificate["holds"])) if certificate else None,
+            certificate=Certificate(**measures, holds=holds, settings=given) if certificate else None,
             **rest,
         )
 
-    def describe(self) -> str:
-        """How the structure collapses, in sentences: number, bodies that move, hinges, sliding and crushing joints."""
-        moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
-        # Of the blocks' own weight alone there is nothing to say.
+    @property
+    def masses(self) -> str:
+        """Which weights a mass-proportional push takes along, in words; of the blocks' own weight alone, nothing."""
         plain = all(isinstance(load, SelfWeight) for load in self.case.dead.loads)
-        masses = "" if plain else pushed_masses(self.model, self.case)
+        return "" if plain else pushed_masses(self.model, self.case)
+
+    def describe(self) -> str:
+        """How the structure collapses, in sentences: number, bodies that move, failing joints, and ties."""
+        moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
         found = describe(self.model, self.history) if moves else ""
-        return "\n".join(filter(None, (str(self), masses, found)))
+        return "\n".join(filter(None, (str(self), self.masses, found)))
 
     def __repr__(self) -> str:
-        return f"<CaseResult {self.name!r}: {self.status}, load factor {self.load_factor:.4g}>"
+        return f"<CaseResult {self.name!r}: {self.status}, {self.answer.name} {self.answer.plain(self.load_factor, 4)}>"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            ("status", f"{self.status}: {self.message}"),
+            (self.answer.name, self.headline.text(6)),
+            ("loads", self.case.question),
+            ("numerical iterations", self.n_iterations),
+        ]
+        table = html_table(self.name, ["", ""], rows, self.warnings)
+        return table + (self.certificate._repr_html_() if self.certificate else "")
 
     def __str__(self) -> str:
-        head = f"{self.name}: {self.status}, load factor {self.load_factor:.6g} ({self.message})"
-        path = [] if self.path_dependence is None else [f"  {path_text(self.path_dependence)}"]
+        number = self.answer.plain(self.load_factor, 6)
+        head = f"{self.name}: {self.status}, {self.answer.name} {number} ({self.message})"
+        path = [] if self.path_dependence is None else [f"  {path_text(self.path_dependence, self.answer)}"]
         return "\n".join([head, *path, *(f"  warning: {text}" for text in self.warnings)])
 
 
-def path_text(found: tuple[float, float]) -> str:
+def path_text(found: tuple[float, float], answer: Answer) -> str:
     """What a load factor depends on along the loading path, in words."""
-    return "along the loading path {:.4g} to {:.4g} (by its steps and the shear stiffness of joints)".format(*found)
+    ends = " to ".join(answer.text(end) for end in found)
+    return f"along the loading path {ends} (by its steps and the shear stiffness of joints)"

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from blockstruct.model import Model
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
-from blockstruct.results.states import contact_state
+from blockstruct.results.states import active_joints, contact_state
+from blockstruct.results.ties import tie_sentences
 from blockstruct.vocabulary import AXES, ContactState
 
 Array = NDArray[np.float64]
@@ -21,7 +22,7 @@ ALONG = np.cos(np.radians(3.0))
 
 
 def describe(model: Model, history: xr.Dataset) -> str:
-    """How a structure collapses, in sentences: bodies, axes of rotation, hinges, sliding and crushing joints.
+    """How a structure collapses, in sentences: bodies, axes of rotation, hinges, sliding and crushing joints, ties.
 
     Parameters
     ----------
@@ -45,8 +46,19 @@ def describe(model: Model, history: xr.Dataset) -> str:
         rest = len(moving) - LISTED
         lines.append(f"{rest} smaller {'body moves' if rest == 1 else 'bodies move'}, too.")
     lines += _joints(history)
+    if "tie" in history.sizes:
+        said = tie_sentences(history)
+        lines += said[:LISTED]
+        if len(said) > LISTED:
+            lines.append(f"And {len(said) - LISTED} more ties: CaseResult.ties.")
     lines.append("An iteration of its history is a numerical step, not a step of loading.")
     return "\n".join(lines)
+
+
+def failures(history: xr.Dataset) -> str:
+    """How the last iteration fails, at the joints that dissipate most; empty if none moves."""
+    first = active_joints(history).head(3)["state"]
+    return "; it fails at " + ", ".join(f"{name} ({state})" for name, state in first.items()) if len(first) else ""
 
 
 def _joints(history: xr.Dataset) -> list[str]:

@@ -1,11 +1,12 @@
 """The one number of a case that every text, figure and table shows."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
 
+from blockstruct.results.answer import LOAD_FACTOR, Answer
 from blockstruct.vocabulary import DRIFTING, Flow, Status
 
 #: Statuses of one run that are the answer to the case, whatever its other runs find: they are about the dead load.
@@ -32,6 +33,9 @@ class Headline:
     drifting : tuple of float
         Certified load factors that were still drifting when their runs were stopped, sorted. Another schedule would
         have stopped at another one, so that they count only where no run has settled.
+    answer : Answer
+        What the number is called and how it is written. The reaction of a settlement is minus its load factor times a
+        force: the lowest load factor is the largest reaction.
     """
 
     status: Status
@@ -42,9 +46,12 @@ class Headline:
     associative: float
     flow: Flow
     drifting: tuple[float, ...] = ()
+    answer: Answer = field(default=LOAD_FACTOR, repr=False)
 
     @classmethod
-    def of(cls, ends: Sequence[tuple[Status, float, bool]], flow: Flow, associative: float) -> Self:
+    def of(
+        cls, ends: Sequence[tuple[Status, float, bool]], flow: Flow, associative: float, answer: Answer = LOAD_FACTOR
+    ) -> Self:
         """Headline of the runs of one case: status, load factor and whether it settled, the one as given first."""
         certified = [load_factor for status, load_factor, _ in ends if status is Status.CONVERGED]
         settled = [load_factor for status, load_factor, at_rest in ends if status is Status.CONVERGED and at_rest]
@@ -61,6 +68,7 @@ class Headline:
             associative=associative,
             flow=flow,
             drifting=tuple(sorted(drifting)),
+            answer=answer,
         )
 
     @property
@@ -72,8 +80,8 @@ class Headline:
 
     @property
     def number(self) -> str:
-        """The load factor to four digits, ``infinite`` or ``none``."""
-        return _number(self.load_factor, 4)
+        """The load factor, or the reaction, to four digits, ``infinite`` or ``none``."""
+        return self.answer.text(self.load_factor, 4)
 
     @property
     def range(self) -> str:
@@ -87,7 +95,7 @@ class Headline:
 
     def text(self, digits: int = 4) -> str:
         """Number, range and bound, with so many digits."""
-        number = _number(self.load_factor, digits)
+        number = self.answer.text(self.load_factor, digits)
         if self.status not in (Status.CONVERGED, Status.UNBOUNDED):
             number = f"{number}, {self.status}"
         more = "; ".join(filter(None, (self._range(digits), self._bound(digits))))
@@ -101,9 +109,11 @@ class Headline:
         if self.drifting:
             said += " and settled" if settled else f", all {DRIFTING}"
         if self.certified and self.status is Status.CONVERGED:
-            said = f"lowest of {said}, up to {_number(self.highest, digits)}"
+            first, on = ("largest", "down") if self.answer.is_reaction else ("lowest", "up")
+            said = f"{first} of {said}, {on} to {self.answer.text(self.highest, digits)}"
         if self.drifting and settled:
-            apart = " to ".join(dict.fromkeys(_number(end, digits) for end in (self.drifting[0], self.drifting[-1])))
+            ends = (self.drifting[0], self.drifting[-1])
+            apart = " to ".join(dict.fromkeys(self.answer.text(end, digits) for end in ends))
             said += f"; {len(self.drifting)} more {DRIFTING}, at {apart}"
         return said
 
@@ -111,13 +121,7 @@ class Headline:
         if self.flow is Flow.ASSOCIATIVE or np.isnan(self.associative):
             return ""
         bounded = np.isfinite(self.associative)
-        return f"associative bound {_number(self.associative, digits)}" if bounded else "no associative bound"
+        return f"associative bound {self.answer.text(self.associative, digits)}" if bounded else "no associative bound"
 
     def __str__(self) -> str:
         return self.text()
-
-
-def _number(value: float, digits: int) -> str:
-    if np.isinf(value):
-        return "infinite"
-    return "none" if np.isnan(value) else f"{value:.{digits}g}"

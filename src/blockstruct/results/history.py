@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.limit import Iteration, LimitProblem
+from blockstruct.limit import Iteration, LimitProblem, Settlement, block_motion
 from blockstruct.statics import Statics, TieTable
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES, COMPONENTS
@@ -29,8 +29,8 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
     -------
     xarray.Dataset
         Dimensions iteration, contact_point (selected by the name of its interface), component (n, s, t), interface,
-        interface_corner, block and axis (x, y, z). Blocks are in the order of the model, supports have zero velocity.
-        With ties, tie (a stretch with one force) and tie_end, too.
+        interface_corner, block and axis (x, y, z). Blocks are in the order of the model; supports have zero velocity,
+        but for those that give way. With ties, tie (a stretch with one force) and tie_end, too.
     """
     model, points, force = statics.model, statics.points, problem.force_unit
     of_iterations = iteration_variables(statics, problem, iterations)
@@ -103,15 +103,13 @@ def iteration_variables(
     statics: Statics, problem: LimitProblem, iterations: Sequence[Iteration]
 ) -> dict[str, tuple[Any, NDArray[Any], dict[str, str]]]:
     """Dimensions, values and attributes of everything in a history that belongs to its iterations, in SI units."""
-    model, force = statics.model, problem.force_unit
+    force = problem.force_unit
     n, K = len(iterations), problem.n_points
 
     def stacked(values: list[Any], shape: tuple[int, ...] = ()) -> Array:
         return np.array(values, dtype=float).reshape(n, *shape)
 
-    velocity = np.zeros((n, len(model.blocks), 6))
-    u = stacked([i.u for i in iterations], (len(statics.free), 6))
-    velocity[:, statics.free] = u / np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))
+    velocity = block_motion(statics, problem, stacked([i.u for i in iterations], (problem.A.shape[0],)))
     per_point = ("iteration", "contact_point")
     of_ties: dict[str, Any] = {}
     if len(problem.ties):
@@ -126,7 +124,7 @@ def iteration_variables(
             stacked([i.elongation for i in iterations], (len(unit),)) / unit,
             _attrs("velocity", "rate of elongation, at 1 W"),
         )
-    return {
+    found = {
         "iteration": ("iteration", np.arange(n), {}),
         "stage": ("iteration", _text([i.stage.value for i in iterations]), {}),
         "load_factor": _number([i.load_factor for i in iterations], "load factor α"),
@@ -198,6 +196,9 @@ def iteration_variables(
             _attrs("time", "time in the solver"),
         ),
     }
+    if problem.settlement is not None:
+        found["reaction"] = _reaction(problem.settlement, iterations)
+    return found
 
 
 def _ties(table: TieTable) -> dict[str, Any]:
@@ -209,7 +210,7 @@ def _ties(table: TieTable) -> dict[str, Any]:
             {"long_name": "name of the tie, with the blocks of a stretch of a bonded bar"},
         ),
         "tie_of_model": ("tie", table.tie, {}),
-        "tie_position": (("tie", "tie_end", "axis"), table.position, _attrs("length", "where it pulls at its blocks")),
+        "tie_position": (("tie", "tie_end", "axis"), table.position, _attrs("length", "where it ends in its blocks")),
         "tie_capacity": ("tie", table.capacity, _attrs("force", "largest force")),
         "tie_prestress": ("tie", table.prestress, _attrs("force", "least force")),
         "tie_governing": ("tie", _text(table.governing), {"long_name": "which limit the largest force is"}),
@@ -229,6 +230,12 @@ def _linearised_at(statics: Statics, problem: LimitProblem, iterations: Sequence
         if iteration.linearised_at is not None:
             row[statics.points.interface[corner]] = iteration.linearised_at * problem.force_unit[corner]
     return N0
+
+
+def _reaction(settlement: Settlement, iterations: Sequence[Iteration]) -> tuple[str, Array, dict[str, str]]:
+    what = "of the supports that give way: what the joints press on them against the motion"
+    values = settlement.reaction(np.array([i.load_factor for i in iterations], dtype=float))
+    return "iteration", values, _attrs("moment" if settlement.rotates else "force", what)
 
 
 def _displacement(problem: LimitProblem, iterations: Sequence[Iteration]) -> tuple[str, Array, dict[str, str]]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from blockstruct.model import BodyForce, LimitCase, Model, SelfWeight, kind_of
+from blockstruct.model import BodyForce, Case, Model, SelfWeight, kind_of
 from blockstruct.statics import applied_loads, carried_weights
 
 _NAMES = {
@@ -13,12 +13,12 @@ _NAMES = {
 }
 
 
-def pushed_masses(model: Model, case: LimitCase) -> str:
+def pushed_masses(model: Model, case: Case) -> str:
     """Which weights a mass-proportional push of a case acts on, and what it leaves out; empty without such a push.
 
     Weights on supports do not count.
     """
-    patterns = [p.name for p in (case.dead, case.variable) if any(isinstance(load, BodyForce) for load in p.loads)]
+    patterns = [p.name for p in case.patterns if any(isinstance(load, BodyForce) for load in p.loads)]
     if not patterns:
         return ""
     free = np.array([not b.fixed for b in model.blocks])

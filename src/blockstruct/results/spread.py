@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Self
 
 from blockstruct.limit import SCHEDULES
+from blockstruct.notebook import html_table
 from blockstruct.results.case_result import CaseResult, path_text
 from blockstruct.results.headline import Headline
 from blockstruct.vocabulary import ALONG_PATH, Flow, Status
@@ -27,7 +28,7 @@ class Spread:
 
     The answer of a non-associative structure is not unique and depends on the path: each of these is certified by
     itself, and none is wrong. The lowest is the one to rely on. A load factor that was still drifting when its run was
-    stopped is no answer of its schedule, and counts only where none has settled.
+    stopped is not an answer of its schedule, and counts only where none has settled.
 
     Attributes
     ----------
@@ -77,7 +78,8 @@ class Spread:
         """The load factor to rely on, the lowest certified one, with its range and the associative bound."""
         runs = list(self.runs.values())
         bound = runs[0].associative_load_factor if self.upper_bound is None else self.upper_bound.load_factor
-        return Headline.of([(r.status, r.load_factor, r.settled) for r in runs], runs[0].case.flow, bound)
+        ends = [(r.status, r.load_factor, r.settled) for r in runs]
+        return Headline.of(ends, runs[0].case.flow, bound, runs[0].answer)
 
     @property
     def load_factor(self) -> float:
@@ -92,12 +94,17 @@ class Spread:
     def __repr__(self) -> str:
         return f"<Spread of {len(self.runs)} schedules: {self.headline}>"
 
+    def _repr_html_(self) -> str:
+        answer = next(iter(self.runs.values())).answer.name
+        rows = [(name, r.answer.plain(r.load_factor, 4), r.ended) for name, r in self.results.items()]
+        return html_table(f"{answer.capitalize()} {self.headline}", ["schedule", answer, "status"], rows, self.warnings)
+
     def __str__(self) -> str:
         lines = [str(self.headline)]
         width = 2 + max(map(len, self.results))
-        lines += [f"  {name:<{width}}{r.load_factor:<12.4g}{r.ended}" for name, r in self.results.items()]
+        lines += [f"  {n:<{width}}{r.answer.plain(r.load_factor, 4):<12}{r.ended}" for n, r in self.results.items()]
         if self.path_dependence is not None:
-            lines.append(f"  {path_text(self.path_dependence)}")
+            lines.append(f"  {path_text(self.path_dependence, next(iter(self.runs.values())).answer)}")
         return "\n".join([*lines, *(f"  warning: {text}" for text in self.warnings)])
 
 

@@ -25,6 +25,8 @@ _NAMES = np.array(
 #: Share of the largest relative velocity below which a joint is shown at rest: the velocities of a mechanism are those
 #: of a solver, and its tolerances move joints far away from it by a thousandth.
 AT_REST = 0.01
+#: Share of the largest velocity of a block below which a relative velocity is rounding.
+ROUNDING = 1e-6
 
 
 def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tolerance: float = 1e-4) -> xr.DataArray:
@@ -69,6 +71,9 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
         return np.asarray(np.add.reduceat(values, starts, axis=-1))
 
     zero = threshold(np.linalg.norm(v, axis=-1), tolerance)
+    # Where a structure follows its supports as one body, relative velocities are rounding of those of the blocks.
+    speed = np.linalg.norm(history["block_velocity"].transpose(..., "block", "axis"), axis=-1).max(axis=-1)
+    zero = np.maximum(zero, ROUNDING * np.asarray(speed)[..., None])
     slip = np.linalg.norm(v[..., 1:], axis=-1)
     apart = v[..., 0] - history["dilatancy"].to_numpy() * slip
     opening = apart > zero

@@ -73,9 +73,9 @@ def ties_at_collapse(history: xr.Dataset) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Indexed by the tie: ``force [newton]``, ``capacity [newton]``, ``governing`` (which limit the capacity is),
-        ``state``, ``elongation`` (in the mechanism whose largest displacement is one), ``elongation limit [meter]``,
-        and ``displacement at limit [meter]``: the largest displacement of the mechanism at which the tie reaches its
-        limit, NaN if it has none or does not get longer. The mechanism is that of small displacements.
+        ``state``, ``elongation`` (in the mechanism whose largest displacement of a centroid is one), ``elongation limit
+        [meter]``, and ``displacement at limit [meter]``: the largest displacement of the mechanism at which the tie
+        reaches its limit, NaN if it has none or does not get longer. The mechanism is that of small displacements.
     """
     last = history.isel(iteration=-1)
     elongation = last["tie_elongation_rate"].to_numpy() / largest_motion(history)
@@ -94,3 +94,23 @@ def ties_at_collapse(history: xr.Dataset) -> pd.DataFrame:
         f"displacement at limit [{meter}]": reached,
     }
     return pd.DataFrame(columns, index=index)
+
+
+def tie_sentences(history: xr.Dataset) -> list[str]:
+    """What each tie does in the last iteration of a case, a sentence each."""
+    newton, meter = SI_UNITS["force"], SI_UNITS["length"]
+    said = []
+    for name, row in ties_at_collapse(history).iterrows():
+        force, capacity, elongation = row[f"force [{newton}]"], row[f"capacity [{newton}]"], row["elongation"]
+        text = f"Tie {name}: {row['state']}, {_kilo(force)} of {_kilo(capacity)} ({row['governing']})"
+        if elongation > AT_REST:
+            text += f"; it gets longer by {elongation:.3g} times the largest displacement of a block"
+            reached, limit = row[f"displacement at limit [{meter}]"], row[f"elongation limit [{meter}]"]
+            if np.isfinite(reached):
+                text += f": its limit of {limit * 1e3:.4g} mm is reached at {reached * 1e3:.4g} mm"
+        said.append(f"{text}.")
+    return said
+
+
+def _kilo(newton: float) -> str:
+    return f"{newton / 1e3:.4g} kN"

@@ -1,7 +1,7 @@
 """The certificate recomputed: what a result says, against its own model, loads, forces and velocities."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -9,7 +9,16 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.errors import BlockstructError, CertificateError
-from blockstruct.limit import Certificate, LimitProblem, ProcedureSettings, certify
+from blockstruct.limit import (
+    CERTIFICATE_MEASURES,
+    Certificate,
+    LimitProblem,
+    ProcedureSettings,
+    block_motion,
+    certify,
+    velocities_of,
+)
+from blockstruct.model import SettlementCase
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.mechanism import motion_of
@@ -41,7 +50,6 @@ class _State:
         """Of SI forces and velocities; under dead load alone the load factor is the share that they carry."""
         last = result.history.isel(iteration=-1)
         x = last["contact_force"].transpose("contact_point", "component").to_numpy() / problem.force_unit[:, None]
-        u = (motion_of(last)[statics.free] * np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))).ravel()
         T = last["tie_force"].to_numpy() / problem.ties.force_unit if len(problem.ties) else np.zeros(0)
         alpha = float(last["load_factor"])
         if last["stage"].item() == Stage.DEAD_LOAD.value:
@@ -50,7 +58,7 @@ class _State:
             # The prestress grows with the share, and is part of the forces T.
             load = problem.w_L - problem.ties.columns @ problem.ties.prestress_L
             alpha = -float((problem.A @ x.ravel() + problem.ties.columns @ T) @ load / (load @ load))
-        return cls(problem, x, T, u, alpha)
+        return cls(problem, x, T, velocities_of(statics, problem, motion_of(last)[None])[0], alpha)
 
     def certificate(self, settings: ProcedureSettings) -> Certificate:
         return certify(self.problem, self.x, self.u, self.alpha, settings, self.T)
@@ -128,8 +136,9 @@ def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
     if stored is None:
         yield "there is no certificate"
         return
-    last = {f.name: float(result.history[f.name][-1]) for f in fields(Certificate) if f.name != "holds"}
-    for name, scale in _tolerances(result.settings, again).items():
+    last = {name: float(result.history[name][-1]) for name in CERTIFICATE_MEASURES if name != "holds"}
+    scales = again.tolerances | {"flow_rule_gap_limit": again.flow_rule_gap_limit}
+    for name, scale in scales.items():
         now = getattr(again, name)
         for where, value in (("certificate", getattr(stored, name)), ("history", last[name])):
             if not _same(value, now, scale):
@@ -152,10 +161,11 @@ def _status(result: CaseResult) -> Iterator[str]:
     last = float(h["load_factor"][-1]) if result.n_iterations else np.nan
     stage = str(h["stage"].to_numpy()[-1]) if result.n_iterations else ""
     if result.status is Status.CONVERGED:
-        if not (np.isfinite(alpha) and alpha >= 0):
+        signed = isinstance(result.case, SettlementCase)
+        if not (np.isfinite(alpha) and (signed or alpha >= 0)):
             yield f"converged, but its load factor is {alpha:.6g}"
         within = result.certificate.flow_rule_gap_limit if result.certificate else 0.0
-        if not (alpha == last or (alpha == 0 and abs(last) <= within)):
+        if not (alpha == last or (alpha == 0 and abs(last) <= within and not signed)):
             yield f"the load factor is {alpha:.6g}, that of its last iteration {last:.6g}"
         if stage == Stage.DEAD_LOAD.value:
             yield "converged, but its last iteration is the dead-load program"
@@ -196,6 +206,7 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
             "tie_capacity": table.capacity,
             "tie_prestress": table.prestress,
             "tie_bond": table.bond,
+            "tie_elongation_limit": table.elongation_limit,
         }
     for name, values in expected.items():
         stored = history[name].to_numpy()
@@ -219,19 +230,11 @@ def _velocities(statics: Statics, state: _State, last: xr.Dataset) -> Iterator[s
     if not np.allclose(stored, v, rtol=0, atol=_ROUNDING * largest, equal_nan=True):
         yield "the relative velocities of the history are not those of its blocks"
     fixed = np.setdiff1d(np.arange(len(statics.model.blocks)), statics.free)
-    if np.any(motion_of(last)[fixed]):
+    moved, allowed = (
+        motion[fixed] for motion in (motion_of(last), block_motion(statics, state.problem, state.u[None])[0])
+    )
+    if not np.allclose(moved, allowed, rtol=_SAME, atol=0, equal_nan=True):
         yield "supports move in the mechanism of the history"
-
-
-def _tolerances(settings: ProcedureSettings, certificate: Certificate) -> dict[str, float]:
-    """Scale of each measure: its tolerance."""
-    return {
-        "equilibrium_residual": settings.equilibrium_tolerance,
-        "yield_excess": settings.yield_tolerance,
-        "interpenetration": settings.interpenetration_tolerance,
-        "flow_rule_gap": certificate.flow_rule_gap_limit,
-        "flow_rule_gap_limit": certificate.flow_rule_gap_limit,
-    }
 
 
 def _same(one: float, other: float, scale: float) -> bool:

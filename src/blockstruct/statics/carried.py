@@ -83,7 +83,7 @@ class Placing:
         Raises
         ------
         UnknownNameError
-            A block that the model does not have.
+            If the model does not have a block.
         """
         if load.block not in self.index:
             msg = (
@@ -120,10 +120,10 @@ def carried_weights(model: Model, pattern: LoadPattern) -> CarriedWeights:
     Raises
     ------
     UnknownNameError
-        A load on a block that the model does not have.
+        If a load acts on a block that the model does not have.
     ModelError
-        A load that is not on its block; a line or a rectangle over no block, or only partly over blocks if it does not
-        span; fill above no face.
+        If a load is not on its block, a line or a rectangle lies over no block, or only partly over blocks if it does
+        not span, or fill lies above no face.
     """
     placing, parts = Placing(model, pattern.name), []
     for k, load in enumerate(pattern.loads):

@@ -25,7 +25,7 @@ class TieTable:
     ends : (M, 2) array
         Indices of the blocks that it pulls together.
     position : (M, 2, 3) array, m
-        Where it pulls at each of them.
+        Where it ends in each of them, on the line along which it pulls.
     direction : (M, 3) array
         Unit vectors from the first to the second.
     capacity, prestress : (M,) arrays, N

@@ -20,11 +20,14 @@ from blockstruct.storage.lazy import lazy_history
 from blockstruct.storage.lock import PARTIAL
 from blockstruct.storage.query import selected
 from blockstruct.storage.snapshot import Stamp, unreadable
+from blockstruct.units import SI_UNITS
 
 _NUMBERS = ("load_factor", "n_iterations", "duration", *CERTIFICATE_MEASURES)
 _TEXTS = ("status", "flow", "dead", "variable", "message", "started_at")
+#: Reactions of settlements, by their unit.
+_REACTIONS = {SI_UNITS["force"]: "reaction", SI_UNITS["moment"]: "reaction_moment"}
 #: Units of the columns that have one.
-_UNITS = {"load_factor": "dimensionless", "duration": "second"}
+_UNITS = {"load_factor": "dimensionless", "duration": "second", **{name: unit for unit, name in _REACTIONS.items()}}
 
 
 class Archive:
@@ -68,19 +71,21 @@ class Archive:
     def table(self) -> pd.DataFrame:
         """One row per case.
 
-        Columns: ``path`` (relative to the folder), ``case``, ``model``, ``model_hash``, ``load_factor``, ``status``,
-        ``flow``, ``dead``, ``variable``, the measures of the certificate and whether it ``holds``, ``n_iterations``,
-        ``started_at`` and ``created_at`` (UTC), ``duration`` (s), ``version`` of blockstruct, ``tags``,
-        ``message``, a column ``settings_…`` for each setting, and ``problem``: why a file, which has one row then,
-        cannot be read. A run that is under way or was killed has a row of that kind, too. The units of columns are
-        in ``table.attrs["units"]``.
+        Columns: ``path`` (relative to the folder), ``case``, ``model``, ``model_hash``, ``load_factor`` of limit cases,
+        ``reaction`` (N) or ``reaction_moment`` (N·m) of settlements, ``status``, ``flow``, ``dead``,
+        ``variable``, the measures of the certificate and whether it ``holds``, ``n_iterations``, ``started_at`` and
+        ``created_at`` (UTC), ``duration`` (s), ``version`` of blockstruct, ``tags``, ``message``, a column
+        ``settings_…`` for each setting, and ``problem``: why a file, which has one row then, cannot be read.
+        A run that is under way or was killed has a row of that kind, too. The units of columns are in
+        ``table.attrs["units"]``.
         """
         paths, problems = self._found()
         rows = [row for path in paths for row in self._rows(path)]
         rows += [
             {"path": path.relative_to(self.folder).as_posix(), "problem": problems[path]} for path in sorted(problems)
         ]
-        first = ("path", "case", "model", "model_hash", *_NUMBERS, *_TEXTS, "created_at", "version", "tags", "problem")
+        numbers = ("load_factor", *_REACTIONS.values(), *_NUMBERS[1:])
+        first = ("path", "case", "model", "model_hash", *numbers, *_TEXTS, "created_at", "version", "tags", "problem")
         table = pd.DataFrame(rows)
         table = table.reindex(columns=[*first, *(c for c in table.columns if c not in first)])
         for column in ("started_at", "created_at"):
@@ -248,9 +253,18 @@ def _cases(file: AnalysisFile) -> Iterator[dict[str, Any]]:
                 **of_file,
                 "case": name,
                 **{number: _scalar(groups, f"{place}/{number}") for number in _NUMBERS if number in case},
+                **_reaction(groups, place),
                 **{text: plain(case.attrs[text]) for text in _TEXTS},
                 **{f"settings_{key}": value for key, value in settings.items()},
             }
+
+
+def _reaction(groups: Any, place: str) -> dict[str, Any]:
+    """The reaction of a settlement in the column of its unit; a load factor is none of its answers."""
+    if "reaction" not in member(groups, place):
+        return {}
+    unit = plain(member(groups, f"{place}/reaction").attrs["units"])
+    return {"load_factor": np.nan, _REACTIONS[unit]: _scalar(groups, f"{place}/reaction")}
 
 
 def _scalar(groups: Any, place: str) -> Any:

@@ -7,9 +7,12 @@ from typing import Any
 
 import xarray as xr
 
-from blockstruct.model import LimitCase, LoadPattern, Model
+from blockstruct.model import Case, LimitCase, LoadPattern, Model, SettlementCase
 from blockstruct.results import CERTIFICATE_MEASURES, CaseResult, LazyHistory
-from blockstruct.units import SI_UNITS
+from blockstruct.units import SI_UNITS, to_quantity
+
+#: What the attribute of a settlement holds.
+_MOTION = ("supports", "direction", "about")
 
 
 def group_name(name: str) -> str:
@@ -27,18 +30,23 @@ def case_dataset(result: CaseResult) -> xr.Dataset:
         "duration": ((), result.duration, {"units": SI_UNITS["time"]}),
     }
     if result.certificate is not None:
-        for name, value in asdict(result.certificate).items():
+        for name, value in result.certificate.measures.items():
             variables[name] = ((), int(value) if isinstance(value, bool) else value, number)
+    if isinstance(result.case, SettlementCase):
+        reaction = float(result.reaction.magnitude)
+        variables["reaction"] = ((), reaction, {"units": SI_UNITS[result.answer.dimension]})
     attrs = {
         "name": result.name,
         "status": result.status.value,
         "message": result.message,
         "flow": result.case.flow.value,
         "dead": result.case.dead.name,
-        "variable": result.case.variable.name,
+        "variable": result.case.patterns[-1].name if isinstance(result.case, LimitCase) else "",
         "settings": json.dumps(asdict(result.settings)),
         "started_at": result.started_at,
     }
+    if isinstance(result.case, SettlementCase):
+        attrs["settlement"] = json.dumps({name: getattr(result.case, name) for name in _MOTION})
     return xr.Dataset(variables, attrs=attrs)
 
 
@@ -49,7 +57,7 @@ def read_result(
     a = ds.attrs
     return CaseResult.restored(
         model=model,
-        case=LimitCase(a["name"], patterns[a["dead"]], patterns[a["variable"]], a["flow"]),
+        case=_case(ds.attrs, patterns),
         settings=json.loads(a["settings"]),
         status=a["status"],
         load_factor=float(ds["load_factor"]),
@@ -59,3 +67,12 @@ def read_result(
         started_at=a["started_at"],
         duration=float(ds["duration"]),
     )
+
+
+def _case(attrs: Mapping[str, Any], patterns: Mapping[str, LoadPattern]) -> Case:
+    dead, flow = patterns[attrs["dead"]], attrs["flow"]
+    if "settlement" not in attrs:
+        return LimitCase(attrs["name"], dead, patterns[attrs["variable"]], flow)
+    motion = json.loads(attrs["settlement"])
+    about = None if motion["about"] is None else to_quantity(motion["about"], "length")
+    return SettlementCase(attrs["name"], dead, motion["supports"], motion["direction"], about=about, flow=flow)

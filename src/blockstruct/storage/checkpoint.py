@@ -249,7 +249,7 @@ def _ending(result: CaseResult) -> dict[str, Any]:
         "status": result.status.value,
         "load_factor": result.load_factor,
         "message": result.message,
-        "certificate": asdict(result.certificate) if result.certificate else {},
+        "certificate": result.certificate.measures if result.certificate else {},
         "started_at": result.started_at,
         "duration": result.duration,
     }

@@ -96,6 +96,11 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
         numbers = np.array([absent if value is None else value for value in found], dtype=float)
         shape = (len(loads), *([3] if name in _VECTORS else []))
         variables[f"{name}_of_load"] = (dims, numbers.reshape(shape), {"units": SI_UNITS[dimension]})
+    sources = {
+        "material": [m.source for m in model.materials.values()],
+        "joint_material": [m.source for m in model.joint_materials.values()],
+    }
+    variables |= {f"source_of_{dim}": (dim, _texts(texts)) for dim, texts in sources.items() if any(texts)}
     names = [b.name for b in blocks], [i.name for i in interfaces]
     if model.detection is not None:
         variables |= detection_variables(model.detection, *names)
@@ -114,8 +119,10 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
 def read_model(ds: xr.Dataset) -> Model:
     """Model of a Dataset, built through the same constructors and checks as any other."""
     materials = [
-        Material(name, to_quantity(value, "force/volume"))
-        for name, value in zip(ds["material"].to_numpy(), ds["unit_weight"].to_numpy(), strict=True)
+        Material(str(name), to_quantity(value, "force/volume"), source=source)
+        for name, value, source in zip(
+            ds["material"].to_numpy(), ds["unit_weight"].to_numpy(), _sources(ds, "material"), strict=True
+        )
     ]
     joints = [_joint(ds, k) for k in range(ds.sizes["joint_material"])]
     vertices = _parts(ds["vertex_position"].to_numpy(), ds["block_of_vertex"].to_numpy(), ds.sizes["block"])
@@ -162,7 +169,12 @@ def read_patterns(ds: xr.Dataset) -> dict[str, LoadPattern]:
 
 def _joint(ds: xr.Dataset, k: int) -> JointMaterial:
     values = {name: float(ds[name].to_numpy()[k]) for name in JOINT_PROPERTIES}
-    return JointMaterial.from_si(str(ds["joint_material"].to_numpy()[k]), values)
+    return JointMaterial.from_si(str(ds["joint_material"].to_numpy()[k]), values, _sources(ds, "joint_material")[k])
+
+
+def _sources(ds: xr.Dataset, dim: str) -> list[str]:
+    name = f"source_of_{dim}"
+    return [str(text) for text in ds[name].to_numpy()] if name in ds else [""] * ds.sizes[dim]
 
 
 def _load(ds: xr.Dataset, k: int) -> Load:

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.errors import ModelError, StorageError
-from blockstruct.model import LimitCase, LoadPattern
+from blockstruct.model import Case, LoadPattern
 from blockstruct.results import Analysis, confirm
 from blockstruct.schema import schema_text, violations
 from blockstruct.storage.analysis_file import placed, violated
@@ -158,7 +158,7 @@ def checked_keep_every(value: Any) -> int:
     return int(value)
 
 
-def patterns(cases: Iterable[LimitCase]) -> list[LoadPattern]:
+def patterns(cases: Iterable[Case]) -> list[LoadPattern]:
     """The different load patterns of cases.
 
     Raises
@@ -168,7 +168,7 @@ def patterns(cases: Iterable[LimitCase]) -> list[LoadPattern]:
     """
     found: dict[str, LoadPattern] = {}
     for case in cases:
-        for pattern in (case.dead, case.variable):
+        for pattern in case.patterns:
             if found.setdefault(pattern.name, pattern) != pattern:
                 msg = f"load pattern {pattern.name!r}: two patterns of this name have different loads; rename one"
                 raise ModelError(msg)

@@ -12,12 +12,17 @@ from blockstruct.structures.column import column, stack, tilted
 from blockstruct.structures.courses import courses
 from blockstruct.structures.cross_vault import cross_vault
 from blockstruct.structures.dome import dome
-from blockstruct.structures.openings import Opening
+from blockstruct.structures.openings import Opening, RoundOpening
 from blockstruct.structures.pier_spandrel import pier_spandrel
-from blockstruct.structures.wall import Sidewall, wall
+from blockstruct.structures.rubble import Rubble
+from blockstruct.structures.sides import Buttress, Sidewall
+from blockstruct.structures.wall import wall
 
 __all__ = [
+    "Buttress",
     "Opening",
+    "RoundOpening",
+    "Rubble",
     "Sidewall",
     "arch",
     "arch_on_piers",

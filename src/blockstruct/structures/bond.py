@@ -1,13 +1,20 @@
-"""Running bond: where the joints of a course lie."""
+"""Bonds: where the joints of a course lie."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+import shapely
+from numpy.typing import NDArray
 
-from blockstruct.structures.openings import Opening
+from blockstruct.errors import ModelError
+from blockstruct.structures.cut import cut
+from blockstruct.structures.openings import AnyOpening, Opening
+from blockstruct.structures.rubble import RubbleJoints
 
+Array = NDArray[np.float64]
 Interval = tuple[float, float]
 
 #: Shortest piece that a joint may cut off, as a part of the unit.
@@ -16,16 +23,20 @@ SHORTEST = 0.25
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit of a wall in its own plan: name, and where it lies along (u) and through (v) the wall, m."""
+    """A unit of a wall in its own plan: name, and where it lies along (u) and through (v) the wall, m.
+
+    One that is no box has an outline (k, 2) along and up the wall.
+    """
 
     name: str
     u: Interval
     v: Interval
+    outline: Array | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Bond:
-    """Sizes of a wall in running bond, m."""
+    """Sizes of a wall in running bond or of rubble, m."""
 
     unit_length: float
     course_height: float
@@ -34,7 +45,17 @@ class Bond:
     header_every: int | None
 
     def course(
-        self, number: int, parts: Sequence[Interval], origin: float, shifted: bool, openings: Sequence[Opening]
+        self,
+        number: int,
+        parts: Sequence[Interval],
+        origin: float,
+        shifted: bool,
+        openings: Sequence[AnyOpening],
+        *,
+        rubble: RubbleJoints | None = None,
+        gaps: Sequence[Interval] = (),
+        within: Any = None,
+        top: float | None = None,
     ) -> Iterator[Unit]:
         """Units of one course, named ``number.k``.
 
@@ -50,46 +71,98 @@ class Bond:
             Whether this course is.
         openings
             All openings of the wall.
+        rubble
+            Joints of rubble instead of those of the bond.
+        gaps
+            Where other walls run through this one, in this course or the next.
+        within
+            Polygon of the wall along and up, if it is no rectangle.
+        top
+            Upper side of the course, if it is not of the height of all others.
         """
         half = self.unit_length / 2
-        cut = [o.courses(self.course_height) for o in openings]
-        voids = [(o.start, o.end) for o, (low, high) in zip(openings, cut, strict=True) if low < number <= high]
-        bearings = [half if o.bearing is None else float(o.bearing) for o in openings]
-        lintels = [
-            (o.start - bearing, o.end + bearing)
-            for o, (_, high), bearing in zip(openings, cut, bearings, strict=True)
-            if high == number - 1 and bearing > 0
-        ]
-        solid = without(parts, voids)
-        spans = [(max(a, p), min(b, q)) for p, q in solid for a, b in lintels if min(b, q) > max(a, p)]
-        rest = without(solid, spans)
-        thin = self.depth / self.leaves
-        if self.header_every and number % self.header_every == 0:
-            layers = [("", (0.0, self.depth), half, half / 2)]
-        else:
-            layers = [
-                (
-                    chr(ord("a") + leaf) if self.leaves > 1 else "",
-                    (leaf * thin, (leaf + 1) * thin),
-                    self.unit_length,
-                    half * ((leaf + shifted) % 2),
-                )
-                for leaf in range(self.leaves)
+        plain = [o for o in openings if isinstance(o, Opening)]
+        cut_by = [o.courses(self.course_height) for o in plain]
+        voids = [(o.start, o.end) for o, (low, high) in zip(plain, cut_by, strict=True) if low < number <= high]
+        lintels = {
+            at: [
+                (o.start - bearing, o.end + bearing)
+                for o, (_, high) in zip(plain, cut_by, strict=True)
+                if high == at - 1
+                and (bearing := half if o.bearing is None else float(o.bearing)) > 0
+                and o.rise is None
             ]
-        for layer, v, length, shift in layers:
-            pieces = [piece for part in rest for piece in self._pieces(part, length, origin + shift)]
-            for k, u in enumerate(sorted(pieces), start=1):
-                yield Unit(f"{number}.{k}{layer}", u, v)
+            for at in (number - 1, number, number + 1)
+        }
+        solid = without(parts, voids)
+        spans = [(max(a, p), min(b, q)) for p, q in solid for a, b in lintels[number] if min(b, q) > max(a, p)]
+        rest = without(solid, spans)
+        foot, head = (number - 1) * self.course_height, top or number * self.course_height
+        shapes = [o.outline(self.course_height) for o in openings if o.voussoir_outlines(self.course_height)]
+        shapes = [shape for shape in shapes if shape.bounds[1] < head and shape.bounds[3] > foot]
+        for a, b in spans:
+            self._check_lintel(number, shapely.box(a, foot, b, head), shapes, within)
+        if rubble is not None:
+            known = [x for ends in (*gaps, *lintels[number - 1], *lintels[number + 1]) for x in ends]
+        for layer, v, length, shift in self._layers(number, shifted):
+            units: list[tuple[Interval, Array | None]] = []
+            for part in rest:
+                if rubble is None:
+                    joints = self._joints(part, length, origin + shift)
+                else:
+                    joints = rubble.joints(number, layer, part, known)
+                region = shapely.box(part[0], foot, part[1], head)
+                left = shapely.difference(region, shapely.union_all(shapes)) if shapes else region
+                left = left if within is None else shapely.intersection(left, within)
+                if top is None and region.area - left.area <= 1e-9 * region.area:
+                    lines = [part[0], *(joints if rubble else self._apart(part, joints)), part[1]]
+                    units += [(u, None) for u in pairwise(lines)]
+                else:
+                    smallest = SHORTEST * self.unit_length * self.course_height * (1 - 1e-9)
+                    outlines = cut(left, joints, smallest)
+                    units += [((float(o[:, 0].min()), float(o[:, 0].max())), o) for o in outlines]
+            for k, (u, outline) in enumerate(sorted(units, key=lambda unit: sum(unit[0])), start=1):
+                yield Unit(f"{number}.{k}{layer}", u, v, outline)
         for k, u in enumerate(spans, start=1):
             yield Unit(f"{number}.lintel{k}", u, (0.0, self.depth))
 
-    def _pieces(self, part: Interval, length: float, origin: float) -> list[Interval]:
-        """A part of a course cut by the joints ``origin + k length``."""
-        start, end = part
+    def _layers(self, number: int, shifted: bool) -> list[tuple[str, Interval, float, float]]:
+        """Name, place through the wall, length of units and shift of their joints, of each leaf or of headers."""
+        half, thin = self.unit_length / 2, self.depth / self.leaves
+        if self.header_every and number % self.header_every == 0:
+            return [("", (0.0, self.depth), half, half / 2)]
+        return [
+            (
+                chr(ord("a") + leaf) if self.leaves > 1 else "",
+                (leaf * thin, (leaf + 1) * thin),
+                self.unit_length,
+                half * ((leaf + shifted) % 2),
+            )
+            for leaf in range(self.leaves)
+        ]
+
+    def _joints(self, part: Interval, length: float, origin: float) -> list[float]:
+        """Joints ``origin + k length`` within a part of a course."""
+        first, last = np.ceil((part[0] - origin) / length), np.floor((part[1] - origin) / length)
+        found: list[float] = (origin + length * np.arange(first, last + 1)).tolist()
+        return found
+
+    def _apart(self, part: Interval, joints: Sequence[float]) -> list[float]:
+        """Joints that do not cut off too short a piece at an end of a part."""
         shortest = SHORTEST * self.unit_length * (1 - 1e-9)
-        first, last = np.ceil((start + shortest - origin) / length), np.floor((end - shortest - origin) / length)
-        joints = [start, *(origin + length * np.arange(first, last + 1)).tolist(), end]
-        return list(pairwise(joints))
+        return [x for x in joints if part[0] + shortest <= x <= part[1] - shortest]
+
+    def _check_lintel(self, course: int, lintel: Any, shapes: Sequence[Any], within: Any) -> None:
+        slack = 1e-9 * lintel.area
+        meets = any(shapely.intersection(lintel, shape).area > slack for shape in shapes)
+        if meets or (within is not None and shapely.difference(lintel, within).area > slack):
+            a, _, b, _ = lintel.bounds
+            what = "a ring of voussoirs" if meets else "a slope"
+            msg = (
+                f"wall: the lintel of course {course}, from {a:.6g} to {b:.6g} m, meets {what}; move the opening, or "
+                "make its bearing shorter or zero"
+            )
+            raise ModelError(msg)
 
 
 def without(parts: Sequence[Interval], holes: Sequence[Interval]) -> list[Interval]:

@@ -1,44 +1,62 @@
-"""Openings in walls."""
+"""Openings in walls: rectangular, arched and round."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords
-from blockstruct.model.checks import positive_length
-from blockstruct.units import si
+from blockstruct.model.checks import checked_count, positive_length
+from blockstruct.structures.arch_profile import ArchProfile
+from blockstruct.units import si, to_quantity
+
+Array = NDArray[np.float64]
 
 #: Deviation from a bed joint, as a part of the height of a course, that is rounding.
 LEVEL = 1e-6
+#: Least part of a course that may be left above or below a ring of voussoirs.
+_LEAST = 0.25
 
 
 @checked_keywords
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """A rectangular opening through a wall.
+    """An opening through a wall: rectangular, or below an arch of voussoirs.
 
     Parameters
     ----------
     start, sill : quantity, length
         Where it begins along the wall, and its height over the foot of the wall.
     width, height : quantity, length
-        Clear size. Sill and head lie on bed joints.
+        Clear size; the height is that up to the head or, below an arch, up to the springing. Sill and head lie on bed
+        joints.
     bearing : quantity, length
         How far the lintel, one unit in the course above, reaches into the wall on both sides; half a unit of the
         wall by default. Zero leaves the lintel out: the bond goes on over the opening.
+    rise : quantity, length
+        Of the intrados of an arch over the head: half the width for a round arch, less for a segmental, more for a
+        pointed one. Without it there is no arch.
+    ring : quantity, length
+        Thickness of the arch; the voussoirs run through the wall.
+    voussoirs
+        Their number.
 
     Attributes
     ----------
     start, sill, width, height : float
         m.
-    bearing : float or None
+    bearing, rise, ring : float or None
         m.
 
     Raises
     ------
     ModelError
-        If a size is not above zero, or a place or bearing below zero.
+        If a size is not above zero, or a place or bearing below zero; or an arch lacks its ring or voussoirs or has a
+        bearing, or these are given without a rise.
     """
 
     start: Any
@@ -46,6 +64,9 @@ class Opening:
     width: Any
     height: Any
     bearing: Any = None
+    rise: Any = None
+    ring: Any = None
+    voussoirs: Any = None
 
     def __post_init__(self) -> None:
         for name in ("start", "sill", "bearing"):
@@ -59,42 +80,214 @@ class Opening:
             object.__setattr__(self, name, value)
         for name in ("width", "height"):
             object.__setattr__(self, name, positive_length(getattr(self, name), f"opening: {name}"))
+        of_arch = {"rise": self.rise, "ring": self.ring, "voussoirs": self.voussoirs}
+        missing = [name for name, value in of_arch.items() if value is None]
+        if len(missing) == len(of_arch):
+            return
+        if missing or self.bearing is not None:
+            wrong = f"{' and '.join(missing)} missing" if missing else "it has no lintel, so no bearing"
+            msg = f"opening: below an arch, {wrong}; give rise, ring and voussoirs for an arch, none for a lintel"
+            raise ModelError(msg)
+        for name in ("rise", "ring"):
+            object.__setattr__(self, name, positive_length(getattr(self, name), f"opening: {name}"))
+        object.__setattr__(self, "voussoirs", checked_count(self.voussoirs, 2, "opening: voussoirs"))
+        ArchProfile.of(*self._of_profile(), who="opening")
+
+    def _of_profile(self) -> tuple[Any, Any, Any, Any]:
+        width, ring, rise = (to_quantity(v, "length") for v in (self.width, self.ring, self.rise))
+        return width, ring, self.voussoirs, rise
 
     @property
     def end(self) -> float:
         """Where it ends along the wall, m."""
         return float(self.start + self.width)
 
+    def voussoir_outlines(self, course_height: float) -> list[Array]:
+        """Outlines (4, 2) of the voussoirs along and up the wall, from left to right, m; none without an arch.
+
+        A keystone whose back is less than a quarter of a course below a bed joint reaches up to it.
+        """
+        if self.rise is None:
+            return []
+        profile = ArchProfile.of(*self._of_profile())
+        shift = np.array([self.start + self.width / 2, self.sill + self.height])
+        inner, outer = profile.inner + shift, profile.outer + shift
+        ring = [np.array([inner[k], outer[k], outer[k + 1], inner[k + 1]]) for k in range(len(inner) - 1)]
+        return _with_keystone(ring, len(ring) // 2, 1.0, course_height)
+
+    def outline(self, course_height: float) -> Any:
+        """Polygon of the opening and its arch along and up the wall."""
+        left, right, foot, head = self.start, self.end, self.sill, self.sill + self.height
+        ring = self.voussoir_outlines(course_height)
+        if not ring:
+            return shapely.box(left, foot, right, head)
+        extrados = [corner for outline in ring for corner in outline[1:3]]
+        return shapely.Polygon([(left, foot), (right, foot), (right, head), *extrados[::-1], (left, head)])
+
     def courses(self, course_height: float) -> tuple[int, int]:
-        """First course that it cuts, and first above it."""
+        """First course that it cuts, and first above its head."""
         return round(self.sill / course_height), round((self.sill + self.height) / course_height)
 
 
-def check_openings(openings: Sequence[Opening], length: float, course_height: float, courses: int, who: str) -> None:
-    """Refuse openings that do not lie within a wall, between its courses and apart from each other."""
+@checked_keywords
+@dataclass(frozen=True, slots=True)
+class RoundOpening:
+    """A round opening through a wall, in a ring of voussoirs with straight sides: one of them is on top.
+
+    Parameters
+    ----------
+    centre : quantity, length, two components
+        Along the wall, and over its foot.
+    diameter : quantity, length
+        Clear diameter, of the circle through the inner corners of the voussoirs.
+    ring : quantity, length
+        Thickness of the ring.
+    voussoirs
+        Their number, at least 6.
+
+    Attributes
+    ----------
+    centre : (float, float)
+        m.
+    diameter, ring : float
+        m.
+
+    Raises
+    ------
+    ModelError
+        If a size is not above zero, or there are fewer than 6 voussoirs.
+    """
+
+    centre: Any
+    diameter: Any
+    ring: Any
+    voussoirs: Any
+
+    def __post_init__(self) -> None:
+        try:
+            u, z = self.centre
+        except (TypeError, ValueError):
+            msg = f"round opening: centre {self.centre!r:.60}; give two lengths, along the wall and over its foot"
+            raise ModelError(msg) from None
+        centre = tuple(si(value, "length", "round opening: centre") for value in (u, z))
+        object.__setattr__(self, "centre", centre)
+        for name in ("diameter", "ring"):
+            object.__setattr__(self, name, positive_length(getattr(self, name), f"round opening: {name}"))
+        object.__setattr__(self, "voussoirs", checked_count(self.voussoirs, 6, "round opening: voussoirs"))
+
+    @property
+    def start(self) -> float:
+        """Where it begins along the wall, m."""
+        return float(self.centre[0] - self.diameter / 2)
+
+    @property
+    def end(self) -> float:
+        """Where it ends along the wall, m."""
+        return float(self.centre[0] + self.diameter / 2)
+
+    def voussoir_outlines(self, course_height: float) -> list[Array]:
+        """Outlines (4, 2) of the voussoirs along and up the wall, from that on top on clockwise, m.
+
+        Those on top and below reach bed joints that are less than a quarter of a course away.
+        """
+        n = self.voussoirs
+        angle = np.pi / 2 + (0.5 - np.arange(n + 1)) * 2 * np.pi / n
+        circle = np.column_stack([np.cos(angle), np.sin(angle)])
+        circle[-1] = circle[0]
+        inner, outer = (np.array(self.centre) + r * circle for r in (self.diameter / 2, self.diameter / 2 + self.ring))
+        ring = [np.array([inner[k], outer[k], outer[k + 1], inner[k + 1]]) for k in range(n)]
+        return _with_keystone(_with_keystone(ring, 0, 1.0, course_height), n // 2, -1.0, course_height)
+
+    def outline(self, course_height: float) -> Any:
+        """Polygon of the opening and its ring along and up the wall."""
+        return shapely.Polygon([corner for outline in self.voussoir_outlines(course_height) for corner in outline[1:3]])
+
+
+AnyOpening = Opening | RoundOpening
+
+
+def check_openings(
+    openings: Sequence[AnyOpening], length: float, course_height: float, courses: int, who: str, within: Any = None
+) -> None:
+    """Refuse openings that do not lie within a wall, between its courses and apart from each other.
+
+    ``within`` is the polygon of the wall if it is no rectangle.
+    """
+    top = courses * course_height
     for k, opening in enumerate(openings, start=1):
         what = f"{who}: opening {k} at {opening.start:.6g} m"
         if opening.end > length * (1 + 1e-9):
             msg = f"{what} ends at {opening.end:.6g} m, beyond the wall of {length:.6g} m; move it or make it narrower"
             raise ModelError(msg)
-        head, top = opening.sill + opening.height, courses * course_height
-        if head > top * (1 + LEVEL):
-            msg = (
-                f"{what}: its head at {head:.6g} m exceeds the height of the wall, {top:.6g} m in {courses} courses; "
-                "make the opening lower or the wall higher"
-            )
-            raise ModelError(msg)
-        for name, z in (("sill", opening.sill), ("head", head)):
-            if abs(z / course_height - round(z / course_height)) > LEVEL:
-                nearest = round(z / course_height) * course_height
-                msg = (
-                    f"{what}: {name} at {z:.6g} m is on no bed joint of {courses} courses of {course_height:.6g} m; "
-                    f"the nearest is at {nearest:.6g} m"
-                )
-                raise ModelError(msg)
+        if isinstance(opening, Opening):
+            _check_levels(opening, course_height, courses, what)
+        if opening.voussoir_outlines(course_height):
+            _check_ring(opening, within or shapely.box(0.0, 0.0, length, top), course_height, what)
         for other in openings[: k - 1]:
-            beside = opening.end <= other.start or other.end <= opening.start
-            above = opening.sill >= other.sill + other.height or other.sill >= opening.sill + opening.height
-            if not (beside or above):
+            if (
+                opening.outline(course_height).intersection(other.outline(course_height)).area
+                > LEVEL * course_height**2
+            ):
                 msg = f"{what} overlaps the one at {other.start:.6g} m; move one of them"
                 raise ModelError(msg)
+
+
+def _check_levels(opening: Opening, course_height: float, courses: int, what: str) -> None:
+    head, top = opening.sill + opening.height, courses * course_height
+    if head > top * (1 + LEVEL):
+        msg = (
+            f"{what}: its head at {head:.6g} m exceeds the height of the wall, {top:.6g} m in {courses} courses; "
+            "make the opening lower or the wall higher"
+        )
+        raise ModelError(msg)
+    for name, z in (("sill", opening.sill), ("head", head)):
+        if abs(z / course_height - round(z / course_height)) > LEVEL:
+            nearest = round(z / course_height) * course_height
+            msg = (
+                f"{what}: {name} at {z:.6g} m is on no bed joint of {courses} courses of {course_height:.6g} m; "
+                f"the nearest is at {nearest:.6g} m"
+            )
+            raise ModelError(msg)
+
+
+def _check_ring(opening: AnyOpening, wall: Any, course_height: float, what: str) -> None:
+    outline = opening.outline(course_height)
+    beyond = outline.difference(wall).area
+    if beyond > LEVEL * course_height**2:
+        low, foot, high, crown = outline.bounds
+        msg = (
+            f"{what}: with its ring it reaches from {low:.6g} to {high:.6g} m along the wall and from {foot:.6g} to "
+            f"{crown:.6g} m up, beyond the wall; move it or make it smaller"
+        )
+        raise ModelError(msg)
+    ends = {"crown": (outline.bounds[3], 1.0)}
+    if isinstance(opening, RoundOpening):
+        ends["foot"] = (outline.bounds[1], -1.0)
+    for name, (z, sense) in ends.items():
+        left = _to_joint(z, sense, course_height)
+        if LEVEL < left < _LEAST:
+            msg = (
+                f"{what}: the {name} of its ring at {z:.6g} m leaves {left:.1%} of a course to the bed joint at "
+                f"{z + sense * left * course_height:.6g} m; give it a keystone (for an arch, an odd number of "
+                "voussoirs), or change the ring so that a quarter of a course is left"
+            )
+            raise ModelError(msg)
+
+
+def _to_joint(z: float, sense: float, course_height: float) -> float:
+    """Distance up (sense 1) or down (sense −1) to the next bed joint, in courses; zero on one."""
+    at = sense * z / course_height
+    return max(float(np.ceil(at - LEVEL) - at), 0.0)
+
+
+def _with_keystone(ring: list[Array], k: int, sense: float, course_height: float) -> list[Array]:
+    """Ring whose k-th voussoir, if its back is level, reaches a bed joint that is near."""
+    inner, back = ring[k][[0, 3]], ring[k][1:3]
+    gap = _to_joint(float(back[0, 1]), sense, course_height)
+    if abs(back[0, 1] - back[1, 1]) > LEVEL * course_height or not gap < _LEAST:
+        return ring
+    along = back - inner
+    joint = back[0, 1] + sense * gap * course_height
+    raised = inner + along * ((joint - inner[:, 1]) / along[:, 1])[:, None]
+    stone = np.array([inner[0], *raised, inner[1]])
+    return [*ring[:k], stone, *ring[k + 1 :]]

@@ -1,54 +1,24 @@
-"""Walls in running bond: openings with lintels, sidewalls that bond in, several leaves with headers."""
+"""Walls in running bond or of rubble: openings with lintels or arches, sidewalls, buttresses, gables, leaves."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from functools import partial
+
+import numpy as np
+import shapely
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.geometry import box, polyhedron
-from blockstruct.keywords import checked_keywords
 from blockstruct.model import Block, Material, checked_tuple
-from blockstruct.model.checks import check_total, checked_count, checked_name, positive_length
-from blockstruct.structures.bond import Bond, without
+from blockstruct.model.checks import check_total, checked_count, positive_length
+from blockstruct.structures.bond import SHORTEST, Bond, without
 from blockstruct.structures.builder import builder
-from blockstruct.structures.openings import Opening, check_openings
-from blockstruct.units import QuantityLike, si
+from blockstruct.structures.openings import AnyOpening, check_openings
+from blockstruct.structures.pieces import Pieces
+from blockstruct.structures.rubble import Rubble, RubbleJoints
+from blockstruct.structures.sides import Buttress, Sidewall, check_sides, gable_levels
+from blockstruct.units import QuantityLike
 
-
-@checked_keywords
-@dataclass(frozen=True, slots=True)
-class Sidewall:
-    """A wall that runs along +y, from behind the wall along x.
-
-    Parameters
-    ----------
-    name
-        Prefix of its units.
-    at : quantity, length
-        Where its thickness begins along the wall; zero for a return at the left end, the length of the wall less its
-        depth for one at the right end (L), anything between for a T.
-    length : quantity, length
-        From the back of the wall.
-    openings
-        Openings, with ``start`` counted from the back of the wall.
-    bonded
-        Whether every other course runs through the wall to its face; else the sidewall butts against it.
-    """
-
-    name: str
-    at: Any
-    length: Any
-    openings: Sequence[Opening] = ()
-    bonded: bool = True
-
-    def __post_init__(self) -> None:
-        who = f"sidewall {checked_name(self.name, 'sidewall')!r}"
-        if not isinstance(self.bonded, bool):
-            msg = f"{who}: bonded is {shown(self.bonded)}; give True or False"
-            raise ModelError(msg)
-        object.__setattr__(self, "at", si(self.at, "length", f"{who}: at"))
-        object.__setattr__(self, "length", positive_length(self.length, f"{who}: length"))
-        object.__setattr__(self, "openings", checked_tuple(self.openings, Opening, f"{who}: openings"))
+#: Directions along and through a wall, and where it begins.
+_FRONT = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
 
 
 @builder
@@ -56,21 +26,25 @@ def wall(
     *,
     length: QuantityLike,
     courses: int,
-    unit_length: QuantityLike,
+    unit_length: QuantityLike | None = None,
     unit_height: QuantityLike,
     depth: QuantityLike,
     material: Material,
-    openings: Sequence[Opening] = (),
+    openings: Sequence[AnyOpening] = (),
     sidewalls: Sequence[Sidewall] = (),
+    buttresses: Sequence[Buttress] = (),
+    gable: QuantityLike | None = None,
+    rubble: Rubble | None = None,
     leaves: int = 1,
     header_every: int | None = None,
     base: bool = True,
     prefix: str = "",
 ) -> list[Block]:
-    """Blocks of a wall along x in running bond, with all that belongs to it: a façade with sidewalls is one call.
+    """Blocks of a wall along x in running bond or of rubble, with all that belongs to it: a façade is one call.
 
-    Every other course is shifted by half a unit. A joint that would cut off less than a quarter of a unit, at an end
-    or beside an opening, is left out: the piece stays with its neighbour.
+    Every other course is shifted by half a unit. A joint that would cut off less than a quarter of a unit, at an end,
+    beside an opening or at a slope, is left out: the piece stays with its neighbour. Units beside rings of voussoirs
+    and under slopes are cut to fit exactly.
 
     Parameters
     ----------
@@ -79,13 +53,20 @@ def wall(
     courses
         Number of courses, from z = 0.
     unit_length, unit_height : quantity, length
-        Of a whole unit, and of every course.
+        Of a whole unit (of rubble the mean of its limits, if it is left out), and of every course.
     material
         Material of all blocks.
     openings
-        Openings of the wall along x.
+        Openings of the wall along x: :class:`Opening` with a lintel or an arch, or
+        :class:`blockstruct.structures.RoundOpening`.
     sidewalls
         Walls along +y that return at its ends (L) or meet it between (T).
+    buttresses
+        :class:`blockstruct.structures.Buttress` before or behind the wall.
+    gable : quantity, length
+        Rise of a gable over the last course, with its apex in the middle of the wall. None by default.
+    rubble : blockstruct.structures.Rubble
+        Units of random lengths, from a seed, in the wall, its sidewalls and its buttresses. None by default.
     leaves
         Number of leaves side by side through the thickness, with head joints shifted by half a unit.
     header_every
@@ -94,18 +75,20 @@ def wall(
         Whether to add a fixed block ``base`` under the whole plan, one course high.
     prefix
         Put before the names: the k-th unit of the j-th course of the wall is called ``j.k``, lintels
-        ``j.lintel1`` …, those of a sidewall ``name.j.k``; units of leaves end in ``a``, ``b`` … from the face.
+        ``j.lintel1`` …, the k-th voussoir of the i-th opening ``voussoir i.k``, those of a sidewall or a buttress
+        ``name.j.k``; units of leaves end in ``a``, ``b`` … from the face.
 
     Raises
     ------
     ModelError
-        If an opening does not lie in its wall or on its bed joints, or meets a sidewall; or a sidewall is not behind
-        the wall, overlaps another or shares its name.
+        If an opening does not lie in its wall or on its bed joints, or meets a sidewall; if a sidewall or a buttress is
+        not at the wall, overlaps another or shares its name; or if rubble cannot fill a course.
 
     Examples
     --------
     >>> tuff = Material("tuff", "12 kN/m^3")
     >>> size = {"unit_length": "40 cm", "unit_height": "20 cm", "depth": "20 cm", "material": tuff}
+    >>> from blockstruct.structures import Opening
     >>> door = Opening(start="1.2 m", sill="0 m", width="0.8 m", height="1.6 m")
     >>> sides = [Sidewall("left", at="0 m", length="2 m"), Sidewall("right", at="3 m", length="2 m")]
     >>> blocks = wall(length="3.2 m", courses=12, openings=[door], sidewalls=sides, **size)
@@ -116,61 +99,79 @@ def wall(
     """
     reach, t = positive_length(length, "wall: length"), positive_length(depth, "wall: depth")
     height, number = positive_length(unit_height, "wall: unit_height"), checked_count(courses, 1, "wall: courses")
+    if rubble is not None and not isinstance(rubble, Rubble):
+        msg = f"wall: rubble is {shown(rubble)}; give a Rubble"
+        raise ModelError(msg)
+    if unit_length is not None:
+        unit = positive_length(unit_length, "wall: unit_length")
+    elif rubble is not None:
+        unit = (rubble.shortest + rubble.longest) / 2
+    else:
+        msg = "wall: unit_length is missing; give the length of a whole unit, or rubble"
+        raise ModelError(msg)
     headers = None if header_every is None else checked_count(header_every, 2, "wall: header_every")
-    bond = Bond(
-        positive_length(unit_length, "wall: unit_length"), height, t, checked_count(leaves, 1, "wall: leaves"), headers
-    )
-    front = checked_tuple(openings, Opening, "wall: openings")
+    bond = Bond(unit, height, t, checked_count(leaves, 1, "wall: leaves"), headers)
+    front = checked_tuple(openings, AnyOpening, "wall: openings")
     sides = checked_tuple(sidewalls, Sidewall, "wall: sidewalls")
-    check_openings(front, reach, height, number, "wall")
-    _check_sidewalls(sides, front, reach, t)
-    check_total(number * bond.leaves * (reach + sum(s.length for s in sides)) / bond.unit_length, "wall")
+    piers = checked_tuple(buttresses, Buttress, "wall: buttresses")
+    rise = 0.0 if gable is None else positive_length(gable, "wall: gable")
+    top = number * height
+    smallest = SHORTEST * unit * height
+    upper = [] if gable is None else gable_levels(reach, top, rise, height, smallest)
+    within = shapely.Polygon([(0, 0), (reach, 0), (reach, top), (reach / 2, top + rise), (0, top)]) if upper else None
+    check_openings(front, reach, height, number, "wall", within)
+    check_sides((*sides, *piers), front, reach, t, height)
+    long = reach + sum(s.length for s in (*sides, *piers))
+    check_total((number + len(upper)) * bond.leaves * long / min(unit, rubble.shortest if rubble else unit), "wall")
     for side in sides:
         check_openings(side.openings, side.length, height, number, f"sidewall {side.name!r}")
+    _check_buttresses(piers, number)
 
-    blocks = []
+    def drawn(name: str) -> RubbleJoints | None:
+        return None if rubble is None else RubbleJoints(rubble, name)
 
-    def add(name: str, x: float, y: float, z: float, size: tuple[float, float, float], *, fixed: bool = False) -> None:
-        vertices, faces = box((x, y, z), size)
-        blocks.append(Block(prefix + name, polyhedron(vertices, faces, prefix + name), material, fixed))
-
+    laid = Pieces(prefix, material, height)
     if base:
-        add("base", 0.0, 0.0, -height, (reach, t + max((s.length for s in sides), default=0.0), height), fixed=True)
-    gaps = [(side.at, side.at + t) for side in sides if side.bonded]
+        before = max((p.length for p in piers if not p.behind), default=0.0)
+        behind = max([s.length for s in sides] + [p.length for p in piers if p.behind], default=0.0)
+        laid.box("base", (0.0, -before, -height), (reach, before + t + behind, height), fixed=True)
+    through = [(s.at, s.at + t, number) for s in sides if s.bonded]
+    through += [(p.at, p.at + p.width, p.courses) for p in piers if p.bonded]
+    own = partial(bond.course, openings=front, rubble=drawn(""), gaps=[gap[:2] for gap in through], within=within)
     for j in range(1, number + 1):
-        shifted = j % 2 == 0
-        # In the courses that it does not begin with a whole unit the wall leaves room for its sidewalls.
-        parts = without([(0.0, reach)], gaps if shifted else [])
-        for unit in bond.course(j, parts, 0.0, shifted, front):
-            add(unit.name, unit.u[0], unit.v[0], (j - 1) * height, (_size(unit.u), _size(unit.v), height))
+        # In the courses that it does not begin with a whole unit the wall leaves room for what runs through it.
+        parts = without([(0.0, reach)], [(a, b) for a, b, last in through if j <= last] if j % 2 == 0 else [])
+        laid.course(own(j, parts, 0.0, j % 2 == 0), j, _FRONT)
+    for j, head in enumerate(upper, start=number + 1):
+        laid.course(own(j, [(0.0, reach)], 0.0, j % 2 == 0, top=head), j, _FRONT)
+    laid.rings(front, t, _FRONT)
     for side in sides:
-        start = -t if side.bonded else 0.0
+        # Along it is u, from the back of the wall, and through it v.
+        axes = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [side.at, t, 0.0]])
+        start, joints = -t if side.bonded else 0.0, drawn(side.name)
         for j in range(1, number + 1):
-            through = side.bonded and j % 2 == 0
+            part = (start if side.bonded and j % 2 == 0 else 0.0, side.length)
             shifted = j % 2 == (1 if side.bonded else 0)
-            part = (start if through else 0.0, side.length)
-            for unit in bond.course(j, [part], start, shifted, side.openings):
-                corner = (side.at + unit.v[0], t + unit.u[0], (j - 1) * height)
-                add(f"{side.name}.{unit.name}", *corner, (_size(unit.v), _size(unit.u), height))
-    return blocks
+            laid.course(bond.course(j, [part], start, shifted, side.openings, rubble=joints), j, axes, f"{side.name}.")
+        laid.rings(side.openings, t, axes, f"{side.name}.")
+    for pier in piers:
+        outwards, foot = (1.0, t) if pier.behind else (-1.0, 0.0)
+        axes = np.array([[0.0, outwards, 0.0], [1.0, 0.0, 0.0], [pier.at, foot, 0.0]])
+        whole, slope, joints = Bond(unit, height, pier.width, 1, None), pier.outline(t, height), drawn(pier.name)
+        for j in range(1, pier.courses + 1):
+            part = (-t if pier.bonded and j % 2 == 0 else 0.0, pier.projection)
+            # A whole unit is at its outer end.
+            origin = pier.projection - unit
+            units = whole.course(j, [part], origin, j % 2 == 1, (), rubble=joints, within=slope)
+            laid.course(units, j, axes, f"{pier.name}.")
+    return laid.blocks
 
 
-def _size(interval: tuple[float, float]) -> float:
-    return interval[1] - interval[0]
-
-
-def _check_sidewalls(sides: Sequence[Sidewall], openings: Sequence[Opening], length: float, depth: float) -> None:
-    slack = 1e-9 * depth
-    for k, side in enumerate(sides):
-        who = f"wall: sidewall {side.name!r} at {side.at:.6g} m"
-        if not -slack <= side.at <= length - depth + slack:
-            msg = f"{who} is not behind the wall; give a place between 0 m and {length - depth:.6g} m"
+def _check_buttresses(buttresses: Sequence[Buttress], courses: int) -> None:
+    for buttress in buttresses:
+        if buttress.courses > courses:
+            msg = (
+                f"wall: buttress {buttress.name!r} has {buttress.courses} courses, the wall {courses}; give at most "
+                "those of the wall"
+            )
             raise ModelError(msg)
-        for other in sides[:k]:
-            if side.name == other.name or abs(side.at - other.at) < depth - slack:
-                msg = f"{who} has the name or the place of another at {other.at:.6g} m; rename or move it"
-                raise ModelError(msg)
-        for opening in openings:
-            if opening.start < side.at + depth - slack and side.at < opening.end - slack:
-                msg = f"{who} stands behind the opening at {opening.start:.6g} m; move one of them"
-                raise ModelError(msg)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import asdict
+from textwrap import indent
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,8 @@ from rich.table import Table
 from rich.text import Text
 
 import blockstruct as bs
-from blockstruct.views.words import admissible_words, path_words
+from blockstruct.units import SI_UNITS
+from blockstruct.views.words import admissible_words, path_words, range_words, tie_words
 
 _COLUMNS = {
     "load_factor": ("load factor", "{:.6f}"),
@@ -26,15 +28,20 @@ _COLUMNS = {
 
 
 def iteration_table(history: xr.Dataset) -> Table:
-    """Table of a history, a row per iteration: load factor, schedule, certificate and solver."""
+    """Table of a history, a row per iteration: load factor or reaction, schedule, certificate and solver."""
     table = Table(box=None, padding=(0, 1, 0, 0), header_style="bold")
     table.add_column("#", justify="right")
     table.add_column("program", no_wrap=True)
-    for title, _ in _COLUMNS.values():
-        table.add_column(title, justify="right", no_wrap=True)
+    columns = dict(_COLUMNS)
+    if "reaction" in history:
+        unit = "N" if history["reaction"].attrs["units"] == SI_UNITS["force"] else "N·m"
+        columns = {"reaction": (f"R [{unit}]", "{:.6g}")} | columns
+        del columns["load_factor"]
+    for title, _ in columns.values():
+        table.add_column(Text(title), justify="right", no_wrap=True)
     for i in range(history.sizes["iteration"]):
         row = history.isel(iteration=i)
-        cells = [form.format(row[name].item()) for name, (_, form) in _COLUMNS.items()]
+        cells = [form.format(row[name].item()) for name, (_, form) in columns.items()]
         table.add_row(str(row["iteration"].item()), str(row["stage"].item()), *cells)
     return table
 
@@ -46,20 +53,27 @@ def model_text(model: bs.Model) -> str:
     fixed = [b.name for b in model.blocks if b.fixed]
     more = f" and {len(fixed) - 5} more" if len(fixed) > 5 else ""
     weight = sum(b.weight for b in model.blocks if not b.fixed)
-    return (
+    text = (
         f"{model.name}: {len(model.blocks)} blocks, {len(fixed)} of them fixed ({', '.join(fixed[:5])}{more})\n"
         f"{x:.4g} × {y:.4g} × {z:.4g} m, mean size of the free blocks {model.characteristic_length:.3g} m, "
         f"their weight {weight / 1e3:.4g} kN"
     )
+    if model.ties:
+        rest = len(model.ties) - 5
+        names = ", ".join(tie.name for tie in model.ties[:5]) + (f" and {rest} more" if rest > 0 else "")
+        text += f"\n{len(model.ties)} tie{'s' * (len(model.ties) > 1)}: {names}"
+    return text
 
 
 def result_text(result: bs.CaseResult) -> Text:
     """Status, load factor and certificate of a case, with the tolerances that make it hold."""
-    case, s, c = result.case, result.settings, result.certificate
+    case, c = result.case, result.certificate
     text = Text("\n").append(f"{result.name}\n", style="bold")
-    text.append(f"  {case.dead.name} + load factor × {case.variable.name}, {case.flow} flow\n")
+    text.append(f"  {case.question}\n")
     text.append(f"  status {result.status}: {result.message}\n")
-    text.append(f"  load factor {result.headline.text(6)}\n", style="bold")
+    text.append(f"  {result.answer.name} {result.headline.text(6)}\n", style="bold")
+    if said := range_words(result):
+        text.append(f"  {said}\n")
     if result.path_dependence is not None:
         text.append(f"  {path_words(result)}\n")
     for warning in result.warnings:
@@ -67,20 +81,13 @@ def result_text(result: bs.CaseResult) -> Text:
     left = admissible_words(result)
     if left:
         text.append(f"  {left}\n")
+    for sentence in tie_words(result):
+        text.append(f"  {sentence}\n")
     if c is None:
         return text
     if result.status in (bs.Status.UNSTABLE, bs.Status.SELF_STRESS):
         return text.append(f"  proof of the mechanism {'holds' if c.holds else 'does not hold'}\n")
-    rows = (
-        ("equilibrium residual", c.equilibrium_residual, s.equilibrium_tolerance, "dead wrenches of the block"),
-        ("yield excess", c.yield_excess, s.yield_tolerance, "of the lighter block's dead wrench, or of n"),
-        ("interpenetration", c.interpenetration, s.interpenetration_tolerance, "largest relative velocities"),
-        ("flow-rule gap", c.flow_rule_gap, c.flow_rule_gap_limit, "in units of the load factor"),
-    )
-    text.append(f"  certificate {'holds' if c.holds else 'does not hold'}\n")
-    for name, value, limit, unit in rows:
-        text.append(f"    {name:<21}{value:9.1e} (tolerance {limit:.0e}) {unit}\n")
-    return text
+    return text.append(indent(f"{c}\n", "  "))
 
 
 def summary_table(analysis: bs.Analysis) -> Table:
@@ -88,11 +95,12 @@ def summary_table(analysis: bs.Analysis) -> Table:
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for title in ("case", "flow", "status"):
         table.add_column(title)
-    for title in ("load factor", "programs", "time [s]"):
+    kinds = dict.fromkeys(r.answer.name for r in analysis.values())
+    for title in (" / ".join(kinds) or "load factor", "programs", "time [s]"):
         # As Text: in a str "[s]" would be markup.
         table.add_column(Text(title), justify="right")
     for r in analysis.values():
-        numbers = (f"{r.load_factor:.6g}", str(r.n_iterations), f"{r.duration:.2f}")
+        numbers = (r.answer.plain(r.load_factor, 6), str(r.n_iterations), f"{r.duration:.2f}")
         table.add_row(Text(r.name), r.case.flow.value, r.ended, *numbers)
     return table
 
@@ -108,10 +116,14 @@ def archive_table(rows: pd.DataFrame) -> Table:
     for title in ("path", "case"):
         table.add_column(title, overflow="fold")
     table.add_column("status")
-    for title in ("load factor", "programs"):
+    shown = rows[rows["problem"] == ""].to_dict("records")
+    reactions = {"reaction": "N", "reaction_moment": "N·m"}
+    settles = any(math.isfinite(row[name]) for row in shown for name in reactions)
+    for title in ("load factor / reaction" if settles else "load factor", "programs"):
         table.add_column(title, justify="right")
-    for row in rows[rows["problem"] == ""].to_dict("records"):
-        numbers = (f"{row['load_factor']:.6g}", f"{row['n_iterations']:.0f}")
+    for row in shown:
+        found = [f"{row[name]:.6g} {unit}" for name, unit in reactions.items() if math.isfinite(row[name])]
+        numbers = (*(found or [f"{row['load_factor']:.6g}"]), f"{row['n_iterations']:.0f}")
         table.add_row(Text(row["path"]), Text(row["case"]), row["status"], *numbers)
     return table
 
@@ -126,6 +138,7 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
         "model_hash": analysis.model.hash,
         "blocks": len(analysis.model.blocks),
         "interfaces": len(analysis.model.interfaces),
+        "ties": len(analysis.model.ties),
         "created_at": analysis.created_at,
         "status": analysis.status,
         "cases": [
@@ -133,15 +146,17 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
                 "name": r.name,
                 "flow": r.case.flow.value,
                 "status": r.status.value,
-                "load_factor": _finite(r.load_factor),
+                "load_factor": None if r.answer.is_reaction else _finite(r.load_factor),
+                "reaction": _reaction(r),
                 "iterations": r.n_iterations,
                 "duration": r.duration,
                 "message": r.message,
                 "settled": r.settled,
                 "path_dependence": r.path_dependence,
                 "warnings": list(r.warnings),
-                "admissible_load_factor": _finite(r.admissible_load_factor),
+                "admissible_load_factor": None if r.answer.is_reaction else _finite(r.admissible_load_factor),
                 "certificate": None if r.certificate is None else _measures(r.certificate),
+                "ties": _ties(r),
             }
             for r in analysis.values()
         ],
@@ -159,7 +174,27 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
 
 def _headline(headline: bs.results.Headline) -> dict[str, Any]:
     values = {"load_factor": headline.load_factor, **asdict(headline)}
+    answer = values.pop("answer")
+    if headline.answer.is_reaction:
+        # The lowest load factor is the largest reaction.
+        names = {"load_factor": "reaction", "lowest": "largest", "highest": "least", "associative": "associative"}
+        of_factors = {names[name]: answer["factor"] * values.pop(name) for name in names}
+        values = {**of_factors, "units": SI_UNITS[answer["dimension"]], **values}
     return {name: _finite(v) if isinstance(v, float) else v for name, v in values.items()}
+
+
+def _reaction(r: bs.CaseResult) -> dict[str, Any] | None:
+    """Reaction of a settlement and its range, None of a limit case."""
+    if not r.answer.is_reaction:
+        return None
+    least, largest = r.reaction_range.magnitude if r.n_iterations else (math.nan, math.nan)
+    values = {"value": r.reaction.magnitude, "least": float(least), "largest": float(largest)}
+    return {**{name: _finite(v) for name, v in values.items()}, "units": SI_UNITS[r.answer.dimension]}
+
+
+def _ties(result: bs.CaseResult) -> list[dict[str, Any]]:
+    rows = result.ties.reset_index().to_dict("records")
+    return [{str(name): _finite(v) if isinstance(v, float) else v for name, v in row.items()} for row in rows]
 
 
 def _finite(value: float) -> float | None:
@@ -167,4 +202,4 @@ def _finite(value: float) -> float | None:
 
 
 def _measures(certificate: bs.Certificate) -> dict[str, float | bool | None]:
-    return {name: _finite(value) for name, value in asdict(certificate).items()}
+    return {name: _finite(value) for name, value in certificate.measures.items()}

@@ -16,6 +16,7 @@ import blockstruct as bs
 from blockstruct.views.output import write_text
 from blockstruct.views.selection import application_points, given_result
 from blockstruct.views.solids import Patches, Solids, triangles
+from blockstruct.views.ties import TieLines
 
 try:
     import pyvista as pv
@@ -25,7 +26,7 @@ except ModuleNotFoundError as error:
 
 Array = NDArray[np.float64]
 
-_PIECE = re.compile(r"(blocks|interfaces|forces|resultants)-\d{4,}\.vtp")
+_PIECE = re.compile(r"(blocks|interfaces|forces|resultants|ties)-\d{4,}\.vtp")
 
 
 def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
@@ -99,6 +100,7 @@ class _Still:
         areas = np.array([i.area for i in model.interfaces])
         self.interfaces.cell_data["area [meter ** 2]"] = areas[self.of_triangle]
         _name(self.interfaces, "interface names", [i.name for i in model.interfaces])
+        self.ties = TieLines.of(model)
 
     def pieces(self, result: bs.CaseResult, iteration: int) -> dict[str, "pv.PolyData"]:
         """Blocks, interfaces, forces at contact points and resultants of an iteration."""
@@ -129,10 +131,25 @@ class _Still:
             resultants.point_data["resultant [newton]"] = force[pressed]
             resultants.point_data["interface"] = np.flatnonzero(pressed)
         pieces = {"blocks": blocks, "interfaces": interfaces, "forces": at_points, "resultants": resultants}
+        if result.model.ties:
+            pieces["ties"] = self._ties(result, iteration)
         load_factor = float(history["load_factor"].to_numpy()[0])
         for piece in pieces.values():
             piece.field_data["load factor [dimensionless]"] = [load_factor]
         return pieces
+
+    def _ties(self, result: bs.CaseResult, iteration: int) -> "pv.PolyData":
+        history, count = result.history.isel(iteration=[iteration]), len(self.ties.names)
+        pairs = np.column_stack([np.full(count, 2), np.arange(2 * count).reshape(-1, 2)])
+        piece = pv.PolyData(self.ties.ends.reshape(-1, 3), lines=pairs.ravel())
+        piece.point_data["mechanism"] = self.ties.displacement(result, iteration).reshape(-1, 3)
+        piece.cell_data["tie"] = np.arange(count)
+        piece.cell_data["tension [newton]"] = history["tie_force"].to_numpy()[0]
+        states = bs.ties.tie_state(history).to_numpy()[0]
+        for name in bs.ties.TieState:
+            piece.cell_data[name.value] = np.array(states == name.value, dtype=np.uint8)
+        _name(piece, "tie names", self.ties.names)
+        return piece
 
 
 def _name(piece: "pv.PolyData", kind: str, names: Iterable[str]) -> None:

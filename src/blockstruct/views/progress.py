@@ -27,19 +27,24 @@ def following(console: Console, *, quiet: bool) -> Iterator[list[Listener]]:
 
 def bar(progress: Progress) -> Listener:
     """Listener that moves a bar: iteration, load factor and gap, and the time that is usually left."""
-    task = progress.add_task("", total=1, rest="")
+    task, place = progress.add_task("", total=1, rest=""), ""
 
     def listen(event: Event) -> None:
+        nonlocal place
         match event:
             case CaseStarted(case):
+                place = f"case {event.number} of {event.count}, " if event.count > 1 else ""
                 # A case is usually certified soon after it may be: when its patience ends, by two more programs.
                 usual = bs.ProcedureSettings().patience + 2 if case.flow is bs.Flow.NONASSOCIATIVE else 1
-                progress.reset(task, description=case.name, total=usual, rest="")
+                progress.reset(task, description=f"{place}{case.name}", total=usual, rest="")
             case IterationDone(case, index, iteration):
                 done, total = index + 1, progress.tasks[task].total or 1
                 left = (progress.tasks[task].elapsed or 0.0) / done * (total - done)
+                alpha = iteration.load_factor
+                settles = isinstance(case, bs.SettlementCase)
+                answer = f"R = {-alpha:.4f} of the dead load" if settles else f"α = {alpha:.4f}"
                 text = (
-                    f"{case.name}: {index} {iteration.stage}, α = {iteration.load_factor:.4f}, "
+                    f"{place}{case.name}: numerical iteration {index}, {answer}, "
                     f"gap {iteration.certificate.flow_rule_gap:.0e}"
                 )
                 rest = f"about {left:.0f} s left" if done < total else "longer than usual"

@@ -1,8 +1,5 @@
 """The look of all views: colours that colour-blind readers and a grey printer keep apart, and units of axes."""
 
-import numpy as np
-import numpy.typing as npt
-
 import blockstruct as bs
 
 #: Colour of each contact state, from the palette of Okabe & Ito (2008), and of what is at rest.
@@ -17,6 +14,16 @@ STATE_COLOURS = {
 }
 STONE, SUPPORT, EDGE, GHOST = "#ede8df", "#c9c1b4", "#8d8578", "#d8d3ca"
 FORCE, ACCENT = "#d55e00", "#0072b2"
+#: Colour of ties: of a model, and by their state.
+TIE = "#00664d"
+TIE_COLOURS = {
+    bs.ties.TieState.SLACK.value: "#9fb8b0",
+    bs.ties.TieState.STRESSED.value: TIE,
+    bs.ties.TieState.YIELDING.value: "#e69f00",
+    bs.ties.TieState.PUNCHING.value: "#882255",
+    bs.ties.TieState.SLIPPING.value: "#cc79a7",
+    bs.ties.TieState.UNKNOWN.value: "#f0e442",
+}
 #: Blocks behind what is drawn over them.
 PALE_STONE, PALE_EDGE = "#f7f4ef", "#cfc8bd"
 #: Colours of a utilisation from 0 to 1, and where it counts as full.
@@ -42,19 +49,3 @@ def parts(state: str) -> list[str]:
     ['sliding', 'hinge']
     """
     return sorted(state.split(" + "), key=list(STATE_COLOURS).index)
-
-
-def readable(values: npt.ArrayLike, unit: str) -> tuple[float, str]:
-    """Factor and unit in which SI values are easy to read.
-
-    >>> readable([12e3, 250.0], "N")
-    (0.001, 'kN')
-    >>> readable([3.1e6], "Pa")
-    (1e-06, 'MPa')
-    """
-    finite = np.abs(np.asarray(values, dtype=float))
-    largest = float(finite[np.isfinite(finite)].max(initial=0.0))
-    for power, prefix in ((6, "M"), (3, "k")):
-        if largest >= 10**power:
-            return 10.0**-power, prefix + unit
-    return 1.0, unit

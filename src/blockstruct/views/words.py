@@ -1,7 +1,20 @@
 """Statuses and certificates in words, as a report says them."""
 
+import numpy as np
+
 import blockstruct as bs
 
+#: Of a settlement, where it is not the same.
+_OF_SETTLEMENT = {
+    bs.Status.CONVERGED: (
+        "At this reaction the structure follows the supports: the state is certified within the tolerances. A support "
+        "that gives way further keeps it."
+    ),
+    bs.Status.UNSTABLE: (
+        "The structure does not stand under its dead load, even with all supports held; there is no reaction."
+    ),
+    bs.Status.UNBOUNDED: "The supports never move that way: the joints resist the motion with any force.",
+}
 _STATUS = {
     bs.Status.CONVERGED: "The structure collapses at this load factor: the state is certified within the tolerances.",
     bs.Status.UNSTABLE: "The structure does not stand under its dead load alone; there is no load factor.",
@@ -28,15 +41,26 @@ def status_words(result: bs.CaseResult) -> str:
     """Sentences on how a case ended.
 
     >>> from types import SimpleNamespace
-    >>> status_words(SimpleNamespace(status=bs.Status.UNBOUNDED, drifts=False))
+    >>> status_words(SimpleNamespace(status=bs.Status.UNBOUNDED, case=None, drifts=False))
     'The variable load never causes collapse, however large.'
     """
-    said = _STATUS[result.status]
+    words = _OF_SETTLEMENT if isinstance(result.case, bs.SettlementCase) else _STATUS
+    said = words.get(result.status, _STATUS[result.status])
     return f"{said} {_DRIFTING}" if result.drifts else said
 
 
+def range_words(result: bs.CaseResult) -> str:
+    """The reactions that statics allows, as a sentence; empty if the case is no settlement."""
+    if not isinstance(result.case, bs.SettlementCase) or not result.n_iterations:
+        return ""
+    ends = [result.answer.said(float(end)) for end in result.reaction_range.magnitude]
+    if "none" in ends:
+        return ""
+    return f"Statics allows reactions from {ends[0]} to {ends[1]} under the dead load."
+
+
 def load_factor_words(result: bs.CaseResult) -> str:
-    """The load factor as far as it is one: a number, ``infinite`` or ``none``."""
+    """The load factor, or the reaction, as far as it is one: a number, ``infinite`` or ``none``."""
     return result.headline.number
 
 
@@ -46,7 +70,7 @@ def headline_words(headline: bs.results.Headline) -> str:
     >>> headline_words(bs.results.Headline(bs.Status.CONVERGED, 0.2637, 0.3069, 4, 5, 0.332, bs.Flow.NONASSOCIATIVE))
     'Load factor 0.2637 (lowest of 4 of 5 schedules certified, up to 0.3069; associative bound 0.332).'
     """
-    return f"Load factor {headline}."
+    return f"{headline.answer.name.capitalize()} {headline}."
 
 
 def warning_words(found: bs.CaseResult | bs.Spread) -> str:
@@ -60,7 +84,7 @@ def spread_words(spread: bs.Spread) -> str:
     said = f"{h.certified} of {h.schedules} schedules found a certified collapse state"
     if h.certified:
         ends = sorted((*h.drifting, h.lowest, h.highest))
-        said += f", at load factors from {ends[0]:.4g} to {ends[-1]:.4g}"
+        said += f", at {h.answer.name}s from {h.answer.text(ends[0])} to {h.answer.text(ends[-1])}"
     if h.drifting:
         said += f"; {len(h.drifting)} of them still drifting when stopped"
     return " ".join(filter(None, (f"{'; '.join(filter(None, (said, h.bound)))}.", path_words(spread))))
@@ -71,9 +95,10 @@ def path_words(found: bs.CaseResult | bs.Spread) -> str:
     ends = found.path_dependence
     if ends is None:
         return ""
+    answer = found.headline.answer
     return (
-        f"Along the loading path, from the dead load on, it is {ends[0]:.4g} to {ends[1]:.4g}, by the steps and the "
-        "shear stiffness of the joints."
+        f"Along the loading path, from the dead load on, it is {answer.text(ends[0])} to {answer.text(ends[1])}, by "
+        "the steps and the shear stiffness of the joints."
     )
 
 
@@ -82,21 +107,35 @@ def admissible_words(result: bs.CaseResult) -> str:
     state = result.admissible_state if result.status in _WITHOUT_STATE else None
     if state is None:
         return ""
+    answer, unit = result.answer, _gap_unit(result)
+    sought, bound = ("least reaction", "an upper") if answer.is_reaction else ("collapse load factor", "a lower")
     meaning = (
-        "a lower bound of the collapse load factor"
+        f"{bound} bound of the {sought}"
         if result.case.flow is bs.Flow.ASSOCIATIVE
-        else "no collapse load factor, and without dilatancy no lower bound of it either"
+        else f"no {sought}, and without dilatancy no {bound.split()[1]} bound of it either"
     )
     return (
-        f"Forces in equilibrium that no joint refuses were found at load factor {state.load_factor:.4g} (iteration "
-        f"{state.iteration}); they miss the flow rule by {state.certificate.flow_rule_gap:.1e} of load factor. "
+        f"Forces in equilibrium that no joint refuses were found at {answer.name} {answer.text(state.load_factor)} "
+        f"(iteration {state.iteration}); they miss the flow rule by {state.certificate.flow_rule_gap:.1e} of {unit}. "
         f"It is {meaning}."
     )
 
 
+def _gap_unit(result: bs.CaseResult) -> str:
+    return "the dead load" if result.answer.is_reaction else "load factor"
+
+
+def tie_words(result: bs.CaseResult) -> list[str]:
+    """What each tie does in the last iteration, a sentence each; none where the solver found no forces."""
+    if not (result.model.ties and result.n_iterations):
+        return []
+    found = np.isfinite(result.history["tie_force"].isel(iteration=-1)).all()
+    return bs.results.tie_sentences(result.history) if found else []
+
+
 def certificate_words(result: bs.CaseResult) -> str:
     """A sentence on why to believe a result, with the measures of its certificate."""
-    found, settings = result.certificate, result.settings
+    found = result.certificate
     if found is None:
         return "There is no certificate."
     if result.status is bs.Status.UNSTABLE:
@@ -105,12 +144,13 @@ def certificate_words(result: bs.CaseResult) -> str:
     if result.status is bs.Status.SELF_STRESS:
         verdict = "is certified" if found.holds else "is not certified"
         return f"A collapse state of the dead load alone {verdict} within the tolerances."
-    verdict = "holds" if found.holds else "does not hold"
+    limits = found.tolerances
+    loaded = "no joint and no tie" if result.model.ties else "no joint"
     return (
-        f"The certificate {verdict}: equilibrium is met to {found.equilibrium_residual:.1e} "
-        f"(tolerance {settings.equilibrium_tolerance:.0e}) of the dead load of a block, "
-        f"no joint is loaded beyond its strength by more than {max(found.yield_excess, 0):.1e} "
-        f"({settings.yield_tolerance:.0e}), blocks penetrate by at most {found.interpenetration:.1e} "
-        f"({settings.interpenetration_tolerance:.0e}) of the largest motion, and the flow rule is missed by "
-        f"{found.flow_rule_gap:.1e} ({found.flow_rule_gap_limit:.0e}) of load factor."
+        f"The {found.verdict}: equilibrium is met to {found.equilibrium_residual:.1e} "
+        f"(tolerance {limits['equilibrium_residual']:.0e}) of the dead load of a block, "
+        f"{loaded} is loaded beyond its strength by more than {max(found.yield_excess, 0):.1e} "
+        f"({limits['yield_excess']:.0e}), blocks penetrate by at most {found.interpenetration:.1e} "
+        f"({limits['interpenetration']:.0e}) of the largest motion, and the flow rule is missed by "
+        f"{found.flow_rule_gap:.1e} ({limits['flow_rule_gap']:.0e}) of {_gap_unit(result)}."
     )

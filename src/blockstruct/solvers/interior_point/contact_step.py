@@ -105,7 +105,7 @@ class ContactProblem:
         x[: self.problem.n_points * 3 : 3] = normal
         y = self.conditions.of_forces(x) + self.conditions.offset
         y = y.inside(self.conditions.identity(), 1e-3)
-        mu = WIDE * displacement * alpha / y.degree
+        mu = WIDE * displacement * max(abs(alpha), 1e-3) / y.degree
         return ContactState(x, y, mu * y.inverse(), np.zeros(self.A.shape[0]), alpha)
 
     def elastic_displacement(self) -> float:
@@ -114,7 +114,7 @@ class ContactProblem:
         Raises
         ------
         RuntimeError
-            Blocks that no contact holds.
+            If there are blocks that no contact holds.
         """
         one = self.conditions.identity()
         # Multipliers that weigh nothing leave the compliance alone.
@@ -197,7 +197,7 @@ class ContactProblem:
         return ContactState(x, y, mu * y.inverse(), guess.u, guess.alpha)
 
     def _work(self, step: Step, state: ContactState) -> float:
-        if step.displacement is None:
+        if not step.displacement:
             return max(float(self.compliance @ state.x**2), 1e-300)
         return abs(step.displacement) * max(abs(state.alpha), 1e-3)
 

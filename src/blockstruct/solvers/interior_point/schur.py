@@ -27,7 +27,8 @@ class SchurComplement:
     """
 
     def __init__(self, A: sp.csc_array, conditions: Conditions) -> None:
-        n_blocks = A.shape[0] // 6
+        # The one row of a settlement is a block of its own.
+        n_blocks = -(-A.shape[0] // 6)
         self._stacks, blocks = _stacks(sp.csc_array(A), conditions, n_blocks)
         places = []
         for between in blocks:
@@ -35,7 +36,7 @@ class SchurComplement:
             many = unknowns.shape[1]
             places.append((np.repeat(unknowns, many, axis=1).ravel(), np.tile(unknowns, (1, many)).ravel()))
         rows, columns = (np.concatenate(part) for part in zip(*places, strict=True))
-        n = self._size = 6 * n_blocks
+        n = self._size = A.shape[0]
         # A support stands for the block after the last.
         self._kept = (rows < n) & (columns < n)
         rows, columns = rows[self._kept], columns[self._kept]

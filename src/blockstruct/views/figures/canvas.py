@@ -9,17 +9,20 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import Collection, PolyCollection
+from matplotlib.collections import Collection, LineCollection, PolyCollection
+from matplotlib.lines import Line2D
 
 import blockstruct as bs
 from blockstruct.views.figures.bodies import Lines, bodies
 from blockstruct.views.solids import Solids
-from blockstruct.views.style import EDGE, GHOST, STONE, SUPPORT
+from blockstruct.views.style import EDGE, GHOST, STONE, SUPPORT, TIE, TIE_COLOURS
+from blockstruct.views.ties import TieLines
 from blockstruct.views.view import View, round_value
 
 Array = npt.NDArray[np.float64]
 
-_BODIES, _GHOST, _OVER = 1.0, 0.5, 4.0
+_BODIES, _GHOST, _OVER, _TIES = 1.0, 0.5, 4.0, 3.5
+_TIE = 2.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +74,38 @@ class Canvas:
         """Draw arrows (n, 3) over everything, with shafts of these widths (n,) in m."""
         shapes = _arrow(self.view.project(tails), self.view.project(vectors), np.asarray(widths, dtype=float))
         self.add(PolyCollection(list(shapes), facecolors=colour, edgecolors="white", linewidths=0.3, zorder=_OVER))
+
+    def ties(self, shown: bs.Model | bs.CaseResult, iteration: int = -1, factor: float = 0.0) -> dict[str, Any]:
+        """Draw ties over the blocks, of a result by their state; gives handles of a legend.
+
+        Parameters
+        ----------
+        shown
+            A model, or a result.
+        iteration
+            Of the result.
+        factor
+            Amplitude of its mechanism, m.
+        """
+        model = shown if isinstance(shown, bs.Model) else shown.model
+        if not model.ties:
+            return {}
+        lines, states = TieLines.of(model), None
+        ends = lines.ends
+        if not isinstance(shown, bs.Model):
+            states = bs.ties.tie_state(shown.history.isel(iteration=[iteration])).to_numpy()[0].tolist()
+            if factor:
+                ends = ends + factor * lines.displacement(shown, iteration)
+        seen = self.view.project(ends)
+        colours = [TIE] * len(ends) if states is None else [TIE_COLOURS[state] for state in states]
+        # White beside the line keeps it apart from edges that it runs along.
+        self.add(LineCollection(list(seen), colors="white", linewidths=_TIE + 1.6, zorder=_TIES, capstyle="round"))
+        self.add(LineCollection(list(seen), colors=colours, linewidths=_TIE, zorder=_TIES, capstyle="round"))
+        self.ax.scatter(*seen.reshape(-1, 2).T, s=9, c=np.repeat(colours, 2), zorder=_TIES, marker="s", clip_on=False)
+        named = (
+            {"tie": TIE} if states is None else {f"tie, {state}": TIE_COLOURS[state] for state in sorted(set(states))}
+        )
+        return {name: Line2D([], [], color=colour, lw=_TIE) for name, colour in named.items()}
 
     def text(self, point: Array, text: str, **style: Any) -> None:
         """Write at a point (3,)."""

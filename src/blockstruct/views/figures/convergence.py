@@ -6,12 +6,14 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 import blockstruct as bs
+from blockstruct.units import readable
 from blockstruct.views.figures.canvas import legend_above, new_axes
 from blockstruct.views.selection import chosen_iteration, given_result
 from blockstruct.views.style import ACCENT, FORCE, MEASURES
 
 _MARKERS = {
     bs.Stage.DEAD_LOAD.value: "x",
+    bs.Stage.LARGEST_REACTION.value: "v",
     bs.Stage.ASSOCIATIVE.value: "s",
     bs.Stage.NONASSOCIATIVE.value: "o",
     bs.Stage.ADMISSIBLE.value: "D",
@@ -25,7 +27,7 @@ _LEAST_SPAN = 0.01
 
 
 def convergence(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
-    """Draw the load factor of every iteration, by the stage of its program, with the value that was certified.
+    """Draw the load factor, or reaction, of every iteration, by the stage of its program, with what was certified.
 
     A case without associative flow has the load factor of its associative program as a dashed line: a bound from above.
 
@@ -36,26 +38,31 @@ def convergence(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
     """
     chosen_iteration(given_result(result, "convergence"))
     ax = new_axes(ax)
-    load_factor = result.history["load_factor"].to_numpy()
+    answer = result.answer
+    values = answer.factor * result.history["load_factor"].to_numpy()
+    scale, unit = readable(values, answer.unit) if answer.is_reaction else (1.0, "-")
+    values = scale * values
     stages = result.history["stage"].to_numpy()
-    iterations = np.arange(len(load_factor))
-    ax.plot(iterations, load_factor, color=ACCENT, lw=1, zorder=1)
+    iterations = np.arange(len(values))
+    ax.plot(iterations, values, color=ACCENT, lw=1, zorder=1)
     for stage in dict.fromkeys(stages.tolist()):
         at = stages == stage
         label = stage.replace("_", " ")
-        ax.plot(iterations[at], load_factor[at], _MARKERS[stage], color=ACCENT, ls="none", ms=5, label=label)
+        ax.plot(iterations[at], values[at], _MARKERS[stage], color=ACCENT, ls="none", ms=5, label=label)
     bound = result.associative_load_factor
     if result.case.flow is bs.Flow.NONASSOCIATIVE and np.isfinite(bound):
-        ax.axhline(bound, color="0.35", lw=1, ls="--", label=f"associative bound {bound:.4g}", zorder=0)
+        height, said = scale * answer.factor * bound, answer.text(bound)
+        ax.axhline(height, color="0.35", lw=1, ls="--", label=f"associative bound {said}", zorder=0)
     if result.status is bs.Status.CONVERGED:
         found = result.load_factor
-        ax.axhline(found, color=FORCE, lw=1, ls=":", label=f"certified, α = {found:.4g}", zorder=0)
+        height, said = scale * answer.factor * found, f"{answer.symbol} = {answer.text(found)}"
+        ax.axhline(height, color=FORCE, lw=1, ls=":", label=f"certified, {said}", zorder=0)
     _iterations(ax, result)
-    ax.set_ylabel("load factor α [-]")
+    ax.set_ylabel(f"{answer.name} {answer.symbol} [{unit}]")
     ax.ticklabel_format(axis="y", useOffset=False)
     low, high = ax.get_ylim()
     # An unbounded case has no last load factor.
-    least = _LEAST_SPAN * float(np.abs(load_factor[np.isfinite(load_factor)]).max(initial=0.0))
+    least = _LEAST_SPAN * float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
     if high - low < least:
         ax.set_ylim((low + high - least) / 2, (low + high + least) / 2)
     legend_above(ax)

@@ -5,9 +5,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 import blockstruct as bs
-from blockstruct.units import short_unit
+from blockstruct.units import readable, short_unit
 from blockstruct.views.figures.canvas import legend_above, new_axes
-from blockstruct.views.style import ACCENT, FORCE, readable
+from blockstruct.views.style import ACCENT, FORCE
 
 #: Of the curves on one Axes, from the palette of Okabe & Ito.
 _COLOURS = (ACCENT, FORCE, "#009e73", "#cc79a7", "#000000")

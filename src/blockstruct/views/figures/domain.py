@@ -7,9 +7,10 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.units import readable
 from blockstruct.views.figures.canvas import new_axes
 from blockstruct.views.selection import chosen_interface, chosen_iteration, given_result
-from blockstruct.views.style import ACCENT, FORCE, readable
+from blockstruct.views.style import ACCENT, FORCE
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,12 @@ from matplotlib.collections import LineCollection
 from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.units import readable
 from blockstruct.views.figures.canvas import Canvas
 from blockstruct.views.selection import ROUNDING, application_points, chosen_iteration, given_result
 from blockstruct.views.solids import Solids
-from blockstruct.views.style import ACCENT, FORCE, PALE_EDGE, PALE_STONE, readable
+from blockstruct.views.style import ACCENT, FORCE, PALE_EDGE, PALE_STONE, TIE
+from blockstruct.views.ties import TieLines
 from blockstruct.views.view import round_value
 
 Array = NDArray[np.float64]
@@ -30,7 +32,7 @@ def forces(
     look: Any = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw the forces on the plus blocks, and the line of thrust through blocks pressed at two interfaces.
+    """Draw forces on the plus blocks and in ties, and the line of thrust through blocks pressed at two interfaces.
 
     Arrows are as long, and as wide, as the forces are large; one of a round force is the key. Those below 2 % of the
     largest are left out. Forces inside are drawn over the blocks.
@@ -79,6 +81,8 @@ def forces(
     size = np.where(acts, np.linalg.norm(force, axis=1), 0.0)
     shown = np.flatnonzero(size > _LEAST * size.max())
     shown = shown[np.argsort(size[shown])]
+    canvas.ties(result, index)
+    _tie_forces(canvas, result, index)
     scale, widest = LONGEST * solids.size / size.max(), _WIDEST * solids.size
     widths = widest * (_SLENDEREST + (1 - _SLENDEREST) * size / size.max())
     canvas.arrows(points[shown], force[shown] * scale, widths[shown], FORCE)
@@ -88,6 +92,21 @@ def forces(
     key = _key(canvas, drawn, known * scale, widest * known / size.max(), f"{known * factor:g} {unit}")
     canvas.frame(np.concatenate([drawn, key]))
     return canvas.ax  # type: ignore[no-any-return]
+
+
+def _tie_forces(canvas: Canvas, result: bs.CaseResult, iteration: int) -> None:
+    """Write the force of each tie beside it."""
+    if not result.model.ties:
+        return
+    force = result.history["tie_force"].to_numpy()[iteration]
+    factor, unit = readable(force, "N")
+    right, up = 0.02 * Solids.of(result.model).size * canvas.view.basis[:2]
+    for ends, value in zip(TieLines.of(result.model).ends, force, strict=True):
+        across, along = np.abs(canvas.view.project(ends[1] - ends[0]))
+        away, place = (up, ("center", "bottom")) if across > along else (right, ("left", "center"))
+        behind = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
+        text = f"{value * factor:.3g} {unit}"
+        canvas.text(ends.mean(axis=0) + away, text, color=TIE, ha=place[0], va=place[1], bbox=behind)
 
 
 def _key(canvas: Canvas, points: Array, length: float, width: float, text: str) -> Array:

@@ -8,11 +8,12 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.units import readable
 from blockstruct.views.figures.canvas import Canvas, legend_above
 from blockstruct.views.loads import applied
 from blockstruct.views.selection import given_result
 from blockstruct.views.solids import Solids
-from blockstruct.views.style import ACCENT, FORCE, PALE_EDGE, PALE_STONE, readable
+from blockstruct.views.style import ACCENT, FORCE, PALE_EDGE, PALE_STONE
 
 Array = NDArray[np.float64]
 
@@ -37,14 +38,15 @@ def loads(result: bs.CaseResult, *, look: Any = None, ax: Axes | None = None) ->
     Raises
     ------
     ModelError
-        No result of a case.
+        If it is not the result of a case.
     """
     model, case = given_result(result, "loads").model, result.case
     solids = Solids.of(model)
     canvas = Canvas.of(result, ax, look)
     canvas.bodies(model, solids, solids.vertices, [PALE_STONE] * len(model.blocks), edge=(PALE_EDGE, 0.4))
     drawn, handles = [solids.vertices], {}
-    for pattern, colour, times in ((case.dead, ACCENT, ""), (case.variable, FORCE, " × load factor")):
+    # A settlement has no variable load.
+    for pattern, (colour, times) in zip(case.patterns, ((ACCENT, ""), (FORCE, " × load factor")), strict=False):
         carried = [load for load in pattern.loads if not isinstance(load, bs.SelfWeight)]
         points, forces = applied(bs.LoadPattern(pattern.name, carried), model, case.dead)
         size = np.linalg.norm(forces, axis=1)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import blockstruct as bs
 from blockstruct.units import si
 from blockstruct.views.figures.canvas import Canvas
-from blockstruct.views.loads import applied, push
+from blockstruct.views.loads import driving, push
 from blockstruct.views.selection import chosen_iteration, given_result
 from blockstruct.views.solids import Solids
 from blockstruct.views.style import AMPLITUDE, DISPLACEMENT, FORCE, SUPPORT
@@ -66,18 +66,21 @@ def mechanism(
     share = size / max(size.max(), np.finfo(float).tiny)
     fixed = np.array([b.fixed for b in model.blocks])
     canvas.bodies(model, solids, moved, np.where(fixed[:, None], to_rgba_array(SUPPORT), scale(share)))
-    drawn = _push(canvas, result, index, moved)
+    canvas.ties(result, index, factor)
+    drawn = _push(canvas, result, index, solids, moved)
     canvas.frame(np.concatenate([solids.vertices, moved, drawn]))
     canvas.scale(ScalarMappable(Normalize(0, 1), scale), "displacement, share of the largest [-]")
     canvas.ax.set_title(f"largest displacement drawn as {factor:.2g} m", fontsize="small", color="0.35", loc="left")
     return canvas.ax  # type: ignore[no-any-return]
 
 
-def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, moved: Array) -> Array:
-    """Draw the resultant of the variable load with its load factor; gives the ends of the arrow."""
-    direction = push(result)
-    at, forces = applied(result.case.variable, result.model, result.case.dead)
-    text = _load_factor(result, iteration)
+def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids, moved: Array) -> Array:
+    """Draw the resultant of the variable load, or the reaction, with its size; gives the ends of the arrow."""
+    at, forces = driving(result)
+    settles = isinstance(result.case, bs.SettlementCase)
+    # A reaction acts against the motion of its support.
+    direction = -push(result) if settles else push(result)
+    text = _answer(result, iteration)
     size = float(np.ptp(moved, axis=0).max())
     length, gap = _PUSH * size, 0.025 * size
     if np.linalg.norm(canvas.view.project(direction)) < 0.3:
@@ -85,8 +88,11 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, moved: Array) -
         return np.empty((0, 3))
     weight = np.linalg.norm(forces, axis=1)
     centre = weight @ at / weight.sum()
-    loads = result.case.variable.loads
-    if all(isinstance(load, bs.PointLoad) for load in loads) and np.ptp(at, axis=0).max() < 1e-6 * size:
+    loads = () if isinstance(result.case, bs.SettlementCase) else result.case.variable.loads
+    if settles:
+        of_supports = np.isin(solids.block_of_vertex, _supports(result))
+        tip = centre + (float(((moved[of_supports] - centre) @ direction).min()) - gap) * direction
+    elif all(isinstance(load, bs.PointLoad) for load in loads) and np.ptp(at, axis=0).max() < 1e-6 * size:
         tip = centre
     elif canvas.view.flat or abs(direction[2]) > 0.7:
         tip = centre + (float(((moved - centre) @ direction).min()) - gap) * direction
@@ -108,8 +114,17 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, moved: Array) -
     return np.array([tail, tip, beyond - across, beyond + across, beyond + upward])
 
 
-def _load_factor(result: bs.CaseResult, iteration: int) -> str:
+def _supports(result: bs.CaseResult) -> list[int]:
+    """Indices of the supports that give way."""
+    moving = result.case.supports if isinstance(result.case, bs.SettlementCase) else ()
+    return [i for i, b in enumerate(result.model.blocks) if b.name in moving]
+
+
+def _answer(result: bs.CaseResult, iteration: int) -> str:
+    answer = result.answer
     if result.status is bs.Status.CONVERGED and iteration == result.n_iterations - 1:
-        return f"α = {result.load_factor:.4g}"
+        return f"{answer.symbol} = {answer.text(result.load_factor)}"
     value = float(result.history["load_factor"].to_numpy()[iteration])
-    return f"α = {value:.4g} (iteration {iteration})" if np.isfinite(value) else f"iteration {iteration}"
+    if not np.isfinite(value):
+        return f"iteration {iteration}"
+    return f"{answer.symbol} = {answer.text(value)} (iteration {iteration})"

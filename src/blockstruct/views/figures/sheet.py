@@ -72,7 +72,7 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
     if np.isfinite(last["block_velocity"]).all():
         add("mechanism", "Mechanism of the last iteration, to first order", mechanism, _STRUCTURE, **view)
     plain = (bs.SelfWeight, bs.BodyForce)
-    if not all(isinstance(load, plain) for p in (result.case.dead, result.case.variable) for load in p.loads):
+    if not all(isinstance(load, plain) for p in result.case.patterns for load in p.loads):
         add("loads", "Dead and variable load besides the weight of the blocks", loads, _STRUCTURE, **view)
     if np.any(np.nan_to_num(last["contact_force"]) != 0):
         joints = "Joints that move in the mechanism; dashes combine the states of a joint"
@@ -95,7 +95,12 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
         domain = f"Interface {name}, the nearest to crushing: normal force and bending in every iteration"
         add("domain", domain, crushing_domain, _DIAGRAM, interface=name, about=about)
     if np.isfinite(result.history["load_factor"]).sum() > 1:
-        add("convergence", "Load factor of every iteration: numerical steps, not steps of load", convergence, _DIAGRAM)
+        add(
+            "convergence",
+            f"{result.answer.name.capitalize()} of every iteration: numerical steps, not steps of load",
+            convergence,
+            _DIAGRAM,
+        )
         add("certificate", "Certificate of every iteration, with its tolerances", certificate, _DIAGRAM)
     return found
 

@@ -31,7 +31,7 @@ def structure(
     look: Any = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw a model; of a result, with its joints by their state or utilisation.
+    """Draw a model with its ties; of a result, with its joints by their state or utilisation, and ties by their state.
 
     Joints are drawn where they meet the surface; what is behind other blocks is hidden. Joints that stick are drawn as
     the edges of the blocks.
@@ -74,6 +74,8 @@ def structure(
     canvas = Canvas.of(shown, ax, look)
     solids = Solids.of(model)
     canvas.bodies(model, solids, solids.vertices, stones(model), lines)
+    index = -1 if isinstance(shown, bs.Model) else chosen_iteration(shown, iteration)
+    handles |= canvas.ties(shown, index)
     canvas.frame(solids.vertices)
     if colour == "sliding" and lines is not None:
         canvas.scale(ScalarMappable(Normalize(0, 1), _sliding_scale()), "utilisation of sliding [-]", extend="max")

@@ -19,12 +19,13 @@ const float16 = async text => Float32Array.from(await uint16(text), h => halves[
 const unpack = (object, kinds, numbers) => Promise.all(kinds.map(async kind => { object[kind] = await numbers(object[kind]); }));
 const column = (values, c, width = 3) => values.filter((_, i) => i % width === c);
 
-const blocks = data.blocks, interfaces = data.interfaces;
+const blocks = data.blocks, interfaces = data.interfaces, ties = data.ties;
 await Promise.all([
   unpack(blocks, ["centroids", "vertices"], float32),
   unpack(blocks, ["of_vertex", "triangles", "edges"], int32),
   unpack(interfaces, ["centroids", "vertices", "frames"], float32),
   unpack(interfaces, ["of_vertex", "triangles", "of_triangle"], int32),
+  unpack(ties, ["vertices"], float32), unpack(ties, ["of_vertex"], int32),
   ...data.cases.flatMap(c => [
     unpack(c, ["force", "eccentricity"], float32), unpack(c, ["velocity", "sliding", "crushing"], float16),
     unpack(c, ["state"], uint16),
@@ -153,8 +154,17 @@ function joints() {
   return [{...xyz(displaced(interfaces.fill, interfaces.block_of_vertex)), intensity: fill, ...scale}, {...xyz(segments(moved, drawn)), line}];
 }
 
+/** Ties as lines that go with their blocks, coloured by their state. */
+function tieLines() {
+  const pairs = Int32Array.from({length: 2 * ties.name.length}, (_, k) => k), names = Object.keys(data.look.ties), n = names.length;
+  const rank = current().tie[shown.iteration].map(([state]) => names.indexOf(state) + 0.5);
+  const color = rank.flatMap(r => [r, r, r]);
+  const colorscale = names.flatMap((name, k) => [[k / n, data.look.ties[name]], [(k + 1) / n, data.look.ties[name]]]);
+  return {...xyz(segments(displaced(ties.vertices, ties.of_vertex), pairs)), line: {width: 7, color, cmin: 0, cmax: n, colorscale}};
+}
+
 // ---------------------------------------------------------------- the scene
-const GHOST = 0, BLOCKS = 1, EDGES = 2, INTERFACES = 3, JOINTS = 4, FORCES = 5, HEADS = 6, PICKED = 7;
+const GHOST = 0, BLOCKS = 1, EDGES = 2, INTERFACES = 3, JOINTS = 4, FORCES = 5, HEADS = 6, PICKED = 7, TIES = 8;
 const lighting = {ambient: 0.75, diffuse: 0.45, specular: 0.05, roughness: 0.9};
 const mesh = (bodies, more) => ({
   type: "mesh3d", ...xyz(bodies.vertices), i: column(bodies.triangles, 0), j: column(bodies.triangles, 1),
@@ -178,6 +188,7 @@ const traces = [
   lines([NaN, NaN, NaN], data.look.force, 4, {visible: false}),
   {type: "mesh3d", x: [0], y: [0], z: [0], i: [0], j: [0], k: [0], color: data.look.force, hoverinfo: "skip", lighting: {ambient: 1, diffuse: 0}, visible: false},
   lines([NaN, NaN, NaN], "#d4007a", 7),
+  lines([NaN, NaN, NaN], "#00664d", 7, {visible: false, mode: "lines+markers", marker: {size: 4, symbol: "square", color: "#00664d"}}),
 ];
 // Coordinates are drawn from the origin: WebGL has no room for those of a survey.
 const from = origin => origin ? ` ${origin < 0 ? "+" : "−"} ${Number(Math.abs(origin).toPrecision(12))}` : "";
@@ -218,6 +229,7 @@ async function draw(sketch) {
       change[FORCES] = {...xyz(line), visible: true};
       change[HEADS] = {...xyz(heads), i: column(corners, 0), j: column(corners, 1), k: column(corners, 2), visible: corners.length > 0};
     }
+    if (ties.name.length) change[TIES] = {...tieLines(), visible: ticked("show-ties")};
     if (shown.picked) change[PICKED] = {...xyz(pickedOutline()), visible: true};
   }
   change.forEach((values, t) => Object.assign(traces[t], values));
@@ -315,6 +327,18 @@ function legend() {
   }
 }
 
+/** State and force of every tie in the iteration. */
+function tieTable() {
+  at("ties").replaceChildren();
+  for (const [k, [state, force]] of (current().tie[shown.iteration] || []).entries()) {
+    const row = at("ties").insertRow(), box = document.createElement("i");
+    box.style.background = data.look.ties[state];
+    row.insertCell().append(box, ties.name[k]);
+    row.insertCell().textContent = state;
+    row.insertCell().textContent = force === null ? "–" : readable(force, "N");
+  }
+}
+
 /** Logarithmic axis over whole powers of ten, so that at least two of them have numbers. */
 function decades(values) {
   const powers = values.filter(v => v > 0).map(Math.log10);
@@ -325,15 +349,15 @@ function decades(values) {
 function convergence() {
   const c = current(), n = c.stage.length, numbers = [...Array(n).keys()];
   const line = (y, name, more) => ({x: numbers, y, name, mode: "lines+markers", marker: {size: 5}, line: {width: 1.2}, ...more});
-  const gap = c.measures["flow-rule gap"], found = c.load_factor.filter(v => v !== null);
-  // Load factors that hardly differ are drawn as level.
+  const gap = c.measures["flow-rule gap"], found = c.answers.filter(v => v !== null);
+  // Answers that hardly differ are drawn as level.
   const low = Math.min(...found), high = Math.max(...found), margin = Math.max(0.05 * (high - low), 0.005 * Math.abs(high) - (high - low) / 2);
   Plotly.react("convergence", [
-    line(c.load_factor, "load factor", {text: c.stage, line: {color: "#0072b2", width: 1.2}}),
+    line(c.answers, c.answer.name, {text: c.stage, line: {color: "#0072b2", width: 1.2}}),
     line(gap, "flow-rule gap", {yaxis: "y2", line: {color: "#2b2925", width: 1.2}}),
   ], {
     margin: {l: 48, r: 8, t: 22, b: 38}, showlegend: false, font: {size: 11},
-    annotations: [["α [-]", 1], ["flow-rule gap [-]", 0.46]].map(([text, y]) => ({text, x: 0, y, xref: "paper", yref: "paper", xanchor: "left", yanchor: "bottom", showarrow: false})),
+    annotations: [[`${c.answer.symbol} [${c.answer.unit}]`, 1], ["flow-rule gap [-]", 0.46]].map(([text, y]) => ({text, x: 0, y, xref: "paper", yref: "paper", xanchor: "left", yanchor: "bottom", showarrow: false})),
     xaxis: {title: {text: "numerical iteration [-]"}, anchor: "y2", range: [-0.5, n - 0.5], tick0: 0, dtick: Math.ceil(n / 8)},
     yaxis: {domain: [0.6, 1], range: found.length ? [low - margin, high + margin] : [0, 1]},
     yaxis2: {domain: [0, 0.46], ...decades(gap)},
@@ -342,13 +366,13 @@ function convergence() {
 }
 
 function iterationText() {
-  const c = current(), i = shown.iteration, alpha = c.load_factor[i];
+  const c = current(), i = shown.iteration, value = c.answers[i];
   at("iteration").value = i;
-  at("iteration-value").textContent = `${i} of ${c.stage.length - 1}, ${c.stage[i]}, α = ${alpha === null ? "–" : Number(alpha.toPrecision(5))}`;
+  at("iteration-value").textContent = `${i} of ${c.stage.length - 1}, ${c.stage[i]}, ${c.answer.symbol} = ${value === null ? "–" : Number(value.toPrecision(5))}`;
   at("amplitude-value").textContent = `${Number((shown.amplitude * blocks.size).toPrecision(3))} m`;
 }
 
-function update(drawing = redraw) { iterationText(); legend(); describe(); convergence(); return drawing(); }
+function update(drawing = redraw) { iterationText(); legend(); tieTable(); describe(); convergence(); return drawing(); }
 
 function chooseCase(index) {
   shown.case = index;
@@ -356,6 +380,7 @@ function chooseCase(index) {
   shown.iteration = c.stage.length - 1;
   at("iteration").max = shown.iteration;
   at("loads").textContent = c.loads;
+  at("answer").textContent = `${c.answer.name[0].toUpperCase()}${c.answer.name.slice(1)} ${c.answer.symbol}`;
   at("load-factor").textContent = c.head.number;
   at("below").replaceChildren(...c.head.below.map(text => Object.assign(document.createElement("p"), {textContent: text})));
   at("status").textContent = c.status;
@@ -416,7 +441,8 @@ async function start() {
   at("iteration").addEventListener("input", event => { shown.iteration = Number(event.target.value); update(follow); });
   at("amplitude").addEventListener("input", event => { shown.amplitude = Number(event.target.value); iterationText(); describe(); follow(); });
   at("find").addEventListener("change", event => find(event.target.value));
-  for (const id of ["show-blocks", "show-interfaces", "show-forces"]) at(id).addEventListener("change", redraw);
+  for (const part of document.querySelectorAll(".of-ties")) part.hidden = !ties.name.length;
+  for (const id of ["show-blocks", "show-interfaces", "show-forces", "show-ties"]) at(id).addEventListener("change", redraw);
   at("convergence").on("plotly_click", event => { shown.iteration = event.points[0].pointNumber; update(); });
   at("view").on("plotly_click", event => {
     // Where every triangle has a colour of its own, a point of a mesh is a triangle.

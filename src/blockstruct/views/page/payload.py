@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 import blockstruct as bs
+from blockstruct.units import readable
 from blockstruct.views.selection import is_pressed, shown_results
 from blockstruct.views.solids import Patches, Solids, triangles
 from blockstruct.views.style import (
@@ -25,14 +26,17 @@ from blockstruct.views.style import (
     STATE_COLOURS,
     STONE,
     SUPPORT,
+    TIE_COLOURS,
     UTILISATION,
     parts,
 )
+from blockstruct.views.ties import TieLines
 from blockstruct.views.view import eye
 from blockstruct.views.words import (
     admissible_words,
     certificate_words,
     load_factor_words,
+    range_words,
     spread_words,
     status_words,
     warning_words,
@@ -71,11 +75,13 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
             "full": FULLY_USED,
             "eye": eye(first).tolist(),
             "states": STATE_COLOURS,
+            "ties": TIE_COLOURS,
             "utilisation": UTILISATION,
         },
         "origin": origin.tolist(),
         "blocks": _blocks(model, solids, origin),
         "interfaces": _interfaces(model, shown[0], origin),
+        "ties": _ties(model, origin),
         "cases": [_case(result, _head(analysis, result)) for result in shown],
         "first": next(k for k, r in enumerate(shown) if r is first),
         "omitted": [f"{r.name}: {r.status}, {r.message}" for r in analysis.values() if not r.n_iterations],
@@ -125,6 +131,15 @@ def _interfaces(model: bs.Model, result: bs.CaseResult, origin: Array) -> dict[s
     }
 
 
+def _ties(model: bs.Model, origin: Array) -> dict[str, Any]:
+    lines = TieLines.of(model)
+    return {
+        "name": lines.names,
+        "of_vertex": _packed(lines.blocks.ravel(), "<i4"),
+        "vertices": _packed(lines.ends.reshape(-1, 3) - origin, "<f4"),
+    }
+
+
 def _head(analysis: bs.Analysis, result: bs.CaseResult) -> dict[str, Any]:
     """The load factor to rely on, of a run of a spread that of its case, and what is said below it."""
     spread = next((s for s in analysis.spreads.values() if result in s.results.values()), None)
@@ -134,7 +149,7 @@ def _head(analysis: bs.Analysis, result: bs.CaseResult) -> dict[str, Any]:
     else:
         this = f"This run: {load_factor_words(result)} ({result.ended.replace('_', ' ')})."
         below = [spread_words(spread), this]
-    below += [warning_words(spread or result), admissible_words(result)]
+    below += [range_words(result), warning_words(spread or result), admissible_words(result)]
     return {"number": head.number, "below": [text for text in below if text]}
 
 
@@ -146,15 +161,19 @@ def _case(result: bs.CaseResult, head: dict[str, Any]) -> dict[str, Any]:
     states = result.states.to_numpy()
     texts, index = np.unique(states.astype(str), return_inverse=True)
     motion = [bs.results.mechanism(history.isel(iteration=[i])) for i in range(result.n_iterations)]
+    answer = result.answer
+    answers = history["load_factor"].to_numpy() * answer.factor
+    scale, unit = readable(answers, answer.unit) if answer.is_reaction else (1.0, "")
     velocity = [np.hstack([m["translation"].to_numpy(), m["rotation"].to_numpy()]) for m in motion]
     return {
         "name": result.name,
-        "loads": f"{result.case.dead.name} + load factor × {result.case.variable.name}, {result.case.flow} flow",
+        "loads": _loads(result),
+        "answer": {"name": answer.name, "symbol": answer.symbol, "unit": unit or "-"},
         "head": head,
         "status": status_words(result),
         "certificate": certificate_words(result),
         "stage": history["stage"].to_numpy().tolist(),
-        "load_factor": _plain(history["load_factor"].to_numpy()),
+        "answers": _plain(answers * scale),
         "measures": {label: _plain(history[name].to_numpy()) for name, (label, *_) in MEASURES.items()},
         "largest": np.where(largest > 0, largest, 1.0).tolist(),
         "force": _packed(force, "<f4"),
@@ -163,8 +182,22 @@ def _case(result: bs.CaseResult, head: dict[str, Any]) -> dict[str, Any]:
         "gravest": [parts(text)[0] for text in texts],
         "state": _packed(index.reshape(states.shape), "<u2"),
         "velocity": _packed(np.array(velocity), "<f2"),
+        "tie": _tie_rows(result),
         **_utilisation(history),
     }
+
+
+def _tie_rows(result: bs.CaseResult) -> list[list[tuple[str, float | None]]]:
+    """State and force of each tie in every iteration."""
+    if not result.model.ties:
+        return []
+    states, force = bs.ties.tie_state(result.history).to_numpy(), result.history["tie_force"].to_numpy()
+    return [list(zip(row.tolist(), _plain(values), strict=True)) for row, values in zip(states, force, strict=True)]
+
+
+def _loads(result: bs.CaseResult) -> str:
+    masses = result.masses
+    return f"{result.case.question}. {masses}" if masses else result.case.question
 
 
 def _utilisation(history: Any) -> Mapping[str, str]:

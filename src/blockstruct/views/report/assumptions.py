@@ -10,12 +10,17 @@ import blockstruct as bs
 def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
     """Sentences that hold for the model and the cases."""
     joints = model.joint_materials.values()
+    settles = any(isinstance(r.case, bs.SettlementCase) for r in results)
     crushing = any(np.isfinite(j.compressive_strength) for j in joints)
     said = [
-        "Blocks are rigid and do not break; all deformation is in the joints between them. Supports do not move.",
         (
-            "Displacements are small: equilibrium is that of the undeformed structure. Settlements, imposed "
-            "deformations, stiffness and dynamic effects are not considered."
+            "Blocks are rigid and do not break; all deformation is in the joints between them. Supports do not move"
+            f"{', but for those that give way in a settlement case' if settles else ''}."
+        ),
+        (
+            "Displacements are small: equilibrium is that of the undeformed structure. "
+            f"{'Imposed' if settles else 'Settlements, imposed'} deformations, stiffness and dynamic effects are not "
+            "considered."
         ),
         (
             "Joints are rigid and perfectly plastic, with unlimited ductility; contacts are the interfaces of the "
@@ -32,6 +37,11 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
     ]
     if crushing and not all(np.isfinite(j.compressive_strength) for j in joints):
         said.append("Joint materials whose compressive strength is unlimited do not crush.")
+    if model.ties:
+        said.append(
+            "Ties bear tension alone, along the straight line between their ends; they are rigid up to their largest "
+            "force and yield there without limit, unless an elongation limit is stated. Their weight is not considered."
+        )
     if any(r.case.flow == bs.Flow.NONASSOCIATIVE for r in results):
         said.append(
             "With non-associative flow the load factor is not unique: a certified load factor is that of a collapse "
@@ -43,6 +53,12 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
             "rules."
         )
     said += dict.fromkeys(filter(None, (bs.results.pushed_masses(model, r.case) for r in results)))
+    if settles:
+        said.append(
+            "The reaction of supports that give way is what the joints press on them, without their own weight: the "
+            "least of a state that is a mechanism. With non-associative flow it is not unique either, and not below "
+            "the least that statics allows."
+        )
     said.append("Load factors multiply the variable loads as modelled; no partial safety factor is included.")
     return said
 

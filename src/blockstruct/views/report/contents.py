@@ -9,19 +9,21 @@ from typing import Any
 import numpy as np
 
 import blockstruct as bs
+from blockstruct.units import readable
 from blockstruct.views.figures import drawings
 from blockstruct.views.figures.sheet import Drawing
 from blockstruct.views.report.assumptions import assumptions
 from blockstruct.views.report.detection import detection_rows
 from blockstruct.views.selection import shown_results
-from blockstruct.views.style import readable
 from blockstruct.views.words import (
     admissible_words,
     certificate_words,
     load_factor_words,
     path_words,
+    range_words,
     spread_words,
     status_words,
+    tie_words,
     warning_words,
 )
 
@@ -44,8 +46,12 @@ def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any
         "model": _model(model),
         "detection": detection_rows(model),
         "materials": [(m.name, quantity(m.unit_weight, "N/m³")) for m in model.materials.values()],
+        "ties": [_tie(tie) for tie in model.ties],
         "joint_materials": [_joint(m, flows) for m in model.joint_materials.values()],
+        "sources": [(m.name, m.source) for m in model.materials.values() if m.source]
+        + [(m.name, m.source) for m in model.joint_materials.values() if m.source],
         "patterns": _patterns(results),
+        "answers": " / ".join(dict.fromkeys(r.answer.name + " [-]" * (not r.answer.is_reaction) for r in results)),
         "results": [_headline(name, spreads.get(name, analysis[name])) for name in analysis.headlines],
         "spreads": [_spread(name, spread) for name, spread in spreads.items()],
         "cases": [_case(r) for r in shown_results(analysis)],
@@ -92,6 +98,30 @@ def _joint(m: bs.JointMaterial, flows: Sequence[bs.Flow]) -> list[str]:
     ]
 
 
+def _tie(tie: Any) -> list[str]:
+    """Name, kind, ends, what it was given, and which limit governs."""
+    kind = bs.ties.tie_kind_of(tie)
+    ends = [
+        _vector(end, "m") if kind == "bonded_bar" else f"{end[0]} at {_vector(end[1], 'm')}"
+        for end in (tie.start, tie.end)
+    ]
+    given = bs.ties.given_quantities(tie).items()
+    texts = [f"{name.replace('_', ' ')} {_of_tie(value, bs.ties.TIE_QUANTITIES[name])}" for name, value in given]
+    return [
+        tie.name,
+        kind.replace("_", " "),
+        *ends,
+        ", ".join(texts),
+        f"{quantity(tie.capacity, 'N')} ({tie.governing})",
+    ]
+
+
+def _of_tie(value: float, dimension: str) -> str:
+    if dimension in ("force", "stress"):
+        return quantity(value, "N" if dimension == "force" else "Pa")
+    return f"{value * 1e6:.4g} mm²" if dimension == "area" else f"{value * 1e3:.4g} mm"
+
+
 def _dilatancy(m: bs.JointMaterial, flows: Sequence[bs.Flow]) -> str:
     """The dilatancy angle that each flow rule of the analysis takes: associative sliding has that of friction."""
     angle = {
@@ -102,7 +132,7 @@ def _dilatancy(m: bs.JointMaterial, flows: Sequence[bs.Flow]) -> str:
 
 
 def _patterns(results: list[bs.CaseResult]) -> dict[str, list[str]]:
-    patterns = {p.name: p for r in results for p in (r.case.dead, r.case.variable)}
+    patterns = {p.name: p for r in results for p in r.case.patterns}
     listed = {}
     for name, pattern in patterns.items():
         rest = len(pattern.loads) - _LISTED
@@ -212,13 +242,14 @@ def _case(r: bs.CaseResult) -> dict[str, Any]:
     # Without an iteration there is nothing to count and to draw.
     states = Counter(r.states.isel(iteration=-1).to_numpy().tolist()) if r.n_iterations else Counter()
     return _result(r) | {
-        "dead": r.case.dead.name,
-        "variable": r.case.variable.name,
+        "question": r.case.question,
+        "answer": r.answer.name.capitalize(),
         "iterations": r.n_iterations,
         "duration": f"{r.duration:.2f} s",
         "started_at": r.started_at,
-        "status_words": " ".join(filter(None, (status_words(r), admissible_words(r)))),
+        "status_words": " ".join(filter(None, (status_words(r), range_words(r), admissible_words(r)))),
         "certificate_words": certificate_words(r),
+        "ties": tie_words(r),
         "message": r.message,
         "states": sorted(states.items(), key=lambda item: -item[1]),
         "pictures": [{"caption": d.caption, "address": _address(d)} for d in drawings(r)],

@@ -1,0 +1,79 @@
+"""How a run goes on, for whoever waits for it: one line, written anew with every event."""
+
+import shutil
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any, Literal
+
+from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, Listener, print_lines
+from blockstruct.errors import ModelError, shown
+from blockstruct.notebook import in_notebook, is_watched
+
+Progress = bool | Literal["auto"]
+
+
+def with_progress(listeners: Sequence[Listener], progress: Progress) -> tuple[Listener, ...]:
+    """Listeners, and one that shows the progress if that is wanted.
+
+    Parameters
+    ----------
+    listeners
+        Those that were given.
+    progress
+        ``"auto"`` shows it on a terminal or in a notebook, unless there are listeners: they follow the run already.
+
+    Raises
+    ------
+    ModelError
+        If ``progress`` is anything else.
+    """
+    if progress not in (True, False, "auto"):
+        msg = f"AnalysisManager: progress is {shown(progress)}; give True, False or 'auto'"
+        raise ModelError(msg)
+    if progress is False or (progress == "auto" and (listeners or not is_watched())):
+        return tuple(listeners)
+    if in_notebook():
+        return (*listeners, follow(_notebook_line()))
+    return (*listeners, follow(_terminal_line) if sys.stderr.isatty() else print_lines())
+
+
+def follow(write: Callable[[str, bool], None]) -> Listener:
+    """Listener that writes what is going on, and whether a case has ended with it."""
+    place = ""
+
+    def listen(event: Event) -> None:
+        nonlocal place
+        match event:
+            case CaseStarted(case, blocks):
+                place = f"case {event.number} of {event.count}, {case.name}:"
+                write(f"{place} {blocks} blocks, {case.flow} flow", False)
+            case IterationDone(_, index, iteration):
+                at = f"load factor {iteration.load_factor:.4f}, gap {iteration.certificate.flow_rule_gap:.0e}"
+                write(f"{place} numerical iteration {index}, {at}", False)
+            case CaseFinished(result):
+                write(f"{place} {result.status} after {result.n_iterations} numerical iterations", True)
+
+    return listen
+
+
+def _terminal_line(text: str, ended: bool) -> None:
+    """Write over the line before; what has ended leaves nothing behind."""
+    width = shutil.get_terminal_size().columns - 1
+    sys.stderr.write(f"\r{'' if ended else text[:width]:<{width}}" + ("\r" if ended else ""))
+    sys.stderr.flush()
+
+
+def _notebook_line() -> Callable[[str, bool], None]:
+    """One output of the cell, replaced with every event."""
+    display = sys.modules["IPython"].display.display
+    handle: Any = None
+
+    def write(text: str, _: bool) -> None:
+        nonlocal handle
+        content = {"text/plain": text}
+        if handle is None:
+            handle = display(content, raw=True, display_id=True)
+        else:
+            handle.update(content, raw=True)
+
+    return write

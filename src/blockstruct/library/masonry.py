@@ -1,0 +1,206 @@
+"""Masonry of existing buildings: Table C8.5.I of the Italian Circolare 7/2019."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+from blockstruct.errors import ModelError
+from blockstruct.library.entry import Entry, Range, looked_up
+from blockstruct.model import JointMaterial, Material
+
+_SOURCE = "Circolare 21 January 2019 n. 7 C.S.LL.PP. (Italy), Table C8.5.I"
+_VERIFIED = "three public transcriptions of the table, one of them with the page of the official text (261)"
+_BASIS = (
+    "The table holds for mortar of poor quality, without levelling courses, with leaves that are poorly connected and "
+    "masonry that was not strengthened; Table C8.5.II has the factors for better states."
+)
+_WEDGES = (
+    "(*) Strengths × 1.2, without a closer evaluation, where deep wedges of stone systematically improve the contacts."
+)
+_LITHOLOGY = "(**) The unit weight of soft stone varies much and is easily measured."
+_THICK = "(***) Where joints are thicker than 13 mm, without a closer evaluation: strengths × 0.7, moduli × 0.8."
+_MEANING = {
+    "f": "mean compressive strength",
+    "tau0": "mean shear strength without normal stress, diagonal cracking (irregular masonry)",
+    "fv0": "mean shear strength without normal stress, sliding on bed joints (regular masonry)",
+    "E": "mean modulus of elasticity",
+    "G": "mean shear modulus",
+    "w": "mean unit weight",
+}
+_UNITS = dict.fromkeys(_MEANING, ("MPa", "stress")) | {"w": ("kN/m^3", "force/volume")}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Masonry(Entry):
+    """A kind of masonry: its unit weight is that of blocks, its strengths are those of their joints."""
+
+    def material(self, name: str | None = None, *, unit_weight: Any) -> Material:
+        """Material of blocks.
+
+        Parameters
+        ----------
+        name
+            That of the entry by default.
+        unit_weight
+            ``"min"``, ``"mean"`` or ``"max"`` of w, or a quantity within its range.
+        """
+        value, words = self.choose("w", unit_weight)
+        return Material(name or self.name, value, source=self.cited([words]))
+
+    def joint_material(
+        self,
+        name: str | None = None,
+        *,
+        friction_coefficient: Any,
+        compressive_strength: Any = None,
+        cohesion: Any = None,
+        friction_source: str = "given by the author of the model",
+    ) -> JointMaterial:
+        """Material of the joints between blocks of this masonry.
+
+        Parameters
+        ----------
+        name
+            That of the entry by default.
+        friction_coefficient : float
+            The table has none: that of a test, of a code or of :func:`joint`.
+        compressive_strength
+            ``"min"``, ``"mean"`` or ``"max"`` of f, or a quantity within its range; None leaves it unlimited.
+        cohesion
+            The same of fv0, which irregular masonry has none of; None is no cohesion.
+        friction_source
+            Where the friction coefficient comes from.
+        """
+        if friction_coefficient is None:
+            msg = f"library: {self.name!r}: friction_coefficient is missing; Table C8.5.I has none, give one"
+            raise ModelError(msg)
+        values, words = {}, []
+        for what, symbol, choice in (
+            ("compressive_strength", "f", compressive_strength),
+            ("cohesion", "fv0", cohesion),
+        ):
+            if choice is not None:
+                values[what], how = self.choose(symbol, choice)
+                words.append(f"{what.replace('_', ' ')} {how}")
+        cited = self.cited(words) if words else ""
+        source = "; ".join(filter(None, (cited, f"friction coefficient {friction_source}")))
+        return JointMaterial(name or self.name, friction_coefficient, **values, source=source)
+
+
+def _masonry(name: str, original: str, notes: tuple[str, ...] = (), **values: tuple[float, float]) -> Masonry:
+    ranges = {symbol: Range(*ends, *_UNITS[symbol], _MEANING[symbol]) for symbol, ends in values.items()}
+    return Masonry(
+        name=name,
+        original=original,
+        ranges=MappingProxyType(ranges),
+        source=_SOURCE,
+        verified=_VERIFIED,
+        notes=(_BASIS, *notes),
+    )
+
+
+_TABLE = [
+    _masonry(
+        "irregular rubble",
+        "Muratura in pietrame disordinata",
+        f=(1.0, 2.0),
+        tau0=(0.018, 0.032),
+        E=(690, 1050),
+        G=(230, 350),
+        w=(19, 19),
+    ),
+    _masonry(
+        "roughly cut stone",
+        "Muratura a conci sbozzati, con paramenti di spessore disomogeneo",
+        (_WEDGES,),
+        f=(2.0, 2.0),
+        tau0=(0.035, 0.051),
+        E=(1020, 1440),
+        G=(340, 480),
+        w=(20, 20),
+    ),
+    _masonry(
+        "split stone, well laid",
+        "Muratura in pietre a spacco con buona tessitura",
+        ("Of the three transcriptions one has 0.071 MPa as the greatest tau0, the two others 0.074 MPa.",),
+        f=(2.6, 3.8),
+        tau0=(0.056, 0.074),
+        E=(1500, 1980),
+        G=(500, 660),
+        w=(21, 21),
+    ),
+    _masonry(
+        "irregular soft stone",
+        "Muratura irregolare di pietra tenera",
+        (_LITHOLOGY,),
+        f=(1.4, 2.2),
+        tau0=(0.028, 0.042),
+        E=(900, 1260),
+        G=(300, 420),
+        w=(13, 16),
+    ),
+    _masonry(
+        "regular soft stone",
+        "Muratura a conci regolari di pietra tenera",
+        (_LITHOLOGY,),
+        f=(2.0, 3.2),
+        tau0=(0.04, 0.08),
+        fv0=(0.10, 0.19),
+        E=(1200, 1620),
+        G=(400, 500),
+        w=(13, 16),
+    ),
+    _masonry(
+        "squared stone blocks",
+        "Muratura a blocchi lapidei squadrati",
+        f=(5.8, 8.2),
+        tau0=(0.09, 0.12),
+        fv0=(0.18, 0.28),
+        E=(2400, 3300),
+        G=(800, 1100),
+        w=(22, 22),
+    ),
+    _masonry(
+        "solid brick and lime mortar",
+        "Muratura in mattoni pieni e malta di calce",
+        (_THICK,),
+        f=(2.6, 4.3),
+        tau0=(0.05, 0.13),
+        fv0=(0.13, 0.27),
+        E=(1200, 1800),
+        G=(400, 600),
+        w=(18, 18),
+    ),
+    _masonry(
+        "semi-solid brick and cement mortar",
+        "Muratura in mattoni semipieni con malta cementizia",
+        f=(5.0, 8.0),
+        tau0=(0.08, 0.17),
+        fv0=(0.20, 0.36),
+        E=(3500, 5600),
+        G=(875, 1400),
+        w=(15, 15),
+    ),
+]
+#: All kinds of masonry, by name.
+MASONRY: Mapping[str, Masonry] = MappingProxyType({entry.name: entry for entry in _TABLE})
+
+
+def masonry(name: str) -> Masonry:
+    """Kind of masonry by its name, in English or in Italian.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is none of this name.
+
+    Examples
+    --------
+    >>> brick = masonry("solid brick and lime mortar")
+    >>> print(brick.ranges["f"])
+    2.6 to 4.3 MPa
+    >>> brick.material("brick", unit_weight="mean").unit_weight
+    18000.0
+    """
+    return looked_up(name, MASONRY, "masonry")

@@ -1,0 +1,34 @@
+"""Velocities of a problem as motions of the blocks of its model, and back."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.limit.problem import LimitProblem
+from blockstruct.statics import Statics
+
+Array = NDArray[np.float64]
+
+
+def block_motion(statics: Statics, problem: LimitProblem, u: Array) -> Array:
+    """Velocity of the centroid and angular velocity of all B blocks, (n, B, 6) in SI, of velocities u (n, rows)."""
+    F = len(statics.free)
+    motion = np.zeros((len(u), len(statics.model.blocks), 6))
+    motion[:, statics.free] = u[:, : 6 * F].reshape(-1, F, 6) / _unit_of_velocity(problem)
+    if problem.settlement is not None:
+        speed = u[:, -1] / problem.settlement.force
+        motion[:, problem.settlement.supports] = speed[:, None, None] * problem.settlement.motion
+    return motion
+
+
+def velocities_of(statics: Statics, problem: LimitProblem, motion: Array) -> Array:
+    """Velocities u (n, rows) of motions (n, B, 6) in SI: the inverse of :func:`block_motion`."""
+    u = (motion[:, statics.free] * _unit_of_velocity(problem)).reshape(len(motion), 6 * len(statics.free))
+    if problem.settlement is None:
+        return u
+    unit, moved = problem.settlement.motion, motion[:, problem.settlement.supports]
+    speed = np.einsum("nsc,sc->n", moved, unit) / (unit**2).sum()
+    return np.column_stack([u, speed * problem.settlement.force])
+
+
+def _unit_of_velocity(problem: LimitProblem) -> Array:
+    return np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))

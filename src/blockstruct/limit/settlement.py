@@ -1,0 +1,114 @@
+"""The degree of freedom in which supports give way."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.errors import ModelError, UnknownNameError
+from blockstruct.model import Model, SettlementCase, listed
+from blockstruct.statics import Statics, equilibrium_matrix, wrenches
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Settlement:
+    """Supports that move as one rigid body, and what their reaction is measured in.
+
+    The reaction R takes the place of the variable load: ``A`` has one more row, the work of the joints on the unit
+    motion ŵ of the supports, ``ŵᵀ B x + α w_L = 0``, so that ``R = −α`` times :attr:`reaction_unit`, and the largest α
+    is the least reaction. The velocity of that row is the one of the supports along ŵ.
+
+    Attributes
+    ----------
+    supports : (S,) array
+        Indices of the blocks.
+    motion : (S, 6) array
+        Velocity (m/s) and angular velocity (rad/s) of each at unit speed: of a rotation, of one characteristic length
+        a second at one characteristic length from the axis.
+    row : (3 K,) array
+        Work of a unit of force at each contact point on that motion.
+    tie_row : (M,) array
+        Work of a unit of force of each tie.
+    force : float
+        Unit of the row, N: the mean dead wrench of the free blocks.
+    reaction_unit : float
+        Reaction at α = −1, N or N·m: :func:`reaction_unit`.
+    rotates : bool
+        Whether the reaction is a moment.
+    """
+
+    supports: NDArray[np.int64]
+    motion: Array
+    row: Array
+    tie_row: Array
+    force: float
+    reaction_unit: float
+    rotates: bool
+
+    @classmethod
+    def of(cls, statics: Statics, case: SettlementCase, wrench_unit: Array) -> Self:
+        """Of a case; forces are measured in the wrench units of the free blocks, (F,) in N.
+
+        Raises
+        ------
+        UnknownNameError
+            A support that the model does not have.
+        ModelError
+            A support that is a free block, supports that carry nothing.
+        """
+        who, blocks = f"settlement case {case.name!r}", statics.model.blocks
+        supports = np.array([_support(statics, who, name) for name in case.supports])
+        if not np.isin(supports, [*statics.points.minus, *statics.points.plus]).any():
+            msg = (
+                f"{who}: no interface touches {listed(case.supports)}, nothing stands on what settles; name the "
+                "supports that carry the structure"
+            )
+            raise ModelError(msg)
+        centroids = np.array([b.centroid for b in blocks])
+        direction, turn = np.array(case.direction), np.zeros(3)
+        if case.about is not None:
+            turn = direction / statics.length
+        along = direction if case.about is None else np.cross(turn, centroids[supports] - np.array(case.about))
+        motion = np.hstack([np.broadcast_to(along, (len(supports), 3)), np.broadcast_to(turn, (len(supports), 3))])
+        return cls(
+            supports=supports,
+            motion=motion,
+            row=motion.ravel() @ equilibrium_matrix(statics.points, centroids, supports, 1.0),
+            tie_row=motion.ravel() @ statics.ties.columns(centroids, supports, 1.0),
+            force=float(wrench_unit.mean()),
+            reaction_unit=reaction_unit(statics.model, case),
+            rotates=case.about is not None,
+        )
+
+    @property
+    def speed(self) -> float:
+        """Largest speed at a contact point of the supports, in unit motion, m/s."""
+        return float(np.linalg.norm(self.row.reshape(-1, 3), axis=1).max())
+
+    def reaction(self, alpha: Array) -> Array:
+        """Reactions at load factors, N or N·m."""
+        return np.asarray(-alpha * self.reaction_unit + 0.0)
+
+
+def reaction_unit(model: Model, case: SettlementCase) -> float:
+    """Sum of the dead wrenches of the free blocks, N; for a rotation times the characteristic length, N·m."""
+    length = model.characteristic_length
+    free = np.array([not b.fixed for b in model.blocks])
+    dead = wrenches(model, case.dead, case.dead)[free] / np.repeat([1.0, length], 3)
+    return float(np.linalg.norm(dead, axis=1).sum()) * (1.0 if case.about is None else length)
+
+
+def _support(statics: Statics, who: str, name: str) -> int:
+    model = statics.model
+    fixed = [b.name for b in model.blocks if b.fixed]
+    for i, block in enumerate(model.blocks):
+        if block.name == name and block.fixed:
+            return i
+        if block.name == name:
+            msg = f"{who}: block {name!r} is free; name supports, which are {listed(fixed)}"
+            raise ModelError(msg)
+    msg = f"{who}: model {model.name!r} has no support {name!r}; it has {listed(fixed)}"
+    raise UnknownNameError(msg)

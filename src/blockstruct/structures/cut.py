@@ -1,0 +1,60 @@
+"""Courses of walls that are no rectangles: cut by rings of voussoirs, by the slopes of a gable, by a batter."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: Distance of corners, and height of a triangle over its base, as a part of the size of an outline, that is rounding.
+_ROUNDING = 1e-9
+
+
+def cut(region: Any, joints: Sequence[float], smallest: float) -> list[Array]:
+    """Outlines (k, 2) of the pieces into which upright joints cut a region, in the order of their centroids.
+
+    A joint that would cut off less than the ``smallest`` area, or leave a piece that falls apart, is left out; a part
+    of the region that is smaller by itself is a piece.
+    """
+    found = []
+    for part in shapely.get_parts(region):
+        if part.area <= _ROUNDING * smallest:
+            continue
+        low, foot, high, top = part.bounds
+        lines = [low, *sorted(x for x in joints if low + _ROUNDING < x < high - _ROUNDING), high]
+        while True:
+            pieces = [shapely.intersection(part, shapely.box(a, foot, b, top)) for a, b in pairwise(lines)]
+            bad = [k for k, piece in enumerate(pieces) if piece.area < smallest or not _is_whole(piece)]
+            if not bad or len(lines) == 2:
+                break
+            k = bad[0]
+            beside = [(pieces[j].area, line) for j, line in ((k - 1, k), (k + 1, k + 1)) if 0 <= j < len(pieces)]
+            del lines[min(beside)[1]]
+        found += pieces
+    found.sort(key=lambda piece: piece.centroid.x)
+    return [clean(shapely.get_coordinates(piece)[:-1]) for piece in found]
+
+
+def clean(outline: Array) -> Array:
+    """Outline without corners that are one, or on a straight line with their neighbours, but for rounding."""
+    size = float(np.ptp(outline, axis=0).max())
+    kept = list(outline)
+    k = 0
+    while len(kept) > 3 and k < len(kept):
+        before, here, after = kept[k - 1], kept[k], kept[(k + 1) % len(kept)]
+        base = after - before
+        off = (here - before)[0] * base[1] - (here - before)[1] * base[0]
+        if np.linalg.norm(here - before) < _ROUNDING * size or abs(off) < _ROUNDING * size * np.linalg.norm(base):
+            del kept[k]
+            k = max(k - 1, 0)
+        else:
+            k += 1
+    return np.array(kept)
+
+
+def _is_whole(piece: Any) -> bool:
+    return piece.geom_type == "Polygon" and not len(piece.interiors)

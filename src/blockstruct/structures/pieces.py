@@ -1,0 +1,56 @@
+"""Units of walls as blocks, wherever their wall stands."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.geometry import box, lofted, polyhedron
+from blockstruct.model import Block, Material
+from blockstruct.structures.bond import Unit
+from blockstruct.structures.openings import AnyOpening
+
+Array = NDArray[np.float64]
+
+
+@dataclass(slots=True)
+class Pieces:
+    """Blocks of a wall and of what belongs to it, in the order in which they are laid.
+
+    Rows of ``axes`` (3, 3) are the directions along a wall (u) and through it (v), and where it begins.
+    """
+
+    prefix: str
+    material: Material
+    course_height: float
+    blocks: list[Block] = field(default_factory=list)
+
+    def box(self, name: str, corner: Sequence[float], size: Sequence[float], *, fixed: bool = False) -> None:
+        """Lay a box with its least corner there."""
+        vertices, faces = box(corner, size)
+        self.blocks.append(
+            Block(self.prefix + name, polyhedron(vertices, faces, self.prefix + name), self.material, fixed)
+        )
+
+    def course(self, units: Iterable[Unit], number: int, axes: Array, name: str = "") -> None:
+        """Lay the units of a course, from one."""
+        for unit in units:
+            if unit.outline is not None:
+                self._extruded(name + unit.name, unit.outline, unit.v, axes)
+                continue
+            (u0, u1), (v0, v1) = unit.u, unit.v
+            x, y, _ = np.minimum(axes[2] + u0 * axes[0] + v0 * axes[1], axes[2] + u1 * axes[0] + v1 * axes[1])
+            a, b, _ = np.abs((u1 - u0) * axes[0] + (v1 - v0) * axes[1])
+            self.box(name + unit.name, (x, y, (number - 1) * self.course_height), (a, b, self.course_height))
+
+    def rings(self, openings: Sequence[AnyOpening], depth: float, axes: Array, name: str = "") -> None:
+        """Lay the voussoirs of all openings of a wall."""
+        for i, opening in enumerate(openings, start=1):
+            for k, outline in enumerate(opening.voussoir_outlines(self.course_height), start=1):
+                self._extruded(f"{name}voussoir {i}.{k}", outline, (0.0, depth), axes)
+
+    def _extruded(self, name: str, outline: Array, v: tuple[float, float], axes: Array) -> None:
+        foot = axes[2] + outline[:, :1] * axes[0] + outline[:, 1:] * np.array([0.0, 0.0, 1.0])
+        ends = lofted(foot + v[0] * axes[1], foot + v[1] * axes[1])
+        self.blocks.append(Block(self.prefix + name, polyhedron(*ends, self.prefix + name), self.material))

@@ -1,0 +1,96 @@
+"""Progress: shown to whoever waits at a terminal or in a notebook, and to nobody else."""
+
+import io
+import multiprocessing
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+import blockstruct as bs
+from blockstruct.analysis import CaseStarted
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def on_terminal(monkeypatch):
+    """Make standard output and standard error a terminal, whose text is returned."""
+    screen = Terminal()
+    monkeypatch.setattr(sys, "stdout", screen)
+    monkeypatch.setattr(sys, "stderr", screen)
+    return screen
+
+
+def test_a_terminal_shows_which_case_is_run(small_model, small_cases, monkeypatch):
+    terminal = on_terminal(monkeypatch)
+    bs.run(small_model, small_cases)
+    shown = terminal.getvalue().split("\r")
+    assert shown[1].startswith("case 1 of 2, push associative: 8 blocks")
+    assert any(line.startswith("case 2 of 2, push nonassociative: numerical iteration 3, ") for line in shown)
+    # What is over leaves an empty line behind.
+    assert shown[-2].strip() == shown[-1] == ""
+
+
+@pytest.mark.parametrize("given", [{"progress": False}, {"listeners": [lambda event: None]}])
+def test_nothing_is_shown_where_it_is_not_wanted(small_model, small_cases, monkeypatch, given):
+    terminal = on_terminal(monkeypatch)
+    bs.run(small_model, small_cases[:1], **given)
+    assert terminal.getvalue() == ""
+
+
+def test_progress_that_is_asked_for_comes_beside_listeners_and_without_a_terminal(small_model, small_cases, capsys):
+    events = []
+    bs.run(small_model, small_cases[:1], listeners=[events.append], progress=True)
+    assert events
+    assert "push associative: 8 blocks" in capsys.readouterr().err
+
+
+def test_workers_are_silent(small_model, small_cases, monkeypatch):
+    terminal = on_terminal(monkeypatch)
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(bs.run, small_model, small_cases[:1]).result()
+    monkeypatch.setattr("blockstruct.notebook.parent_process", multiprocessing.current_process)
+    bs.run(small_model, small_cases[:1])
+    assert terminal.getvalue() == ""
+
+
+def test_a_notebook_has_one_output_that_is_replaced(small_model, small_cases, monkeypatch):
+    shown = []
+
+    class Handle:
+        def update(self, content, *, raw):
+            shown[-1] = content["text/plain"]
+
+    class Kernel:
+        kernel = object()
+
+    class IPython:
+        get_ipython = Kernel
+
+        class display:  # noqa: N801 - the name of the module
+            @staticmethod
+            def display(content, *, raw, display_id):
+                shown.append(content["text/plain"])
+                return Handle()
+
+    monkeypatch.setitem(sys.modules, "IPython", IPython)
+    analysis = bs.run(small_model, small_cases)
+    count = analysis["push nonassociative"].n_iterations
+    assert shown == [f"case 2 of 2, push nonassociative: converged after {count} numerical iterations"]
+
+
+def test_events_count_the_cases_and_the_points_of_a_sweep(small_model, small_cases):
+    events = []
+    manager = bs.AnalysisManager(small_model, listeners=[events.append])
+    manager.run(small_cases[:1], spread=True)
+    manager.sweep("friction_coefficient", [0.5, 0.6], small_cases[0])
+    started = [(e.number, e.count) for e in events if isinstance(e, CaseStarted)]
+    assert started == [(1, 1), (1, 2), (2, 2)]
+
+
+def test_other_words_are_refused(small_model):
+    with pytest.raises(bs.errors.ModelError, match="progress is 'always'; give True, False or 'auto'"):
+        bs.AnalysisManager(small_model, progress="always")

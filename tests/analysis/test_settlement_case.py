@@ -1,0 +1,163 @@
+"""Settlement cases as users give, keep and read them."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import SELF_WEIGHT, model_of, push
+
+STONE = bs.Material("stone", "20 kN/m^3")
+CASES = (
+    bs.SettlementCase("left goes down", SELF_WEIGHT, ["left"], "-z"),
+    bs.SettlementCase(
+        "left turns", SELF_WEIGHT, ["left"], (0, -0.96, 0.28), about="[100, 0, 0] cm", flow="associative"
+    ),
+    bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative"),
+)
+
+
+@pytest.fixture(scope="module")
+def model():
+    blocks = [
+        bs.Block.box("left", Q_([0, 0, -0.3], "m"), Q_([0.5, 1, 0.3], "m"), STONE, fixed=True),
+        bs.Block.box("right", Q_([3.5, 0, -0.3], "m"), Q_([0.5, 1, 0.3], "m"), STONE, fixed=True),
+        bs.Block.box("aside", Q_([9, 0, -0.3], "m"), Q_([0.5, 1, 0.3], "m"), STONE, fixed=True),
+        bs.Block.box("beam", Q_([0, 0, 0], "m"), Q_([4, 1, 0.6], "m"), STONE),
+    ]
+    return model_of(blocks, bs.JointMaterial("joint", 0.6), "beam")
+
+
+@pytest.fixture(scope="module")
+def stored(model, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("settlement")
+    return bs.run(model, CASES, folder / "beam.h5"), folder
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ({"supports": ["middle"]}, bs.errors.UnknownNameError, ["'middle'", "left, right, aside"]),
+        ({"supports": ["left", "beam"]}, bs.errors.ModelError, ["'beam' is free", "left, right, aside"]),
+        ({"supports": ["aside"]}, bs.errors.ModelError, ["aside", "nothing stands"]),
+        ({"supports": []}, bs.errors.ModelError, ["no support"]),
+        ({"supports": ["left", "left"]}, bs.errors.ModelError, ["twice"]),
+        ({"supports": [3]}, bs.errors.ModelError, ["3"]),
+        ({"direction": (0, 0, -2)}, bs.errors.ModelError, ["length 2"]),
+        ({"direction": (0, 0, 0)}, bs.errors.ModelError, ["zero", "'+x'"]),
+        ({"direction": (0, np.nan, 0)}, bs.errors.DimensionError, ["direction"]),
+        ({"direction": "down"}, bs.errors.BlockstructError, ["down"]),
+        ({"direction": Q_([0, 0, -1], "m")}, bs.errors.DimensionError, ["direction"]),
+        ({"about": (0, 0, 0)}, bs.errors.UnitError, ["about"]),
+        ({"flow": "plastic"}, bs.errors.ModelError, ["plastic", "associative"]),
+        ({"dead": None}, bs.errors.ModelError, ["dead", "LoadPattern"]),
+        ({"dead": bs.LoadPattern("nothing", [])}, bs.errors.ModelError, ["'nothing'", "zero"]),
+        ({"support": ["left"]}, bs.errors.UnknownKeywordError, ["supports"]),
+    ],
+)
+def test_bad_input(model, arguments, error, words):
+    given = {"dead": SELF_WEIGHT, "supports": ["left"], "direction": "-z"} | arguments
+    with pytest.raises(error) as raised:
+        bs.run(model, bs.SettlementCase("case", **given))
+    for word in words:
+        assert word in str(raised.value)
+
+
+def test_one_support_may_be_given_by_its_name():
+    assert bs.SettlementCase("case", SELF_WEIGHT, "left", "-z").supports == ("left",)
+
+
+def test_files_keep_settlements(stored):
+    analysis, folder = stored
+    read = bs.open_analysis(folder / "beam.h5")
+    assert read.cases == CASES
+    for case in CASES:
+        assert read[case.name].history.identical(analysis[case.name].history)
+    result = read["left goes down"]
+    assert result.reaction == analysis["left goes down"].reaction
+    assert result.history["reaction"].attrs["units"] == "newton"
+    assert result.history["reaction"].to_numpy()[-1] == result.reaction.magnitude
+    assert read["left turns"].history["reaction"].attrs["units"] == "newton * meter"
+    assert "reaction" not in read["push"].history
+    assert bs.results.contradictions(read) == []
+    bs.check_file(folder / "beam.h5")
+    assert bs.reproduce(read).agrees()
+
+
+def test_archives_have_a_column_for_reactions(stored):
+    analysis, folder = stored
+    archive = bs.Archive(folder)
+    table = archive.table().set_index("case")
+    assert table.loc["left goes down", "reaction"] == analysis["left goes down"].reaction.magnitude
+    assert table.loc["left turns", "reaction_moment"] == analysis["left turns"].reaction.magnitude
+    assert table.attrs["units"]["reaction"] == "newton"
+    # A reaction is no load factor, and never passes for one.
+    assert table["load_factor"].notna().to_list() == [case.name == "push" for case in CASES]
+    assert archive.query("load_factor < 0.6 or load_factor > 0")["case"].to_list() == ["push"]
+    assert archive.query("reaction > 20000")["case"].to_list() == ["left goes down"]
+
+
+def test_documents_keep_settlements(model, tmp_path):
+    bs.write_document(tmp_path / "beam.yaml", model, CASES)
+    assert bs.read_document(tmp_path / "beam.yaml").cases == CASES
+    bs.write_document(tmp_path / "beam.json", model, CASES)
+    assert bs.read_document(tmp_path / "beam.json").cases == CASES
+
+
+@pytest.mark.parametrize(
+    ("entry", "words"),
+    [
+        ({"kind": "settlment"}, ["/cases/0/kind", "settlement"]),
+        ({"variable": "push"}, ["/cases/0", "variable"]),
+        ({"supports": []}, ["/cases/0/supports"]),
+        ({"about": [0, 0, 0]}, ["/cases/0/about"]),
+        ({"direction": None}, ["/cases/0/direction"]),
+        ({"suports": ["left"]}, ["suports", "did you mean supports"]),
+    ],
+)
+def test_documents_that_are_no_settlement(model, tmp_path, entry, words):
+    bs.write_document(tmp_path / "beam.json", model, CASES[:1])
+    content = json.loads((tmp_path / "beam.json").read_text(encoding="utf-8"))
+    content["cases"][0] |= entry
+    (tmp_path / "bad.json").write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(bs.errors.DocumentError) as raised:
+        bs.read_document(tmp_path / "bad.json")
+    for word in words:
+        assert word in str(raised.value)
+
+
+def test_a_killed_settlement_goes_on(model, tmp_path):
+    class KilledError(Exception):
+        pass
+
+    def kill(event):
+        if isinstance(event, bs.analysis.IterationDone) and event.index == 3:
+            raise KilledError
+
+    manager = bs.AnalysisManager(model, tmp_path / "beam.h5", listeners=[kill])
+    with pytest.raises(KilledError):
+        manager.run(CASES[:1])
+    again = bs.AnalysisManager.resume(tmp_path / "beam.h5")["left goes down"]
+    whole = bs.run(model, CASES[0])["left goes down"]
+    assert again.reaction.magnitude == pytest.approx(whole.reaction.magnitude, rel=1e-9)
+    assert again.history["stage"].to_numpy().tolist() == whole.history["stage"].to_numpy().tolist()
+
+
+def test_a_limit_case_has_no_reaction(stored):
+    analysis, _ = stored
+    for name in ("reaction", "reaction_range"):
+        with pytest.raises(bs.errors.ModelError, match="'push': has a load factor and no reaction"):
+            getattr(analysis["push"], name)
+
+
+def test_texts_say_reaction(stored):
+    analysis, _ = stored
+    result = analysis["left goes down"]
+    assert re.search(r"converged, reaction 20\.57\d* kN", str(result))
+    assert re.search(r"reaction 20\.57 kN>", repr(result))
+    assert "kN·m" in str(analysis["left turns"])
+    for text in (str(result), repr(result), result.describe()):
+        assert "load factor" not in text

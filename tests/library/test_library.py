@@ -1,0 +1,140 @@
+"""Values of the library are those of their sources, are chosen, and keep their source."""
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct.views.report import report_html
+from structures import SELF_WEIGHT, push
+
+BRICK = bs.library.masonry("solid brick and lime mortar")
+
+
+def test_a_range_gives_its_ends_and_its_middle():
+    joint = BRICK.joint_material("joint", friction_coefficient=0.6, compressive_strength="min", cohesion="max")
+    assert (joint.compressive_strength, joint.cohesion) == pytest.approx((2.6e6, 0.27e6))
+    assert BRICK.joint_material(
+        friction_coefficient=0.6, compressive_strength="mean"
+    ).compressive_strength == pytest.approx(3.45e6)
+    assert BRICK.joint_material(
+        friction_coefficient=0.6, compressive_strength="3 MPa"
+    ).compressive_strength == pytest.approx(3e6)
+    soft = bs.library.masonry("Muratura irregolare di pietra tenera")
+    assert [soft.material(unit_weight=w).unit_weight for w in ("min", "mean", "max")] == pytest.approx(
+        [13e3, 14.5e3, 16e3]
+    )
+
+
+def test_nothing_is_chosen_by_default():
+    plain = BRICK.joint_material("joint", friction_coefficient=0.6)
+    assert np.isinf(plain.compressive_strength)
+    assert plain.cohesion == 0
+    assert plain.source == "friction coefficient given by the author of the model"
+    with pytest.raises(TypeError):
+        BRICK.material()
+    with pytest.raises(TypeError):
+        bs.library.joint("basalt, dry").joint_material()
+
+
+def test_the_source_says_what_was_chosen_and_from_where():
+    joint = BRICK.joint_material(friction_coefficient=0.6, compressive_strength="min", cohesion="0.2 MPa")
+    assert joint.name == "solid brick and lime mortar"
+    assert joint.source == (
+        "solid brick and lime mortar: compressive strength f = 2.6 MPa, min of 2.6 to 4.3 MPa; cohesion fv0 = 0.2 MPa "
+        "within 0.13 to 0.27 MPa (Circolare 21 January 2019 n. 7 C.S.LL.PP. (Italy), Table C8.5.I); friction "
+        "coefficient given by the author of the model"
+    )
+    changed = joint.varied(friction_coefficient=0.5)
+    assert changed.source == f"{joint.source}; then changed: friction_coefficient"
+    dry = bs.library.joint("limestone, dry").joint_material(friction_angle="mean", compressive_strength="4 MPa")
+    assert dry.friction_coefficient == pytest.approx(np.tan(np.radians(34)))
+    assert "friction_angle = 34 deg, mean of 31 to 37 deg (N. Barton, V. Choubey" in dry.source
+    assert dry.source.endswith("given by the author: compressive_strength")
+
+
+@pytest.mark.parametrize("known", [bs.library.MASONRY, bs.library.JOINTS], ids=["masonry", "joints"])
+def test_every_entry_is_whole(known):
+    for name, entry in known.items():
+        assert entry.name == name
+        assert entry.source
+        assert entry.verified
+        assert str(entry).startswith(name)
+        for found in entry.ranges.values():
+            assert 0 < found.low <= found.high
+
+
+def test_moduli_of_the_table_are_those_of_isotropic_masonry():
+    """In the table G is E / 3, or E / 4 for hollow units; only one rounded value is off by a sixteenth."""
+    for entry in bs.library.MASONRY.values():
+        E, G = (np.array(entry.ranges[symbol].ends) for symbol in ("E", "G"))
+        part = 4 if "cement" in entry.name else 3
+        np.testing.assert_allclose(G * part / E, 1, atol=0.075)
+
+
+@pytest.mark.parametrize(
+    ("make", "error", "words"),
+    [
+        (
+            lambda: bs.library.masonry("solid brick and lime morter"),
+            "UnknownNameError",
+            "did you mean solid brick and lime",
+        ),
+        (lambda: bs.library.masonry("concrete"), "UnknownNameError", "known are irregular rubble, roughly cut stone"),
+        (lambda: bs.library.masonry(None), "UnknownNameError", "no masonry None"),
+        (lambda: bs.library.joint("limestone"), "UnknownNameError", "did you mean limestone, dry or limestone, wet?"),
+        (lambda: BRICK.material(unit_weight="medium"), "ModelError", "chooses no value; give 'min', 'mean' or 'max'"),
+        (lambda: BRICK.material(unit_weight=None), "ModelError", "chooses no value"),
+        (lambda: BRICK.material(unit_weight="24 kN/m^3"), "ModelError", "is beyond 18 kN/m³; choose within it"),
+        (lambda: BRICK.joint_material(friction_coefficient=0.6, compressive_strength=3), "UnitError", "no unit"),
+        (lambda: BRICK.joint_material(friction_coefficient=None), "ModelError", "Table C8.5.I has none"),
+        (
+            lambda: bs.library.masonry("irregular rubble").joint_material(friction_coefficient=0.6, cohesion="min"),
+            "UnknownNameError",
+            "'irregular rubble' has no 'fv0'",
+        ),
+        (
+            lambda: bs.library.joint("gneiss, wet").joint_material(friction_angle="30 deg"),
+            "ModelError",
+            "is beyond 23 to 26",
+        ),
+        (lambda: bs.Material("m", "12 kN/m^3", source=3), "ModelError", "source is 3; give a text"),
+        (lambda: bs.JointMaterial("j", 0.6, source="two\nlines"), "ModelError", "source is"),
+    ],
+)
+def test_bad_choices_are_refused(make, error, words):
+    with pytest.raises(getattr(bs.errors, error)) as caught:
+        make()
+    assert words in str(caught.value)
+
+
+@pytest.fixture(scope="module")
+def analysis():
+    tuff = bs.library.masonry("regular soft stone").material("tuff", unit_weight="mean")
+    joint = bs.library.joint("limestone, dry").joint_material("joint", friction_angle="min")
+    size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "depth": "0.2 m", "material": tuff}
+    blocks = bs.courses([[1, 1], [0.5, 1, 0.5]], **size)
+    model = bs.Model("wall", blocks, bs.detect_interfaces(blocks, joint))
+    return bs.AnalysisManager(model).run([bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")])
+
+
+def test_the_source_is_stored_documented_and_reported(tmp_path, analysis):
+    model = analysis.model
+    kept = bs.open_analysis(bs.save_analysis(analysis, tmp_path / "wall.h5")).model
+    bs.write_document(tmp_path / "wall.yaml", model, [analysis["push"].case])
+    written = bs.read_document(tmp_path / "wall.yaml").model
+    for other in (kept, written):
+        assert other.materials == model.materials
+        assert other.joint_materials == model.joint_materials
+        assert other.materials["tuff"].source == model.materials["tuff"].source != ""
+    html = report_html(analysis)
+    assert "Sources of these values" in html
+    assert "mean of 13 to 16 kN/m³ (Circolare 21 January 2019 n. 7" in html
+    assert "friction_angle = 31 deg, min of 31 to 37 deg" in html
+
+
+def test_the_source_does_not_change_the_hash_of_a_model(analysis):
+    model = analysis.model
+    tuff = bs.Material("tuff", "14.5 kN/m^3")
+    bare = [bs.Block(b.name, b.shape, tuff, b.fixed) for b in model.blocks]
+    joint = bs.JointMaterial("joint", model.joint_materials["joint"].friction_coefficient)
+    assert bs.Model("wall", bare, bs.detect_interfaces(bare, joint)).hash == model.hash

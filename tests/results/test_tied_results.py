@@ -1,0 +1,281 @@
+"""Ties in results, files, documents and views: what is said is what was computed, and what was computed is kept."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.views import analysis_summary, model_text, result_text
+from structures import SELF_WEIGHT, model_of, push
+
+
+@pytest.fixture(scope="module")
+def model():
+    """Two blocks on a support, tied to a pier, with a bar down to the support and a strip over their joint."""
+    stone = bs.Material("stone", "20 kN/m^3")
+
+    def box(name, origin, size, *, fixed=False):
+        return bs.Block.box(name, Q_(origin, "m"), Q_(size, "m"), stone, fixed=fixed)
+
+    blocks = [
+        box("ground", [-2, 0, -1], [4.5, 1, 1], fixed=True),
+        box("pier", [-1.5, 0, 0], [0.5, 1, 4], fixed=True),
+        box("low", [0, 0, 0], [0.5, 1, 1]),
+        box("high", [0, 0, 1], [0.5, 1, 1.5]),
+    ]
+    ties = [
+        bs.Tie(
+            "tie",
+            ("pier", "[-1, 0.5, 2.3] m"),
+            ("high", "[0, 0.5, 2.3] m"),
+            area="30 mm^2",
+            strength="235 MPa",
+            punching_force="6 kN",
+            prestress="1 kN",
+            elongation_limit="20 mm",
+        ),
+        bs.ties.BondedBar(
+            "bar",
+            "[0.2, 0.4, -0.5] m",
+            "[0.2, 0.4, 2.3] m",
+            diameter="10 mm",
+            bond_strength="0.2 MPa",
+            strength="235 MPa",
+        ),
+        bs.ties.Strip(
+            "strip", ("low", "[0, 0.2, 0.8] m"), ("high", "[0, 0.2, 1.2] m"), area="50 mm^2", strength="1 GPa"
+        ),
+    ]
+    return model_of(blocks, bs.JointMaterial("joint", 0.8), "tied").with_ties(ties)
+
+
+@pytest.fixture(scope="module")
+def cases():
+    return [bs.LimitCase(f"push {flow}", SELF_WEIGHT, push(1, 0, 0), flow) for flow in bs.Flow]
+
+
+@pytest.fixture(scope="module")
+def stored(model, cases, tmp_path_factory):
+    path = tmp_path_factory.mktemp("ties") / "tied.h5"
+    return bs.AnalysisManager(model, store=path).run(cases), path
+
+
+@pytest.fixture(scope="module")
+def result(stored):
+    return stored[0]["push nonassociative"]
+
+
+def test_history_says_what_ties_do(model, result):
+    history = result.history
+    assert history.sizes["tie"] == 4
+    assert history["tie"].to_numpy().tolist() == ["tie", "bar [ground|low]", "bar [low|high]", "strip"]
+    assert history["tie_force"].dims == ("iteration", "tie")
+    assert history["tie_force"].attrs["units"] == "newton"
+    # The mechanism turns about the toe: the tie at its limit, and the bar at the bond of its end in the ground.
+    bond = math.pi * 0.01 * 0.2e6 * 0.5
+    np.testing.assert_allclose(history["tie_force"][-1, :2], [6e3, bond], rtol=1e-4)
+    assert result.ties["state"].tolist()[:2] == ["punching", "slipping"]
+    W, b, h = 25e3, 0.5, 2.5
+    alpha = (W * b / 2 + 6e3 * 2.3 + bond * 0.3) / (W * h / 2)
+    assert result.load_factor == pytest.approx(alpha, rel=1e-4)
+    # Work of the loads is that of the ties: α − Σ T ė = −w_D·u, with the weights lifted.
+    rates = history["tie_elongation_rate"][-1].to_numpy()
+    lifted = 20e3 * np.array([0.5, 0.75]) @ history["block_velocity"][-1, 2:, 2].to_numpy()
+    assert history["tie_force"][-1].to_numpy() @ rates + lifted == pytest.approx(result.load_factor, rel=1e-4)
+    assert result.history.blockstruct.frame("tie_force").index.names == ["iteration", "tie"]
+
+
+def test_elongation_against_its_limit(result):
+    row = result.ties.loc["tie"]
+    assert row["displacement at limit [meter]"] == pytest.approx(0.02 / row["elongation"])
+    assert np.isnan(result.ties.loc["strip", "displacement at limit [meter]"])
+    text = result.describe()
+    assert "Tie tie: punching, 6 kN of 6 kN (punching); it gets longer by" in text
+    assert "its limit of 20 mm is reached at" in text
+    assert "Tie bar [ground|low]: slipping, 3.142 kN of 3.142 kN (bond)" in text
+
+
+def test_files_keep_ties(model, stored):
+    analysis, path = stored
+    again = bs.open_analysis(path)
+    assert again.model.hash == model.hash
+    assert again.model.ties == model.ties
+    for name, result in analysis.items():
+        assert again[name].history.identical(result.history)
+    assert bs.results.contradictions(again) == []
+    certificate = bs.results.recomputed_certificate(again, "push associative")
+    assert certificate.flow_rule_gap == pytest.approx(again["push associative"].certificate.flow_rule_gap, abs=1e-7)
+    assert bs.check_file(path)["status"] == "finished"
+
+
+def test_ties_are_part_of_the_hash(model):
+    assert model.with_ties(()).hash != model.hash
+    assert model.with_ties(model.ties[:2]).hash != model.hash
+    bare = model_of(list(model.blocks), model.interfaces[0].joint_material, "tied")
+    assert bare.hash == model.with_ties(()).hash
+
+
+@pytest.mark.parametrize(
+    ("variable", "factor", "said"),
+    [
+        ("tie_force", 1.01, "certificate"),
+        ("tie_elongation_rate", 1.01, "rates of elongation"),
+        ("tie_capacity", 2.0, "tie_capacity of the history is not that of the model"),
+    ],
+)
+def test_changed_ties_are_found(stored, variable, factor, said):
+    analysis, _ = stored
+    result = analysis["push associative"]
+    changed = replace(result, history=result.history.assign({variable: result.history[variable] * factor}))
+    found = bs.results.contradictions(analysis.replaced(results={**analysis, result.name: changed}))
+    assert any(said in what for _, what in found), found
+
+
+def test_a_run_goes_on_with_ties(model, cases, tmp_path):
+    path = tmp_path / "run.h5"
+
+    def stop(event):
+        if isinstance(event, bs.analysis.IterationDone) and event.index == 3:
+            raise KeyboardInterrupt
+
+    whole = bs.AnalysisManager(model).run(cases[1:])
+    bs.AnalysisManager(model, store=path, listeners=[stop]).run(cases[1:])
+    resumed = bs.AnalysisManager.resume(path)
+    name = cases[1].name
+    assert resumed[name].load_factor == pytest.approx(whole[name].load_factor, rel=1e-6)
+
+
+@pytest.mark.parametrize("suffix", ["yaml", "json"])
+def test_documents_keep_ties(model, cases, tmp_path, suffix):
+    path = bs.write_document(tmp_path / f"tied.{suffix}", model, cases)
+    document = bs.read_document(path)
+    assert document.model.ties == model.ties
+    assert document.model.hash == model.hash
+
+
+def test_documents_with_wrong_ties(model, cases, tmp_path):
+    content = json.loads(bs.write_document(tmp_path / "tied.json", model, cases).read_text())
+
+    def read(without="", **changes):
+        tie = {key: value for key, value in (content["ties"][0] | changes).items() if key != without}
+        changed = content | {"ties": [tie]}
+        (tmp_path / "changed.json").write_text(json.dumps(changed))
+        return bs.read_document(tmp_path / "changed.json")
+
+    with pytest.raises(bs.errors.DocumentError, match="/ties/0"):
+        read(kind="rope")
+    with pytest.raises(bs.errors.DocumentError, match="unknown key 'yield_forces'"):
+        read(yield_forces="4 kN")
+    with pytest.raises(bs.errors.DocumentError, match="'end' is a required property"):
+        read(without="end")
+    with pytest.raises(bs.errors.ModelError, match="either yield_force, or area and strength"):
+        read(yield_force="4 kN")
+    with pytest.raises(bs.errors.UnitError, match="yield force: 'four kN'"):
+        read(without="area", yield_force="four kN")
+    with pytest.raises(bs.errors.UnknownNameError, match="'b9', which is not in the model"):
+        read(end={"block": "b9", "point": ["0 m", "0.5 m", "2.3 m"]})
+
+
+def test_with_and_without(model, cases):
+    both = bs.ties.with_and_without(model, cases[:1])
+    row = both.table.loc[cases[0].name]
+    assert row["load_factor_without"] == pytest.approx(0.2, rel=1e-6)
+    assert row["ratio"] == pytest.approx(row["load_factor_with"] / row["load_factor_without"])
+    assert "0.2 without" in str(both)
+    assert both.with_ties.model.ties
+    assert not both.without_ties.model.ties
+
+
+def test_the_console_tells_of_ties(model, stored):
+    analysis, _ = stored
+    assert "3 ties: tie, bar, strip" in model_text(model)
+    assert "Tie tie: punching, 6 kN of 6 kN" in result_text(analysis["push associative"]).plain
+    summary = analysis_summary(analysis)
+    assert summary["ties"] == 3
+    ties = summary["cases"][0]["ties"]
+    assert [tie["state"] for tie in ties[:2]] == ["punching", "slipping"]
+    json.dumps(summary, allow_nan=False)
+    assert repr(model).endswith("3 ties>")
+
+
+def test_figures_draw_ties(model, result):
+    figures = pytest.importorskip("blockstruct.views.figures")
+    from matplotlib import pyplot as plt
+
+    for draw, shown in (
+        (figures.structure, model),
+        (figures.structure, result),
+        (figures.mechanism, result),
+        (figures.forces, result),
+    ):
+        ax = draw(shown, look="y")
+        widths = [line.get_linewidths()[0] for line in ax.collections if type(line).__name__ == "LineCollection"]
+        assert 2.2 in widths
+        plt.close(ax.figure)
+    texts = [text.get_text() for text in figures.structure(result).get_legend().get_texts()]
+    assert {"tie, punching", "tie, slipping"} <= set(texts)
+    written = [text.get_text() for text in figures.forces(result).texts]
+    assert "6 kN" in written
+    plt.close("all")
+
+
+def test_page_holds_ties(stored, result):
+    payload = pytest.importorskip("blockstruct.views.page.payload")
+    data = payload.payload(stored[0])
+    assert data["ties"]["name"] == result.history["tie"].to_numpy().tolist()
+    rows = data["cases"][1]["tie"]
+    assert len(rows) == result.n_iterations
+    assert rows[-1][0][0] == "punching"
+    assert rows[-1][0][1] == pytest.approx(6e3, rel=1e-4)
+
+
+def test_report_states_ties(stored, monkeypatch):
+    report = pytest.importorskip("blockstruct.views.report")
+    monkeypatch.setattr("blockstruct.views.report.contents.drawings", lambda result: [])
+    html = report.report_html(stored[0])
+    for said in (
+        "area 30 mm², strength 235 MPa, punching force 6 kN, prestress 1 kN, elongation limit 20 mm",
+        "6 kN (punching)",
+        "bonded bar",
+        "Tie tie: punching, 6 kN of 6 kN",
+        "Ties bear tension alone",
+        "no joint and no tie is loaded beyond its strength",
+    ):
+        assert said in html
+
+
+def test_paraview_has_ties(result, tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    from blockstruct.views.paraview import write_paraview
+
+    write_paraview(result, tmp_path / "tied.pvd")
+    last = pyvista.read(tmp_path / "tied" / f"ties-{result.n_iterations - 1:04}.vtp")
+    assert last.n_cells == 4
+    np.testing.assert_allclose(last.cell_data["tension [newton]"], result.history["tie_force"][-1])
+    assert last.cell_data["punching"].tolist() == [1, 0, 0, 0]
+
+
+@pytest.mark.parametrize("crushing", [{}, {"crushing": "linearised"}, {"crushing_interaction": "biaxial"}], ids=str)
+@pytest.mark.parametrize("procedure", ["associative", "fictitious", "loading path"])
+def test_a_tied_block_whose_foot_crushes(procedure, crushing):
+    """The tie is horizontal, the foot carries the weight: ``α = (b (1 − W / (f_c b t)) W / 2 + T z) / (W h / 2)``."""
+    stone = bs.Material("stone", "20 kN/m^3")
+    blocks = [
+        bs.Block.box("ground", Q_([-2, 0, -1], "m"), Q_([5, 1, 1], "m"), stone, fixed=True),
+        bs.Block.box("pier", Q_([-1.5, 0, 0], "m"), Q_([0.5, 1, 2], "m"), stone, fixed=True),
+        bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([0.5, 1, 2], "m"), stone),
+    ]
+    joint = bs.JointMaterial("joint", 0.8, compressive_strength="200 kPa")
+    tie = bs.Tie("tie", ("pier", "[-1, 0.5, 1.8] m"), ("block", "[0, 0.5, 1.8] m"), yield_force="2 kN")
+    tied = model_of(blocks, joint).with_ties([tie])
+    W, b, h, z, T = 20e3, 0.5, 2.0, 1.8, 2e3
+    settings = bs.ProcedureSettings(**crushing, procedure="fictitious" if procedure == "associative" else procedure)
+    flow = "associative" if procedure == "associative" else "nonassociative"
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), flow)
+    found = bs.AnalysisManager(tied, settings=settings).run([case])["push"]
+    expected = (W * b / 2 * (1 - W / (200e3 * b)) + T * z) / (W * h / 2)
+    assert found.load_factor == pytest.approx(expected, rel=3e-4 if flow == "nonassociative" else 1e-5)

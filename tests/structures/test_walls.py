@@ -1,0 +1,243 @@
+"""Walls with arches, round windows, gables, buttresses and rubble: they fit exactly, and they stand."""
+
+import itertools
+
+import ezdxf
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.structures import Buttress, Opening, RoundOpening, Rubble, Sidewall
+from structures import model_of, push, solve
+
+STONE, LIME = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("lime", 0.6)
+UNIT, HEIGHT, DEPTH = 0.5, 0.25, 0.4
+SIZE = {"unit_length": Q_(UNIT, "m"), "unit_height": Q_(HEIGHT, "m"), "depth": Q_(DEPTH, "m"), "material": STONE}
+RUBBLE = {name: value for name, value in SIZE.items() if name != "unit_length"}
+ROUND = Opening("1.5 m", "0 m", "1.5 m", "1.5 m", rise="0.75 m", ring="0.25 m", voussoirs=13)
+SEGMENTAL = Opening("1.5 m", "0.5 m", "1.5 m", "1.25 m", rise="0.25 m", ring="0.3 m", voussoirs=9)
+POINTED = Opening("1.5 m", "0 m", "1 m", "1 m", rise="0.9 m", ring="0.25 m", voussoirs=8)
+WINDOW = RoundOpening(["2.5 m", "1.9 m"], "0.7 m", "0.2 m", 12)
+
+
+def segment(width, rise, voussoirs):
+    """Area under the chords of an arc."""
+    radius = (width**2 / 4 + rise**2) / (2 * rise)
+    half = np.arcsin(min(1.0, width / 2 / radius))
+    return radius**2 / 2 * (voussoirs * np.sin(2 * half / voussoirs) - np.sin(2 * half))
+
+
+def area(blocks, depth=DEPTH):
+    return sum(b.volume for b in blocks if not b.fixed) / depth
+
+
+def voussoirs(blocks):
+    return [b for b in blocks if "voussoir" in b.name]
+
+
+@pytest.mark.parametrize(
+    ("opening", "clear"),
+    [
+        (ROUND, 1.5 * 1.5 + segment(1.5, 0.75, 13)),
+        (SEGMENTAL, 1.5 * 1.25 + segment(1.5, 0.25, 9)),
+        (WINDOW, 6 * 0.35**2 * np.sin(np.pi / 6)),
+    ],
+    ids=["round", "segmental", "window"],
+)
+@pytest.mark.parametrize("shift", [0.0, 0.17])
+def test_walls_with_rings_are_whole(opening, clear, shift):
+    blocks = bs.wall(length=Q_(4.5 + shift, "m"), courses=12, openings=[opening], **SIZE)
+    assert area(blocks) == pytest.approx((4.5 + shift) * 3 - clear, rel=1e-9)
+    assert len(voussoirs(blocks)) == opening.voussoirs
+    others = [b.volume / DEPTH for b in blocks if not b.fixed and b not in voussoirs(blocks)]
+    # No joint cuts off less than a quarter of a unit.
+    assert min(others) >= 0.25 * UNIT * HEIGHT * (1 - 1e-6)
+    # Every voussoir touches its neighbours; nothing overlaps, which the model sees to.
+    model = model_of(blocks, LIME)
+    pairs = {frozenset((i.minus, i.plus)) for i in model.interfaces}
+    names = [b.name for b in voussoirs(blocks)]
+    assert {frozenset(pair) for pair in itertools.pairwise(names)} <= pairs
+
+
+def test_a_pointed_arch_in_a_sidewall_and_leaves_with_headers():
+    side = Sidewall("side", at="0 m", length="4 m", openings=[POINTED])
+    blocks = bs.wall(length="2 m", courses=12, sidewalls=[side], leaves=2, header_every=3, **SIZE)
+    profile = bs.arch(
+        span="1 m", rise="0.9 m", thickness="0.25 m", depth="1 m", voussoirs=8, material=STONE, abutments=False
+    )
+    ring = sum(b.volume for b in profile)
+    assert sum(b.volume for b in voussoirs(blocks)) / DEPTH == pytest.approx(ring)
+    whole = (2 * 3 + 4 * 3) * DEPTH
+    inner = np.array([b.shape.vertices for b in profile])
+    x, z = inner[..., 0], inner[..., 2]
+    # The intrados of the arch by itself: corners of its voussoirs that are nearest to the middle of the springing.
+    near = sorted({(round(a, 9), round(c, 9)) for a, c in zip(x.ravel(), z.ravel(), strict=True)}, key=lambda p: p[0])
+    radius = (0.9**2 + 0.25) / 1.0
+    intrados = np.array([p for p in near if abs(np.hypot(abs(p[0]) + radius - 0.5, p[1]) - radius) < 1e-6])
+    under = np.trapezoid(intrados[:, 1], intrados[:, 0])
+    assert sum(b.volume for b in blocks if not b.fixed) == pytest.approx(whole - (1 + under) * DEPTH)
+    model_of(blocks, LIME)
+
+
+def test_a_keystone_reaches_the_bed_joint_above_it():
+    blocks = bs.wall(length="4.5 m", courses=12, openings=[ROUND], **SIZE)
+    key = next(b for b in blocks if b.name == "voussoir 1.7")
+    assert key.shape.vertices[:, 2].max() == pytest.approx(2.5, abs=1e-12)
+    beside = next(b for b in blocks if b.name == "voussoir 1.6")
+    assert beside.shape.vertices[:, 2].max() < 2.495
+
+
+def test_a_wall_with_an_arch_is_the_same_drawn_in_dxf(tmp_path):
+    door = Opening("1 m", "0 m", "1 m", "0.75 m", rise="0.5 m", ring="0.25 m", voussoirs=7)
+    blocks = bs.wall(length="3 m", courses=8, openings=[door], **SIZE)
+    document = ezdxf.new("R2010")
+    document.header["$INSUNITS"] = 4
+    for layer in ("ground", "stone"):
+        document.layers.add(layer)
+    for block in blocks:
+        front = block.shape.faces[block.face_towards("-y")]
+        corners = 1000 * block.shape.vertices[list(front)][:, [0, 2]]
+        layer = "ground" if block.fixed else "stone"
+        document.modelspace().add_lwpolyline(corners.tolist(), close=True, dxfattribs={"layer": layer})
+    document.saveas(tmp_path / "wall.dxf")
+    drawn = bs.imports.read_drawing(
+        tmp_path / "wall.dxf", unit="mm", thickness=SIZE["depth"], material=STONE, supports=["ground"]
+    )
+    assert len(drawn.blocks) == len(blocks)
+    found = [solve(model_of(made, LIME), push(1, 0, 0)) for made in (blocks, drawn.blocks)]
+    assert [r.status for r in found] == ["converged"] * 2
+    assert found[0].load_factor == pytest.approx(found[1].load_factor, rel=1e-6)
+
+
+def test_a_gable_with_a_round_window():
+    blocks = bs.wall(length="5 m", courses=8, gable="1.6 m", openings=[WINDOW], **SIZE)
+    assert area(blocks) == pytest.approx(5 * 2 + 5 * 1.6 / 2 - 6 * 0.35**2 * np.sin(np.pi / 6), rel=1e-9)
+    corners = np.concatenate([b.shape.vertices for b in blocks])
+    assert corners[:, 2].max() == pytest.approx(3.6)
+    # Below the slope, and no sliver at the apex.
+    assert np.all(corners[:, 2] <= 2 + 1.6 * (1 - np.abs(corners[:, 0] - 2.5) / 2.5) + 1e-9)
+    assert min(b.volume for b in blocks if "voussoir" not in b.name) >= 0.25 * UNIT * HEIGHT * DEPTH * (1 - 1e-6)
+    result = solve(model_of(blocks, LIME), push(0, -1, 0))
+    assert result.status == "converged"
+
+
+@pytest.mark.parametrize("rise", ["0.05 m", "0.3 m", "2 m", "2.003 m"])
+def test_gables_of_any_rise_end_in_their_apex(rise):
+    blocks = bs.wall(length="3 m", courses=2, gable=rise, **SIZE)
+    height = float(rise.removesuffix(" m"))
+    assert area(blocks) == pytest.approx(3 * 0.5 + 3 * height / 2)
+    model_of(blocks, LIME)
+
+
+def test_buttresses_are_whole_and_hold_the_wall():
+    piers = [
+        Buttress("a", at="0.5 m", width="0.5 m", courses=8, projection="1 m", top_projection="0.3 m", behind=True),
+        Buttress("b", at="3 m", width="0.6 m", courses=12, projection="0.8 m", behind=True, bonded=False),
+    ]
+    plain = bs.wall(length="4.5 m", courses=12, **SIZE)
+    blocks = bs.wall(length="4.5 m", courses=12, buttresses=piers, **SIZE)
+    added = 0.5 * 2 * (1 + 0.3) / 2 + 0.6 * 3 * 0.8
+    assert area(blocks, 1.0) == pytest.approx(area(plain, 1.0) + added)
+    low, high = (np.concatenate([b.shape.vertices for b in blocks])[:, 1] for _ in range(2))
+    assert (low.min(), high.max()) == pytest.approx((0, DEPTH + 1))
+    assert {b.name for b in blocks if b.name.startswith("a.1.")} >= {"a.1.1", "a.1.2"}
+    without, held = (solve(model_of(made, LIME), push(0, 1, 0)).load_factor for made in (plain, blocks))
+    assert without == pytest.approx(DEPTH / 3, rel=1e-6)
+    assert held > 1.2 * without
+    before = bs.wall(length="4.5 m", courses=12, buttresses=[Buttress("c", "1 m", "0.5 m", 4, "1 m")], **SIZE)
+    assert min(b.shape.vertices[:, 1].min() for b in before) == -1
+
+
+def head_joints(blocks, height=HEIGHT):
+    """Places of the head joints in each course of a wall without openings."""
+    ends = {}
+    for b in blocks:
+        if not b.fixed:
+            ends.setdefault(round(b.centroid[2] / height - 0.5), set()).update(b.shape.vertices[:, 0].round(9).tolist())
+    return [sorted(x)[1:-1] for _, x in sorted(ends.items())]
+
+
+def test_rubble_is_the_same_from_the_same_seed_and_overlaps():
+    limits = {"shortest": "0.25 m", "longest": "0.7 m", "overlap": "0.1 m"}
+    one, same, other = (
+        bs.wall(length="6 m", courses=20, rubble=Rubble(seed, **limits), **RUBBLE) for seed in (3, 3, 4)
+    )
+    assert [b.shape.vertices.tolist() for b in one] == [b.shape.vertices.tolist() for b in same]
+    assert head_joints(one) != head_joints(other)
+    joints = head_joints(one)
+    lengths = np.concatenate([np.diff([0, *row, 6]) for row in joints])
+    assert lengths.min() >= 0.25 - 1e-8
+    assert lengths.max() <= 0.7 + 1e-8
+    assert np.std(lengths) > 0.05
+    for below, above in itertools.pairwise(joints):
+        assert np.abs(np.subtract.outer(below, above)).min() >= 0.1 - 1e-8
+    assert area(one) == pytest.approx(6 * 5)
+    # The numbers themselves are kept: a wall is known by its seed.
+    np.testing.assert_allclose(joints[0][:3], [0.625864, 1.294489, 1.680675], atol=1e-6)
+
+
+def test_rubble_goes_round_openings_and_sidewalls():
+    door = Opening("1 m", "0 m", "1 m", "1.5 m")
+    window = Opening("3 m", "0.5 m", "1 m", "1 m", rise="0.3 m", ring="0.25 m", voussoirs=9)
+    limits = Rubble(7, "0.2 m", "0.6 m", "0.08 m")
+    sides = [Sidewall("left", "0 m", "2 m"), Sidewall("right", "5.6 m", "2 m", bonded=False)]
+    blocks = bs.wall(length="6 m", courses=10, openings=[door, window], sidewalls=sides, rubble=limits, **RUBBLE)
+    # Head joints are as far from the ends of the lintel above and below it.
+    front = [b for b in blocks if b.name[0].isdigit()]
+    lintel = next(b for b in front if "lintel" in b.name).shape.vertices[:, 0]
+    for course in (6, 8):
+        ends = np.concatenate([b.shape.vertices[:, 0] for b in front if b.name.startswith(f"{course}.")])
+        inside = ends[(ends > 0.01) & (ends < 2.9) & (np.abs(ends - 1) > 1e-6) & (np.abs(ends - 2) > 1e-6)]
+        assert np.abs(np.subtract.outer(inside, [lintel.min(), lintel.max()])).min() >= 0.08 - 1e-9
+    clear = 1 * 1.5 + 1 * 1 + segment(1, 0.3, 9)
+    assert area(blocks) == pytest.approx((6 + 2 + 2) * 2.5 - clear)
+    result = solve(model_of(blocks, LIME), push(0, -1, 0))
+    assert result.status == "converged"
+
+
+def wall(**given):
+    return bs.wall(**{"length": "4.5 m", "courses": 12, **SIZE} | given)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Opening("1 m", "0 m", "1 m", "1 m", rise="0.5 m"), "ring and voussoirs missing"),
+        (lambda: Opening("1 m", "0 m", "1 m", "1 m", ring="0.2 m"), "rise and voussoirs missing"),
+        (lambda: Opening("1 m", "0 m", "1 m", "1 m", "0.2 m", "0.5 m", "0.2 m", 9), "no lintel, so no bearing"),
+        (lambda: Opening("1 m", "0 m", "1 m", "1 m", rise="0 m", ring="0.2 m", voussoirs=9), "rise 0 m"),
+        (lambda: Opening("1 m", "0 m", "1 m", "1 m", rise="0.9 m", ring="0.2 m", voussoirs=9), "give an even number"),
+        (lambda: RoundOpening("2 m", "1 m", "0.2 m", 12), "give two lengths"),
+        (lambda: RoundOpening(["2 m", "2 m"], "1 m", "0.2 m", 5), "voussoirs 5"),
+        (lambda: RoundOpening(["2 m", "2 m"], "0 m", "0.2 m", 8), "diameter 0 m"),
+        (lambda: wall(openings=[RoundOpening(["0.5 m", "1.5 m"], "1 m", "0.2 m", 8)]), "beyond the wall; move it"),
+        (lambda: wall(openings=[Opening("1 m", "0 m", "2 m", "2 m", None, "1 m", "0.3 m", 9)]), "up, beyond the wall"),
+        (
+            lambda: wall(openings=[Opening("1 m", "0 m", "1 m", "1 m", rise="0.45 m", ring="0.25 m", voussoirs=8)]),
+            r"crown of its ring at 1\.7 m leaves 20\.0% of a course to the bed joint at 1\.75 m",
+        ),
+        (lambda: wall(openings=[ROUND, SEGMENTAL]), "overlaps the one at 1.5 m"),
+        (lambda: wall(openings=[SEGMENTAL, Opening("3.2 m", "1 m", "0.5 m", "0.75 m")]), "course 8.*meets a ring"),
+        (lambda: wall(gable="1 m", openings=[RoundOpening(["1 m", "3.2 m"], "0.6 m", "0.2 m", 8)]), "beyond the wall"),
+        (lambda: wall(gable="0 m"), "gable 0 m"),
+        (lambda: wall(rubble="random"), "give a Rubble"),
+        (lambda: wall(unit_length=None), "unit_length is missing"),
+        (lambda: Rubble(1.5, "0.2 m", "0.5 m", "0 m"), "seed 1.5; give a whole number"),
+        (lambda: Rubble(1, "0.3 m", "0.5 m", "0 m"), "less than twice the shortest"),
+        (lambda: Rubble(1, "0.2 m", "0.5 m", "0.3 m"), "overlap 0.3 m"),
+        (lambda: wall(rubble=Rubble(1, "0.2 m", "0.4 m", "0.2 m")), "cannot be filled with units of 0.2 to 0.4 m"),
+        (lambda: Buttress("b", "1 m", "0.5 m", 4, "1 m", "1.2 m"), "beyond the projection at the foot"),
+        (lambda: Buttress("b", "1 m", "0 m", 4, "1 m"), "width 0 m"),
+        (lambda: wall(buttresses=[Buttress("b", "4.2 m", "0.5 m", 4, "1 m")]), "not before the wall"),
+        (lambda: wall(buttresses=[Buttress("b", "4 m", "0.5 m", 13, "1 m")]), "has 13 courses, the wall 12"),
+        (lambda: wall(buttresses=[Buttress("b", "2 m", "0.5 m", 4, "1 m")], openings=[ROUND]), "before the opening"),
+        (
+            lambda: wall(buttresses=[Buttress("b", "0 m", "1 m", 4, "1 m")], sidewalls=[Sidewall("s", "0 m", "1 m")]),
+            "has the name or the place of another",
+        ),
+    ],
+)  # fmt: skip
+def test_walls_that_cannot_be_are_refused(make, words):
+    with pytest.raises((bs.errors.ModelError, bs.errors.GeometryError), match=words):
+        make()

@@ -1,0 +1,252 @@
+"""Supports that give way: reactions in closed form, ranges of thrust, invariances.
+
+A rigid beam of length L and weight W lies on ledges of width a at its ends. While one ledge goes down, the beam turns
+about the inner edge of the other one, and is carried at its own end by the one that goes: moments about the edge give
+``R = W (L/2 − a) / (L − a)``. While the ledge rises, the beam turns about the outer edge of the other one, carried at
+the inner edge of the one that rises: ``R = W (L/2) / (L − a)``.
+"""
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import SELF_WEIGHT, model_of, moved, rotation
+
+STONE = bs.Material("stone", "20 kN/m^3")
+LENGTH, LEDGE, HEIGHT = 4.0, 0.5, 0.6
+WEIGHT = 20e3 * LENGTH * HEIGHT
+LEAST, LARGEST = (WEIGHT * arm / (LENGTH - LEDGE) for arm in (LENGTH / 2 - LEDGE, LENGTH / 2))
+
+
+def beam(friction=0.6, R=None, shift=(0, 0, 0), **joint):
+    """Model of the beam on its ledges, ``left`` and ``right``."""
+    blocks = [
+        bs.Block.box("left", Q_([0, 0, -0.3], "m"), Q_([LEDGE, 1, 0.3], "m"), STONE, fixed=True),
+        bs.Block.box("right", Q_([LENGTH - LEDGE, 0, -0.3], "m"), Q_([LEDGE, 1, 0.3], "m"), STONE, fixed=True),
+        bs.Block.box("beam", Q_([0, 0, 0], "m"), Q_([LENGTH, 1, HEIGHT], "m"), STONE),
+    ]
+    blocks = blocks if R is None else moved(blocks, R, shift)
+    return model_of(blocks, bs.JointMaterial("joint", friction, **joint))
+
+
+def settle(model, supports, direction, dead=SELF_WEIGHT, settings=None, **case):
+    return bs.run(model, bs.SettlementCase("case", dead, supports, direction, **case), settings=settings)["case"]
+
+
+def arch(thickness, friction=0.6, voussoirs=27, radius=1.0):
+    """Semicircular arch on the abutments ``left`` and ``right``, 1 m deep."""
+    clear = f"{(2 - thickness) * radius} m"
+    blocks = bs.arch(span=clear, thickness=f"{thickness * radius} m", depth="1 m", voussoirs=voussoirs, material=STONE)
+    return model_of(blocks, bs.JointMaterial("joint", friction))
+
+
+@pytest.mark.parametrize("flow", ["associative", "nonassociative"])
+@pytest.mark.parametrize("friction", [0.1, 0.6])
+def test_beam_on_ledges(flow, friction):
+    result = settle(beam(friction), ["left"], (0, 0, -1), flow=flow)
+    assert result.status == "converged"
+    assert result.certificate.holds
+    # What the iteration without dilatancy leaves is its cohesion, 1e-6 of the beam's weight.
+    assert result.reaction.to("N").magnitude == pytest.approx(LEAST, rel=1e-6)
+    np.testing.assert_allclose(result.reaction_range.to("N").magnitude, [LEAST, LARGEST], rtol=1e-6)
+    assert bs.results.contradictions(bs.run(beam(friction), [result.case])) == []
+
+
+@pytest.mark.parametrize("procedure", ["shifted", "loading path"])
+def test_other_procedures_find_the_same(procedure):
+    result = settle(beam(), ["left"], "-z", settings=bs.ProcedureSettings(procedure=procedure))
+    assert result.reaction.magnitude == pytest.approx(LEAST, rel=1e-6)
+    assert result.status == "converged"
+
+
+def test_the_mechanism_turns_about_the_inner_edge():
+    mechanism = settle(beam(), ["left"], "-z").mechanism
+    # The ledge goes down by one, and with it the end of the beam.
+    np.testing.assert_allclose(mechanism.translation.sel(block="left"), [0, 0, -1], atol=1e-6)
+    np.testing.assert_allclose(mechanism.translation.sel(block="right"), 0, atol=1e-6)
+    arm = LENGTH - LEDGE
+    np.testing.assert_allclose(mechanism.rotation.sel(block="beam"), [0, -1 / arm, 0], atol=1e-6)
+
+
+def test_cracks_open_at_both_ledges():
+    result = settle(beam(), ["left"], "-z")
+    assert set(result.states.isel(iteration=-1).to_numpy()) == {"hinge"}
+    assert "axis along y through x = 3.5 m" in result.describe()
+
+
+def test_the_loading_path_lowers_the_support():
+    settings = bs.ProcedureSettings(procedure="loading path")
+    model = beam(normal_stiffness="10 GPa/m", shear_stiffness="4 GPa/m")
+    history = settle(model, ["left"], "-z", settings=settings).history
+    path = history.where(history["stage"] == "loading_path", drop=True)
+    # From half the weight, which elastic ledges carry alike, while they go down by millimetres.
+    assert path["reaction"].to_numpy()[0] == pytest.approx(WEIGHT / 2, rel=1e-5)
+    assert path["reaction"].to_numpy()[-1] == pytest.approx(LEAST, rel=1e-4)
+    assert path["displacement"].attrs["units"] == "meter"
+    assert 0 < path["displacement"].to_numpy()[1] < 1e-3
+
+
+def test_a_support_that_carries_all_keeps_all():
+    # The structure follows as one body: relative velocities are rounding, and so is the motion of its joints.
+    blocks = [
+        bs.Block.box("base", Q_([-1, -1, -1], "m"), Q_([3, 3, 1], "m"), STONE, fixed=True),
+        *(bs.Block.box(f"b{k}", Q_([0, 0, k], "m"), Q_([1, 1, 1], "m"), STONE) for k in range(2)),
+    ]
+    result = settle(model_of(blocks, bs.JointMaterial("joint", 0.6)), ["base"], "-z")
+    assert result.status == "converged"
+    assert result.reaction.magnitude == pytest.approx(40e3, rel=1e-9)
+    np.testing.assert_allclose(result.reaction_range.magnitude, 40e3, rtol=1e-9)
+    assert set(result.states.isel(iteration=-1).to_numpy()) == {"sticking"}
+    assert result.active_joints.empty
+
+
+def test_supports_settle_as_one_body():
+    both = settle(beam(), ["left", "right"], "-z", flow="associative")
+    assert both.reaction.magnitude == pytest.approx(WEIGHT, rel=1e-9)
+    # Together they carry the whole weight, whose moment about the left end is W L / 2.
+    turn = settle(beam(), ["left", "right"], (0, 1, 0), about=Q_([0, 0, 0], "m"), flow="associative")
+    np.testing.assert_allclose(turn.reaction_range.to("N*m").magnitude, WEIGHT * LENGTH / 2, rtol=1e-7)
+
+
+def test_reaction_moment_of_a_single_ledge():
+    # About the outer edge of the right ledge the left one turns, and is pressed at its own outer edge.
+    turn = settle(beam(), ["left"], (0, -1, 0), about=Q_([LENGTH, 0, 0], "m"), flow="associative")
+    assert turn.reaction.check("[force] * [length]")
+    assert turn.reaction.to("kN*m").magnitude == pytest.approx(LEAST * LENGTH / 1e3, rel=1e-6)
+
+
+def test_crushing_raises_the_least_reaction():
+    """Stress blocks of depth ``R / (f_c b)`` stand at the edges: the arms shorten by half of each."""
+    strength, reaction = 200e3, LEAST
+    result = settle(beam(compressive_strength="200 kPa"), ["left"], "-z", flow="associative")
+    for _ in range(60):
+        own, other = reaction / strength / 2, LENGTH - LEDGE + (WEIGHT - reaction) / strength / 2
+        reaction = WEIGHT * (other - LENGTH / 2) / (other - own)
+    assert reaction > 1.04 * LEAST
+    assert result.reaction.magnitude == pytest.approx(reaction, rel=1e-6)
+
+
+def test_a_tie_between_beam_and_ledge():
+    """The end of the beam turns away from the ledge that goes down: a tie a quarter metre from it yields.
+
+    By moments about the inner edge of the other ledge the joint is pressed by ``T (L − a − 0.25 m) / (L − a)`` more,
+    while the tie pulls the ledge up by T.
+    """
+    model = beam()
+    tie = bs.Tie(
+        "tie",
+        start=("left", Q_([0.25, 0.5, -0.2], "m")),
+        end=("beam", Q_([0.25, 0.5, 0.5], "m")),
+        yield_force="10 kN",
+        prestress="5 kN",
+    )
+    tied = bs.Model("tied", model.blocks, model.interfaces, ties=[tie])
+    result = settle(tied, ["left"], "-z", flow="associative")
+    assert result.reaction.magnitude == pytest.approx(LEAST - 10e3 * 0.25 / (LENGTH - LEDGE), rel=1e-6)
+    rate = result.history["tie_elongation_rate"].to_numpy()[-1, 0] * WEIGHT
+    assert rate == pytest.approx(0.25 / (LENGTH - LEDGE), rel=1e-5)
+
+
+# -- thrust ------------------------------------------------------------------------------------------------------------
+
+
+def test_the_thrust_of_the_thinnest_arch_is_one_number():
+    """At the least thickness of 27 straight voussoirs, t/r = 0.10672 (measured; 0.107426 of a continuous arch)."""
+    spans = []
+    for thickness in (0.1074, 0.1070, 0.1068):
+        least, largest = settle(arch(thickness), ["left"], "-x", flow="associative").reaction_range.magnitude
+        spans.append((largest - least) / largest)
+    assert spans[0] < 0.005
+    # The range closes linearly: where it would be nothing is the least thickness.
+    slope = (spans[0] - spans[2]) / (0.1074 - 0.1068)
+    assert 0.1068 - spans[2] / slope == pytest.approx(0.10672, abs=2e-5)
+    assert 0.1070 - spans[1] / slope == pytest.approx(0.10672, abs=2e-5)
+
+
+def test_a_fine_arch_closes_at_the_published_thickness():
+    spans, thicknesses = [], (0.1083, 0.1079)
+    for thickness in thicknesses:
+        model = arch(thickness, voussoirs=101)
+        least, largest = settle(model, ["left"], "-x", flow="associative").reaction_range.magnitude
+        spans.append((largest - least) / largest)
+    slope = (spans[0] - spans[1]) / (thicknesses[0] - thicknesses[1])
+    assert thicknesses[1] - spans[1] / slope == pytest.approx(0.107426, rel=1e-3)
+
+
+def test_an_arch_that_does_not_stand_has_no_thrust():
+    result = settle(arch(0.1065), ["left"], "-x")
+    assert result.status == "unstable_under_dead_load"
+    assert np.isnan(result.reaction.magnitude)
+    assert np.isnan(result.reaction_range.magnitude).all()
+
+
+def test_thrusts_of_both_abutments_and_directions_agree():
+    model = arch(0.15)
+    left = settle(model, ["left"], "-x", flow="associative").reaction_range.magnitude
+    right = settle(model, ["right"], "+x", flow="associative").reaction_range.magnitude
+    np.testing.assert_allclose(left, right, rtol=1e-7)
+    # Against the motion the least is the largest.
+    inward = settle(model, ["left"], "+x", flow="associative").reaction_range.magnitude
+    np.testing.assert_allclose(inward, -left[::-1], rtol=1e-7)
+
+
+def test_a_jammed_beam_has_no_largest_thrust():
+    # Between two walls friction holds the beam by any force; without walls it only rubs on its ledges.
+    ends = [
+        bs.Block.box("a", Q_([-1, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE, fixed=True),
+        bs.Block.box("b", Q_([2, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE, fixed=True),
+        bs.Block.box("beam", Q_([0, 0, 0], "m"), Q_([2, 1, 1], "m"), STONE),
+    ]
+    model = model_of(ends, bs.JointMaterial("joint", 0.6))
+    least, largest = settle(model, ["a"], "-x", flow="associative").reaction_range.magnitude
+    # Each side carries half the weight by friction at least.
+    assert least == pytest.approx(20e3 / 0.6, rel=1e-6)
+    assert np.isposinf(largest)
+    jammed = settle(model, ["a"], "+x", flow="associative")
+    assert jammed.status == "unbounded"
+    assert "never move that way" in jammed.message
+    assert np.isneginf(jammed.reaction.magnitude)
+
+
+def test_nonassociative_reactions_are_not_below_the_least():
+    model = arch(0.2, friction=0.4)
+    flat = bs.SettlementCase("case", SELF_WEIGHT, ["left"], "-x")
+    analysis = bs.run(model, flat, spread=["steep", "shift"])
+    least, largest = analysis["case"].reaction_range.magnitude
+    for result in analysis.values():
+        assert result.status == "converged"
+        assert least * (1 - 1e-6) <= result.reaction.magnitude <= largest
+    head = analysis.headlines["case"]
+    assert "associative bound" in str(head)
+    assert str(head).endswith("kN)")
+
+
+# -- invariances -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_reaction_scales_with_size(scale):
+    """Weights go with the third power of the size."""
+    own = settle(arch(0.15, voussoirs=9), ["left"], "-x").reaction.magnitude
+    other = settle(arch(0.15, voussoirs=9, radius=scale), ["left"], "-x").reaction.magnitude
+    assert other == pytest.approx(own * scale**2, rel=1e-6)
+
+
+def test_reaction_is_that_of_the_rotated_structure():
+    R, shift = rotation((1, 2, 3), 0.7), (5.0, -3.0, 2.0)
+    # Gravity does not turn along; a force on the beam does, and with it the ledges.
+    load = np.array([0.0, 0.0, -WEIGHT])
+    centre = np.array([LENGTH / 2, 0.5, HEIGHT / 2])
+
+    def reaction(Q, d, about=None):
+        point, force = Q @ centre + d, Q @ load
+        dead = bs.LoadPattern("dead", [bs.PointLoad("beam", Q_(point, "m"), Q_(force, "N"))])
+        more = {} if about is None else {"about": Q_(Q @ about + d, "m")}
+        axis = np.array([0, 0, -1.0]) if about is None else np.array([0, -1.0, 0])
+        model = beam(R=Q, shift=d)
+        return settle(model, ["left"], Q @ axis, dead, flow="associative", **more).reaction.magnitude
+
+    for about in (None, np.array([LENGTH, 0, 0])):
+        upright = reaction(np.eye(3), np.zeros(3), about)
+        assert reaction(R, np.array(shift), about) == pytest.approx(upright, rel=1e-6)
