@@ -127,7 +127,7 @@ def test_every_joint_is_certified_below_the_bound(corner, joint):
 def test_the_number_does_not_depend_on_steps_stiffness_or_frame(corner, dry):
     model = model_of(corner, dry)
     load_factor = exact(solve(model, push(0, -1, 0), "nonassociative", **PATH))
-    others = [{"path_step": 5.0, "path_growth": 2.5}, {"shear_stiffness_ratio": 0.2}, {"shear_stiffness_ratio": 1.0}]
+    others = [{"path_step": 0.5, "path_growth": 3.0}, {"shear_stiffness_ratio": 0.2}, {"shear_stiffness_ratio": 1.0}]
     for settings in others:
         other = exact(solve(model, push(0, -1, 0), "nonassociative", **PATH, **settings))
         # Of so few blocks, and bonded, a tenth of the resistance hangs on how the dead load presses the joints.
@@ -149,10 +149,10 @@ def test_displacement_is_in_the_history(small_model):
     assert d.units == "dimensionless"
     assert np.isnan(d.to_numpy()[~path]).all()
     along = d.to_numpy()[path]
-    assert (along[0], along[1]) == (0.0, pytest.approx(10.0))
+    assert (along[0], along[1]) == (0.0, pytest.approx(1.0))
     assert (np.diff(along) > 0).all()
     # The load factor of an elastic structure is its displacement in these units; joints that open or slide take off.
-    assert result.history.load_factor.to_numpy()[path][1] <= 10.0
+    assert result.history.load_factor.to_numpy()[path][1] <= 1.0
 
 
 def test_displacement_is_in_metres_where_joints_have_a_stiffness(tuff):
@@ -167,8 +167,8 @@ def test_displacement_is_in_metres_where_joints_have_a_stiffness(tuff):
     assert soft.displacement.units == "meter"
     np.testing.assert_allclose(soft.displacement, 10 * stiff.displacement, rtol=1e-9)
     np.testing.assert_allclose(soft.load_factor, stiff.load_factor, rtol=1e-6)
-    # Weight 12 kN/m3 over four courses on 1 MPa/mm: hundredths of a millimetre, ten times that the first step.
-    assert 1e-7 < float(soft.displacement[1]) < 1e-3
+    # Weight 12 kN/m3 over four courses on 1 MPa/mm: hundredths of a millimetre and less.
+    assert 1e-8 < float(soft.displacement[1]) < 1e-4
 
 
 def test_stored_and_resumed_as_it_was(small_model, dead, tmp_path):

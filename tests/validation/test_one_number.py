@@ -60,7 +60,7 @@ def test_facade_with_bonded_sidewalls():
 def test_facade_has_one_number(bonded, what):
     blocks, variable, dead, settings = facade(bonded=bonded), push(0, -1, 0), (), {}
     if what == "half steps":
-        settings = {"path_step": 5.0, "path_growth": 2.5}
+        settings = {"path_step": 0.5, "path_growth": 3.0}
     elif what.startswith("shear"):
         settings = {"shear_stiffness_ratio": float(what.split()[1])}
     elif what == "mirrored":

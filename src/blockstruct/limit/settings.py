@@ -96,8 +96,8 @@ class ProcedureSettings:
     cohesion_limit: float = 1e-3
     procedure: str = "fictitious"
     shear_stiffness_ratio: float = 0.4
-    path_step: float = 10.0
-    path_growth: float = 5.0
+    path_step: float = 1.0
+    path_growth: float = 10.0
     max_programs: int = 120
     fallback_after: int = 60
     equilibrium_tolerance: float = 1e-6
@@ -197,7 +197,7 @@ SCHEDULES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
         # Where the shift finds a certificate it does so in fewer than 30 programs; it need not try 120.
         "shift": {"procedure": "shifted", "max_programs": 40},
         "loading path": {"procedure": "loading path"},
-        "path half steps": {"procedure": "loading path", "path_step": 5.0, "path_growth": 2.5},
+        "path half steps": {"procedure": "loading path", "path_step": 0.5, "path_growth": 3.0},
         "path shear 0.2": {"procedure": "loading path", "shear_stiffness_ratio": 0.2},
         "path shear 1": {"procedure": "loading path", "shear_stiffness_ratio": 1.0},
     }

@@ -25,13 +25,11 @@ CENTRING = 1.0
 #: Factorisations of one step, and of all of them.
 MAX_OF_STEP, MAX_OF_PATH = 80, 600
 #: A step that took no more factorisations is followed by one as much longer as the settings allow.
-EASY = 30
+EASY = 15
 #: Of a step after a harder one: share of the exponent of growth.
 HARDER = 0.6
-#: Attempts at a step: as it is, anew from the dead load, with lagging friction, and then each a third as long.
-ATTEMPTS = 5
-#: A stride from the dead load, in first steps.
-STRIDE = 10.0
+#: Attempts at a step: as it is, with lagging friction, and then each a third as long as the last.
+ATTEMPTS = 4
 #: Share of friction that does not lag.
 LAG = 0.5
 #: Cohesion of contacts whose friction lags, which keeps those without force from having none.
@@ -156,9 +154,7 @@ class _Path:
         shear = np.where(np.isnan(shear), normal / settings.shear_stiffness_ratio, shear)
         self._contact = ContactProblem(program, np.column_stack([normal, shear, shear]))
         self._problem, self._settings, self._sliding = problem, settings, true_sliding(problem)
-        self._state = self._contact.start()
-        self._bound = bound
-        self._before: tuple[ContactState, float, float, float] | None = None
+        self._state, self._bound = self._contact.start(), bound
         self._total, self._step, self._spent = 0.0, 0.0, 0
         self.lags = self.settled = False
         self.peak, self.why = -np.inf, f"no end within {MAX_OF_PATH} factorisations"
@@ -177,7 +173,7 @@ class _Path:
         if not found.within(ENOUGH):
             return None
         self._spent = found.iterations
-        self._rest = self._state = replace(found.state, u=0 * found.state.u)
+        self._state = replace(found.state, u=0 * found.state.u)
         self._next = self._settings.path_step * self._unit
         return self._iteration(replace(found, state=self._state), 1.0, start)
 
@@ -188,10 +184,9 @@ class _Path:
             if self._spent >= MAX_OF_PATH:
                 return None
             s = self._next
-            contact = self._lagging()
             # The state under dead load is so far from that of a first step that it is no guess.
-            guess = self._state.scaled(s / self._step) if self._step else self._afresh(contact, s)
-            found = contact.solve(
+            guess = self._state.scaled(s / self._step) if self._step else self._afresh(s)
+            found = self._lagging().solve(
                 self._memory(s),
                 guess,
                 centring=CENTRING if self._step else None,
@@ -211,30 +206,19 @@ class _Path:
                 if not self.lags:
                     self.peak = max(self.peak, found.state.alpha)
                 return self._iteration(replace(found, iterations=iterations), s, start)
-            self._give_way(s)
+            # From the dead load, whose friction is not that of the push, lagging would overshoot.
+            if self.lags or not self._step:
+                self._next = s / 3
+            else:
+                self.lags = True
         self.why = f"its steps beyond the displacement {self._displacement():.3g} are not solved"
         return None
 
-    def _give_way(self, s: float) -> None:
-        """What to try after a step that is not solved: a stride from the dead load, lagging friction, a third of it."""
-        if self._step and self._before is None:
-            self._before = (self._state, self._step, self._total, s)
-            self._state, self._step, self._total = self._rest, 0.0, 0.0
-            self._next = max(s, STRIDE * self._settings.path_step * self._unit)
-        elif self._before is not None and not self._step:
-            self._state, self._step, self._total, self._next = self._before
-            self.lags = True
-        elif self.lags or not self._step:
-            # From the dead load, whose friction is not that of the push, lagging would overshoot.
-            self._next = s / 3
-        else:
-            self.lags = True
-
-    def _afresh(self, contact: ContactProblem, s: float) -> ContactState:
-        normal = np.abs(self._rest.x[: 3 * self._problem.n_points : 3]).mean()
-        start = self._rest.alpha
-        rise = min(s / self._unit, max(abs(self._bound - start), 1e-3))
-        return contact.afresh(float(normal), s, start + rise)
+    def _afresh(self, s: float) -> ContactState:
+        """What a first step begins with: normal forces as they are on average, and the load factor of the bound."""
+        normal = np.abs(self._state.x[: 3 * self._problem.n_points : 3]).mean()
+        rise = min(s / self._unit, max(abs(self._bound - self._state.alpha), 1e-3))
+        return self._contact.afresh(float(normal), s, self._state.alpha + rise)
 
     def _lagging(self) -> ContactProblem:
         """The contacts, and from the first step on that they do not solve, those whose friction lags behind."""

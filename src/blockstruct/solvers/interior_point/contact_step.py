@@ -7,7 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from blockstruct.limit import ConicProgram, Sliding, true_sliding
+from blockstruct.limit import ConicProgram, Sliding
 from blockstruct.solvers.interior_point.conditions import Conditions
 from blockstruct.solvers.interior_point.cones import Scaling, centred
 from blockstruct.solvers.interior_point.newton import Newton
@@ -20,17 +20,8 @@ Array = NDArray[np.float64]
 TURNING_STEP, LARGEST_TURN = 0.5, 1.5
 #: Iterations in which the largest residual must halve, and the shortest step.
 PATIENCE, SHORTEST = 20, 1e-7
-#: Iterations of no more than this share of Newton's step, one after the other, that end the loop.
-JAM, JAMMED = 0.015, 4
-#: Share of friction that follows the normal forces in Newton's matrix, and the gap below which all of it does.
-#: Measured from the dead load to ten times the elastic displacement of 820 blocks: 32 factorisations to 1e-5, where
-#: the whole of it ends at 9e-2 after 34.
-FOLLOWING, NEAR = 0.7, 2e-2
-#: Share of Newton's step below which it is taken back for some iterations. Measured: without, a façade of 185 blocks
-#: meets its first step or not by the last digits of the guess, with it always, in 19 to 26 factorisations.
-TIGHT, LONGER = 0.2, 4
-#: Complementarity gap of a state to begin with, in multiples of the work of its step. Measured: with ten or a hundred
-#: times the work a first step takes half as many factorisations as with one.
+#: Complementarity gap of a state to begin with, in multiples of the work of its step. Measured: with ten times the work
+#: a first step takes half as many factorisations as from the state under dead load (820 blocks: 20 instead of 51).
 WIDE = 10.0
 
 
@@ -43,11 +34,10 @@ class ContactProblem:
         ``E x + e = y ∈ K``, ``z ∈ K``, ``y ∘ z = 0``
 
     (:class:`Conditions`): linear but for the last. Where sliding dilates less than it rubs, F is not E, the problem is
-    not monotone and its central path may turn back. Far from the solution Newton's matrix therefore takes friction to
-    follow the normal forces by a share only, and what is left of it is a residual of the next iteration: the iterates
-    pass by the turns. Where the path still turns back, the loop follows it round, with growing gap. The same law with
-    De Saxcé's norm in it: V. Acary, P. Armand, H. M. Nguyen, M. Shpakovych, "Second-order cone programming for
-    frictional contact mechanics using interior point algorithm", Optimization Methods and Software (2024).
+    not monotone and its central path may turn back. The loop then follows it round the turn, with growing gap,
+    instead of stopping there. The same law with De Saxcé's norm in it: V. Acary, P. Armand, H. M. Nguyen,
+    M. Shpakovych, "Second-order cone programming for frictional contact mechanics using interior point algorithm",
+    Optimization Methods and Software (2024).
 
     Parameters
     ----------
@@ -60,7 +50,7 @@ class ContactProblem:
     def __init__(self, program: ConicProgram, compliance: Array) -> None:
         self._program = program
         self.problem = program.problem
-        self._set(None)
+        self.conditions = Conditions(program)
         ties, size = self.problem.ties, self.conditions.size
         auxiliary = size - compliance.size - len(ties)
         columns = [self.problem.A, sp.csr_array((self.problem.A.shape[0], auxiliary)), ties.columns]
@@ -75,14 +65,8 @@ class ContactProblem:
     def with_sliding(self, sliding: Sliding) -> Self:
         """The same contacts with another sliding condition."""
         other = copy(self)
-        other._set(sliding)
+        other.conditions = Conditions(self._program, sliding)
         return other
-
-    def _set(self, sliding: Sliding | None) -> None:
-        law = sliding or true_sliding(self.problem)
-        self.conditions = Conditions(self._program, law)
-        following = np.maximum(FOLLOWING * law.slope, self.problem.dilatancy)
-        self._following = Conditions(self._program, Sliding(law.bound, following))
 
     def start(self) -> ContactState:
         """A state to begin with: unit forces and multipliers, nothing moved."""
@@ -92,7 +76,7 @@ class ContactProblem:
         return ContactState(x, one, one, np.zeros(self.A.shape[0]), 0.0)
 
     def afresh(self, normal: float, displacement: float, alpha: float) -> ContactState:
-        """A state to begin a long step with, on the central path of a wide gap and far from any boundary.
+        """A state to begin a step with, on the central path of a wide gap and far from any boundary.
 
         Parameters
         ----------
@@ -149,8 +133,7 @@ class ContactProblem:
 
     def _solved(self, step: Step, state: ContactState, tolerance: float, max_iterations: int) -> ContactSolution:
         ahead: ContactState | None = None
-        t, until, whole = 1.0, 0, False
-        turned_at, short, largest = np.inf, 0, list[float]()
+        turned_at, largest = np.inf, list[float]()
         for k in range(max_iterations + 1):
             residuals = self._residuals(step, state)
             now = self._measured(step, state, residuals, k)
@@ -162,11 +145,7 @@ class ContactProblem:
             if found.within(tolerance) or stalled or k == max_iterations:
                 break
             try:
-                if t < TIGHT and whole:
-                    until = k + LONGER
-                whole = now.gap < NEAR and k >= until
-                conditions = self.conditions if whole else self._following
-                newton = Newton(self, conditions, step, state, residuals)
+                newton = Newton(self, step, state, residuals)
             except RuntimeError:
                 break
             tangent = newton.direction(0.0, residuals)
@@ -184,8 +163,7 @@ class ContactProblem:
                 d, t = newton.corrected(tangent, balanced=balanced)
                 state = state.moved(d, t)
             ahead = tangent
-            short = short + 1 if t < JAM else 0
-            if not t > SHORTEST or short == JAMMED:
+            if not t > SHORTEST:
                 break
         return found
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.solvers.interior_point.conditions import Conditions, Weights
+from blockstruct.solvers.interior_point.conditions import Weights
 from blockstruct.solvers.interior_point.cones import ConeVector, Scaling
 from blockstruct.solvers.interior_point.schur import Factor
 from blockstruct.solvers.interior_point.state import ContactState, Residuals, Step
@@ -19,30 +19,18 @@ Array = NDArray[np.float64]
 FRACTION = 0.99
 #: Centrality correctors per factorisation (Gondzio). Measured: two save a third of the factorisations, more save none.
 CORRECTORS = 2
-#: Share of the residuals that a direction takes off where the boundary is close.
-SLOW = 0.3
 #: Rounding that a direction may have, relative to what displacements miss, and refinements to that end.
 PRECISION, REFINEMENTS = 1e-2, 2
 
 
 class Newton:
-    """Newton's directions at one state, with one factorisation.
+    """Newton's directions at one state, with one factorisation."""
 
-    The conditions are those of the matrix, which need not be those of the residuals.
-    """
-
-    def __init__(
-        self,
-        problem: "ContactProblem",
-        conditions: Conditions,
-        step: Step,
-        state: ContactState,
-        residuals: Residuals,
-    ) -> None:
-        self._problem, self._conditions, self._state, self._residuals = problem, conditions, state, residuals
+    def __init__(self, problem: "ContactProblem", step: Step, state: ContactState, residuals: Residuals) -> None:
+        self._problem, self._state, self._residuals = problem, state, residuals
         self._free = step.displacement is not None
         self._scaling = Scaling(state.y, state.z)
-        self._weights: Weights = conditions.weights(self._scaling, problem.compliance)
+        self._weights: Weights = problem.conditions.weights(self._scaling, problem.compliance)
         self._factor: Factor = problem.complement.factorised(self._weights)
         self._w_L = problem.problem.w_L
         self._of_load = self._factor.solve(self._w_L) if self._free else np.zeros_like(self._w_L)
@@ -56,7 +44,7 @@ class Newton:
 
     def direction(self, centre: float, residuals: Residuals, correction: ConeVector | None = None) -> ContactState:
         """Direction to the point with ``y ∘ z = centre e``, less a correction of second order."""
-        problem, conditions = self._problem, self._conditions
+        problem, conditions = self._problem, self._problem.conditions
         target = centre * conditions.identity() - self._squared
         if correction is not None:
             target = target - correction
@@ -112,8 +100,8 @@ class Newton:
                 break
             best, reach = trial, trial_reach
         if reach < 0.1:
-            # Too close to a boundary: back to the middle first.
-            plain = self.direction(max(centring, 0.5) * mean, self._residuals.scaled(SLOW))
+            # The corrections have spoilt it.
+            plain = self.direction(max(centring, 0.5) * mean, residuals)
             plain_reach = min(1.0, state.longest_step(plain))
             if plain_reach > reach:
                 best, reach = plain, plain_reach

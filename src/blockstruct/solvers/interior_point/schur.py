@@ -75,18 +75,21 @@ class SchurComplement:
         data[self._diagonal] *= 1 + REGULARISATION
         M = sp.csc_matrix((data, self._indices, self._indptr), shape=(self._size, self._size))
         lu = sp.linalg.splu(M, permc_spec="NATURAL", diag_pivot_thresh=0, options=OPTIONS)
-        return Factor(lu, self._place, self._order)
+        return Factor(M, lu, self._place, self._order)
 
 
 class Factor:
     """A factorised complement."""
 
-    def __init__(self, lu: sp.linalg.SuperLU, place: Index, order: Index) -> None:
-        self._lu, self._place, self._order = lu, place, order
+    def __init__(self, M: sp.csc_matrix, lu: sp.linalg.SuperLU, place: Index, order: Index) -> None:
+        self._M, self._lu, self._place, self._order = M, lu, place, order
 
     def solve(self, b: Array) -> Array:
-        """Solution for a right-hand side, as exact as rounding leaves the factors."""
-        return np.asarray(self._lu.solve(b[self._order])[self._place])
+        """Solution for a right-hand side, refined once."""
+        b = b[self._order]
+        x = self._lu.solve(b)
+        x = x + self._lu.solve(b - self._M @ x)
+        return np.asarray(x[self._place])
 
 
 def _stacks(
