@@ -25,7 +25,8 @@ CENTRING = 1.0
 #: Factorisations of one step, and of all of them.
 MAX_OF_STEP, MAX_OF_PATH = 80, 600
 #: A step that took no more factorisations is followed by one as much longer as the settings allow.
-EASY = 15
+#: Begun in a wide state, a first step takes fewer, and says less about the next.
+EASY, EASY_FIRST = 15, 10
 #: Of a step after a harder one: share of the exponent of growth.
 HARDER = 0.6
 #: Attempts at a step: as it is, with lagging friction, and then each a third as long as the last.
@@ -197,9 +198,10 @@ class _Path:
             iterations += found.iterations
             if found.within(ENOUGH):
                 self.settled = abs(found.state.alpha - self._state.alpha) <= SETTLED * abs(found.state.alpha)
+                easy = EASY if self._step else EASY_FIRST
                 self._state, self._step = found.state, s
                 self._total += s
-                exponent = 1.0 if iterations <= EASY else HARDER
+                exponent = 1.0 if iterations <= easy else HARDER
                 if self.lags and self.settled:
                     exponent = 0.0
                 self._next = s * self._settings.path_growth**exponent
