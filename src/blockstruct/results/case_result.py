@@ -16,6 +16,7 @@ from blockstruct.notebook import html_table
 from blockstruct.results.answer import Answer
 from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline
+from blockstruct.results.jamming import jamming_words
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.pushed import pushed_masses
@@ -28,23 +29,6 @@ from blockstruct.vocabulary import DRIFTING, Flow, Stage, Status
 
 #: Stages that do not ask the question of the case.
 _OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.LARGEST_REACTION.value]
-_JAMMED = (
-    "With dilatancy the joints carry any multiple of the variable load, so nothing bounds this load factor from above: "
-    "it depends on how firmly the blocks are jammed (self-stress), which the model does not determine; other schedules "
-    "may find multiples of it, or a fraction."
-)
-_JAMMED_SUPPORT = (
-    "With dilatancy the joints resist this motion of the supports with any force, so nothing bounds this reaction from "
-    "below: it depends on how firmly the blocks are jammed (self-stress), which the model does not determine."
-)
-_MOTION_NOT_PROVEN = (
-    "That the supports never move that way is proven for joints that dilate by their friction angle; for joints that "
-    "do not, it is what the iteration found: the force against the motion grew without limit."
-)
-_NOT_PROVEN = (
-    "That no load causes collapse is proven for joints that dilate by their friction angle; for joints that do not, it "
-    "is what the iteration found: its load factor grew without limit."
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,12 +261,9 @@ class CaseResult:
         """What one must know before using the load factor, as sentences; empty as a rule."""
         if self.case.flow is not Flow.NONASSOCIATIVE or not np.isposinf(self.associative_load_factor):
             return ()
-        settles = isinstance(self.case, SettlementCase)
-        if self.status is Status.CONVERGED:
-            return (_JAMMED_SUPPORT if settles else _JAMMED,)
         stages, alpha = (self.history[name].to_numpy() for name in ("stage", "load_factor"))
         searched = np.isfinite(alpha[~np.isin(stages, _OF_OTHER_PROGRAMS)]).any()
-        return (_MOTION_NOT_PROVEN if settles else _NOT_PROVEN,) if self.status is Status.UNBOUNDED and searched else ()
+        return jamming_words(self.status, isinstance(self.case, SettlementCase), bool(searched))
 
     @property
     def torsion_warning(self) -> str:
