@@ -13,7 +13,7 @@ from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.fictitious import admissible
 from blockstruct.procedures.step import solve_step
-from blockstruct.solvers.interior_point import ContactProblem, ContactSolution, Step
+from blockstruct.solvers.interior_point import ContactProblem, ContactSolution, ContactState, Step
 from blockstruct.vocabulary import ALONG_PATH, DRIFTING, SolverStatus, Stage
 
 #: Of displacements and gap, relative, and a tenth of it of forces: of the state under dead load, asked of a step, and
@@ -25,7 +25,8 @@ CENTRING = 1.0
 #: Factorisations of one step, and of all of them.
 MAX_OF_STEP, MAX_OF_PATH = 80, 600
 #: A step that took no more factorisations is followed by one as much longer as the settings allow.
-EASY = 15
+#: Begun in a wide state, a first step takes fewer, and says less about the next.
+EASY, EASY_FIRST = 15, 10
 #: Of a step after a harder one: share of the exponent of growth.
 HARDER = 0.6
 #: Attempts at a step: as it is, with lagging friction, and then each a third as long as the last.
@@ -45,7 +46,7 @@ CAP = 1e-9
 
 
 def loading_path(
-    program: ConicProgram, settings: ProcedureSettings, solver: Solver
+    program: ConicProgram, bound: float, settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, tuple[str, Iteration | None]]:
     """Follow the loading path to its end, and close it with an exact collapse state.
 
@@ -64,6 +65,8 @@ def loading_path(
     ----------
     program
         The program, with the exact cones of crushing.
+    bound
+        A load factor that the path hardly passes, infinite without one; it gives the scale of a first guess.
     settings, solver
         Tolerances of the certificate, and the solver of the two programs.
 
@@ -77,7 +80,7 @@ def loading_path(
     str, Iteration or None
         Why the last program is certified, and it; or why the path did not finish.
     """
-    path = _Path(program, settings)
+    path = _Path(program, settings, bound)
     last = path.dead_load()
     if last is None:
         return "the loading path found no state under dead load", None
@@ -146,13 +149,13 @@ class _Path:
         Whether the last step has hardly moved the load factor.
     """
 
-    def __init__(self, program: ConicProgram, settings: ProcedureSettings) -> None:
+    def __init__(self, program: ConicProgram, settings: ProcedureSettings, bound: float) -> None:
         problem = program.problem
         normal, shear = problem.compliance.T
         shear = np.where(np.isnan(shear), normal / settings.shear_stiffness_ratio, shear)
         self._contact = ContactProblem(program, np.column_stack([normal, shear, shear]))
         self._problem, self._settings, self._sliding = problem, settings, true_sliding(problem)
-        self._state = self._contact.start()
+        self._state, self._bound = self._contact.start(), bound
         self._total, self._step, self._spent = 0.0, 0.0, 0
         self.lags = self.settled = False
         self.peak, self.why = -np.inf, f"no end within {MAX_OF_PATH} factorisations"
@@ -182,19 +185,23 @@ class _Path:
             if self._spent >= MAX_OF_PATH:
                 return None
             s = self._next
-            # The first step begins with the load factor of a structure that stays elastic.
-            elastic = replace(self._state, alpha=self._state.alpha + s / self._unit)
-            guess = self._state.scaled(s / self._step) if self._step else elastic
+            # The state under dead load is so far from that of a first step that it is no guess.
+            guess = self._state.scaled(s / self._step) if self._step else self._afresh(s)
             found = self._lagging().solve(
-                self._memory(s), guess, centring=CENTRING, tolerance=TOLERANCE, max_iterations=MAX_OF_STEP
+                self._memory(s),
+                guess,
+                centring=CENTRING if self._step else None,
+                tolerance=TOLERANCE,
+                max_iterations=MAX_OF_STEP,
             )
             self._spent += found.iterations
             iterations += found.iterations
             if found.within(ENOUGH):
                 self.settled = abs(found.state.alpha - self._state.alpha) <= SETTLED * abs(found.state.alpha)
+                easy = EASY if self._step else EASY_FIRST
                 self._state, self._step = found.state, s
                 self._total += s
-                exponent = 1.0 if iterations <= EASY else HARDER
+                exponent = 1.0 if iterations <= easy else HARDER
                 if self.lags and self.settled:
                     exponent = 0.0
                 self._next = s * self._settings.path_growth**exponent
@@ -208,6 +215,12 @@ class _Path:
                 self.lags = True
         self.why = f"its steps beyond the displacement {self._displacement():.3g} are not solved"
         return None
+
+    def _afresh(self, s: float) -> ContactState:
+        """What a first step begins with: normal forces as they are on average, and the load factor of the bound."""
+        normal = np.abs(self._state.x[: 3 * self._problem.n_points : 3]).mean()
+        rise = min(s / self._unit, max(abs(self._bound - self._state.alpha), 1e-3))
+        return self._contact.afresh(float(normal), s, self._state.alpha + rise)
 
     def _lagging(self) -> ContactProblem:
         """The contacts, and from the first step on that they do not solve, those whose friction lags behind."""

@@ -107,7 +107,7 @@ def _without_dilatancy(program: ConicProgram, first: Iteration, settings: Proced
         # Loaded here: its interior-point loop needs linear algebra that is slow to import.
         from blockstruct.procedures.loading_path import loading_path
 
-        why, closed = yield from loading_path(of_cones, settings, solver)
+        why, closed = yield from loading_path(of_cones, first.load_factor, settings, solver)
         if closed is not None:
             return why, closed
         before = f"{why}; "

@@ -14,9 +14,9 @@ from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, ProcedureSettin
 from blockstruct.model import Case, Model, SelfWeight, SettlementCase
 from blockstruct.notebook import html_table
 from blockstruct.results.answer import Answer
+from blockstruct.results.caveats import unbounded_with_dilatancy
 from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline
-from blockstruct.results.jamming import jamming_words
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.pushed import pushed_masses
@@ -263,7 +263,7 @@ class CaseResult:
             return ()
         stages, alpha = (self.history[name].to_numpy() for name in ("stage", "load_factor"))
         searched = np.isfinite(alpha[~np.isin(stages, _OF_OTHER_PROGRAMS)]).any()
-        return jamming_words(self.status, isinstance(self.case, SettlementCase), bool(searched))
+        return unbounded_with_dilatancy(self.case, self.status, searched=bool(searched))
 
     @property
     def torsion_warning(self) -> str:

@@ -124,13 +124,13 @@ class Weights:
         """``(C + Fᵀ W⁻² E)⁻¹ b``."""
         x = np.empty_like(b)
         for group, inverse in zip(self.conditions.groups, self.inverses, strict=True):
-            x[group.columns] = np.matmul(inverse, b[group.columns][:, :, None])[:, :, 0]
+            x[group.columns] = np.einsum("gij,gj->gi", inverse, b[group.columns])
         return x
 
     def times(self, a: ConeVector) -> ConeVector:
         """``W⁻² a``."""
         soc, line = self.square
-        return ConeVector(np.matmul(soc, a.soc[:, :, None])[:, :, 0], line * a.line)
+        return ConeVector(np.einsum("mij,mj->mi", soc, a.soc), line * a.line)
 
 
 def _inverse(H: Array) -> Array:

@@ -20,6 +20,9 @@ Array = NDArray[np.float64]
 TURNING_STEP, LARGEST_TURN = 0.5, 1.5
 #: Iterations in which the largest residual must halve, and the shortest step.
 PATIENCE, SHORTEST = 20, 1e-7
+#: Complementarity gap of a state to begin with, in multiples of the work of its step. Measured: with ten times the work
+#: a first step takes half as many factorisations as from the state under dead load (820 blocks: 20 instead of 51).
+WIDE = 10.0
 
 
 class ContactProblem:
@@ -72,6 +75,23 @@ class ContactProblem:
         x[: self.problem.n_points * 3 : 3] = 1.0
         return ContactState(x, one, one, np.zeros(self.A.shape[0]), 0.0)
 
+    def afresh(self, normal: float, displacement: float, alpha: float) -> ContactState:
+        """A state to begin a step with, on the central path of a wide gap and far from any boundary.
+
+        Parameters
+        ----------
+        normal
+            Normal force at every contact point.
+        displacement, alpha
+            Of the step, and the load factor to begin with.
+        """
+        x = np.zeros(self.conditions.size)
+        x[: self.problem.n_points * 3 : 3] = normal
+        y = self.conditions.of_forces(x) + self.conditions.offset
+        y = y.inside(self.conditions.identity(), 1e-3)
+        mu = WIDE * displacement * max(abs(alpha), 1e-3) / y.degree
+        return ContactState(x, y, mu * y.inverse(), np.zeros(self.A.shape[0]), alpha)
+
     def elastic_displacement(self) -> float:
         """Displacement ``w_L·u`` under the variable load if every contact held, and no tie.
 
@@ -89,7 +109,7 @@ class ContactProblem:
         return float(self.problem.w_L @ self.complement.factorised(weights).solve(self.problem.w_L))
 
     def solve(
-        self, step: Step, guess: ContactState, *, centring: float, tolerance: float, max_iterations: int
+        self, step: Step, guess: ContactState, *, centring: float | None, tolerance: float, max_iterations: int
     ) -> ContactSolution:
         """Solve a step.
 
@@ -98,9 +118,9 @@ class ContactProblem:
         step
             The step.
         guess
-            State to start from; its forces and multipliers need not be inside the cones.
+            State to start from; its forces and multipliers need not be inside the cones if it is centred.
         centring
-            Complementarity gap of the start, in multiples of the work of the step.
+            Complementarity gap of the start, in multiples of the work of the step; None takes the state as it is.
         tolerance
             Of displacements and gap; a tenth of it of forces.
         max_iterations
@@ -108,7 +128,8 @@ class ContactProblem:
         """
         # A state that diverges ends in infinities or NaN, and the loop sees them.
         with np.errstate(all="ignore"):
-            return self._solved(step, self._centred(step, guess, centring), tolerance, max_iterations)
+            start = guess if centring is None else self._centred(step, guess, centring)
+            return self._solved(step, start, tolerance, max_iterations)
 
     def _solved(self, step: Step, state: ContactState, tolerance: float, max_iterations: int) -> ContactSolution:
         ahead: ContactState | None = None
