@@ -168,6 +168,7 @@ def test_many_cases_leave_the_summary_on_one_page(tmp_path, monkeypatch):
     html = report_html(analysis)
     assert html.startswith("<!doctype html>")
     assert "And 4 more cases, below." in summary(html)
+    assert "pushed in 12 directions" in html
     assert html.count("<td>associative</td>") == 8 + 12
     found = pages(write_report(analysis, tmp_path / "r.pdf"))
     assert "partial safety factor" in found[0]
