@@ -56,8 +56,9 @@ def summary(
     Notes
     -----
     Of n independent samples, the number below the p-fractile has a binomial distribution, so that the order statistics
-    of the ranks ``binom.ppf((1 ∓ γ)/2, n, p)`` enclose it with a probability of γ or more. A Latin hypercube is no
-    independent sample: its estimates scatter less as a rule, and the intervals are not exact; ``exact`` tells.
+    of the ranks ``binom.ppf((1 ∓ γ)/2, n, p)`` enclose it with a probability of γ or more. The points of a
+    Latin hypercube are not independent: its estimates scatter less as a rule, and the intervals are not exact, as
+    ``exact`` tells.
     """
     if "run" not in data.dims or "load_factor" not in data:
         over = ", ".join(map(str, data.dims)) or "nothing"
