@@ -66,8 +66,12 @@ def summary(
         raise ModelError(msg)
     names = cases_with_load_factors(data)
     if data.sizes["case"] and not names:
+        of_them = "reaction" if "reaction" in data else "reaction_moment"
         named = ", ".join(map(str, data["case"].to_numpy()))
-        msg = f"summary: {named}: settlements have no load factors; data.reaction.quantile(…, dim='run') has their own"
+        msg = (
+            f"summary: {named}: settlements have no load factors; take the fractiles of their reactions, "
+            f"data.{of_them}.quantile(…, dim='run')"
+        )
         raise ModelError(msg)
     data = data.sel(case=names)
     wanted, levels = _probabilities(fractiles, "fractiles"), np.asarray(below, dtype=float)
