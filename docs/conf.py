@@ -2,6 +2,7 @@
 
 import inspect
 import re
+import sys
 from collections.abc import Callable
 from importlib import import_module
 from types import FunctionType
@@ -12,6 +13,9 @@ from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
 import blockstruct
+
+# Sphinx finds a name in the module it is read from: that of ties is another room's.
+sys.modules["blockstruct.ties"] = blockstruct.ties
 
 project = "blockstruct"
 author = "The blockstruct developers"

@@ -156,16 +156,17 @@ HEAVY = {
         "dask",
         "ezdxf",
         "h5netcdf",
+        "h5py",
         "jinja2",
         "jsonschema",
         "matplotlib",
         "plotly",
         "pyvista",
         "rich",
+        "shapely",
     ),
-    *("scipy.optimize", "scipy.sparse.csgraph", "scipy.sparse.linalg", "scipy.spatial", "scipy.stats", "trimesh"),
-    *("typer", "yaml", "blockstruct.documents", "blockstruct.imports", "blockstruct.solvers.interior_point"),
-    "blockstruct.views",
+    *("scipy.optimize", "scipy.sparse", "scipy.spatial", "scipy.stats", "trimesh", "typer", "yaml"),
+    *(f"blockstruct.{room}" for room in ROOMS if room not in ("errors", "units", "vocabulary")),
 }
 
 

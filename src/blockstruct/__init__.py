@@ -34,44 +34,48 @@ True
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from blockstruct import contacts, errors, results
-from blockstruct.analysis import AnalysisManager, least_tie_force, log_to, print_lines, recover, reproduce, run, ties
-from blockstruct.contacts import Detection, detect_interfaces
-from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
-from blockstruct.model import (
-    AreaLoad,
-    Block,
-    BodyForce,
-    FaceLoad,
-    FillLoad,
-    Interface,
-    JointMaterial,
-    LimitCase,
-    LineLoad,
-    LoadPattern,
-    Material,
-    Model,
-    Moment,
-    PointLoad,
-    Pushover,
-    SelfWeight,
-    SettlementCase,
-    Tie,
-    Weight,
-)
-from blockstruct.results import (
-    Analysis,
-    CaseResult,
-    Spread,
-    compare,
-)
-from blockstruct.storage import Archive, check_file, open_analysis, salvage, save_analysis
+from blockstruct import errors
 from blockstruct.units import Q_, ureg
 from blockstruct.vocabulary import ContactState, Flow, JointOrientation, SolverStatus, Stage, Status
 
 if TYPE_CHECKING:
-    from blockstruct import assess, imports, library, structures, studies
+    from blockstruct import assess, contacts, imports, library, results, structures, studies
+    from blockstruct.analysis import (
+        AnalysisManager,
+        least_tie_force,
+        log_to,
+        print_lines,
+        recover,
+        reproduce,
+        run,
+        ties,
+    )
+    from blockstruct.contacts import Detection, detect_interfaces
     from blockstruct.documents import Document, read_document, write_document, write_draft
+    from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
+    from blockstruct.model import (
+        AreaLoad,
+        Block,
+        BodyForce,
+        FaceLoad,
+        FillLoad,
+        Interface,
+        JointMaterial,
+        LimitCase,
+        LineLoad,
+        LoadPattern,
+        Material,
+        Model,
+        Moment,
+        PointLoad,
+        Pushover,
+        SelfWeight,
+        SettlementCase,
+        Tie,
+        Weight,
+    )
+    from blockstruct.results import Analysis, CaseResult, Spread, compare
+    from blockstruct.storage import Archive, check_file, open_analysis, salvage, save_analysis
     from blockstruct.structures import (
         Opening,
         Sidewall,
@@ -176,13 +180,24 @@ __all__ = [
     "recover",
     "salvage",
     "save_analysis",
-    # errors
 ]
 
-#: What is loaded when it is first asked for, to keep the import light: namespaces; names, and the room of each.
-_NAMESPACES_LATER = ("assess", "imports", "library", "structures", "studies")
+#: What is loaded when it is first asked for, to keep the import light: rooms, and the names that come from them.
 _ROOMS_LATER = {
+    "assess": (),
+    "analysis": ("AnalysisManager", "least_tie_force", "log_to", "print_lines", "recover", "reproduce", "run", "ties"),
+    "contacts": ("Detection", "detect_interfaces"),
     "documents": ("Document", "read_document", "write_document", "write_draft"),
+    "imports": (),
+    "library": (),
+    "limit": ("SCHEDULES", "Certificate", "ProcedureSettings"),
+    "model": (
+        *("AreaLoad", "Block", "BodyForce", "FaceLoad", "FillLoad", "Interface", "JointMaterial", "LimitCase"),
+        *("LineLoad", "LoadPattern", "Material", "Model", "Moment", "PointLoad", "Pushover", "SelfWeight"),
+        *("SettlementCase", "Tie", "Weight"),
+    ),
+    "results": ("Analysis", "CaseResult", "Spread", "compare"),
+    "storage": ("Archive", "check_file", "open_analysis", "salvage", "save_analysis"),
     "structures": (
         *("Opening", "Sidewall", "arch", "arch_on_piers", "barrel_vault", "column", "courses", "cross_vault", "dome"),
         *("pier_spandrel", "stack", "tilted", "wall"),
@@ -193,7 +208,7 @@ _LATER = {name: f"blockstruct.{room}" for room, names in _ROOMS_LATER.items() fo
 
 
 def __getattr__(name: str) -> Any:
-    if name in _NAMESPACES_LATER:
+    if name in _ROOMS_LATER:
         return import_module(f"blockstruct.{name}")
     if name in _LATER:
         return getattr(import_module(_LATER[name]), name)

@@ -491,7 +491,7 @@ def test_results_without_a_collapse_state_are_refused(result):
     with pytest.raises(bs.errors.ModelError, match="has no push"):
         bs.assess.local_mechanism(settled, 1.35, SITE)
     for other in (None, model, result.history):
-        with pytest.raises(bs.errors.ModelError, match="is no result of a limit case"):
+        with pytest.raises(bs.errors.ModelError, match="is not a limit case's result"):
             bs.assess.local_mechanism(other, 1.35, SITE)
 
 

@@ -173,7 +173,7 @@ def test_contacts_that_were_none_close():
     assert float(curve["penetration"].max()) < 1e-3
 
 
-def tied(limit=None):
+def tied(breaks_at=None):
     """A block 0.5 × 2 m on the ground, tied at 1.5 m to a post 2 m behind it; it yields at a fifth of its weight."""
     blocks = [
         box("ground", (-3, 3), (-0.5, 0), fixed=True),
@@ -185,7 +185,7 @@ def tied(limit=None):
         start=("post", Q_([-2, 0.5, 1.5], "m")),
         end=("block", Q_([0, 0.5, 1.5], "m")),
         yield_force=Q_(4, "kN"),
-        elongation_limit=limit,
+        elongation_limit=breaks_at,
     )
     return bs.Model("tied block", blocks, bs.detect_interfaces(blocks, ROUGH), ties=[bar])
 

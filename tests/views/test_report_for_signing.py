@@ -69,7 +69,7 @@ def test_the_verification_gives_every_formula(block):
     assert len(rows) == sum(len(section.lines) for section in check.sections)
     assert ("capacity", "d<sub>SLV</sub> = 0.4 d<sub>0</sub> = 0.4 · 0.2 m = 0.08 m", "C8.7.1.2.1.6") in rows
     assert "SLV, by displacement: capacity / demand" in part
-    assert "a load factor by itself is no verification" in report_html(block)
+    assert "a load factor alone does not verify a structure" in report_html(block)
 
 
 def test_no_other_number_than_the_one_relied_on_is_a_headline(spread):
@@ -92,7 +92,7 @@ def test_a_check_of_another_number_is_refused(spread, block):
         report_html(spread, checks=[bs.assess.local_mechanism(block["push"], 1.35, SITE)])
 
 
-def test_the_gravest_case_comes_first(small_model):
+def test_the_worst_case_comes_first(small_model):
     cases = [case("along", (1, 0, 0)), case("across", (0, 1, 0)), case("down", (0, 0, -1))]
     analysis = bs.AnalysisManager(small_model).run(cases)
     head = summary(report_html(analysis))
@@ -168,6 +168,7 @@ def test_many_cases_leave_the_summary_on_one_page(tmp_path, monkeypatch):
     html = report_html(analysis)
     assert html.startswith("<!doctype html>")
     assert "And 4 more cases, below." in summary(html)
+    assert "pushed in 12 directions" in html
     assert html.count("<td>associative</td>") == 8 + 12
     found = pages(write_report(analysis, tmp_path / "r.pdf"))
     assert "partial safety factor" in found[0]

@@ -115,7 +115,7 @@ def keep_point(
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        msg = f"{path.parent}: is not a folder to write to ({error.strerror or error}); choose another store"
+        msg = f"{path.parent} is not a folder to write to ({error.strerror or error}); choose another store"
         raise StorageError(msg) from error
     results = {result.name: result}
     kept = Analysis(varied, results, now(), versions(), solver_options=options, tags=tags, parameters=parameters)

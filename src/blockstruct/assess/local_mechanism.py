@@ -156,9 +156,7 @@ def _converged(result: Any) -> tuple[CaseResult, LimitCase]:
             raise ModelError(msg)
         return _converged(result.lowest)
     if not isinstance(result, CaseResult):
-        msg = (
-            f"local_mechanism: {type(result).__name__} is no result of a limit case; give analysis['name of the case']"
-        )
+        msg = f"local_mechanism: {type(result).__name__} is not a limit case's result; give analysis['name']"
         raise ModelError(msg)
     if not isinstance(result.case, LimitCase):
         msg = (

@@ -93,7 +93,7 @@ def site_of(text: str) -> bs.assess.NtcSpectrum:
     try:
         F0 = float(given["F0"])
     except ValueError:
-        msg = f"--spectrum: F0={given['F0']} is no number; write it as 'F0=2.4'"
+        msg = f"--spectrum: F0={given['F0']} is not a number; write it as 'F0=2.4'"
         raise bs.errors.ModelError(msg) from None
     topography = given.get("topography", "T1")
     return bs.assess.ntc_spectrum(given["ag"], F0, given["Tc"], given["soil"], topography)

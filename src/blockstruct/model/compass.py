@@ -71,7 +71,7 @@ def direction_of(case: Case) -> tuple[float, float] | None:
     if not 1 <= len(loads) <= 2 or len(loads) < len(case.variable.loads):
         return None
     (x, y, z), *rest = [load.direction for load in loads]
-    if z or loads[0].share != 1.0 or any(direction[:2] != (0.0, 0.0) for direction in rest):
+    if z or not math.isclose(loads[0].share, 1.0) or any(direction[:2] != (0.0, 0.0) for direction in rest):
         return None
     upwards = loads[1].share * loads[1].direction[2] if rest else 0.0
     # Rounded as the names are: 360 degrees are 0.

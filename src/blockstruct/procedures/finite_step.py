@@ -84,7 +84,7 @@ def solve_finite_step(
 
     With the gaps g before the step and the shift ``σ = μ ‖v_t‖`` of De Saxcé & Feng (1998), of the displacement of the
     step itself, the program's dual says ``v_n + g ≥ 0`` and ``w_L·Δu = s``: contacts close, penetrations are pushed
-    out, and sliding does not dilate. The load factor is an unknown, so that softening is no special case. The shift is
+    out, and sliding does not dilate. The load factor is an unknown, so that softening is found as well. The shift is
     that of the last motion first, and then of the programs in turn.
 
     Parameters

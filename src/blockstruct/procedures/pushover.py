@@ -38,7 +38,7 @@ ATTEMPTS = 5
 BELOW, LEAST_SHARE = 0.9, 0.25
 #: Deepest penetration, and least reach of contacts, in mean block sizes; reach in multiples of the last motion.
 DEEPEST, NEAREST, REACH = 2e-3, 0.05, 2.0
-#: Flow-rule gap, relative to the work of a step, beyond which it is no state to go on from.
+#: Flow-rule gap, relative to the work of a step, beyond which the pushover cannot go on from it.
 LOST = 0.03
 #: Rate of the dead load's work, in multiples of that of the variable load at collapse, from which blocks fall.
 FALLING = 3.0
@@ -282,7 +282,7 @@ class _Path:
         return solved.falling > FALLING * self._load_factor
 
     def lost(self, placement: Placement, found: _Found | None) -> str:
-        """Why nothing is in equilibrium at a placement, or what is found there is no state to go on from."""
+        """Why nothing is in equilibrium at a placement, or the pushover cannot go on from what is found there."""
         at = f"at a displacement of {self._problem.control.displacement(placement):.6g} m"
         if found is None:
             return f"no forces carry the dead load {at}: blocks fall, and the method ends"

@@ -77,6 +77,6 @@ def torsion_words(model: Model, history: xr.Dataset, answer: str) -> str:
     names = listed([str(name) for name in worst.index], LISTED)
     return (
         f"Friction at corners resists torsion by more than uniform pressure would, up to {times:.3g} times as much "
-        f"({names}): some {share:.0%} of the {answer} is owed to it. Joint materials with "
+        f"({names}): some {share:.0%} of the {answer} is due to it. Joint materials with "
         'torsion="uniform pressure" limit it.'
     )

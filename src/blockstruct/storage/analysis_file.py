@@ -211,7 +211,7 @@ def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
     try:
         parameters_of(attrs)
     except (BlockstructError, ArithmeticError, AttributeError, TypeError, ValueError, RecursionError) as error:
-        msg = f"{path}: /: attribute parameters is no JSON object of values ({error})"
+        msg = f"{path}: /: attribute parameters is not a JSON object of values ({error})"
         raise FormatError(msg) from error
     return attrs
 

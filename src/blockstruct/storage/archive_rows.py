@@ -142,7 +142,7 @@ def _values(group: h5py.Group, place: str, name: str) -> NDArray[Any]:
         raise FormatError(msg)
     dataset = h5py.h5o.open(group.id, key)
     if not isinstance(dataset, h5py.h5d.DatasetID) or dataset.dtype.kind not in "fiu" or np.prod(dataset.shape) > _MOST:
-        msg = f"{place}/{name}: is not numbers, or too many of them"
+        msg = f"{place}/{name}: other than numbers, or too many of them"
         raise FormatError(msg)
     values = np.empty(dataset.shape, dataset.dtype)
     if values.size:

@@ -203,7 +203,7 @@ def _folder(store: str | Path) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        msg = f"{folder}: is not a folder to write to ({error.strerror or error}); choose another store"
+        msg = f"{folder} is not a folder to write to ({error.strerror or error}); choose another store"
         raise StorageError(msg) from error
     return folder
 

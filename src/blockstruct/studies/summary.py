@@ -46,23 +46,25 @@ def summary(
         finite load factors, and the number of ``runs``, of those ``unstable`` under their dead load, whose load factor
         counts as −∞, of those ``unbounded``, +∞, and of those ``unknown`` (failed, not converged, dependent on
         self-stress), which are left out of every estimate and make every interval as wide as if they could lie
-        anywhere.
+        anywhere. Settlements, which have reactions and no load factors, are left out.
 
     Raises
     ------
     ModelError
-        If the study is a grid, or a probability is not between 0 and 1.
+        If the study is a grid or has settlements alone, or a probability is not between 0 and 1.
 
     Notes
     -----
     Of n independent samples, the number below the p-fractile has a binomial distribution, so that the order statistics
-    of the ranks ``binom.ppf((1 ∓ γ)/2, n, p)`` enclose it with a probability of γ or more. A Latin hypercube is no
-    independent sample: its estimates scatter less as a rule, and the intervals are not exact; ``exact`` tells.
+    of the ranks ``binom.ppf((1 ∓ γ)/2, n, p)`` enclose it with a probability of γ or more. The points of a
+    Latin hypercube are not independent: its estimates scatter less as a rule, and the intervals are not exact, as
+    ``exact`` tells.
     """
     if "run" not in data.dims or "load_factor" not in data:
         over = ", ".join(map(str, data.dims)) or "nothing"
         msg = f"summary: data along {over} are not samples; give a study of distributions"
         raise ModelError(msg)
+    data = _with_load_factors(data)
     wanted, levels = _probabilities(fractiles, "fractiles"), np.asarray(below, dtype=float)
     (gamma,) = _probabilities([confidence], "confidence")
     columns = [_of_case(data.sel(case=case), wanted, float(gamma), levels) for case in data["case"].to_numpy()]
@@ -70,6 +72,19 @@ def summary(
     held["case"] = data["case"]
     exact = data.attrs.get("sampling") != LATIN
     return held.assign_attrs(confidence=float(gamma), sampling=data.attrs.get("sampling", ""), exact=int(exact))
+
+
+def _with_load_factors(data: xr.Dataset) -> xr.Dataset:
+    """The cases of a study that are not settlements."""
+    settles = np.zeros(data.sizes["case"], dtype=bool)
+    for name in ("reaction", "reaction_moment"):
+        if name in data:
+            settles |= data[name].notnull().any("run").to_numpy()
+    if settles.any() and settles.all():
+        named = ", ".join(map(str, data["case"].to_numpy()))
+        msg = f"summary: {named}: settlements have no load factors; data.reaction.quantile(…, dim='run') has their own"
+        raise ModelError(msg)
+    return data.isel(case=~settles)
 
 
 def _of_case(data: xr.Dataset, fractiles: Array, confidence: float, levels: Array) -> xr.Dataset:

@@ -67,7 +67,7 @@ def _governing(heads: Mapping[str, bs.results.Headline], checks: Sequence[tuple[
 
 def _sentence(name: str, head: bs.results.Headline, check: Check | None, cases: int, checked: int) -> str:
     if not np.isfinite(head.load_factor):
-        other = "" if cases == 1 else f", the gravest of {cases} cases"
+        other = "" if cases == 1 else f", the worst of {cases} cases"
         return f"There is no {head.answer.name} to rely on: “{name}” is {head.status.value.replace('_', ' ')}{other}."
     of_runs = f", the lowest of {head.certified} certified runs" if head.schedules > 1 else ""
     if check is None:
