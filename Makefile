@@ -34,6 +34,8 @@ bench: $(VENV)/installed
 	$(BIN)/python benchmarks/crushing.py
 	$(BIN)/python benchmarks/detection.py
 	$(BIN)/python benchmarks/storage.py
+	$(BIN)/python benchmarks/studies.py
+	$(BIN)/python benchmarks/pushover.py
 
 bench-views: $(VENV)/installed-dev
 	$(BIN)/python benchmarks/views.py

@@ -1,5 +1,16 @@
 """Sphinx: the documentation site, built offline by ``make docs``; warnings are errors."""
 
+import inspect
+import re
+from collections.abc import Callable
+from importlib import import_module
+from types import FunctionType
+
+from docutils import nodes
+from latex2mathml.converter import convert
+from sphinx.application import Sphinx
+from sphinx.writers.html5 import HTML5Translator
+
 import blockstruct
 
 project = "blockstruct"
@@ -12,12 +23,13 @@ extensions = [
     "numpydoc",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
-    "sphinx.ext.mathjax",
 ]
-exclude_patterns = ["_build", "**/.ipynb_checkpoints"]
+exclude_patterns = ["_build", "templates", "**/.ipynb_checkpoints"]
 html_theme = "furo"
 html_title = "blockstruct"
-html_static_path = ["pictures"]
+html_static_path = ["pictures", "static"]
+html_css_files = ["site.css"]
+templates_path = ["templates"]
 
 # The numbers of a page are those of the version that builds it.
 nb_execution_mode = "force"
@@ -26,10 +38,50 @@ nb_execution_raise_on_error = True
 nb_execution_show_tb = True
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
-suppress_warnings = ["mystnb.unknown_mime_type"]
+# The context below holds a function, which Sphinx cannot keep for the next build.
+suppress_warnings = ["mystnb.unknown_mime_type", "config.cache"]
+
+
+def documented(module: str, name: str, members: list[str]) -> list[str]:
+    """Methods and properties of a class that say something; its fields are in its docstring."""
+    owner = getattr(import_module(module), name)
+    found = {member: inspect.getattr_static(owner, member, None) for member in members}
+    kinds = (property, classmethod, staticmethod, FunctionType)
+    return [n for n, member in found.items() if n[0] != "_" and isinstance(member, kinds) and inspect.getdoc(member)]
+
 
 autosummary_generate = True
+autosummary_context = {"documented": documented}
 autodoc_typehints = "none"
 numpydoc_show_class_members = False
-# Formulas are drawn where the reader is: the site itself fetches nothing when it is built.
-mathjax3_config = {"tex": {"macros": {"vec": ["\\boldsymbol{#1}", 1]}}}
+# Formulas are MathML, which browsers draw themselves: the site fetches nothing, neither built nor read.
+html_math_renderer = "mathml"
+myst_update_mathjax = False
+#: What browsers draw otherwise than meant: vectors are bold, units upright, functions stand apart and bars do not.
+SPELT = (
+    (r"\\vec\s*([a-z])", lambda found: chr(ord("𝒂") + ord(found[1]) - ord("a"))),
+    (r"\\mathrm\{([A-Za-z]+)\}", r"\\text{\1}"),
+    (r"\\tan\s*(?=\\)", r"\\tan\\,"),
+    (r"\\[lr]vert(?![A-Za-z])\s*", r"\\text{|}"),
+    (r"\\[lr]Vert(?![A-Za-z])\s*", r"\\text{‖}"),
+)
+
+
+def mathml(display: str) -> tuple[Callable[[HTML5Translator, nodes.Element], None], None]:
+    """How a formula is written: the functions that Sphinx calls."""
+    block = display == "block"
+
+    def visit(writer: HTML5Translator, node: nodes.Element) -> None:
+        formula = node.astext()
+        for pattern, instead in SPELT:
+            formula = re.sub(pattern, instead, formula)
+        shown = convert(formula, display=display)
+        writer.body.append(f'<div class="math">{shown}</div>' if block else shown)
+        raise nodes.SkipNode
+
+    return visit, None
+
+
+def setup(app: Sphinx) -> None:
+    """Tell Sphinx of them."""
+    app.add_html_math_renderer("mathml", inline_renderers=mathml("inline"), block_renderers=mathml("block"))

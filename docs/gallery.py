@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.structures import Buttress, RoundOpening
 from blockstruct.views import figures
 
 HERE = Path(__file__).parent
@@ -28,7 +29,7 @@ Drawn = tuple[bs.Model, bs.CaseResult]
 
 def solved(name: str, blocks: list[bs.Block], variable: bs.LoadPattern = PUSH) -> Drawn:
     found = bs.detect_interfaces(blocks, joint_material=LIME)
-    model = bs.Model(name, blocks, found.interfaces, detection=found.report)
+    model = bs.Model(name, blocks, found)
     return run(model, bs.LimitCase(name, DEAD, variable))
 
 
@@ -66,6 +67,27 @@ def pier_spandrel() -> Drawn:
     return run(bs.Model("pier and spandrel, crushing", whole.blocks, joints), example.pushed())
 
 
+def church_front() -> Drawn:
+    """A front with a portal, a round window, a gable and buttresses, which carries a nave roof and a bell."""
+    portal = bs.Opening("2 m", "0 m", "1.5 m", "1.5 m", rise="0.75 m", ring="0.3 m", voussoirs=13)
+    window = RoundOpening(["2.75 m", "3.75 m"], diameter="0.7 m", ring="0.2 m", voussoirs=12)
+    piers = [
+        Buttress(name, at=at, width="0.5 m", courses=10, projection="1 m", top_projection="0.4 m")
+        for name, at in (("west", "0.25 m"), ("east", "4.75 m"))
+    ]
+    size = {"length": "5.5 m", "courses": 14, "unit_length": "0.5 m", "unit_height": "0.25 m", "depth": "0.5 m"}
+    blocks = bs.wall(**size, material=TUFF, openings=[portal, window], buttresses=piers, gable="1.25 m")
+    model = bs.Model("church front, pushed outwards", blocks, bs.detect_interfaces(blocks, joint_material=LIME))
+    apex = max(blocks, key=lambda block: block.shape.vertices[:, 2].max())
+    bell = bs.Weight(apex.name, Q_(apex.centroid + np.array([0, 0, 0.8]), "m"), "8 kN")
+    tie_beams = [
+        bs.LineLoad("12 kN/m", [f"{x} m", "0.5 m", "3.5 m"], [f"{x + 0.5} m", "0.5 m", "3.5 m"]) for x in (0.25, 4.75)
+    ]
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), bell, *tie_beams])
+    push = bs.LoadPattern("push -y", [bs.BodyForce("-y")])
+    return run(model, bs.LimitCase(model.name, dead, push))
+
+
 def curves(model: bs.Model) -> None:
     """Load factor of the wall over the friction and the strength of its joints."""
     manager, case = bs.AnalysisManager(model), bs.LimitCase("push", DEAD, PUSH)
@@ -93,6 +115,7 @@ def main() -> None:
         ("arch", arch),
         ("dome", dome),
         ("pier-spandrel", pier_spandrel),
+        ("church-front", church_front),
     ):
         model, result = build()
         save(f"{name}-mechanism", partial(figures.mechanism, result))
@@ -103,6 +126,8 @@ def main() -> None:
             save("wall-convergence", partial(figures.convergence, result), size=(6.2, 3.0))
             save("wall-certificate", partial(figures.certificate, result), size=(6.2, 3.0))
             curves(model)
+        if name == "church-front":
+            save(f"{name}-loads", partial(figures.loads, result, look=(-60, 20)))
         if name == "pier-spandrel":
             moments = abs(result.resultants["moment"].isel(iteration=-1).sel(component=["s", "t"])).to_numpy()
             most, about = np.unravel_index(np.argmax(moments), moments.shape)

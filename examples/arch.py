@@ -16,7 +16,7 @@ def stands(thickness: float, friction: float) -> bool:
         span=Q_(20 - thickness, "m"), thickness=Q_(thickness, "m"), depth=Q_(1, "m"), voussoirs=27, material=stone
     )
     found = bs.detect_interfaces(blocks, bs.JointMaterial("dry joint", friction))
-    model = bs.Model(f"arch {thickness:.4f} m", blocks, found.interfaces, detection=found.report)
+    model = bs.Model(f"arch {thickness:.4f} m", blocks, found)
     push = bs.LoadPattern("push +x", [bs.BodyForce((1, 0, 0))])
     case = bs.LimitCase("push", bs.LoadPattern("dead", [bs.SelfWeight()]), push, "associative")
     return bs.AnalysisManager(model).run([case])["push"].status != "unstable_under_dead_load"

@@ -16,7 +16,7 @@ def main() -> dict[float, float]:
     factors = {}
     for friction in (0.7, 0.5):
         found = bs.detect_interfaces(blocks, bs.JointMaterial("dry joint", friction))
-        model = bs.Model("dome", blocks, found.interfaces, detection=found.report)
+        model = bs.Model("dome", blocks, found)
         result = bs.AnalysisManager(model).run([case])["push +x"]
         factors[friction] = result.load_factor
         print(f"friction {friction}: {result.status}, load factor {result.load_factor:.4f}")

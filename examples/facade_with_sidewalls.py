@@ -29,7 +29,7 @@ def main() -> dict[tuple[str, str], float]:
             material=tuff,
         )
         found = bs.detect_interfaces(blocks, joints)
-        model = bs.Model(f"{name} sidewalls", blocks, found.interfaces, detection=found.report)
+        model = bs.Model(f"{name} sidewalls", blocks, found)
         print(f"{model.name}: {len(blocks)} blocks, {found.report.accepted} interfaces")
         for flow, result in bs.AnalysisManager(model).run(cases).items():
             factors[name, flow] = result.load_factor

@@ -16,7 +16,7 @@ def main() -> tuple[float, float]:
     blocks = bs.courses(rows, unit_length=Q_(0.4, "m"), unit_height=Q_(0.175, "m"), depth=Q_(0.1, "m"), material=tuff)
     found = bs.detect_interfaces(blocks, joint_material=dry)
     print(found.report)
-    model = bs.Model("Ferris & Tin-Loi wall 1", blocks, found.interfaces, detection=found.report)
+    model = bs.Model("Ferris & Tin-Loi wall 1", blocks, found)
 
     dead = bs.LoadPattern("dead", [bs.SelfWeight()])
     push = bs.LoadPattern("push +x", [bs.BodyForce(direction=(1, 0, 0))])

@@ -28,7 +28,7 @@ def assemblage() -> bs.Model:
     beams = [bs.Block.box(f"beam at {x} m", Q_([x, 0, 3.6], "m"), Q_([1.7, 0.31, 0.02], "m"), TUFF) for x in (0, 3.4)]
     blocks += [lintel, *beams]
     found = bs.detect_interfaces(blocks, joint_material=MORTAR)
-    return bs.Model("pier and spandrel", blocks, found.interfaces, detection=found.report)
+    return bs.Model("pier and spandrel", blocks, found)
 
 
 def pushed() -> bs.LimitCase:

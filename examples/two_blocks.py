@@ -18,7 +18,7 @@ def main(folder: str) -> float:
     upper = bs.Block.box("upper", origin=Q_([10, 10, 50], "cm"), size=Q_([80, 80, 50], "cm"), material=stone)
     blocks = [base, lower, upper]
     found = bs.detect_interfaces(blocks, joint_material=joint)
-    model = bs.Model("two blocks", blocks, found.interfaces, detection=found.report)
+    model = bs.Model("two blocks", blocks, found)
 
     dead = bs.LoadPattern("dead", [bs.SelfWeight()])
     push = bs.LoadPattern("push +x", [bs.BodyForce(direction=(1, 0, 0))])

@@ -35,9 +35,11 @@ MAY_IMPORT = {
     "solvers": {"limit"} | GROUND,
     "procedures": {"limit", "solvers"} | GROUND,
     "results": {"limit", "statics", "model"} | GROUND,
+    "assess": {"results", "model"} | GROUND,
     "storage": {"results", "model", "geometry"} | GROUND,
+    "studies": {"analysis", "storage", "results", "limit", "model", "documents"} | GROUND,
     "analysis": {"procedures", "limit", "solvers", "results", "storage", "statics", "model"} | GROUND,
-    "views": {API, "analysis", "units", "files"},
+    "views": {API, "analysis", "geometry", "units", "files"},
     "cli": {API, "keywords", "analysis", "views"},
 }
 FILES = sorted(p for p in SOURCE.rglob("*.py") if p != SOURCE / "__init__.py")

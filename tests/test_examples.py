@@ -3,6 +3,7 @@
 import importlib.util
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import blockstruct as bs
@@ -73,6 +74,22 @@ def test_facade_with_sidewalls():
     assert factors["bonded", "nonassociative"] > 1.5 * factors["butted", "nonassociative"]
 
 
+def test_facade_verification(tmp_path):
+    """By hand: N = 16 · 5 · 0.6 · 6 = 288 kN, u = 288 / (2 · 2000 · 5) = 14.4 mm, α0 = (0.3 − 0.0144) / 3 = 0.0952.
+
+    FC = 1.2 (LC2): a0* = 0.0952 g / 1.2; d0 = 0.2856 m.
+    """
+    check = load("facade_verification").main(tmp_path)
+    assert check.alpha0 == pytest.approx(0.0952, rel=1e-5)
+    assert check.e_star == pytest.approx(1.0)
+    assert check.participation_of_blocks.e_star == pytest.approx(0.7513, abs=1e-4)
+    assert check.a0_star == pytest.approx(0.0952 * 9.80665 / 1.2, rel=1e-5)
+    assert check.curve.d0 == pytest.approx(0.2856, rel=1e-4)
+    assert check.ratio == pytest.approx(1.315, abs=2e-3)
+    assert check.beside.alpha0 == pytest.approx(check.alpha0, rel=1e-5)
+    assert (tmp_path / "façade.pdf").stat().st_size > 1e5
+
+
 def test_tied_facade(capsys):
     found = load("tied_facade").main()
     # Without dilatancy it is one certified state: the loading path ends at 0.0781 and 0.1484.
@@ -86,6 +103,23 @@ def test_tied_facade(capsys):
     assert "punching" in capsys.readouterr().out
 
 
+def test_friction_strength_study(tmp_path):
+    data = load("friction_strength_study").main(tmp_path)
+    # It slides at μ, or rocks about the stress block of its toe: α = (b / h) (1 − p / f_c) with p = γ h = 16 kPa.
+    rocking = 0.3 * (1 - 0.016 / data.strength.to_numpy())
+    expected = np.minimum.outer(data.friction.to_numpy(), rocking)
+    np.testing.assert_allclose(data.load_factor.sel(case="push"), expected, rtol=1e-6)
+    assert (tmp_path / "friction-strength" / "load-factors.png").is_file()
+    assert len(bs.Archive(tmp_path).table()) == 12
+
+
 def test_examples_are_short():
     for path in EXAMPLES.glob("*.py"):
         assert len(path.read_text(encoding="utf-8").splitlines()) <= 60, path.name
+
+
+def test_settlement(capsys):
+    ranges = load("settlement").main()
+    assert ranges["left abutment spreads"] == pytest.approx((8.255, 10.69), rel=1e-3)
+    assert ranges["left abutment goes down"] == pytest.approx((22.97, 24.05), rel=1e-3)
+    assert "kN left" in capsys.readouterr().out

@@ -74,7 +74,7 @@ def test_what_sets_up_is_a_target_of_make():
 def test_every_name_that_a_page_uses_exists(page):
     for names in re.findall(r"\bbs\.([\w.]+\w)", page.read_text(encoding="utf-8")):
         found = bs
-        for name in names.split(".")[: 2 if names.split(".")[0] in ("errors", "imports", "contacts") else 1]:
+        for name in names.split(".")[: 2 if names.split(".")[0] in ("errors", "imports", "contacts", "assess") else 1]:
             found = getattr(found, name)
 
 

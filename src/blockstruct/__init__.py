@@ -11,7 +11,7 @@ Define a structure:
 ...     rows, unit_length=Q_(40, "cm"), unit_height=Q_(17.5, "cm"), depth=Q_(10, "cm"), material=tuff
 ... )
 >>> found = bs.detect_interfaces(blocks, joint_material=lime)
->>> model = bs.Model("small wall", blocks, found.interfaces)
+>>> model = bs.Model("small wall", blocks, found)
 
 Find its collapse load:
 
@@ -34,7 +34,7 @@ True
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from blockstruct import contacts, errors, results, structures
+from blockstruct import contacts, errors, results
 from blockstruct.analysis import AnalysisManager, least_tie_force, log_to, print_lines, recover, reproduce, run, ties
 from blockstruct.contacts import Detection, detect_interfaces
 from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
@@ -53,6 +53,7 @@ from blockstruct.model import (
     Model,
     Moment,
     PointLoad,
+    Pushover,
     SelfWeight,
     SettlementCase,
     Tie,
@@ -65,38 +66,41 @@ from blockstruct.results import (
     compare,
 )
 from blockstruct.storage import Archive, check_file, open_analysis, salvage, save_analysis
-from blockstruct.structures import (
-    Opening,
-    Sidewall,
-    arch,
-    arch_on_piers,
-    barrel_vault,
-    column,
-    courses,
-    cross_vault,
-    dome,
-    pier_spandrel,
-    stack,
-    tilted,
-    wall,
-)
 from blockstruct.units import Q_, ureg
 from blockstruct.vocabulary import ContactState, Flow, JointOrientation, SolverStatus, Stage, Status
 
 if TYPE_CHECKING:
-    from blockstruct import imports, library
+    from blockstruct import assess, imports, library, structures, studies
     from blockstruct.documents import Document, read_document, write_document, write_draft
+    from blockstruct.structures import (
+        Opening,
+        Sidewall,
+        arch,
+        arch_on_piers,
+        barrel_vault,
+        column,
+        courses,
+        cross_vault,
+        dome,
+        pier_spandrel,
+        stack,
+        tilted,
+        wall,
+    )
+    from blockstruct.studies import directions, study
 
 __version__ = "0.1.0"
 
 __all__ = [
     # namespaces
+    "assess",
     "contacts",
     "errors",
     "imports",
     "library",
     "results",
     "structures",
+    "studies",
     "ties",
     # units
     "Q_",
@@ -117,6 +121,7 @@ __all__ = [
     "Model",
     "Moment",
     "PointLoad",
+    "Pushover",
     "SelfWeight",
     "SettlementCase",
     "Tie",
@@ -151,7 +156,9 @@ __all__ = [
     "log_to",
     "print_lines",
     "reproduce",
+    "directions",
     "run",
+    "study",
     # results
     "Analysis",
     "CaseResult",
@@ -173,8 +180,16 @@ __all__ = [
 ]
 
 #: What is loaded when it is first asked for, to keep the import light: namespaces; names, and the room of each.
-_NAMESPACES_LATER = ("imports", "library")
-_LATER = dict.fromkeys(("Document", "read_document", "write_document", "write_draft"), "blockstruct.documents")
+_NAMESPACES_LATER = ("assess", "imports", "library", "structures", "studies")
+_ROOMS_LATER = {
+    "documents": ("Document", "read_document", "write_document", "write_draft"),
+    "structures": (
+        *("Opening", "Sidewall", "arch", "arch_on_piers", "barrel_vault", "column", "courses", "cross_vault", "dome"),
+        *("pier_spandrel", "stack", "tilted", "wall"),
+    ),
+    "studies": ("directions", "study"),
+}
+_LATER = {name: f"blockstruct.{room}" for room, names in _ROOMS_LATER.items() for name in names}
 
 
 def __getattr__(name: str) -> Any:

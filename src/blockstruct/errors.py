@@ -63,6 +63,14 @@ class CertificateError(BlockstructError, ValueError):
     """A result whose status or certificate contradicts its own forces and velocities."""
 
 
+class ClusterError(BlockstructError, ConnectionError):
+    """A Dask cluster that cannot be reached, has no workers, or none that can run a study."""
+
+
+class StudyError(BlockstructError, RuntimeError):
+    """A study whose runs cannot be sent to the processes that are to carry them out."""
+
+
 class MissingExtraError(BlockstructError, ImportError):
     """A package that only some views or file formats need and that is not installed."""
 
@@ -83,6 +91,10 @@ class UnverifiedWarning(UserWarning):
 
 class LoadFactorWarning(UserWarning):
     """A load factor that means less than it seems to; the result says why."""
+
+
+class StudyWarning(UserWarning):
+    """Runs of a study failed, or their load factors mean less than they seem to; the rows say which and why."""
 
 
 class UnusualValueWarning(UserWarning):

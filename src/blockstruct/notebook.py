@@ -32,4 +32,9 @@ def in_notebook() -> bool:
 def is_watched() -> bool:
     """Whether somebody sees what is printed: on a terminal or in a notebook, and not by one of several workers."""
     alone = parent_process() is None and threading.current_thread() is threading.main_thread()
-    return alone and (in_notebook() or (sys.stdout is not None and sys.stdout.isatty()))
+    return alone and (in_notebook() or is_terminal(sys.stdout))
+
+
+def is_terminal(stream: object) -> bool:
+    """Whether a stream is one of a terminal; what stands in for a stream may not know."""
+    return bool(getattr(stream, "isatty", bool)())

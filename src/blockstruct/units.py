@@ -48,6 +48,7 @@ SI_UNITS = {
     "dimensionless": "dimensionless",
     "velocity": "meter / second",
     "angular velocity": "radian / second",
+    "acceleration": "meter / second ** 2",
     "time": "second",
 }
 _EXAMPLES = {
@@ -60,9 +61,11 @@ _EXAMPLES = {
     "force/volume": "12 kN/m^3",
     "density": "1800 kg/m^3",
     "angle": "30 deg",
+    "acceleration": "0.15 g_0",
+    "time": "0.3 s",
 }
 #: Names of units with small powers, multiplied and divided: nothing that a parser could make an expression of.
-_FACTOR = r"[^\W\d]+((\*\*|\^)-?\d)?"
+_FACTOR = r"(g_0|[^\W\d]+)((\*\*|\^)-?\d)?"
 _UNIT = re.compile(rf"(1/)?({_FACTOR}((\s*[*/]\s*|\s+){_FACTOR}){{0,9}})?")
 #: Number in SI units beyond which nothing is a building, and its powers overflow.
 LARGEST_NUMBER = 1e30
@@ -191,6 +194,27 @@ def in_first_unit(values: Sequence[Any], dimension: str, what: str) -> tuple[lis
         else:
             magnitudes.append(si(value, dimension, what) / _factor(unit, dimension, what))
     return magnitudes, unit
+
+
+def own_registry() -> None:
+    """Give quantities that are unpickled in this process to the one registry."""
+    cast(Any, pint).set_application_registry(ureg)
+
+
+def in_si(quantity: Any) -> tuple[float, str]:
+    """Magnitude of a quantity of any dimension in its coherent SI unit, and the long name of that.
+
+    >>> in_si(Q_(4, "MPa")), in_si(Q_(2, "m/s**2"))
+    ((4000000.0, 'pascal'), (2.0, 'meter / second ** 2'))
+    """
+    unit = str(quantity.units)
+    for dimension, named in SI_UNITS.items():
+        if (unit, dimension) not in _FACTORS:
+            _FACTORS[unit, dimension] = _conversion(unit, dimension)
+        if (factor := _FACTORS[unit, dimension]) is not None:
+            return float(quantity.magnitude) * factor, named
+    base = quantity.to_base_units()
+    return float(base.magnitude), str(base.units)
 
 
 def short_unit(unit: str) -> str:

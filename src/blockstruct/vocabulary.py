@@ -80,6 +80,15 @@ class TieState(StrEnum):
     UNKNOWN = "unknown"
 
 
+class Torsion(StrEnum):
+    """How an interface resists torsion about its normal."""
+
+    #: By friction at its contact points, as all other shear.
+    CORNERS = "corners"
+    #: By no more than friction under uniform pressure does.
+    UNIFORM_PRESSURE = "uniform pressure"
+
+
 class JointOrientation(StrEnum):
     """How a joint lies, by the angle of its normal to the vertical."""
 

@@ -57,6 +57,12 @@ def test_workers_are_silent(small_model, small_cases, monkeypatch):
     assert terminal.getvalue() == ""
 
 
+@pytest.mark.parametrize("stream", [None, object()])
+def test_a_stream_that_is_none_is_not_a_terminal(small_model, small_cases, monkeypatch, stream):
+    monkeypatch.setattr(sys, "stdout", stream)
+    assert bs.run(small_model, small_cases[:1]).status == "finished"
+
+
 def test_a_notebook_has_one_output_that_is_replaced(small_model, small_cases, monkeypatch):
     shown = []
 

@@ -94,10 +94,22 @@ def test_archives_have_a_column_for_reactions(stored):
     assert table.loc["left goes down", "reaction"] == analysis["left goes down"].reaction.magnitude
     assert table.loc["left turns", "reaction_moment"] == analysis["left turns"].reaction.magnitude
     assert table.attrs["units"]["reaction"] == "newton"
-    # A reaction is no load factor, and never passes for one.
+    # A reaction is not a load factor, and never passes for one.
     assert table["load_factor"].notna().to_list() == [case.name == "push" for case in CASES]
     assert archive.query("load_factor < 0.6 or load_factor > 0")["case"].to_list() == ["push"]
     assert archive.query("reaction > 20000")["case"].to_list() == ["left goes down"]
+
+
+def test_comparisons_compare_reactions(stored, model, tmp_path):
+    analysis, folder = stored
+    heavier = bs.LoadPattern("dead", [bs.SelfWeight(), bs.BodyForce("-z", share=0.1)])
+    cases = [bs.SettlementCase(c.name, heavier, c.supports, c.direction, flow=c.flow) for c in CASES[:1]]
+    other = bs.run(model, cases, tmp_path / "beam.h5")
+    found = bs.compare(analysis, other).cases.loc["left goes down"]
+    assert found["load_factor"] == analysis["left goes down"].reaction.magnitude
+    assert found["relative_difference"] == pytest.approx(0.1, rel=1e-5)
+    tables = bs.Archive(folder).difference(bs.Archive(tmp_path)).xs("left goes down", level="case")
+    assert tables["relative_difference"].item() == pytest.approx(0.1, rel=1e-5)
 
 
 def test_documents_keep_settlements(model, tmp_path):

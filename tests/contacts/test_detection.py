@@ -97,7 +97,7 @@ def test_a_wall_drawn_with_open_joints_says_how_wide_they_are():
         ("floor", "b"): 0.025,
         ("a", "b"): 0.03,
     }
-    assert "close a | b: 0.03 m apart" in str(apart)
+    assert "close without contact: a | b: 30 mm apart" in str(apart)
     report = detect(FLOOR, box("a", [0, 0, 0.004]), box("b", [0, 0, 1.004])).report
     assert report.accepted == 1
     assert report.floating == ("a", "b")
@@ -139,7 +139,7 @@ def test_the_report_prints_what_it_left_out_and_tables_everything():
     ).report
     text = str(report)
     assert text.startswith("2 interfaces, 2 m^2 (gap tolerance 0.0002 m)")
-    assert "rejected a | b: gap, gap 0.0003 m, angle 0 deg, area 1 m^2 (near miss)" in text
+    assert "rejected: a | b: gap, gap 0.3 mm, angle 0°, area 1 m² (near miss)" in text
     assert "joints: bed 2 m^2" in text
     table = report.table()
     assert table["finding"].tolist() == ["accepted", "accepted", "near miss", "floating"]
@@ -150,7 +150,7 @@ def test_the_report_prints_what_it_left_out_and_tables_everything():
 def test_a_long_list_is_cut_short_in_print_but_not_in_the_table():
     blocks = [FLOOR, *(box(f"{k}", [0, 0, 2 + 2 * k]) for k in range(30))]
     report = detect(*blocks).report
-    assert "untouched: 11 more, all in report.table()" in str(report)
+    assert "block without interface: 11 more, all in report.table()" in str(report)
     assert (report.table()["finding"] == "floating").sum() == 30
 
 

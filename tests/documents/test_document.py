@@ -227,6 +227,34 @@ def test_a_misspelt_key_is_told_the_one_that_was_meant(tmp_path):
         bs.read_document(write(tmp_path, content))
 
 
+@pytest.mark.parametrize(
+    ("load", "violations"),
+    [
+        (
+            {"kind": "area_load", "weight_per_aera": "4 kPa", "block": "wedge"},
+            [
+                "'weight_per_area' is a required property",
+                "unknown key 'weight_per_aera', did you mean weight_per_area?",
+            ],
+        ),
+        ({"kind": "weigth"}, ["'weigth' is not one of ['self_weight'"]),
+        ({"block": "wedge"}, ["'kind' is a required property"]),
+        ({"kind": "self_weight", "share": 1}, ["unknown key 'share', known are kind"]),
+    ],
+)
+def test_a_load_is_told_what_its_own_kind_lacks(tmp_path, load, violations):
+    content = copy.deepcopy(BASIC)
+    content["load_patterns"]["dead"].append(load)
+    path = tmp_path / "m.json"
+    path.write_text(json.dumps(content))
+    with pytest.raises(bs.errors.DocumentError) as caught:
+        bs.read_document(path)
+    told = str(caught.value).splitlines()[1:]
+    assert len(told) == len(violations)
+    assert all(words in line for words, line in zip(violations, told, strict=True))
+    assert all("/load_patterns/dead/1" in line for line in told)
+
+
 def test_a_name_that_reads_as_a_number_is_told_to_be_quoted(tmp_path):
     path = write(tmp_path, changed("blocks", 1, "name", to="1.1"))
     path.write_text(path.read_text(encoding="utf-8").replace("'1.1'", "1.1"), encoding="utf-8")

@@ -133,3 +133,15 @@ def test_names_that_look_like_something_else_are_read_back(tmp_path, cases, name
     path = bs.write_document(tmp_path / "m.yaml", model, [case])
     back = bs.read_document(path)
     assert (back.model.hash, back.cases) == (model.hash, (case,))
+
+
+def test_pushovers_come_back(tmp_path, small_model, dead):
+    push = bs.LoadPattern("push", [bs.BodyForce((1, 0, 0))])
+    top = small_model.blocks[-1]
+    corner = Q_(top.shape.vertices.max(axis=0), "m")
+    cases = [
+        bs.Pushover("centroid", dead, push, control=(top.name, (3, 4, 0)), steps=12),
+        bs.Pushover("corner", dead, push, control=(top.name, (1, 0, 0)), control_point=corner),
+    ]
+    path = bs.write_document(tmp_path / "model.yaml", small_model, cases)
+    assert list(bs.read_document(path).cases) == cases

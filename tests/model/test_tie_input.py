@@ -173,6 +173,8 @@ def test_least_tie_force_of_what_is_not_there(pair):
         bs.least_tie_force(tied, case, [], 0.5)
     with pytest.raises(bs.errors.ModelError, match="bonded bar, bar"):
         bs.least_tie_force(tied, case, ["bar"], 0.5)
+    with pytest.raises(bs.errors.ModelError, match="is not a LimitCase"):
+        bs.least_tie_force(tied, "push", ["tie"], 0.5)
     with pytest.raises(bs.errors.ModelError, match="load factor -1"):
         bs.least_tie_force(tied, case, ["tie"], -1)
     with pytest.raises(bs.errors.ModelError, match="model 'pair' has no ties"):

@@ -143,7 +143,7 @@ def test_a_sweep_of_several_quantities_with_a_store_and_listeners(tmp_path):
     assert found.compressive_strength.units == "megapascal"
     assert found.load_factor.to_numpy() == pytest.approx(np.array([[0.2] * 3, [0.45, 0.3, 0.5]]), rel=1e-6)
     assert sum(isinstance(event, CaseFinished) for event in events) == 6
-    table = bs.Archive(tmp_path / "points").table()
+    table = bs.Archive(tmp_path / "points").table(all_columns=True)
     assert sorted(table["load_factor"]) == sorted(found.load_factor.to_numpy().ravel())
     assert set(table["tags"]) == {("swept",)}
     name = "friction_coefficient=0.9,compressive_strength=0.2-megapascal.h5"

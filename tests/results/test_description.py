@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
+from blockstruct.results import macro_blocks
 from blockstruct.results.description import describe
-from blockstruct.results.macro_blocks import macro_blocks
 from structures import model_of, push, single_block, solve
 
 TUFF, LIME = bs.Material("tuff", "16 kN/m^3"), bs.JointMaterial("lime", 0.65)

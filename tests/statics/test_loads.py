@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import shapely
 
 import blockstruct as bs
 from blockstruct import Q_
@@ -107,6 +108,13 @@ def test_a_force_without_mass_is_not_pushed_and_said_so():
     assert "Forces of 'dead', 8 kN downwards, have no mass and are not pushed." in result.describe()
 
 
+def test_weights_on_supports_are_told():
+    model = model_of(*single_block(0.5, 2.0))
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.Weight("ground", ["0 m", "0 m", "0 m"], "3 kN")])
+    result = solve(model, push(1, 0, 0), dead=dead)
+    assert "20 kN, alone. Weights of 3 kN on supports do nothing." in result.describe()
+
+
 def test_a_mass_that_would_grow_with_the_load_factor_is_refused():
     model = model_of(*single_block(0.5, 2.0))
     roof = bs.AreaLoad("8 kPa", block="block")
@@ -138,6 +146,25 @@ def test_fill_on_an_arch_weighs_what_is_above_the_extrados():
     # First moment of a trapezium about the level: ∫ h²/2.
     below = ((x[1:] - x[:-1]) * (heights[1:] ** 2 + heights[1:] * heights[:-1] + heights[:-1] ** 2) / 6).sum()
     assert centre[2] == pytest.approx(3 - below / areas.sum())
+
+
+def test_fill_on_a_cross_vault_is_what_is_above_its_highest_faces():
+    """Summed up independently, over a fine grid of points in plan."""
+    model = model_of(bs.cross_vault(span="4 m", thickness="0.3 m", courses=4, units=2, material=STONE), DRY)
+    low, high = np.array([-2, -2, 0.2]), np.array([2, 2, 3])
+    found = carried_weights(model, bs.LoadPattern("d", [bs.FillLoad("10 kN/m^3", Q_(low, "m"), Q_(high, "m"))]))
+    n = 60
+    x, y = (low[k] + (np.arange(n) + 0.5) / n * (high[k] - low[k]) for k in range(2))
+    points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    top = np.full(len(points), -np.inf)
+    for block in model.blocks:
+        for k in np.flatnonzero(block.shape.normals[:, 2] > 1e-3):
+            corners, normal = block.shape.vertices[list(block.shape.faces[k])], block.shape.normals[k]
+            over = shapely.intersects_xy(shapely.Polygon(corners[:, :2]), points)
+            heights = corners[0, 2] - (points[over] - corners[0, :2]) @ normal[:2] / normal[2]
+            top[over] = np.maximum(top[over], heights)
+    height = np.where(top >= 0.2, 3 - top, 0.0)
+    assert found.weight.sum() == pytest.approx(10e3 * height.sum() * (4 / n) ** 2, rel=2e-3)
 
 
 def test_fill_stands_in_its_box_only_and_not_under_the_vault():
@@ -216,6 +243,32 @@ def test_wind_as_pressure_and_suction():
         model, bs.FaceLoad("block", front, pressure="0.8 kPa"), bs.FaceLoad("block", back, pressure="-0.4 kPa")
     )
     np.testing.assert_allclose(force, [0, 1.2e3 * 0.5 * 2.0, 0], atol=1e-9)
+
+
+def test_weights_move_with_the_structure():
+    """Loads and structure shifted together give the same wrenches; other units the same loads."""
+    blocks = bs.arch_on_piers(
+        span="4 m", thickness="0.5 m", depth="1 m", voussoirs=9, pier_width="1 m", pier_height="2 m", pier_courses=2,
+        material=STONE,
+    )  # fmt: skip
+    shift = np.array([123.0, -45.0, 6.7])
+
+    def loads(by, unit="m"):
+        def at(*xyz):
+            return Q_((np.array(xyz) + by) / (1.0 if unit == "m" else 0.3048), unit)
+
+        return [
+            bs.FillLoad("18 kN/m^3", at(-3, 0, 1), at(3, 1, 5), lateral_coefficient=0.4),
+            bs.Weight("5", at(0, 0.5, 6), "7 kN"),
+            bs.LineLoad("2 kN/m", at(-3, 0.2, 2), at(-2, 0.3, 2), block="left.2"),
+            bs.FaceLoad("left.1", 5, unit_weight="9.81 kN/m^3", level=at(0, 0, 1.3)[2]),
+        ]
+
+    one = wrenches(model_of(blocks, DRY), bs.LoadPattern("d", loads(np.zeros(3))))
+    feet = wrenches(model_of(blocks, DRY), bs.LoadPattern("d", loads(np.zeros(3), "ft")))
+    far = wrenches(model_of(moved(blocks, np.eye(3), shift), DRY), bs.LoadPattern("d", loads(shift)))
+    np.testing.assert_allclose(feet, one, rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(far, one, rtol=1e-9, atol=1e-6)
 
 
 def test_self_weight_alone_is_as_before():

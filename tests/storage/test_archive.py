@@ -46,7 +46,7 @@ def damaged(folder, tmp_path):
 
 
 def test_one_row_a_case(folder, small_analysis):
-    table = bs.Archive(folder).table()
+    table = bs.Archive(folder).table(all_columns=True)
     assert table["path"].tolist() == ["sub/block.h5", *["wall-2.h5"] * 2, *["wall.h5"] * 2]
     row = table.iloc[0]
     assert (row["case"], row["model"], row["status"], row["flow"]) == (

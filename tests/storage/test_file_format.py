@@ -13,7 +13,9 @@ KINDS = {"float": {"const": "f"}, "integer": {"enum": ["i", "u"]}, "text": {"con
 
 
 @pytest.mark.parametrize(
-    ("title", "group"), [("`/model`", "model"), ("a case", "case"), ("a history", "history")], ids=lambda t: t
+    ("title", "group"),
+    [("`/model`", "model"), ("a case", "case"), ("a history", "history"), ("a capacity curve", "capacity")],
+    ids=lambda t: t,
 )
 def test_every_variable_is_stated_as_the_schema_has_it(title, group):
     section = PAGE.split(f"### Variables of {title}\n")[1].split("\n#")[0]

@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import IterationDone
+from blockstruct.model import LOAD_KINDS
 from blockstruct.storage import reader, writer
 from blockstruct.storage.migration import MIGRATIONS
 from properties import few
@@ -49,6 +50,31 @@ def same(one: bs.Analysis, other: bs.Analysis) -> None:
 
 def test_round_trip(small_analysis, path):
     same(small_analysis, bs.open_analysis(path))
+
+
+def test_every_kind_of_load_is_stored(small_model, tmp_path):
+    corner = small_model.block("3.1").shape.vertices.max(axis=0)
+    low, high = Q_(corner - 0.05, "m"), Q_(corner + np.array([0, 0, 0.4]), "m")
+    level = Q_(corner, "m")
+    loads = [
+        bs.SelfWeight(),
+        bs.BodyForce("+x", share=0.1),
+        bs.PointLoad("3.1", level, ["1 N", "0 N", "-1 N"]),
+        bs.Moment("3.1", ["0 N*m", "1 N*m", "0 N*m"]),
+        bs.FaceLoad("3.1", 1, ["0 Pa", "1 Pa", "0 Pa"], pressure="-2 Pa", unit_weight="9.81 kN/m^3", level="0.1 m"),
+        bs.FaceLoad("3.1", 2, pressure="2 Pa"),
+        bs.Weight("3.1", level, "1 N", mass_share=0.3),
+        bs.LineLoad("1 N/m", Q_(corner - [0.1, 0, 0], "m"), level, block="3.1", mass_share=2),
+        bs.AreaLoad("1 Pa", block="3.1"),
+        bs.AreaLoad("1 Pa", Q_(corner - [0.1, 0.05, 0], "m"), level, spanning=True),
+        bs.FillLoad("1 kN/m^3", low, high, lateral_coefficient=0.3),
+    ]
+    assert {type(load) for load in loads} == {kind.type for kind in LOAD_KINDS.values()}
+    dead = bs.LoadPattern("dead", loads)
+    analysis = bs.AnalysisManager(small_model).run([bs.LimitCase("c", dead, push(1, 0, 0), "associative")])
+    again = bs.open_analysis(bs.save_analysis(analysis, tmp_path / "loads.h5"))
+    same(analysis, again)
+    assert again["c"].case.dead.loads == tuple(loads)
 
 
 def test_every_kind_of_finding_of_a_detection_is_stored(tuff, dry, tmp_path):

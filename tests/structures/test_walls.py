@@ -18,6 +18,7 @@ RUBBLE = {name: value for name, value in SIZE.items() if name != "unit_length"}
 ROUND = Opening("1.5 m", "0 m", "1.5 m", "1.5 m", rise="0.75 m", ring="0.25 m", voussoirs=13)
 SEGMENTAL = Opening("1.5 m", "0.5 m", "1.5 m", "1.25 m", rise="0.25 m", ring="0.3 m", voussoirs=9)
 POINTED = Opening("1.5 m", "0 m", "1 m", "1 m", rise="0.9 m", ring="0.25 m", voussoirs=8)
+SMALL = RoundOpening(["2 m", "1.5 m"], "0.2 m", "0.1 m", 8)
 WINDOW = RoundOpening(["2.5 m", "1.9 m"], "0.7 m", "0.2 m", 12)
 
 
@@ -149,6 +150,22 @@ def test_buttresses_are_whole_and_hold_the_wall():
     assert min(b.shape.vertices[:, 1].min() for b in before) == -1
 
 
+@pytest.mark.parametrize("unit", [0.2, 0.35, 0.4, 0.5, 0.8])
+@pytest.mark.parametrize("limits", [None, Rubble(1, "0.3 m", "0.7 m", "0.1 m")])
+def test_what_is_bonded_shares_units_with_its_wall(unit, limits):
+    """Every other course has a unit that lies on both sides of the face, by a quarter of a unit or the overlap."""
+    size = SIZE | {"unit_length": Q_(unit, "m")}
+    sides = [Sidewall("side", "0 m", "2 m")]
+    piers = [Buttress("pier", "2 m", "0.5 m", 8, "1 m", "0.6 m")]
+    blocks = bs.wall(length="4 m", courses=8, sidewalls=sides, buttresses=piers, rubble=limits, **size)
+    least = 0.25 * unit if limits is None else 0.1
+    for name, face in (("side", DEPTH), ("pier", 0.0)):
+        for course in (2, 4, 6, 8):
+            y = [b.shape.vertices[:, 1] for b in blocks if b.name.startswith(f"{name}.{course}.")]
+            assert any(min(face - v.min(), v.max() - face) >= least - 1e-9 for v in y), (name, course)
+    model_of(blocks, LIME)
+
+
 def head_joints(blocks, height=HEIGHT):
     """Places of the head joints in each course of a wall without openings."""
     ends = {}
@@ -221,6 +238,10 @@ def wall(**given):
         (lambda: wall(openings=[SEGMENTAL, Opening("3.2 m", "1 m", "0.5 m", "0.75 m")]), "course 8.*meets a ring"),
         (lambda: wall(gable="1 m", openings=[RoundOpening(["1 m", "3.2 m"], "0.6 m", "0.2 m", 8)]), "beyond the wall"),
         (lambda: wall(gable="0 m"), "gable 0 m"),
+        (
+            lambda: wall(unit_height="1 m", unit_length="2 m", openings=[SMALL]),
+            r"a ring of voussoirs lies within one unit of the course from 1 to 2 m",
+        ),
         (lambda: wall(rubble="random"), "give a Rubble"),
         (lambda: wall(unit_length=None), "unit_length is missing"),
         (lambda: Rubble(1.5, "0.2 m", "0.5 m", "0 m"), "seed 1.5; give a whole number"),

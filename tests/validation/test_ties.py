@@ -220,6 +220,11 @@ def test_least_tie_force_where_none_is_needed_or_none_will_do():
     assert unneeded.proven
     assert unneeded.total == pytest.approx(0.0, abs=1.0)
     assert "without dilatancy" in str(unneeded)
+    ends_of_it = ends(model.ties[1])
+    stressed = bs.Tie("high", *ends_of_it, yield_force="1 kN", prestress="0.2 kN")
+    kept = bs.least_tie_force(model.with_ties([stressed]), case, ["high"], 0.1)
+    assert kept.proven
+    assert kept.forces == pytest.approx({"high": 200.0}, abs=1.0)
     back = bs.LimitCase("back", SELF_WEIGHT, push(-1, 0, 0), "associative")
     vain = bs.least_tie_force(model, back, ["high"], 0.5)
     assert not vain.proven

@@ -586,3 +586,12 @@ def test_the_core_imports_no_extra():
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
     assert run.stdout.strip() == "set()"
+
+
+def test_macro_blocks_are_drawn_in_colours_and_named(rocking):
+    _, result = rocking
+    ax = figures.mechanism(result, colour="macro-block", look="y", ax=axes())
+    (body,) = result.macro_blocks
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [f"body 1: {body.weight / 1e3:.4g} kN"]
+    with pytest.raises(bs.errors.ModelError, match="give 'displacement' or 'macro-block'"):
+        figures.mechanism(result, colour="body", ax=axes())

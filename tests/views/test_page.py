@@ -319,6 +319,21 @@ def test_resultants_and_colours_can_be_chosen(page, analysis):
     np.testing.assert_allclose(np.array(shades, dtype=float), np.repeat(expected, 2), rtol=1e-3, atol=1e-6)
 
 
+def test_macro_blocks_are_coloured_and_named(page, analysis):
+    colours = "Array.from(document.getElementById('view').data[1].facecolor)"
+    plain = page.evaluate(colours)
+    page.check("#show-bodies")
+    settle(page)
+    moving = [body for body in next(iter(analysis.values())).macro_blocks if body.moves]
+    assert len(set(page.evaluate(colours)) - set(plain)) == len(moving)
+    assert page.inner_text("#bodies").startswith("body 1, ")
+    choose(page, "find", moving[0].blocks[0])
+    assert "macro-block\tbody 1" in page.inner_text("#picked")
+    page.uncheck("#show-bodies")
+    settle(page)
+    assert page.evaluate(colours) == plain
+
+
 def test_far_from_the_origin_the_axes_say_from_where(browser, surveyed, tmp_path):
     with opened(browser, write_page(surveyed, tmp_path / "page.html")) as page:
         titles = page.evaluate(

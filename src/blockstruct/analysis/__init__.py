@@ -7,7 +7,7 @@
 >>> ground = bs.Block.box("ground", Q_([0, 0, -0.2], "m"), Q_([1, 1, 0.2], "m"), stone, fixed=True)
 >>> block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([0.5, 1, 1], "m"), stone)
 >>> found = bs.detect_interfaces([ground, block], joint_material=dry)
->>> model = bs.Model("one block", [ground, block], found.interfaces)
+>>> model = bs.Model("one block", [ground, block], found)
 >>> push = bs.LoadPattern("push", [bs.BodyForce((1, 0, 0))])
 >>> case = bs.LimitCase("rocking", bs.LoadPattern("dead", [bs.SelfWeight()]), push, flow="associative")
 >>> round(AnalysisManager(model).run([case])["rocking"].load_factor, 6)
@@ -20,6 +20,7 @@ from blockstruct.analysis.events import (
     Event,
     IterationDone,
     Listener,
+    StepDone,
     log_to,
     print_lines,
 )
@@ -41,6 +42,7 @@ __all__ = [
     "Event",
     "IterationDone",
     "Listener",
+    "StepDone",
     "log_to",
     "print_lines",
 ]

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TextIO
 
-from blockstruct.limit import Iteration, LimitProblem
-from blockstruct.model import Case, SettlementCase
+from blockstruct.limit import FiniteStep, Iteration, LimitProblem
+from blockstruct.model import Case, Pushover, SettlementCase
 from blockstruct.results import CaseResult
 from blockstruct.statics import Statics
 
@@ -39,13 +39,22 @@ class IterationDone:
 
 
 @dataclass(frozen=True, slots=True)
+class StepDone:
+    """A state of a pushover is found; ``index`` counts from zero, which is without displacement."""
+
+    case: Pushover
+    index: int
+    step: FiniteStep
+
+
+@dataclass(frozen=True, slots=True)
 class CaseFinished:
     """A case has ended, with whatever status."""
 
     result: CaseResult
 
 
-Event = CaseStarted | IterationDone | CaseFinished
+Event = CaseStarted | IterationDone | StepDone | CaseFinished
 Listener = Callable[[Event], None]
 
 
@@ -59,7 +68,9 @@ def log_to(logger: logging.Logger) -> Listener:
     """Listener that logs cases at level INFO and iterations at level DEBUG."""
 
     def listen(event: Event) -> None:
-        logger.log(logging.DEBUG if isinstance(event, IterationDone) else logging.INFO, "%s", describe(event))
+        logger.log(
+            logging.DEBUG if isinstance(event, IterationDone | StepDone) else logging.INFO, "%s", describe(event)
+        )
 
     return listen
 
@@ -83,6 +94,11 @@ def describe(event: Event) -> str:
             return (
                 f"{case.name}: {index:3d} {i.stage:<16} {_answer(case, i)}, "
                 f"gap {i.certificate.flow_rule_gap:.1e}, {i.solver_status} in {i.solver_time:.2f} s"
+            )
+        case StepDone(case, index, step):
+            return (
+                f"{case.name}: {index:3d} displacement {step.displacement:.4f} m, load factor {step.load_factor:.6f}, "
+                f"energy error {step.energy_error:.1e}, in {step.solver_time:.2f} s"
             )
         case CaseFinished(result):
             return str(result)

@@ -5,18 +5,20 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
+from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
 import xarray as xr
 
 from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener, tell
+from blockstruct.analysis.finite import pushed_over
 from blockstruct.analysis.progress import Progress, with_progress
 from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.analysis.recorder import Recorder
-from blockstruct.analysis.recovery import blank_history
+from blockstruct.analysis.recovery import blank_history, planned_result
 from blockstruct.analysis.replay import ReplaySolver, followed
-from blockstruct.analysis.sweeps import axes_of, joints_at, keep_point, names_at
+from blockstruct.analysis.sweeps import axes_of, joints_at, keep_point, names_at, points_of
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.keywords import checked_keywords
 from blockstruct.limit import (
@@ -24,12 +26,13 @@ from blockstruct.limit import (
     LimitProblem,
     Outcome,
     ProcedureSettings,
+    check_pushover,
     scheduled,
     schedules_of,
 )
-from blockstruct.model import Case, LimitCase, Model, checked_tuple
+from blockstruct.model import Case, LimitCase, Model, Pushover, checked_tuple
 from blockstruct.procedures import solve_limit_case
-from blockstruct.results import Analysis, CaseResult, failures, history_of, run_name, sweep_of
+from blockstruct.results import Analysis, CaseResult, checked_parameters, failures, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
 from blockstruct.storage import Checkpoint, checked_keep_every, claim, is_unfinished, open_analysis, patterns, tidy
@@ -58,8 +61,13 @@ class AnalysisManager:
         Whether to show how the run goes on; by default on a terminal or in a notebook, if there are no listeners.
     tags
         Words to find the analysis by: :meth:`blockstruct.Archive.select`.
+    parameters
+        What the model was built with, kept in the file: numbers, texts and quantities by name. They are columns of
+        :meth:`blockstruct.Archive.table`.
     document_hash
         Of the document that describes the model: :attr:`blockstruct.Document.hash`.
+    study
+        The study that this is a run of, as :func:`blockstruct.study` names it.
     keep_every
         The file keeps the large arrays (those of every contact point, interface or block) of every so many iterations
         only, the first and the last always; in the others they are NaN. The analysis in memory has all.
@@ -83,6 +91,8 @@ class AnalysisManager:
         listeners: Iterable[Listener] = (),
         progress: Progress = "auto",
         tags: Iterable[str] = (),
+        parameters: Mapping[str, Any] = MappingProxyType({}),
+        study: str = "",
         document_hash: str = "",
         keep_every: int = 1,
     ) -> None:
@@ -96,6 +106,8 @@ class AnalysisManager:
         self.settings = settings or ProcedureSettings()
         self.listeners = with_progress(checked_tuple(listeners, Callable, "AnalysisManager: listeners"), progress)
         self.tags = checked_tuple(tags, str, "AnalysisManager: tags")
+        self.parameters = checked_parameters(parameters, "AnalysisManager: parameters")
+        self.study = study
         self.document_hash = document_hash
         self.statics = Statics.of(model, self.settings.crushing_cells)
         solver_of(self.settings)
@@ -136,7 +148,7 @@ class AnalysisManager:
         runs = self._runs(checked_tuple(cases, Case, "AnalysisManager.run: cases"), schedules_of(spread))
         started_at = now()
         planned = {
-            case.name: _planned(case, settings, self.statics, problem, started_at)
+            case.name: planned_result(case, settings, self.statics, problem, started_at)
             for (case, settings), problem in zip(runs, self.check([case for case, _ in runs]), strict=True)
         }
         analysis = Analysis(
@@ -147,6 +159,8 @@ class AnalysisManager:
             solver_options=solver_options([settings for _, settings in runs]),
             document_hash=self.document_hash,
             tags=self.tags,
+            parameters=self.parameters,
+            study=self.study,
         )
         if self.store is None:
             done = self._conduct(analysis, self.listeners)
@@ -202,7 +216,7 @@ class AnalysisManager:
         for name, result in analysis.items():
             statics = manager._statics_of(result.settings)
             problem = LimitProblem.of(statics, result.case)
-            planned[name] = _planned(result.case, result.settings, statics, problem, started_at)
+            planned[name] = planned_result(result.case, result.settings, statics, problem, started_at)
         return manager._conduct(analysis.replaced(results=planned, created_at=started_at), manager.listeners)
 
     def check(self, cases: Sequence[Case]) -> list[LimitProblem]:
@@ -216,6 +230,8 @@ class AnalysisManager:
             msg = f"AnalysisManager.run: case names used more than once: {', '.join(twice)}; rename them"
             raise ModelError(msg)
         patterns(cases)
+        for case in (c for c in cases if isinstance(c, Pushover)):
+            check_pushover(self.model, case)
         return [LimitProblem.of(self.statics, case) for case in cases]
 
     def sweep(
@@ -264,15 +280,15 @@ class AnalysisManager:
         heard = (*self.listeners, *checked_tuple(listeners, Callable, "sweep: listeners"))
         results, statics = list[CaseResult](), self.statics
         varied = list(joints_at(axes, self.model.interfaces))
-        for joints, name in zip(varied, names_at(axes), strict=True):
+        for joints, name, point in zip(varied, names_at(axes), points_of(axes), strict=True):
             place = (len(results) + 1, len(varied))
             statics = statics.varied(joints, self.settings.crushing_cells)
             problem = LimitProblem.of(statics, case)
-            planned = _planned(case, self.settings, statics, problem, now())
+            planned = planned_result(case, self.settings, statics, problem, now())
             results.append(self._run_case(planned, statics, problem, heard, place))
             tell(heard, CaseFinished(results[-1]))
             if store is not None:
-                keep_point(self.model, joints, results[-1], Path(store) / f"{name}.h5", self.tags)
+                keep_point(self.model, joints, results[-1], Path(store) / f"{name}.h5", self.tags, point)
             if results[-1].status is Status.INTERRUPTED:
                 break
         _warn_of(results)
@@ -348,7 +364,7 @@ class AnalysisManager:
             if len(iterations) < before.n_iterations:
                 return before
         history = history_of(statics, problem, iterations)
-        return replace(
+        done = replace(
             before,
             status=outcome.status,
             load_factor=outcome.load_factor,
@@ -358,29 +374,14 @@ class AnalysisManager:
             started_at=started_at,
             duration=before.duration + perf_counter() - start,
         )
+        if not isinstance(case, Pushover) or outcome.status is not Status.CONVERGED:
+            return done
+        return pushed_over(done, statics, problem, iterations[-1], listeners)
 
     def _statics_of(self, settings: ProcedureSettings) -> Statics:
         if settings.crushing_cells == self.settings.crushing_cells:
             return self.statics
         return Statics.of(self.model, settings.crushing_cells)
-
-
-def _planned(
-    case: Case, settings: ProcedureSettings, statics: Statics, problem: LimitProblem, started_at: str
-) -> CaseResult:
-    """Result of a case that is still to be run."""
-    return CaseResult(
-        model=statics.model,
-        case=case,
-        settings=settings,
-        status=Status.INTERRUPTED,
-        load_factor=np.nan,
-        certificate=None,
-        message="interrupted before its first program was solved",
-        history=history_of(statics, problem, []),
-        started_at=started_at,
-        duration=0.0,
-    )
 
 
 def _warn_of(results: Iterable[CaseResult]) -> None:

@@ -5,9 +5,17 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
-from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, Listener, print_lines
+from blockstruct.analysis.events import (
+    CaseFinished,
+    CaseStarted,
+    Event,
+    IterationDone,
+    Listener,
+    StepDone,
+    print_lines,
+)
 from blockstruct.errors import ModelError, shown
-from blockstruct.notebook import in_notebook, is_watched
+from blockstruct.notebook import in_notebook, is_terminal, is_watched
 
 Progress = bool | Literal["auto"]
 
@@ -34,7 +42,7 @@ def with_progress(listeners: Sequence[Listener], progress: Progress) -> tuple[Li
         return tuple(listeners)
     if in_notebook():
         return (*listeners, follow(_notebook_line()))
-    return (*listeners, follow(_terminal_line) if sys.stderr.isatty() else print_lines())
+    return (*listeners, follow(_terminal_line) if is_terminal(sys.stderr) else print_lines())
 
 
 def follow(write: Callable[[str, bool], None]) -> Listener:
@@ -50,8 +58,12 @@ def follow(write: Callable[[str, bool], None]) -> Listener:
             case IterationDone(_, index, iteration):
                 at = f"load factor {iteration.load_factor:.4f}, gap {iteration.certificate.flow_rule_gap:.0e}"
                 write(f"{place} numerical iteration {index}, {at}", False)
+            case StepDone(_, index, step):
+                at = f"displacement {step.displacement:.4g} m, load factor {step.load_factor:.4f}"
+                write(f"{place} state {index}, {at}", False)
             case CaseFinished(result):
-                write(f"{place} {result.status} after {result.n_iterations} numerical iterations", True)
+                count = f"{result.n_iterations} numerical iteration{'s' * (result.n_iterations != 1)}"
+                write(f"{place} {result.status} after {count}", True)
 
     return listen
 

@@ -3,6 +3,7 @@
 import platform
 from collections.abc import Iterable
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import version
 from typing import Any
 
@@ -30,8 +31,13 @@ def now() -> str:
 
 def versions() -> dict[str, str]:
     """Version of every package that makes the numbers, of Python, and the platform."""
-    found = {package: version(package) for package in _PACKAGES}
-    return {**found, "python": platform.python_version(), "platform": platform.platform()}
+    return {**_installed(), "python": platform.python_version(), "platform": platform.platform()}
+
+
+@cache
+def _installed() -> dict[str, str]:
+    """Read once: it takes as long as a small case."""
+    return {package: version(package) for package in _PACKAGES}
 
 
 def solver_options(settings: Iterable[ProcedureSettings]) -> dict[str, dict[str, Any]]:

@@ -5,15 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone
+from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, StepDone
 from blockstruct.limit import Iteration
-from blockstruct.results import history_of, iteration_variables
+from blockstruct.results import history_of, iteration_variables, step_arrays
 from blockstruct.storage import Checkpoint
 from blockstruct.vocabulary import Status
 
 
 class Recorder:
-    """Listener that commits every iteration as it is solved, and every case as it ends.
+    """Listener that commits every iteration, and every step of a pushover, as it is solved, and every case as it ends.
 
     Parameters
     ----------
@@ -34,5 +34,7 @@ class Recorder:
             case IterationDone(case, index, iteration):
                 arrays = {name: values for name, (_, values, _) in self._variables(iteration).items()}
                 self._working.commit(case.name, index, arrays | {"holds": np.array([iteration.certificate.holds])})
+            case StepDone(case, index, step):
+                self._working.commit_step(case.name, index, step_arrays([step], len(step.position)))
             case CaseFinished(result) if result.status is not Status.INTERRUPTED:
                 self._working.end(result)

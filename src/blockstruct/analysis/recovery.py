@@ -2,13 +2,15 @@
 
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
-from blockstruct.limit import LimitProblem
-from blockstruct.model import Model
+from blockstruct.limit import LimitProblem, ProcedureSettings
+from blockstruct.model import Case, Model
 from blockstruct.results import Analysis, CaseResult, history_of
 from blockstruct.statics import Statics
 from blockstruct.storage import Checkpoint
+from blockstruct.vocabulary import Status
 
 
 def recover(path: str | Path) -> Analysis:
@@ -40,3 +42,21 @@ def blank_history(model: Model, result: CaseResult) -> xr.Dataset:
     """History of a case that has not begun."""
     statics = Statics.of(model, result.settings.crushing_cells)
     return history_of(statics, LimitProblem.of(statics, result.case), [])
+
+
+def planned_result(
+    case: Case, settings: ProcedureSettings, statics: Statics, problem: LimitProblem, started_at: str
+) -> CaseResult:
+    """Result of a case that is still to be run."""
+    return CaseResult(
+        model=statics.model,
+        case=case,
+        settings=settings,
+        status=Status.INTERRUPTED,
+        load_factor=np.nan,
+        certificate=None,
+        message="interrupted before its first program was solved",
+        history=history_of(statics, problem, []),
+        started_at=started_at,
+        duration=0.0,
+    )

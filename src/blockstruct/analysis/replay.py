@@ -22,7 +22,7 @@ from blockstruct.limit.iteration import Steps
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import SolverStatus, Stage
 
-#: Stages whose iterations are no programs of the problem itself.
+#: Stages whose iterations are not programs of the problem itself.
 _FOUND_ANEW = (Stage.DEAD_LOAD, Stage.LARGEST_REACTION, Stage.LOADING_PATH)
 
 

@@ -1,7 +1,9 @@
 """Analyses in one call: run cases, or those of a stored analysis again."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 from blockstruct.analysis.events import Listener
 from blockstruct.analysis.manager import AnalysisManager
@@ -18,6 +20,7 @@ def run(
     *,
     settings: ProcedureSettings | None = None,
     spread: bool | str | Iterable[str] = False,
+    parameters: Mapping[str, Any] = MappingProxyType({}),
     listeners: Iterable[Listener] = (),
     progress: Progress = "auto",
 ) -> Analysis:
@@ -25,7 +28,7 @@ def run(
 
     Parameters
     ----------
-    model, store, settings, listeners, progress
+    model, store, settings, parameters, listeners, progress
         As for :class:`AnalysisManager`.
     cases, spread
         As for :meth:`AnalysisManager.run`; a single case will do.
@@ -36,7 +39,9 @@ def run(
         As both do.
     """
     listed = [cases] if isinstance(cases, LimitCase | SettlementCase) else cases
-    manager = AnalysisManager(model, store, settings=settings, listeners=listeners, progress=progress)
+    manager = AnalysisManager(
+        model, store, settings=settings, parameters=parameters, listeners=listeners, progress=progress
+    )
     return manager.run(listed, spread=spread)
 
 

@@ -14,7 +14,7 @@ from blockstruct.errors import ModelError, StorageError, shown
 from blockstruct.model import JOINT_PROPERTIES, Interface, JointMaterial, Model
 from blockstruct.results import Analysis, CaseResult
 from blockstruct.storage import save_analysis
-from blockstruct.units import in_first_unit
+from blockstruct.units import in_first_unit, parse
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +77,13 @@ def joints_at(axes: Sequence[Axis], interfaces: Sequence[Interface]) -> Iterator
         yield [interface.joint_material.varied(**changes) for interface in interfaces]
 
 
+def points_of(axes: Sequence[Axis]) -> Iterator[dict[str, Any]]:
+    """Values at each point of a sweep by their quantity, as its file keeps them."""
+    for values in itertools.product(*(axis.values for axis in axes)):
+        given = zip(axes, values, strict=True)
+        yield {a.quantity: parse(v, a.quantity) if isinstance(v, str) else v for a, v in given}
+
+
 def names_at(axes: Sequence[Axis]) -> Iterator[str]:
     """Name of a file for each point of a sweep, as ``friction_coefficient=0.6,cohesion=50-kilopascal``."""
     for magnitudes in itertools.product(*(axis.magnitudes for axis in axes)):
@@ -88,7 +95,12 @@ def names_at(axes: Sequence[Axis]) -> Iterator[str]:
 
 
 def keep_point(
-    model: Model, joints: Sequence[JointMaterial], result: CaseResult, path: Path, tags: Iterable[str]
+    model: Model,
+    joints: Sequence[JointMaterial],
+    result: CaseResult,
+    path: Path,
+    tags: Iterable[str],
+    parameters: Mapping[str, Any],
 ) -> None:
     """Save the result at one point of a sweep, with the joints that the model has there.
 
@@ -105,4 +117,6 @@ def keep_point(
     except OSError as error:
         msg = f"{path.parent}: is not a folder to write to ({error.strerror or error}); choose another store"
         raise StorageError(msg) from error
-    save_analysis(Analysis(varied, {result.name: result}, now(), versions(), solver_options=options, tags=tags), path)
+    results = {result.name: result}
+    kept = Analysis(varied, results, now(), versions(), solver_options=options, tags=tags, parameters=parameters)
+    save_analysis(kept, path)

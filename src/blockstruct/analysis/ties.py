@@ -19,6 +19,7 @@ load factor 0.725: 5 kN in all (tie 5 kN)
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -215,7 +216,11 @@ def least_tie_force(
         zero.
     """
     settings = settings or ProcedureSettings()
-    if isinstance(load_factor, bool) or not isinstance(load_factor, int | float) or not 0 < load_factor < np.inf:
+    for value, kind in ((model, Model), (case, LimitCase), (settings, ProcedureSettings)):
+        if not isinstance(value, kind):
+            msg = f"least_tie_force: {shown(value)} is not a {kind.__name__}; give model, case, ties and load_factor"
+            raise ModelError(msg)
+    if isinstance(load_factor, bool) or not isinstance(load_factor, Real) or not 0 < load_factor < np.inf:
         msg = f"least_tie_force: load factor {shown(load_factor)}; give a number above zero"
         raise ModelError(msg)
     given = checked_tuple(ties, AnyTie | str, "least_tie_force: ties")
@@ -234,16 +239,16 @@ def least_tie_force(
     problem = LimitProblem.of(statics, case)
     sought = np.isin(np.array(statics.ties.name), names)
     found = least_ties(problem, sought, float(load_factor), settings, solver_of(settings))
-    forces = dict(zip(statics.ties.name, (found.tie_force * problem.ties.force_unit).tolist(), strict=True))
-    least = {name: float(np.maximum(forces[name], 0.0)) for name in names}
+    force = found.tie_force * problem.ties.force_unit
+    forces = dict(zip(statics.ties.name, np.maximum(force, 0.0).tolist(), strict=True))
     c = found.certificate
     admissible = c.equilibrium_residual <= settings.equilibrium_tolerance and c.yield_excess <= settings.yield_tolerance
-    weight = float(problem.wrench_unit.sum())
-    needed = sum(least.values()) > settings.yield_tolerance * weight
+    beyond_prestress = float((force - statics.ties.prestress)[sought].sum())
+    needed = beyond_prestress > settings.yield_tolerance * float(problem.wrench_unit.sum())
     return LeastTieForce(
         load_factor=float(load_factor),
         flow=case.flow,
-        forces=least,
+        forces={name: forces[name] for name in names},
         certificate=c if needed else None,
         proven=c.holds and found.least if needed else admissible,
         solver_status=found.solver_status,

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 import blockstruct as bs
-from blockstruct.views import iteration_table, result_text, spread_text, summary_table
+from blockstruct.views import directions_text, iteration_table, result_text, spread_text, summary_table
 
 app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=None)
 #: Exit codes.
@@ -82,6 +82,7 @@ def print_results(analysis: bs.Analysis, *, iterations: bool = False) -> None:
             say(f"  on a tilting table: falls at {angle:.4g} deg\n")
     out.print(summary_table(analysis))
     out.print(spread_text(analysis), markup=False, soft_wrap=True, end="")
+    out.print(directions_text(analysis), markup=False, soft_wrap=True, end="")
 
 
 def _angle_of_table(result: bs.CaseResult) -> float | None:

@@ -9,8 +9,9 @@ import typer
 
 import blockstruct as bs
 from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, out, print_results, say
+from blockstruct.cli.verification import FactorOption, LevelOption, MethodOption, SpectrumOption, checks_of
 from blockstruct.keywords import did_you_mean
-from blockstruct.views import analysis_summary, archive_table, iteration_table
+from blockstruct.views import analysis_summary, archive_table, iteration_table, parameter_texts
 from blockstruct.views.output import write_csv
 
 
@@ -26,6 +27,8 @@ def show(file: FileArgument, as_json: JsonOption = False) -> None:
     say(f"{model.name}: {len(model.blocks)} blocks, {len(model.interfaces)} interfaces{ties}")
     say(f"model hash {model.hash[:16]}…, created {analysis.created_at}, {analysis.status}")
     say(f"blockstruct {analysis.versions.get('blockstruct')}")
+    if analysis.parameters:
+        say("with " + ", ".join(f"{name} = {value}" for name, value in parameter_texts(analysis)))
     print_results(analysis)
 
 
@@ -85,13 +88,20 @@ def archive(
         str | None,
         typer.Option("--query", help='Rows to print, such as "load_factor < 0.3".', show_default=False),
     ] = None,
+    all_columns: Annotated[
+        bool, typer.Option("--all-columns", help="Print every column: certificates, joints, settings, times.")
+    ] = False,
     csv: CsvOption = None,
 ) -> None:
     """Print a row for each case of the analyses in a folder and its subfolders."""
     found = bs.Archive(folder)
-    table = found.table() if query is None else found.query(query)
+    whole = csv is not None or all_columns
+    table = found.table(all_columns=whole) if query is None else found.query(query, all_columns=whole)
     if csv is None:
-        out.print(archive_table(table))
+        if all_columns:
+            say(table.to_string())
+        else:
+            out.print(archive_table(table))
         for path, problem in table.loc[table["problem"] != "", ["path", "problem"]].itertuples(index=False):
             say(f"{path}: {problem}")
         return
@@ -137,7 +147,7 @@ def report(
     file: FileArgument,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="File to write; FILE-report.html otherwise.", show_default=False),
+        typer.Option("--output", "-o", help="HTML or PDF to write; FILE-report.html otherwise.", show_default=False),
     ] = None,
     template: Annotated[
         Path | None, typer.Option("--template", help="A Jinja2 template of your own.", show_default=False)
@@ -146,14 +156,20 @@ def report(
         list[str] | None,
         typer.Option("--project", help="A line of its head, as in 'client=Town of Lucca'.", show_default=False),
     ] = None,
+    spectrum: SpectrumOption = None,
+    confidence_factor: FactorOption = None,
+    knowledge_level: LevelOption = None,
+    method: MethodOption = "linear",
     show_it: Annotated[bool, typer.Option("--open", help="Show the report in the browser.")] = False,
 ) -> None:
-    """Write a report of an analysis, to read and to print."""
+    """Write a report of an analysis, as a page or as PDF, with checks of local mechanisms for a given site."""
     from blockstruct.views.report import write_report
 
     target = _beside(output or file.with_name(f"{file.stem}-report.html"), file, template)
     head = dict(_project_line(line) for line in project or ())
-    _written(write_report(bs.open_analysis(file), target, project=head, template=template), show_it)
+    analysis = bs.open_analysis(file)
+    checks = checks_of(analysis, spectrum, confidence_factor, knowledge_level, method)
+    _written(write_report(analysis, target, project=head, checks=checks, template=template), show_it)
 
 
 @app.command()

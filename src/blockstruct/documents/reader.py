@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,9 @@ from blockstruct.model import (
     LoadPattern,
     Material,
     Model,
+    Pushover,
     SettlementCase,
+    direction_cases,
 )
 from blockstruct.schema import listed_violations, violations
 from blockstruct.structures.courses import courses
@@ -43,7 +46,7 @@ class Document:
     Attributes
     ----------
     model : Model
-    cases : tuple of LimitCase or SettlementCase
+    cases : tuple of LimitCase, Pushover or SettlementCase
     settings : dict
         Settings of the procedure, as :class:`blockstruct.ProcedureSettings` takes them.
     report : DetectionReport
@@ -78,21 +81,49 @@ def read_document(path: str | Path) -> Document:
     """
     path = Path(path)
     stored = _stored(path)
-    try:
-        text = stored.decode("utf-8")
-    except UnicodeDecodeError as error:
-        msg = f"{path}: is not text; give a YAML or JSON document (`blockstruct show` prints an analysis file)"
-        raise StorageError(msg) from error
-    content = _load(text, path)
-    found = violations(content, "model-1")
-    if found:
-        msg = f"{path}: {listed_violations(found)}"
-        raise DocumentError(msg)
+    content = _content(stored, path, "model-1")
     try:
         return _build(content, path.stem, hashlib.sha256(stored).hexdigest())
     except BlockstructError as error:
         error.add_note(f"in {path}")
         raise
+
+
+def read_content(path: str | Path, schema: str) -> dict[str, Any]:
+    """Content of a document that follows a schema, raising what :func:`read_document` does."""
+    return _content(_stored(Path(path)), Path(path), schema)
+
+
+def document_of(content: dict[str, Any], name: str) -> Document:
+    """What a content says that was read, or changed, instead of a file; the model is named if the content has no name.
+
+    Raises
+    ------
+    DocumentError
+        If the content violates the schema.
+    ModelError
+        If it does not describe a valid model.
+    """
+    _check(content, "model-1", name)
+    return _build(content, name, "")
+
+
+def _content(stored: bytes, path: Path, schema: str) -> dict[str, Any]:
+    try:
+        text = stored.decode("utf-8")
+    except UnicodeDecodeError as error:
+        msg = f"{path}: is not text; give a YAML or JSON document (`blockstruct show` prints an analysis file)"
+        raise StorageError(msg) from error
+    content: dict[str, Any] = _load(text, path)
+    _check(content, schema, path)
+    return content
+
+
+def _check(content: Any, schema: str, where: object) -> None:
+    found = violations(content, schema)
+    if found:
+        msg = f"{where}: {listed_violations(found)}"
+        raise DocumentError(msg)
 
 
 def _stored(path: Path) -> bytes:
@@ -146,8 +177,8 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
         name: LoadPattern(name, [_load_from(entry) for entry in loads])
         for name, loads in content["load_patterns"].items()
     }
-    cases = tuple(_case(entry, patterns) for entry in content["cases"])
-    return Document(model, cases, content.get("settings", {}), found.report, digest)
+    cases = [case for entry in content["cases"] for case in _cases(entry, patterns)]
+    return Document(model, tuple(cases), content.get("settings", {}), found.report, digest)
 
 
 def _detection(blocks: list[Block], entry: dict[str, Any], joints: dict[str, JointMaterial]) -> Detection:
@@ -197,11 +228,19 @@ def _load_from(entry: dict[str, Any]) -> Any:
     return LOAD_KINDS[entry["kind"]].type(**{key: value for key, value in entry.items() if key != "kind"})
 
 
-def _case(entry: dict[str, Any], patterns: dict[str, LoadPattern]) -> Case:
-    kind: type[Case] = SettlementCase if entry.get("kind") == "settlement" else LimitCase
+_CASE_KINDS: dict[str, type[Case]] = {"limit": LimitCase, "pushover": Pushover, "settlement": SettlementCase}
+
+
+def _cases(entry: dict[str, Any], patterns: dict[str, LoadPattern]) -> Sequence[Case]:
+    """The case of an entry, or one per direction."""
+    kind = _CASE_KINDS[entry.get("kind", "limit")]
     roles = [role for role in ("dead", "variable") if role in entry]
     named = {role: _named(patterns, entry[role], f"case {entry['name']!r}: {role} load pattern") for role in roles}
-    return kind(**{key: value for key, value in (entry | named).items() if key != "kind"})
+    given = {key: value for key, value in (entry | named).items() if key != "kind"}
+    if kind is Pushover:
+        control = given["control"]
+        given |= {"control": (control["block"], control["direction"]), "control_point": control.get("point")}
+    return direction_cases(**given) if "directions" in given else [kind(**given)]
 
 
 def _named(known: dict[str, Any], name: str, kind: str) -> Any:

@@ -26,12 +26,14 @@ from blockstruct.model import (
     LoadPattern,
     Material,
     Model,
+    Pushover,
     given_quantities,
     kind_of,
     tie_kind_of,
 )
 from blockstruct.schema import listed_violations, violations
 from blockstruct.units import si, si_text
+from blockstruct.vocabulary import Torsion
 
 #: Agreement of the corners of an interface found again with those of the model, relative to its size.
 _SAME = 1e-9
@@ -208,6 +210,17 @@ def _write(
 
 
 def _case(case: Case) -> dict[str, Any]:
+    if isinstance(case, Pushover):
+        block, direction = case.control
+        at = {} if case.control_point is None else {"point": [si_text(v, "length") for v in case.control_point]}
+        return {
+            "kind": "pushover",
+            "name": case.name,
+            "dead": case.dead.name,
+            "variable": case.variable.name,
+            "control": {"block": block, "direction": list(direction), **at},
+            "steps": case.steps,
+        }
     if isinstance(case, LimitCase):
         return {
             "name": case.name,
@@ -229,11 +242,12 @@ def _case(case: Case) -> dict[str, Any]:
 
 def _joint(joint: JointMaterial) -> dict[str, Any]:
     values = {name: getattr(joint, name) for name in JOINT_PROPERTIES}
-    return {
+    numbers = {
         name: _number(value, JOINT_PROPERTIES[name].dimension)
         for name, value in values.items()
         if value != JOINT_PROPERTIES[name].absent
     } | _source(joint)
+    return numbers if joint.torsion is Torsion.CORNERS else numbers | {"torsion": str(joint.torsion)}
 
 
 def _source(material: Material | JointMaterial) -> dict[str, str]:

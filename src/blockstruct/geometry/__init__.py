@@ -15,8 +15,18 @@ from blockstruct.geometry.lying import areas_on_bodies
 from blockstruct.geometry.neighbours import box_pairs, separations, unsupported
 from blockstruct.geometry.overlap import overlapping_pairs
 from blockstruct.geometry.plan import PlanFaces, clipped, fan, products
-from blockstruct.geometry.polygon import common_areas, perimeter, plane_axes, polygon_area, tributary_areas
+from blockstruct.geometry.polygon import (
+    common_areas,
+    mean_distances,
+    next_corners,
+    perimeter,
+    plane_axes,
+    polygon_area,
+    tributary_areas,
+)
 from blockstruct.geometry.polyhedron import BOX_FACES, Polyhedron, box, lofted, polyhedron
+from blockstruct.geometry.screws import rotation_matrices, rotation_vectors, screw_motions
+from blockstruct.geometry.touching import MovingBodies, Touching
 from blockstruct.geometry.triangles import triangulated
 
 __all__ = [
@@ -31,6 +41,8 @@ __all__ = [
     # polygons
     "common_areas",
     "is_rectangle",
+    "next_corners",
+    "mean_distances",
     "perimeter",
     "plane_axes",
     "polygon_area",
@@ -48,6 +60,12 @@ __all__ = [
     "coplanar_face_pairs",
     "crossed_faces",
     "joined_pairs",
+    # bodies that move
+    "MovingBodies",
+    "Touching",
+    "rotation_matrices",
+    "rotation_vectors",
+    "screw_motions",
     # neighbours
     "box_pairs",
     "separations",

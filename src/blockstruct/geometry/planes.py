@@ -8,6 +8,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from blockstruct.geometry.polygon import next_corners
+
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Face = tuple[int, ...]
@@ -55,8 +57,7 @@ class Planes:
         corner = np.fromiter(chain.from_iterable(faces), dtype=np.int64, count=int(count.sum()))
         start = np.cumsum(count) - count
         face = np.repeat(np.arange(len(faces)), count)
-        following = np.arange(1, len(corner) + 1)
-        following[start + count - 1] = start
+        following = next_corners(start, count)
         points = vertices[corner]
         centre = np.add.reduceat(points, start) / count[:, None]
         arms = points - centre[face]

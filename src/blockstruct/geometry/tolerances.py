@@ -41,3 +41,16 @@ MOST_CROSSINGS = 20_000
 SAMPLES = 12
 #: Numbers worked on at once: bounds the memory, not the result.
 CHUNK = 2_000_000
+
+# Moved bodies against each other
+
+#: Angle between faces beyond which they do not face each other. A vertex of a box always has a face within 55 degrees.
+FACING = math.radians(60)
+#: Width, relative to the mean block size, of what two faces share that is none; and edges shorter than it.
+NO_WIDTH, NO_EDGE = 1e-6, 1e-9
+#: Depth of a penetration, relative to the width of what is shared, beyond which two faces belong to opposite sides.
+DEEP = 0.5
+#: Sine of the angle between two edges below which their crossing tells no normal.
+NO_CROSSING = 0.05
+#: Cosine of the angle between the outward normals of two parts of a surface above which their common edge is flat.
+FLAT = 1 - 1e-9

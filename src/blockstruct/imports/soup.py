@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 
+from blockstruct.geometry import next_corners
 from blockstruct.imports.tolerances import WELD
 
 Array = NDArray[np.float64]
@@ -35,8 +36,7 @@ def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
 
     count = np.array([len(f) for f in faces])
     corner = np.fromiter(chain.from_iterable(faces), dtype=int, count=count.sum())
-    following = np.arange(1, len(corner) + 1)
-    following[np.cumsum(count) - 1] = np.cumsum(count) - count
+    following = next_corners(np.cumsum(count) - count, count)
     edges = vertices[corner] - vertices[corner[following]]
     distance = WELD * float(np.median(np.linalg.norm(edges, axis=1)))
 

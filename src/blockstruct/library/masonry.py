@@ -68,7 +68,7 @@ class Masonry(Entry):
         compressive_strength
             ``"min"``, ``"mean"`` or ``"max"`` of f, or a quantity within its range; None leaves it unlimited.
         cohesion
-            The same of fv0, which irregular masonry has none of; None is no cohesion.
+            The same of fv0, which irregular masonry has none of; None means no cohesion.
         friction_source
             Where the friction coefficient comes from.
         """

@@ -15,9 +15,9 @@ Array = NDArray[np.float64]
 #: The four measures: what each is called, and what it is a multiple of.
 _JUDGED = {
     "equilibrium_residual": ("equilibrium residual", "dead wrenches of the block"),
-    "yield_excess": ("yield excess", "of the lighter block's dead wrench, or of n"),
+    "yield_excess": ("yield excess", "dead wrenches of the lighter block, or n"),
     "interpenetration": ("interpenetration", "largest relative velocities"),
-    "flow_rule_gap": ("flow-rule gap", "in units of the load factor or reaction"),
+    "flow_rule_gap": ("flow-rule gap", "of the load factor; of the dead load, if a reaction"),
 }
 
 
@@ -86,7 +86,7 @@ class Certificate:
         return "\n".join([self.verdict, *lines])
 
     def _repr_html_(self) -> str:
-        return html_table(self.verdict, ["measure", "value", "tolerance", "relative to"], self._rows())
+        return html_table(self.verdict, ["measure", "value", "tolerance", "measured in"], self._rows())
 
     def _rows(self) -> list[tuple[str, str, str, str]]:
         return [
@@ -106,6 +106,8 @@ def certify(
     alpha: float,
     settings: ProcedureSettings,
     T: Array | None = None,
+    *,
+    gap: Array | float = 0.0,
 ) -> Certificate:
     """Certificate of a state.
 
@@ -123,6 +125,8 @@ def certify(
         Tolerances.
     T : (M,) array
         Tie forces; needed if the problem has ties.
+    gap : (K,) array
+        Distance that is open before the velocities act for a unit of time, in the unit of relative velocities.
     """
     T = np.zeros(0) if T is None else T
     biaxial = settings.crushing_interaction == "biaxial"
@@ -130,7 +134,7 @@ def certify(
     residual = float(np.abs(unbalanced).max())
     v = (problem.A.T @ u).reshape(-1, 3)
     n, v_n = x[:, 0], v[:, 0]
-    sliding = np.linalg.norm(v[:, 1:], axis=1)
+    sliding = problem.slip(v, n)
     resistance = problem.cohesion + problem.friction * n
     corners = problem.rectangles
     beyond_crushing = crushing.excess(n[corners], problem.capacity, biaxial=biaxial)
@@ -142,10 +146,11 @@ def certify(
         (n - problem.compression) / at_point,
         beyond_crushing / at_rectangle,
         problem.ties.excess(beyond_prestress, T),
+        problem.torsion.excess(x, resistance) / np.maximum(problem.torsion.total(n), 1.0),
     )
     # Unlike max, numpy passes a NaN on.
     excess = float(np.concatenate(excesses).max())
-    opening = v_n - problem.dilatancy * sliding
+    opening = v_n + gap - problem.dilatancy * sliding
     rigid = ~problem.crushes
     # Velocities are relative to local units of force; what penetrates is measured against the fastest point.
     largest = problem.speed(v, u)
@@ -159,7 +164,7 @@ def certify(
     at_cells = most + n[cell] * opening[cell]
     rates = -opening[corners]
     at_rectangles = crushing.dissipation(rates, problem.capacity, biaxial=biaxial) - (n[corners] * rates).sum(axis=1)
-    friction = resistance * sliding + np.einsum("kj,kj->k", x[:, 1:], v[:, 1:])
+    friction = problem.torsion.by_joint(resistance * sliding + np.einsum("kj,kj->k", x[:, 1:], v[:, 1:]))
     at_ties = problem.ties.missed_work(beyond_prestress, problem.ties.elongation(u))
     missed = (at_rigid, at_cells, at_rectangles, friction, at_ties, unbalanced * u)
     gap = float(sum(np.abs(part).sum() for part in missed))

@@ -74,6 +74,32 @@ def sliding(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     return _cones(*(ConstraintRows(_matrix(n_columns, (n + c, -1.0)), np.zeros(len(n))) for c in range(3)))
 
 
+def torsion(problem: LimitProblem, n_columns: int, first: int) -> ConstraintRows:
+    """``‖(V_s, V_t, T / r̄)‖ ≤ Σ (bound_k + slope_k n_k)`` of each interface of uniform torsion; the step gives both.
+
+    As two cones of three dimensions with the auxiliary q, of which ``first`` is the first column: ``‖(V_s, V_t)‖ ≤ q``
+    and ``‖(q, T / r̄)‖ ≤ Σ (bound_k + slope_k n_k)``.
+    """
+    own = problem.torsion
+    q, number = first + np.arange(len(own)), np.arange(len(own))
+    n, (x, y) = normal_force(own.point), own.place.T
+
+    def rows(*terms: tuple[Index, Index, Array]) -> ConstraintRows:
+        row, column, value = (np.concatenate(part) for part in zip(*terms, strict=True))
+        G = sp.csr_array((value, (row, column)), shape=(len(own), n_columns))
+        return ConstraintRows(G, np.zeros(len(own)))
+
+    one, of_points = np.ones(len(own)), np.ones(len(n))
+    return _joined(
+        _cones(rows((number, q, -one)), rows((own.owner, n + 1, -of_points)), rows((own.owner, n + 2, -of_points))),
+        _cones(
+            rows((own.owner, n, -of_points)),
+            rows((number, q, -one)),
+            rows((own.owner, n + 2, -x), (own.owner, n + 1, y)),
+        ),
+    )
+
+
 def crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     """``N² ≤ 2 F m`` for the auxiliary m of each rectangle, as ``‖(m − 1, √(2/F) N)‖ ≤ m + 1``."""
     m = 1 + 3 * problem.n_points + np.arange(len(problem.rectangles))

@@ -66,7 +66,7 @@ class Linearisation:
         """
         corners = problem.rectangles
         N = np.clip(x[corners, 0].sum(axis=1), 0, problem.capacity)
-        penetration = problem.dilatancy * np.linalg.norm(v[:, 1:], axis=1) - v[:, 0]
+        penetration = problem.dilatancy * problem.slip(v, x[:, 0]) - v[:, 0]
         speed = np.linalg.norm(v, axis=1) / problem.force_unit
         crushes = ((penetration / problem.force_unit)[corners] > 1e-6 * speed.max()).any(axis=1)
         secant = np.where(self.tangent, N, np.maximum(N, self.N0))

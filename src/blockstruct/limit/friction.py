@@ -32,9 +32,12 @@ def fictitious_sliding(problem: LimitProblem, n0: Array, c0: float, a: float) ->
     return Sliding(problem.cohesion + c0 + (problem.friction - slope) * n0, slope)
 
 
-def shift_of(problem: LimitProblem, v: Array) -> Array:
-    """Shift ``(μ − tan ψ) ‖v_t,k‖`` of De Saxcé & Feng (1998) at relative velocities v, (K,)."""
-    return np.asarray((problem.friction - problem.dilatancy) * np.linalg.norm(v[:, 1:], axis=1))
+def shift_of(problem: LimitProblem, v: Array, n: Array) -> Array:
+    """Shift ``(μ − tan ψ) ‖v_t,k‖`` of De Saxcé & Feng (1998) at relative velocities v, (K,).
+
+    In interfaces with the torsion of uniform pressure the rate of sliding depends on the normal forces n (K,).
+    """
+    return np.asarray((problem.friction - problem.dilatancy) * problem.slip(v, n))
 
 
 def relax(n0: Array, n: Array, beta: float) -> Array:

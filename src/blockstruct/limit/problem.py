@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import ModelError
 from blockstruct.limit.settlement import Settlement
 from blockstruct.limit.ties import Ties
+from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.model import Case, SettlementCase
 from blockstruct.statics import ContactPoints, Statics, wrenches
 from blockstruct.vocabulary import Flow
@@ -54,6 +55,8 @@ class LimitProblem:
         Unit of displacements along the loading path, m; NaN where no joint has a stiffness.
     ties : Ties
         Their prestress is part of the dead wrenches.
+    torsion : UniformTorsion
+        The interfaces whose torsion is that of uniform pressure.
     settlement : Settlement or None
         The supports that give way, if the case is a settlement.
     """
@@ -74,6 +77,7 @@ class LimitProblem:
     force_unit: Array
     displacement_unit: float
     ties: Ties
+    torsion: UniformTorsion
     settlement: Settlement | None = None
 
     @classmethod
@@ -136,6 +140,7 @@ class LimitProblem:
             force_unit=force_unit,
             displacement_unit=work_unit / driven,
             ties=ties,
+            torsion=UniformTorsion.of(points),
         )
         if isinstance(case, SettlementCase):
             return problem.releasing(Settlement.of(statics, case, wrench_unit))
@@ -193,6 +198,13 @@ class LimitProblem:
         """``A x + Σ a_j T_j + w_D + α w_L`` of contact forces (K, 3) and tie forces (M,)."""
         beyond = T - self.ties.prestress(alpha)
         return np.asarray(self.A @ x.ravel() + self.ties.columns @ beyond + self.w_D + alpha * self.w_L)
+
+    def slip(self, v: Array, n: Array) -> Array:
+        """Rate at which each contact point slides, (K,), at relative velocities (K, 3) and normal forces (K,).
+
+        It is ``‖v_t‖`` but in the interfaces of :attr:`torsion`.
+        """
+        return self.torsion.slip(v, self.cohesion + self.friction * n)
 
     def work_scale(self, u: Array) -> float:
         """Size of the work of the dead load in a mechanism, in units of the load factor: ``Σ |w_D| |u|``.

@@ -67,11 +67,11 @@ class ConicProgram:
     """Maximise α subject to equilibrium and the failure conditions: minimise ``q·y``, ``h − G y ∈ cones``.
 
     The variables are ``y = (κ α, n_1, s_1, t_1, …)`` with κ the mean variable wrench, so that a multiple of the
-    variable load gives the same program, then the auxiliary ones of exact crushing, and then the forces T' of ties
-    beyond their prestress. The rows are, in this order, the equilibrium of the free blocks (zero cone); an upper limit
-    of α, the limits of tension, of cells, of ties and of linearised crushing (nonnegative cone); three rows of each
-    contact point and of each crushing cone (second-order cones). The pattern never changes;
-    :meth:`data` gives the values of a step.
+    variable load gives the same program, then the auxiliary ones of exact crushing and of torsion, and then the
+    forces T' of ties beyond their prestress. The rows are, in this order, the equilibrium of the free blocks (zero
+    cone); an upper limit of α, the limits of tension, of cells, of ties and of linearised crushing (nonnegative cone);
+    three rows of each contact point and of each cone of crushing and of torsion (second-order cones). The pattern
+    never changes; :meth:`data` gives the values of a step.
 
     The objective is α times the total variable load, which makes the multipliers of equilibrium, the
     velocities, of order one: without it an interior-point solver stops percents short on thousands of blocks.
@@ -92,7 +92,8 @@ class ConicProgram:
         self.total = total(problem.w_L)
         self.unit = self.total / (equilibrium // 6)
 
-        n_auxiliary = 0 if self.is_linearised else conditions.n_auxiliary(problem, biaxial=biaxial)
+        of_crushing = 0 if self.is_linearised else conditions.n_auxiliary(problem, biaxial=biaxial)
+        n_auxiliary = of_crushing + len(problem.torsion)
         n_columns = 1 + 3 * problem.n_points + n_auxiliary + len(problem.ties)
         load, auxiliary = sp.csr_array(problem.w_L[:, None] / self.unit), sp.csr_array((equilibrium, n_auxiliary))
         wrenches = [load, problem.A, auxiliary, problem.ties.columns]
@@ -111,6 +112,8 @@ class ConicProgram:
         elif len(problem.rectangles):
             linear.append(conditions.edges(problem, n_columns))
             cones.append(conditions.crushing(problem, n_columns))
+        of_points = sum(map(len, cones))
+        cones.append(conditions.torsion(problem, n_columns, 1 + 3 * problem.n_points + of_crushing))
 
         parts = [balance, *linear, *cones]
         G = sp.vstack([p.G for p in parts], format="csc")
@@ -127,6 +130,10 @@ class ConicProgram:
         self._limit_entry = _position(G, np.array([equilibrium]), np.array([0]))
         points = np.arange(problem.n_points)
         self._slope_entries = _position(G, self._bound_rows, conditions.normal_force(points))
+        # The second cones of the interfaces of uniform torsion stand last.
+        self._torsion_rows = first + of_points + 3 * (len(problem.torsion) + np.arange(len(problem.torsion)))
+        of_torsion = self._torsion_rows[problem.torsion.owner]
+        self._torsion_entries = _position(G, of_torsion, conditions.normal_force(problem.torsion.point))
         self._edge_rows = np.arange(first - 4 * len(problem.rectangles), first)
         if self.is_linearised:
             corners = np.repeat(conditions.normal_force(problem.rectangles), 4, axis=0)
@@ -159,6 +166,8 @@ class ConicProgram:
         G, h = self.G.data.copy(), self._h.copy()
         G[self._slope_entries] = -sliding.slope
         h[self._bound_rows] = sliding.bound
+        G[self._torsion_entries] = -sliding.slope[self.problem.torsion.point]
+        h[self._torsion_rows] = self.problem.torsion.total(sliding.bound)
         if not loaded:
             G[: self.G.indptr[1]] = 0.0
         # Without a limit its row reads 0 α ≤ 1: the entry stays in the pattern.

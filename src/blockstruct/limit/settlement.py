@@ -55,9 +55,9 @@ class Settlement:
         Raises
         ------
         UnknownNameError
-            A support that the model does not have.
+            If the model does not have a support.
         ModelError
-            A support that is a free block, supports that carry nothing.
+            If a support is a free block, or the supports carry nothing.
         """
         who, blocks = f"settlement case {case.name!r}", statics.model.blocks
         supports = np.array([_support(statics, who, name) for name in case.supports])

@@ -10,7 +10,8 @@
 from blockstruct.model.block import Block
 from blockstruct.model.bonded_bar import BondedBar
 from blockstruct.model.case import Case
-from blockstruct.model.checks import checked_tuple, listed
+from blockstruct.model.checks import checked_name, checked_tuple, listed
+from blockstruct.model.compass import direction_cases, direction_of
 from blockstruct.model.detection_report import Detection, DetectionReport, DetectionTolerances, FoundContact
 from blockstruct.model.fit import overlaps
 from blockstruct.model.interface import Interface
@@ -27,8 +28,9 @@ from blockstruct.model.loads import (
     SelfWeight,
     kind_of,
 )
-from blockstruct.model.material import Material
+from blockstruct.model.material import STANDARD_GRAVITY, Material
 from blockstruct.model.model import Model
+from blockstruct.model.pushover import Point, Pushover
 from blockstruct.model.settlement_case import SettlementCase
 from blockstruct.model.tie_kinds import TIE_KINDS, AnyTie, given_quantities, tie_kind_of, tie_segments
 from blockstruct.model.tie_segments import TIE_QUANTITIES, TieSegment
@@ -40,6 +42,7 @@ __all__ = [
     "LOAD_KINDS",
     "kind_of",
     # materials
+    "STANDARD_GRAVITY",
     "JointMaterial",
     "Material",
     # bodies and contacts
@@ -79,8 +82,13 @@ __all__ = [
     # cases
     "Case",
     "LimitCase",
+    "Point",
+    "Pushover",
     "SettlementCase",
     # input
+    "checked_name",
     "checked_tuple",
+    "direction_cases",
+    "direction_of",
     "listed",
 ]

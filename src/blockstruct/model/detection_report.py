@@ -1,7 +1,6 @@
 """What a detection of interfaces found, and what it left out."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +12,8 @@ from blockstruct.vocabulary import JointOrientation
 
 #: Findings of one kind that a printed report lists; the table has them all.
 LISTED = 20
+#: Kind of the contacts that no console lists: there may be thousands under a structure.
+BETWEEN_SUPPORTS = "between supports, left out"
 #: Area of a contact, relative to the largest of either of its blocks, below which it is a sliver beside it.
 SLIVER = 1e-3
 
@@ -37,6 +38,9 @@ class DetectionTolerances:
     angle: float
     area: float
     close: float
+
+    def __str__(self) -> str:
+        return f"gap and penetration {_length(self.gap)}, angle {_angle(self.angle)}, area {self.area:.3g} m²"
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,6 +177,13 @@ class DetectionReport:
         }
 
     @property
+    def largest_misfit(self) -> str:
+        """How far the faces of an interface that was measured are apart at most, and turned, in words."""
+        measured = [c for c in self.contacts if not c.reason and not math.isnan(c.gap)]
+        gap, angle = (max((abs(getattr(c, name)) for c in measured), default=0.0) for name in ("gap", "angle"))
+        return f"gap or penetration up to {_length(gap)}, angle {_angle(angle)}"
+
+    @property
     def hints(self) -> tuple[str, ...]:
         """Tolerances that would take the contacts left out, a text for each reason, the most frequent one first."""
         left = [c for c in self.rejected if c.reason != "area"]
@@ -189,6 +200,27 @@ class DetectionReport:
             taken = f"a gap tolerance of {half} would take half of them, {most} all"
             found.append((len(apart), f"{len(apart)} of {len(left)} rejected by gap or penetration: {taken}"))
         return tuple(text for _, text in sorted(found, reverse=True))
+
+    def listing(self) -> list[tuple[str, list[str]]]:
+        """What deserves a look, by kind: one text per finding, as console and report print them."""
+        untouched, pairs = set(self.untouched), [c for c in self.rejected if c.reason != "area"]
+        apart = [pair for pair in self.close if pair[2] > self.tolerances.gap]
+        kinds = {
+            "accepted sliver": [f"{c.minus} | {c.plus}: {c.area:.3g} m²" for c in self.accepted_slivers],
+            "sliver left out": [f"{a} | {b}: {area:.3g} m²" for a, b, area in self.slivers],
+            BETWEEN_SUPPORTS: [f"{a} | {b}" for a, b in self.between_supports],
+            "block without interface": list(self.untouched),
+            "rejected": [
+                f"{c.minus} | {c.plus}: {c.reason}, gap {_length(c.gap)}, angle {_angle(c.angle)}, "
+                f"area {c.area:.3g} m²{' (near miss)' if c.near_miss else ''}"
+                for c in pairs
+            ],
+            "overlap": [f"{a} | {b}: {_length(depth)} deep" for a, b, depth in self.overlaps],
+            "face not plane": [f"{b}, face {f}: {_length(off)} off its plane" for b, f, off in self.nonplanar_faces],
+            "floating block": [b for b in self.floating if b not in untouched],
+            "close without contact": [f"{a} | {b}: {_length(distance)} apart" for a, b, distance in apart],
+        }
+        return [(kind, found) for kind, found in kinds.items() if found]
 
     def table(self) -> pd.DataFrame:
         """Everything found, one row each.
@@ -261,24 +293,10 @@ class DetectionReport:
                 "them, and may raise the load factor: "
                 f"an area tolerance of {self.sliver_tolerance:.2g} m^2 leaves them out"
             )
-        lines += _listed("accepted sliver", [f"{c.minus} | {c.plus}: {c.area:.3g} m^2" for c in small])
-        lines += _listed("sliver", [f"{a} | {b}: {area:.3g} m^2" for a, b, area in self.slivers])
-        lines += _listed("untouched", self.untouched)
-        lines += _listed(
-            "rejected",
-            [
-                f"{c.minus} | {c.plus}: {c.reason}, gap {c.gap:.3g} m, angle {math.degrees(c.angle):.3g} deg, "
-                f"area {c.area:.3g} m^2{' (near miss)' if c.near_miss else ''}"
-                for c in other
-            ],
-        )
-        lines += _listed("overlap", [f"{a} | {b}: {depth:.3g} m deep" for a, b, depth in self.overlaps])
-        lines += _listed(
-            "non-planar", [f"{b} face {f}: {off:.3g} m off its plane" for b, f, off in self.nonplanar_faces]
-        )
-        untouched = set(self.untouched)
-        lines += _listed("floating", [b for b in self.floating if b not in untouched])
-        lines += _listed("close", [f"{a} | {b}: {distance:.3g} m apart" for a, b, distance in apart])
+        for kind, found in self.listing():
+            if kind != BETWEEN_SUPPORTS:
+                lines += [f"  {kind}: {text}" for text in found[:LISTED]]
+                lines += [f"  {kind}: {len(found) - LISTED} more, all in report.table()"] * (len(found) > LISTED)
         return "\n".join(lines)
 
 
@@ -302,8 +320,11 @@ def _finding(contact: FoundContact) -> str:
     return {"": "accepted", "supports": "between supports"}.get(contact.reason, "rejected")
 
 
-def _listed(kind: str, findings: Sequence[str]) -> list[str]:
-    lines = [f"  {kind} {finding}" for finding in findings[:LISTED]]
-    if len(findings) > LISTED:
-        lines.append(f"  {kind}: {len(findings) - LISTED} more, all in report.table()")
-    return lines
+def _length(metres: float) -> str:
+    """Length in mm; rounding of coordinates is none."""
+    return f"{metres * 1e3:.3g} mm" if abs(metres) > 1e-9 else "0 mm"
+
+
+def _angle(radians: float) -> str:
+    """Angle in degrees."""
+    return f"{math.degrees(radians):.3g}°"

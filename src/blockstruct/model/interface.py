@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError, ModelError, shown
-from blockstruct.geometry import polygon_area
+from blockstruct.geometry import mean_distances, polygon_area
 from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_name
 from blockstruct.model.joint_material import JointMaterial
@@ -114,6 +114,12 @@ class Interface:
     def is_planar(self) -> bool:
         """Whether the corners lie in one plane but for rounding."""
         return self.deviation <= PLANARITY * float(np.ptp(self.polygon, axis=0).max())
+
+    @property
+    def torsion_lever(self) -> float:
+        """Mean distance of the area from its centroid, m: lever of friction about the normal under uniform pressure."""
+        (lever,) = mean_distances(self.polygon, np.array([0]), self.centroid[None], self.normal[None])
+        return float(lever)
 
     @property
     def orientation(self) -> JointOrientation:

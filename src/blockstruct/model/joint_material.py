@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Self
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_name, checked_source
 from blockstruct.units import QuantityLike, si, symbol, to_quantity
+from blockstruct.vocabulary import Torsion
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +68,11 @@ class JointMaterial:
         Infinite by default.
     normal_stiffness, shear_stiffness : quantity, stress per length
         Of the joint before it opens or slides, per area. Infinite by default: joints are rigid.
+    torsion
+        ``"corners"`` (the default): friction at the contact points alone limits the torque about the normal, up to 1.85
+        times that of a square under uniform pressure. ``"uniform pressure"``: the shear force V and the torque T about
+        the centroid also keep ``V² + (T / r̄)² ≤ R²``, with R the sliding resistance and r̄ the mean distance of the
+        area from its centroid.
     source
         Where the values come from, as :mod:`blockstruct.library` says it: stored and printed with the material.
 
@@ -101,6 +107,7 @@ class JointMaterial:
     compressive_strength: float
     normal_stiffness: float
     shear_stiffness: float
+    torsion: Torsion
     source: str
 
     def __init__(
@@ -115,6 +122,7 @@ class JointMaterial:
         compressive_strength: QuantityLike | None = None,
         normal_stiffness: QuantityLike | None = None,
         shear_stiffness: QuantityLike | None = None,
+        torsion: Torsion | str = Torsion.CORNERS,
         source: str = "",
     ) -> None:
         checked_name(name, "joint material")
@@ -154,7 +162,12 @@ class JointMaterial:
                 "give a dilatancy angle between zero and the friction angle"
             )
             raise ModelError(msg)
-        values: tuple[object, ...] = (name, mu, psi, c, ft, fc, kn, kt, checked_source(source, who))
+        try:
+            torsion = Torsion(torsion)
+        except (ValueError, TypeError, RecursionError):
+            msg = f"{who}: torsion {shown(torsion)}; give one of {', '.join(map(repr, map(str, Torsion)))}"
+            raise ModelError(msg) from None
+        values: tuple[object, ...] = (name, mu, psi, c, ft, fc, kn, kt, torsion, checked_source(source, who))
         for attribute, field in zip(self.__slots__, values, strict=True):
             object.__setattr__(self, attribute, field)
 
@@ -169,16 +182,17 @@ class JointMaterial:
             del own["friction_coefficient"]
         if self.source and values and "source" not in values:
             own["source"] = f"{self.source}; then changed: {', '.join(values)}"
-        return type(self)(self.name, **(own | values))
+        return type(self)(self.name, **({"torsion": self.torsion, "source": self.source} | own | values))
 
     @classmethod
-    def from_si(cls, name: str, values: Mapping[str, float], source: str = "") -> Self:
+    def from_si(cls, name: str, values: Mapping[str, float], torsion: str = Torsion.CORNERS, source: str = "") -> Self:
         """Joint material of the properties of :data:`JOINT_PROPERTIES` in SI floats."""
-        return cls(name, **_quantities(values), source=source)
+        return cls(name, **_quantities(values), torsion=torsion, source=source)
 
     def __str__(self) -> str:
         given = {n: getattr(self, n) for n, p in JOINT_PROPERTIES.items() if getattr(self, n) != p.absent}
-        return ", ".join(f"{n.replace('_', ' ')} {_readable(v, JOINT_PROPERTIES[n])}" for n, v in given.items())
+        said = ", ".join(f"{n.replace('_', ' ')} {_readable(v, JOINT_PROPERTIES[n])}" for n, v in given.items())
+        return said if self.torsion is Torsion.CORNERS else f"{said}, torsion of {self.torsion}"
 
     @property
     def dilatancy(self) -> float:

@@ -1,7 +1,6 @@
 """Limit cases: what is asked of a model."""
 
-from dataclasses import dataclass, replace
-from typing import Self
+from dataclasses import dataclass
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords
@@ -59,6 +58,6 @@ class LimitCase:
         """
         return f"{self.dead.name} + load factor × {self.variable.name}, {self.flow} flow"
 
-    def renamed(self, name: str, flow: Flow | None = None) -> Self:
-        """The same question by another name, with another flow rule if one is given."""
-        return replace(self, name=name, flow=flow or self.flow)
+    def renamed(self, name: str, flow: Flow | None = None) -> "LimitCase":
+        """The same loads by another name, with another flow rule if one is given; what follows collapse is left out."""
+        return LimitCase(name, self.dead, self.variable, flow or self.flow)

@@ -23,6 +23,7 @@ from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.material import Material
 from blockstruct.model.tie_kinds import AnyTie, given_quantities, tie_kind_of, tie_segments
 from blockstruct.notebook import html_table
+from blockstruct.vocabulary import Torsion
 
 
 @checked_keywords
@@ -233,5 +234,7 @@ class Model:
 
 
 def _fields(material: Material | JointMaterial) -> list[Any]:
-    """What a material does; where its values come from is no matter of mechanics."""
-    return [getattr(material, slot) for slot in material.__slots__ if slot != "source"]
+    """What a material does; where its values come from is not a matter of mechanics."""
+    values = (getattr(material, slot) for slot in material.__slots__ if slot != "source")
+    # What is as it was before there was a choice leaves the hash as it was.
+    return [value for value in values if value is not Torsion.CORNERS]

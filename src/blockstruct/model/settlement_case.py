@@ -21,7 +21,7 @@ class SettlementCase:
     The answer is the reaction that is left when the structure begins to follow: the least for which forces in
     equilibrium, inside the strength of the joints, are the forces of a mechanism. The reaction is what the joints of
     the structure press on the supports along the motion, positive against the motion; the weight of the supports
-    themselves is no part of it.
+    themselves is not part of it.
 
     Parameters
     ----------

@@ -222,7 +222,7 @@ class Strip:
         Raises
         ------
         UnknownNameError
-            A block that is not among them.
+            If a block is not among them.
         ModelError
             As of a tie, or an end inside its block.
         """

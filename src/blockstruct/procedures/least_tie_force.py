@@ -83,6 +83,6 @@ def least_ties(
     certificate = certify(tied, x, u / work if work > 0 else u, alpha, settings, T)
     dear = (ties.elongation(u) - price)[sought]
     left = float((strength[sought] * np.abs(dear)).sum()) / max(float((strength * price).sum()), 1e-12)
-    # A NaN is no proof.
+    # A NaN is not proof.
     least = bool(dear.max() <= _PRICED and left <= _PRICED)
     return LeastTies(T, certificate, least, solution.status)

@@ -59,7 +59,7 @@ def collapse_of_dead_load(
         settings,
         solver,
         # The flow-rule gap is linear in the forces; the weight above one asks for the whole dead load first.
-        objective=Objective(shift_of(own, found.v / work), 2.0),
+        objective=Objective(shift_of(own, found.v / work, found.x[:, 0]), 2.0),
         max_load_factor=1.0,
         mechanism=mechanism,
     )

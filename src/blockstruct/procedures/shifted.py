@@ -37,7 +37,7 @@ def shifted_iteration(
         Why the last program is certified, None if it is not; and the last solved program.
     """
     problem, last = program.problem, first
-    sliding, shift = true_sliding(problem), shift_of(problem, first.v)
+    sliding, shift = true_sliding(problem), shift_of(problem, first.v, first.x[:, 0])
     for _ in range(left):
         step = solve_step(program, sliding, Stage.SHIFTED, settings, solver, objective=Objective(shift))
         yield step
@@ -46,5 +46,5 @@ def shifted_iteration(
         last = step
         if step.certificate.holds:
             return "the certificate holds (De Saxcé shift)", step
-        shift = relax(shift, shift_of(problem, step.v), DAMPING)
+        shift = relax(shift, shift_of(problem, step.v, step.x[:, 0]), DAMPING)
     return None, last

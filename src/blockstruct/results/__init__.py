@@ -8,19 +8,23 @@ compression positive, and velocities belong to one watt of variable load (``w_LÂ
 from blockstruct.limit import CERTIFICATE_MEASURES
 from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
+from blockstruct.results.capacity import block_rotations, capacity_of, step_arrays, steps_of
 from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, relative_difference
 from blockstruct.results.description import failures
 from blockstruct.results.frame import history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import history_of, iteration_variables
+from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
+from blockstruct.results.parameters import checked_parameters, checked_value, plain_value, restored_value, stored_value
 from blockstruct.results.pushed import pushed_masses
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.sweep import sweep_of
 from blockstruct.results.ties import tie_sentences, tie_state, ties_at_collapse
+from blockstruct.results.torsion import corner_torsion
 from blockstruct.results.utilisation import utilisation
 from blockstruct.results.verification import confirm, contradictions, recomputed_certificate
 from blockstruct.statics import applied_loads
@@ -42,6 +46,17 @@ __all__ = [
     "confirm",
     "contradictions",
     "recomputed_certificate",
+    # parameters
+    "checked_parameters",
+    "checked_value",
+    "plain_value",
+    "restored_value",
+    "stored_value",
+    # capacity curves
+    "block_rotations",
+    "capacity_of",
+    "step_arrays",
+    "steps_of",
     # loads
     "applied_loads",
     "pushed_masses",
@@ -49,11 +64,14 @@ __all__ = [
     "HistoryAccessor",
     "active_joints",
     "contact_state",
+    "corner_torsion",
     "failures",
     "history_frame",
     "history_of",
     "iteration_variables",
     "interface_resultants",
+    "MacroBlock",
+    "macro_blocks",
     "mechanism",
     "tie_sentences",
     "tie_state",

@@ -47,12 +47,15 @@ class HistoryAccessor:
         -------
         pandas.DataFrame
             Indexed by iteration: ``stage``, ``load_factor``, ``change`` relative to the last load factor before it,
-            ``equilibrium_residual``, ``yield_excess``, ``interpenetration``, ``flow_rule_gap``.
+            ``equilibrium_residual``, ``yield_excess``, ``interpenetration``, ``flow_rule_gap``; of a settlement its
+            ``reaction`` (N or N·m), too.
         """
         names = ("load_factor", "equilibrium_residual", "yield_excess", "interpenetration", "flow_rule_gap")
         frame = self._ds[["stage", *names]].to_dataframe()[["stage", *names]]
         solved = frame["load_factor"].replace([np.inf, -np.inf], np.nan)
         frame.insert(2, "change", solved / solved.ffill().shift() - 1)
+        if "reaction" in self._ds:
+            frame.insert(1, "reaction", self._ds["reaction"].to_numpy())
         return frame
 
     def interfaces(self, state: str, iteration: int = -1) -> list[str]:

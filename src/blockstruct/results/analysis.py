@@ -10,6 +10,7 @@ from blockstruct.model import Case, Model, checked_tuple
 from blockstruct.notebook import html_table
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.headline import Headline
+from blockstruct.results.parameters import checked_parameters
 from blockstruct.results.spread import Spread, spreads_of
 from blockstruct.vocabulary import Status
 
@@ -33,6 +34,10 @@ class Analysis(Mapping[str, CaseResult]):
     document_hash : str
         SHA-256 of the document that described the model; empty without one.
     tags : tuple of str
+    parameters : mapping
+        What the model was built with, if it was told: numbers, texts and quantities by name.
+    study : str
+        The study that the analysis is a run of, by its build function and settings; empty without one.
     """
 
     model: Model
@@ -42,6 +47,8 @@ class Analysis(Mapping[str, CaseResult]):
     solver_options: Mapping[str, Any]
     document_hash: str
     tags: tuple[str, ...]
+    parameters: Mapping[str, Any]
+    study: str
 
     def __init__(
         self,
@@ -53,6 +60,8 @@ class Analysis(Mapping[str, CaseResult]):
         solver_options: Mapping[str, Any] = MappingProxyType({}),
         document_hash: str = "",
         tags: Iterable[str] = (),
+        parameters: Mapping[str, Any] = MappingProxyType({}),
+        study: str = "",
     ) -> None:
         object.__setattr__(self, "model", model)
         object.__setattr__(self, "results", MappingProxyType(_with_path_dependence(results)))
@@ -61,6 +70,8 @@ class Analysis(Mapping[str, CaseResult]):
         object.__setattr__(self, "solver_options", MappingProxyType(dict(solver_options)))
         object.__setattr__(self, "document_hash", document_hash)
         object.__setattr__(self, "tags", checked_tuple(tags, str, "Analysis: tags"))
+        object.__setattr__(self, "parameters", MappingProxyType(checked_parameters(parameters, "Analysis: parameters")))
+        object.__setattr__(self, "study", study)
 
     @property
     def cases(self) -> tuple[Case, ...]:

@@ -15,12 +15,14 @@ from blockstruct.model import Case, Model, SelfWeight, SettlementCase
 from blockstruct.notebook import html_table
 from blockstruct.results.answer import Answer
 from blockstruct.results.description import describe
-from blockstruct.results.headline import Headline
+from blockstruct.results.headline import Headline, path_text
+from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.pushed import pushed_masses
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import ties_at_collapse
+from blockstruct.results.torsion import torsion_words
 from blockstruct.results.utilisation import utilisation
 from blockstruct.vocabulary import DRIFTING, Flow, Stage, Status
 
@@ -112,6 +114,9 @@ class CaseResult:
     path_dependence : tuple of float or None
         Lowest and highest load factor along the loading path, at halved steps and at other shear stiffness of the
         joints: what the number depends on, if the analysis was run with ``spread="path dependence"`` or ``True``.
+    capacity : xarray.Dataset or None
+        Of a :class:`~blockstruct.Pushover`, the states beyond the collapse state, which is the last of the history:
+        :func:`blockstruct.results.capacity_of`. None for any other case, and without a collapse state.
     """
 
     model: Model = field(repr=False)
@@ -125,6 +130,7 @@ class CaseResult:
     started_at: str
     duration: float
     path_dependence: tuple[float, float] | None = None
+    capacity: xr.Dataset | None = field(default=None, repr=False)
     _unread: LazyHistory | None = field(init=False, default=None, repr=False)
 
     def __post_init__(self) -> None:
@@ -177,6 +183,11 @@ class CaseResult:
         return mechanism(self.history)
 
     @property
+    def macro_blocks(self) -> list[MacroBlock]:
+        """Bodies of the mechanism of the last iteration: :func:`blockstruct.results.macro_blocks`."""
+        return macro_blocks(self.model, self.mechanism)
+
+    @property
     def resultants(self) -> xr.Dataset:
         """Interface resultants of every iteration: :func:`blockstruct.results.interface_resultants`."""
         return interface_resultants(self.history)
@@ -208,7 +219,7 @@ class CaseResult:
         Raises
         ------
         ModelError
-            A case that is no settlement.
+            If the case is not a settlement.
         """
         return self._reactions(self.load_factor)
 
@@ -224,7 +235,7 @@ class CaseResult:
         Raises
         ------
         ModelError
-            A case that is no settlement.
+            If the case is not a settlement.
         """
         h, stages = self.history, self.history["stage"].to_numpy()
         largest = np.flatnonzero(stages == Stage.LARGEST_REACTION.value)
@@ -272,6 +283,16 @@ class CaseResult:
         stages, alpha = (self.history[name].to_numpy() for name in ("stage", "load_factor"))
         searched = np.isfinite(alpha[~np.isin(stages, _OF_OTHER_PROGRAMS)]).any()
         return (_MOTION_NOT_PROVEN if settles else _NOT_PROVEN,) if self.status is Status.UNBOUNDED and searched else ()
+
+    @property
+    def torsion_warning(self) -> str:
+        """What the number owes to torsion at the corners of joints, as a sentence; empty if it is little.
+
+        :func:`blockstruct.results.corner_torsion` tells it joint by joint.
+        """
+        if self.status is not Status.CONVERGED:
+            return ""
+        return torsion_words(self.model, self.history, self.answer.name)
 
     @property
     def admissible_state(self) -> AdmissibleState | None:
@@ -356,7 +377,7 @@ class CaseResult:
         """How the structure collapses, in sentences: number, bodies that move, failing joints, and ties."""
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
         found = describe(self.model, self.history) if moves else ""
-        return "\n".join(filter(None, (str(self), self.masses, found)))
+        return "\n".join(filter(None, (str(self), self.torsion_warning, self.masses, found)))
 
     def __repr__(self) -> str:
         return f"<CaseResult {self.name!r}: {self.status}, {self.answer.name} {self.answer.plain(self.load_factor, 4)}>"
@@ -368,7 +389,8 @@ class CaseResult:
             ("loads", self.case.question),
             ("numerical iterations", self.n_iterations),
         ]
-        table = html_table(self.name, ["", ""], rows, self.warnings)
+        told = (*self.warnings, *filter(None, [self.torsion_warning]))
+        table = html_table(self.name, ["", ""], rows, told)
         return table + (self.certificate._repr_html_() if self.certificate else "")
 
     def __str__(self) -> str:
@@ -376,9 +398,3 @@ class CaseResult:
         head = f"{self.name}: {self.status}, {self.answer.name} {number} ({self.message})"
         path = [] if self.path_dependence is None else [f"  {path_text(self.path_dependence, self.answer)}"]
         return "\n".join([head, *path, *(f"  warning: {text}" for text in self.warnings)])
-
-
-def path_text(found: tuple[float, float], answer: Answer) -> str:
-    """What a load factor depends on along the loading path, in words."""
-    ends = " to ".join(answer.text(end) for end in found)
-    return f"along the loading path {ends} (by its steps and the shear stiffness of joints)"

@@ -28,7 +28,8 @@ class Comparison:
     same_model : bool
         Whether both have the same model, to the last bit.
     cases : pandas.DataFrame
-        Indexed by the name of the case, of one analysis or both: ``load_factor``, ``status`` and ``n_iterations`` of
+        Indexed by the name of the case, of one analysis or both: ``load_factor`` (of a settlement its reaction, N or
+        N·m), ``status`` and ``n_iterations`` of
         each, with ``_other`` for the other one's, ``relative_difference`` of the load factor (0 where both are the
         same, as two infinite ones are), ``force_difference`` and ``mechanism_difference`` of the final states,
         relative to the largest contact force and relative velocity (infinite where they cannot be compared), whether
@@ -91,7 +92,7 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
         first, second = (a.get(name) for a in (one, other))
         row: dict[str, Any] = {}
         for result, suffix in ((first, ""), (second, "_other")):
-            row[f"load_factor{suffix}"] = np.nan if result is None else result.load_factor
+            row[f"load_factor{suffix}"] = np.nan if result is None else result.answer.factor * result.load_factor
             row[f"status{suffix}"] = "missing" if result is None else result.status.value
             row[f"n_iterations{suffix}"] = 0 if result is None else result.n_iterations
         row["relative_difference"] = float(relative_difference(row["load_factor"], row["load_factor_other"]))

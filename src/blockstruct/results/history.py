@@ -96,6 +96,9 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
     }
     if len(statics.ties):
         coords |= _ties(statics.ties)
+    if len(problem.torsion):
+        what = "lever of the torsion of uniform pressure; infinite where contact points alone limit the torque"
+        coords["torsion_lever"] = ("interface", points.torsion_lever, _attrs("length", what))
     return xr.Dataset(of_iterations, coords=coords, attrs={"long_name": "iteration history"})
 
 

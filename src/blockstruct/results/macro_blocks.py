@@ -22,6 +22,8 @@ class MacroBlock:
 
     Attributes
     ----------
+    name : str
+        ``"body 1"``, ``"body 2"`` … of those that move, ``"at rest 1"`` … of the others; the heaviest first.
     blocks : tuple of str
         In the order of the model.
     weight : float
@@ -34,14 +36,19 @@ class MacroBlock:
         About the centroid, radian per metre of that scale.
     speed : float
         Largest velocity of any corner of its joints, in multiples of the largest of all joints.
+    departure : float
+        Largest velocity of a centroid relative to the rigid motion of the body, in the same multiples: what calling its
+        blocks one body leaves out.
     """
 
+    name: str
     blocks: tuple[str, ...]
     weight: float
     centroid: Array
     translation: Array
     rotation: Array
     speed: float
+    departure: float
 
     @property
     def moves(self) -> bool:
@@ -105,17 +112,29 @@ def macro_blocks(model: Model, mechanism: xr.Dataset, tolerance: float = TOGETHE
     for side, of_interface in zip((minus, plus), speeds, strict=True):
         np.maximum.at(speed_of_block, side, of_interface / largest)
 
-    found = []
     weights = np.array([b.weight for b in model.blocks])
-    for number in np.unique(body[~fixed]):
-        members = np.flatnonzero(body == number)
-        mass = weights[members] / weights[members].sum()
+    members_of = [np.flatnonzero(body == number) for number in np.unique(body[~fixed])]
+    members_of.sort(key=lambda members: -weights[members].sum())
+    found: list[MacroBlock] = []
+    for members in members_of:
+        # Bodies without weight have a motion, too.
+        mass = weights[members] if weights[members].sum() > 0 else np.ones(len(members))
+        mass = mass / mass.sum()
         centroid, turn = mass @ centroids[members], mass @ rotation[members]
         moved = mass @ (translation[members] + np.cross(rotation[members], centroid - centroids[members]))
-        names = tuple(model.blocks[i].name for i in members)
+        off = translation[members] - moved - np.cross(turn, centroids[members] - centroid)
+        speed = float(speed_of_block[members].max())
+        kind = "body" if speed > AT_REST else "at rest"
         found.append(
             MacroBlock(
-                names, float(weights[members].sum()), centroid, moved, turn, float(speed_of_block[members].max())
+                name=f"{kind} {1 + sum(one.name.startswith(kind) for one in found)}",
+                blocks=tuple(model.blocks[i].name for i in members),
+                weight=float(weights[members].sum()),
+                centroid=centroid,
+                translation=moved,
+                rotation=turn,
+                speed=speed,
+                departure=float(np.linalg.norm(off, axis=1).max() / largest),
             )
         )
-    return sorted(found, key=lambda one: -one.weight)
+    return found

@@ -34,6 +34,9 @@ def pushed_masses(model: Model, case: Case) -> str:
             parts.append(f"{_kn(pushed)}{share} of {name}")
     said = f"The mass-proportional load {' and '.join(map(repr, patterns))} acts on the weight of the free blocks, "
     said += f"{_kn(own)}, and on {', '.join(parts)} of {case.dead.name!r}." if parts else f"{_kn(own)}, alone."
+    on_supports = float(carried.weight[~free[carried.block]].sum())
+    if on_supports > 1e-9 * own:
+        said += f" Weights of {_kn(on_supports)} on supports do nothing."
     if not any(isinstance(load, SelfWeight) for load in case.dead.loads):
         said += f" {case.dead.name!r} holds no self-weight: the blocks are pushed, but do not weigh."
     found = applied_loads(model, case.dead)

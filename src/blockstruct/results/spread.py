@@ -1,14 +1,14 @@
 """The answers of several schedules to one case."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Self
 
 from blockstruct.limit import SCHEDULES
 from blockstruct.notebook import html_table
-from blockstruct.results.case_result import CaseResult, path_text
-from blockstruct.results.headline import Headline
+from blockstruct.results.case_result import CaseResult
+from blockstruct.results.headline import Headline, path_text
 from blockstruct.vocabulary import ALONG_PATH, Flow, Status
 
 #: Key of the run with the settings as they were given.
@@ -114,7 +114,7 @@ def spreads_of(results: Mapping[str, CaseResult]) -> dict[str, Spread]:
     for name, result in results.items():
         case, schedule = _parts(name)
         given, flow = results.get(case), FLOWS.get(schedule)
-        if given and flow and result.case == replace(given.case, name=name, flow=flow):
+        if given and flow and result.case == given.case.renamed(name, flow):
             runs.setdefault(case, {AS_GIVEN: given})[schedule] = result
     bounds = {case: found.pop(Flow.ASSOCIATIVE, None) for case, found in runs.items()}
     return {case: Spread.of(found, bounds[case]) for case, found in runs.items()}

@@ -1,5 +1,7 @@
 """How much of its strength an interface uses."""
 
+from collections.abc import Callable
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -24,7 +26,8 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
         Dimensions (iteration, interface):
 
         - ``sliding``: ``Σ ‖(s, t)‖ / Σ (c A_k + μ n)`` over the contact points; 1 where all of them slide, whether the
-          interface slips or twists. NaN where nothing resists to speak of.
+          interface slips or twists. Where the torsion is that of uniform pressure, at least ``‖(V, T / r̄)‖`` over
+          that sum. NaN where nothing resists to speak of.
         - ``crushing``: N over the largest N that the joint takes at the same eccentricity. For a rectangle it is
           ``N² / (2 f_c A n_e)`` at the weakest edge e (with biaxial interaction the limit is lower: there it
           proves nothing); for cells it is N over the strength of the cells that are pressed by more than 1e-6 of
@@ -47,7 +50,10 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
     compressed = np.where(floor < N, N, np.nan)
     resistance = sum_of(history["cohesion"].to_numpy() + history["friction_coefficient"].to_numpy() * n)
     with np.errstate(divide="ignore", invalid="ignore"):
-        sliding = sum_of(np.linalg.norm(f[..., 1:], axis=-1)) / np.where(resistance > floor, resistance, np.nan)
+        sliding = sum_of(np.linalg.norm(f[..., 1:], axis=-1))
+        if "torsion_lever" in history.coords:
+            sliding = np.maximum(sliding, _with_torque(history, f, sum_of))
+        sliding = sliding / np.where(resistance > floor, resistance, np.nan)
 
     strength, area = history["compressive_strength"].to_numpy(), history["interface_area"].to_numpy()
     cell = history["cell_strength"].to_numpy()
@@ -78,6 +84,17 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
             "neutral_axis_depth": variable(depth, "length", "depth of the compressed zone"),
         }
     )
+
+
+def _with_torque(history: xr.Dataset, f: Array, sum_of: Callable[[Array], Array]) -> Array:
+    """``‖(V_s, V_t, T / r̄)‖`` of each interface, the torque T about its centroid."""
+    index = history["interface_of_contact_point"].to_numpy()
+    arm = (history["contact_point_position"].to_numpy() - history["interface_position"].to_numpy()[index])[:, None]
+    x, y = (history["interface_frame"].to_numpy()[index, 1:] * arm).sum(axis=2).T / (
+        history["torsion_lever"].to_numpy()[index]
+    )
+    parts = (f[..., 1], f[..., 2], x * f[..., 2] - y * f[..., 1])
+    return np.asarray(np.linalg.norm([sum_of(part) for part in parts], axis=0))
 
 
 def _depth(history: xr.Dataset, eccentricity: Array) -> Array:

@@ -208,6 +208,8 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
             "tie_bond": table.bond,
             "tie_elongation_limit": table.elongation_limit,
         }
+    if len(problem.torsion):
+        expected["torsion_lever"] = points.torsion_lever
     for name, values in expected.items():
         stored = history[name].to_numpy()
         finite = np.abs(values[np.isfinite(values)])

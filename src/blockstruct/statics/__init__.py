@@ -3,7 +3,7 @@
 >>> import blockstruct as bs
 >>> tuff, dry = bs.Material("tuff", "12 kN/m^3"), bs.JointMaterial("dry", 0.65)
 >>> blocks = bs.courses([[1, 1]], unit_length="0.4 m", unit_height="0.2 m", depth="0.1 m", material=tuff)
->>> model = bs.Model("row", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
+>>> model = bs.Model("row", blocks, bs.detect_interfaces(blocks, joint_material=dry))
 >>> statics = Statics.of(model)
 >>> statics.A.shape
 (12, 36)
@@ -12,6 +12,7 @@
 from blockstruct.statics.carried import CarriedWeights, carried_weights
 from blockstruct.statics.contacts import ContactPoints
 from blockstruct.statics.equilibrium import equilibrium_matrix
+from blockstruct.statics.moved import MovedContacts, MovingLoads, MovingStructure, Placement
 from blockstruct.statics.statics import Statics
 from blockstruct.statics.ties import TieTable
 from blockstruct.statics.wrenches import AppliedLoads, applied_loads, wrenches
@@ -20,6 +21,10 @@ __all__ = [
     "AppliedLoads",
     "CarriedWeights",
     "ContactPoints",
+    "MovedContacts",
+    "MovingLoads",
+    "MovingStructure",
+    "Placement",
     "Statics",
     "TieTable",
     "applied_loads",

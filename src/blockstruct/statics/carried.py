@@ -93,10 +93,10 @@ class Placing:
             raise UnknownNameError(msg)
         return self.index[load.block]
 
-    def refuse(self, load: Any, problem: str, error: type[ModelError] = ModelError) -> ModelError:
+    def refusal(self, load: Any, problem: str) -> ModelError:
         """Error that names the pattern and the load."""
         on = f" on block {load.block!r}" if load.block is not None else ""
-        return error(f"load pattern {self.pattern!r}: {type(load).__name__}{on} {problem}")
+        return ModelError(f"load pattern {self.pattern!r}: {type(load).__name__}{on} {problem}")
 
     def check_extent(self, load: Any, points: Array, axes: int, problem: str) -> None:
         """Refuse points (…, 3) that are beyond a block along x, y and, of three axes, z."""
@@ -106,7 +106,7 @@ class Placing:
         out = (points < low - slack) | (points > high + slack)
         if np.any(out[..., :axes]):
             reach = f"from {low.round(6).tolist()} to {high.round(6).tolist()} m"
-            raise self.refuse(load, problem.format(reach=reach))
+            raise self.refusal(load, problem.format(reach=reach))
 
 
 _Placed = tuple[Index, Array, Array, Array, Array]
@@ -180,7 +180,7 @@ def _over_area(placing: Placing, load: AreaLoad) -> _Placed:
         lower = PlanFaces.of([b.shape for b in placing.model.blocks], -1.0)
         faces = own.without(lower, 10 * placing.tolerance, reach=10 * placing.tolerance)
         if not len(faces):
-            raise placing.refuse(load, "finds no upper face that touches no other block; give start and end")
+            raise placing.refusal(load, "finds no upper face that touches no other block; give start and end")
         area = shapely.area(faces.outline)
         return _plain(faces.body, _centres(faces), load.weight_per_area * area)
     level = load.start[2]
@@ -204,7 +204,7 @@ def _fill(placing: Placing, load: FillLoad) -> _Placed:
     if not len(faces):
         where = f"from ({load.start[0]:.6g}, {load.start[1]:.6g}, {load.start[2]:.6g}) m to "
         where += f"({load.end[0]:.6g}, {load.end[1]:.6g}, {load.end[2]:.6g}) m"
-        raise placing.refuse(load, f"finds no face below it that looks up into the box {where}; correct start and end")
+        raise placing.refusal(load, f"finds no face below it that looks up into the box {where}; correct start and end")
     corners, owner = faces.triangles()
     part = faces[owner]
     z = part.z(corners)
@@ -254,9 +254,9 @@ def _ends_of(lines: Any) -> Array:
 
 def _check_cover(placing: Placing, load: LineLoad | AreaLoad, part: float, size: str, where: str) -> None:
     if part <= 0:
-        raise placing.refuse(load, f"lies over no upper face of a block at {where}; correct its level or its place")
+        raise placing.refusal(load, f"lies over no upper face of a block at {where}; correct its level or its place")
     if part < 1 - _LACKING and not load.spanning:
-        raise placing.refuse(
+        raise placing.refusal(
             load,
             f"has blocks below {part:.1%} of its {size} at {where}, and would lose the rest; give spanning=True if "
             "they bear all of it, or correct its ends",

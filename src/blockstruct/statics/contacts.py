@@ -7,8 +7,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.geometry import is_rectangle, plane_axes, polygon_cells, tributary_areas
+from blockstruct.geometry import is_rectangle, mean_distances, plane_axes, polygon_cells, tributary_areas
 from blockstruct.model import Interface, JointMaterial, Model
+from blockstruct.vocabulary import Torsion
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -34,6 +35,9 @@ class ContactPoints:
     area : (J,) array, m²
     strength : (J,) array, Pa
         Compressive strength f_c; infinite if the joint does not crush.
+    torsion_lever : (J,) array, m
+        Lever of friction under uniform pressure, the mean distance of the area from its centroid; infinite where
+        friction at the contact points alone limits the torque.
     friction, dilatancy : (K,) arrays
         Friction coefficient and tangent of the dilatancy angle.
     cohesion, tension : (K,) arrays, N
@@ -56,6 +60,7 @@ class ContactPoints:
     centroid: Array
     area: Array
     strength: Array
+    torsion_lever: Array
     friction: Array
     dilatancy: Array
     cohesion: Array
@@ -94,13 +99,15 @@ class ContactPoints:
         n = np.array([i.normal for i in interfaces])
         s, t = plane_axes(n)
         starts = np.cumsum([0, *map(len, corners[:-1])])
-        of_corners = np.split(tributary_areas(np.concatenate(corners), starts, centroid, n), starts[1:])
+        of_polygons = np.concatenate(corners), starts, centroid, n
+        of_corners = np.split(tributary_areas(*of_polygons), starts[1:])
         parts = [meshes.get(j, part) for j, part in enumerate(zip(corners, of_corners, strict=True))]
         position, tributary = (np.concatenate(column) for column in zip(*parts, strict=True))
         counts = np.array([len(areas) for _, areas in parts])
         first = np.cumsum(counts) - counts
         of_point = np.repeat(np.arange(len(interfaces)), counts)
         compression = np.where(np.array(in_cells)[of_point], tributary * strength[of_point], np.inf)
+        uniform = [j.torsion is Torsion.UNIFORM_PRESSURE for j in joints]
         crushing = np.isfinite(strength) & ~np.array(in_cells)
 
         def at_points(values: list[float]) -> Array:
@@ -115,6 +122,7 @@ class ContactPoints:
             centroid=centroid,
             area=np.array([i.area for i in interfaces]),
             strength=strength,
+            torsion_lever=np.where(uniform, mean_distances(*of_polygons), np.inf),
             friction=at_points([j.friction_coefficient for j in joints]),
             dilatancy=at_points([j.dilatancy for j in joints]),
             cohesion=at_points([j.cohesion for j in joints]) * tributary,

@@ -7,10 +7,10 @@ is ``schemas/analysis-1.json``, checked on writing and on reading, and embedded 
 from blockstruct.storage.archive import Archive
 from blockstruct.storage.checkpoint import Checkpoint
 from blockstruct.storage.claim import claim
-from blockstruct.storage.reader import check_file, open_analysis
+from blockstruct.storage.reader import check_file, open_analysis, study_under_way
 from blockstruct.storage.salvaging import salvage
 from blockstruct.storage.unfinished import is_unfinished, tidy
-from blockstruct.storage.writer import checked_keep_every, patterns, save_analysis
+from blockstruct.storage.writer import checked_keep_every, patterns, save_analysis, save_image
 
 __all__ = [
     "Archive",
@@ -23,5 +23,7 @@ __all__ = [
     "patterns",
     "salvage",
     "save_analysis",
+    "save_image",
+    "study_under_way",
     "tidy",
 ]

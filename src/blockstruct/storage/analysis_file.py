@@ -12,7 +12,8 @@ import h5py
 import numpy as np
 import xarray as xr
 
-from blockstruct.errors import FormatError, StorageError, UnverifiedWarning
+from blockstruct.errors import BlockstructError, FormatError, StorageError, UnverifiedWarning
+from blockstruct.results import restored_value
 from blockstruct.schema import listed_violations, violations
 from blockstruct.storage.case_group import group_name
 from blockstruct.storage.consistency import Finding
@@ -66,8 +67,9 @@ class AnalysisFile:
             )
         with self.opened() as file:
             self.attrs = _checked_root(file, path)
+            self.cases = {name: f"/cases/{group_name(name)}" for name in json.loads(self.attrs["cases"])}
+            self.curves = {place: f"{place}/capacity" for place in self.cases.values() if _has_curve(file, place)}
         self.stamp = self._snapshot.stamp
-        self.cases = {name: f"/cases/{group_name(name)}" for name in json.loads(self.attrs["cases"])}
 
     @property
     def seal(self) -> str:
@@ -114,7 +116,7 @@ class AnalysisFile:
         place
             Its path.
         part
-            What the schema calls it: model, case or history.
+            What the schema calls it: model, case, history or capacity.
         read
             Makes a Dataset of a group and its outline.
         """
@@ -158,6 +160,14 @@ def member(file: h5py.File, place: str) -> Any:
     return item
 
 
+def _has_curve(file: h5py.File, case: str) -> bool:
+    """Whether the group of a case holds a capacity curve, or something of that name."""
+    try:
+        return "capacity" in member(file, case)
+    except (FormatError, TypeError):
+        return False
+
+
 def major(version: str) -> int:
     """Major number of a format version."""
     return int(version.partition(".")[0])
@@ -198,7 +208,18 @@ def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
         if not isinstance(texts, list) or not all(isinstance(t, str) for t in texts):
             msg = f"{path}: /: attribute {name} is not a JSON list of texts"
             raise FormatError(msg)
+    try:
+        parameters_of(attrs)
+    except (BlockstructError, ArithmeticError, AttributeError, TypeError, ValueError, RecursionError) as error:
+        msg = f"{path}: /: attribute parameters is no JSON object of values ({error})"
+        raise FormatError(msg) from error
     return attrs
+
+
+def parameters_of(attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """Parameters of an analysis by its root attributes; those of an older file are none."""
+    stored = json.loads(attrs.get("parameters", "{}"))
+    return {name: restored_value(value, f"parameter {name!r}") for name, value in stored.items()}
 
 
 def _parsed(text: Any) -> Any:

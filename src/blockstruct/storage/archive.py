@@ -1,33 +1,27 @@
 """Many analysis files as one table."""
 
-import json
 import os
-from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import xarray as xr
 
-from blockstruct.errors import BlockstructError, FormatError, StorageError
-from blockstruct.results import CERTIFICATE_MEASURES, relative_difference
-from blockstruct.storage.analysis_file import AnalysisFile, member
+from blockstruct.errors import BlockstructError, StorageError
+from blockstruct.results import relative_difference
+from blockstruct.storage.analysis_file import AnalysisFile
+from blockstruct.storage.archive_index import Known, read_index, write_index
+from blockstruct.storage.archive_rows import REACTIONS, rows_of, short_columns, table_of
 from blockstruct.storage.case_group import group_name
 from blockstruct.storage.claim import SUFFIX
-from blockstruct.storage.file_outline import plain
 from blockstruct.storage.lazy import lazy_history
 from blockstruct.storage.lock import PARTIAL
 from blockstruct.storage.query import selected
 from blockstruct.storage.snapshot import Stamp, unreadable
-from blockstruct.units import SI_UNITS
 
-_NUMBERS = ("load_factor", "n_iterations", "duration", *CERTIFICATE_MEASURES)
-_TEXTS = ("status", "flow", "dead", "variable", "message", "started_at")
-#: Reactions of settlements, by their unit.
-_REACTIONS = {SI_UNITS["force"]: "reaction", SI_UNITS["moment"]: "reaction_moment"}
-#: Units of the columns that have one.
-_UNITS = {"load_factor": "dimensionless", "duration": "second", **{name: unit for unit, name in _REACTIONS.items()}}
+#: Rows read anew from which on it is worth to keep them for the next session.
+_WORTH_KEEPING = 50
 
 
 class Archive:
@@ -58,7 +52,12 @@ class Archive:
         if not self.folder.is_dir():
             msg = f"{self.folder}: no such folder; give the folder of the analysis files"
             raise StorageError(msg)
-        self._known: dict[Path, tuple[Stamp, list[dict[str, Any]]]] = {}
+        self._known: Known = {}
+        self._kept = 0
+
+    @cached_property
+    def _remembered(self) -> Known:
+        return read_index(self.folder)
 
     def __repr__(self) -> str:
         return f"Archive({str(self.folder)!r})"
@@ -68,33 +67,65 @@ class Archive:
         """All files ``*.h5``, in order."""
         return self._found()[0]
 
-    def table(self) -> pd.DataFrame:
+    def table(self, *, all_columns: bool = False) -> pd.DataFrame:
         """One row per case.
 
-        Columns: ``path`` (relative to the folder), ``case``, ``model``, ``model_hash``, ``load_factor`` of limit cases,
-        ``reaction`` (N) or ``reaction_moment`` (N·m) of settlements, ``status``, ``flow``, ``dead``,
-        ``variable``, the measures of the certificate and whether it ``holds``, ``n_iterations``, ``started_at`` and
-        ``created_at`` (UTC), ``duration`` (s), ``version`` of blockstruct, ``tags``, ``message``, a column
-        ``settings_…`` for each setting, and ``problem``: why a file, which has one row then, cannot be read.
-        A run that is under way or was killed has a row of that kind, too. The units of columns are in
-        ``table.attrs["units"]``.
+        Columns: ``path`` (relative to the folder), ``case``, ``model``, a column ``parameter_…`` for each parameter
+        that an analysis was made with, ``load_factor`` of limit cases, ``reaction`` (N) or ``reaction_moment`` (N·m) of
+        settlements, ``status``, ``flow``, ``n_iterations`` and ``problem``: why a file, which has one row then, cannot
+        be read. A run that is under way or was killed has a row of that kind, too. The units of columns, coherent SI,
+        are in ``table.attrs["units"]``.
+
+        Parameters
+        ----------
+        all_columns
+            Also ``model_hash``, ``associative_load_factor``, ``duration`` (s), the measures of the certificate and
+            whether it ``holds``, ``dead``, ``variable``, ``message``, ``started_at`` and ``created_at`` (UTC),
+            ``version`` of blockstruct, ``tags``, ``study``, a column ``joint_…`` for each property of joints (NaN
+            where the joint materials of a model differ in it) and ``settings_…`` for each setting.
+
+        Notes
+        -----
+        Of a folder with many files, rows are kept in ``.blockstruct-index.json`` for the next session, if it can be
+        written to; each counts as long as inode, size and time of its file stay what they are.
         """
         paths, problems = self._found()
-        rows = [row for path in paths for row in self._rows(path)]
+        rows = [row for path in paths for row in self.rows(path)]
         rows += [
             {"path": path.relative_to(self.folder).as_posix(), "problem": problems[path]} for path in sorted(problems)
         ]
-        numbers = ("load_factor", *_REACTIONS.values(), *_NUMBERS[1:])
-        first = ("path", "case", "model", "model_hash", *numbers, *_TEXTS, "created_at", "version", "tags", "problem")
-        table = pd.DataFrame(rows)
-        table = table.reindex(columns=[*first, *(c for c in table.columns if c not in first)])
-        for column in ("started_at", "created_at"):
-            table[column] = pd.to_datetime(table[column], utc=True, errors="coerce", format="ISO8601")
-        table.attrs["units"] = dict(_UNITS)
-        return table
+        self.keep_index()
+        table = table_of(rows)
+        return table if all_columns else short_columns(table)
 
-    def query(self, expression: str) -> pd.DataFrame:
-        """Rows of the table by an expression, which is parsed and never evaluated.
+    def rows(self, path: Path) -> list[dict[str, Any]]:
+        """Rows of one file of the archive: by the names of all columns, those that it has."""
+        relative = path.relative_to(self.folder).as_posix()
+        try:
+            stamp = Stamp.at(path)
+            known = self._known.get(path)
+            if (known is None or stamp != known[0]) and (known := self._remembered.get(path)) and stamp == known[0]:
+                return known[1]
+            if known is None or stamp != known[0]:
+                file = self._opened(path)
+                self._known[path] = known = (file.stamp, [{"path": relative, **row} for row in rows_of(file)])
+            return known[1]
+        except BlockstructError as error:
+            problem = str(error)
+        except OSError as error:
+            problem = str(unreadable(path, error))
+        return [{"path": relative, "problem": problem.removeprefix(f"{path}: ")}]
+
+    def keep_index(self) -> None:
+        """Keep the rows that were read for the next session, if they are many."""
+        if len(self._known) - self._kept < _WORTH_KEEPING:
+            return
+        present = {path: known for path, known in (self._remembered | self._known).items() if path.is_file()}
+        write_index(self.folder, present)
+        self._kept = len(self._known)
+
+    def query(self, expression: str, *, all_columns: bool = False) -> pd.DataFrame:
+        """Rows of the table by an expression over any of its columns, which is parsed and never evaluated.
 
         Parameters
         ----------
@@ -102,6 +133,8 @@ class Archive:
             Comparisons (``==``, ``!=``, ``<``, ``<=``, ``>``, ``>=``, ``in``, ``not in``) of columns with numbers,
             texts, True or False, joined by ``and``, ``or``, ``not``: ``"status == 'converged' and load_factor < 0.3"``,
             ``"case in ['push +x', 'push -x']"``, ``"'north' in tags"``, ``"created_at >= '2026-01-31'"``.
+        all_columns
+            As in :meth:`table`.
 
         Raises
         ------
@@ -109,7 +142,8 @@ class Archive:
             If the expression is any other, names a column that the table does not have, or compares one with a value of
             another kind.
         """
-        return selected(self.table(), expression)
+        rows = selected(self.table(all_columns=True), expression)
+        return rows if all_columns else short_columns(rows)
 
     def select(
         self,
@@ -118,6 +152,7 @@ class Archive:
         tags: str | list[str] | tuple[str, ...] = (),
         since: str | None = None,
         until: str | None = None,
+        all_columns: bool = False,
     ) -> pd.DataFrame:
         """Rows of the table by model, tags and date.
 
@@ -129,13 +164,15 @@ class Archive:
             Tags that an analysis must all have.
         since, until
             Dates, or times, of creation in ISO 8601, UTC unless they say otherwise; both belong to the selection.
+        all_columns
+            As in :meth:`table`.
 
         Raises
         ------
         StorageError
             If a text is not a date.
         """
-        table = self.table()
+        table = self.table(all_columns=True)
         wanted = {tags} if isinstance(tags, str) else set(tags)
         keep = table["tags"].map(lambda found: wanted <= set(found) if isinstance(found, tuple) else not wanted)
         if model_hash is not None:
@@ -146,7 +183,8 @@ class Archive:
             # A date alone means its whole day.
             day = pd.Timedelta(days=1) if len(until) == len("2026-01-31") else pd.Timedelta(microseconds=1)
             keep &= table["created_at"] < _time(until) + day
-        return table[keep.astype(bool)]
+        rows = table[keep.astype(bool)]
+        return rows if all_columns else short_columns(rows)
 
     def history(self, selection: pd.DataFrame | str) -> xr.DataTree:
         """Histories of cases, as one lazy tree: a value is read from its file when it is used, and nothing else.
@@ -180,13 +218,17 @@ class Archive:
         Returns
         -------
         pandas.DataFrame
-            Indexed by path and case: ``load_factor``, ``status``, ``model_hash`` and ``problem`` of each, with
-            ``_other`` for the other one's; ``relative_difference`` of the load factor (0 where both are the same);
-            and whether they ``agree``: both there and readable, of one model and status.
+            Indexed by path and case: ``load_factor`` (of a settlement its reaction, N or N·m), ``status``,
+            ``model_hash`` and ``problem`` of each, with ``_other`` for the other one's; ``relative_difference`` of the
+            load factor (0 where both are the same); and whether they ``agree``: both there and readable, of one model
+            and status.
         """
         columns = ["load_factor", "status", "model_hash", "problem"]
-        tables = (a.table().astype({"case": object}).fillna({"case": ""}) for a in (self, other))
-        one, two = (table.set_index(["path", "case"])[columns] for table in tables)
+        tables = (a.table(all_columns=True).astype({"case": object}).fillna({"case": ""}) for a in (self, other))
+        answered = (
+            t.assign(load_factor=t[["load_factor", *REACTIONS.values()]].bfill(axis=1).iloc[:, 0]) for t in tables
+        )
+        one, two = (table.set_index(["path", "case"])[columns] for table in answered)
         joined = one.join(two.add_suffix("_other"), how="outer")
         joined["relative_difference"] = relative_difference(joined["load_factor"], joined["load_factor_other"])
         joined["agree"] = joined["problem"].eq("") & joined["problem_other"].eq("")
@@ -219,61 +261,6 @@ class Archive:
                 except OSError as error:
                     locked(error, path.with_suffix(""))
         return sorted(files), problems
-
-    def _rows(self, path: Path) -> list[dict[str, Any]]:
-        relative = path.relative_to(self.folder).as_posix()
-        try:
-            known = self._known.get(path)
-            if known is None or Stamp.at(path) != known[0]:
-                file = self._opened(path)
-                self._known[path] = known = (file.stamp, [{"path": relative, **row} for row in _cases(file)])
-            return known[1]
-        except BlockstructError as error:
-            problem = str(error)
-        except OSError as error:
-            problem = str(unreadable(path, error))
-        return [{"path": relative, "problem": problem.removeprefix(f"{path}: ")}]
-
-
-def _cases(file: AnalysisFile) -> Iterator[dict[str, Any]]:
-    """Rows of one file, from its attributes and scalars alone."""
-    with file.opened() as groups:
-        of_file = {
-            "model": plain(member(groups, "/model").attrs["name"]),
-            "model_hash": str(file.attrs["model_hash"]),
-            "created_at": file.attrs["created_at"],
-            "version": json.loads(file.attrs["versions"]).get("blockstruct"),
-            "tags": tuple(json.loads(file.attrs["tags"])),
-            "problem": "",
-        }
-        for name, place in file.cases.items():
-            case = member(groups, place)
-            settings = json.loads(plain(case.attrs["settings"]))
-            yield {
-                **of_file,
-                "case": name,
-                **{number: _scalar(groups, f"{place}/{number}") for number in _NUMBERS if number in case},
-                **_reaction(groups, place),
-                **{text: plain(case.attrs[text]) for text in _TEXTS},
-                **{f"settings_{key}": value for key, value in settings.items()},
-            }
-
-
-def _reaction(groups: Any, place: str) -> dict[str, Any]:
-    """The reaction of a settlement in the column of its unit; a load factor is none of its answers."""
-    if "reaction" not in member(groups, place):
-        return {}
-    unit = plain(member(groups, f"{place}/reaction").attrs["units"])
-    return {"load_factor": np.nan, _REACTIONS[unit]: _scalar(groups, f"{place}/reaction")}
-
-
-def _scalar(groups: Any, place: str) -> Any:
-    number = member(groups, place)
-    if number.shape != () or number.dtype.kind not in "fiu":
-        msg = f"{place}: {number.dtype} {number.shape} is not a number"
-        raise FormatError(msg)
-    value = np.asarray(number[()]).item()
-    return bool(value) if place.endswith("/holds") else value
 
 
 def _time(text: str) -> pd.Timestamp:

@@ -7,7 +7,7 @@ from typing import Any
 
 import xarray as xr
 
-from blockstruct.model import Case, LimitCase, LoadPattern, Model, SettlementCase
+from blockstruct.model import Case, LimitCase, LoadPattern, Model, Point, Pushover, SettlementCase
 from blockstruct.results import CERTIFICATE_MEASURES, CaseResult, LazyHistory
 from blockstruct.units import SI_UNITS, to_quantity
 
@@ -29,6 +29,8 @@ def case_dataset(result: CaseResult) -> xr.Dataset:
         "n_iterations": ((), result.n_iterations, number),
         "duration": ((), result.duration, {"units": SI_UNITS["time"]}),
     }
+    if result.n_iterations:
+        variables["associative_load_factor"] = ((), result.associative_load_factor, number)
     if result.certificate is not None:
         for name, value in result.certificate.measures.items():
             variables[name] = ((), int(value) if isinstance(value, bool) else value, number)
@@ -45,15 +47,23 @@ def case_dataset(result: CaseResult) -> xr.Dataset:
         "settings": json.dumps(asdict(result.settings)),
         "started_at": result.started_at,
     }
+    if isinstance(result.case, Pushover):
+        attrs["pushover"] = json.dumps(
+            {"control": result.case.control, "control_point": result.case.control_point, "steps": result.case.steps}
+        )
     if isinstance(result.case, SettlementCase):
         attrs["settlement"] = json.dumps({name: getattr(result.case, name) for name in _MOTION})
     return xr.Dataset(variables, attrs=attrs)
 
 
 def read_result(
-    ds: xr.Dataset, history: xr.Dataset | LazyHistory, model: Model, patterns: Mapping[str, LoadPattern]
+    ds: xr.Dataset,
+    history: xr.Dataset | LazyHistory,
+    model: Model,
+    patterns: Mapping[str, LoadPattern],
+    capacity: xr.Dataset | None = None,
 ) -> CaseResult:
-    """Result of a Dataset, its history, the model and its load patterns."""
+    """Result of a Dataset, its history, the model, its load patterns, and its capacity curve if it has one."""
     a = ds.attrs
     return CaseResult.restored(
         model=model,
@@ -66,11 +76,17 @@ def read_result(
         history=history,
         started_at=a["started_at"],
         duration=float(ds["duration"]),
+        capacity=capacity,
     )
 
 
 def _case(attrs: Mapping[str, Any], patterns: Mapping[str, LoadPattern]) -> Case:
     dead, flow = patterns[attrs["dead"]], attrs["flow"]
+    if "pushover" in attrs:
+        own = json.loads(attrs["pushover"])
+        point = None if own["control_point"] is None else Point(*map(float, own["control_point"]))
+        more = {"control": own["control"], "control_point": point, "steps": own["steps"]}
+        return Pushover(attrs["name"], dead, patterns[attrs["variable"]], flow, **more)
     if "settlement" not in attrs:
         return LimitCase(attrs["name"], dead, patterns[attrs["variable"]], flow)
     motion = json.loads(attrs["settlement"])

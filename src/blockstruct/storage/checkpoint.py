@@ -11,7 +11,8 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.errors import FormatError, StorageError
-from blockstruct.results import CERTIFICATE_MEASURES, Analysis, CaseResult
+from blockstruct.model import Model
+from blockstruct.results import CERTIFICATE_MEASURES, Analysis, CaseResult, capacity_of
 from blockstruct.storage.analysis_file import AnalysisFile
 from blockstruct.storage.claim import place_of, sync
 from blockstruct.storage.journal import Journal, Record
@@ -29,7 +30,8 @@ class Checkpoint:
 
     The folder ``NAME.partial`` holds ``plan``, an analysis file of every case as it was before the run, without the
     histories that are empty; ``target``, which tells what the file of that name was before the run; and, for each case
-    that has begun, ``<case>.journal``: its history without iterations, each iteration, and how it has ended. A record
+    that has begun, ``<case>.journal``: its history without iterations, each iteration, each step of a pushover, and how
+    it has ended. A record
     of a journal is sealed together with those before it and with the plan, so that a process killed at any moment
     leaves at most one that is half written, and none that is changed is read. Without ``plan`` the rest of the folder
     is rubbish: it is made last and removed first.
@@ -44,6 +46,7 @@ class Checkpoint:
         self._lock, self._replaced, self._keep_every = lock, tuple(replaced), keep_every
         self._journals = {name: Journal(self.folder / f"{k}.journal", f"{seal} {k}") for k, name in enumerate(planned)}
         self._committed = dict.fromkeys(planned, 0)
+        self._steps = dict.fromkeys(planned, 0)
 
     @classmethod
     def begin(cls, path: str | Path, planned: Analysis, keep_every: int = 1) -> Self:
@@ -113,6 +116,13 @@ class Checkpoint:
         self._append(case, "iteration", packed(iteration))
         self._committed[case] += 1
 
+    def commit_step(self, case: str, index: int, step: Mapping[str, np.ndarray]) -> None:
+        """Commit a state of the pushover of a case: its arrays."""
+        if index < self._steps[case]:
+            return  # It is known already.
+        self._append(case, "step", packed(step))
+        self._steps[case] += 1
+
     def end(self, result: CaseResult) -> None:
         """Commit how a case has ended."""
         self._append(result.name, "end", json.dumps(_ending(result)).encode())
@@ -159,8 +169,9 @@ class Checkpoint:
         if damage:
             damage = f"; {journal.path.name} {damage} in record {records.count}, which is left out with all behind it"
         pieces = records.iterations
-        self._committed[planned.name] = len(pieces)
-        if records.blank is None or len(pieces) < planned.n_iterations:
+        self._committed[planned.name], self._steps[planned.name] = len(pieces), len(records.steps)
+        known = 0 if planned.capacity is None else planned.capacity.sizes["step"]
+        if records.blank is None or len(pieces) < planned.n_iterations or len(records.steps) < known:
             return replace(planned, message=planned.message + damage)
         if not pieces:
             message = f"interrupted before its first program was solved{damage}"
@@ -178,7 +189,12 @@ class Checkpoint:
         settings = asdict(planned.settings)
         try:
             return CaseResult.restored(
-                model=planned.model, case=planned.case, settings=settings, history=history, **(records.ending or found)
+                model=planned.model,
+                case=planned.case,
+                settings=settings,
+                history=history,
+                capacity=_capacity(planned.model, records.steps),
+                **(records.ending or found),
             )
         except DAMAGE as error:
             msg = f"{journal.path}: {error}; delete it, the case then counts as interrupted"
@@ -191,6 +207,7 @@ class _Records:
     def __init__(self) -> None:
         self.blank: xr.Dataset | None = None
         self.iterations: list[dict[str, np.ndarray]] = []
+        self.steps: list[dict[str, np.ndarray]] = []
         self.ending: dict[str, Any] | None = None
         self.count = 0
 
@@ -199,8 +216,10 @@ class _Records:
         match record.kind:
             case "case" if self.blank is None:
                 self.blank = unpacked_dataset(record.content)
-            case "iteration" if self.blank is not None and self.ending is None:
+            case "iteration" if self.blank is not None and self.ending is None and not self.steps:
                 self.iterations.append(_arrays(unpacked(record.content), self.blank, len(self.iterations)))
+            case "step" if self.blank is not None and self.iterations and self.ending is None:
+                self.steps.append(unpacked(record.content))
             case "end" if self.blank is not None and self.ending is None:
                 self.ending = json.loads(record.content)
             case _:
@@ -225,6 +244,11 @@ def _arrays(iteration: Mapping[str, np.ndarray], blank: xr.Dataset, index: int) 
             raise ValueError(msg)
         arrays[name] = np.array([index]) if name == "iteration" else values
     return arrays
+
+
+def _capacity(model: Model, steps: list[dict[str, np.ndarray]]) -> xr.Dataset | None:
+    """Capacity curve of the steps of a case; None without any."""
+    return capacity_of(model, {name: np.concatenate([s[name] for s in steps]) for name in steps[0]}) if steps else None
 
 
 def _is_text(variable: xr.Variable) -> bool:

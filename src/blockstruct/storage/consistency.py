@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.storage.case_group import group_name
-from blockstruct.vocabulary import Status
+from blockstruct.vocabulary import Stage, Status
 
 #: A place in a file and what is wrong there.
 Finding = tuple[str, str]
@@ -72,6 +72,15 @@ def case_findings(path: str, case: xr.Dataset, load_factors: Any) -> Iterator[Fi
             yield path, "converged, but the certificate does not hold or the load factor is not the last of the history"
 
 
+def bound_findings(path: str, case: xr.Dataset, history: xr.Dataset) -> Iterator[Finding]:
+    """What the associative load factor of a result says against its history."""
+    found = history["load_factor"].to_numpy()[history["stage"].to_numpy() == Stage.ASSOCIATIVE.value]
+    if "associative_load_factor" in case:
+        stated, last = float(case["associative_load_factor"]), found[-1] if len(found) else np.nan
+        if not np.array_equal(stated, last, equal_nan=True):
+            yield path, f"associative_load_factor is {stated:.6g}, that of the history {last:.6g}"
+
+
 def history_findings(path: str, history: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
     """What a history says against itself or the model."""
     yield from index_findings(path, history)
@@ -80,3 +89,11 @@ def history_findings(path: str, history: xr.Dataset, model: xr.Dataset) -> Itera
             yield path, f"{history.sizes[dim]} along {dim}, but /model has {model.sizes[dim]}"
         elif np.any(history[dim].to_numpy() != model[dim].to_numpy()):
             yield path, f"the {dim} names of the history are not those of /model"
+
+
+def capacity_findings(path: str, capacity: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
+    """What a capacity curve says against the model."""
+    if capacity.sizes["block"] != model.sizes["block"] or np.any(
+        capacity["block"].to_numpy() != model["block"].to_numpy()
+    ):
+        yield path, "the block names of the capacity curve are not those of /model"

@@ -21,7 +21,7 @@ from blockstruct.model import (
 from blockstruct.storage.detection_part import detection_variables, read_detection
 from blockstruct.storage.tie_part import tie_variables, ties_of
 from blockstruct.units import SI_UNITS, to_quantity
-from blockstruct.vocabulary import AXES
+from blockstruct.vocabulary import AXES, Torsion
 
 #: Every vector of a load, and every number, with its dimension.
 _VECTORS = {name: dimension for kind in LOAD_KINDS.values() for name, dimension in kind.vectors.items()}
@@ -88,6 +88,7 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
     for name, joint_property in JOINT_PROPERTIES.items():
         values = [getattr(j, name) for j in model.joint_materials.values()]
         variables[name] = ("joint_material", values, {"units": SI_UNITS[joint_property.dimension]})
+    variables["torsion"] = ("joint_material", _texts([str(j.torsion) for j in model.joint_materials.values()]))
     for name, dimension in (_VECTORS | _NUMBERS).items():
         found = [getattr(load, name, None) for _, load in loads]
         if name not in _ALWAYS and all(value is None for value in found):
@@ -169,7 +170,10 @@ def read_patterns(ds: xr.Dataset) -> dict[str, LoadPattern]:
 
 def _joint(ds: xr.Dataset, k: int) -> JointMaterial:
     values = {name: float(ds[name].to_numpy()[k]) for name in JOINT_PROPERTIES}
-    return JointMaterial.from_si(str(ds["joint_material"].to_numpy()[k]), values, _sources(ds, "joint_material")[k])
+    # Files of the first version know no torsion but that of corners.
+    torsion = str(ds["torsion"].to_numpy()[k]) if "torsion" in ds else Torsion.CORNERS
+    source = _sources(ds, "joint_material")[k]
+    return JointMaterial.from_si(str(ds["joint_material"].to_numpy()[k]), values, torsion, source)
 
 
 def _sources(ds: xr.Dataset, dim: str) -> list[str]:

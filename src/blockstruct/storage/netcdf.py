@@ -5,6 +5,7 @@ with the square of the number of groups.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import count
 from types import MappingProxyType
 from typing import Any
 
@@ -20,6 +21,7 @@ _TEXT_TYPE, _ONE = h5py.h5t.py_create(_TEXT, logical=True), h5py.h5s.create(h5py
 _BARE = "This is a netCDF dimension but not a netCDF variable."
 #: Attribute of a group that names the coordinates which are not dimensions, as xarray reads and writes it.
 _COORDINATES = "coordinates"
+_NUMBERS = count()
 
 
 def netcdf_image(
@@ -37,7 +39,8 @@ def netcdf_image(
         Of a group whose large arrays are not kept for every iteration: those that are. The others are read as NaN,
         and take no space.
     """
-    with h5py.File("image", "w", driver="core", backing_store=False) as file:
+    # libhdf5 takes two files of one name for the same, in other threads too.
+    with h5py.File(f"image-{next(_NUMBERS)}", "w", driver="core", backing_store=False) as file:
         for path, ds in tree.items():
             _write(file if path == "/" else _created(file, path), ds, kept.get(path))
         file.flush()

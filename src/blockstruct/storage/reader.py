@@ -12,9 +12,18 @@ import xarray as xr
 from blockstruct.errors import BlockstructError, FormatError
 from blockstruct.model import LoadPattern, Model
 from blockstruct.results import Analysis, CaseResult, LazyHistory
-from blockstruct.storage.analysis_file import AnalysisFile, major, violated
+from blockstruct.storage.analysis_file import AnalysisFile, major, parameters_of, violated
 from blockstruct.storage.case_group import read_result
-from blockstruct.storage.consistency import Finding, case_findings, history_findings, index_findings
+from blockstruct.storage.claim import place_of
+from blockstruct.storage.consistency import (
+    Finding,
+    bound_findings,
+    capacity_findings,
+    case_findings,
+    history_findings,
+    index_findings,
+)
+from blockstruct.storage.lock import folder_of
 from blockstruct.storage.migration import migrated
 from blockstruct.storage.model_group import read_model, read_patterns
 from blockstruct.vocabulary import FORMAT_VERSION
@@ -53,6 +62,11 @@ def open_analysis(path: str | Path, *, verify: bool = True) -> Analysis:
     return read_analysis(AnalysisFile(path, verify=verify))
 
 
+def study_under_way(path: str | Path) -> str:
+    """Study of a run that is under way or was killed, by its working data."""
+    return str(AnalysisFile(folder_of(place_of(path)) / "plan").attrs.get("study", ""))
+
+
 def check_file(path: str | Path) -> dict[str, Any]:
     """Check all of a file, its histories included, and give its root attributes.
 
@@ -82,8 +96,14 @@ def findings(file: AnalysisFile) -> list[Finding]:
         found += [*wrong, *wrong_too]
         if case is not None and history is not None:
             found += case_findings(place, case, history["load_factor"].to_numpy())
+            found += bound_findings(place, case, history)
         if history is not None and model is not None:
             found += history_findings(f"{place}/history", history, model)
+        if place in file.curves:
+            curve, wrong = file.group(file.curves[place], "capacity")
+            found += wrong
+            if curve is not None and model is not None:
+                found += capacity_findings(file.curves[place], curve, model)
     return found
 
 
@@ -92,6 +112,7 @@ def read_analysis(file: AnalysisFile, blank: Blank | None = None) -> Analysis:
     found = file.root_findings()
     groups: dict[str, xr.Dataset] = {"/": xr.Dataset(attrs=file.attrs)}
     places = {"/model": "model", **dict.fromkeys(file.cases.values(), "case")}
+    places |= dict.fromkeys(file.curves.values(), "capacity")
     is_old = file.major < major(FORMAT_VERSION)
     if is_old:
         places |= {f"{place}/history": "history" for place in file.cases.values()}
@@ -115,6 +136,8 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank
     root, held = groups["/"].attrs, groups["/model"]
     found = list(index_findings("/model", held))
     for place in file.cases.values():
+        if f"{place}/capacity" in groups:
+            found += capacity_findings(f"{place}/capacity", groups[f"{place}/capacity"], held)
         if blank is None or int(groups[place]["n_iterations"]):
             found += case_findings(place, groups[place], _load_factors(file, groups, place))
     if found:
@@ -144,6 +167,8 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank
         solver_options=json.loads(root["solver_options"]),
         document_hash=root["document_hash"],
         tags=json.loads(root["tags"]),
+        parameters=parameters_of(root),
+        study=root.get("study", ""),
     )
 
 
@@ -162,12 +187,15 @@ def _result(
     blank: Blank | None,
 ) -> CaseResult:
     n = int(groups[place]["n_iterations"])
+
+    def result(history: xr.Dataset | LazyHistory) -> CaseResult:
+        return read_result(groups[place], history, model, patterns, groups.get(f"{place}/capacity"))
+
     if f"{place}/history" in groups:
-        return read_result(groups[place], groups[f"{place}/history"], model, patterns)
+        return result(groups[f"{place}/history"])
     if n == 0 and blank is not None:
-        result = read_result(groups[place], LazyHistory(0, xr.Dataset), model, patterns)
-        return read_result(groups[place], LazyHistory(0, partial(blank, model, result)), model, patterns)
-    return read_result(groups[place], LazyHistory(n, partial(_history, file, place, names)), model, patterns)
+        return result(LazyHistory(0, partial(blank, model, result(LazyHistory(0, xr.Dataset)))))
+    return result(LazyHistory(n, partial(_history, file, place, names)))
 
 
 def _history(file: AnalysisFile, place: str, names: xr.Dataset) -> xr.Dataset:

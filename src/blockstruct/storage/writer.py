@@ -11,12 +11,18 @@ import xarray as xr
 
 from blockstruct.errors import ModelError, StorageError
 from blockstruct.model import Case, LoadPattern
-from blockstruct.results import Analysis, confirm
+from blockstruct.results import Analysis, confirm, stored_value
 from blockstruct.schema import schema_text, violations
 from blockstruct.storage.analysis_file import placed, violated
 from blockstruct.storage.case_group import case_dataset, group_name
 from blockstruct.storage.claim import claim, put_in_place, sync
-from blockstruct.storage.consistency import Finding, case_findings, history_findings, index_findings
+from blockstruct.storage.consistency import (
+    Finding,
+    capacity_findings,
+    case_findings,
+    history_findings,
+    index_findings,
+)
 from blockstruct.storage.file_outline import outline_of
 from blockstruct.storage.lock import WriterLock, folder_of
 from blockstruct.storage.model_group import model_dataset
@@ -96,6 +102,23 @@ def write_file(
             draft.unlink()
 
 
+def save_image(image: bytes, path: str | Path) -> Path:
+    """Write the bytes of an analysis file that was made elsewhere, as :func:`save_analysis` does.
+
+    Raises
+    ------
+    StorageError
+        If the path cannot be written, or another process is writing it.
+    """
+    place = claim(path)
+    with WriterLock(place):
+        clear(folder_of(place))
+        replaced, draft = Stamp.at(place), folder_of(place) / "draft"
+        write_draft([image], draft)
+        put_in_place(draft, place, () if replaced is None else (replaced,))
+    return place
+
+
 def write_draft(parts: Iterable[bytes | memoryview], draft: Path) -> None:
     """Write bytes to a file that has not got its name yet, and wait until they are on the disk."""
     try:
@@ -127,7 +150,12 @@ def sealed_image(
         place = f"/cases/{group_name(name)}"
         case = case_dataset(result)
         tree |= {place: case, f"{place}/history": xr.Dataset()}
-        found += _violations(place, case, "case", ("history",))
+        held = ("history",) if result.capacity is None else ("history", "capacity")
+        found += _violations(place, case, "case", held)
+        if result.capacity is not None:
+            tree[f"{place}/capacity"] = result.capacity
+            found += _violations(f"{place}/capacity", result.capacity, "capacity")
+            found += capacity_findings(f"{place}/capacity", result.capacity, model)
         if result.n_iterations or not is_plan:
             tree[f"{place}/history"] = history = result.history
             wrong = _violations(f"{place}/history", history, "history")
@@ -191,6 +219,8 @@ def _root(analysis: Analysis) -> xr.Dataset:
         "solver_options": json.dumps(dict(analysis.solver_options), sort_keys=True),
         "document_hash": analysis.document_hash,
         "tags": json.dumps(list(analysis.tags)),
+        "parameters": json.dumps({name: stored_value(value) for name, value in analysis.parameters.items()}),
+        "study": analysis.study,
     }
     schema = json.dumps(json.loads(schema_text(SCHEMA)), separators=(",", ":"))
     return xr.Dataset({"schema": ((), schema)}, attrs=attrs)

@@ -25,7 +25,7 @@ SHORTEST = 0.25
 class Unit:
     """A unit of a wall in its own plan: name, and where it lies along (u) and through (v) the wall, m.
 
-    One that is no box has an outline (k, 2) along and up the wall.
+    One that is not a box has an outline (k, 2) along and up the wall.
     """
 
     name: str
@@ -76,7 +76,7 @@ class Bond:
         gaps
             Where other walls run through this one, in this course or the next.
         within
-            Polygon of the wall along and up, if it is no rectangle.
+            Polygon of the wall along and up, if it is not a rectangle.
         top
             Upper side of the course, if it is not of the height of all others.
         """

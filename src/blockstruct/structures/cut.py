@@ -1,4 +1,4 @@
-"""Courses of walls that are no rectangles: cut by rings of voussoirs, by the slopes of a gable, by a batter."""
+"""Courses of walls that are not rectangles: cut by rings of voussoirs, by the slopes of a gable, by a batter."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+
+from blockstruct.errors import ModelError
 
 Array = NDArray[np.float64]
 
@@ -19,6 +21,11 @@ def cut(region: Any, joints: Sequence[float], smallest: float) -> list[Array]:
 
     A joint that would cut off less than the ``smallest`` area, or leave a piece that falls apart, is left out; a part
     of the region that is smaller by itself is a piece.
+
+    Raises
+    ------
+    ModelError
+        If a hole of the region lies within one piece.
     """
     found = []
     for part in shapely.get_parts(region):
@@ -34,6 +41,12 @@ def cut(region: Any, joints: Sequence[float], smallest: float) -> list[Array]:
             k = bad[0]
             beside = [(pieces[j].area, line) for j, line in ((k - 1, k), (k + 1, k + 1)) if 0 <= j < len(pieces)]
             del lines[min(beside)[1]]
+        if not all(map(_is_whole, pieces)):
+            msg = (
+                f"wall: between {low:.6g} and {high:.6g} m along the wall a ring of voussoirs lies within one unit of "
+                f"the course from {foot:.6g} to {top:.6g} m; give lower courses, or a larger opening"
+            )
+            raise ModelError(msg)
         found += pieces
     found.sort(key=lambda piece: piece.centroid.x)
     return [clean(shapely.get_coordinates(piece)[:-1]) for piece in found]

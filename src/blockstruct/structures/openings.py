@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_count, positive_length
 from blockstruct.structures.arch_profile import ArchProfile
@@ -167,7 +167,7 @@ class RoundOpening:
         try:
             u, z = self.centre
         except (TypeError, ValueError):
-            msg = f"round opening: centre {self.centre!r:.60}; give two lengths, along the wall and over its foot"
+            msg = f"round opening: centre {shown(self.centre)}; give two lengths, along the wall and over its foot"
             raise ModelError(msg) from None
         centre = tuple(si(value, "length", "round opening: centre") for value in (u, z))
         object.__setattr__(self, "centre", centre)
@@ -211,7 +211,7 @@ def check_openings(
 ) -> None:
     """Refuse openings that do not lie within a wall, between its courses and apart from each other.
 
-    ``within`` is the polygon of the wall if it is no rectangle.
+    ``within`` is the polygon of the wall if it is not a rectangle.
     """
     top = courses * course_height
     for k, opening in enumerate(openings, start=1):

@@ -148,23 +148,34 @@ def wall(
     for side in sides:
         # Along it is u, from the back of the wall, and through it v.
         axes = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [side.at, t, 0.0]])
-        start, joints = -t if side.bonded else 0.0, drawn(side.name)
+        joints, face = drawn(side.name), [(0.0, 0.0)] if side.bonded else []
+        origin = _bonding(t, unit) if side.bonded else 0.0
         for j in range(1, number + 1):
-            part = (start if side.bonded and j % 2 == 0 else 0.0, side.length)
+            part = (-t if side.bonded and j % 2 == 0 else 0.0, side.length)
             shifted = j % 2 == (1 if side.bonded else 0)
-            laid.course(bond.course(j, [part], start, shifted, side.openings, rubble=joints), j, axes, f"{side.name}.")
+            units = bond.course(j, [part], origin, shifted, side.openings, rubble=joints, gaps=face)
+            laid.course(units, j, axes, f"{side.name}.")
         laid.rings(side.openings, t, axes, f"{side.name}.")
     for pier in piers:
         outwards, foot = (1.0, t) if pier.behind else (-1.0, 0.0)
         axes = np.array([[0.0, outwards, 0.0], [1.0, 0.0, 0.0], [pier.at, foot, 0.0]])
         whole, slope, joints = Bond(unit, height, pier.width, 1, None), pier.outline(t, height), drawn(pier.name)
+        face = [(0.0, 0.0)] if pier.bonded else []
         for j in range(1, pier.courses + 1):
             part = (-t if pier.bonded and j % 2 == 0 else 0.0, pier.projection)
-            # A whole unit is at its outer end.
-            origin = pier.projection - unit
-            units = whole.course(j, [part], origin, j % 2 == 1, (), rubble=joints, within=slope)
+            # In the courses that run through the wall a unit lies half in it.
+            units = whole.course(j, [part], 0.0, j % 2 == 0, (), rubble=joints, gaps=face, within=slope)
             laid.course(units, j, axes, f"{pier.name}.")
     return laid.blocks
+
+
+def _bonding(depth: float, unit: float) -> float:
+    """Where a whole unit begins in the courses of a sidewall that run through a wall, so that one joins both.
+
+    At the face of the wall, or half a unit off it where a joint would else be near its back.
+    """
+    beyond = depth / unit - np.floor(depth / unit)
+    return -depth if SHORTEST <= beyond <= 1 - SHORTEST else -depth + unit / 2
 
 
 def _check_buttresses(buttresses: Sequence[Buttress], courses: int) -> None:

@@ -7,7 +7,7 @@ by their own names.
 >>> import blockstruct as bs
 >>> tuff, dry = bs.Material("tuff", "12 kN/m^3"), bs.JointMaterial("dry", 0.65)
 >>> blocks = bs.courses([[1]], unit_length="0.4 m", unit_height="0.8 m", depth="1 m", material=tuff)
->>> model = bs.Model("block", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
+>>> model = bs.Model("block", blocks, bs.detect_interfaces(blocks, joint_material=dry))
 >>> push = bs.LoadPattern("push", [bs.BodyForce((1, 0, 0))])
 >>> case = bs.LimitCase("rocking", bs.LoadPattern("dead", [bs.SelfWeight()]), push, "associative")
 >>> analysis = bs.AnalysisManager(model).run([case])
@@ -24,16 +24,22 @@ from blockstruct.views.console import (
     spread_text,
     summary_table,
 )
-from blockstruct.views.progress import following
+from blockstruct.views.progress import following, study_following
+from blockstruct.views.study_text import directions_text, parameter_texts, study_summary, study_table
 
 __all__ = [
     # console
     "analysis_summary",
     "archive_table",
+    "directions_text",
     "following",
     "iteration_table",
     "model_text",
+    "parameter_texts",
     "result_text",
     "spread_text",
+    "study_following",
+    "study_summary",
+    "study_table",
     "summary_table",
 ]

@@ -12,7 +12,8 @@ from rich.table import Table
 from rich.text import Text
 
 import blockstruct as bs
-from blockstruct.units import SI_UNITS
+from blockstruct.units import SI_UNITS, short_unit
+from blockstruct.views.study_text import short_names
 from blockstruct.views.words import admissible_words, path_words, range_words, tie_words
 
 _COLUMNS = {
@@ -76,7 +77,7 @@ def result_text(result: bs.CaseResult) -> Text:
         text.append(f"  {said}\n")
     if result.path_dependence is not None:
         text.append(f"  {path_words(result)}\n")
-    for warning in result.warnings:
+    for warning in filter(None, (*result.warnings, result.torsion_warning)):
         text.append(f"  warning: {warning}\n", style="bold yellow")
     left = admissible_words(result)
     if left:
@@ -115,6 +116,13 @@ def archive_table(rows: pd.DataFrame) -> Table:
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for title in ("path", "case"):
         table.add_column(title, overflow="fold")
+    units = rows.attrs.get("units", {})
+    varied = [c for c in rows.columns if c.startswith("parameter_")]
+    shorts = short_names([name.removeprefix("parameter_") for name in varied])
+    for name, short in zip(varied, shorts, strict=True):
+        unit = units.get(name, "dimensionless")
+        symbol = "" if " or " in unit else short_unit(unit)
+        table.add_column(Text(short + (f" [{symbol}]" if symbol else "")), justify="right")
     table.add_column("status")
     shown = rows[rows["problem"] == ""].to_dict("records")
     reactions = {"reaction": "N", "reaction_moment": "N·m"}
@@ -124,8 +132,16 @@ def archive_table(rows: pd.DataFrame) -> Table:
     for row in shown:
         found = [f"{row[name]:.6g} {unit}" for name, unit in reactions.items() if math.isfinite(row[name])]
         numbers = (*(found or [f"{row['load_factor']:.6g}"]), f"{row['n_iterations']:.0f}")
-        table.add_row(Text(row["path"]), Text(row["case"]), row["status"], *numbers)
+        values = (Text(_cell(row[name])) for name in varied)
+        table.add_row(Text(row["path"]), Text(row["case"]), *values, row["status"], *numbers)
     return table
+
+
+def _cell(value: Any) -> str:
+    """A parameter in a table; nothing where an analysis has none."""
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value:.6g}"
+    return str(value)
 
 
 def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
@@ -140,6 +156,7 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
         "interfaces": len(analysis.model.interfaces),
         "ties": len(analysis.model.ties),
         "created_at": analysis.created_at,
+        "parameters": {name: bs.results.stored_value(value) for name, value in analysis.parameters.items()},
         "status": analysis.status,
         "cases": [
             {
@@ -153,7 +170,7 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
                 "message": r.message,
                 "settled": r.settled,
                 "path_dependence": r.path_dependence,
-                "warnings": list(r.warnings),
+                "warnings": [*r.warnings, *filter(None, [r.torsion_warning])],
                 "admissible_load_factor": None if r.answer.is_reaction else _finite(r.admissible_load_factor),
                 "certificate": None if r.certificate is None else _measures(r.certificate),
                 "ties": _ties(r),

@@ -5,7 +5,7 @@ draws the forces.
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -26,7 +26,7 @@ except ModuleNotFoundError as error:
 
 Array = NDArray[np.float64]
 
-_PIECE = re.compile(r"(blocks|interfaces|forces|resultants|ties)-\d{4,}\.vtp")
+_PIECE = re.compile(r"(blocks|interfaces|forces|resultants|ties|pushover)-\d{4,}\.vtp")
 
 
 def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
@@ -41,7 +41,9 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
         Names of arrays carry the unit: ``resultant [newton]``, ``area [meter ** 2]``. ``mechanism`` is the
         displacement of the vertices for a largest translation of 1 m. A state is 1 in the array of its
         name where an interface has it; names of blocks and interfaces are in the field data, in UTF-8. Where no
-        interface is pressed the piece of resultants is empty. Pieces of an earlier, longer case are removed.
+        interface is pressed the piece of resultants is empty. Pieces of an earlier, longer case are removed. A pushover
+        has a second file, ``NAME-pushover.pvd``, of its blocks where they are in each step; its time is the
+        displacement of the control point, m.
 
     Raises
     ------
@@ -58,8 +60,8 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
         msg = f"case {result.name!r}: no iteration to export, {result.status} ({result.message}); run the case again"
         raise bs.errors.ModelError(msg)
     folder = target.with_suffix("")
-    root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
-    collection = ElementTree.SubElement(root, "Collection")
+    root, collection = _collection()
+    pushed, of_pushover = _collection()
     still, written = _Still(model), set[Path]()
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -70,12 +72,33 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
                 written.add(folder / name)
                 entry = {"timestep": str(i), "part": str(part), "name": kind, "file": f"{folder.name}/{name}"}
                 ElementTree.SubElement(collection, "DataSet", entry)
+        for k, (displacement, piece) in enumerate(still.pushed(result)):
+            name = f"pushover-{k:04}.vtp"
+            piece.save(folder / name)
+            written.add(folder / name)
+            entry = {"timestep": repr(displacement), "part": "0", "name": "blocks", "file": f"{folder.name}/{name}"}
+            ElementTree.SubElement(of_pushover, "DataSet", entry)
         for old in set(folder.iterdir()) - written:
             if _PIECE.fullmatch(old.name):
                 old.unlink()
     except OSError as error:
         msg = f"{target}: cannot be written ({error.strerror or error}); choose another file"
         raise bs.errors.StorageError(msg) from error
+    beside = target.with_name(f"{target.stem}-pushover.pvd")
+    if len(of_pushover):
+        _write_collection(pushed, beside)
+    else:
+        beside.unlink(missing_ok=True)
+    return _write_collection(root, target)
+
+
+def _collection() -> tuple[ElementTree.Element, ElementTree.Element]:
+    """A file of pieces, and the part of it that lists them."""
+    root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
+    return root, ElementTree.SubElement(root, "Collection")
+
+
+def _write_collection(root: ElementTree.Element, target: Path) -> Path:
     ElementTree.indent(root)
     return write_text(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True).decode(), target)
 
@@ -133,10 +156,26 @@ class _Still:
         pieces = {"blocks": blocks, "interfaces": interfaces, "forces": at_points, "resultants": resultants}
         if result.model.ties:
             pieces["ties"] = self._ties(result, iteration)
-        load_factor = float(history["load_factor"].to_numpy()[0])
+        number = history["reaction" if "reaction" in history else "load_factor"]
+        label = f"{str(number.name).replace('_', ' ')} [{number.attrs['units']}]"
         for piece in pieces.values():
-            piece.field_data["load factor [dimensionless]"] = [load_factor]
+            piece.field_data[label] = [float(number.to_numpy()[0])]
         return pieces
+
+    def pushed(self, result: bs.CaseResult) -> Iterator[tuple[float, "pv.PolyData"]]:
+        """Displacement of the control point, m, and the blocks where they are, for each step of a pushover."""
+        curve = result.capacity
+        if curve is None:
+            return
+        of, arm = self.solids.block_of_vertex, self.solids.vertices - self.solids.centroids[self.solids.block_of_vertex]
+        position, rotation = curve["position"].to_numpy(), bs.results.block_rotations(curve)
+        for k, displacement in enumerate(curve["displacement"].to_numpy().tolist()):
+            blocks = self.blocks.copy()
+            moved = position[k, of] + np.einsum("vij,vj->vi", rotation[k, of], arm)
+            blocks.point_data["displacement [meter]"] = moved - self.solids.vertices
+            blocks.points = moved
+            blocks.field_data["load factor [dimensionless]"] = [float(curve["load_factor"][k])]
+            yield displacement, blocks
 
     def _ties(self, result: bs.CaseResult, iteration: int) -> "pv.PolyData":
         history, count = result.history.isel(iteration=[iteration]), len(self.ties.names)

@@ -1,13 +1,13 @@
 """How a run goes on, in a terminal."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import blockstruct as bs
-from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone, Listener
+from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone, Listener, StepDone
 
 
 @contextmanager
@@ -23,6 +23,25 @@ def following(console: Console, *, quiet: bool) -> Iterator[list[Listener]]:
     drawn = console.is_terminal and not quiet
     with Progress(*columns, console=console, transient=True, disable=not drawn) as progress:
         yield [] if quiet else [bar(progress) if drawn else bs.print_lines()]
+
+
+@contextmanager
+def study_following(console: Console, *, quiet: bool) -> Iterator[list[Callable[[bs.studies.StudyProgress], None]]]:
+    """Listeners that show how a study goes on: a bar on a terminal, its first and last line elsewhere."""
+    columns = (BarColumn(bar_width=20), TextColumn("{task.description}", markup=False))
+    drawn = console.is_terminal and not quiet
+
+    def tell(progress: bs.studies.StudyProgress) -> None:
+        if progress.done == progress.total:
+            console.print(str(progress), markup=False, soft_wrap=True)
+
+    with Progress(*columns, console=console, transient=True, disable=not drawn) as shown:
+        task = shown.add_task("", total=None)
+
+        def move(progress: bs.studies.StudyProgress) -> None:
+            shown.update(task, completed=progress.done, total=progress.total, description=str(progress))
+
+        yield [] if quiet else [move, tell] if drawn else [tell]
 
 
 def bar(progress: Progress) -> Listener:
@@ -49,6 +68,9 @@ def bar(progress: Progress) -> Listener:
                 )
                 rest = f"about {left:.0f} s left" if done < total else "longer than usual"
                 progress.update(task, completed=min(done, total), description=text, rest=rest)
+            case StepDone(case, index, step) if isinstance(case, bs.Pushover):
+                text = f"{case.name}: step {index}, {step.displacement * 1e3:.1f} mm, α = {step.load_factor:.4f}"
+                progress.update(task, completed=min(index, case.steps), total=case.steps, description=text, rest="")
             case CaseFinished():
                 progress.update(task, completed=progress.tasks[task].total, rest="")
 

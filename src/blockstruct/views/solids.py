@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import blockstruct as bs
+from blockstruct.geometry import triangulated
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -119,36 +120,16 @@ def triangles(vertices: Array, loops: Sequence[Index]) -> tuple[Index, Index]:
     loops
         Vertices of each polygon, in turn about its normal.
     """
-    parts = [_ears(vertices[loop]) for loop in loops]
+    parts = [_parts(vertices[loop]) for loop in loops]
     corners = np.concatenate([loop[part] for loop, part in zip(loops, parts, strict=True)])
     return corners, np.repeat(np.arange(len(loops)), [len(p) for p in parts])
 
 
-def _ears(polygon: Array) -> Index:
-    """Triangles of one polygon, cut off ear by ear."""
-    rest = list(range(len(polygon)))
-    if len(rest) == 3:
-        return np.array([rest])
+def _parts(polygon: Array) -> Index:
+    """Triangles of one polygon: a fan if it is convex."""
     following = np.roll(polygon, -1, axis=0)
     normal = np.cross(polygon - polygon[0], following - polygon[0]).sum(axis=0)
     corner = np.cross(polygon - np.roll(polygon, 1, axis=0), following - polygon) @ normal
     if np.all(corner >= 0):
-        return np.array([(0, i, i + 1) for i in range(1, len(rest) - 1)])
-    cut = []
-    while len(rest) > 3:
-        k = next((k for k in range(len(rest)) if _is_ear(polygon, rest, k, normal)), 0)
-        cut.append((rest[k - 1], rest[k], rest[(k + 1) % len(rest)]))
-        del rest[k]
-    return np.array([*cut, tuple(rest)])
-
-
-def _is_ear(polygon: Array, rest: list[int], k: int, normal: Array) -> bool:
-    corners = rest[k - 1], rest[k], rest[(k + 1) % len(rest)]
-    a, b, c = polygon[list(corners)]
-    if np.cross(b - a, c - b) @ normal <= 0:
-        return False
-    others = polygon[[i for i in rest if i not in corners]]
-    inside = np.ones(len(others), dtype=bool)
-    for p, q in ((a, b), (b, c), (c, a)):
-        inside &= np.cross(q - p, others - p) @ normal >= 0
-    return not inside.any()
+        return np.array([(0, i, i + 1) for i in range(1, len(polygon) - 1)])
+    return np.array(triangulated(polygon, range(len(polygon))))

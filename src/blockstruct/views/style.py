@@ -31,6 +31,8 @@ UTILISATION = ("#d8d3ca", "#56a3d0", "#003a5c")
 FULLY_USED = 0.999
 #: Colours of a displacement from none to the largest: stone that becomes darker.
 DISPLACEMENT = (STONE, "#8fc1de", "#2f86c1", "#0a4f86")
+#: Colours of the macro-blocks that move, in turn: palette of Okabe & Ito (2008), light enough for edges to show.
+BODY_COLOURS = ("#56b4e9", "#e69f00", "#4dbd95", "#d79ac0", "#f0e442", "#7f9fd4", "#e2865a", "#a3a3a3")
 #: Largest displacement of a mechanism as it is drawn, in multiples of the largest extent of the structure.
 AMPLITUDE = 0.08
 #: Measures of a certificate, and how they are drawn.

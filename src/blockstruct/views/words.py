@@ -50,7 +50,7 @@ def status_words(result: bs.CaseResult) -> str:
 
 
 def range_words(result: bs.CaseResult) -> str:
-    """The reactions that statics allows, as a sentence; empty if the case is no settlement."""
+    """The reactions that statics allows, as a sentence; empty if the case is not a settlement."""
     if not isinstance(result.case, bs.SettlementCase) or not result.n_iterations:
         return ""
     ends = [result.answer.said(float(end)) for end in result.reaction_range.magnitude]
@@ -75,7 +75,8 @@ def headline_words(headline: bs.results.Headline) -> str:
 
 def warning_words(found: bs.CaseResult | bs.Spread) -> str:
     """What must stand beside the load factor, as one paragraph; empty as a rule."""
-    return " ".join(found.warnings)
+    result = found if isinstance(found, bs.CaseResult) else found.lowest
+    return " ".join([*found.warnings, *filter(None, [result.torsion_warning if result else ""])])
 
 
 def spread_words(spread: bs.Spread) -> str:

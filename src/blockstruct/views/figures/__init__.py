@@ -8,7 +8,7 @@ Every function takes an Axes (or makes one) and returns it, so that figures comb
 >>> from blockstruct.views import figures
 >>> tuff, dry = bs.Material("tuff", "12 kN/m^3"), bs.JointMaterial("dry", 0.65)
 >>> blocks = bs.courses([[1]], unit_length="0.4 m", unit_height="0.8 m", depth="1 m", material=tuff)
->>> model = bs.Model("block", blocks, bs.detect_interfaces(blocks, joint_material=dry).interfaces)
+>>> model = bs.Model("block", blocks, bs.detect_interfaces(blocks, joint_material=dry))
 >>> push = bs.LoadPattern("push", [bs.BodyForce((1, 0, 0))])
 >>> case = bs.LimitCase("rocking", bs.LoadPattern("dead", [bs.SelfWeight()]), push, "associative")
 >>> result = bs.AnalysisManager(model).run([case])["rocking"]
@@ -24,14 +24,17 @@ try:
 except ModuleNotFoundError as error:
     raise bs.errors.MissingExtraError.of(error, "viz", "figures") from error
 
+from blockstruct.views.figures.capacity import capacity
 from blockstruct.views.figures.convergence import certificate, convergence
 from blockstruct.views.figures.curve import curve
 from blockstruct.views.figures.domain import crushing_domain
 from blockstruct.views.figures.forces import forces
 from blockstruct.views.figures.loads import loads
 from blockstruct.views.figures.mechanism import mechanism
-from blockstruct.views.figures.sheet import drawings, write_figures
+from blockstruct.views.figures.sheet import drawings, overview, write_figures
 from blockstruct.views.figures.structure import structure
+from blockstruct.views.figures.studies import compass, distribution, tornado
+from blockstruct.views.figures.verification import verification
 
 __all__ = [
     # of the structure
@@ -40,11 +43,18 @@ __all__ = [
     "mechanism",
     "structure",
     # of the numbers
+    "capacity",
     "certificate",
     "convergence",
     "crushing_domain",
     "curve",
+    "verification",
+    # of many analyses
+    "compass",
+    "distribution",
+    "tornado",
     # all of an analysis
     "drawings",
+    "overview",
     "write_figures",
 ]

@@ -11,6 +11,7 @@ from matplotlib.colors import to_rgba_array
 from matplotlib.path import Path
 
 import blockstruct as bs
+from blockstruct.geometry import next_corners
 from blockstruct.views.solids import Solids
 
 Array = npt.NDArray[np.float64]
@@ -78,8 +79,7 @@ def bodies(
     counts = np.array([len(c) for c in corners])
     starts = np.cumsum([0, *counts[:-1]])
     points = np.concatenate(corners)
-    following = np.arange(len(points)) + 1
-    following[starts + counts - 1] = starts
+    following = next_corners(starts, counts)
     away = points - np.repeat(points[starts], counts, axis=0)
     normals = np.add.reduceat(np.cross(away, away[following]), starts)
     normals /= np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)[:, None]

@@ -1,4 +1,4 @@
-"""The collapse mechanism, its blocks coloured by how far they move."""
+"""The collapse mechanism, its blocks coloured by how far they move or by the body they belong to."""
 
 from typing import Any
 
@@ -6,15 +6,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba_array
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 import blockstruct as bs
-from blockstruct.units import si
-from blockstruct.views.figures.canvas import Canvas
+from blockstruct.units import readable, si
+from blockstruct.views.figures.canvas import Canvas, legend_above, stones
 from blockstruct.views.loads import driving, push
-from blockstruct.views.selection import chosen_iteration, given_result
+from blockstruct.views.selection import chosen_iteration, given_result, moving_bodies
 from blockstruct.views.solids import Solids
-from blockstruct.views.style import AMPLITUDE, DISPLACEMENT, FORCE, SUPPORT
+from blockstruct.views.style import AMPLITUDE, BODY_COLOURS, DISPLACEMENT, EDGE, FORCE, SUPPORT
 
 Array = NDArray[np.float64]
 
@@ -25,12 +26,13 @@ _PUSH = 0.16
 def mechanism(
     result: bs.CaseResult,
     *,
+    colour: str = "displacement",
     amplitude: Any = None,
     iteration: int = -1,
     look: Any = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw the blocks displaced by a mechanism, coloured by how far they move, and the push with its load factor.
+    """Draw the blocks displaced by a mechanism, in colours, and the push with its load factor.
 
     Displacements are to first order, so that joints that stay closed stay closed in the picture. Their size is
     arbitrary: colours are shares of the largest. An elevation shows the outline of the structure at rest, too.
@@ -39,6 +41,9 @@ def mechanism(
     ----------
     result
         The result of a case.
+    colour
+        ``"displacement"``: how far a block moves. ``"macro-block"``: the body it moves with
+        (:func:`blockstruct.results.macro_blocks`), named in the legend with its weight.
     amplitude : quantity, length
         The largest translation of a centroid; 8 % of the structure's largest extent by default.
     iteration, look, ax
@@ -49,6 +54,9 @@ def mechanism(
     ModelError, UnknownNameError, UnitError, DimensionError
         As :func:`structure`, and if the amplitude is not a length.
     """
+    if colour not in ("displacement", "macro-block"):
+        msg = f"mechanism: colour {colour!r}; give 'displacement' or 'macro-block'"
+        raise bs.errors.ModelError(msg)
     index = chosen_iteration(given_result(result, "mechanism"), iteration)
     model, solids = result.model, Solids.of(result.model)
     factor = AMPLITUDE * solids.size if amplitude is None else si(amplitude, "length", "mechanism: amplitude")
@@ -59,19 +67,52 @@ def mechanism(
     moved = solids.vertices + factor * displacement
     canvas = Canvas.of(result, ax, look)
     canvas.ghost(model, solids)
+    if colour == "displacement":
+        canvas.bodies(model, solids, moved, _by_displacement(canvas, solids, model, displacement))
+    else:
+        fill, handles = _by_body(result, index)
+        canvas.bodies(model, solids, moved, fill)
+    canvas.ties(result, index, factor)
+    drawn = _push(canvas, result, index, solids, moved)
+    canvas.frame(np.concatenate([solids.vertices, moved, drawn]))
+    if colour == "displacement":
+        canvas.ax.set_title(f"largest displacement drawn as {factor:.2g} m", fontsize="small", color="0.35", loc="left")
+    else:
+        legend_above(canvas.ax, handles, [str(handle.get_label()) for handle in handles])
+    return canvas.ax  # type: ignore[no-any-return]
+
+
+def _by_displacement(canvas: Canvas, solids: Solids, model: bs.Model, displacement: Array) -> Array:
+    """Colours (B, 4) of the blocks by their mean displacement, with their scale at the side."""
     starts = np.searchsorted(solids.block_of_vertex, np.arange(len(model.blocks)))
     counts = np.bincount(solids.block_of_vertex)
     size = np.linalg.norm(np.add.reduceat(displacement, starts) / counts[:, None], axis=1)
     scale = LinearSegmentedColormap.from_list("displacement", DISPLACEMENT)
     share = size / max(size.max(), np.finfo(float).tiny)
     fixed = np.array([b.fixed for b in model.blocks])
-    canvas.bodies(model, solids, moved, np.where(fixed[:, None], to_rgba_array(SUPPORT), scale(share)))
-    canvas.ties(result, index, factor)
-    drawn = _push(canvas, result, index, solids, moved)
-    canvas.frame(np.concatenate([solids.vertices, moved, drawn]))
     canvas.scale(ScalarMappable(Normalize(0, 1), scale), "displacement, share of the largest [-]")
-    canvas.ax.set_title(f"largest displacement drawn as {factor:.2g} m", fontsize="small", color="0.35", loc="left")
-    return canvas.ax  # type: ignore[no-any-return]
+    return np.where(fixed[:, None], to_rgba_array(SUPPORT), scale(share))
+
+
+def _by_body(result: bs.CaseResult, iteration: int) -> tuple[Array, list[Patch]]:
+    """Colours (B, 4) of the blocks by their macro-block, and the entries of a legend."""
+    index, moving = moving_bodies(result, iteration)
+    palette = to_rgba_array([BODY_COLOURS[k % len(BODY_COLOURS)] for k in range(len(moving))]) if moving else None
+    fill = to_rgba_array(stones(result.model))
+    if palette is not None:
+        fill[index >= 0] = palette[index[index >= 0]]
+    handles = [
+        Patch(facecolor=BODY_COLOURS[k], edgecolor=EDGE, label=f"{body.name}: {_weight(body.weight)}")
+        for k, body in enumerate(moving[: len(BODY_COLOURS)])
+    ]
+    if len(moving) > len(BODY_COLOURS):
+        handles.append(Patch(facecolor="none", edgecolor="none", label=f"and {len(moving) - len(BODY_COLOURS)} more"))
+    return fill, handles
+
+
+def _weight(newton: float) -> str:
+    factor, unit = readable(newton, "N")
+    return f"{newton * factor:.4g} {unit}"
 
 
 def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids, moved: Array) -> Array:

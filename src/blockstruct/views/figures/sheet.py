@@ -13,12 +13,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import blockstruct as bs
+from blockstruct.views.figures.capacity import capacity
 from blockstruct.views.figures.convergence import certificate, convergence
 from blockstruct.views.figures.domain import crushing_domain
 from blockstruct.views.figures.forces import forces
 from blockstruct.views.figures.loads import loads
 from blockstruct.views.figures.mechanism import mechanism
 from blockstruct.views.figures.structure import structure
+from blockstruct.views.figures.studies import compass
 from blockstruct.views.output import write_bytes
 from blockstruct.views.selection import is_pressed, shown_results
 
@@ -37,13 +39,14 @@ class Drawing:
     caption: str
     draw: Callable[[Axes], object]
     size: tuple[float, float]
+    projection: str = "rectilinear"
 
     def picture(self, file_format: str = "png", dpi: int = 200) -> bytes:
         """Content of the file of the figure."""
         with rc_context(_STYLE):
             # A Figure of its own: pyplot would keep it, and may want a screen.
             figure = Figure(figsize=self.size, layout="constrained")
-            self.draw(figure.add_subplot())
+            self.draw(figure.add_subplot(projection=self.projection))
             stream = BytesIO()
             undated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(file_format)
             figure.savefig(stream, format=file_format, dpi=dpi, metadata=undated)
@@ -94,6 +97,8 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
     if name:
         domain = f"Interface {name}, the nearest to crushing: normal force and bending in every iteration"
         add("domain", domain, crushing_domain, _DIAGRAM, interface=name, about=about)
+    if result.capacity is not None:
+        add("capacity", "Capacity curve: load factor over the displacement of the control point", capacity, _DIAGRAM)
     if np.isfinite(result.history["load_factor"]).sum() > 1:
         add(
             "convergence",
@@ -103,6 +108,18 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
         )
         add("certificate", "Certificate of every iteration, with its tolerances", certificate, _DIAGRAM)
     return found
+
+
+def overview(analysis: bs.Analysis) -> list[Drawing]:
+    """Figures of all cases together: the compass, of an analysis that pushes in three directions or more."""
+    try:
+        around = bs.studies.Directions.of(analysis)
+    except bs.errors.ModelError:
+        return []
+    if around.data.sizes["direction"] < 3:
+        return []
+    caption = "Load factors around the compass; the arrow is the direction that governs"
+    return [Drawing("directions", caption, lambda ax: compass(around, ax=ax), _STRUCTURE, "polar")]
 
 
 def write_figures(
@@ -159,6 +176,9 @@ def write_figures(
         write_bytes(drawing.picture(file_format, dpi), target / f"{case}-{drawing.name}.{file_format}")
         for case, sheet in sheets.items()
         for drawing in sheet
+    ] + [
+        write_bytes(drawing.picture(file_format, dpi), target / f"{drawing.name}.{file_format}")
+        for drawing in overview(analysis)
     ]
 
 

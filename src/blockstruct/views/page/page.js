@@ -28,7 +28,7 @@ await Promise.all([
   unpack(ties, ["vertices"], float32), unpack(ties, ["of_vertex"], int32),
   ...data.cases.flatMap(c => [
     unpack(c, ["force", "eccentricity"], float32), unpack(c, ["velocity", "sliding", "crushing"], float16),
-    unpack(c, ["state"], uint16),
+    unpack(c, ["state"], uint16), ...(c.pushover ? [unpack(c.pushover, ["motion"], float32)] : []),
   ]),
 ]);
 blocks.of_triangle = blocks.triangles.filter((_, t) => t % 3 === 0).map(v => blocks.of_vertex[v]);
@@ -37,11 +37,22 @@ interfaces.block_of_vertex = interfaces.of_vertex.map(i => interfaces.minus[i]);
 const B = blocks.name.length, I = interfaces.name.length;
 
 // ---------------------------------------------------------------- what is shown
-const shown = {case: data.first, iteration: 0, amplitude: data.look.amplitude, colour: "state", picked: null};
+const shown = {case: data.first, iteration: 0, amplitude: data.look.amplitude, colour: "state", picked: null, step: null};
 const current = () => data.cases[shown.case];
 
-/** Coordinates of points after the mechanism of the iteration, to first order. */
+/** Coordinates of points where the blocks are in the step of the pushover: turned about the centroid, and moved. */
+function placed(points, blockOf) {
+  const m = current().pushover.motion, start = shown.step * B * 12, moved = points.slice();
+  for (let v = 0; v < blockOf.length; v++) {
+    const b = blockOf[v], k = start + 12 * b, p = 3 * v;
+    const [x, y, z] = [0, 1, 2].map(a => points[p + a] - blocks.centroids[3 * b + a]);
+    for (let a = 0; a < 3; a++) moved[p + a] = m[k + 3 * a] * x + m[k + 3 * a + 1] * y + m[k + 3 * a + 2] * z + m[k + 9 + a];
+  }
+  return moved;
+}
+/** Coordinates of points after the mechanism of the iteration, to first order; or in the step of the pushover. */
 function displaced(points, blockOf) {
+  if (shown.step !== null) return placed(points, blockOf);
   const scale = shown.amplitude * blocks.size, start = shown.iteration * B * 6, moved = points.slice();
   if (!scale) return moved;
   // Without a mechanism the blocks stay where they are.
@@ -174,10 +185,17 @@ const lines = (points, color, width, more) => ({
   type: "scatter3d", mode: "lines", ...xyz(points), line: {color, width}, hoverinfo: "skip", showlegend: false, ...more,
 });
 const outline = segments(blocks.vertices, blocks.edges);
-const stone = Array.from(blocks.of_triangle, b => blocks.fixed[b] ? data.look.support : data.look.stone);
+/** Colours of the triangles of blocks: stone, or in the last iteration those of the bodies that move. */
+function stones() {
+  const coloured = at("show-bodies").checked && shown.iteration === current().stage.length - 1, {bodies} = data.look;
+  return Array.from(blocks.of_triangle, b => {
+    const body = coloured ? current().body[b] : -1;
+    return body >= 0 ? bodies[body % bodies.length] : blocks.fixed[b] ? data.look.support : data.look.stone;
+  });
+}
 const traces = [
   lines(outline, data.look.ghost, 1, {visible: false}),
-  mesh(blocks, {facecolor: stone, hoverinfo: "text", text: Array.from(blocks.of_triangle, b => blocks.name[b]), name: "blocks"}),
+  mesh(blocks, {facecolor: stones(), hoverinfo: "text", text: Array.from(blocks.of_triangle, b => blocks.name[b]), name: "blocks"}),
   lines(outline, data.look.edge, 1.5),
   mesh(interfaces, {
     intensitymode: "cell", intensity: Array.from(interfaces.of_triangle, () => 0), hoverinfo: "text", name: "interfaces",
@@ -213,9 +231,12 @@ const config = {
 /** Draw everything, or of a large model, while a slider moves, only the blocks. */
 async function draw(sketch) {
   const moved = displaced(blocks.vertices, blocks.of_vertex);
-  const change = traces.map(() => ({visible: false})), ticked = id => at(id).checked;
+  // Joints and forces are those of the collapse state.
+  const pushed = shown.step !== null, ofCollapse = ["show-interfaces", "show-forces"];
+  const change = traces.map(() => ({visible: false})), ticked = id => at(id).checked && !(pushed && ofCollapse.includes(id));
   change[BLOCKS] = {...xyz(moved), visible: sketch || ticked("show-blocks"), opacity: !sketch && ticked("show-forces") ? 0.35 : 1};
   if (!sketch) {
+    change[BLOCKS].facecolor = stones();
     change[GHOST] = {visible: shown.amplitude > 0 && !ticked("show-blocks")};
     change[EDGES] = {...xyz(segments(displaced(outer.blocks, blocks.of_vertex), blocks.edges)), visible: true};
     if (ticked("show-interfaces")) {
@@ -296,6 +317,7 @@ function describe() {
     rows.push(["block", blocks.name[i] + (blocks.fixed[i] ? " (support)" : "")], ["material", blocks.material[i]],
       ["weight", readable(blocks.weight[i], "N")], ["volume", `${Number(blocks.volume[i].toPrecision(3))} m³`],
       ["centroid", place(Array.from(blocks.centroids.slice(3 * i, 3 * i + 3)))],
+      ["macro-block", (current().bodies[current().body[i]] || {name: "at rest"}).name],
       ["translation", metres(u.map(c => c * scale))]);
   } else {
     const {local, e} = resultant(i);
@@ -313,17 +335,22 @@ function describe() {
   panel.append(table);
 }
 
+function entry(colour, name) {
+  const item = document.createElement("span"), box = document.createElement("i");
+  box.style.background = colour;
+  item.append(box, name);
+  return item;
+}
 function legend() {
+  const named = at("show-bodies").checked ? current().bodies.slice(0, data.look.bodies.length) : [];
+  at("bodies").replaceChildren(...named.map((body, k) => entry(data.look.bodies[k], `${body.name}, ${readable(body.weight, "N")}`)));
   at("legend").replaceChildren();
   if (shown.colour !== "state") return;
   const present = new Set();
   for (let i = 0; i < I; i++) present.add(current().gravest[stateOf(i)]);
   for (const [name, colour] of Object.entries(data.look.states)) {
     if (!present.has(name) || name === "sticking") continue;
-    const item = document.createElement("span"), box = document.createElement("i");
-    box.style.background = colour;
-    item.append(box, name);
-    at("legend").append(item);
+    at("legend").append(entry(colour, name));
   }
 }
 
@@ -365,6 +392,24 @@ function convergence() {
   }, {...config, displayModeBar: false});
 }
 
+function capacityCurve() {
+  const p = current().pushover;
+  for (const id of ["pushover", "capacity-title", "capacity"]) at(id).hidden = !p;
+  if (!p) return;
+  const n = p.displacement.length, k = shown.step;
+  at("step").max = n - 1;
+  at("step").value = k ?? 0;
+  at("step-value").textContent = k === null ? `of ${n - 1}` : `${k} of ${n - 1}, ${Number((1e3 * p.displacement[k]).toPrecision(4))} mm, α = ${Number(p.load_factor[k].toPrecision(4))}`;
+  Plotly.react("capacity", [
+    {x: p.displacement.map(d => 1e3 * d), y: p.load_factor, mode: "lines+markers", marker: {size: 4}, line: {color: "#0072b2", width: 1.2}},
+  ], {
+    margin: {l: 48, r: 8, t: 8, b: 38}, showlegend: false, font: {size: 11},
+    xaxis: {title: {text: "displacement of the control point [mm]"}, rangemode: "tozero"},
+    yaxis: {title: {text: "α [-]"}, rangemode: "tozero"},
+    shapes: k === null ? [] : [{type: "line", x0: 1e3 * p.displacement[k], x1: 1e3 * p.displacement[k], y0: 0, y1: 1, yref: "paper", line: {color: "#d55e00", width: 1.5}}],
+  }, {...config, displayModeBar: false});
+}
+
 function iterationText() {
   const c = current(), i = shown.iteration, value = c.answers[i];
   at("iteration").value = i;
@@ -372,10 +417,13 @@ function iterationText() {
   at("amplitude-value").textContent = `${Number((shown.amplitude * blocks.size).toPrecision(3))} m`;
 }
 
-function update(drawing = redraw) { iterationText(); legend(); tieTable(); describe(); convergence(); return drawing(); }
+function update(drawing = redraw) { iterationText(); legend(); tieTable(); describe(); convergence(); capacityCurve(); return drawing(); }
+/** Show a step of the pushover, or none of them. */
+function chooseStep(step, drawing = redraw) { shown.step = step; capacityCurve(); return drawing(); }
 
 function chooseCase(index) {
   shown.case = index;
+  shown.step = null;
   const c = current();
   shown.iteration = c.stage.length - 1;
   at("iteration").max = shown.iteration;
@@ -419,7 +467,23 @@ async function play() {
   setAmplitude(amplitude);
   await redraw();
 }
+/** Go through the steps of the pushover once, until it is asked to stop. */
+async function playPushover() {
+  playing = !playing;
+  if (!playing) return;
+  at("play-pushover").textContent = "■ stop";
+  const n = current().pushover.displacement.length, begun = performance.now();
+  for (let step = 0; playing && step < n - 1;) {
+    const now = await new Promise(requestAnimationFrame);
+    step = Math.min(n - 1, Math.floor(n * (now - begun) / PERIOD));
+    await chooseStep(step, follow);
+  }
+  playing = false;
+  at("play-pushover").textContent = "▶ play";
+  await redraw();
+}
 function setAmplitude(value) {
+  shown.step = null;
   shown.amplitude = value;
   at("amplitude").value = value;
   iterationText();
@@ -436,11 +500,14 @@ async function start() {
   at("amplitude").value = shown.amplitude;
   await chooseCase(data.first);
   at("play").addEventListener("click", play);
+  at("play-pushover").addEventListener("click", playPushover);
+  at("step").addEventListener("input", event => chooseStep(Number(event.target.value), follow));
   at("case").addEventListener("input", event => chooseCase(Number(event.target.value)));
   at("colour").addEventListener("input", event => { shown.colour = event.target.value; update(); });
-  at("iteration").addEventListener("input", event => { shown.iteration = Number(event.target.value); update(follow); });
-  at("amplitude").addEventListener("input", event => { shown.amplitude = Number(event.target.value); iterationText(); describe(); follow(); });
+  at("iteration").addEventListener("input", event => { shown.step = null; shown.iteration = Number(event.target.value); update(follow); });
+  at("amplitude").addEventListener("input", event => { shown.amplitude = Number(event.target.value); shown.step = null; iterationText(); describe(); capacityCurve(); follow(); });
   at("find").addEventListener("change", event => find(event.target.value));
+  at("show-bodies").addEventListener("change", () => update());
   for (const part of document.querySelectorAll(".of-ties")) part.hidden = !ties.name.length;
   for (const id of ["show-blocks", "show-interfaces", "show-forces", "show-ties"]) at(id).addEventListener("change", redraw);
   at("convergence").on("plotly_click", event => { shown.iteration = event.points[0].pointNumber; update(); });

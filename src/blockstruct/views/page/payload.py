@@ -14,10 +14,11 @@ import numpy.typing as npt
 
 import blockstruct as bs
 from blockstruct.units import readable
-from blockstruct.views.selection import is_pressed, shown_results
+from blockstruct.views.selection import is_pressed, moving_bodies, shown_results
 from blockstruct.views.solids import Patches, Solids, triangles
 from blockstruct.views.style import (
     AMPLITUDE,
+    BODY_COLOURS,
     EDGE,
     FORCE,
     FULLY_USED,
@@ -77,12 +78,13 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
             "states": STATE_COLOURS,
             "ties": TIE_COLOURS,
             "utilisation": UTILISATION,
+            "bodies": BODY_COLOURS,
         },
         "origin": origin.tolist(),
         "blocks": _blocks(model, solids, origin),
         "interfaces": _interfaces(model, shown[0], origin),
         "ties": _ties(model, origin),
-        "cases": [_case(result, _head(analysis, result)) for result in shown],
+        "cases": [_case(result, _head(analysis, result), origin) for result in shown],
         "first": next(k for k, r in enumerate(shown) if r is first),
         "omitted": [f"{r.name}: {r.status}, {r.message}" for r in analysis.values() if not r.n_iterations],
     }
@@ -153,7 +155,7 @@ def _head(analysis: bs.Analysis, result: bs.CaseResult) -> dict[str, Any]:
     return {"number": head.number, "below": [text for text in below if text]}
 
 
-def _case(result: bs.CaseResult, head: dict[str, Any]) -> dict[str, Any]:
+def _case(result: bs.CaseResult, head: dict[str, Any], origin: Array) -> dict[str, Any]:
     history, resultants = result.history, result.resultants
     force = resultants["force"].transpose("iteration", "interface", "component").to_numpy()
     eccentricity = resultants["eccentricity"].transpose("iteration", "interface", "in_plane").to_numpy()
@@ -182,9 +184,19 @@ def _case(result: bs.CaseResult, head: dict[str, Any]) -> dict[str, Any]:
         "gravest": [parts(text)[0] for text in texts],
         "state": _packed(index.reshape(states.shape), "<u2"),
         "velocity": _packed(np.array(velocity), "<f2"),
+        **_bodies(result),
         "tie": _tie_rows(result),
         **_utilisation(history),
+        **_pushover(result, origin),
     }
+
+
+def _bodies(result: bs.CaseResult) -> dict[str, Any]:
+    """Macro-blocks of the last mechanism: which body a block moves with, −1 at rest."""
+    if not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
+        return {"body": [-1] * len(result.model.blocks), "bodies": []}
+    body, moving = moving_bodies(result, result.n_iterations - 1)
+    return {"body": body.tolist(), "bodies": [{"name": one.name, "weight": one.weight} for one in moving]}
 
 
 def _tie_rows(result: bs.CaseResult) -> list[list[tuple[str, float | None]]]:
@@ -203,6 +215,23 @@ def _loads(result: bs.CaseResult) -> str:
 def _utilisation(history: Any) -> Mapping[str, str]:
     found = bs.results.utilisation(history)
     return {kind: _packed(found[kind].transpose("iteration", "interface"), "<f2") for kind in ("sliding", "crushing")}
+
+
+def _pushover(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
+    """Capacity curve, and of every step and block its rotation matrix and the place of its centroid, (S, B, 12)."""
+    curve = result.capacity
+    if curve is None:
+        return {}
+    motion = np.concatenate(
+        [bs.results.block_rotations(curve).reshape(*curve["rotation"].shape[:2], 9), curve["position"] - origin], 2
+    )
+    return {
+        "pushover": {
+            "displacement": curve["displacement"].to_numpy().tolist(),
+            "load_factor": curve["load_factor"].to_numpy().tolist(),
+            "motion": _packed(motion, "<f4"),
+        }
+    }
 
 
 def _packed(values: npt.ArrayLike, kind: str) -> str:

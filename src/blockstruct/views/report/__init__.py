@@ -1,4 +1,7 @@
-"""The report of an analysis, as one HTML file that prints. Needs ``pip install "blockstruct[report]"``."""
+"""The report of an analysis, as one HTML file that prints, or as PDF.
+
+Needs ``pip install "blockstruct[report]"``, or ``"blockstruct[pdf]"``.
+"""
 
 import blockstruct as bs
 

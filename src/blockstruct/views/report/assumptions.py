@@ -6,6 +6,14 @@ import numpy as np
 
 import blockstruct as bs
 
+#: Sentences on masses that the first page of a report has room for.
+_FEW = 2
+
+
+def pushed_masses(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
+    """Which masses every push moves, each once."""
+    return list(dict.fromkeys(filter(None, (bs.results.pushed_masses(model, r.case) for r in results))))
+
 
 def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
     """Sentences that hold for the model and the cases."""
@@ -30,6 +38,7 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
             "Sliding follows Coulomb's law at the contact points of each interface, with the friction coefficients and "
             "cohesion of the joint materials."
         ),
+        _torsion(model),
         _tension(model),
         "Crushing is limited by a rectangular stress block of the compressive strength."
         if crushing
@@ -45,14 +54,15 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
     if any(r.case.flow == bs.Flow.NONASSOCIATIVE for r in results):
         said.append(
             "With non-associative flow the load factor is not unique: a certified load factor is that of a collapse "
-            "state, not necessarily of the lowest; it depends on the settings below."
+            "state, not necessarily of the lowest; it depends on the settings in the appendix."
         )
     if any(r.case.flow == bs.Flow.ASSOCIATIVE for r in results):
         said.append(
             "With associative flow the load factor is unique, and an upper bound of those of all non-associative flow "
             "rules."
         )
-    said += dict.fromkeys(filter(None, (bs.results.pushed_masses(model, r.case) for r in results)))
+    masses = pushed_masses(model, results)
+    said += masses if len(masses) <= _FEW else [f"Which masses each of {len(masses)} pushes moves stands at the loads."]
     if settles:
         said.append(
             "The reaction of supports that give way is what the joints press on them, without their own weight: the "
@@ -61,6 +71,16 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
         )
     said.append("Load factors multiply the variable loads as modelled; no partial safety factor is included.")
     return said
+
+
+def _torsion(model: bs.Model) -> str:
+    uniform = [n for n, j in model.joint_materials.items() if str(j.torsion) == "uniform pressure"]
+    if not uniform:
+        return "The torque about the normal of an interface is limited by friction at its contact points."
+    return (
+        f"Shear and torque in joints of {', '.join(uniform)} keep to an ellipsoid with the torque of uniform pressure "
+        "on the whole interface; in other joints friction at the contact points alone limits them."
+    )
 
 
 def _tension(model: bs.Model) -> str:

@@ -1,6 +1,5 @@
 """What a report says, as names and texts for its template."""
 
-import base64
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -10,11 +9,14 @@ import numpy as np
 
 import blockstruct as bs
 from blockstruct.units import readable
-from blockstruct.views.figures import drawings
-from blockstruct.views.figures.sheet import Drawing
-from blockstruct.views.report.assumptions import assumptions
+from blockstruct.views.figures import drawings, overview
+from blockstruct.views.report.assumptions import assumptions, pushed_masses
 from blockstruct.views.report.detection import detection_rows
+from blockstruct.views.report.pictures import address
+from blockstruct.views.report.summary import relied_on
+from blockstruct.views.report.verification import checked, verification
 from blockstruct.views.selection import shown_results
+from blockstruct.views.study_text import directions_text, parameter_texts
 from blockstruct.views.words import (
     admissible_words,
     certificate_words,
@@ -29,11 +31,15 @@ from blockstruct.views.words import (
 
 #: Loads of a pattern that are listed one by one.
 _LISTED = 12
+#: Loads whose weight follows from where they lie.
+_SPREAD = (bs.LineLoad, bs.AreaLoad, bs.FillLoad)
 
 
-def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any]:
+def contents(
+    analysis: bs.Analysis, project: Mapping[str, str], checks: Sequence[bs.assess.LocalMechanismCheck] = ()
+) -> dict[str, Any]:
     """Everything the template may name, texts with their units."""
-    model, spreads = analysis.model, analysis.spreads
+    model, spreads, of_case = analysis.model, analysis.spreads, checked(analysis, checks)
     results = list(analysis.values())
     flows = list(dict.fromkeys(r.case.flow for r in results))
     return {
@@ -43,6 +49,9 @@ def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any
         "model_hash": model.hash,
         "document_hash": analysis.document_hash,
         "tags": list(analysis.tags),
+        "parameters": parameter_texts(analysis),
+        "directions": directions_text(analysis),
+        "overview": [{"caption": d.caption, "address": address(d)} for d in overview(analysis)],
         "model": _model(model),
         "detection": detection_rows(model),
         "materials": [(m.name, quantity(m.unit_weight, "N/m³")) for m in model.materials.values()],
@@ -51,11 +60,14 @@ def contents(analysis: bs.Analysis, project: Mapping[str, str]) -> dict[str, Any
         "sources": [(m.name, m.source) for m in model.materials.values() if m.source]
         + [(m.name, m.source) for m in model.joint_materials.values() if m.source],
         "patterns": _patterns(results),
+        "relied_on": relied_on(analysis, of_case),
         "answers": " / ".join(dict.fromkeys(r.answer.name + " [-]" * (not r.answer.is_reaction) for r in results)),
         "results": [_headline(name, spreads.get(name, analysis[name])) for name in analysis.headlines],
+        "verification": [verification(name, check) for name, check in of_case],
         "spreads": [_spread(name, spread) for name, spread in spreads.items()],
         "cases": [_case(r) for r in shown_results(analysis)],
         "assumptions": assumptions(model, results),
+        "masses": pushed_masses(model, results),
         "settings": list(asdict(results[0].settings).items()),
         "versions": dict(analysis.versions),
     }
@@ -132,11 +144,17 @@ def _dilatancy(m: bs.JointMaterial, flows: Sequence[bs.Flow]) -> str:
 
 
 def _patterns(results: list[bs.CaseResult]) -> dict[str, list[str]]:
-    patterns = {p.name: p for r in results for p in r.case.patterns}
+    patterns = {p.name: (p, r) for r in results for p in r.case.patterns}
     listed = {}
-    for name, pattern in patterns.items():
+    for name, (pattern, r) in patterns.items():
+        found = bs.results.applied_loads(r.model, pattern, r.case.dead)
+        down = -np.bincount(found.load, found.force[:, 2], minlength=len(pattern.loads))
         rest = len(pattern.loads) - _LISTED
-        listed[name] = [_load(load) for load in pattern.loads[:_LISTED]] + ([f"and {rest} more loads"] * (rest > 0))
+        shown = [
+            _load(load) + (f": {quantity(weight, 'N')} in all" if isinstance(load, _SPREAD) else "")
+            for load, weight in zip(pattern.loads[:_LISTED], down, strict=False)
+        ]
+        listed[name] = shown + [f"and {rest} more loads"] * (rest > 0)
     return listed
 
 
@@ -146,7 +164,7 @@ def _load(load: Any) -> str:
             return "the weight of every block, along −z"
         case bs.BodyForce(direction=d, share=share):
             times = "" if share == 1 else f"{share:g} × "
-            return f"{times}({d[0]:g}, {d[1]:g}, {d[2]:g}) times the weight of every block, at its centroid"
+            return f"{times}({d[0]:g}, {d[1]:g}, {d[2]:g}) times every block's own weight, and every weight it carries"
         case bs.PointLoad(block=block, point=point, force=force):
             return f"a force {_vector(force, 'N')} on block {block} at {_vector(point, 'm')}"
         case bs.FaceLoad():
@@ -252,10 +270,5 @@ def _case(r: bs.CaseResult) -> dict[str, Any]:
         "ties": tie_words(r),
         "message": r.message,
         "states": sorted(states.items(), key=lambda item: -item[1]),
-        "pictures": [{"caption": d.caption, "address": _address(d)} for d in drawings(r)],
+        "pictures": [{"caption": d.caption, "address": address(d)} for d in drawings(r)],
     }
-
-
-def _address(drawing: Drawing) -> str:
-    """The picture itself, as a ``data:`` address."""
-    return "data:image/png;base64," + base64.b64encode(drawing.picture()).decode("ascii")

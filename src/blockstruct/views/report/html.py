@@ -1,17 +1,19 @@
 """The report as text and as a file."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from traceback import extract_tb
 from types import MappingProxyType
 
 import jinja2
 from jinja2.sandbox import ImmutableSandboxedEnvironment
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 import blockstruct as bs
-from blockstruct.views.output import write_text
+from blockstruct.views.output import write_bytes
 from blockstruct.views.report.contents import contents
+from blockstruct.views.report.pdf import pdf_of
 
 _OWN = "report.html.j2"
 
@@ -21,6 +23,7 @@ def write_report(
     path: str | Path,
     *,
     project: Mapping[str, str] = MappingProxyType({}),
+    checks: Iterable[bs.assess.LocalMechanismCheck] = (),
     template: str | Path | None = None,
 ) -> Path:
     """Write the report of an analysis; an existing file is replaced.
@@ -30,22 +33,28 @@ def write_report(
     analysis
         All its cases are reported, whatever their status.
     path
-        HTML file. A browser's "print to PDF" gives A4 pages.
-    project, template
+        HTML file, or PDF if its name ends in ``.pdf``; both have A4 pages when printed.
+    project, checks, template
         As in :func:`report_html`.
 
     Raises
     ------
     StorageError
         If the path cannot be written, or the template cannot be used.
+    ModelError
+        If a check is of another analysis, or of another load factor than the report relies on.
+    MissingExtraError
+        PDF without ``pip install "blockstruct[pdf]"``.
     """
-    return write_text(report_html(analysis, project=project, template=template), path)
+    html = report_html(analysis, project=project, checks=checks, template=template)
+    return write_bytes(pdf_of(html) if Path(path).suffix.lower() == ".pdf" else html.encode("utf-8"), path)
 
 
 def report_html(
     analysis: bs.Analysis,
     *,
     project: Mapping[str, str] = MappingProxyType({}),
+    checks: Iterable[bs.assess.LocalMechanismCheck] = (),
     template: str | Path | None = None,
 ) -> str:
     """Report of an analysis, its pictures within.
@@ -56,15 +65,19 @@ def report_html(
         All its cases are reported, whatever their status.
     project
         What the head of the report states, such as ``{"client": "…", "engineer": "…"}``.
+    checks
+        Verifications of its cases: :func:`blockstruct.assess.local_mechanism`.
     template
         A Jinja2 template to use instead. One that begins ``{% extends "report.html.j2" %}`` only has to state the
-        blocks it changes: ``style``, ``head``, ``project``, ``results``, ``spreads``, ``model``,
-        ``detection``, ``loads``, ``cases``, ``assumptions``, ``settings``, ``foot``.
+        blocks it changes: ``style``, ``head``, ``project``, ``relied_on``, ``results``, ``assumptions``,
+        ``verification``, ``spreads``, ``cases``, ``model``, ``detection``, ``loads``, ``settings``, ``foot``.
 
     Raises
     ------
     StorageError
         If the template cannot be read or filled.
+    ModelError
+        If a check is of another analysis, or of another load factor than the report relies on.
     """
     own = jinja2.PackageLoader("blockstruct.views.report", ".")
     loaders: list[jinja2.BaseLoader] = [own]
@@ -84,7 +97,8 @@ def report_html(
         lstrip_blocks=True,
     )
     environment.filters["css_text"] = _css_text
-    said = contents(analysis, project)
+    environment.filters["formula"] = _formula
+    said = contents(analysis, project, tuple(checks))
     if template is None:
         return environment.get_template(name).render(said)
     try:
@@ -99,6 +113,23 @@ def report_html(
 def _css_text(text: str) -> Markup:
     """A text within a CSS string: whatever is not a letter, digit or blank becomes its code point."""
     return Markup("".join(c if c.isalnum() or c == " " else f"\\{ord(c):x} " for c in text))
+
+
+#: Indices and powers of formulas as they are typed: ``d_SLV``, ``a_g,SLV``, ``M_(P+Q)``, ``α0``, ``Tc*^−0.20``.
+_INDEX = re.compile(
+    r"_(?:\((?P<group>[^)]*)\)|(?P<word>\w+(?:,\w+)*))|(?<=[αθdaFT])(?P<zero>0)\b|\^(?P<power>−?[\d.]+\d)"
+)
+
+
+def _formula(text: str) -> Markup:
+    """A formula with its indices below the line and its powers above it."""
+
+    def raised(found: re.Match[str]) -> str:
+        if found["power"]:
+            return f"<sup>{found['power']}</sup>"
+        return f"<sub>{found['group'] or found['word'] or found['zero']}</sub>"
+
+    return Markup(_INDEX.sub(raised, str(escape(text))))
 
 
 def _line(error: Exception, name: str) -> int | None:

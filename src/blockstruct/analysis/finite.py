@@ -1,0 +1,63 @@
+"""Pushovers: what follows a collapse state."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
+
+from blockstruct.analysis.events import Listener, StepDone, tell
+from blockstruct.limit import FiniteStep, Iteration, LimitProblem, MovingProblem
+from blockstruct.model import Pushover
+from blockstruct.procedures import pushover
+from blockstruct.results import CaseResult, capacity_of, step_arrays, steps_of
+from blockstruct.solvers import solver_of
+from blockstruct.statics import Statics
+from blockstruct.vocabulary import Status
+
+
+def pushed_over(
+    result: CaseResult, statics: Statics, problem: LimitProblem, collapse: Iteration, listeners: Iterable[Listener]
+) -> CaseResult:
+    """The result of a pushover with its capacity curve, from one with a collapse state.
+
+    A curve that the result has already is gone on with. A KeyboardInterrupt ends it; the result is then interrupted.
+
+    Parameters
+    ----------
+    result
+        Converged, of a :class:`~blockstruct.Pushover`.
+    statics, problem
+        Its own.
+    collapse
+        The collapse state.
+    listeners
+        Hear of every state.
+    """
+    case, settings, start = result.case, result.settings, perf_counter()
+    if not isinstance(case, Pushover):
+        return result
+    steps: list[FiniteStep] = [] if result.capacity is None else steps_of(result.capacity)
+    going = pushover(
+        MovingProblem(statics, problem, case), collapse, case.steps, settings, solver_of(settings), list(steps)
+    )
+    status, load_factor, message = result.status, result.load_factor, result.message
+    try:
+        for k, step in enumerate(steps):
+            tell(listeners, StepDone(case, k, step))
+        while True:
+            step = next(going)
+            steps.append(step)
+            tell(listeners, StepDone(case, len(steps) - 1, step))
+    except StopIteration as stop:
+        message = f"{message}; pushover: {stop.value}"
+    except KeyboardInterrupt:
+        status, load_factor, message = Status.INTERRUPTED, np.nan, "interrupted by the user"
+    return replace(
+        result,
+        status=status,
+        load_factor=load_factor,
+        message=message,
+        capacity=capacity_of(statics.model, step_arrays(steps, len(statics.model.blocks))) if steps else None,
+        duration=result.duration + perf_counter() - start,
+    )

@@ -1,0 +1,55 @@
+"""From a collapse state to a verification: local mechanisms after the Circolare of 21/01/2019 n. 7, C8.7.1.2.1.
+
+>>> import blockstruct as bs
+>>> stone, dry = bs.Material("stone", "18 kN/m^3"), bs.JointMaterial("dry", 0.7)
+>>> ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[7, 3, 0.5] m", stone, fixed=True)
+>>> wall = bs.Block.box("façade", "[0, 0, 0] m", "[5, 0.6, 6] m", stone)
+>>> model = bs.Model("façade", [ground, wall], bs.detect_interfaces([ground, wall], joint_material=dry))
+>>> push = bs.LoadPattern("push", [bs.BodyForce("-y")])
+>>> case = bs.LimitCase("out of plane", bs.LoadPattern("dead", [bs.SelfWeight()]), push)
+>>> result = bs.AnalysisManager(model).run([case])["out of plane"]
+>>> site = bs.assess.ntc_spectrum(ag="0.15 g_0", F0=2.4, Tc="0.3 s", soil="B")
+>>> check = bs.assess.local_mechanism(result, confidence_factor=1.35, spectrum=site)
+>>> round(check.e_star, 6), round(check.a0_star, 4), round(check.ratio, 4)
+(1.0, 0.7264, 0.823)
+"""
+
+from blockstruct.assess.capacity import CapacityCurve
+from blockstruct.assess.check import LimitState, LocalMechanismCheck
+from blockstruct.assess.coefficients import KNOWLEDGE_LEVELS, Coefficients
+from blockstruct.assess.floor_spectrum import FloorSpectrum, Mode, floor_spectrum
+from blockstruct.assess.lines import Line, Section
+from blockstruct.assess.local_mechanism import local_mechanism
+from blockstruct.assess.overturning import Overturning, overturning
+from blockstruct.assess.participation import Participation
+from blockstruct.assess.spectrum import NtcSpectrum, Spectrum, ntc_spectrum
+from blockstruct.assess.table_spectrum import TableSpectrum, table_spectrum
+from blockstruct.model import STANDARD_GRAVITY
+
+__all__ = [
+    # checks
+    "LocalMechanismCheck",
+    "LimitState",
+    "local_mechanism",
+    "Coefficients",
+    "KNOWLEDGE_LEVELS",
+    "CapacityCurve",
+    "Participation",
+    # by hand
+    "Overturning",
+    "overturning",
+    # demand
+    "FloorSpectrum",
+    "Mode",
+    "NtcSpectrum",
+    "Spectrum",
+    "TableSpectrum",
+    "floor_spectrum",
+    "ntc_spectrum",
+    "table_spectrum",
+    # constants
+    "STANDARD_GRAVITY",
+    # as it is handed in
+    "Line",
+    "Section",
+]

@@ -1,0 +1,225 @@
+"""The capacity curve of a mechanism: spectral acceleration over spectral displacement."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.assess.lines import Line, shown
+from blockstruct.assess.participation import HorizontalForces, Participation
+from blockstruct.assess.rotation import Pull, RigidRotation
+from blockstruct.errors import ModelError
+from blockstruct.model import LimitCase, tie_segments
+from blockstruct.results import CaseResult, MacroBlock
+
+Array = NDArray[np.float64]
+
+#: Distance between the hinge of the forces and the axis of the velocities, in multiples of the extent of the body.
+_APART = 2e-3
+#: Points of the curve between two breaks of ties.
+_SAMPLES = 60
+
+
+@dataclass(frozen=True, slots=True)
+class CapacityCurve:
+    """Acceleration a(d) of the equivalent oscillator, straight between its points.
+
+    Attributes
+    ----------
+    displacement : (n,) array
+        m, from 0 to d0.
+    acceleration : (n,) array
+        m/s².
+    lines : tuple of Line
+        Where it comes from.
+    losses : tuple of (float, float)
+        Displacements, m, at which ties break, and the loss of acceleration there over the largest acceleration.
+    """
+
+    displacement: Array
+    acceleration: Array
+    lines: tuple[Line, ...]
+    losses: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def d0(self) -> float:
+        """Where the acceleration vanishes, m."""
+        return float(self.displacement[-1])
+
+    def at(self, displacement: float) -> float:
+        """Acceleration, m/s²; before the loss where a tie breaks."""
+        return float(np.interp(displacement, self.displacement, self.acceleration))
+
+
+def curve_of_rotation(
+    result: CaseResult,
+    case: LimitCase,
+    bodies: Sequence[MacroBlock],
+    forces: HorizontalForces,
+    participation: Participation,
+    a0_star: float,
+) -> CapacityCurve:
+    """Curve of one macro-block that turns about a fixed hinge, C8.7.1.2.1.2: straight, a0* (1 − d/d0), without ties.
+
+    The hinge is where the forces of the collapse state press, so that crushing sets it back. d0 is that of the finite
+    rotation at which the load factor vanishes; the control point is the centroid of the weights P + Q. Ties pull with
+    their force at collapse until they reach their elongation limit; those that have none are not counted, since nothing
+    verifies that they are there until collapse (C8.7.1.2.1.6).
+
+    Raises
+    ------
+    ModelError
+        If several bodies move, or one slides or does not turn where it presses: that takes a pushover.
+    """
+    moving = [body for body in bodies if body.moves]
+    if len(moving) != 1:
+        msg = f"{len(moving)} bodies move against each other"
+        raise ModelError(msg)
+    body = moving[0]
+    if body.axis is None:
+        msg = "the body slides without turning, which has no d0"
+        raise ModelError(msg)
+    index = {b.name: i for i, b in enumerate(result.model.blocks)}
+    members = [index[name] for name in body.blocks]
+    direction, on_axis = body.axis
+    hinge, depth = _pressed(result, members, direction)
+    corners = np.concatenate([result.model.blocks[i].shape.vertices for i in members])
+    apart = np.cross(direction, hinge - on_axis)
+    if np.linalg.norm(apart) > _APART * np.ptp(corners, axis=0).max() + depth:
+        msg = (
+            f"the body turns about an axis {np.linalg.norm(apart):.3g} m from where its joints press: friction, "
+            "tension or other bodies hold it, too"
+        )
+        raise ModelError(msg)
+    turning = RigidRotation.of(result.model, case, members, hinge, direction, _pulls(result, body))
+    alpha = turning.load_factor(0.0)
+    if abs(alpha - result.load_factor) > 1e-3 * result.load_factor:
+        msg = (
+            f"moments about the hinge give a load factor of {alpha:.4g}, not {result.load_factor:.4g}: more than "
+            "weight and ties resists"
+        )
+        raise ModelError(msg)
+    on = np.isin(forces.block, members)
+    control = forces.weight[on] @ forces.point[on] / forces.weight[on].sum()
+    factor = participation.factor / float(participation.displacement[0])
+
+    def displacement(angle: float) -> float:
+        return float(turning.moved(control, angle) @ forces.direction) * factor
+
+    counted = turning.without([tie for tie in turning.ties if not np.isfinite(tie.limit)])
+    parts, losses, theta0 = _parts(counted)
+    if np.isnan(theta0):
+        msg = "the dead load does not overturn the body"
+        raise ModelError(msg)
+    where = ", ".join(f"{value:.4g}" for value in np.round(hinge, 6) + 0.0)
+    d0 = displacement(theta0)
+    lines = [
+        Line("hinge", f"along ({_components(direction)}) through ({where}) m, where the joints press", "C8.7.1.2.1.1"),
+        *(_tie_line(tie, counted, displacement) for tie in turning.ties),
+        Line(
+            "rotation at which α vanishes", f"θ0 = {shown(theta0, 'rad')} = {np.degrees(theta0):.4g}°", "C8.7.1.2.1.2"
+        ),
+        Line(
+            "displacement of the oscillator",
+            f"d0 = d_C,0 Σ(P+Q)δ² / (δ_C Σ(P+Q)δ) = {shown(d0 / factor, 'm')} · {shown(factor)} = {shown(d0, 'm')}; C "
+            "is the centroid of the weights",
+            "C8.7.1.2.1.3 (C8.7.1.4)",
+        ),
+    ]
+    scale = a0_star / result.load_factor
+    start = scale * counted.load_factor(0.0)
+    source = "C8.7.1.2.1.2, C8.7.1.2.1.3"
+    if not counted.ties:
+        said = f"a(d) = a(0) (1 − d/d0) = {shown(start, 'm/s²')} (1 − d / {shown(d0, 'm')}), without an elastic branch"
+        lines.append(Line("capacity curve", said, source))
+        return CapacityCurve(np.array([0.0, d0]), np.array([start, 0.0]), tuple(lines))
+    said = f"a(d) = α(θ) g / (e* FC), from {shown(start, 'm/s²')} to 0 at {shown(d0, 'm')}, with ties until they break"
+    lines.append(Line("capacity curve", said, source))
+    angles, factors = (np.concatenate(column) for column in zip(*parts, strict=True))
+    d = np.array([displacement(angle) for angle in angles.tolist()])
+    # Two points at a loss: before it, and just beyond.
+    d = np.maximum.accumulate(np.where(np.diff(d, prepend=-1.0) <= 0, np.nextafter(d, np.inf), d))
+    found = tuple((displacement(angle), loss) for angle, loss in losses)
+    return CapacityCurve(d, scale * factors, tuple(lines), found)
+
+
+def _parts(turning: RigidRotation) -> tuple[list[tuple[Array, Array]], list[tuple[float, float]], float]:
+    """Angles and load factors between the breaks of ties, these with the share that is lost, and the last angle."""
+    parts, losses, begin, current = [], [], 0.0, turning
+    for angle, tie in sorted(((_breaks(turning, tie), tie) for tie in turning.ties), key=lambda one: one[0]):
+        if not np.isfinite(angle) or current.capacity <= angle:
+            break
+        parts.append(_sampled(current, begin, angle))
+        before, current, begin = current.load_factor(angle), current.without([tie]), angle
+        losses.append((angle, before - max(current.load_factor(angle), 0.0)))
+    end = max(current.capacity, begin)
+    if np.isnan(end):
+        return parts, losses, end
+    parts.append(_sampled(current, begin, end))
+    parts[-1][1][-1] = 0.0
+    largest = max(float(factors.max()) for _, factors in parts)
+    return parts, [(at, loss / largest) for at, loss in losses], end
+
+
+def _breaks(turning: RigidRotation, tie: Pull) -> float:
+    """Angle at which a tie reaches its limit, rad; infinite if it never does."""
+    angle = turning.least_angle(lambda angle: turning.elongation(tie, angle) - tie.limit)
+    return np.inf if np.isnan(angle) else angle
+
+
+def _sampled(turning: RigidRotation, begin: float, end: float) -> tuple[Array, Array]:
+    angles = np.linspace(begin, end, _SAMPLES)
+    return angles, np.maximum([turning.load_factor(angle) for angle in angles.tolist()], 0.0)
+
+
+def _pulls(result: CaseResult, body: MacroBlock) -> list[Pull]:
+    """Ties that pull at a body, with their forces at collapse."""
+    if "tie" not in result.history.sizes:
+        return []
+    last = result.history.isel(iteration=-1)
+    force, limit = last["tie_force"].to_numpy(), last["tie_elongation_limit"].to_numpy()
+    position = last["tie_position"].transpose("tie", "tie_end", "axis").to_numpy()
+    found = []
+    for k, segment in enumerate(tie_segments(result.model.ties, result.model.blocks)):
+        ends = [name in body.blocks for name in segment.blocks]
+        if ends[0] != ends[1] and force[k] > 0:
+            mine = ends.index(True)
+            found.append(Pull(segment.name, position[k, mine], position[k, 1 - mine], float(force[k]), float(limit[k])))
+    return found
+
+
+def _tie_line(tie: Pull, counted: RigidRotation, displacement: Callable[[float], float]) -> Line:
+    what = f"tie {tie.name}"
+    if not np.isfinite(tie.limit):
+        said = f"T = {shown(tie.force / 1e3, 'kN')}; without an elongation limit it is not counted in a(d)"
+        return Line(what, said, "C8.7.1.2.1.6")
+    angle = _breaks(counted, tie)
+    until = f"until d = {shown(displacement(angle), 'm')}" if np.isfinite(angle) else "always"
+    return Line(
+        what, f"T = {shown(tie.force / 1e3, 'kN')} {until}, an elongation of {shown(tie.limit, 'm')}", "C8.7.1.2.1.6"
+    )
+
+
+def _pressed(result: CaseResult, members: Sequence[int], axis: Array) -> tuple[Array, float]:
+    """Mean point at which other bodies press these blocks, and the depth of the deepest stress block, m."""
+    last, model = result.history.isel(iteration=-1), result.model
+    index = {b.name: i for i, b in enumerate(model.blocks)}
+    sides = np.array([[index[i.minus] in members, index[i.plus] in members] for i in model.interfaces])
+    outside = sides[:, 0] != sides[:, 1]
+    of_point = last["interface_of_contact_point"].to_numpy()
+    at = outside[of_point]
+    normal = np.maximum(last["contact_force"].transpose("contact_point", "component").to_numpy()[at, 0], 0.0)
+    if not normal.sum() > 0:
+        msg = "nothing presses the body"
+        raise ModelError(msg)
+    position = last["contact_point_position"].to_numpy()[at]
+    total = np.bincount(of_point[at], normal, minlength=len(sides))
+    strength, area = last["compressive_strength"].to_numpy(), last["interface_area"].to_numpy()
+    used = np.where(outside, total / (strength * area), 0.0)
+    extent = np.array([np.linalg.norm(np.ptp(np.cross(i.polygon, axis), axis=0)) for i in model.interfaces])
+    return normal @ position / normal.sum(), float((used * extent).max(initial=0.0))
+
+
+def _components(vector: Array) -> str:
+    return ", ".join(f"{value:.3g}" for value in np.round(vector, 6) + 0.0)

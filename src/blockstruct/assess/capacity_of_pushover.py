@@ -1,0 +1,85 @@
+"""The capacity curve of a pushover, as that of the equivalent oscillator."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from blockstruct.assess.capacity import CapacityCurve
+from blockstruct.assess.lines import Line, shown
+from blockstruct.assess.participation import Participation
+from blockstruct.errors import ModelError
+from blockstruct.results import CaseResult
+
+Array = NDArray[np.float64]
+
+#: Motion of the control point in the mechanism, in multiples of the largest, from which it tells the displacement.
+_MOVES = 0.05
+
+
+def curve_of_pushover(
+    result: CaseResult, capacity: xr.Dataset, participation: Participation, a0_star: float
+) -> CapacityCurve:
+    """Curve of the load factor over the displacement of the control point, C8.7.1.2.1.2 and [C8.7.1.4].
+
+    Parameters
+    ----------
+    result
+        Collapse state of a pushover.
+    capacity
+        ``result.capacity``. Steps from the first one on whose certificate does not hold are left out.
+    participation
+        Of the macro-blocks.
+    a0_star
+        Acceleration at the collapse state, m/s².
+
+    Raises
+    ------
+    ModelError
+        If the control point rests in the mechanism or turns back, or no step is certified.
+    """
+    case: Any = result.case
+    block, direction = case.control
+    mechanism = result.mechanism.sel(block=block)
+    shift, turn = (mechanism[name].transpose("axis").to_numpy() for name in ("translation", "rotation"))
+    centroid = result.model.block(block).centroid
+    point = centroid if case.control_point is None else np.array(case.control_point)
+    delta = float((shift + np.cross(turn, point - centroid)) @ direction) / participation.scale
+    if abs(delta) < _MOVES:
+        msg = f"the control point at block {block!r} rests in the mechanism"
+        raise ModelError(msg)
+    certified = np.cumprod(capacity["holds"].transpose("step").to_numpy()).astype(bool)
+    d_C = np.abs(capacity["displacement"].transpose("step").to_numpy()[certified])
+    alpha = capacity["load_factor"].transpose("step").to_numpy()[certified]
+    end = float(abs(capacity["d0"]))
+    complete = bool(certified.all()) and np.isfinite(end)
+    if complete:
+        before = d_C < end
+        d_C, alpha = np.append(d_C[before], end), np.append(alpha[before], 0.0)
+    beyond = d_C > 0
+    d_C, alpha = np.append(0.0, d_C[beyond]), np.append(result.load_factor, alpha[beyond])
+    if len(d_C) < 3 or np.any(np.diff(d_C) <= 0):
+        msg = f"the pushover has {len(d_C) - 1} certified steps, or its control point turns back"
+        raise ModelError(msg)
+    factor = participation.factor / abs(delta)
+    d = d_C * factor
+    until = "where α vanishes" if complete else "where it ends, before α vanishes: on the safe side"
+    lines = (
+        Line(
+            "curve of the pushover", f"{len(d_C) - 1} states, to {shown(float(d_C[-1]), 'm')}, {until}", "C8.7.1.2.1.2"
+        ),
+        Line(
+            "displacement of the oscillator",
+            f"d = d_C Σ(P+Q)δ² / (δ_C Σ(P+Q)δ) = d_C · {shown(factor)}; C is on block {block}",
+            "C8.7.1.2.1.3 (C8.7.1.4)",
+        ),
+        Line(
+            "capacity curve",
+            f"a(d) = α(d_C) g / (e* FC), from {shown(a0_star, 'm/s²')}; d0 = {shown(float(d[-1]), 'm')}",
+            "C8.7.1.2.1.3 (C8.7.1.3)",
+        ),
+    )
+    # What a step loses at once, as where a tie breaks.
+    losses = tuple(zip(d[:-1].tolist(), (-np.diff(alpha) / alpha.max()).tolist(), strict=True))
+    return CapacityCurve(d, a0_star / result.load_factor * alpha, lines, losses)

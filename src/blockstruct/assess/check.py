@@ -1,0 +1,226 @@
+"""A check of a local mechanism, and how it is printed."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.assess.capacity import CapacityCurve
+from blockstruct.assess.coefficients import Coefficients
+from blockstruct.assess.lines import Line, Section, in_g, section, shown
+from blockstruct.assess.overturning import Overturning
+from blockstruct.assess.participation import Participation
+from blockstruct.assess.spectrum import Spectrum
+from blockstruct.model import STANDARD_GRAVITY
+from blockstruct.results import CaseResult, MacroBlock
+
+g = STANDARD_GRAVITY
+_CODE = "Circolare 21/01/2019 n. 7 C.S.LL.PP., C8.7.1.2.1"
+
+
+@dataclass(frozen=True, slots=True)
+class LimitState:
+    """Capacity and demand at a limit state.
+
+    Attributes
+    ----------
+    name : str
+        ``"SLD"``, ``"SLV, linear"``, ``"SLV, by displacement"``, ``"SLC, by displacement"``.
+    capacity, demand : float
+        In ``unit``; the demand is NaN without a spectrum of this limit state.
+    unit : str
+        ``"m/s²"`` or ``"m"``.
+    ag : float
+        Acceleration of the ground at which capacity and demand are equal, m/s².
+    ag_site : float
+        That of the site, m/s².
+    lines : tuple of Line
+    """
+
+    name: str
+    capacity: float
+    demand: float
+    unit: str
+    ag: float
+    ag_site: float
+    lines: tuple[Line, ...]
+
+    @property
+    def ratio(self) -> float:
+        """Capacity over demand."""
+        return self.capacity / self.demand
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LocalMechanismCheck:
+    """What :func:`local_mechanism` finds; ``print(check)`` hands in every formula.
+
+    Attributes
+    ----------
+    result : CaseResult
+        The collapse state.
+    alpha0 : float
+        Multiplier of the weights P + Q that sets the mechanism going.
+    direction : (3,) array
+        Of the push.
+    bodies : tuple of MacroBlock
+    participation, participation_of_blocks : Participation
+        Of the macro-blocks, which counts, and of the blocks one by one, which does not.
+    confidence_factor : float
+    confidence_reason : str
+    a0_star : float
+        Spectral acceleration that activates the mechanism, m/s².
+    curve : CapacityCurve or None
+    missing_curve : str
+        Why there is none.
+    spectrum : Spectrum
+        Demand at SLV.
+    method, relied_on : str
+        The method and its limit state.
+    limit_states : mapping of str to LimitState
+    beside : Overturning or None
+    coefficients : Coefficients
+    notes : tuple of str
+        What one must know before relying on it.
+    """
+
+    result: CaseResult = field(repr=False)
+    alpha0: float
+    direction: NDArray[np.float64]
+    bodies: tuple[MacroBlock, ...] = field(repr=False)
+    participation: Participation = field(repr=False)
+    participation_of_blocks: Participation = field(repr=False)
+    confidence_factor: float
+    confidence_reason: str
+    a0_star: float
+    curve: CapacityCurve | None = field(repr=False)
+    missing_curve: str
+    spectrum: Spectrum = field(repr=False)
+    method: str
+    limit_states: Mapping[str, LimitState] = field(repr=False)
+    relied_on: str
+    beside: Overturning | None = field(repr=False)
+    coefficients: Coefficients = field(repr=False)
+    notes: tuple[str, ...]
+
+    @property
+    def e_star(self) -> float:
+        """Share of the mass that takes part, of macro-blocks."""
+        return self.participation.e_star
+
+    @property
+    def M_star(self) -> float:
+        """Mass that takes part, kg."""
+        return self.participation.M_star
+
+    @property
+    def limit_state(self) -> LimitState:
+        """The one relied on."""
+        return self.limit_states[self.relied_on]
+
+    @property
+    def ratio(self) -> float:
+        """Capacity over demand at the limit state relied on."""
+        return self.limit_state.ratio
+
+    @property
+    def ag(self) -> float:
+        """Acceleration of the ground at which capacity and demand are equal, m/s²."""
+        return self.limit_state.ag
+
+    @property
+    def satisfied(self) -> bool:
+        """Whether the ground acceleration that it bears is not below that of the site."""
+        return self.ag >= self.spectrum.ag
+
+    @property
+    def verdict(self) -> str:
+        """The number relied on, in a sentence."""
+        holds = "satisfied" if self.satisfied else "not satisfied"
+        if self.satisfied and self.ratio < 1:
+            holds += " by that of SLD (C8.7.1.2.1.8)"
+        return (
+            f"{self.relied_on}: capacity / demand = {shown(self.ratio)}, {holds}; equal at a_g = {in_g(self.ag, g)} "
+            f"(site {shown(self.spectrum.ag / g)} g)."
+        )
+
+    @property
+    def sections(self) -> tuple[Section, ...]:
+        """Every formula with its numbers, in the order of the calculation."""
+        r, whole = self.result, self.participation
+        small = self.participation_of_blocks
+        push = ", ".join(f"{value:.4g}" for value in self.direction + 0.0)
+        resting = sum(not body.moves for body in self.bodies)
+        a0 = (
+            f"a0* = α0 g / (e* FC) = {shown(self.alpha0)} · {g:g} m/s² / ({shown(whole.e_star)} · "
+            f"{shown(self.confidence_factor)}) = {in_g(self.a0_star, g)}"
+        )
+        share = (
+            "" if abs(self.alpha0 - r.load_factor) < 1e-12 else f" ({shown(r.load_factor)} · share of the BodyForce)"
+        )
+        found = [
+            section(
+                "Mechanism",
+                Line(
+                    "collapse state",
+                    f"α0 = {shown(self.alpha0)}{share}, push along ({push}), {r.case.flow} flow",
+                    "C8.7.1.2.1.1",
+                ),
+                [
+                    Line(f"{body.name}, blocks: {len(body.blocks)}", f"P + Q = {shown(W / 1e3, 'kN')}, δ = {shown(d)}")
+                    for body, W, d in self._moving()
+                ],
+                [Line("bodies at rest", f"{resting}, which take no part")] if resting else [],
+            ),
+            section(
+                "Mass that takes part",
+                whole.lines("by macro-blocks"),
+                Line(
+                    "by single blocks, not used",
+                    f"e* = {shown(small.e_star)}, M* = {shown(small.M_star / 1e3, 't')}: moving together, they are one",
+                    "C8.7.1.2.1.3",
+                ),
+                Line(
+                    "confidence factor",
+                    f"FC = {shown(self.confidence_factor)}: {self.confidence_reason}",
+                    "C8.7.1.2.1.3",
+                ),
+                Line("acceleration that activates it", a0, "C8.7.1.2.1.5 (C8.7.1.8)"),
+            ),
+            section(
+                "Capacity curve",
+                list(self.curve.lines) if self.curve else Line("none", self.missing_curve, "C8.7.1.2.1.2"),
+            ),
+            section("Demand at SLV", self.spectrum.lines()),
+        ]
+        found += [section(state.name, list(state.lines)) for state in self.limit_states.values()]
+        if self.beside is not None:
+            ratio = self.beside.alpha0 / self.alpha0
+            found.append(
+                section(
+                    "Beside it, by hand: a mechanism that was named",
+                    list(self.beside.lines),
+                    Line(
+                        "compared with the one found",
+                        f"{shown(self.beside.alpha0)} / {shown(self.alpha0)} = {shown(ratio)}",
+                    ),
+                )
+            )
+        found.append(section("Coefficients", self.coefficients.lines()))
+        return tuple(found)
+
+    def _moving(self) -> list[tuple[MacroBlock, float, float]]:
+        by_name = {body.name: body for body in self.bodies}
+        p = self.participation
+        return [
+            (by_name[name], float(W), float(d)) for name, W, d in zip(p.names, p.weight, p.displacement, strict=True)
+        ]
+
+    def __str__(self) -> str:
+        head = [
+            f"local mechanism of {self.result.name!r} in {self.result.model.name!r}, {_CODE}",
+            f"relied on: {self.verdict}",
+            *(f"note: {text}" for text in self.notes),
+        ]
+        return "\n".join(head) + "\n\n" + "\n\n".join(str(part) for part in self.sections)

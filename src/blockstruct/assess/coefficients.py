@@ -1,0 +1,116 @@
+"""Coefficients of the check, each with its paragraph."""
+
+from dataclasses import dataclass, fields
+
+from blockstruct.assess.lines import Line
+from blockstruct.errors import ModelError
+from blockstruct.keywords import checked_keywords, did_you_mean
+
+#: Confidence factor of each level of knowledge, Circolare 7/2019 Tab. C8.5.IV.
+KNOWLEDGE_LEVELS = {"LC1": 1.35, "LC2": 1.20, "LC3": 1.00}
+
+_SOURCES = {
+    "q": ("behaviour factor q", "C8.7.1.2.1.7"),
+    "slv_share": ("d_SLV / d0", "C8.7.1.2.1.6"),
+    "slc_share": ("d_SLC / d0", "C8.7.1.2.1.6"),
+    "slv_loss": ("loss of a(d) at which a tie ends SLV", "C8.7.1.2.1.6"),
+    "slv_period": ("factor of T_SLV, in multiples of π", "C8.7.1.2.1.8 (C8.7.1.10)"),
+    "slc_period": ("factor of T_SLC, in multiples of π", "C8.7.1.2.1.8 (C8.7.1.11)"),
+    "slv_damping": ("damping ξ at SLV", "C8.7.1.2.1.8"),
+    "slc_damping": ("damping ξ at SLC", "C8.7.1.2.1.8"),
+    "without_crushing": ("FC where α0 ignores crushing", "C8.7.1.2.1.3"),
+}
+
+
+@checked_keywords
+@dataclass(frozen=True, slots=True)
+class Coefficients:
+    """Coefficients that the Circolare of 21/01/2019 n. 7 gives for local mechanisms; all of them are printed.
+
+    Parameters
+    ----------
+    q
+        Behaviour factor of the linear check at SLV, C8.7.1.2.1.7.
+    slv_share, slc_share
+        Displacement at SLV and SLC over d0, C8.7.1.2.1.6.
+    slv_loss
+        Loss of acceleration, over the largest, at which the break of a tie ends SLV, C8.7.1.2.1.6.
+    slv_period, slc_period
+        Factors of the equivalent periods, in multiples of π, [C8.7.1.10] and [C8.7.1.11].
+    slv_damping, slc_damping
+        Equivalent damping of the mechanism as a ratio, C8.7.1.2.1.8.
+    without_crushing
+        Confidence factor where α0 ignores the compressive strength: that of LC1, C8.7.1.2.1.3.
+    """
+
+    q: float = 2.0
+    slv_share: float = 0.4
+    slc_share: float = 0.6
+    slv_loss: float = 0.5
+    slv_period: float = 1.68
+    slc_period: float = 1.56
+    slv_damping: float = 0.08
+    slc_damping: float = 0.10
+    without_crushing: float = 1.35
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            most = 1.0 if field.name.endswith(("share", "loss", "damping")) else 10.0
+            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= most:
+                msg = f"Coefficients: {field.name} {value!r}; give a number above 0 and up to {most:g}"
+                raise ModelError(msg)
+
+    def lines(self) -> list[Line]:
+        """Every coefficient, and whether it is the one of the Circolare."""
+        said = []
+        for field in fields(self):
+            value = getattr(self, field.name)
+            what, source = _SOURCES[field.name]
+            given = "" if value == field.default else f" (given; the Circolare has {field.default:g})"
+            said.append(Line(what, f"{value:g}{given}", source))
+        return said
+
+
+def confidence(
+    factor: float | None, level: str | None, *, crushing: bool, without_crushing: float
+) -> tuple[float, str]:
+    """Confidence factor and the reason for it, C8.7.1.2.1.3 and Tab. C8.5.IV.
+
+    Raises
+    ------
+    ModelError
+        If the level is unknown or contradicts the factor, both are missing where crushing counts, or the factor is
+        below the one that holds without crushing.
+    """
+    who = "local_mechanism: confidence_factor"
+    if level is not None and level not in KNOWLEDGE_LEVELS:
+        msg = f"local_mechanism: knowledge_level {level!r}; {did_you_mean(str(level), KNOWLEDGE_LEVELS)}"
+        raise ModelError(msg)
+    plain = isinstance(factor, int | float) and not isinstance(factor, bool)
+    if factor is not None and not (plain and 1 <= factor <= 10):
+        msg = f"{who} {factor!r}; give a number of 1 at least"
+        raise ModelError(msg)
+    given = KNOWLEDGE_LEVELS[level] if level is not None else None
+    if factor is not None and given is not None and factor != given:
+        msg = f"{who} {factor:g}, but knowledge level {level} has {given:g}; give one of the two"
+        raise ModelError(msg)
+    value = given if factor is None else float(factor)
+    if not crushing:
+        if factor is not None and factor < without_crushing:
+            msg = (
+                f"{who} {factor:g}: α0 does not count the compressive strength, so that FC is {without_crushing:g}, "
+                "that of LC1, whatever the level of knowledge (C8.7.1.2.1.3); give the joints a "
+                "compressive_strength, or this factor"
+            )
+            raise ModelError(msg)
+        value = max(without_crushing, value if factor is not None and value is not None else 0.0)
+        return (
+            value,
+            f"α0 ignores the compressive strength: that of LC1, {without_crushing:g}, is the least",
+        )
+    if value is None:
+        msg = f"{who}: α0 counts the compressive strength; give the factor, or knowledge_level='LC1', 'LC2' or 'LC3'"
+        raise ModelError(msg)
+    reason = f"that of level {level} (Tab. C8.5.IV)" if level is not None else "as given"
+    return value, f"α0 counts the compressive strength: {reason}"

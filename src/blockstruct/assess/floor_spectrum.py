@@ -1,0 +1,192 @@
+"""Spectra at a height of a building, from its modes."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from blockstruct.assess.lines import Line, in_g, shown
+from blockstruct.assess.spectrum import NtcSpectrum, damping_factor
+from blockstruct.assess.table_spectrum import TableSpectrum
+from blockstruct.errors import ModelError
+from blockstruct.keywords import checked_keywords
+from blockstruct.model import STANDARD_GRAVITY, checked_tuple
+from blockstruct.units import QuantityLike, si
+
+Array = NDArray[np.float64]
+g = STANDARD_GRAVITY
+
+
+@checked_keywords
+@dataclass(frozen=True, slots=True, init=False)
+class Mode:
+    """A mode of the building that the mechanism is part of, in the direction of the push.
+
+    Parameters
+    ----------
+    period : quantity, time
+        T_k. Masonry that is damaged at the limit state has one that is 50 to 100 % longer (C8.7.1.2.1.4).
+    participation
+        γ_k, factor of participation.
+    shape
+        ψ_k(z) at the height, and the place in plan, of the mechanism, in the same scale as γ_k.
+    damping
+        ξ_k as a ratio; 0.10 to 0.20 for damaged masonry (C8.7.1.2.1.4).
+    """
+
+    period: float
+    participation: float
+    shape: float
+    damping: float
+
+    def __init__(self, period: QuantityLike, *, participation: float, shape: float, damping: float = 0.05) -> None:
+        T = si(period, "time", "Mode: period")
+        values = {"participation": participation, "shape": shape, "damping": damping}
+        numbers = {name: si(value, "dimensionless", f"Mode: {name}") for name, value in values.items()}
+        if not 0 < T <= 10 or not 0 < numbers["damping"] < 1:
+            msg = f"Mode: period {T:.4g} s, damping {numbers['damping']:.4g}; give up to 10 s, and a ratio such as 0.05"
+            raise ModelError(msg)
+        object.__setattr__(self, "period", T)
+        for name, value in numbers.items():
+            object.__setattr__(self, name, value)
+
+
+@dataclass(frozen=True, slots=True)
+class FloorSpectrum:
+    """Spectrum at a height z, Circolare 7/2019 C7.2.3: see :func:`floor_spectrum`.
+
+    Attributes
+    ----------
+    ground : NtcSpectrum or TableSpectrum
+    modes : tuple of Mode
+    a, b : float
+        Where the peak of each mode begins and ends, in multiples of its period.
+    """
+
+    ground: NtcSpectrum | TableSpectrum
+    modes: tuple[Mode, ...]
+    a: float
+    b: float
+
+    @property
+    def ag(self) -> float:
+        """That of the ground, m/s²."""
+        return self.ground.ag
+
+    @property
+    def T1(self) -> float:
+        """Longest period of the modes, s."""
+        return max(mode.period for mode in self.modes)
+
+    @property
+    def peak(self) -> float:
+        """a_Z(z), [C7.2.8], m/s²."""
+        return float(np.linalg.norm([self.modal_peak(mode) for mode in self.modes]))
+
+    def modal_peak(self, mode: Mode) -> float:
+        """a_Z,k(z), [C7.2.7], m/s²."""
+        of_ground = float(self.ground.acceleration(mode.period, mode.damping))
+        return float(of_ground * abs(mode.participation * mode.shape) * np.sqrt(1 + 0.0004 * (100 * mode.damping) ** 2))
+
+    def acceleration(self, period: ArrayLike, damping: float = 0.05) -> Array:
+        """S_eZ(T, ξ, z), [C7.2.5] with [C7.2.6], m/s²."""
+        T = np.asarray(period, dtype=float)
+        squares = sum((self._of_mode(mode, T, damping) ** 2 for mode in self.modes), np.zeros_like(T))
+        found = np.sqrt(squares)
+        beyond = T > self.T1
+        # Beyond the first period the building amplifies nothing, and filters nothing out.
+        ground = self.ground.acceleration(np.where(beyond, T, 0.0), damping)
+        return np.asarray(np.where(beyond, np.maximum(found, ground), found))
+
+    def _of_mode(self, mode: Mode, T: Array, damping: float) -> Array:
+        peak, rise = self.modal_peak(mode), 1.1 * mode.damping**-0.5 * damping_factor(damping)
+        before = np.maximum(1 - T / (self.a * mode.period), 0) ** 1.6
+        behind = np.maximum(T / (self.b * mode.period) - 1, 0) ** 1.2
+        return np.asarray(rise * peak / (1 + (rise - 1) * (before + behind)))
+
+    def displacement(self, period: ArrayLike, damping: float = 0.05) -> Array:
+        """S_eZ T²/4π², beyond b T_1 at least S_eZ(T_1) b² T_1²/4π² ([C8.7.1.12]), m."""
+        T = np.asarray(period, dtype=float)
+        plain = self.acceleration(T, damping) * (T / (2 * np.pi)) ** 2
+        end = self.b * self.T1
+        least = float(self.acceleration(self.T1, damping)) * (end / (2 * np.pi)) ** 2
+        return np.asarray(np.where(end < T, np.maximum(plain, least), plain))
+
+    def at(self, ag: float) -> Self:
+        """At another acceleration of the ground, m/s²; the modes stay."""
+        return replace(self, ground=self.ground.at(ag))
+
+    def lines(self) -> list[Line]:
+        """The ground, and every mode with its numbers."""
+        said = self.ground.lines()
+        for k, mode in enumerate(self.modes, 1):
+            numbers = (
+                f"a_Z,{k} = S_e(T_{k}, ξ_{k}) |γ ψ| √(1 + 0.0004 ξ²) = "
+                f"{shown(float(self.ground.acceleration(mode.period, mode.damping)), 'm/s²')} · "
+                f"|{shown(mode.participation)} · {shown(mode.shape)}| · "
+                f"{shown(float(np.sqrt(1 + 4 * mode.damping**2)))} = {shown(self.modal_peak(mode), 'm/s²')}"
+            )
+            what = f"mode {k}: T = {shown(mode.period, 's')}, ξ = {100 * mode.damping:g} %"
+            said.append(Line(what, numbers, "C7.2.3 (C7.2.7)"))
+        said.append(
+            Line(
+                "floor spectrum",
+                f"S_eZ of the modes, root of the sum of squares; a = {self.a:g}, b = {self.b:g}; ξ_k of the factor "
+                "1.1 ξ_k^−0.5 as a ratio",
+                "C7.2.3 (C7.2.5), (C7.2.6)",
+            )
+        )
+        return said
+
+    def displacement_line(self, period: float, damping: float, symbol: str) -> Line:
+        """Displacement at a period, with its numbers."""
+        S, found = float(self.acceleration(period, damping)), float(self.displacement(period, damping))
+        least = " (that of T_1, which is larger)" if found > S * (period / (2 * np.pi)) ** 2 * (1 + 1e-12) else ""
+        return Line(
+            "demand of displacement",
+            f"{symbol} = S_eZ T²/4π² = {shown(S, 'm/s²')} · ({shown(period, 's')}/2π)² = {shown(found, 'm')}{least}; "
+            f"η = {shown(damping_factor(damping))} for ξ = {100 * damping:g} %",
+            "C8.7.1.2.1.8 (C8.7.1.12)",
+        )
+
+    @property
+    def peak_line(self) -> Line:
+        """Largest acceleration at the height, with its numbers."""
+        parts = " + ".join(f"{shown(self.modal_peak(mode))}²" for mode in self.modes)
+        return Line("largest acceleration at z", f"a_Z = √({parts}) = {in_g(self.peak, g)}", "C7.2.3 (C7.2.8)")
+
+
+@checked_keywords
+def floor_spectrum(
+    ground: NtcSpectrum | TableSpectrum, modes: Iterable[Mode], *, a: float = 0.8, b: float = 1.1
+) -> FloorSpectrum:
+    """Spectrum at the height of a mechanism, from given modes of the building: Circolare 7/2019 C7.2.3, [C7.2.5–8].
+
+    The Circolare states ξ_k in per cent. In ``√(1 + 0.0004 ξ_k²)`` it is; in the factor ``1.1 ξ_k^−0.5`` of [C7.2.6] a
+    damping of 5 % would then *reduce* the acceleration of the floor to half at resonance, where Table C7.2.II states an
+    amplification of 5. It is taken as a ratio there, ``1.1 · 0.05^−0.5 = 4.9``, which is on the safe side.
+
+    Parameters
+    ----------
+    ground
+        Spectrum of the ground.
+    modes
+        Of the building in the direction of the push, often the first one only (C8.7.1.2.1.8).
+    a, b
+        Where the peak of each mode begins and ends, in multiples of its period.
+
+    Raises
+    ------
+    ModelError
+        If there is no mode, something is none, or a and b do not enclose one.
+    """
+    if not isinstance(ground, NtcSpectrum | TableSpectrum):
+        msg = f"floor_spectrum: ground is a {type(ground).__name__}; give ntc_spectrum(…) or table_spectrum(…)"
+        raise ModelError(msg)
+    given = checked_tuple(modes, Mode, "floor_spectrum: modes")
+    if not given or not 0 < a <= 1 <= b:
+        msg = f"floor_spectrum: {len(given)} modes, a = {a:g}, b = {b:g}; give a mode at least, and 0 < a ≤ 1 ≤ b"
+        raise ModelError(msg)
+    return FloorSpectrum(ground, given, float(a), float(b))

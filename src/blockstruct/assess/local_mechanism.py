@@ -1,0 +1,330 @@
+"""Check of a local mechanism, Circolare 21/01/2019 n. 7 C.S.LL.PP., C8.7.1.2.1."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from blockstruct.assess.capacity import CapacityCurve, curve_of_rotation
+from blockstruct.assess.capacity_of_pushover import curve_of_pushover
+from blockstruct.assess.check import LimitState, LocalMechanismCheck
+from blockstruct.assess.coefficients import Coefficients, confidence
+from blockstruct.assess.floor_spectrum import FloorSpectrum
+from blockstruct.assess.lines import Line, in_g, shown
+from blockstruct.assess.overturning import Overturning
+from blockstruct.assess.participation import HorizontalForces, Participation, of_bodies
+from blockstruct.assess.spectrum import LARGEST, SMALLEST, NtcSpectrum, Spectrum
+from blockstruct.assess.table_spectrum import TableSpectrum
+from blockstruct.errors import ModelError
+from blockstruct.keywords import checked_keywords, did_you_mean
+from blockstruct.model import STANDARD_GRAVITY, LimitCase
+from blockstruct.results import CaseResult, MacroBlock, Spread, applied_loads, macro_blocks
+from blockstruct.results.macro_blocks import TOGETHER
+from blockstruct.vocabulary import Flow, Status
+
+g = STANDARD_GRAVITY
+#: Methods that a check can rely on, and the limit state of each.
+METHODS = {"linear": "SLV, linear", "displacement": "SLV, by displacement"}
+#: Ground accelerations that are tried before the one at which capacity and demand are equal is found to the last digit.
+_TRIED = 400
+#: Motion out of the plane of a mechanism, in multiples of the largest.
+_OUT_OF_PLANE = 0.05
+
+
+@checked_keywords
+def local_mechanism(
+    result: CaseResult | Spread,
+    confidence_factor: float | None = None,
+    spectrum: NtcSpectrum | TableSpectrum | FloorSpectrum | None = None,
+    *,
+    knowledge_level: str | None = None,
+    method: str = "linear",
+    spectrum_sld: NtcSpectrum | TableSpectrum | FloorSpectrum | None = None,
+    spectrum_slc: NtcSpectrum | TableSpectrum | FloorSpectrum | None = None,
+    beside: Overturning | None = None,
+    coefficients: Coefficients | None = None,
+    tolerance: float = TOGETHER,
+) -> LocalMechanismCheck:
+    """Check the mechanism of a collapse state against a spectrum, Circolare 21/01/2019 n. 7, C8.7.1.2.1.
+
+    The masses are those that the variable load pushes: P of the blocks, Q of point and face loads along the push.
+    Blocks that move together are one body (``result.macro_blocks``): over the small blocks of a wall that turns as
+    one, e* would be 0.75 and a0* a third too high. Bodies at rest do not count. The mechanism is taken as held by the
+    structure that it is part of; elements free to vibrate on their own, such as pinnacles, are not treated.
+
+    Parameters
+    ----------
+    result
+        A converged case whose variable load is a horizontal BodyForce; of a spread, the lowest certified answer. That
+        of a pushover gives its capacity curve, too.
+    confidence_factor, knowledge_level
+        FC, or the level ``"LC1"`` to ``"LC3"`` that it follows from. Where the joints of the bodies that move have no
+        compressive strength, it is that of LC1.
+    spectrum
+        Demand at SLV: :func:`ntc_spectrum`, :func:`table_spectrum`, or :func:`floor_spectrum` at a height.
+    method
+        What is relied on: ``"linear"``, the acceleration with the behaviour factor q (C8.7.1.2.1.7), or
+        ``"displacement"`` (C8.7.1.2.1.8), for a mechanism with a capacity curve.
+    spectrum_sld, spectrum_slc
+        Demand at the other limit states; without them only their capacities are told, with the site of ``spectrum``.
+    beside
+        A mechanism named by hand, to print beside the one found: :func:`overturning`.
+    coefficients
+        Coefficients of the Circolare, if other ones are wanted.
+    tolerance
+        Of the relative motion within a body: :func:`blockstruct.results.macro_blocks`.
+
+    Returns
+    -------
+    LocalMechanismCheck
+        ``print(check)`` gives every formula with its numbers and its paragraph.
+
+    Raises
+    ------
+    ModelError
+        If the case has no collapse state, its push is not horizontal, the confidence factor does not hold, or the
+        mechanism has no capacity curve for the method.
+    """
+    found, case = _converged(result)
+    if not isinstance(spectrum, NtcSpectrum | TableSpectrum | FloorSpectrum):
+        msg = f"local_mechanism: spectrum is a {type(spectrum).__name__}; give bs.assess.ntc_spectrum(…) or another"
+        raise ModelError(msg)
+    if method not in METHODS:
+        msg = f"local_mechanism: method {method!r}; {did_you_mean(str(method), METHODS)}"
+        raise ModelError(msg)
+    c = Coefficients() if coefficients is None else coefficients
+    forces = HorizontalForces.of(found.model, case)
+    mechanism = found.mechanism
+    bodies = macro_blocks(found.model, mechanism, tolerance)
+    whole, blocks = of_bodies(found.model, forces, mechanism, bodies)
+    FC, reason = confidence(
+        confidence_factor, knowledge_level, crushing=_crushes(found, bodies), without_crushing=c.without_crushing
+    )
+    alpha0 = found.load_factor * forces.share
+    a0_star = alpha0 * g / (whole.e_star * FC)
+    # Only the result of a pushover has a capacity.
+    pushed, curve, missing = getattr(found, "capacity", None), None, ""
+    try:
+        curve = (
+            curve_of_rotation(found, case, bodies, forces, whole, a0_star)
+            if pushed is None
+            else curve_of_pushover(found, pushed, whole, a0_star)
+        )
+    except ModelError as error:
+        missing = f"no capacity curve: {error}" + ("; it takes a pushover" if pushed is None else "")
+    if method == "displacement" and curve is None:
+        msg = f"case {found.name!r}: {missing}, or give method='linear'"
+        raise ModelError(msg)
+    sld = _damage(a0_star, spectrum if spectrum_sld is None else spectrum_sld, with_demand=spectrum_sld is not None)
+    states, notes = [sld, _linear(a0_star, spectrum, sld.ag, c)], _notes(found, forces, bodies, whole)
+    if curve is not None:
+        slc = spectrum if spectrum_slc is None else spectrum_slc
+        for state, of, own_site in (("SLV", spectrum, True), ("SLC", slc, spectrum_slc is not None)):
+            try:
+                states.append(_by_displacement(curve, sld.ag, state, c, of, with_demand=own_site))
+            except ModelError as error:
+                if method == "displacement" and state == "SLV":
+                    raise
+                notes.append(f"{state} by displacement was left out. {error}.")
+    return LocalMechanismCheck(
+        result=found,
+        alpha0=alpha0,
+        direction=forces.direction,
+        bodies=tuple(bodies),
+        participation=whole,
+        participation_of_blocks=blocks,
+        confidence_factor=FC,
+        confidence_reason=reason,
+        a0_star=a0_star,
+        curve=curve,
+        missing_curve=missing,
+        spectrum=spectrum,
+        method=method,
+        limit_states={state.name: state for state in states},
+        relied_on=METHODS[method],
+        beside=beside,
+        coefficients=c,
+        notes=tuple(notes),
+    )
+
+
+def _converged(result: Any) -> tuple[CaseResult, LimitCase]:
+    """The collapse state to check, and what was asked for."""
+    if isinstance(result, Spread):
+        if result.headline.status is not Status.CONVERGED or result.lowest is None:
+            msg = f"local_mechanism: no run of the spread has a collapse state to check ({result.headline})"
+            raise ModelError(msg)
+        return _converged(result.lowest)
+    if not isinstance(result, CaseResult):
+        msg = (
+            f"local_mechanism: {type(result).__name__} is no result of a limit case; give analysis['name of the case']"
+        )
+        raise ModelError(msg)
+    if not isinstance(result.case, LimitCase):
+        msg = (
+            f"case {result.name!r}: a {type(result.case).__name__} has no push; a local mechanism is checked from the "
+            "collapse of a LimitCase"
+        )
+        raise ModelError(msg)
+    if result.status is not Status.CONVERGED:
+        msg = (
+            f"case {result.name!r}: {result.status} ({result.message}); a local mechanism is checked from a converged "
+            "collapse state: change the procedure or the loads and run the case again"
+        )
+        raise ModelError(msg)
+    return result, result.case
+
+
+def _crushes(result: CaseResult, bodies: list[MacroBlock]) -> bool:
+    """Whether every joint at which a body that moves meets another one has a compressive strength."""
+    body = {name: k for k, one in enumerate(bodies) for name in one.blocks}
+    moves = {name for one in bodies if one.moves for name in one.blocks}
+    strength = result.history["compressive_strength"].to_numpy()
+    between = [
+        k
+        for k, i in enumerate(result.model.interfaces)
+        if {i.minus, i.plus} & moves and body.get(i.minus) != body.get(i.plus)
+    ]
+    return bool(len(between) and np.isfinite(strength[between]).all())
+
+
+def _ground_acceleration(spectrum: Spectrum, demand: Callable[[Any], float], capacity: float) -> float:
+    """Least acceleration of the ground at which a demand reaches a capacity, m/s²; infinite beyond 10 g."""
+    from scipy.optimize import brentq
+
+    def excess(ag: float) -> float:
+        return demand(spectrum.at(ag)) - capacity
+
+    # Where S_S falls faster than ag rises there may be several: the least counts.
+    tried = g * np.geomspace(SMALLEST, LARGEST, _TRIED)
+    reached = np.flatnonzero([excess(ag) >= 0 for ag in tried])
+    if not len(reached):
+        return np.inf
+    k = int(reached[0])
+    return float(tried[0] if k == 0 else brentq(excess, tried[k - 1], tried[k], xtol=1e-14, rtol=1e-13))
+
+
+def _site(spectrum: Spectrum, ag: float) -> str:
+    S = getattr(spectrum.at(ag), "S", None) if np.isfinite(ag) else None
+    return f", where S = {shown(S)}" if S is not None else ""
+
+
+def _equal(state: str, equation: str, spectrum: Spectrum, ag: float, source: str, *, own_site: bool = True) -> Line:
+    site = _site(spectrum, ag) + ("" if own_site else "; site of SLV")
+    return Line(f"ground acceleration, {state}", f"{equation} at {in_g(ag, g)}{site}", source)
+
+
+def _ratio(capacity: float, demand: float, unit: str) -> Line:
+    return Line("capacity / demand", f"{shown(capacity, unit)} / {shown(demand, unit)} = {shown(capacity / demand)}")
+
+
+def _damage(a0_star: float, spectrum: Spectrum, *, with_demand: bool) -> LimitState:
+    ag = _ground_acceleration(spectrum, lambda s: s.peak, a0_star)
+    lines = [Line("capacity", f"a_Z,SLD = α0 g / (e* FC) = a0* = {in_g(a0_star, g)}", "C8.7.1.2.1.5 (C8.7.1.8)")]
+    if with_demand:
+        lines += [spectrum.peak_line, _ratio(a0_star, spectrum.peak, "m/s²")]
+    lines.append(_equal("a_g,SLD", "a_Z(a_g) = a0*", spectrum, ag, "C8.7.1.2.1.5", own_site=with_demand))
+    demand = spectrum.peak if with_demand else np.nan
+    return LimitState("SLD", a0_star, demand, "m/s²", ag, spectrum.ag, tuple(lines))
+
+
+def _linear(a0_star: float, spectrum: Spectrum, ag_sld: float, c: Coefficients) -> LimitState:
+    demand = spectrum.peak / c.q
+    ag = _ground_acceleration(spectrum, lambda s: s.peak / c.q, a0_star)
+    lines = (
+        Line("capacity", f"a0* = {in_g(a0_star, g)}", "C8.7.1.2.1.5 (C8.7.1.8)"),
+        spectrum.peak_line,
+        Line("demand", f"a_Z / q = {shown(spectrum.peak, 'm/s²')} / {c.q:g} = {shown(demand, 'm/s²')}", "C8.7.1.2.1.7"),
+        _ratio(a0_star, demand, "m/s²"),
+        _equal("a_g,SLV", "a_Z(a_g) / q = a0*", spectrum, ag, "C8.7.1.2.1.7"),
+        Line(
+            "the same, S kept at a_g,SLD",
+            f"q a_g,SLD = {c.q:g} · {shown(ag_sld, 'm/s²')} = {in_g(c.q * ag_sld, g)}",
+            "C8.7.1.2.1.7",
+        ),
+    )
+    return LimitState(METHODS["linear"], a0_star, demand, "m/s²", ag, spectrum.ag, lines)
+
+
+def _by_displacement(
+    curve: CapacityCurve, ag_sld: float, state: str, c: Coefficients, spectrum: Spectrum, *, with_demand: bool
+) -> LimitState:
+    share, loss, factor, damping = {
+        "SLV": (c.slv_share, c.slv_loss, c.slv_period, c.slv_damping),
+        "SLC": (c.slc_share, np.inf, c.slc_period, c.slc_damping),
+    }[state]
+    d = min([share * curve.d0, *(at for at, lost in curve.losses if lost > loss)])
+    capacity = f"d_{state} = {share:g} d0 = {share:g} · {shown(curve.d0, 'm')} = {shown(d, 'm')}"
+    if d < share * curve.d0:
+        capacity = f"d_{state} = {shown(d, 'm')}, where a tie breaks, less than {share:g} d0"
+    a = curve.at(d)
+    T = factor * np.pi * np.sqrt(d / a)
+    ag = _ground_acceleration(spectrum, lambda s: float(s.displacement(T, damping)), d)
+    number = {"SLV": "(C8.7.1.10)", "SLC": "(C8.7.1.11)"}[state]
+    lines = [
+        Line("capacity", capacity, "C8.7.1.2.1.6"),
+        Line("acceleration there", f"a(d_{state}) = {shown(a, 'm/s²')}", "C8.7.1.2.1.3"),
+        Line(
+            "equivalent period",
+            f"T_{state} = {factor:g} π √(d/a) = {factor:g} π √({shown(d, 'm')} / {shown(a, 'm/s²')}) = {shown(T, 's')}",
+            f"C8.7.1.2.1.8 {number}",
+        ),
+    ]
+    demand = float(spectrum.displacement(T, damping))
+    if with_demand:
+        lines += [spectrum.displacement_line(T, damping, f"S_De(T_{state})"), _ratio(d, demand, "m")]
+    equation = f"S_De(T_{state}; a_g) = d_{state}"
+    lines.append(_equal(f"a_g,{state}", equation, spectrum, ag, "C8.7.1.2.1.8", own_site=with_demand))
+    if ag < ag_sld:
+        lines.append(Line("not below that of SLD", f"a_g,{state} = a_g,SLD = {in_g(ag_sld, g)}", "C8.7.1.2.1.8"))
+    ag = max(ag, ag_sld)
+    return LimitState(
+        f"{state}, by displacement", d, demand if with_demand else np.nan, "m", ag, spectrum.ag, tuple(lines)
+    )
+
+
+def _notes(result: CaseResult, forces: HorizontalForces, bodies: list[MacroBlock], whole: Participation) -> list[str]:
+    said = []
+    if result.case.flow is Flow.ASSOCIATIVE:
+        said.append(
+            "α0 is that of associative flow, an upper bound of every other flow rule: run the case non-associative "
+            "before relying on it."
+        )
+    if not result.settled:
+        said.append("The load factor had not settled when its procedure ended: another schedule may find another one.")
+    said += result.warnings
+    off = max((body.departure for body in bodies if body.moves), default=0.0)
+    if off > TOGETHER:
+        said.append(
+            f"Blocks that are taken as one body move by up to {off:.2g} of the largest motion relative to it; compare "
+            "with a smaller tolerance."
+        )
+    if _out_of_plane(bodies) > _OUT_OF_PLANE:
+        said.append(
+            "The bodies do not move parallel to one plane: the procedure is calibrated for mechanisms that do "
+            "(C8.7.1.2.1.6)."
+        )
+    moving = [name for body in bodies if body.moves for name in body.blocks]
+    index = {b.name: i for i, b in enumerate(result.model.blocks)}
+    dead = applied_loads(result.model, result.case.dead)
+    down = float(-dead.force[np.isin(dead.block, [index[name] for name in moving]), 2].sum())
+    if abs(down - whole.total) > 1e-6 * max(down, whole.total):
+        said.append(
+            f"The dead load of the bodies that move is {down / 1e3:.4g} kN, the weight of the masses that the push "
+            f"moves {whole.total / 1e3:.4g} kN: masses without a horizontal force, or forces of no weight, are among "
+            "the loads."
+        )
+    return said
+
+
+def _out_of_plane(bodies: list[MacroBlock]) -> float:
+    """Largest motion out of the plane in which most of the turning is, in multiples of the scale of the mechanism."""
+    moving = [body for body in bodies if body.moves]
+    turns = np.array([body.rotation for body in moving])
+    speeds = np.linalg.norm(turns, axis=1)
+    if not speeds.max() > 1e-6:
+        return 0.0
+    normal = turns[speeds.argmax()] / speeds.max()
+    shifts = np.array([body.translation for body in moving])
+    tilted = np.linalg.norm(np.cross(turns, normal), axis=1) / speeds.max()
+    return float(max(np.abs(shifts @ normal).max(), tilted.max()))

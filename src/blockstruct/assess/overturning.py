@@ -1,0 +1,164 @@
+"""Linear kinematic analysis by hand: a named group of blocks turns about a named edge."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.assess.lines import Line, section, shown
+from blockstruct.assess.participation import HorizontalForces
+from blockstruct.assess.rotation import Pull, RigidRotation
+from blockstruct.errors import ModelError
+from blockstruct.keywords import checked_keywords
+from blockstruct.model import LimitCase, Model, checked_tuple, tie_segments
+from blockstruct.results import MacroBlock, applied_loads
+from blockstruct.units import QuantityLike, si, si_array
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Overturning:
+    """A mechanism that was named, and the multiplier that sets it going.
+
+    Attributes
+    ----------
+    blocks : tuple of str
+    rotation : RigidRotation
+        About the hinge.
+    setback : float
+        Of the hinge from the edge by crushing, m.
+    alpha0 : float
+        Multiplier of the weights P + Q that sets the mechanism going.
+    weight : float
+        Σ (P + Q), N.
+    d0 : float
+        Displacement of their centroid along the push at which α vanishes, m.
+    lines : tuple of Line
+    """
+
+    blocks: tuple[str, ...]
+    rotation: RigidRotation
+    setback: float
+    alpha0: float
+    weight: float
+    d0: float
+    lines: tuple[Line, ...]
+
+    def __str__(self) -> str:
+        return str(section(f"overturning of {len(self.blocks)} blocks about an edge", self.lines))
+
+
+@checked_keywords
+def overturning(
+    model: Model,
+    case: LimitCase,
+    blocks: Iterable[str] | MacroBlock,
+    edge: Any,
+    *,
+    compressive_strength: QuantityLike | None = None,
+) -> Overturning:
+    """Multiplier α0 of the rotation of a group of blocks, as one body, about an edge: [C8.7.1.1] by moments.
+
+    The loads of the case on these blocks act, and ties between them and other blocks, with their capacities; nothing
+    else holds them: no friction, no bond to other blocks. d0 is that without ties.
+
+    Parameters
+    ----------
+    model, case
+        The structure, and its dead and variable loads.
+    blocks
+        Names of the blocks that turn as one, or a macro-block of a result.
+    edge : quantity, length, shape (2, 3)
+        Two ends of the edge: its length is that over which the joint crushes.
+    compressive_strength : quantity, stress
+        Sets the hinge back from the edge by half the depth of the stress block, ``N / (2 f_c l)``; none by default.
+
+    Raises
+    ------
+    ModelError
+        If blocks are unknown or supports, the edge has no length, or the push is not horizontal.
+
+    Examples
+    --------
+    >>> import blockstruct as bs
+    >>> stone = bs.Material("stone", "20 kN/m^3")
+    >>> ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[3, 3, 0.5] m", stone, fixed=True)
+    >>> block = bs.Block.box("block", "[0, 0, 0] m", "[1, 1, 2] m", stone)
+    >>> found = bs.detect_interfaces([ground, block], joint_material=bs.JointMaterial("dry", 0.7))
+    >>> model = bs.Model("block", [ground, block], found)
+    >>> push = bs.LoadPattern("push", [bs.BodyForce("+x")])
+    >>> case = bs.LimitCase("push", bs.LoadPattern("dead", [bs.SelfWeight()]), push)
+    >>> round(overturning(model, case, ["block"], bs.Q_([[1, 0, 0], [1, 1, 0]], "m")).alpha0, 6)
+    0.5
+    """
+    who = "overturning"
+    names = blocks.blocks if isinstance(blocks, MacroBlock) else checked_tuple(blocks, str, f"{who}: blocks")
+    turning = [model.block(name) for name in names]
+    if not turning or any(b.fixed for b in turning):
+        msg = f"{who}: {len(turning)} blocks, of which {sum(b.fixed for b in turning)} are supports; name free blocks"
+        raise ModelError(msg)
+    ends = si_array(edge, "length", f"{who}: edge")
+    if ends.shape != (2, 3) or np.linalg.norm(ends[1] - ends[0]) == 0:
+        msg = f"{who}: edge of shape {ends.shape}; give its two ends, as in Q_([[0, 0, 0], [5, 0, 0]], 'm')"
+        raise ModelError(msg)
+    forces = HorizontalForces.of(model, case)
+    index = {b.name: i for i, b in enumerate(model.blocks)}
+    members = [index[name] for name in names]
+    length = float(np.linalg.norm(ends[1] - ends[0]))
+    axis, hinge = (ends[1] - ends[0]) / length, ends.mean(axis=0)
+    on = np.isin(forces.block, members)
+    W, G = float(forces.weight[on].sum()), forces.weight[on] @ forces.point[on] / forces.weight[on].sum()
+    setback, lines = 0.0, []
+    if compressive_strength is not None:
+        f_c = si(compressive_strength, "stress", f"{who}: compressive strength")
+        dead = applied_loads(model, case.dead)
+        N = float(-dead.force[np.isin(dead.block, members), 2].sum())
+        setback = N / (2 * f_c * length)
+        inward = np.cross(axis, [0.0, 0.0, 1.0])
+        inward *= np.sign(inward @ (G - hinge)) / np.linalg.norm(inward)
+        hinge = hinge + setback * inward
+        lines.append(
+            Line(
+                "hinge set back by crushing",
+                f"u = N / (2 f_c l) = {shown(N / 1e3, 'kN')} / (2 · {shown(f_c / 1e6, 'MPa')} · {shown(length, 'm')})"
+                f" = {shown(setback, 'm')}",
+                "rectangular stress block; C8.7.1.2.1.1",
+            )
+        )
+    pulls = []
+    for segment in tie_segments(model.ties, model.blocks):
+        mine = [name in names for name in segment.blocks]
+        if mine[0] != mine[1]:
+            near, far = np.array([segment.start, segment.end])[[mine.index(True), mine.index(False)]]
+            pulls.append(Pull(segment.name, near, far, segment.capacity, segment.elongation_limit))
+    rotation = RigidRotation.of(model, case, members, hinge, axis, pulls)
+    lines += [
+        Line(
+            f"tie {pull.name}",
+            f"T = {shown(pull.force / 1e3, 'kN')}, M = {shown(-rotation.moment(pull, 0.0) / 1e3, 'kN m')}",
+        )
+        for pull in pulls
+    ]
+    alpha0 = rotation.load_factor(0.0) * forces.share
+    theta0 = rotation.without(pulls).capacity
+    d0 = float(rotation.moved(G, theta0) @ forces.direction) if np.isfinite(theta0) else np.nan
+    resisting = "(dead+T)" if pulls else "dead"
+    held = sum(rotation.moment(pull, 0.0) for pull in pulls)
+    stabilising, pushing = -(rotation.dead[0] + held) / 1e3, rotation.variable[0] / forces.share / 1e3
+    lines += [
+        Line(
+            "multiplier, moments about the hinge",
+            f"α0 = M_{resisting} / M_(P+Q) = {shown(stabilising, 'kN m')} / {shown(pushing, 'kN m')} = {shown(alpha0)}",
+            "C8.7.1.2.1.1 (C8.7.1.1)",
+        ),
+        Line("share of the mass", "e* = 1: one body", "C8.7.1.2.1.3 (C8.7.1.5)"),
+        Line(
+            "rotation at which α vanishes",
+            f"θ0 = {shown(theta0, 'rad')}; its centroid moves by d0 = {shown(d0, 'm')}",
+            "C8.7.1.2.1.2",
+        ),
+    ]
+    return Overturning(names, rotation, setback, alpha0, W, d0, tuple(lines))

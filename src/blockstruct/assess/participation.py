@@ -1,0 +1,175 @@
+"""Which mass takes part in a mechanism: weights and displacements of its bodies."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from blockstruct.assess.lines import Line, shown
+from blockstruct.errors import ModelError
+from blockstruct.model import STANDARD_GRAVITY, BodyForce, LimitCase, Model
+from blockstruct.results import MacroBlock, applied_loads
+
+Array = NDArray[np.float64]
+
+#: Share of a force that may act across the push, and sine of the slope of a push that is horizontal.
+_ALONG = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class HorizontalForces:
+    """The forces of a variable load that pushes horizontally, each as the weight of the mass that it belongs to.
+
+    Attributes
+    ----------
+    direction : (3,) array
+        Of the push.
+    share : float
+        Horizontal force at load factor 1 over weight.
+    block : (n,) array
+        Index of the block of each force.
+    point : (n, 3) array
+        Where it acts, m.
+    weight : (n,) array
+        P of a block, or Q of what it carries, N.
+    """
+
+    direction: Array
+    share: float
+    block: NDArray[np.int64]
+    point: Array
+    weight: Array
+
+    @classmethod
+    def of(cls, model: Model, case: LimitCase) -> Self:
+        """Forces of a case.
+
+        Raises
+        ------
+        ModelError
+            If the push is not horizontal or not proportional to the weight, or has couples or forces across it.
+        """
+        who = f"case {case.name!r}: variable load {case.variable.name!r}"
+        bodies = [load for load in case.variable.loads if isinstance(load, BodyForce)]
+        push = sum((load.share * np.array(load.direction) for load in bodies), np.zeros(3))
+        share = float(np.linalg.norm(push))
+        if share == 0:
+            msg = (
+                f"{who} has no BodyForce; a local mechanism is checked for horizontal forces in proportion to the "
+                "weight (C8.7.1.2.1.1): give a BodyForce with a horizontal direction"
+            )
+            raise ModelError(msg)
+        direction = push / share
+        found = applied_loads(model, case.variable, case.dead)
+        if abs(direction[2]) > _ALONG or found.couple.any():
+            msg = (
+                f"{who} pushes along {np.round(direction, 4).tolist()} or has couples; a local mechanism is checked "
+                "for horizontal forces (C8.7.1.2.1.1): give forces along one horizontal direction"
+            )
+            raise ModelError(msg)
+        acts = ~np.array([b.fixed for b in model.blocks])[found.block] & found.force.any(axis=1)
+        block, point, force = found.block[acts], found.point[acts], found.force[acts]
+        along = force @ direction
+        across = np.linalg.norm(force - along[:, None] * direction, axis=1)
+        if np.any(across > _ALONG * np.abs(along).max()) or np.any(along < 0):
+            msg = (
+                f"{who} has forces across or against its push along {np.round(direction, 4).tolist()}; give forces "
+                "along one horizontal direction, each as the weight of a mass times the share of the BodyForce"
+            )
+            raise ModelError(msg)
+        return cls(direction, share, block, point, along / share)
+
+    def displacements(self, model: Model, mechanism: xr.Dataset) -> Array:
+        """Displacement (n,) along the push of the point of each force in a mechanism, in multiples of its scale."""
+        shift, turn = (mechanism[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation"))
+        centroid = np.array([b.centroid for b in model.blocks])[self.block]
+        moved = shift[self.block] + np.cross(turn[self.block], self.point - centroid)
+        return np.asarray(moved @ self.direction)
+
+
+@dataclass(frozen=True, slots=True)
+class Participation:
+    """Weights P + Q of bodies, displacements δ of their centroids along the push, and what follows from them.
+
+    Attributes
+    ----------
+    names : tuple of str
+    weight : (N,) array
+        N.
+    displacement : (N,) array
+        Scaled to a largest one of 1.
+    scale : float
+        What it was divided by.
+    """
+
+    names: tuple[str, ...]
+    weight: Array
+    displacement: Array
+    scale: float
+
+    @classmethod
+    def of(cls, names: Sequence[str], groups: Sequence[NDArray[np.int64]], weight: Array, displacement: Array) -> Self:
+        """Of groups of forces; a group without weight takes no part."""
+        total = np.array([weight[group].sum() for group in groups])
+        heavy = np.flatnonzero(total > 0).tolist()
+        mean = np.array([np.dot(weight[groups[k]], displacement[groups[k]]) / total[k] for k in heavy])
+        largest = np.abs(mean).max(initial=0.0)
+        if not largest > 0:
+            msg = "no mass moves along the push in this mechanism; push the structure where it moves"
+            raise ModelError(msg)
+        return cls(tuple(names[k] for k in heavy), total[heavy], mean / largest, float(largest))
+
+    @property
+    def total(self) -> float:
+        """Σ (P + Q), N."""
+        return float(self.weight.sum())
+
+    @property
+    def M_star(self) -> float:
+        """Mass that takes part, ``[Σ (P + Q) δ]² / (g Σ (P + Q) δ²)``, kg."""
+        return float(self._first**2 / (STANDARD_GRAVITY * self._second))
+
+    @property
+    def e_star(self) -> float:
+        """Share of the mass that takes part, ``[Σ (P + Q) δ]² / (Σ (P + Q) Σ (P + Q) δ²)``, [C8.7.1.5]."""
+        return float(self._first**2 / (self.total * self._second))
+
+    @property
+    def factor(self) -> float:
+        """``Σ (P + Q) δ² / Σ (P + Q) δ``: displacement of the oscillator at δ = 1, [C8.7.1.4]."""
+        return float(self._second / self._first)
+
+    @property
+    def _first(self) -> float:
+        return float(self.weight @ self.displacement)
+
+    @property
+    def _second(self) -> float:
+        return float(self.weight @ self.displacement**2)
+
+    def lines(self, of: str) -> list[Line]:
+        """M* and e* with their numbers."""
+        W, first, second = self.total / 1e3, self._first / 1e3, self._second / 1e3
+        e = f"[Σ(P+Q)δ]² / (Σ(P+Q) Σ(P+Q)δ²) = {shown(first)}² / ({shown(W)} · {shown(second)})"
+        M = f"[Σ(P+Q)δ]² / (g Σ(P+Q)δ²) = {shown(first, 'kN')}² / (g · {shown(second, 'kN')})"
+        return [
+            Line(f"share of the mass, {of}", f"e* = {e} = {shown(self.e_star)}", "C8.7.1.2.1.3 (C8.7.1.5)"),
+            Line(f"mass that takes part, {of}", f"M* = {M} = {shown(self.M_star / 1e3, 't')}", "C8.7.1.2.1.3"),
+        ]
+
+
+def of_bodies(
+    model: Model, forces: HorizontalForces, mechanism: xr.Dataset, bodies: Sequence[MacroBlock]
+) -> tuple[Participation, Participation]:
+    """Participation of the macro-blocks that move, and of their blocks one by one."""
+    index = {b.name: i for i, b in enumerate(model.blocks)}
+    delta = forces.displacements(model, mechanism)
+    moving = [body for body in bodies if body.moves]
+    of_body = [np.flatnonzero(np.isin(forces.block, [index[name] for name in body.blocks])) for body in moving]
+    names = [name for body in moving for name in body.blocks]
+    of_block = [np.flatnonzero(forces.block == index[name]) for name in names]
+    whole = Participation.of([body.name for body in moving], of_body, forces.weight, delta)
+    return whole, Participation.of(names, of_block, forces.weight, delta)

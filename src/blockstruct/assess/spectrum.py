@@ -1,0 +1,306 @@
+"""Elastic response spectra: that of a site after NTC 2018, or a table."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from blockstruct.assess.lines import Line, in_g, shown
+from blockstruct.errors import ModelError
+from blockstruct.errors import shown as as_given
+from blockstruct.keywords import checked_keywords, did_you_mean
+from blockstruct.model import STANDARD_GRAVITY
+from blockstruct.units import QuantityLike, si
+
+Array = NDArray[np.float64]
+g = STANDARD_GRAVITY
+
+#: Ground accelerations, in multiples of gravity, among which one is looked for.
+SMALLEST, LARGEST = 1e-5, 10.0
+#: Least maximum amplification of a horizontal spectrum on rock, NTC 2018 § 3.2.
+LEAST_F0 = 2.2
+
+
+class Spectrum(Protocol):
+    """What a check needs to know of a demand."""
+
+    @property
+    def ag(self) -> float:
+        """Acceleration of the ground that the spectrum belongs to, m/s²."""
+
+    @property
+    def peak(self) -> float:
+        """Largest acceleration of what the mechanism stands on, m/s²."""
+
+    def acceleration(self, period: ArrayLike, damping: float) -> Array:
+        """Spectral acceleration, m/s², at periods in s, for a damping ratio such as 0.05."""
+
+    def displacement(self, period: ArrayLike, damping: float) -> Array:
+        """Spectral displacement, m."""
+
+    def at(self, ag: float) -> Self:
+        """The spectrum of the same site at another acceleration of the ground, m/s²."""
+
+    def lines(self) -> list[Line]:
+        """How it is calculated."""
+
+    def displacement_line(self, period: float, damping: float, symbol: str) -> Line:
+        """How a spectral displacement is calculated."""
+
+    @property
+    def peak_line(self) -> Line:
+        """How :attr:`peak` is calculated."""
+
+
+@dataclass(frozen=True, slots=True)
+class Soil:
+    """Row of a category of soil: ``S_S = a − b F0 ag/g`` within limits, ``C_C = c Tc*^−e`` and T_E, T_F in s."""
+
+    a: float
+    b: float
+    low: float
+    high: float
+    c: float
+    e: float
+    TE: float
+    TF: float
+
+
+#: Tables 3.2.IV and 3.2.VII of NTC 2018 (D.M. 17 January 2018).
+SOILS: Mapping[str, Soil] = MappingProxyType(
+    {
+        "A": Soil(1.00, 0.00, 1.00, 1.00, 1.00, 0.00, 4.5, 10.0),
+        "B": Soil(1.40, 0.40, 1.00, 1.20, 1.10, 0.20, 5.0, 10.0),
+        "C": Soil(1.70, 0.60, 1.00, 1.50, 1.05, 0.33, 6.0, 10.0),
+        "D": Soil(2.40, 1.50, 0.90, 1.80, 1.25, 0.50, 6.0, 10.0),
+        "E": Soil(2.00, 1.10, 1.00, 1.60, 1.15, 0.40, 6.0, 10.0),
+    }
+)
+#: Table 3.2.V of NTC 2018: largest topographic amplification, at the top of the slope or ridge.
+TOPOGRAPHY: Mapping[str, float] = MappingProxyType({"T1": 1.0, "T2": 1.2, "T3": 1.2, "T4": 1.4})
+
+
+def damping_factor(damping: float) -> float:
+    """η of a damping ratio, [3.2.4] of NTC 2018: √(10 / (5 + ξ)) with ξ in per cent, at least 0.55.
+
+    >>> damping_factor(0.05)
+    1.0
+    """
+    return float(max(np.sqrt(10.0 / (5.0 + 100.0 * damping)), 0.55))
+
+
+@dataclass(frozen=True, slots=True)
+class NtcSpectrum:
+    """Horizontal elastic spectrum of NTC 2018 § 3.2.3.2: see :func:`ntc_spectrum`.
+
+    Attributes
+    ----------
+    ag : float
+        m/s².
+    F0 : float
+    Tc_star : float
+        s.
+    soil, topography : str
+    given_SS, given_CC, given_ST : float or None
+        Coefficients that were given instead of those of the tables.
+    """
+
+    ag: float
+    F0: float
+    Tc_star: float
+    soil: str
+    topography: str
+    given_SS: float | None = None
+    given_CC: float | None = None
+    given_ST: float | None = None
+
+    @property
+    def SS(self) -> float:
+        """Stratigraphic amplification, Table 3.2.IV; it falls with ag."""
+        row = SOILS[self.soil]
+        found = float(np.clip(row.a - row.b * self.F0 * self.ag / g, row.low, row.high))
+        return found if self.given_SS is None else self.given_SS
+
+    @property
+    def CC(self) -> float:
+        """Factor of the period, Table 3.2.IV."""
+        row = SOILS[self.soil]
+        return row.c * self.Tc_star**-row.e if self.given_CC is None else self.given_CC
+
+    @property
+    def ST(self) -> float:
+        """Topographic amplification, Table 3.2.V."""
+        return TOPOGRAPHY[self.topography] if self.given_ST is None else self.given_ST
+
+    @property
+    def S(self) -> float:
+        """[3.2.3]."""
+        return self.SS * self.ST
+
+    @property
+    def TC(self) -> float:
+        """[3.2.5], s: end of constant acceleration."""
+        return self.CC * self.Tc_star
+
+    @property
+    def TB(self) -> float:
+        """[3.2.6], s: begin of constant acceleration."""
+        return self.TC / 3
+
+    @property
+    def TD(self) -> float:
+        """[3.2.7], s: begin of constant displacement; it grows with ag."""
+        return 4.0 * self.ag / g + 1.6
+
+    @property
+    def peak(self) -> float:
+        """Largest acceleration of the ground, ag S, m/s²."""
+        return self.ag * self.S
+
+    def acceleration(self, period: ArrayLike, damping: float = 0.05) -> Array:
+        """S_e(T), [3.2.2], m/s²."""
+        T, top = np.asarray(period, dtype=float), damping_factor(damping) * self.F0
+        long = np.maximum(T, self.TC)
+        branches = [1 + T / self.TB * (top - 1), np.full_like(T, top), top * self.TC / long]
+        shape = np.select([T < self.TB, T < self.TC, T < self.TD], branches, top * self.TC * self.TD / long**2)
+        return np.asarray(self.peak * shape)
+
+    def displacement(self, period: ArrayLike, damping: float = 0.05) -> Array:
+        """S_De(T), [3.2.10] up to T_E and [3.2.11] beyond, m."""
+        T, row = np.asarray(period, dtype=float), SOILS[self.soil]
+        top, dg = damping_factor(damping) * self.F0, 0.025 * self.peak * self.TC * self.TD
+        beyond = dg * (top + (1 - top) * np.clip((T - row.TE) / (row.TF - row.TE), 0, 1))
+        return np.asarray(np.where(row.TE >= T, self.acceleration(T, damping) * (T / (2 * np.pi)) ** 2, beyond))
+
+    def at(self, ag: float) -> Self:
+        """The same site at another ag, m/s²; F0 and Tc* stay, S_S and T_D follow ag."""
+        return replace(self, ag=ag)
+
+    def lines(self) -> list[Line]:
+        """Every coefficient with its paragraph."""
+        row = SOILS[self.soil]
+        SS = f"S_S = {shown(self.SS)} (given)"
+        CC = f"C_C = {shown(self.CC)} (given)"
+        ST = f"S_T = {shown(self.ST)} (given)"
+        if self.given_SS is None:
+            SS = (
+                f"S_S = {row.a:.2f} − {row.b:.2f} F0 a_g/g, from {row.low:.2f} to {row.high:.2f} = {shown(self.SS)}"
+                if row.b
+                else f"S_S = {self.SS:.2f}"
+            )
+        if self.given_CC is None:
+            power = f"{row.c:.2f} T_C*^−{row.e:.2f} = " if row.e else ""
+            CC = f"C_C = {power}{shown(self.CC)}"
+        if self.given_ST is None:
+            ST = f"S_T = {shown(self.ST)}, topography {self.topography}"
+        ag = f"a_g = {in_g(self.ag, g)}, F0 = {shown(self.F0)}, T_C* = {shown(self.Tc_star, 's')}"
+        return [
+            Line("hazard at the site, as given", ag, "NTC 2018 § 3.2"),
+            Line(f"amplification of soil {self.soil}", SS, "NTC 2018 Tab. 3.2.IV"),
+            Line("topography", ST, "NTC 2018 Tab. 3.2.V"),
+            Line("amplification", f"S = S_S S_T = {shown(self.S)}", "NTC 2018 (3.2.3)"),
+            Line("periods", CC, "NTC 2018 Tab. 3.2.IV"),
+            Line(
+                "",
+                f"T_C = C_C T_C* = {shown(self.TC, 's')}, T_B = T_C/3 = {shown(self.TB, 's')}",
+                "NTC 2018 (3.2.5), (3.2.6)",
+            ),
+            Line("", f"T_D = 4.0 a_g/g + 1.6 = {shown(self.TD, 's')}", "NTC 2018 (3.2.7)"),
+        ]
+
+    def displacement_line(self, period: float, damping: float, symbol: str) -> Line:
+        """S_De at a period, with its numbers."""
+        found, TE = float(self.displacement(period, damping)), SOILS[self.soil].TE
+        eta = f"η = √(10/(5 + ξ)) = {shown(damping_factor(damping))} for ξ = {100 * damping:g} %"
+        if period > TE:
+            return Line(
+                "demand of displacement",
+                f"{symbol} beyond T_E = {TE:g} s = {shown(found, 'm')}; {eta}",
+                "NTC 2018 (3.2.11), (3.2.4)",
+            )
+        S = float(self.acceleration(period, damping))
+        return Line(
+            "demand of displacement",
+            f"{symbol} = S_e(T) (T/2π)² = {shown(S, 'm/s²')} · ({shown(period, 's')}/2π)² = {shown(found, 'm')}; {eta}",
+            "NTC 2018 (3.2.2), (3.2.4), (3.2.10)",
+        )
+
+    @property
+    def peak_line(self) -> Line:
+        """Acceleration of the ground, with its numbers."""
+        return Line(
+            "largest acceleration at the base",
+            f"a_Z = a_g S = {shown(self.ag, 'm/s²')} · {shown(self.S)} = {in_g(self.peak, g)}",
+            "NTC 2018 (3.2.2) at T = 0",
+        )
+
+
+@checked_keywords
+def ntc_spectrum(
+    ag: QuantityLike,
+    F0: float,
+    Tc: QuantityLike,
+    soil: str,
+    topography: str = "T1",
+    *,
+    SS: float | None = None,
+    CC: float | None = None,
+    ST: float | None = None,
+) -> NtcSpectrum:
+    """Horizontal elastic response spectrum of a site, NTC 2018 § 3.2.3.2. No hazard map is shipped.
+
+    Parameters
+    ----------
+    ag : quantity, acceleration
+        Of rigid level ground, for the limit state and the reference period of the building: ``Q_(0.15, "g_0")``.
+    F0 : float
+        Largest amplification of the spectrum on rigid level ground; 2.2 at least.
+    Tc : quantity, time
+        Tc*, where the constant velocity of that spectrum begins.
+    soil
+        Category A to E, Table 3.2.II.
+    topography
+        Category T1 to T4, Table 3.2.III, on top of the slope or ridge.
+    SS, CC, ST : float
+        Coefficients instead of those of Tables 3.2.IV and 3.2.V, of a study of local response for instance.
+
+    Raises
+    ------
+    ModelError
+        If a category is unknown, or a value is outside its range.
+    UnitError, DimensionError
+        If a bare number is given where a unit is due.
+
+    Examples
+    --------
+    >>> site = ntc_spectrum("0.15 g_0", F0=2.4, Tc="0.3 s", soil="B")
+    >>> round(site.S, 6), round(site.TC, 4), round(float(site.acceleration(site.TC)) / 9.80665, 4)
+    (1.2, 0.4198, 0.432)
+    """
+    who = "ntc_spectrum"
+    for name, given, table in (("soil", soil, SOILS), ("topography", topography, TOPOGRAPHY)):
+        if given not in table:
+            msg = f"{who}: {name} {as_given(given)}; {did_you_mean(str(given), table)}"
+            raise ModelError(msg)
+    acceleration, Tc_star = si(ag, "acceleration", f"{who}: ag"), si(Tc, "time", f"{who}: Tc")
+    amplification = si(F0, "dimensionless", f"{who}: F0")
+    check(SMALLEST * g <= acceleration <= LARGEST * g, f"{who}: ag {acceleration:.4g} m/s²", "an ag of up to 10 g")
+    check(amplification >= LEAST_F0, f"{who}: F0 {amplification:.4g}", f"{LEAST_F0} at least (NTC 2018 § 3.2)")
+    check(0 < Tc_star <= 2, f"{who}: Tc {Tc_star:.4g} s", "a Tc* of up to 2 s")
+    own = [
+        None if c is None else si(c, "dimensionless", f"{who}: {n}")
+        for n, c in zip(("SS", "CC", "ST"), (SS, CC, ST), strict=True)
+    ]
+    for name, value in zip(("SS", "CC", "ST"), own, strict=True):
+        check(value is None or 0.1 <= value <= 10, f"{who}: {name} {value}", "a coefficient from 0.1 to 10, or none")
+    return NtcSpectrum(acceleration, amplification, Tc_star, soil, topography, *own)
+
+
+def check(holds: bool, what: str, remedy: str) -> None:
+    """Refuse what does not hold."""
+    if not holds:
+        msg = f"{what}; give {remedy}"
+        raise ModelError(msg)

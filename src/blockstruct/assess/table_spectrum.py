@@ -1,0 +1,121 @@
+"""Elastic response spectra by their ordinates."""
+
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from blockstruct.assess.lines import Line, in_g, shown
+from blockstruct.assess.spectrum import check, damping_factor
+from blockstruct.errors import ModelError
+from blockstruct.keywords import checked_keywords
+from blockstruct.model import STANDARD_GRAVITY
+from blockstruct.units import QuantityLike, si, si_array
+
+Array = NDArray[np.float64]
+g = STANDARD_GRAVITY
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TableSpectrum:
+    """A spectrum by its ordinates: see :func:`table_spectrum`."""
+
+    ag: float
+    periods: Array
+    accelerations: Array
+    damping: float
+
+    @property
+    def peak(self) -> float:
+        """Ordinate at T = 0, m/s²."""
+        return float(self.accelerations[0])
+
+    def acceleration(self, period: ArrayLike, damping: float = 0.05) -> Array:
+        """Ordinates, linear in between, times η(ξ) / η of the table but at T = 0; m/s²."""
+        T = np.asarray(period, dtype=float)
+        if np.any(self.periods[-1] < T):
+            msg = (
+                f"table_spectrum: asked for T = {T.max():.4g} s, but its last period is {self.periods[-1]:.4g} s; give "
+                "the spectrum up to longer periods"
+            )
+            raise ModelError(msg)
+        factor = damping_factor(damping) / damping_factor(self.damping)
+        return np.asarray(np.interp(T, self.periods, self.accelerations) * np.where(T > 0, factor, 1.0))
+
+    def displacement(self, period: ArrayLike, damping: float = 0.05) -> Array:
+        """Largest S_e(T') (T'/2π)² of the periods up to T, m."""
+        T = np.asarray(period, dtype=float)
+        shorter = self.periods[self.periods <= T.max()]
+        upto = np.maximum.accumulate(self.acceleration(shorter, damping) * (shorter / (2 * np.pi)) ** 2)
+        before = upto[np.searchsorted(shorter, T, side="right") - 1]
+        return np.asarray(np.maximum(before, self.acceleration(T, damping) * (T / (2 * np.pi)) ** 2))
+
+    def at(self, ag: float) -> Self:
+        """The whole table scaled to another ag, m/s²."""
+        return replace(self, ag=ag, accelerations=self.accelerations * (ag / self.ag))
+
+    def lines(self) -> list[Line]:
+        """What was given."""
+        given = (
+            f"{len(self.periods)} ordinates from 0 to {self.periods[-1]:g} s at ξ = {100 * self.damping:g} %, "
+            f"S_e(0) = {in_g(self.peak, g)}, a_g = {in_g(self.ag, g)}"
+        )
+        return [
+            Line("spectrum given as a table", given),
+            Line("other a_g", "the table scaled as a whole: its soil factors do not follow a_g"),
+        ]
+
+    def displacement_line(self, period: float, damping: float, symbol: str) -> Line:
+        """Displacement at a period, with its numbers."""
+        eta = damping_factor(damping) / damping_factor(self.damping)
+        found = float(self.displacement(period, damping))
+        return Line(
+            "demand of displacement",
+            f"{symbol} = largest S_e(T) (T/2π)² up to {shown(period, 's')}, times η/η_table = {shown(eta)}: "
+            f"{shown(found, 'm')}",
+            "C8.7.1.2.1.8; NTC 2018 (3.2.4), (3.2.10)",
+        )
+
+    @property
+    def peak_line(self) -> Line:
+        """Acceleration at T = 0."""
+        return Line("largest acceleration at the base", f"a_Z = S_e(0) = {in_g(self.peak, g)}")
+
+
+@checked_keywords
+def table_spectrum(
+    periods: Any, accelerations: Any, *, ag: QuantityLike | None = None, damping: float = 0.05
+) -> TableSpectrum:
+    """Elastic response spectrum by its ordinates, of a study of local response for instance, or of another code.
+
+    Parameters
+    ----------
+    periods : quantity, time, shape (n,)
+        Rising from zero, where the ordinate is the largest acceleration of the ground.
+    accelerations : quantity, acceleration, shape (n,)
+    ag : quantity, acceleration
+        Acceleration of the ground that the table belongs to; the ordinate at zero by default. The acceleration at which
+        capacity and demand are equal is this one times the factor that the whole table is scaled by.
+    damping
+        Of the table, as a ratio. Ordinates at other dampings are those times η, [3.2.4] of NTC 2018.
+
+    Raises
+    ------
+    ModelError
+        If periods do not rise from zero, or ordinates are not positive or not as many.
+    """
+    who = "table_spectrum"
+    T, S = (
+        si_array(periods, "time", f"{who}: periods"),
+        si_array(accelerations, "acceleration", f"{who}: accelerations"),
+    )
+    check(
+        T.ndim == 1 and T.shape == S.shape and T.size >= 2,
+        f"{who}: {T.size} periods, {S.size} ordinates",
+        "as many, two at least",
+    )
+    check(T[0] == 0 and bool(np.all(np.diff(T) > 0)), f"{who}: periods from {T[0]:g} s", "periods that rise from 0")
+    check(bool(np.all(S > 0)), f"{who}: an ordinate of {S.min():.4g} m/s²", "ordinates above zero")
+    check(0 < damping < 1, f"{who}: damping {damping:g}", "a ratio such as 0.05")
+    return TableSpectrum(S[0] if ag is None else si(ag, "acceleration", f"{who}: ag"), T, S, damping)

@@ -1,0 +1,74 @@
+"""Commands that run many analyses."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import pandas as pd
+import typer
+
+import blockstruct as bs
+from blockstruct.cli.app import NO_LOAD_FACTOR, CsvOption, JsonOption, QuietOption, app, err, out, say
+from blockstruct.views import study_following, study_summary, study_table
+from blockstruct.views.output import write_csv
+
+
+@app.command()
+def study(
+    document: Annotated[Path, typer.Argument(help="A study document, YAML or JSON.", show_default=False)],
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", help="Folder that keeps a file of every run.", show_default=False),
+    ],
+    workers: Annotated[
+        int | None, typer.Option("--workers", help="Processes; one a processor otherwise.", show_default=False)
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", help="Dask scheduler to run on, as tcp://127.0.0.1:8786.", show_default=False),
+    ] = None,
+    memory_limit: Annotated[
+        str | None, typer.Option("--memory-limit", help="Of each process, as '2 GB'.", show_default=False)
+    ] = None,
+    rerun: Annotated[bool, typer.Option("--rerun", help="Replace runs of another model or other settings.")] = False,
+    quiet: QuietOption = False,
+    as_json: JsonOption = False,
+    csv: CsvOption = None,
+) -> None:
+    """Run a model document with many values of its parameters; runs that are done are not repeated."""
+    out.quiet = quiet or as_json
+    read = bs.studies.read_study(document)
+    with study_following(err, quiet=quiet) as listeners:
+        data = bs.study(
+            read.build,
+            read.parameters,
+            output,
+            workers=workers,
+            cluster=scheduler,
+            memory_limit=memory_limit,
+            settings=read.settings,
+            rerun=rerun,
+            listeners=listeners,
+            **read.options,
+        )
+    rows = bs.studies.frame_of(data)
+    if csv is not None:
+        write_csv(rows.set_index("run"), csv)
+        say(f"{csv}: {len(rows)} rows")
+    else:
+        out.print(study_table(data))
+        if data.attrs["sampling"] in ("monte carlo", "latin hypercube") and data.sizes["case"]:
+            say(study_summary(bs.studies.summary(data)))
+    say(f"kept: {output}; next: blockstruct archive {output}")
+    if as_json:
+        typer.echo(json.dumps({"attrs": data.attrs, "rows": _plain(rows)}, indent=2))
+    if (rows["status"] != bs.Status.CONVERGED).any():
+        raise typer.Exit(NO_LOAD_FACTOR)
+
+
+def _plain(rows: pd.DataFrame) -> list[dict[str, object]]:
+    """Rows for JSON, where numbers that are not finite are None."""
+    finite = rows.astype(object).where(rows.notna() & ~rows.isin([np.inf, -np.inf]), None)
+    found: list[dict[str, object]] = json.loads(finite.to_json(orient="records"))
+    return found

@@ -1,0 +1,63 @@
+"""Finite motions of rigid bodies."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: Angle below which the series of a rotation is exact to rounding.
+SMALL = 1e-3
+
+
+def rotation_matrices(vectors: Array) -> Array:
+    """Rotation matrices (n, 3, 3) of rotation vectors (n, 3), rad (O. Rodrigues)."""
+    sine, cosine, _ = _shares(vectors)
+    K = _skew(vectors)
+    return np.asarray(np.eye(3) + sine[:, None, None] * K + cosine[:, None, None] * (K @ K))
+
+
+def rotation_vectors(matrices: Array) -> Array:
+    """Rotation vectors (n, 3), of angles up to π, of rotation matrices (n, 3, 3)."""
+    # Loaded here: scipy.spatial is slow to import.
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_matrix(matrices).as_rotvec())
+
+
+def screw_motions(translations: Array, rotations: Array) -> tuple[Array, Array]:
+    """Finite motions along the screws of twists: rotation matrices (n, 3, 3), and translations (n, 3) of the origins.
+
+    The exact exponential of a rigid motion: a twist about a fixed axis turns the body about that axis, so that a hinge
+    stays where it is whatever the angle.
+
+    Parameters
+    ----------
+    translations, rotations : (n, 3) arrays
+        Twist of each body: velocity of its origin, and angular velocity, times the time.
+    """
+    sine, cosine, cubic = _shares(rotations)
+    K = _skew(rotations)
+    square = K @ K
+    R = np.eye(3) + sine[:, None, None] * K + cosine[:, None, None] * square
+    V = np.eye(3) + cosine[:, None, None] * K + cubic[:, None, None] * square
+    return R, np.einsum("nij,nj->ni", V, translations)
+
+
+def _shares(vectors: Array) -> tuple[Array, Array, Array]:
+    """``sin θ / θ``, ``(1 − cos θ) / θ²`` and ``(θ − sin θ) / θ³`` of the lengths θ of vectors."""
+    angle = np.linalg.norm(vectors, axis=1)
+    small, square = angle < SMALL, angle**2
+    a = np.where(small, 1.0, angle)
+    return (
+        np.where(small, 1 - square / 6, np.sin(a) / a),
+        np.where(small, 0.5 - square / 24, (1 - np.cos(a)) / a**2),
+        np.where(small, 1 / 6 - square / 120, (a - np.sin(a)) / a**3),
+    )
+
+
+def _skew(vectors: Array) -> Array:
+    """Matrices (n, 3, 3) of the cross product with vectors."""
+    K = np.zeros((len(vectors), 3, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        K[:, j, i], K[:, i, j] = vectors[:, k], -vectors[:, k]
+    return K

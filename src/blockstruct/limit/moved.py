@@ -1,0 +1,259 @@
+"""The limit problem of a structure whose blocks have moved, and what one step from there found."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from blockstruct.errors import ModelError, UnknownNameError
+from blockstruct.limit.problem import LimitProblem
+from blockstruct.model import Model, Pushover
+from blockstruct.statics import MovedContacts, MovingLoads, MovingStructure, Placement, Statics
+from blockstruct.vocabulary import Torsion
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class MovedProblem:
+    """A limit problem at a placement.
+
+    Attributes
+    ----------
+    problem : LimitProblem
+        With the units of the case at rest.
+    contacts : MovedContacts
+    placement : Placement
+    """
+
+    problem: LimitProblem
+    contacts: MovedContacts
+    placement: Placement
+
+    def gap(self, work: float) -> Array:
+        """Gaps (K,) in units of relative velocity, for a step in which the unit variable load does a work, J."""
+        return np.asarray(self.contacts.gap * self.problem.force_unit / work)
+
+    def relative(self, twist: Array) -> Array:
+        """Relative velocities (K, 3), in the frames of the contact points, of twists (B, 6) of the blocks, SI."""
+        points, centre = self.contacts.points, self.placement.position
+        plus, minus = (
+            twist[block, :3] + np.cross(twist[block, 3:], points.position - centre[block])
+            for block in (points.plus, points.minus)
+        )
+        return np.asarray(np.einsum("kij,kj->ki", points.frame, plus - minus))
+
+
+@dataclass(frozen=True, slots=True)
+class ControlPoint:
+    """The point whose displacement a pushover follows.
+
+    Attributes
+    ----------
+    block : int
+    start : (3,) array, m
+        The point, where the model has it.
+    arm : (3,) array, m
+        To it from the centroid.
+    direction : (3,) array
+    """
+
+    block: int
+    start: Array
+    arm: Array
+    direction: Array
+
+    @classmethod
+    def of(cls, model: Model, case: Pushover) -> Self:
+        """Control point of a case."""
+        name, direction = case.control
+        block = [b.name for b in model.blocks].index(name)
+        centroid = model.blocks[block].centroid
+        start = np.array(case.control_point or centroid, dtype=float)
+        return cls(block, start, start - centroid, np.array(direction))
+
+    def displacement(self, placement: Placement) -> float:
+        """Displacement along the direction, m."""
+        now = placement.position[self.block] + placement.rotation[self.block] @ self.arm
+        return float((now - self.start) @ self.direction)
+
+    def velocity(self, placement: Placement, twist: Array) -> float:
+        """Velocity along the direction, of twists (B, 6)."""
+        arm = placement.rotation[self.block] @ self.arm
+        return float((twist[self.block, :3] + np.cross(twist[self.block, 3:], arm)) @ self.direction)
+
+
+class MovingProblem:
+    """The limit problems of a case, wherever its blocks are.
+
+    Parameters
+    ----------
+    statics, problem, case
+        The case at rest.
+
+    Raises
+    ------
+    UnknownNameError, ModelError
+        As of :func:`check_pushover`.
+    """
+
+    def __init__(self, statics: Statics, problem: LimitProblem, case: Pushover) -> None:
+        check_pushover(statics.model, case)
+        self.statics, self._problem = statics, problem
+        self.structure = MovingStructure(statics)
+        self.control = ControlPoint.of(statics.model, case)
+        self.dead, self.variable = (MovingLoads.of(statics.model, p, case.dead) for p in (case.dead, case.variable))
+        self._unit = np.full(len(statics.model.blocks), np.inf)
+        self._unit[statics.free] = problem.wrench_unit
+
+    def at(self, placement: Placement, reach: float) -> MovedProblem:
+        """Limit problem at a placement, with the contact points up to a gap, m."""
+        statics, problem = self.statics, self._problem
+        contacts = self.structure.contacts(placement, reach)
+        points, K = contacts.points, len(contacts.gap)
+        force_unit = np.minimum(self._unit[points.minus], self._unit[points.plus])
+        rows, columns = sp.diags_array(np.repeat(1 / problem.wrench_unit, 6)), sp.diags_array(np.repeat(force_unit, 3))
+        scale = np.outer(problem.wrench_unit, np.repeat([1.0, statics.length], 3))
+        dead, variable = ((loads.at(placement)[statics.free] / scale).ravel() for loads in (self.dead, self.variable))
+        moved = replace(
+            problem,
+            A=sp.csc_array(rows @ contacts.A @ columns),
+            w_D=dead,
+            w_L=variable,
+            friction=points.friction,
+            dilatancy=points.dilatancy,
+            cohesion=points.cohesion,
+            tension=points.tension,
+            compression=points.compression,
+            compliance=np.ones((K, 2)),
+            rectangles=points.rectangles,
+            capacity=np.empty(0),
+            force_unit=force_unit,
+        )
+        return MovedProblem(moved, contacts, placement)
+
+    def twist(self, u: Array) -> Array:
+        """Twists (B, 6) of the blocks, m/s and rad/s at 1 W, of non-dimensional velocities u (6 F,)."""
+        problem = self._problem
+        found = np.zeros((len(self._unit), 6))
+        found[self.statics.free] = u.reshape(-1, 6) / np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class FiniteStep:
+    """One state of a pushover, in SI units: forces in equilibrium at a placement, and how it goes on from there.
+
+    Attributes
+    ----------
+    load_factor : float
+    displacement : float
+        Of the control point along its direction, m.
+    position, rotation : (B, 3) arrays
+        Centroids, m, and rotation vectors from where the model has the blocks, rad.
+    velocity, angular_velocity : (B, 3) arrays
+        Of the mechanism there, at 1 W of variable load.
+    motion_time : float
+        Time for which they act until the next state, s, if that step is not halved.
+    dissipation : float
+        Work of friction per unit of work of the variable load.
+    penetration : float
+        Deepest penetration, m.
+    energy_error : float
+        Of the motion from the state before: work of the loads less what friction dissipates, relative to the sum of
+        the magnitudes of all such work so far.
+    equilibrium_residual, yield_excess, interpenetration, flow_rule_gap : float
+        As in :class:`Certificate`, on the moved geometry; openings are those at the end of the step.
+    holds : bool
+        Whether they are within the tolerances of a step.
+    contact_points, programs, solver_iterations : int
+    solver_time : float
+        Seconds of the whole step.
+    """
+
+    load_factor: float
+    displacement: float
+    position: Array
+    rotation: Array
+    velocity: Array
+    angular_velocity: Array
+    motion_time: float
+    dissipation: float
+    penetration: float
+    energy_error: float
+    equilibrium_residual: float
+    yield_excess: float
+    interpenetration: float
+    flow_rule_gap: float
+    holds: bool
+    contact_points: int
+    programs: int
+    solver_iterations: int
+    solver_time: float
+
+
+#: Load factor, relative to the first one of a curve, that is zero.
+ZERO = 1e-4
+
+
+def zero_displacement(curve: Sequence[tuple[float, float]]) -> float:
+    """Displacement at which the load factor of a curve of (displacement, load factor) is zero; NaN if it ends before.
+
+    Interpolated over the last two states.
+    """
+    if not curve or curve[-1][1] > ZERO * abs(curve[0][1]):
+        return np.nan
+    if len(curve) == 1 or curve[-2][1] == curve[-1][1]:
+        return curve[-1][0]
+    (d0, a0), (d1, a1) = curve[-2:]
+    return d1 + a1 * (d1 - d0) / (a0 - a1)
+
+
+def check_pushover(model: Model, case: Pushover) -> None:
+    """Refuse what finite displacements do not know.
+
+    Raises
+    ------
+    UnknownNameError
+        If the control point is on a block that the model does not have.
+    ModelError
+        If it is on a support, if a joint has cohesion, tensile strength or a finite compressive strength, or if there
+        are ties.
+    """
+    blocks = {b.name: b for b in model.blocks}
+    name = case.control[0]
+    if name not in blocks:
+        msg = (
+            f"pushover {case.name!r}: control point on block {name!r}, which model {model.name!r} does not have; it "
+            f"has {', '.join(list(blocks)[:10])}{', …' if len(blocks) > 10 else ''}"
+        )
+        raise UnknownNameError(msg)
+    if blocks[name].fixed:
+        msg = f"pushover {case.name!r}: control point on support {name!r}, which does not move; give a free block"
+        raise ModelError(msg)
+    for joint in {i.joint_material.name: i.joint_material for i in model.interfaces}.values():
+        for strength, none in (("cohesion", 0.0), ("tensile_strength", 0.0), ("compressive_strength", np.inf)):
+            value = getattr(joint, strength)
+            if value != none:
+                msg = (
+                    f"pushover {case.name!r}: joint material {joint.name!r} has a {strength} of {value:.6g} Pa, which "
+                    "joints of blocks that have moved apart do not keep: give a joint material without it, and a "
+                    "LimitCase for the load factor with it"
+                )
+                raise ModelError(msg)
+        if joint.torsion is not Torsion.CORNERS:
+            msg = (
+                f"pushover {case.name!r}: joint material {joint.name!r} has the torsion of {joint.torsion}, which goes "
+                "with the whole area of a joint: give one with the torsion of corners"
+            )
+            raise ModelError(msg)
+    if model.ties:
+        msg = (
+            f"pushover {case.name!r}: model {model.name!r} has {len(model.ties)} ties, whose forces at finite "
+            "displacements this method does not know; give a model without them, and a LimitCase for the load factor "
+            "with them"
+        )
+        raise ModelError(msg)

@@ -1,0 +1,100 @@
+"""Limit cases around the compass: the weight pushed in many horizontal directions."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from blockstruct.errors import ModelError, shown
+from blockstruct.model.case import Case
+from blockstruct.model.checks import checked_name
+from blockstruct.model.limit_case import LimitCase
+from blockstruct.model.loads import BodyForce, LoadPattern
+from blockstruct.units import si, si_array
+from blockstruct.vocabulary import Flow
+
+#: Directions beyond which nothing new is learnt.
+MOST_DIRECTIONS = 360
+
+
+def direction_cases(
+    dead: LoadPattern,
+    directions: Any = 8,
+    *,
+    vertical: Any = 0.0,
+    flow: Flow = Flow.NONASSOCIATIVE,
+    name: str = "push",
+) -> list[LimitCase]:
+    """Limit cases whose variable load is the weight pushed in horizontal directions.
+
+    Parameters
+    ----------
+    dead
+        Loads that act in full, in each of them.
+    directions : int, or quantity of angles
+        A number of them, evenly spread from +x; or the angles from +x towards +y, as ``Q_([0, 45], "deg")``.
+    vertical : float
+        Vertical part of the variable load in multiples of the horizontal one, upwards if positive.
+    flow
+        As for :class:`LimitCase`.
+    name
+        How the names of the cases begin.
+
+    Raises
+    ------
+    ModelError
+        If there is no direction, one twice, or too many.
+    UnitError
+        If angles have no unit.
+    """
+    checked_name(name, "directions")
+    share = si(vertical, "dimensionless", "directions: vertical")
+    angles = np.degrees(_angles(directions))
+    cases = []
+    for angle in angles:
+        x, y = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+        # Symmetric structures are pushed symmetrically to the last digit.
+        loads = [BodyForce((round(x, 15) + 0.0, round(y, 15) + 0.0, 0.0))]
+        title = f"{name} {angle:g} deg"
+        if share:
+            loads.append(BodyForce("+z", share))
+            title += f", {abs(share):g} {'up' if share > 0 else 'down'}"
+        cases.append(LimitCase(title, dead, LoadPattern(title, loads), flow))
+    return cases
+
+
+def direction_of(case: Case) -> tuple[float, float] | None:
+    """Angle, degrees from 0 up to 360, and vertical share of a case of :func:`direction_cases`; None of any other."""
+    if not isinstance(case, LimitCase):
+        return None
+    loads = [load for load in case.variable.loads if isinstance(load, BodyForce)]
+    if not 1 <= len(loads) <= 2 or len(loads) < len(case.variable.loads):
+        return None
+    (x, y, z), *rest = [load.direction for load in loads]
+    if z or loads[0].share != 1.0 or any(direction[:2] != (0.0, 0.0) for direction in rest):
+        return None
+    upwards = loads[1].share * loads[1].direction[2] if rest else 0.0
+    # Rounded as the names are: 360 degrees are 0.
+    return round(math.degrees(math.atan2(y, x)), 9) % 360, upwards
+
+
+def _angles(directions: Any) -> Any:
+    """Angles, rad."""
+    if isinstance(directions, int | np.integer) and not isinstance(directions, bool):
+        count = int(directions)
+        if not 1 <= count <= MOST_DIRECTIONS:
+            msg = f"directions: {count} of them; give 1 to {MOST_DIRECTIONS}"
+            raise ModelError(msg)
+        return np.radians(np.arange(count) * 360 / count)
+    if isinstance(directions, list | tuple):
+        found = np.array([si(angle, "angle", "directions: angle") for angle in directions])
+    else:
+        found = si_array(directions, "angle", "directions: angles").ravel()
+    if not 1 <= len(found) <= MOST_DIRECTIONS:
+        msg = f"directions: {len(found)} angles; give 1 to {MOST_DIRECTIONS}"
+        raise ModelError(msg)
+    turned = np.degrees(found).round(9) % 360
+    if len(np.unique(turned)) < len(turned):
+        msg = f"directions: {shown(turned.tolist())} deg has a direction twice; give each once"
+        raise ModelError(msg)
+    return np.radians(turned)

@@ -1,0 +1,94 @@
+"""Pushovers: what is asked of a model beyond its collapse."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from numbers import Integral, Real
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from blockstruct.errors import ModelError, shown
+from blockstruct.keywords import checked_keywords
+from blockstruct.model.limit_case import LimitCase
+from blockstruct.units import si_vector
+from blockstruct.vocabulary import Flow
+
+#: Most steps that a curve may be asked for.
+MOST_STEPS = 10_000
+
+
+class Point(NamedTuple):
+    """A point in global coordinates, m."""
+
+    x: float
+    y: float
+    z: float
+
+
+@checked_keywords
+@dataclass(frozen=True, slots=True)
+class Pushover(LimitCase):
+    """A limit case, and what follows its collapse: displacements that grow until the load factor is zero.
+
+    Parameters
+    ----------
+    name, dead, variable
+        As of :class:`LimitCase`.
+    flow
+        Non-associative: blocks that dilate by the friction angle would rise without end.
+    control
+        Name of a block, and a direction: the curve is drawn over the displacement of its centroid along it.
+    control_point : quantity, length, three components
+        Another point of that block, where the model has it.
+    steps
+        Number of steps, about, in which the load factor comes down to zero.
+
+    Attributes
+    ----------
+    control_point
+        m; None for the centroid.
+    """
+
+    control: tuple[str, tuple[float, float, float]] = ("", (0.0, 0.0, 0.0))
+    control_point: Point | None = None
+    steps: int = 60
+
+    def __post_init__(self) -> None:
+        # Classes with slots are made anew by dataclass: super() without arguments would look for the first one.
+        LimitCase.__post_init__(self)
+        object.__setattr__(self, "control", _control(self.control, self.name))
+        if self.control_point is not None and not isinstance(self.control_point, Point):
+            point = si_vector(self.control_point, "length", f"pushover {self.name!r}: control_point")
+            object.__setattr__(self, "control_point", Point(*point))
+        if self.flow is not Flow.NONASSOCIATIVE:
+            msg = (
+                f"pushover {self.name!r}: flow {self.flow.value!r}; blocks that dilate by the friction angle would "
+                "rise without end: leave it out, and give joints a dilatancy angle if they have one"
+            )
+            raise ModelError(msg)
+        if isinstance(self.steps, bool) or not isinstance(self.steps, Integral) or not 3 <= self.steps <= MOST_STEPS:
+            msg = f"pushover {self.name!r}: steps is {shown(self.steps)}; give a whole number from 3 to {MOST_STEPS}"
+            raise ModelError(msg)
+        object.__setattr__(self, "steps", int(self.steps))
+
+
+def _control(given: Any, name: str) -> tuple[str, tuple[float, float, float]]:
+    """A block and a unit direction."""
+    msg = (
+        f"pushover {name!r}: control is {shown(given)}; give the name of a block and a direction, as in "
+        'control=("top", (1, 0, 0))'
+    )
+    if not isinstance(given, Sequence) or isinstance(given, str) or len(given) != 2:
+        raise ModelError(msg)
+    block, direction = given
+    numbers = np.iterable(direction) and not isinstance(direction, str)
+    values = list(direction) if numbers else []
+    if not isinstance(block, str) or not block or len(values) != 3:
+        raise ModelError(msg)
+    if not all(isinstance(v, Real) and not isinstance(v, bool) and np.isfinite(float(v)) for v in values):
+        raise ModelError(msg)
+    length = float(np.linalg.norm(values))
+    if not length > 0:
+        raise ModelError(msg)
+    x, y, z = (float(v) / length for v in values)
+    return block, (x, y, z)

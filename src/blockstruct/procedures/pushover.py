@@ -1,0 +1,320 @@
+"""The pushover: from the collapse state through finite displacements until the load factor is zero."""
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from time import perf_counter
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.limit import Placement
+from blockstruct.limit.iteration import Iteration
+from blockstruct.limit.moved import ZERO, FiniteStep, MovedProblem, MovingProblem, zero_displacement
+from blockstruct.limit.program import Solver
+from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.procedures.finite_step import CERTIFIED, Solved, solve_finite_step
+
+Array = NDArray[np.float64]
+
+#: First step, as a share of one that divides an eighth of the structure's extent evenly; the control point of most
+#: structures goes further before the load factor is zero.
+FIRST = 0.25
+#: Growth of a step over the last, and its least and largest share of one that divides the curve evenly.
+GROWTH, LEAST, LARGEST = 1.5, 1 / 64, 2.0
+#: States from which the end of the curve is foreseen, along a straight line.
+FORESEEN = 8
+#: Most that a block may move, in multiples of what the control point is meant to.
+FASTEST = 3.0
+#: How far the control point may miss that, as a ratio, before the step is solved again; and attempts.
+MISSED, LENGTHS = 1.5, 3
+#: Work of forces across gaps that close in a step, relative to all of its work, for which it is shortened to the
+#: first of them; and what is left of that way.
+REACHING, BEFORE = 1e-3, 1e-3
+#: Halvings of a step after which the blocks penetrate, or the flow rule is missed.
+HALVINGS = 3
+#: Deepest penetration, and least reach of contacts, in mean block sizes; reach in multiples of the last motion.
+DEEPEST, NEAREST, REACH = 2e-3, 0.05, 2.0
+#: Flow-rule gap, relative to the work of a step, beyond which it is no state to go on from.
+LOST = 0.03
+#: Rate of the dead load's work, in multiples of that of the variable load at collapse, from which blocks fall.
+FALLING = 3.0
+#: Speed, relative to the fastest block, from which a block is told to fall, and blocks that a message names.
+FAST, NAMED = 0.5, 5
+#: Steps, in multiples of those asked for, after which the curve is left.
+PATIENCE = 5
+#: Corrections of the last step towards a load factor of zero.
+CORRECTIONS = 3
+#: Work of a step, relative to that at the collapse load, to which what it misses is relative where there is less.
+LEAST_WORK = 0.05
+
+FiniteSteps = Generator[FiniteStep, None, str]
+
+
+def pushover(
+    problem: MovingProblem,
+    collapse: Iteration,
+    steps: int,
+    settings: ProcedureSettings,
+    solver: Solver,
+    before: Sequence[FiniteStep] = (),
+) -> FiniteSteps:
+    """Follow a collapse mechanism through finite displacements.
+
+    In each step the displacement of the control point is prescribed, by the work of the variable load. Blocks then
+    move along the screws of their twists, and contacts are found anew where they are. A step is halved where the
+    blocks penetrate by more than a bound after it, or no motion from there satisfies the flow rule, as where a contact
+    leaves its face or a block meets another.
+
+    Parameters
+    ----------
+    problem
+        The case, wherever its blocks are.
+    collapse
+        The certified collapse state, whose mechanism is the first motion.
+    steps
+        Number of them, about.
+    settings, solver
+        Of the case.
+    before
+        States of the curve that are known already: it goes on behind the last of them.
+
+    Yields
+    ------
+    FiniteStep
+        A state; the first is that without displacement.
+
+    Returns
+    -------
+    str
+        How it ended.
+    """
+    path = _Path(problem, collapse.load_factor, steps, settings, solver)
+    if before:
+        state = path.gone(before)
+    else:
+        placement = Placement.of(problem.statics.model)
+        first = path.solved(placement, problem.twist(collapse.u), path.nearest)
+        if first is None:
+            return path.lost(placement, None)
+        yield path.record(first)
+        state = first.state
+    while True:
+        end = zero_displacement(path.curve)
+        if np.isfinite(end):
+            return f"the load factor is zero at a displacement of {end:.6g} m"
+        if len(path.curve) > PATIENCE * steps:
+            return f"no end after {len(path.curve)} states, {PATIENCE} times the steps that were asked for"
+        following = path.advance(state)
+        if isinstance(following, str):
+            return following
+        yield path.record(following)
+        state = following.state
+
+
+@dataclass(frozen=True, slots=True)
+class _State:
+    """Where the blocks are, and how they go on: twists (B, 6) at 1 W, for a time."""
+
+    placement: Placement
+    load_factor: float
+    dissipation: float
+    twist: Array
+    time: float
+    displacement: float
+
+    @classmethod
+    def of(cls, step: FiniteStep) -> Self:
+        """That of a step."""
+        twist = np.column_stack([step.velocity, step.angular_velocity])
+        placement = Placement.at(step.position, step.rotation)
+        return cls(placement, step.load_factor, step.dissipation, twist, step.motion_time, step.displacement)
+
+    def carried(self, placement: Placement) -> Array:
+        """The same screws, as twists (B, 6) of the centroids at another placement."""
+        way = placement.position - self.placement.position
+        return np.column_stack([self.twist[:, :3] + np.cross(self.twist[:, 3:], way), self.twist[:, 3:]])
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """A state, and what is known of it: the solution, gaps (K,) of its contacts."""
+
+    state: _State
+    solved: Solved
+    gap: Array
+
+    @property
+    def penetration(self) -> float:
+        """Deepest penetration, m."""
+        return max(-float(self.gap.min(initial=0.0)), 0.0)
+
+
+class _Path:
+    """The curve so far, and the next step of it."""
+
+    def __init__(
+        self, problem: MovingProblem, load_factor: float, steps: int, settings: ProcedureSettings, solver: Solver
+    ) -> None:
+        self._problem, self._steps, self._settings, self._solver = problem, steps, settings, solver
+        self._load_factor = abs(load_factor)
+        free = np.concatenate([b.shape.vertices for b in problem.statics.model.blocks if not b.fixed])
+        self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * steps)
+        self._size = problem.statics.length
+        self.nearest = NEAREST * self._size
+        self.curve: list[tuple[float, float]] = []
+        self._last: _State | None = None
+        self._done, self._clock = 0.0, perf_counter()
+
+    def gone(self, steps: Sequence[FiniteStep]) -> _State:
+        """Take the states that are known already; gives the last of them."""
+        states = [_State.of(step) for step in steps]
+        self.curve = [(s.displacement, s.load_factor) for s in states]
+        self._done = sum(self._energy(a, b)[1] for a, b in pairwise(states))
+        self._last = states[-1]
+        return states[-1]
+
+    def _wanted(self) -> float:
+        """Displacement of the control point in the next step."""
+        if len(self.curve) < 2:
+            return FIRST * self._even
+        d, a = np.array(self.curve[-FORESEEN:]).T
+        slope = float(np.polyfit(d, a, 1)[0])
+        whole = d[-1] - a[-1] / slope if slope < 0 else np.inf
+        even = min(whole / self._steps, LARGEST * self._even * max(1.0, 8 * self._load_factor))
+        last = abs(d[-1] - d[-2])
+        return float(np.clip(even, max(LEAST * even, last / 2), max(GROWTH * last, LEAST * even)))
+
+    def solved(self, placement: Placement, twist: Array, reach: float) -> _Found | None:
+        """A step from a placement in which the control point moves as far as wanted, or blocks as far as they may."""
+        moved = self._problem.at(placement, reach)
+        time, last = self._time(placement, twist), twist
+        found: _Found | None = None
+        least = LEAST_WORK * self._load_factor
+        longest = np.inf
+        for _ in range(LENGTHS):
+            solution = solve_finite_step(moved, time, twist, least, self._settings, self._solver)
+            if solution is None:
+                break
+            twist = self._problem.twist(solution.u)
+            displacement = self._problem.control.displacement(placement)
+            state = _State(placement, solution.load_factor, solution.dissipation, twist, time, displacement)
+            found = _Found(state, solution, moved.contacts.gap)
+            if np.isinf(longest):
+                longest = self._until_closed(moved, solution, last, time)
+            better = min(self._time(placement, twist), longest)
+            if 1 / MISSED < better / time < MISSED:
+                break
+            time = better
+        return found
+
+    def _until_closed(self, moved: MovedProblem, solved: Solved, twist: Array, time: float) -> float:
+        """Time in which the last motion closes the first gap across which the solution has a force of weight.
+
+        Forces of a step are those at its end; what closes on the way has none before.
+        """
+        reaching = solved.reaching > REACHING
+        if not reaching.any():
+            return np.inf
+        closing = -moved.relative(twist)[reaching, 0]
+        times = moved.contacts.gap[reaching] / np.maximum(closing, 1e-300)
+        shortest = LEAST * self._even / self._wanted() * time
+        return float(max((1 - BEFORE) * times.min(), shortest))
+
+    def _time(self, placement: Placement, twist: Array) -> float:
+        """Time at 1 W in which the control point moves as far as wanted, s."""
+        speed = abs(self._problem.control.velocity(placement, twist))
+        fastest = float(np.linalg.norm(twist[:, :3], axis=1).max())
+        return self._wanted() / max(speed, fastest / FASTEST, 1e-300)
+
+    def advance(self, state: _State) -> _Found | str:
+        """The state after a step, or why there is none."""
+        time = state.time
+        for halving in range(HALVINGS + 1):
+            placement, following = self._after(state, time)
+            if following is not None and (self._is_good(following) or halving == HALVINGS):
+                break
+            time /= 2
+        if following is None or following.solved.missed > LOST:
+            return self.lost(placement, following)
+        for _ in range(CORRECTIONS):
+            below = following.state.load_factor
+            if below >= -ZERO * self._load_factor or state.load_factor <= 0:
+                break
+            time *= state.load_factor / (state.load_factor - below)
+            back = self._after(state, time)[1]
+            if back is None:
+                break
+            following = back
+        return following
+
+    def _after(self, state: _State, time: float) -> tuple[Placement, _Found | None]:
+        """Where the blocks of a state are after a time, and what is found there."""
+        placement = state.placement.moved(state.twist * time)
+        furthest = float(np.linalg.norm(state.twist[:, :3], axis=1).max()) * time
+        return placement, self.solved(placement, state.carried(placement), max(self.nearest, REACH * furthest))
+
+    def _is_good(self, found: _Found) -> bool:
+        """Whether nothing happened in a step that a shorter one would see better."""
+        return found.penetration <= DEEPEST * self._size and found.solved.missed <= CERTIFIED
+
+    def _falls(self, solved: Solved) -> bool:
+        """Whether the dead load drives the motion, and not the push."""
+        return solved.falling > FALLING * self._load_factor
+
+    def lost(self, placement: Placement, found: _Found | None) -> str:
+        """Why nothing is in equilibrium at a placement, or what is found there is no state to go on from."""
+        at = f"at a displacement of {self._problem.control.displacement(placement):.6g} m"
+        if found is None:
+            return f"no forces carry the dead load {at}: blocks fall, and the method ends"
+        speed = np.linalg.norm(found.state.twist[:, :3], axis=1)
+        fastest = np.argsort(-speed, kind="stable")
+        names = [self._problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > FAST * speed.max()]]
+        listed = ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
+        if self._falls(found.solved):
+            return f"blocks fall under the dead load alone {at} ({listed}), and the method ends"
+        return f"no motion that satisfies the flow rule is found {at} (blocks {listed}), and the method ends"
+
+    def record(self, found: _Found) -> FiniteStep:
+        """The state as it is kept."""
+        state, solved, c = found.state, found.solved, found.solved.certificate
+        missed = 0.0
+        if self._last is not None:
+            missed, work = self._energy(self._last, state)
+            self._done += work
+        self._last = state
+        self.curve.append((state.displacement, state.load_factor))
+        spent, self._clock = perf_counter() - self._clock, perf_counter()
+        return FiniteStep(
+            load_factor=state.load_factor,
+            displacement=state.displacement,
+            position=state.placement.position,
+            rotation=state.placement.vectors,
+            velocity=state.twist[:, :3],
+            angular_velocity=state.twist[:, 3:],
+            motion_time=state.time,
+            dissipation=state.dissipation,
+            penetration=found.penetration,
+            energy_error=missed / self._done if self._done else 0.0,
+            equilibrium_residual=c.equilibrium_residual,
+            yield_excess=c.yield_excess,
+            interpenetration=c.interpenetration,
+            flow_rule_gap=c.flow_rule_gap,
+            holds=solved.holds,
+            contact_points=len(found.gap),
+            programs=solved.programs,
+            solver_iterations=solved.iterations,
+            solver_time=spent,
+        )
+
+    def _energy(self, before: _State, after: _State) -> tuple[float, float]:
+        """Work between two states that is missed, and the sum of all of it, J, by the trapezoidal rule.
+
+        Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated by friction.
+        """
+        places = before.placement, after.placement
+        dead, variable = self._problem.dead.work(*places), self._problem.variable.work(*places)
+        pushed = variable * (before.load_factor + after.load_factor) / 2
+        rubbed = variable * (before.dissipation + after.dissipation) / 2
+        return abs(dead + pushed - rubbed), abs(dead) + abs(pushed) + abs(rubbed)

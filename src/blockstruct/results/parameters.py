@@ -1,0 +1,79 @@
+"""Parameters that an analysis was made with: numbers, texts and quantities by name."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from blockstruct.errors import ModelError, UnitError, shown
+from blockstruct.model import checked_name
+from blockstruct.units import Q_, in_si, parse
+
+#: A number, a text, a truth value, None or a pint quantity of one number.
+Parameter = Any
+
+
+def checked_parameters(given: Mapping[str, Any], who: str) -> dict[str, Parameter]:
+    """Parameters as they are kept: plain Python, and quantities of the one registry.
+
+    Raises
+    ------
+    ModelError
+        If this is not a mapping of names, or a value is of another kind.
+    UnitError
+        If a quantity has several numbers.
+    """
+    if not isinstance(given, Mapping):
+        msg = f"{who}: {shown(given)} are not parameters; give a mapping of names to values"
+        raise ModelError(msg)
+    return {checked_name(name, f"{who}: parameter"): checked_value(v, f"{who}: {name}") for name, v in given.items()}
+
+
+def checked_value(value: Any, what: str) -> Parameter:
+    """One parameter as it is kept."""
+    if hasattr(value, "magnitude") and hasattr(value, "units"):
+        magnitude = np.asarray(value.magnitude)
+        if magnitude.shape != () or magnitude.dtype.kind not in "fiu":
+            msg = f"{what}: {shown(value)} is not a quantity of one number; give one, as in Q_(4, 'MPa')"
+            raise UnitError(msg)
+        return Q_(_finite(float(magnitude), what), str(value.units))
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float):
+        return _finite(value, what)
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    msg = f"{what}: {shown(value)} is not a parameter; give a number, a text, a truth value or a quantity"
+    raise ModelError(msg)
+
+
+def stored_value(value: Parameter) -> Any:
+    """A parameter as JSON keeps it: a quantity with the long name of its unit."""
+    return {"value": value.magnitude, "units": str(value.units)} if hasattr(value, "magnitude") else value
+
+
+def restored_value(stored: Any, what: str) -> Parameter:
+    """The parameter that :func:`stored_value` has made JSON of."""
+    if isinstance(stored, dict):
+        if set(stored) != {"value", "units"} or not isinstance(stored["units"], str):
+            msg = f"{what}: {shown(stored)} is not a quantity"
+            raise ModelError(msg)
+        # Read as a text from anywhere is read: a unit is never evaluated as an expression.
+        unit = stored["units"].replace(" ** ", "**").replace("1 / ", "1/")
+        return checked_value(parse(f"{float(stored['value'])!r} {unit}", what), what)
+    return checked_value(stored, what)
+
+
+def plain_value(value: Parameter) -> tuple[Any, str]:
+    """Value in coherent SI units and the long name of its unit, empty for a text or a truth value."""
+    if hasattr(value, "magnitude"):
+        return in_si(value)
+    return value, "dimensionless" if isinstance(value, int | float) and not isinstance(value, bool) else ""
+
+
+def _finite(value: float, what: str) -> float:
+    if not math.isfinite(value):
+        msg = f"{what}: {value} is not finite; give a number, or None where a value is absent"
+        raise ModelError(msg)
+    return value

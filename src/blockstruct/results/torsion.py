@@ -1,0 +1,82 @@
+"""Torsion that corners carry, and a uniformly pressed joint would not."""
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from blockstruct.model import Model, listed
+from blockstruct.vocabulary import Torsion
+
+Array = NDArray[np.float64]
+
+#: Share of the resistance from which on the torsion of corners is told, and names of joints that are listed.
+WORTH_TELLING, LISTED = 0.02, 3
+
+
+def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
+    """Torque of each interface in the last iteration, and what uniform pressure on its whole area would carry.
+
+    Parameters
+    ----------
+    model, history
+        The structure, and the history of a case with a mechanism.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Indexed by interface: ``torque`` (N·m), of its friction about its normal through the centre of its sliding
+        resistance; ``uniform`` (N·m), the resistance times the mean distance of the area from its centroid; and
+        ``share``, the work that the torque does beyond ``uniform`` in the mechanism, relative to the load factor or, if
+        it is larger, the work of friction: about what the load factor owes to it.
+    """
+    last = history.isel(iteration=-1)
+    index, J = last["interface_of_contact_point"].to_numpy(), last.sizes["interface"]
+    force = last["contact_force"].transpose("contact_point", "component").to_numpy()
+    v = last["relative_velocity"].transpose("contact_point", "component").to_numpy()
+    resistance = np.maximum(last["cohesion"].to_numpy() + last["friction_coefficient"].to_numpy() * force[:, 0], 0.0)
+
+    def total(values: Array) -> Array:
+        return np.asarray(np.bincount(index, values, J), dtype=float)
+
+    whole = total(resistance)
+    frame = last["interface_frame"].to_numpy()
+    arm = last["contact_point_position"].to_numpy() - last["interface_position"].to_numpy()[index]
+    x, y = (frame[index, 1:] * arm[:, None]).sum(axis=2).T
+    held = np.where(whole > 0, whole, 1.0)
+    x, y = (a - (total(resistance * a) / held)[index] for a in (x, y))
+    torque = total(x * force[:, 2] - y * force[:, 1])
+    uniform = whole * np.array([i.torsion_lever for i in model.interfaces])
+
+    number = {b.name: i for i, b in enumerate(model.blocks)}
+    turn = last["block_angular_velocity"].transpose("block", "axis").to_numpy()
+    plus, minus = (np.array([number[getattr(i, side)] for i in model.interfaces]) for side in ("plus", "minus"))
+    rate = np.einsum("ja,ja->j", turn[plus] - turn[minus], frame[:, 0])
+    beyond = np.where(torque * rate < 0, np.maximum(np.abs(torque) - uniform, 0.0), 0.0)
+    friction = -(force[:, 1:] * v[:, 1:]).sum()
+    scale = max(abs(float(last["load_factor"])), float(friction), np.finfo(float).tiny)
+    return pd.DataFrame(
+        {"torque": torque, "uniform": uniform, "share": beyond * np.abs(rate) / scale},
+        index=pd.Index(last["interface"].to_numpy(), name="interface"),
+    )
+
+
+def torsion_words(model: Model, history: xr.Dataset, answer: str) -> str:
+    """What the number of a case owes to torsion at corners, in a sentence; empty if it is little.
+
+    ``answer`` is what the number is called.
+    """
+    # By the torsion of uniform pressure no joint carries more.
+    of_corners = [i.joint_material.torsion is Torsion.CORNERS for i in model.interfaces]
+    found = corner_torsion(model, history)[of_corners]
+    share = float(found["share"].sum())
+    if not share > WORTH_TELLING:
+        return ""
+    worst = found[found["share"] > 0].sort_values("share", ascending=False)
+    times = float((worst["torque"].abs() / worst["uniform"]).iloc[0])
+    names = listed([str(name) for name in worst.index], LISTED)
+    return (
+        f"Friction at corners resists torsion by more than uniform pressure would, up to {times:.3g} times as much "
+        f"({names}): some {share:.0%} of the {answer} is owed to it. Joint materials with "
+        'torsion="uniform pressure" limit it.'
+    )

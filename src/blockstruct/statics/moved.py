@@ -1,0 +1,188 @@
+"""A structure whose blocks have moved: its contacts, found anew, and its loads."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from blockstruct.geometry import (
+    MovingBodies,
+    Touching,
+    plane_axes,
+    rotation_matrices,
+    rotation_vectors,
+    screw_motions,
+)
+from blockstruct.model import LoadPattern, Model
+from blockstruct.statics.contacts import ContactPoints
+from blockstruct.statics.equilibrium import equilibrium_matrix
+from blockstruct.statics.statics import Statics
+from blockstruct.statics.wrenches import applied_loads, wrenches
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """Where the blocks are.
+
+    Attributes
+    ----------
+    position : (B, 3) array, m
+        Of the centroids.
+    rotation : (B, 3, 3) array
+        From where the model has them.
+    """
+
+    position: Array
+    rotation: Array
+
+    @classmethod
+    def of(cls, model: Model) -> Self:
+        """As the model has them."""
+        return cls(np.array([b.centroid for b in model.blocks]), np.tile(np.eye(3), (len(model.blocks), 1, 1)))
+
+    @classmethod
+    def at(cls, position: Array, vectors: Array) -> Self:
+        """At positions (B, 3), turned by rotation vectors (B, 3)."""
+        return cls(position, rotation_matrices(vectors))
+
+    @property
+    def vectors(self) -> Array:
+        """Rotation vectors (B, 3), rad."""
+        return rotation_vectors(self.rotation)
+
+    def moved(self, twist: Array) -> Self:
+        """After every block has followed the screw of its twist (B, 6): displacement of its centroid, rotation."""
+        R, t = screw_motions(twist[:, :3], twist[:, 3:])
+        return type(self)(self.position + t, R @ self.rotation)
+
+
+@dataclass(frozen=True, slots=True)
+class MovingLoads:
+    """Loads of a pattern on blocks that move: forces keep size and direction, and act where they did on the block.
+
+    Attributes
+    ----------
+    wrench : (B, 6) array
+        Force, N, and moment about the centroid, N·m, where the model has the blocks.
+    lever : (B, 3, 3) array
+        ``Σ r Fᵀ`` over the forces on each block, r from its centroid.
+    """
+
+    wrench: Array
+    lever: Array
+
+    @classmethod
+    def of(cls, model: Model, pattern: LoadPattern, dead: LoadPattern) -> Self:
+        """Loads of a pattern beside the dead load of its case; errors as of :func:`applied_loads`."""
+        found = applied_loads(model, pattern, dead)
+        centroid = np.array([b.centroid for b in model.blocks])
+        arm = found.point - centroid[found.block]
+        lever = np.zeros((len(model.blocks), 3, 3))
+        np.add.at(lever, found.block, arm[:, :, None] * found.force[:, None, :])
+        return cls(wrenches(model, pattern, dead), lever)
+
+    def at(self, placement: Placement) -> Array:
+        """Wrenches (B, 6) on blocks at a placement."""
+        turned = (placement.rotation - np.eye(3)) @ self.lever
+        more = np.stack([turned[:, i, j] - turned[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
+        return np.column_stack([self.wrench[:, :3], self.wrench[:, 3:] + more])
+
+    def work(self, before: Placement, after: Placement) -> float:
+        """Work, J, between two placements, of the forces exactly; of moments to second order of their rotation."""
+        moment = self.wrench[:, 3:] - np.stack(
+            [self.lever[:, i, j] - self.lever[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1
+        )
+        turn = after.rotation @ before.rotation.transpose(0, 2, 1)
+        vectors = np.stack([turn[:, j, i] - turn[:, i, j] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1) / 2
+        change = after.rotation - before.rotation
+        return float(
+            (self.wrench[:, :3] * (after.position - before.position)).sum()
+            + np.einsum("bij,bji->", change, self.lever)
+            + (moment * vectors).sum()
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class MovedContacts:
+    """Contacts at a placement.
+
+    Attributes
+    ----------
+    points : ContactPoints
+        Each contact point is an interface of its own.
+    gap : (K,) array, m
+        Negative for a penetration.
+    A : (6 F, 3 K) sparse array
+        Equilibrium there; moments divided by the characteristic length of the statics.
+    """
+
+    points: ContactPoints
+    gap: Array
+    A: sp.csc_array
+
+
+class MovingStructure:
+    """The blocks of a structure, as they move and touch.
+
+    Parameters
+    ----------
+    statics
+        The structure as the model has it. A joint has the friction that it has there, wherever its two blocks touch;
+        blocks that had no joint have the least friction of the joints of either.
+    """
+
+    def __init__(self, statics: Statics) -> None:
+        model, points = statics.model, statics.points
+        self.statics = statics
+        self.fixed = np.array([b.fixed for b in model.blocks])
+        self._bodies = MovingBodies.of([b.shape for b in model.blocks], self.fixed)
+        n = self._n_blocks = len(model.blocks)
+        code = np.minimum(points.minus, points.plus) * n + np.maximum(points.minus, points.plus)
+        order = np.lexsort((points.friction, code))
+        self._pairs, first = np.unique(code[order], return_index=True)
+        self._friction = np.column_stack([points.friction, points.dilatancy])[order][first]
+        least = np.full(n, np.inf)
+        for block in (points.minus, points.plus):
+            np.minimum.at(least, block, points.friction)
+        self._least = np.where(np.isfinite(least), least, points.friction.min())
+
+    def contacts(self, placement: Placement, reach: float) -> MovedContacts:
+        """Contact points of the blocks at a placement, up to a gap, m."""
+        statics = self.statics
+        found = self._bodies.touching(placement.position, placement.rotation, reach, statics.length)
+        points = self._points(found)
+        A = equilibrium_matrix(points, placement.position, statics.free, statics.length)
+        return MovedContacts(points, found.gap, A)
+
+    def _points(self, found: Touching) -> ContactPoints:
+        K = len(found.gap)
+        none, infinite = np.zeros(K), np.full(K, np.inf)
+        code = np.minimum(found.minus, found.plus) * self._n_blocks + np.maximum(found.minus, found.plus)
+        place = np.minimum(np.searchsorted(self._pairs, code), len(self._pairs) - 1)
+        known = self._pairs[place] == code
+        least = np.minimum(self._least[found.minus], self._least[found.plus])
+        return ContactPoints(
+            position=found.position,
+            interface=np.arange(K),
+            minus=found.minus,
+            plus=found.plus,
+            frame=np.stack([found.normal, *plane_axes(found.normal)], axis=1),
+            centroid=found.position,
+            area=none,
+            strength=infinite,
+            torsion_lever=infinite,
+            friction=np.where(known, self._friction[place, 0], least),
+            dilatancy=np.where(known, self._friction[place, 1], 0.0),
+            cohesion=none,
+            tension=none,
+            tributary_area=none,
+            normal_stiffness=infinite,
+            shear_stiffness=infinite,
+            compression=infinite,
+            rectangles=np.empty((0, 4), dtype=np.int64),
+        )

@@ -1,0 +1,42 @@
+"""Many analyses of one structure: over its parameters, samples of them, and directions.
+
+>>> import blockstruct as bs
+>>> from blockstruct import Q_
+>>> stone = bs.Material("tuff", unit_weight=Q_(12, "kN/m^3"))
+>>> def build(friction_coefficient):
+...     ground = bs.Block.box("ground", Q_([0, 0, -0.2], "m"), Q_([1, 1, 0.2], "m"), stone, fixed=True)
+...     block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([0.5, 1, 1], "m"), stone)
+...     dry = bs.JointMaterial("dry", friction_coefficient)
+...     model = bs.Model("block", [ground, block], bs.detect_interfaces([ground, block], dry))
+...     push = bs.LoadPattern("push", [bs.BodyForce("+x")])
+...     return model, bs.LimitCase("push", bs.LoadPattern("dead", [bs.SelfWeight()]), push, "associative")
+>>> data = study(build, {"friction_coefficient": [0.4, 0.6]}, workers=1)
+>>> data.load_factor.sel(case="push").round(4).values.tolist()
+[0.4, 0.5]
+"""
+
+from blockstruct.model import direction_cases
+from blockstruct.studies.directions import Directions, directions
+from blockstruct.studies.document import StudyDocument, read_study
+from blockstruct.studies.first_order import first_order
+from blockstruct.studies.progress import StudyProgress, print_progress
+from blockstruct.studies.running import study
+from blockstruct.studies.summary import summary
+from blockstruct.studies.table import frame_of
+
+__all__ = [
+    # running
+    "StudyProgress",
+    "print_progress",
+    "read_study",
+    "study",
+    "StudyDocument",
+    # what follows from it
+    "first_order",
+    "frame_of",
+    "summary",
+    # directions
+    "Directions",
+    "direction_cases",
+    "directions",
+]

@@ -1,0 +1,226 @@
+"""Load factors around the compass."""
+
+import math
+import warnings
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from blockstruct.analysis import AnalysisManager, Listener
+from blockstruct.errors import ModelError, StudyWarning
+from blockstruct.keywords import checked_keywords
+from blockstruct.limit import ProcedureSettings
+from blockstruct.model import LoadPattern, Model, direction_cases, direction_of
+from blockstruct.results import Analysis, CaseResult
+from blockstruct.vocabulary import Flow, Status
+
+_NONE = {"units": "dimensionless"}
+_ROUNDING = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Directions:
+    """Load factors of one structure pushed in several horizontal directions.
+
+    Attributes
+    ----------
+    analysis : Analysis
+        A case each direction.
+    data : xarray.Dataset
+        Along ``direction`` (degrees from +x towards +y): ``load_factor``, the lowest certified one of a spread;
+        ``bound``, the associative one; ``status``; ``case``, the name in the analysis.
+    """
+
+    analysis: Analysis = field(repr=False)
+    data: xr.Dataset
+
+    @classmethod
+    def of(cls, analysis: Analysis) -> "Directions":
+        """Directions of an analysis, from a file for instance: its cases whose variable load is a push of the weight.
+
+        Raises
+        ------
+        ModelError
+            If the analysis has no such cases, or several of one direction.
+        """
+        found = {name: direction_of(analysis[name].case) for name in analysis.headlines}
+        pushed = {name: at for name, at in found.items() if at is not None}
+        if not pushed or len({upwards for _, upwards in pushed.values()}) > 1:
+            msg = (
+                f"analysis of {analysis.model.name!r}: "
+                + ("its cases have different vertical parts" if pushed else "no case pushes the weight in a direction")
+                + "; run it by bs.directions, or give the document a case with directions"
+            )
+            raise ModelError(msg)
+        names = sorted(pushed, key=lambda name: pushed[name])
+        angles = [pushed[name][0] for name in names]
+        if len(set(angles)) < len(angles):
+            msg = f"analysis of {analysis.model.name!r}: several cases push in one direction; keep one of each flow"
+            raise ModelError(msg)
+        heads = [analysis.headlines[name] for name in names]
+        data = xr.Dataset(
+            {
+                "load_factor": ("direction", [h.load_factor for h in heads], _NONE | {"long_name": "load factor α"}),
+                "bound": ("direction", [analysis[name].associative_load_factor for name in names], _NONE),
+                "status": ("direction", np.array([h.status.value for h in heads], dtype=object)),
+                "case": ("direction", np.array(names, dtype=object)),
+            },
+            coords={"direction": ("direction", angles, {"units": "degree", "long_name": "from +x towards +y"})},
+            attrs={"vertical": pushed[names[0]][1], "model": analysis.model.name},
+        )
+        return cls(analysis, data)
+
+    @property
+    def load_factor(self) -> float:
+        """The least of all directions; NaN where none has one."""
+        found = self.data["load_factor"].to_numpy()
+        return float(found[self._least]) if not np.isnan(found).all() else math.nan
+
+    @property
+    def governing(self) -> CaseResult:
+        """Result of the direction with the least load factor: its mechanism is that of the envelope.
+
+        Raises
+        ------
+        ModelError
+            If no direction has a load factor.
+        """
+        if math.isnan(self.load_factor):
+            ended = ", ".join(sorted(set(self.data["status"].to_numpy())))
+            msg = f"directions of {self.analysis.model.name!r}: none has a load factor ({ended}), so none governs"
+            raise ModelError(msg)
+        name = str(self.data["case"].to_numpy()[self._least])
+        spread = self.analysis.spreads.get(name)
+        return self.analysis[name] if spread is None or spread.lowest is None else spread.lowest
+
+    @property
+    def governing_direction(self) -> float:
+        """Direction with the least load factor, degrees from +x towards +y; NaN where none has one."""
+        if math.isnan(self.load_factor):
+            return math.nan
+        return float(self.data["direction"][self._least])
+
+    @property
+    def _least(self) -> int:
+        found = self.data["load_factor"].to_numpy()
+        # The first of several that differ by rounding alone.
+        return int(np.flatnonzero(found <= np.nanmin(found) * (1 + _ROUNDING))[0])
+
+    @property
+    def without_load_factor(self) -> list[str]:
+        """Cases in whose direction the envelope is not known."""
+        return [str(name) for name in self.data["case"].to_numpy()[np.isnan(self.data["load_factor"].to_numpy())]]
+
+    @property
+    def least_between(self) -> float:
+        """Load factor that no direction is below, the ones between those that were run included.
+
+        With associative flow and without vertical part, the loads that a structure carries are a convex set: the
+        straight lines between the envelope's points are in it. NaN with any other flow or vertical part, where a
+        direction did not converge, or where two neighbours lie half a turn or more apart.
+        """
+        results = [self.analysis[str(name)] for name in self.data["case"].to_numpy()]
+        angles = np.radians(self.data["direction"].to_numpy())
+        gaps = np.diff(np.append(angles, angles[0] + 2 * np.pi))
+        certain = all(r.status is Status.CONVERGED and r.case.flow is Flow.ASSOCIATIVE for r in results)
+        if not certain or self.data.attrs["vertical"] or gaps.max() >= np.pi * (1 - 1e-9):
+            return math.nan
+        points = self.data["load_factor"].to_numpy()[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+        sides = np.roll(points, -1, axis=0) - points
+        length = np.maximum((sides**2).sum(axis=1), 1e-300)
+        nearest = points + np.clip(-(points * sides).sum(axis=1) / length, 0, 1)[:, None] * sides
+        return float(np.linalg.norm(nearest, axis=1).min())
+
+    def __str__(self) -> str:
+        vertical = float(self.data.attrs["vertical"])
+        push = f", with {abs(vertical):g} of it {'up' if vertical > 0 else 'down'}" if vertical else ""
+        lines = [f"{self.analysis.model.name}: pushed in {self.data.sizes['direction']} directions{push}"]
+        for angle, alpha, status in zip(
+            self.data["direction"].to_numpy(),
+            self.data["load_factor"].to_numpy(),
+            self.data["status"].to_numpy(),
+            strict=True,
+        ):
+            lines.append(f"  {angle:6g} deg  {alpha:<10.4g}{status}")
+        if not math.isnan(self.load_factor):
+            lines.append(f"  governing: {self.governing_direction:g} deg, load factor {self.load_factor:.4g}")
+        if not math.isnan(self.least_between):
+            lines.append(f"  no direction between them is below {self.least_between:.4g}")
+        if self.without_load_factor:
+            lines.append(f"  not known: {', '.join(self.without_load_factor)}; the envelope may be lower there")
+        return "\n".join(lines)
+
+
+@checked_keywords
+def directions(
+    model: Model,
+    dead: LoadPattern,
+    directions: Any = 8,
+    *,
+    vertical: Any = 0.0,
+    flow: Flow = Flow.NONASSOCIATIVE,
+    store: str | Path | None = None,
+    settings: ProcedureSettings | None = None,
+    spread: bool | str | Iterable[str] = False,
+    listeners: Iterable[Listener] = (),
+) -> Directions:
+    """Push the weight of a structure in horizontal directions: load factors around the compass, and which governs.
+
+    Parameters
+    ----------
+    model
+        The structure.
+    dead
+        Loads that act in full.
+    directions : int, or quantity of angles
+        A number of them, evenly spread from +x; or the angles from +x towards +y, as ``Q_([0, 45], "deg")``.
+    vertical : float
+        Vertical part of the variable load in multiples of the horizontal one, upwards if positive.
+    flow
+        As for :class:`blockstruct.LimitCase`.
+    store, settings, listeners
+        As for :class:`blockstruct.AnalysisManager`: all directions are cases of one analysis.
+    spread
+        As for :meth:`blockstruct.AnalysisManager.run`.
+
+    Returns
+    -------
+    Directions
+
+    Raises
+    ------
+    ModelError, UnitError
+        If the directions are not usable, or a case cannot be run.
+
+    Warns
+    -----
+    StudyWarning
+        If a direction has no load factor: the envelope may be lower there.
+
+    Examples
+    --------
+    >>> import blockstruct as bs
+    >>> from blockstruct import Q_
+    >>> stone, dry = bs.Material("tuff", unit_weight="12 kN/m^3"), bs.JointMaterial("dry", 0.6)
+    >>> ground = bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([3, 3, 1], "m"), stone, fixed=True)
+    >>> pier = bs.Block.box("pier", Q_([0, 0, 0], "m"), Q_([0.4, 0.2, 1], "m"), stone)
+    >>> model = bs.Model("pier", [ground, pier], bs.detect_interfaces([ground, pier], dry))
+    >>> dead = bs.LoadPattern("dead", [bs.SelfWeight()])
+    >>> around = bs.directions(model, dead, 4, flow="associative")
+    >>> around.data.load_factor.round(4).values.tolist(), around.governing_direction
+    ([0.4, 0.2, 0.4, 0.2], 90.0)
+    """
+    cases = direction_cases(dead, directions, vertical=vertical, flow=flow)
+    manager = AnalysisManager(model, store, settings=settings, listeners=listeners)
+    around = Directions.of(manager.run(cases, spread=spread))
+    if around.without_load_factor:
+        msg = (
+            f"directions: no load factor for {', '.join(around.without_load_factor)} "
+            f"({', '.join(sorted(set(around.data['status'].to_numpy())))}); the envelope may be lower there"
+        )
+        warnings.warn(msg, StudyWarning, stacklevel=3)
+    return around

@@ -1,0 +1,151 @@
+"""First-order scatter of an associative load factor, from the multipliers of one run."""
+
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from blockstruct.analysis import AnalysisManager
+from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, UnknownNameError, shown
+from blockstruct.keywords import checked_keywords, did_you_mean
+from blockstruct.model import JOINT_PROPERTIES, JointMaterial, LimitCase, Model
+from blockstruct.results import CaseResult
+from blockstruct.units import si
+from blockstruct.vocabulary import Flow, Stage, Status
+
+_NONE = {"units": "dimensionless"}
+#: Relative step of the coefficients in the test for a kink, and how far derivatives may differ in it.
+_STEP, _SAME = 1e-4, 0.02
+
+
+@checked_keywords
+def first_order(result: CaseResult, standard_deviation: float | Mapping[str, float]) -> xr.Dataset:
+    """How the friction of each joint moves the load factor, and its scatter to first order.
+
+    Parameters
+    ----------
+    result
+        Of a case with associative flow that converged.
+    standard_deviation
+        Of the friction coefficients, one for all or one for each joint material by name.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``interface``: ``derivative``, dα/dμ_k; ``friction_coefficient``; ``joint_material``; ``contribution``,
+        the derivative times the standard deviation. And ``load_factor``, with its standard deviation where the
+        coefficients of all joints are ``independent``, and where those of one joint material are the same,
+        ``correlated``. Joints in order of their contributions. The attribute ``unique`` is 1 if these are derivatives.
+
+    Warns
+    -----
+    StudyWarning
+        A load factor that has no derivatives there: run a study of samples instead.
+
+    Raises
+    ------
+    ModelError
+        If the case has no dilatancy, so that no multiplier is a derivative, or did not converge.
+
+    Notes
+    -----
+    The load factor of the associative program is the value of a convex program, whose derivative with respect to the
+    bound of a condition is its multiplier [1]_. At contact point k that of ``‖(s, t)‖ ≤ c A + μ n`` is the sliding
+    velocity ``‖v_t‖`` (with ``w_L·u = 1``), so that ``dα/dμ_k = n ‖v_t‖``, summed over the points of a joint. That is a
+    derivative where mechanism and forces are unique. Where several mechanisms have the same load factor, as in a wall
+    of equal joints that slides at any course, the load factor has a kink, and falls with the weakest of them by more
+    than any derivative tells. Two more runs, with all coefficients a little higher and lower, in shares drawn at
+    random, tell one from the other: ``unique``.
+
+    References
+    ----------
+    .. [1] S. Boyd, L. Vandenberghe, Convex Optimization, Cambridge University Press 2004, section 5.6.
+    """
+    if not isinstance(result, CaseResult):
+        msg = f"first_order: {shown(result)} is not a result; give that of a case, as analysis['push']"
+        raise ModelError(msg)
+    if not isinstance(result.case, LimitCase):
+        msg = f"first_order: case {result.name!r} is a settlement; give the result of a LimitCase"
+        raise ModelError(msg)
+    if result.case.flow is not Flow.ASSOCIATIVE or result.status is not Status.CONVERGED:
+        msg = (
+            f"first_order: case {result.name!r} has {result.case.flow} flow and is {result.status}; run it with "
+            "flow='associative': its load factor is an upper bound of the other, and has derivatives"
+        )
+        raise ModelError(msg)
+    history = result.history
+    last = history.isel(iteration=int(np.flatnonzero(history["stage"].to_numpy() == Stage.ASSOCIATIVE.value)[-1]))
+    normal = last["contact_force"].sel(component="n").to_numpy()
+    sliding = np.linalg.norm(last["relative_velocity"].sel(component=["s", "t"]).to_numpy(), axis=-1)
+    of_point = history["interface_of_contact_point"].to_numpy()
+    derivative = np.bincount(of_point, normal * sliding, minlength=history.sizes["interface"])
+    joints = [interface.joint_material for interface in result.model.interfaces]
+    names = np.array([joint.name for joint in joints], dtype=object)
+    contribution = derivative * _of_joints(standard_deviation, names)
+    order = np.argsort(-np.abs(contribution), kind="stable")
+    sums = [contribution[names == name].sum() for name in dict.fromkeys(names)]
+    along = ("interface",)
+    predicted, left, right = _kink(result, derivative)
+    unique = max(abs(left - predicted), abs(right - predicted)) <= _SAME * float(np.abs(derivative).sum())
+    if not unique:
+        msg = (
+            f"first_order: case {result.name!r} has no derivatives with respect to friction: several mechanisms or "
+            f"force states have its load factor (together, {left:.3g} downwards and {right:.3g} upwards, where the "
+            f"multipliers say {predicted:.3g}); run a study with samples of the friction of each joint instead"
+        )
+        warnings.warn(msg, StudyWarning, stacklevel=3)
+    columns: dict[str, Any] = {
+        "derivative": (along, derivative, _NONE | {"long_name": "dα/dμ"}),
+        "friction_coefficient": (along, [joint.friction_coefficient for joint in joints], _NONE),
+        "joint_material": (along, names),
+        "contribution": (along, contribution, _NONE | {"long_name": "dα/dμ times the standard deviation of μ"}),
+    }
+    scalars: dict[str, Any] = {
+        "load_factor": ((), result.load_factor, _NONE),
+        "independent": ((), float(np.linalg.norm(contribution)), _NONE),
+        "correlated": ((), float(np.linalg.norm(sums)), _NONE),
+    }
+    coords = {"interface": history["interface"].to_numpy()}
+    table = xr.Dataset(columns, coords=coords).isel(interface=order)
+    return table.assign(scalars).assign_attrs(case=result.name, unique=int(unique))
+
+
+def _kink(result: CaseResult, derivative: Any) -> tuple[float, float, float]:
+    """Derivative in one direction of all coefficients: by the multipliers, and one-sided downwards and upwards."""
+    interfaces = result.model.interfaces
+    mu = np.array([interface.joint_material.friction_coefficient for interface in interfaces])
+    share = np.random.default_rng(0).uniform(0.5, 1.5, len(mu)) * mu
+
+    def load_factor(step: float) -> float:
+        changed = []
+        for k, interface in enumerate(interfaces):
+            values = {name: getattr(interface.joint_material, name) for name in JOINT_PROPERTIES}
+            # Dilatancy does not count in associative flow, and may not exceed the angle of friction.
+            values |= {"friction_coefficient": mu[k] + step * share[k], "dilatancy_angle": 0.0}
+            values["tensile_strength"] *= min(1.0, mu[k] / values["friction_coefficient"]) if mu[k] else 1.0
+            changed.append(interface.with_joint_material(JointMaterial.from_si(f"{k}", values)))
+        model = Model(result.model.name, result.model.blocks, changed, ties=result.model.ties)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", LoadFactorWarning)
+            return AnalysisManager(model, settings=result.settings).run([result.case])[result.name].load_factor
+
+    left, right = ((load_factor(step) - result.load_factor) / step for step in (-_STEP, _STEP))
+    return float(derivative @ share), left, right
+
+
+def _of_joints(given: Any, names: Any) -> Any:
+    """Standard deviation of each joint."""
+    if not isinstance(given, Mapping):
+        given = dict.fromkeys(names, given)
+    for name in given:
+        if name not in names:
+            msg = f"first_order: no joint material {shown(name)}; {did_you_mean(str(name), sorted(set(names)))}"
+            raise UnknownNameError(msg)
+    found = {n: si(v, "dimensionless", f"first_order: standard deviation of {n!r}") for n, v in given.items()}
+    for name, value in found.items():
+        if value < 0:
+            msg = f"first_order: standard deviation {value:g} of {name!r}; give zero or more"
+            raise ModelError(msg)
+    return np.array([found.get(name, 0.0) for name in names])

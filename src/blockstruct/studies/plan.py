@@ -1,0 +1,160 @@
+"""What all runs of a study share: how a model is built and run, and what tells it from others."""
+
+import contextlib
+import hashlib
+import inspect
+import json
+import pickle
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from functools import partial
+from types import CodeType
+from typing import Any
+
+from blockstruct.errors import ModelError, StudyError, UnknownKeywordError, shown
+from blockstruct.keywords import did_you_mean
+from blockstruct.limit import ProcedureSettings, schedules_of
+from blockstruct.model import Model
+
+#: In the name of a study, before what tells its settings from others.
+_SETTINGS = ", settings "
+
+#: Function of named parameters that gives a model and its cases.
+Build = Callable[..., Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What all runs of a study share.
+
+    Attributes
+    ----------
+    build : callable
+    settings : ProcedureSettings
+    schedules : tuple of str
+        Of a spread.
+    study : str
+        Names the study by its build function and settings: runs of another one are not taken for its own.
+    """
+
+    build: Build
+    settings: ProcedureSettings
+    schedules: tuple[str, ...]
+    study: str
+
+    @classmethod
+    def of(cls, build: Build, settings: ProcedureSettings | None, spread: Any) -> "Plan":
+        """Plan of a study.
+
+        Raises
+        ------
+        ModelError
+            If build cannot be called, settings are of another kind, or a schedule is unknown.
+        """
+        if not callable(build):
+            msg = f"study: build is {shown(build)}; give a function of the parameters that returns a model and cases"
+            raise ModelError(msg)
+        if not isinstance(settings, ProcedureSettings | None):
+            msg = f"study: settings are {shown(settings)}; give ProcedureSettings(…)"
+            raise ModelError(msg)
+        chosen, schedules = settings or ProcedureSettings(), schedules_of(spread)
+        of_settings = _digest(json.dumps([asdict(chosen), schedules], sort_keys=True))
+        study = f"build {name_of(build)} {_digest(_source(build))}{_SETTINGS}{of_settings}"
+        return cls(build, chosen, schedules, study)
+
+    def differs_by_source(self, study: str) -> bool:
+        """Whether another study has the same settings, and another build at the most."""
+        return _SETTINGS in study and study.rpartition(_SETTINGS)[2] == self.study.rpartition(_SETTINGS)[2]
+
+    def model_and_cases(self, values: Mapping[str, Any]) -> tuple[Model, list[Any]]:
+        """What build returns for values.
+
+        Raises
+        ------
+        ModelError
+            If that is not a model and its cases.
+        """
+        built = self.build(**values)
+        if not isinstance(built, tuple) or len(built) != 2 or not isinstance(built[0], Model):
+            msg = f"build {name_of(self.build)}: returned {shown(built)}; return a Model and its cases, model, cases"
+            raise ModelError(msg)
+        model, cases = built
+        return model, list(cases) if isinstance(cases, list | tuple) else [cases]
+
+    def check_names(self, names: Mapping[str, Any]) -> None:
+        """Refuse parameters that build does not take, or too few of them.
+
+        Raises
+        ------
+        UnknownKeywordError
+        """
+        known = inspect.signature(self.build).parameters
+        if any(p.kind is p.VAR_KEYWORD for p in known.values()):
+            return
+        for name in names:
+            if name not in known:
+                msg = f"build {name_of(self.build)}: no parameter {name!r}; {did_you_mean(str(name), known)}"
+                raise UnknownKeywordError(msg)
+        needed = [n for n, p in known.items() if p.default is p.empty and p.kind is not p.VAR_POSITIONAL]
+        missing = [name for name in needed if name not in names]
+        if missing:
+            msg = f"build {name_of(self.build)}: parameters {', '.join(missing)} have no value; give one, or a list"
+            raise UnknownKeywordError(msg)
+
+    def pickled(self) -> tuple[bytes, bool]:
+        """The plan as bytes for another process, and whether that must import the script of this one first.
+
+        Raises
+        ------
+        StudyError
+            If build cannot be sent.
+        """
+        sent = b""
+        with contextlib.suppress(pickle.PicklingError, AttributeError, TypeError):
+            sent = pickle.dumps(self)
+        # A process can import the script by itself, but not a notebook or what was typed at a prompt.
+        in_script, is_script = b"__main__" in sent, hasattr(sys.modules["__main__"], "__file__")
+        if sent and not in_script:
+            return sent, False
+        try:
+            import cloudpickle
+
+            return cloudpickle.dumps(self), False
+        except Exception as error:
+            if sent and is_script:
+                return sent, True
+            msg = (
+                f"study: build {name_of(self.build)} cannot be sent to another process ({error}); define it at the top "
+                'of a module, or pip install "blockstruct[cluster]" (cloudpickle sends functions of notebooks and '
+                "lambdas), or give threads=True"
+            )
+            raise StudyError(msg) from error
+
+
+def name_of(build: Build) -> str:
+    """Name of a build function, for people."""
+    inner = build.func if isinstance(build, partial) else build
+    return str(getattr(inner, "__qualname__", type(inner).__qualname__))
+
+
+def _source(build: Any) -> str:
+    """What tells one build function from another: its own ``identity``, its source or its code."""
+    if isinstance(getattr(build, "identity", None), str):
+        return str(build.identity)
+    if isinstance(build, partial):
+        return f"{_source(build.func)} {build.args!r} {sorted(build.keywords.items())!r}"
+    inner = inspect.unwrap(build)
+    try:
+        return inspect.getsource(inner if inspect.isroutine(inner) else type(inner))
+    except (OSError, TypeError):
+        return repr(_code(inner.__code__)) if hasattr(inner, "__code__") else name_of(build)
+
+
+def _code(code: CodeType) -> tuple[Any, ...]:
+    constants = tuple(_code(c) if isinstance(c, CodeType) else repr(c) for c in code.co_consts)
+    return code.co_code, code.co_names, constants
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

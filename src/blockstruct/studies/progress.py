@@ -1,0 +1,57 @@
+"""How a study goes on."""
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class StudyProgress:
+    """Count of the runs of a study, told whenever one has ended.
+
+    Attributes
+    ----------
+    done, total : int
+        Runs that have ended, failed ones and those of before included.
+    failed : int
+    found : int
+        Runs that had been done before.
+    seconds : float
+        Since the study began.
+    """
+
+    done: int
+    total: int
+    failed: int
+    found: int
+    seconds: float
+
+    @property
+    def seconds_left(self) -> float:
+        """Estimate by the mean of the runs that have ended; NaN before the first one."""
+        now = self.done - self.found
+        return self.seconds / now * (self.total - self.done) if now else float("nan")
+
+    def __str__(self) -> str:
+        """One line of text."""
+        text = f"{self.done} of {self.total} runs"
+        text += f", {self.found} of them found" if self.found else ""
+        text += f", {self.failed} failed" if self.failed else ""
+        if self.done == self.total:
+            return f"{text}, in {_time(self.seconds)}"
+        return f"{text}, about {_time(self.seconds_left)} left" if self.done > self.found else text
+
+
+Listener = Callable[[StudyProgress], None]
+
+
+def print_progress(progress: StudyProgress) -> None:
+    """Listener that writes one line to the terminal, over and over."""
+    end = "\n" if progress.done == progress.total else ""
+    print(f"\r\x1b[K{progress}", end=end, file=sys.stderr, flush=True)
+
+
+def _time(seconds: float) -> str:
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"

@@ -1,0 +1,239 @@
+"""Many analyses of one structure, each with other values of its parameters."""
+
+import contextlib
+import os
+import sys
+import tempfile
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from blockstruct.errors import DimensionError, LoadFactorWarning, ModelError, StorageError, StudyWarning, shown
+from blockstruct.keywords import checked_keywords
+from blockstruct.limit import ProcedureSettings
+from blockstruct.model import checked_tuple
+from blockstruct.storage import Archive
+from blockstruct.studies.cluster import connected, on_cluster
+from blockstruct.studies.design import design_of
+from blockstruct.studies.found import Rows, found_runs, told
+from blockstruct.studies.plan import Plan
+from blockstruct.studies.processes import Ended, here, in_processes, in_threads
+from blockstruct.studies.progress import Listener, StudyProgress, print_progress
+from blockstruct.studies.table import dataset_of
+from blockstruct.studies.task import Job
+from blockstruct.units import parse
+from blockstruct.vocabulary import Flow
+
+
+@checked_keywords
+def study(
+    build: Callable[..., Any],
+    parameters: Mapping[str, Any],
+    store: str | Path | None = None,
+    *,
+    sampling: str | None = None,
+    runs: int | None = None,
+    seed: int = 0,
+    workers: int | None = None,
+    threads: bool = False,
+    cluster: Any = None,
+    memory_limit: Any = None,
+    settings: ProcedureSettings | None = None,
+    spread: bool | str | Iterable[str] = False,
+    rerun: bool = False,
+    listeners: Iterable[Listener] | None = None,
+) -> xr.Dataset:
+    """Run a structure with many values of its parameters, and give the load factors over them.
+
+    Parameters
+    ----------
+    build
+        Function of the parameters by name that returns a model and its cases: ``build(**values) -> model, cases``.
+    parameters
+        By name, each
+
+        - a list of numbers, texts or quantities, as ``Q_([2, 4], "MPa")``: all combinations are run (``"grid"``), or
+          the first values of all lists, then the second and so on (``"paired"``); None stands for an absent value;
+        - a frozen distribution of scipy.stats, as ``norm(0.6, 0.05)``, with a unit as ``Q_(lognorm(…), "MPa")``;
+        - one value that all runs have.
+    store
+        Folder that keeps a file of every run. A run that is found there is not repeated; one that was killed or
+        interrupted is gone on with. None keeps nothing.
+    sampling
+        ``"grid"`` (default) or ``"paired"`` for lists; ``"monte carlo"`` (default: independent samples, of which more
+        ``runs`` with the same ``seed`` begin with the same ones) or ``"latin hypercube"`` for distributions.
+    runs, seed
+        Number of samples of distributions, and what they follow from.
+    workers
+        Processes of this machine, each with one thread for linear algebra; 1 runs in this process. As many as there
+        are processors by default.
+    threads
+        Threads of this process instead: for functions that cannot be sent to another one.
+    cluster
+        An existing Dask cluster instead: a Client, a cluster, or the address of a scheduler. Its workers need
+        blockstruct, and the module of ``build`` if it is in one, but no common disk.
+    memory_limit : quantity, optional
+        Most memory of each worker process, as ``"2 GB"``. A run that needs more fails, and no other one. Workers of a
+        cluster have a limit of their own (``dask worker --memory-limit``).
+    settings, spread
+        Of the procedure, and of the schedules of each case, as :class:`blockstruct.AnalysisManager` takes them.
+    rerun
+        Replace runs that are found but are of another ``build`` or other settings, instead of refusing them.
+    listeners
+        Called with :class:`~blockstruct.studies.StudyProgress` when a run has ended; a line on a terminal by default.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along the parameters of a grid, or along ``run``; and along ``case``: ``load_factor``, ``bound`` (the
+        associative one), ``status``, ``flow``, ``flow_rule_gap``, ``n_iterations``, ``duration``, ``message``. And for
+        each run ``problem``, why it failed (empty if it did not; its load factors are NaN, its statuses ``failed``),
+        and ``path`` in the store. Coordinates are in the unit of the first value of each parameter.
+
+    Raises
+    ------
+    ModelError
+        If no runs can be made of the parameters, or of the number of samples or workers.
+    UnknownKeywordError
+        If ``build`` does not take a parameter, or needs one more.
+    StorageError
+        If the store cannot be written, or holds runs of these parameters by another ``build`` or other settings.
+        Settings are compared. Of a ``build`` whose source is the same, the first and the last run that are found are
+        built anew; of one whose source has changed, all of them: what is found is taken over where model and cases are
+        the same to the last digit.
+    StudyError
+        If ``build`` cannot be sent to another process, or the processes cannot start.
+    ClusterError
+        If the cluster does not answer, or its workers cannot run blockstruct.
+
+    Warns
+    -----
+    StudyWarning
+        If runs failed: they are tried again the next time.
+    """
+    plan = Plan.of(build, settings, spread)
+    design = design_of(parameters, sampling, runs, seed)
+    plan.check_names(design.runs[0].values)
+    count, limit = _workers(workers, len(design.runs)), _bytes(memory_limit, cluster, threads)
+    terminal = (print_progress,) if sys.stderr.isatty() else ()
+    heard = terminal if listeners is None else checked_tuple(listeners, Callable, "study: listeners")
+    with contextlib.ExitStack() as stack:
+        client = None if cluster is None else stack.enter_context(connected(cluster))
+        folder = _folder(stack.enter_context(tempfile.TemporaryDirectory()) if store is None else store)
+        archive = Archive(folder)
+        rows, others = found_runs(archive, design, plan)
+        if others and not rerun:
+            raise StorageError(told(archive, others, plan))
+        # Samples of few values may have several runs that are the same.
+        runs_left = {run.name: run for run in design.runs if run.name not in rows}
+        jobs = [Job(name, run.stored, name in others) for name, run in runs_left.items()]
+        total = len(rows) + len(jobs)
+        if client is not None:
+            ended = on_cluster(plan, jobs, folder, client)
+        elif threads:
+            ended = in_threads(plan, jobs, folder, count)
+        elif count == 1 and limit is None:
+            ended = here(plan, jobs, folder)
+        else:
+            ended = in_processes(plan, jobs, folder, count, limit)
+        problems = _conduct(archive, ended, rows, total, heard)
+        archive.keep_index()
+    of_runs = [rows.get(run.name, []) for run in design.runs]
+    _warn(of_runs, problems)
+    data = dataset_of(design, of_runs, [problems.get(run.name, "") for run in design.runs])
+    return data.assign_attrs(study=plan.study, store="" if store is None else str(folder))
+
+
+def _conduct(
+    archive: Archive, ended: Ended, rows: dict[str, Rows], total: int, listeners: Sequence[Listener]
+) -> dict[str, str]:
+    """Take the rows of runs as they end; gives why runs failed."""
+    start, found, problems = perf_counter(), len(rows), dict[str, str]()
+
+    def tell() -> None:
+        done = len(rows) + len(problems)
+        progress = StudyProgress(done, total, len(problems), found, perf_counter() - start)
+        for listener in listeners:
+            listener(progress)
+
+    tell()
+    with contextlib.closing(ended), warnings.catch_warnings():
+        warnings.simplefilter("ignore", LoadFactorWarning)  # One warning tells it of all runs.
+        for job, problem in ended:
+            if not problem:
+                of_run = archive.rows(archive.folder / f"{job.name}.h5")
+                problem = of_run[0]["problem"]
+            if problem:
+                problems[job.name] = problem
+            else:
+                rows[job.name] = of_run
+            tell()
+    return problems
+
+
+def _warn(rows: Sequence[Rows], problems: Mapping[str, str]) -> None:
+    if problems:
+        name, why = next(iter(problems.items()))
+        msg = (
+            f"study: {len(problems)} of {len(rows)} runs failed, {name}: {why}. The variable problem tells of each; "
+            "they are tried again when the study is run again"
+        )
+        warnings.warn(msg, StudyWarning, stacklevel=4)
+    jammed = [
+        row
+        for of_run in rows
+        for row in of_run
+        if row["flow"] == Flow.NONASSOCIATIVE and np.isposinf(row.get("associative_load_factor", np.nan))
+    ]
+    if jammed:
+        msg = (
+            f"study: {len(jammed)} results have no associative bound, so that what the joints carry depends on how "
+            f"firmly the blocks are jammed: {jammed[0]['path']}, case {jammed[0]['case']!r} for one; see its warnings"
+        )
+        warnings.warn(msg, StudyWarning, stacklevel=4)
+
+
+def _folder(store: str | Path) -> Path:
+    folder = Path(store).absolute()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        msg = f"{folder}: is not a folder to write to ({error.strerror or error}); choose another store"
+        raise StorageError(msg) from error
+    return folder
+
+
+def _workers(workers: Any, runs: int) -> int:
+    if workers is None:
+        available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        return min(available, runs)
+    if isinstance(workers, bool) or not isinstance(workers, int | np.integer) or not 1 <= workers <= 10_000:
+        msg = f"study: workers={shown(workers)}; give how many runs are carried out at a time, 1 or more"
+        raise ModelError(msg)
+    return min(int(workers), runs)
+
+
+def _bytes(limit: Any, cluster: Any, threads: bool) -> int | None:
+    if limit is None:
+        return None
+    if cluster is not None or threads:
+        msg = (
+            "study: memory_limit is for worker processes of this machine; those of a cluster have their own, "
+            "`dask worker --memory-limit`, threads none"
+        )
+        raise ModelError(msg)
+    try:
+        import resource  # noqa: F401
+    except ModuleNotFoundError as error:
+        msg = "study: this system has no memory_limit for a process; leave it out, or use a Dask cluster, which has one"
+        raise ModelError(msg) from error
+    given = parse(limit, "study: memory_limit") if isinstance(limit, str) else limit
+    if not hasattr(given, "units") or str(given.to_root_units().units) != "bit" or not given.magnitude > 0:
+        msg = f"study: memory_limit {shown(limit)} is not a size of memory; give one, as '2 GB'"
+        raise DimensionError(msg)
+    return int(given.to("byte").magnitude)

@@ -1,0 +1,121 @@
+"""The distribution of the load factors of a study whose parameters are samples."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from blockstruct.errors import ModelError, shown
+from blockstruct.keywords import checked_keywords
+from blockstruct.studies.design import LATIN
+from blockstruct.vocabulary import Status
+
+Array = NDArray[np.float64]
+_NONE = {"units": "dimensionless"}
+
+
+@checked_keywords
+def summary(
+    data: xr.Dataset,
+    *,
+    fractiles: Sequence[float] = (0.05, 0.5, 0.95),
+    confidence: float = 0.9,
+    below: Sequence[float] = (),
+) -> xr.Dataset:
+    """Fractiles of the load factor with confidence intervals, without any assumption on its distribution.
+
+    Parameters
+    ----------
+    data
+        A study of distributions, or of samples side by side.
+    fractiles
+        Probabilities of a lower load factor.
+    confidence
+        Probability that an interval holds the true value, at least: exactly for independent samples.
+    below
+        Load factors of which the probability to be lower is asked.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``case`` and ``fractile``: ``load_factor``, ``lower`` and ``upper``, which are order statistics, infinite
+        where there are too few runs to tell. Along ``case`` and ``level``: ``probability``, ``probability_lower`` and
+        ``probability_upper`` (Clopper–Pearson). Along ``case``: ``mean_load_factor`` and ``standard_deviation`` of the
+        finite load factors, and the number of ``runs``, of those ``unstable`` under their dead load, whose load factor
+        counts as −∞, of those ``unbounded``, +∞, and of those ``unknown`` (failed, not converged, dependent on
+        self-stress), which are left out of every estimate and make every interval as wide as if they could lie
+        anywhere.
+
+    Raises
+    ------
+    ModelError
+        If the study is a grid, or a probability is not between 0 and 1.
+
+    Notes
+    -----
+    Of n independent samples, the number below the p-fractile has a binomial distribution, so that the order statistics
+    of the ranks ``binom.ppf((1 ∓ γ)/2, n, p)`` enclose it with a probability of γ or more. A Latin hypercube is no
+    independent sample: its estimates scatter less as a rule, and the intervals are not exact; ``exact`` tells.
+    """
+    if "run" not in data.dims or "load_factor" not in data:
+        over = ", ".join(map(str, data.dims)) or "nothing"
+        msg = f"summary: data along {over} are not samples; give a study of distributions"
+        raise ModelError(msg)
+    wanted, levels = _probabilities(fractiles, "fractiles"), np.asarray(below, dtype=float)
+    (gamma,) = _probabilities([confidence], "confidence")
+    columns = [_of_case(data.sel(case=case), wanted, float(gamma), levels) for case in data["case"].to_numpy()]
+    held = xr.concat(columns, dim="case") if columns else _of_case(data.isel(case=0), wanted, float(gamma), levels)
+    held["case"] = data["case"]
+    exact = data.attrs.get("sampling") != LATIN
+    return held.assign_attrs(confidence=float(gamma), sampling=data.attrs.get("sampling", ""), exact=int(exact))
+
+
+def _of_case(data: xr.Dataset, fractiles: Array, confidence: float, levels: Array) -> xr.Dataset:
+    from scipy.stats import binom, binomtest
+
+    status, alpha = data["status"].to_numpy(), data["load_factor"].to_numpy()
+    unstable, unbounded = status == Status.UNSTABLE, status == Status.UNBOUNDED
+    converged = status == Status.CONVERGED
+    values = np.where(unstable, -np.inf, np.where(unbounded, np.inf, alpha))
+    known = unstable | unbounded | converged
+    n, tail = len(values), (1 - confidence) / 2
+    lowest = np.sort(np.where(known, values, -np.inf))
+    highest = np.sort(np.where(known, values, np.inf))
+    # Behind either end stands what no number of runs can tell.
+    ranked_low, ranked_high = np.concatenate([[-np.inf], lowest]), np.concatenate([highest, [np.inf]])
+    below, above = (np.asarray(binom.ppf(q, n, fractiles)).astype(int) for q in (tail, 1 - tail))
+    certain = np.sort(values[known])
+    at = np.maximum(np.ceil(fractiles * len(certain)).astype(int), 1) - 1
+    estimate = certain[at] if len(certain) else np.full(len(fractiles), np.nan)
+
+    counts = np.array([[np.sum(v[known] < level) for level in levels] for v in (values,)], dtype=float)[0]
+    fewest = [binomtest(int(k), n).proportion_ci(confidence, method="exact").low for k in counts]
+    most = [binomtest(int(k + (~known).sum()), n).proportion_ci(confidence, method="exact").high for k in counts]
+    finite = alpha[converged]
+    spread = float(finite.std(ddof=1)) if len(finite) > 1 else np.nan
+    along = ("fractile",)
+    numbers: dict[str, Any] = {
+        "load_factor": (along, estimate, _NONE | {"long_name": "load factor α at the fractile"}),
+        "lower": (along, ranked_low[below], _NONE | {"long_name": "lower end of the confidence interval"}),
+        "upper": (along, ranked_high[above], _NONE | {"long_name": "upper end of the confidence interval"}),
+        "probability": (("level",), counts / max(known.sum(), 1), _NONE),
+        "probability_lower": (("level",), np.array(fewest, dtype=float), _NONE),
+        "probability_upper": (("level",), np.array(most, dtype=float), _NONE),
+        "mean_load_factor": ((), float(finite.mean()) if len(finite) else np.nan, _NONE),
+        "standard_deviation": ((), spread, _NONE),
+        "runs": ((), n),
+        "unstable": ((), int(unstable.sum())),
+        "unbounded": ((), int(unbounded.sum())),
+        "unknown": ((), int((~known).sum())),
+    }
+    return xr.Dataset(numbers, coords={"fractile": ("fractile", fractiles, _NONE), "level": ("level", levels, _NONE)})
+
+
+def _probabilities(values: Sequence[float], what: str) -> Array:
+    found = np.asarray(values, dtype=float)
+    if found.ndim != 1 or not len(found) or not ((found > 0) & (found < 1)).all():
+        msg = f"summary: {what} {shown(values)}; give numbers between 0 and 1, as 0.05"
+        raise ModelError(msg)
+    return found

@@ -1,0 +1,106 @@
+"""The rows of a study as an xarray.Dataset."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from blockstruct.studies.design import GRID, Design
+
+#: Status of a case of a run that failed: no status of a limit case.
+FAILED = "failed"
+_NONE = {"units": "dimensionless"}
+_NUMBERS: Mapping[str, dict[str, str]] = {
+    "load_factor": _NONE | {"long_name": "load factor α"},
+    "bound": _NONE | {"long_name": "associative load factor, an upper bound of every flow rule"},
+    "flow_rule_gap": _NONE | {"long_name": "flow-rule gap of the certificate"},
+    "n_iterations": _NONE | {"long_name": "programs"},
+    "reaction": {"units": "newton", "long_name": "reaction of a settlement"},
+    "reaction_moment": {"units": "newton * meter", "long_name": "reaction of a settlement that turns"},
+    "duration": {"units": "second", "long_name": "wall-clock time of the case"},
+}
+_TEXTS = ("status", "flow", "message")
+#: Variables that every case of a run has.
+_OF_CASE = (*_NUMBERS, *_TEXTS)
+_OF_RUN = ("problem", "path")
+_COLUMNS = {"bound": "associative_load_factor"}
+
+
+def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], problems: Sequence[str]) -> xr.Dataset:
+    """Dataset of a study.
+
+    Parameters
+    ----------
+    design
+        Its runs.
+    rows
+        Of the archive, for each run.
+    problems
+        Why a run failed; empty if it did not.
+    """
+    cases = list(dict.fromkeys(str(row["case"]) for of_run in rows for row in of_run))
+    dims, shape = list(design.dims), list(design.dims.values())
+    at = {case: j for j, case in enumerate(cases)}
+    size = (len(rows), len(cases))
+    numbers = {name: np.full(size, np.nan) for name in _NUMBERS}
+    texts = {name: np.full(size, "", dtype=object) for name in _TEXTS}
+    texts["status"][[bool(p) for p in problems]] = FAILED
+    paths = np.array([of_run[0]["path"] if of_run else "" for of_run in rows], dtype=object)
+    for i, of_run in enumerate(rows):
+        for row in of_run:
+            for name, values in (*numbers.items(), *texts.items()):
+                values[i, at[row["case"]]] = row.get(_COLUMNS.get(name, name), values[i, at[row["case"]]])
+    along = [*dims, "case"]
+    for name in ("reaction", "reaction_moment"):
+        if np.isnan(numbers[name]).all():
+            del numbers[name]
+    variables: dict[str, Any] = {n: (along, v.reshape(*shape, -1), _NUMBERS[n]) for n, v in numbers.items()}
+    variables |= {n: (along, v.reshape(*shape, -1)) for n, v in texts.items()}
+    variables["problem"] = (dims, np.array(problems, dtype=object).reshape(shape), {"long_name": "why a run failed"})
+    variables["path"] = (dims, paths.reshape(shape), {"long_name": "file in the store"})
+    coords: dict[str, Any] = {"case": np.array(cases, dtype=object)}
+    if design.sampling != GRID:
+        coords["run"] = np.arange(len(rows))
+    for name, axis in design.axes.items():
+        attrs = {"units": axis.unit} if axis.unit else {}
+        coords[name] = (name if design.sampling == GRID else "run", axis.coordinate, attrs)
+    for name, value in design.fixed.items():
+        quantity = hasattr(value, "magnitude")
+        coords[name] = ((), value.magnitude, {"units": str(value.units)}) if quantity else ((), value)
+    of_all: dict[str, Any] = {"sampling": design.sampling} | ({} if design.seed is None else {"seed": design.seed})
+    return xr.Dataset(variables, coords=coords, attrs=of_all)
+
+
+def frame_of(data: xr.Dataset) -> pd.DataFrame:
+    """The rows of a study as a table: one per case of each run, one per run that failed before it had any.
+
+    Parameters
+    ----------
+    data
+        As :func:`blockstruct.study` gives it.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ``run``, the parameters, ``case`` and the variables of the study; ``attrs["units"]`` has the units.
+    """
+    of_case = [name for name in _OF_CASE if name in data]
+    parameters = [str(name) for name in data.coords if name not in ("run", "case")]
+    cases, along = data["case"].to_numpy(), data["problem"].dims
+    of_run = {name: data[name].broadcast_like(data["problem"]).transpose(*along) for name in (*parameters, *_OF_RUN)}
+    runs = {name: values.to_numpy().ravel() for name, values in of_run.items()}
+    columns = {name: data[name].transpose(*along, "case").to_numpy().reshape(-1, len(cases)) for name in of_case}
+    rows = []
+    for k, problem in enumerate(runs["problem"]):
+        held = {name: runs[name][k] for name in parameters}
+        present = [j for j in range(len(cases)) if columns["status"][k, j] not in ("", FAILED)]
+        held |= {"run": k, "problem": problem, "path": runs["path"][k]}
+        rows += [{**held, "case": cases[j], **{name: columns[name][k, j] for name in of_case}} for j in present]
+        if not present:
+            rows.append({**held, "case": "", "load_factor": np.nan, "status": FAILED})
+    table = pd.DataFrame(rows, columns=["run", *parameters, "case", *of_case, "problem", "path"])
+    units = {name: data[name].attrs.get("units") for name in (*parameters, *of_case)}
+    table.attrs["units"] = {name: unit for name, unit in units.items() if unit}
+    return table

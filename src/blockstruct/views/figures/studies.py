@@ -1,0 +1,157 @@
+"""Figures of many analyses: around the compass, of samples, of first-order scatter."""
+
+import math
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+
+import blockstruct as bs
+from blockstruct.views.figures.canvas import legend_above, new_axes
+from blockstruct.views.style import ACCENT, FORCE, GHOST
+
+#: Share of the largest contribution below which a bar is not seen.
+_SEEN = 1e-3
+
+
+def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None = None, ax: Any = None) -> Axes:
+    """Draw load factors around the compass: x to the right, y upwards, and the governing direction as an arrow.
+
+    Parameters
+    ----------
+    around
+        Directions, or an analysis that has them.
+    label
+        Name in the legend, for several structures on one Axes.
+    ax
+        Polar Axes to draw on.
+
+    Raises
+    ------
+    ModelError
+        If the analysis has no directions, or the Axes are not polar.
+    """
+    found = bs.studies.Directions.of(around) if isinstance(around, bs.Analysis) else around
+    if ax is None:
+        ax = plt.figure(layout="constrained").add_subplot(projection="polar")
+    if ax.name != "polar":
+        msg = f"compass: Axes of projection {ax.name!r}; give polar ones, add_subplot(projection='polar')"
+        raise bs.errors.ModelError(msg)
+    angle = np.radians(found.data["direction"].to_numpy())
+    alpha = found.data["load_factor"].to_numpy()
+    drawn = np.where(np.isfinite(alpha), alpha, np.nan)
+    colour = plt.rcParams["axes.prop_cycle"].by_key()["color"][len(ax.get_lines()) % 10] if ax.get_lines() else ACCENT
+    # Where a direction has no load factor the line has a gap.
+    ax.plot([*angle, angle[0] + 2 * math.pi], [*drawn, drawn[0]], "o-", color=colour, ms=4, lw=1.2, label=label)
+    if not math.isnan(found.load_factor) and math.isfinite(found.load_factor):
+        at = math.radians(found.governing_direction)
+        style = {"arrowstyle": "-|>", "color": FORCE, "lw": 1.5, "shrinkA": 0, "shrinkB": 3}
+        ax.annotate("", (at, found.load_factor), (0, 0), arrowprops=style)
+    most = np.nanmax(drawn, initial=0.0)
+    ax.set_rlim(0, max(1.08 * most, ax.get_ylim()[1] if len(ax.get_lines()) > 1 else 0.0) or 1.0)
+    ax.yaxis.set_major_locator(MaxNLocator(4))
+    ax.set_rlabel_position(22.5)
+    ax.set_xticks(np.radians(np.arange(0, 360, 45)), ["+x", "45°", "+y", "135°", "−x", "225°", "−y", "315°"])
+    ax.tick_params(labelsize="small")
+    governing = f"α = {found.load_factor:.4g} at {found.governing_direction:g}°"
+    missing = f", {len(found.without_load_factor)} not known" if found.without_load_factor else ""
+    ax.set_title(("no load factor" if math.isnan(found.load_factor) else governing) + missing, fontsize="small")
+    if label:
+        ax.legend(frameon=False, fontsize="small", loc="lower left", bbox_to_anchor=(0.95, 0.9))
+    drawn_on: Axes = ax
+    return drawn_on
+
+
+def tornado(scatter: xr.Dataset, *, most: int = 12, ax: Axes | None = None) -> Axes:
+    """Draw how the load factor changes with the friction of each joint by a standard deviation, largest first.
+
+    Parameters
+    ----------
+    scatter
+        As :func:`blockstruct.studies.first_order` gives it.
+    most
+        Number of joints that are drawn.
+    ax
+        Axes to draw on.
+
+    Raises
+    ------
+    ModelError
+        If the data are of another kind.
+    """
+    if "contribution" not in scatter:
+        msg = "tornado: no contributions; give what bs.studies.first_order returns"
+        raise bs.errors.ModelError(msg)
+    ax = new_axes(ax)
+    size = np.abs(scatter["contribution"].to_numpy())
+    shown = scatter.isel(interface=slice(0, min(most, int((size > _SEEN * size.max(initial=0.0)).sum()))))
+    alpha, change = float(scatter["load_factor"]), shown["contribution"].to_numpy()
+    rows = np.arange(len(change))
+    ax.barh(rows, change, left=alpha, height=0.7, color=ACCENT, label="μ + σ")
+    ax.barh(rows, -change, left=alpha, height=0.7, color=FORCE, label="μ − σ")
+    ax.axvline(alpha, color="0.2", lw=0.8)
+    ax.set_yticks(rows, shown["interface"].to_numpy(), fontsize="small")
+    ax.invert_yaxis()
+    ax.set(xlabel="load factor α [-], to first order")
+    ax.spines[["top", "right"]].set_visible(False)
+    said = f"standard deviation of α: {float(scatter['independent']):.2g} if joints are independent,\n"
+    said += f"{float(scatter['correlated']):.2g} if those of one material are alike"
+    if not scatter.attrs["unique"]:
+        said += "\nseveral mechanisms have this load factor: these are not derivatives"
+    ax.set_title(said, fontsize="small", loc="left", pad=22)
+    legend_above(ax)
+    return ax
+
+
+def distribution(data: xr.Dataset, case: str | None = None, *, confidence: float = 0.9, ax: Axes | None = None) -> Axes:
+    """Draw the share of the samples of a study below each load factor, and the confidence intervals of fractiles.
+
+    Parameters
+    ----------
+    data
+        A study of distributions.
+    case
+        Name of the case; the only one otherwise.
+    confidence
+        As for :func:`blockstruct.studies.summary`.
+    ax
+        Axes to draw on.
+
+    Raises
+    ------
+    ModelError
+        If the study has no samples, or several cases and none is named.
+    UnknownNameError
+        If it has no such case.
+    """
+    names = data["case"].to_numpy().tolist()
+    if case is None and len(names) != 1:
+        msg = f"distribution: the study has the cases {', '.join(map(repr, names)) or 'none'}; name one, case=…"
+        raise bs.errors.ModelError(msg)
+    if case is not None and case not in names:
+        msg = f"distribution: no case {case!r}; the study has {', '.join(map(repr, names))}"
+        raise bs.errors.UnknownNameError(msg)
+    chosen = data.sel(case=[case or names[0]])
+    found = bs.studies.summary(chosen, confidence=confidence).isel(case=0)
+    status = chosen["status"].to_numpy().ravel()
+    values = np.sort(chosen["load_factor"].to_numpy().ravel()[status == bs.Status.CONVERGED])
+    known = len(status) - int(found["unknown"])
+    below = (np.arange(len(values)) + 1 + int(found["unstable"])) / max(known, 1)
+    ax = new_axes(ax)
+    ax.step(values, below, where="post", color=ACCENT, lw=1.2, label="runs")
+    ends = values[[0, -1]] if len(values) else np.array([0.0, 1.0])
+    low, high = (found[name].to_numpy() for name in ("lower", "upper"))
+    label = f"{confidence:.0%} confidence of the fractile"
+    ax.hlines(found["fractile"], np.clip(low, *ends), np.clip(high, *ends), color=FORCE, lw=3, label=label)
+    for bound, marker, end in ((low, "<", ends[0]), (high, ">", ends[1])):
+        # An arrow where there are too few runs to tell.
+        open_ended = found["fractile"].to_numpy()[np.isinf(bound)]
+        ax.plot(np.full(len(open_ended), end), open_ended, marker, color=FORCE, ms=8, clip_on=False)
+    ax.plot(found["load_factor"], found["fractile"], "o", color=FORCE, ms=5)
+    ax.axhline(1, color=GHOST, lw=0.8, zorder=0)
+    ax.set(xlabel="load factor α [-]", ylabel="share of runs below [-]", ylim=(0, 1.02))
+    legend_above(ax)
+    return ax

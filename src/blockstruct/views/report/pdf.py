@@ -1,0 +1,40 @@
+"""The report as PDF, without a browser."""
+
+from typing import Any
+
+import blockstruct as bs
+
+
+def pdf_of(html: str) -> bytes:
+    """Pages of a report. Needs ``pip install "blockstruct[pdf]"``.
+
+    Raises
+    ------
+    MissingExtraError
+        If WeasyPrint is not installed, or the libraries that it draws with are not.
+    StorageError
+        If a template wants a file or an address: a report holds all its pictures.
+    """
+    try:
+        from weasyprint import HTML
+        from weasyprint.urls import FatalURLFetchingError, URLFetcher
+    except ModuleNotFoundError as error:
+        raise bs.errors.MissingExtraError.of(error, "pdf", "report as PDF") from error
+    except OSError as error:
+        msg = f"report as PDF: WeasyPrint finds no library to draw with ({error}); install Pango, or write HTML"
+        raise bs.errors.MissingExtraError(msg) from error
+
+    class OnlyWithin(URLFetcher):  # type: ignore[misc]
+        """Gives what the report holds, and nothing from elsewhere."""
+
+        def fetch(self, url: str, headers: Any = None) -> Any:
+            if not url.startswith("data:"):
+                msg = f"{url[:80]} is not part of the report"
+                raise FatalURLFetchingError(msg)
+            return super().fetch(url, headers)
+
+    try:
+        return HTML(string=html, url_fetcher=OnlyWithin()).write_pdf()  # type: ignore[no-any-return]
+    except FatalURLFetchingError as error:
+        msg = f"report as PDF: {error}; put pictures and styles into the template, as data: addresses"
+        raise bs.errors.StorageError(msg) from error

@@ -1,0 +1,40 @@
+"""Pictures that a report holds."""
+
+import base64
+
+import numpy as np
+
+import blockstruct as bs
+from blockstruct.views.figures import mechanism, verification
+from blockstruct.views.figures.sheet import Drawing
+
+#: Width and height, inches.
+_SUMMARY, _VERIFICATION, _DIAGRAM = (6.3, 3.1), (6.3, 3.4), (6.3, 2.9)
+
+
+def address(drawing: Drawing) -> str:
+    """The picture itself, as a ``data:`` address."""
+    return "data:image/png;base64," + base64.b64encode(drawing.picture()).decode("ascii")
+
+
+def mechanism_picture(result: bs.CaseResult, *, small: bool) -> dict[str, str] | None:
+    """The mechanism with what drives it and its number, each body that moves in a colour; None without one."""
+    if not result.n_iterations or not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
+        return None
+    answer = f"{result.answer.name} {result.answer.symbol}"
+    what = f"the {answer}" if result.answer.is_reaction else f"the push and its {answer}"
+    caption = f"How “{result.name}” moves, to first order: its bodies in colours, {what}"
+    size = _SUMMARY if small else _VERIFICATION
+    drawing = Drawing("mechanism", caption, lambda ax: mechanism(result, colour="macro-block", ax=ax), size)
+    return {"caption": caption, "address": address(drawing)}
+
+
+def capacity_picture(check: bs.assess.LocalMechanismCheck) -> dict[str, str] | None:
+    """Capacity curve and demand; None without a check by displacement."""
+    if "SLV, by displacement" not in check.limit_states:
+        return None
+    caption = "Capacity curve and demand at SLV; the ray is that of the equivalent period"
+    return {
+        "caption": caption,
+        "address": address(Drawing("verification", caption, lambda ax: verification(check, ax=ax), _DIAGRAM)),
+    }

@@ -1,0 +1,81 @@
+"""The number that a report relies on, and what an engineer must see with it on one page."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+import blockstruct as bs
+from blockstruct.views.report.pictures import mechanism_picture
+from blockstruct.views.selection import shown_results
+
+Check = bs.assess.LocalMechanismCheck
+
+
+def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dict[str, Any]:
+    """The case that governs, its number in words and its picture.
+
+    The case with the lowest capacity over demand governs, without checks that with the lowest certified load factor;
+    settlements govern where nothing else was asked for.
+    """
+    heads = analysis.headlines
+    loaded = {name: head for name, head in heads.items() if not head.answer.is_reaction} or heads
+    name = _governing(loaded, checks)
+    if name is None:
+        said = "The analysis has no case."
+        return {"name": "", "sentence": said, "figures": [], "picture": None, "holds": None, "notes": []}
+    head, check = heads[name], dict(checks).get(name)
+    shown = dict(zip(heads, shown_results(analysis), strict=True))[name]
+    figures = [
+        {
+            "what": f"{head.answer.name} {head.answer.symbol}",
+            "number": head.number,
+            "more": [head.range, head.bound, f"{head.flow} flow"],
+        }
+    ]
+    if check is not None:
+        g = bs.assess.STANDARD_GRAVITY
+        site = f"site {check.limit_state.ag_site / g:.3g} g"
+        figures += [
+            {
+                "what": "capacity / demand",
+                "number": f"{check.ratio:.3g}",
+                "more": [check.relied_on, "satisfied" if check.satisfied else "not satisfied"],
+            },
+            {
+                "what": "ground acceleration borne",
+                "number": f"{check.ag / g:.3g} g",
+                "more": [site, f"e* = {check.e_star:.3g}, FC = {check.confidence_factor:g}"],
+            },
+        ]
+    return {
+        "name": name,
+        "sentence": _sentence(name, head, check, len(loaded), len(checks)),
+        "figures": figures,
+        "picture": mechanism_picture(shown, small=True),
+        "holds": None if check is None else check.satisfied,
+        "notes": [] if check is None else list(check.notes),
+    }
+
+
+def _governing(heads: Mapping[str, bs.results.Headline], checks: Sequence[tuple[str, Check]]) -> str | None:
+    if checks:
+        return min(checks, key=lambda item: item[1].ag / item[1].limit_state.ag_site)[0]
+    # A case without a load factor is worse than any number.
+    return min(heads, key=lambda name: np.nan_to_num(heads[name].load_factor, nan=-1.0, posinf=np.inf), default=None)
+
+
+def _sentence(name: str, head: bs.results.Headline, check: Check | None, cases: int, checked: int) -> str:
+    if not np.isfinite(head.load_factor):
+        other = "" if cases == 1 else f", the gravest of {cases} cases"
+        return f"There is no {head.answer.name} to rely on: “{name}” is {head.status.value.replace('_', ' ')}{other}."
+    of_runs = f", the lowest of {head.certified} certified runs" if head.schedules > 1 else ""
+    if check is None:
+        of_cases = f", the lowest of {cases} cases" if cases > 1 else ""
+        said = f"Relied on: {head.answer.name} {head.number} of “{name}”{of_runs}{of_cases}."
+        return f"{said} It is checked against no demand."
+    of_checks = f", the least of {checked} checks" if checked > 1 else ""
+    return (
+        f"Relied on: capacity / demand {check.ratio:.3g} of “{name}” ({check.relied_on}){of_checks}, from its load "
+        f"factor {head.number}{of_runs}."
+    )

@@ -1,0 +1,479 @@
+"""Local mechanisms against hand calculations, and what must be refused or told."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.optimize import brentq
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.assess.capacity_of_pushover import curve_of_pushover
+from structures import SELF_WEIGHT, model_of, push, solve
+
+g = 9.80665
+STONE, DRY = bs.Material("stone", "18 kN/m^3"), bs.JointMaterial("dry", 0.7)
+SITE = bs.assess.ntc_spectrum(Q_(0.15, "g_0"), 2.4, "0.3 s", "B")
+#: Façade 5 m × 0.6 m × 6 m, and its edge at the foot, outside.
+LENGTH, DEPTH, HEIGHT = 5.0, 0.6, 6.0
+EDGE = Q_([[0, 0, 0], [LENGTH, 0, 0]], "m")
+
+
+def facade(joint=DRY):
+    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", Q_([7, 3, 0.5], "m"), STONE, fixed=True)
+    wall = bs.Block.box("façade", "[0, 0, 0] m", Q_([LENGTH, DEPTH, HEIGHT], "m"), STONE)
+    return model_of([ground, wall], joint, "façade")
+
+
+def small_blocks(joint=DRY, courses=12):
+    size = {"unit_length": "1 m", "unit_height": Q_(HEIGHT / courses, "m"), "depth": Q_(DEPTH, "m"), "material": STONE}
+    return model_of(bs.wall(length=Q_(LENGTH, "m"), courses=courses, **size), joint, "façade of small blocks")
+
+
+def case(variable=None, dead=SELF_WEIGHT, flow="nonassociative"):
+    return bs.LimitCase("out of plane", dead, push(0, -1, 0) if variable is None else variable, flow)
+
+
+def run(model, of=None):
+    return bs.AnalysisManager(model).run([of or case()])["out of plane"]
+
+
+@pytest.fixture(scope="module")
+def result():
+    return run(facade())
+
+
+@pytest.fixture(scope="module")
+def small():
+    return run(small_blocks())
+
+
+def test_a_free_standing_facade_by_hand(result):
+    """The façade turns as one about its outer edge.
+
+    α0 = t / h = 0.6 / 6 = 0.1; one body: e* = 1, M* = 18 · 5 · 0.6 · 6 / g = 324 kN / g = 33.04 t.
+    No crushing: FC = 1.35. a0* = 0.1 g / 1.35 = 0.726419 m/s².
+    Linear: a_Z = ag S = 0.15 · 1.2 g = 1.765197 m/s², q = 2: ratio = 0.726419 / 0.882599 = 0.823045; S stays at its
+    limit 1.2, so a_g,SLV = 2 · 0.726419 / 1.2 = 1.210699 m/s².
+    By displacement: θ0 = atan(0.1), its centroid moves by d0 = t/2 = 0.3 m. d_SLV = 0.12 m, a = 0.6 a0* = 0.435851
+    m/s², T_SLV = 1.68 π √(0.12 / 0.435851) = 2.769368 s > T_D = 2.2 s: S_De = 0.18 g F0 η T_C T_D / 4π² with η =
+    √(10/13).
+    """
+    check = bs.assess.local_mechanism(result, confidence_factor=1.35, spectrum=SITE)
+    a0 = 0.1 * g / 1.35
+    assert (check.alpha0, check.e_star) == pytest.approx((0.1, 1.0), rel=1e-6)
+    assert check.M_star == pytest.approx(324e3 / g, rel=1e-6)
+    assert check.a0_star == pytest.approx(a0, rel=1e-6)
+    assert check.ratio == pytest.approx(a0 / (0.15 * 1.2 * g / 2), rel=1e-6)
+    assert check.ag == pytest.approx(2 * a0 / 1.2, rel=1e-6)
+    assert not check.satisfied
+    assert check.limit_states["SLD"].ag == pytest.approx(a0 / 1.2, rel=1e-6)
+    by = check.limit_states["SLV, by displacement"]
+    T = 1.68 * np.pi * np.sqrt(0.12 / (0.6 * a0))
+    TC = 1.1 * 0.3**0.8
+    assert pytest.approx(2.769368, abs=1e-6) == T
+    demand = 0.18 * g * 2.4 * np.sqrt(10 / 13) * TC * 2.2 / (4 * np.pi**2)
+    assert check.curve.d0 == pytest.approx(0.3, rel=1e-6)
+    assert (by.capacity, by.demand) == pytest.approx((0.12, demand), rel=1e-6)
+    assert by.ratio == pytest.approx(0.12 / demand, rel=1e-6)
+    # T_D grows with ag: at a_g the demand is the capacity, in closed form too.
+    assert by.ag * (4 * by.ag / g + 1.6) / (0.15 * g * 2.2) == pytest.approx(0.12 / demand, rel=1e-6)
+    relied = bs.assess.local_mechanism(result, 1.35, SITE, method="displacement")
+    assert relied.ratio == pytest.approx(by.ratio)
+    assert relied.satisfied
+    slc = check.limit_states["SLC, by displacement"]
+    assert slc.capacity == pytest.approx(0.18, rel=1e-6)
+    assert np.isnan(slc.ratio)
+
+
+def test_a_facade_that_crushes_by_hand():
+    """f_c = 1 MPa under 324 kN on a foot of 5 m: the hinge lies u = 324 / (2 · 1000 · 5) = 0.0324 m inside.
+
+    α0 = (0.3 − 0.0324) / 3 = 0.0892 (the closed form t/h (1 − W / (f_c t l)) is the same); LC2: FC = 1.2.
+    a0* = 0.0892 g / 1.2; d0 = 0.3 − 0.0324 = 0.2676 m; linear ratio = a0* / (0.09 g).
+    """
+    crushing = DRY.varied(compressive_strength="1 MPa")
+    model = facade(crushing)
+    result = run(model)
+    hand = bs.assess.overturning(model, result.case, ["façade"], EDGE, compressive_strength="1 MPa")
+    assert (hand.setback, hand.alpha0, hand.d0) == pytest.approx((0.0324, 0.0892, 0.2676), rel=1e-9)
+    check = bs.assess.local_mechanism(result, spectrum=SITE, knowledge_level="LC2", beside=hand)
+    assert check.confidence_factor == 1.2
+    assert (check.e_star, check.a0_star) == pytest.approx((1.0, 0.0892 * g / 1.2), rel=1e-6)
+    assert check.ratio == pytest.approx(0.0892 / 1.2 / 0.09, rel=1e-6)
+    assert check.curve.d0 == pytest.approx(0.2676, rel=1e-5)
+    assert "0.0892 / 0.0892 = 1" in str(check)
+    assert "α0 counts the compressive strength: that of level LC2" in str(check)
+
+
+def test_loads_that_a_facade_carries_by_hand():
+    """A roof of 90 kN at the top, 0.4 m from the outer edge, whose mass pushes at 6 m.
+
+    α0 = (324 · 0.3 + 90 · 0.4) / (324 · 3 + 90 · 6) = 133.2 / 1512 = 0.0880952; one body, e* = 1, P + Q = 414 kN.
+    At θ: tan θ0 = 133.2 / 1512, the centroid of P + Q at (324 · 0.3 + 90 · 0.4) / 414 = 0.321739 m from the edge.
+    """
+    point = "[2.5, 0.4, 6] m"
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.PointLoad("façade", point, "[0, 0, -90] kN")])
+    pushed = bs.LoadPattern("push", [bs.BodyForce("-y"), bs.PointLoad("façade", point, "[0, -90, 0] kN")])
+    model, loaded = facade(), case(pushed, dead)
+    check = bs.assess.local_mechanism(run(model, loaded), 1.35, SITE)
+    assert check.alpha0 == pytest.approx(133.2 / 1512, rel=1e-6)
+    assert check.e_star == pytest.approx(1.0, rel=1e-9)
+    assert check.participation.total == pytest.approx(414e3)
+    assert check.curve.d0 == pytest.approx(133.2 / 414, rel=1e-6)
+    assert check.notes == ()
+    hand = bs.assess.overturning(model, loaded, check.bodies[0], EDGE)
+    assert (hand.alpha0, hand.d0) == pytest.approx((133.2 / 1512, 133.2 / 414))
+    # The same as a weight that the dead load carries and the push takes along.
+    carried = bs.LoadPattern("carried", [bs.SelfWeight(), bs.Weight("façade", point, "90 kN")])
+    same = bs.assess.local_mechanism(run(model, case(dead=carried)), 1.35, SITE)
+    assert (same.a0_star, same.curve.d0) == pytest.approx((check.a0_star, check.curve.d0), rel=1e-6)
+    # Half the push is twice the load factor, and the same check.
+    half = bs.LoadPattern("half", [bs.BodyForce("-y", 0.5), bs.PointLoad("façade", point, "[0, -45, 0] kN")])
+    halved = run(model, case(half, dead))
+    assert halved.load_factor == pytest.approx(2 * check.alpha0, rel=1e-6)
+    other = bs.assess.local_mechanism(halved, 1.35, SITE)
+    assert (other.a0_star, other.curve.d0) == pytest.approx((check.a0_star, check.curve.d0), rel=1e-6)
+    # A load whose mass is not pushed is told.
+    check = bs.assess.local_mechanism(run(model, case(dead=dead)), 1.35, SITE)
+    assert "masses without a horizontal force" in check.notes[0]
+
+
+def tied(breaks_at=None, force=20):
+    """The façade with a tie at 5 m, level, to a wall 4 m behind it."""
+    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[7, 9, 0.5] m", STONE, fixed=True)
+    wall = bs.Block.box("façade", "[0, 0, 0] m", Q_([LENGTH, DEPTH, HEIGHT], "m"), STONE)
+    back = bs.Block.box("back", "[0, 4, 0] m", Q_([LENGTH, 3, HEIGHT], "m"), STONE)
+    found = bs.detect_interfaces([ground, wall, back], joint_material=DRY)
+    more = {} if breaks_at is None else {"elongation_limit": Q_(breaks_at, "m")}
+    ends = {"start": ("façade", Q_([2.5, 0, 5], "m")), "end": ("back", Q_([2.5, 4, 5], "m"))}
+    bar = bs.Tie("bar", **ends, yield_force=Q_(force, "kN"), **more)
+    return bs.Model("tied façade", [ground, wall, back], found, ties=[bar])
+
+
+def test_a_tied_facade_by_hand():
+    """A tie of 20 kN at 5 m: α0 = (324 · 0.3 + 20 · 5) / (324 · 3) = 197.2 / 972 = 0.202881; e* = 1.
+
+    a0* = 0.202881 g / 1.35; linear ratio = 0.202881 / (1.35 · 0.09) = 1.669799.
+    Without an elongation limit nothing verifies the tie until collapse: d0 = 0.3 m and a(0) = 0.1 g / 1.35 are those of
+    the free façade (C8.7.1.2.1.6).
+    """
+    model = tied()
+    result = run(model)
+    hand = bs.assess.overturning(model, result.case, ["façade"], EDGE)
+    check = bs.assess.local_mechanism(result, 1.35, SITE, beside=hand)
+    assert (check.alpha0, hand.alpha0) == pytest.approx((197.2 / 972,) * 2, rel=1e-6)
+    assert (check.e_star, check.a0_star) == pytest.approx((1.0, 197.2 / 972 * g / 1.35), rel=1e-6)
+    assert check.ratio == pytest.approx(197.2 / 972 / 1.35 / 0.09, rel=1e-6)
+    assert (check.curve.d0, check.curve.at(0.0)) == pytest.approx((0.3, 0.1 * g / 1.35), rel=1e-5)
+    assert hand.d0 == pytest.approx(0.3)
+    assert "T = 20 kN; without an elongation limit it is not counted in a(d)" in str(check)
+    assert "T = 20 kN, M = 100 kN m" in str(check)
+
+
+def test_a_tie_that_breaks_by_hand():
+    """The same tie breaks at an elongation of 0.1 m, its anchor at (y, z) = (0, 5) m from the edge, 4 m from the other.
+
+    At θ the anchor is at (−5 sin θ, 5 cos θ), and the tie √((4 + 5 sin θ)² + 5² (1 − cos θ)²) long: 4.1 m at θ = 0.02
+    rad or so. The centroid has moved by 3 sin θ + 0.3 (1 − cos θ), some 0.06 m: less than 0.4 d0 = 0.12 m. The tie
+    gives more than half of α, so that d_SLV is where it breaks (C8.7.1.2.1.6); beyond, the façade is free.
+    """
+    theta = brentq(lambda t: np.hypot(4 + 5 * np.sin(t), 5 * (1 - np.cos(t))) - 4.1, 0, 0.5)
+    moved = 3 * np.sin(theta) + 0.3 * (1 - np.cos(theta))
+    free, push_moment = np.tan(np.arctan(0.1) - theta), 324 * (3 * np.cos(theta) + 0.3 * np.sin(theta))
+    along = np.array([4 + 5 * np.sin(theta), 5 - 5 * np.cos(theta)]) / 4.1
+    anchor = 5 * np.array([-np.sin(theta), np.cos(theta)])
+    of_tie = 20 * (anchor[1] * along[0] - anchor[0] * along[1]) / push_moment
+    check = bs.assess.local_mechanism(run(tied(breaks_at=0.1)), 1.35, SITE, method="displacement")
+    curve = check.curve
+    ((d, loss),) = curve.losses
+    assert (d, loss) == pytest.approx((moved, of_tie / (197.2 / 972)), rel=1e-5)
+    assert check.limit_state.capacity == pytest.approx(moved, rel=1e-6)
+    assert curve.at(d) == pytest.approx((free + of_tie) * g / 1.35, rel=1e-5)
+    assert curve.at(d * 1.000001) == pytest.approx(free * g / 1.35, rel=1e-4)
+    assert curve.d0 == pytest.approx(0.3, rel=1e-5)
+    beyond = 3 * np.sin(0.08) + 0.3 * (1 - np.cos(0.08))
+    assert curve.at(beyond) == pytest.approx(np.tan(np.arctan(0.1) - 0.08) * g / 1.35, rel=1e-3)
+    assert "where a tie breaks, less than 0.4 d0" in str(check)
+
+
+def test_a_tie_that_holds_longer_than_the_wall_raises_d0():
+    check = bs.assess.local_mechanism(run(tied(breaks_at=5.0, force=5)), 1.35, SITE)
+    assert check.curve.d0 > 0.31
+    assert check.curve.losses == ()
+    assert np.all(np.diff(check.curve.displacement) >= 0)
+    assert np.all(np.diff(check.curve.acceleration) <= 1e-12)
+
+
+def test_the_trap_of_small_blocks_is_closed(result, small):
+    """Over the n courses of a wall that turns as one, e* = 3n² / (4n² − 1), → 0.75; as one body it is 1.
+
+    With δ = (i − 1/2) / n in course i of n = 12: Σδ = n/2, Σδ² = n/3 − 1/(12 n): 0.751304 (units across the courses
+    have the same height).
+    """
+    n = 12
+    one, many = (bs.assess.local_mechanism(r, 1.35, SITE, method="displacement") for r in (result, small))
+    assert len(many.participation.names) == 1
+    assert len(many.participation_of_blocks.names) > 60
+    assert many.participation_of_blocks.e_star == pytest.approx(3 * n**2 / (4 * n**2 - 1), rel=1e-6)
+    assert many.e_star == pytest.approx(1.0, rel=1e-9)
+    for name in ("alpha0", "a0_star", "M_star", "ratio", "ag"):
+        assert getattr(many, name) == pytest.approx(getattr(one, name), rel=1e-5), name
+    text = str(many)
+    assert "e* = [Σ(P+Q)δ]² / (Σ(P+Q) Σ(P+Q)δ²) = 324² / (324 · 324) = 1" in text
+    assert "by single blocks, not used" in text
+    assert "e* = 0.7513" in text
+
+
+def test_two_bodies_by_hand():
+    """Weights of 2 and 1 with δ = 1 and 1/2: e* = 2.5² / (3 · 2.25) = 0.925926; d = d_C · 2.25 / 2.5 at δ_C = 1."""
+    found = bs.assess.Participation.of(
+        ["a", "b"], [np.array([0]), np.array([1])], np.array([2.0, 1.0]), np.array([0.4, 0.2])
+    )
+    assert found.e_star == pytest.approx(6.25 / 6.75)
+    assert found.M_star == pytest.approx(6.25 / 2.25 / g)
+    assert found.factor == pytest.approx(2.25 / 2.5)
+
+
+def test_the_mechanism_of_a_wall_in_its_plane_has_several_bodies_and_no_straight_curve():
+    rows = [[1, 1, 1, 1], [0.5, 1, 1, 1, 0.5], [1, 1, -1, 1], [0.5, 1, -1, 1, 0.5], [1, 2, 1], [0.5, 1, 1, 1, 0.5]]
+    blocks = bs.courses(rows, unit_length="40 cm", unit_height="20 cm", depth="30 cm", material=STONE)
+    found = run(model_of(blocks, DRY), case(push(1, 0, 0)))
+    check = bs.assess.local_mechanism(found, 1.35, SITE)
+    moving = [body for body in check.bodies if body.moves]
+    assert len(moving) > 1
+    assert check.curve is None
+    assert "bodies move against each other; it takes a pushover" in str(check)
+    assert 0 < check.participation_of_blocks.e_star <= check.e_star <= 1
+    with pytest.raises(bs.errors.ModelError, match="takes a pushover, or give method='linear'"):
+        bs.assess.local_mechanism(found, 1.35, SITE, method="displacement")
+
+
+def test_a_sliding_block_takes_part_as_one_and_has_no_d0():
+    blocks = [
+        bs.Block.box("ground", "[-1, -1, -0.5] m", "[5, 5, 0.5] m", STONE, fixed=True),
+        bs.Block.box("block", "[0, 0, 0] m", "[2, 2, 1] m", STONE),
+    ]
+    found = run(model_of(blocks, bs.JointMaterial("smooth", 0.3)))
+    check = bs.assess.local_mechanism(found, 1.35, SITE)
+    assert (check.alpha0, check.e_star) == pytest.approx((0.3, 1.0), rel=1e-6)
+    assert "slides without turning" in check.missing_curve
+
+
+def test_a_body_that_friction_holds_has_no_straight_curve():
+    """A façade pressed with 30 kN against a side wall that it rubs along: more than its weight resists."""
+    wall = bs.Block.box("façade", "[0, 0, 0] m", "[2, 0.6, 3] m", STONE)
+    side = bs.Block.box("side", "[2, 0, 0] m", "[0.5, 3, 3] m", STONE)
+    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[5, 6, 0.5] m", STONE, fixed=True)
+    pressed = [
+        bs.PointLoad("side", "[2.5, 0.3, 1.5] m", "[-30, 0, 0] kN"),
+        bs.PointLoad("façade", "[0, 0.3, 1.5] m", "[30, 0, 0] kN"),
+    ]
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), *pressed])
+    check = bs.assess.local_mechanism(run(model_of([ground, wall, side], DRY), case(dead=dead)), 1.35, SITE)
+    assert [body.blocks for body in check.bodies if body.moves] == [("façade",)]
+    # Its own weight gives 0.6 / 3.
+    assert check.alpha0 > 0.3
+    assert check.curve is None
+    assert "hold it, too" in check.missing_curve
+
+
+def test_every_formula_is_printed_with_its_paragraph(result):
+    text = str(
+        bs.assess.local_mechanism(result, 1.35, SITE, spectrum_slc=SITE.at(0.2 * g), spectrum_sld=SITE.at(0.05 * g))
+    )
+    for words in (
+        "relied on: SLV, linear: capacity / demand = 0.823, not satisfied; equal at a_g = 1.211 m/s² = 0.1235 g",
+        "a0* = α0 g / (e* FC) = 0.1 · 9.80665 m/s² / (1 · 1.35) = 0.7264 m/s² = 0.07407 g   [C8.7.1.2.1.5 (C8.7.1.8)]",
+        "d_SLV = 0.4 d0 = 0.4 · 0.3 m = 0.12 m   [C8.7.1.2.1.6]",
+        "T_SLV = 1.68 π √(d/a) = 1.68 π √(0.12 m / 0.4359 m/s²) = 2.769 s   [C8.7.1.2.1.8 (C8.7.1.10)]",
+        "T_SLC = 1.56 π √(d/a)",
+        "η = √(10/(5 + ξ)) = 0.8771 for ξ = 8 %",
+        "S_S = 1.40 − 0.40 F0 a_g/g, from 1.00 to 1.20 = 1.2   [NTC 2018 Tab. 3.2.IV]",
+        "FC = 1.35: α0 ignores the compressive strength: that of LC1, 1.35, is the least",
+        "behaviour factor q",
+    ):
+        assert words in text, words
+    assert text.count("capacity / demand  ") == 4
+
+
+def test_coefficients_are_arguments_and_changes_are_printed(result):
+    plain = bs.assess.local_mechanism(result, 1.35, SITE)
+    own = bs.assess.local_mechanism(result, 1.35, SITE, coefficients=bs.assess.Coefficients(q=1.5, slv_share=0.25))
+    assert own.ratio == pytest.approx(0.75 * plain.ratio)
+    assert own.limit_states["SLV, by displacement"].capacity == pytest.approx(0.25 * 0.3, rel=1e-6)
+    assert "1.5 (given; the Circolare has 2)" in str(own)
+    assert "(given;" not in str(plain)
+
+
+def test_units_do_not_change_the_check(result):
+    other = bs.assess.ntc_spectrum(Q_(1.4709975, "m/s^2"), 2.4, Q_(300, "ms"), "B")
+    one, two = (bs.assess.local_mechanism(result, 1.35, site) for site in (SITE, other))
+    assert two.ratio == pytest.approx(one.ratio, rel=1e-12)
+
+
+def test_an_acceleration_below_that_of_sld_is_not_taken_at_slv(result):
+    """C8.7.1.2.1.8: a_g,SLV is not less than a_g,SLD."""
+    few = bs.assess.Coefficients(slv_share=0.01)
+    check = bs.assess.local_mechanism(result, 1.35, SITE, method="displacement", coefficients=few)
+    assert check.ag == pytest.approx(check.limit_states["SLD"].ag)
+    assert "not below that of SLD" in str(check)
+
+
+def test_a_table_that_ends_before_the_period_leaves_the_displacement_out(result):
+    short = bs.assess.table_spectrum(Q_([0, 0.15, 0.42, 2], "s"), Q_([0.18, 0.432, 0.432, 0.09], "g_0"), ag="0.15 g_0")
+    check = bs.assess.local_mechanism(result, 1.35, short)
+    assert check.ratio == pytest.approx(0.1 / 1.35 / 0.09, rel=1e-6)
+    assert list(check.limit_states) == ["SLD", "SLV, linear"]
+    assert "SLV by displacement was left out" in check.notes[0]
+    assert "last period is 2 s" in check.notes[0]
+    with pytest.raises(bs.errors.ModelError, match="last period is 2 s"):
+        bs.assess.local_mechanism(result, 1.35, short, method="displacement")
+
+
+def test_what_must_be_known_is_told(result, small):
+    bound = run(facade(), case(flow="associative"))
+    check = bs.assess.local_mechanism(bound, 1.35, SITE)
+    assert "an upper bound of every other flow rule" in check.notes[0]
+    assert f"note: {check.notes[0]}" in str(check)
+    drifting = dataclasses.replace(result, message="still drifting")
+    assert "had not settled" in bs.assess.local_mechanism(drifting, 1.35, SITE).notes[0]
+    assert bs.assess.local_mechanism(result, 1.35, SITE).notes == ()
+
+
+def capacity_of_facade(top=0.0997, holds=60):
+    """What a pushover of the façade gives: α = tan(atan 0.1 − θ) over the displacement of a corner of its top."""
+    angle = np.linspace(0.0, top, 61)
+    displacement = HEIGHT * np.sin(angle)
+    factor = np.tan(np.arctan(0.1) - angle)
+    ended = factor[-1] <= 0
+    return xr.Dataset(
+        {
+            "load_factor": ("step", factor),
+            "holds": ("step", (np.arange(61) <= holds).astype(int)),
+            "d0": ((), HEIGHT * np.sin(np.arctan(0.1)) if ended else np.nan),
+        },
+        coords={"displacement": ("step", displacement)},
+    )
+
+
+def curve_of(result, dataset, control=("façade", (0.0, -1.0, 0.0)), point=(0.0, 0.0, 6.0)):
+    check = bs.assess.local_mechanism(result, 1.35, SITE)
+    pushed = dataclasses.replace(result)
+    object.__setattr__(pushed, "case", SimpleNamespace(control=control, control_point=point))
+    return curve_of_pushover(pushed, dataset, check.participation, check.a0_star)
+
+
+def test_the_curve_of_a_pushover_is_that_of_the_oscillator(result):
+    """Corner of the top: δ_C = 2 where the centroid has 1: d = d_C / 2. d0 = 6 sin(atan 0.1) / 2 = 0.298511 m."""
+    curve = curve_of(result, capacity_of_facade())
+    assert curve.d0 == pytest.approx(3 * np.sin(np.arctan(0.1)), rel=1e-6)
+    assert curve.at(0.0) == pytest.approx(0.1 * g / 1.35, rel=1e-6)
+    assert curve.at(3 * np.sin(0.05)) == pytest.approx(np.tan(np.arctan(0.1) - 0.05) * g / 1.35, rel=1e-4)
+    assert curve.at(curve.d0) == 0
+    # By its centroid it is the same oscillator, to first order.
+    part = capacity_of_facade(top=0.05)
+    part["displacement"] = part["displacement"] / 2
+    centred = curve_of(result, part, point=None)
+    assert centred.at(0.1) == pytest.approx(curve.at(0.1), rel=1e-3)
+
+
+def test_a_pushover_that_ends_early_gives_the_displacement_it_reached(result):
+    early = curve_of(result, capacity_of_facade(top=0.05))
+    assert early.d0 == pytest.approx(3 * np.sin(0.05), rel=1e-6)
+    assert "on the safe side" in early.lines[0].formula
+    uncertified = curve_of(result, capacity_of_facade(holds=30))
+    assert uncertified.d0 == pytest.approx(3 * np.sin(0.0997 / 2), rel=1e-6)
+
+
+def test_a_pushover_that_tells_no_displacement_is_refused(result):
+    with pytest.raises(bs.errors.ModelError, match="rests in the mechanism"):
+        curve_of(result, capacity_of_facade(), control=("façade", (1.0, 0.0, 0.0)))
+    with pytest.raises(bs.errors.ModelError, match="certified steps"):
+        curve_of(result, capacity_of_facade(holds=1))
+
+
+def test_a_spread_is_checked_by_its_lowest_answer():
+    model = facade()
+    analysis = bs.AnalysisManager(model).run([case()], spread=True)
+    spread = analysis.spread("out of plane")
+    assert bs.assess.local_mechanism(spread, 1.35, SITE).result is spread.lowest
+
+
+@pytest.mark.parametrize(
+    ("variable", "words"),
+    [
+        (bs.LoadPattern("roof", [bs.PointLoad("façade", "[2.5, 0.3, 6] m", "[0, -9, 0] kN")]), "has no BodyForce"),
+        (push(0, -0.8, 0.6), "pushes along"),
+        (
+            bs.LoadPattern("turn", [bs.BodyForce("-y"), bs.Moment("façade", "[5, 0, 0] kN*m")]),
+            "has couples",
+        ),
+        (
+            bs.LoadPattern("two", [bs.BodyForce("-y"), bs.PointLoad("façade", "[2.5, 0.3, 6] m", "[0, 0, -9] kN")]),
+            "across or against",
+        ),
+    ],
+)
+def test_a_push_that_is_not_horizontal_in_proportion_to_weight_is_refused(variable, words):
+    found = run(facade(), case(variable))
+    with pytest.raises(bs.errors.ModelError, match=words):
+        bs.assess.local_mechanism(found, 1.35, SITE)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"confidence_factor": 1.2}, "FC is 1.35, that of LC1"),
+        ({"confidence_factor": 0.9}, "1 at least"),
+        ({"confidence_factor": True}, "1 at least"),
+        ({"knowledge_level": "LC4"}, "known are LC1, LC2, LC3"),
+        ({"confidence_factor": 1.35, "knowledge_level": "LC2"}, "give one of the two"),
+        ({"method": "by eye"}, "known are linear, displacement"),
+        ({"spectrum": 0.15}, "spectrum is a float"),
+        ({"confidence": 1.35}, "did you mean confidence_factor"),
+    ],
+)
+def test_arguments_that_make_no_check_are_refused(result, arguments, words):
+    with pytest.raises(bs.errors.ModelError, match=words):
+        bs.assess.local_mechanism(result, **{"spectrum": SITE, **arguments})
+
+
+def test_the_factor_of_confidence_follows_from_what_counts(result):
+    assert bs.assess.local_mechanism(result, spectrum=SITE).confidence_factor == 1.35
+    assert bs.assess.local_mechanism(result, spectrum=SITE, knowledge_level="LC3").confidence_factor == 1.35
+    assert bs.assess.local_mechanism(result, 1.5, SITE).confidence_factor == 1.5
+    crushing = run(facade(DRY.varied(compressive_strength="2 MPa")))
+    with pytest.raises(bs.errors.ModelError, match="give the factor, or knowledge_level"):
+        bs.assess.local_mechanism(crushing, spectrum=SITE)
+    assert bs.assess.local_mechanism(crushing, 1.2, SITE).confidence_factor == 1.2
+
+
+def test_results_without_a_collapse_state_are_refused(result):
+    model = facade()
+    up = solve(model, push(0, 0, -1))
+    assert up.status == "unbounded"
+    with pytest.raises(bs.errors.ModelError, match="converged collapse state"):
+        bs.assess.local_mechanism(up, 1.35, SITE)
+    settled = dataclasses.replace(result, case=SimpleNamespace(name="left pier"))
+    with pytest.raises(bs.errors.ModelError, match="has no push"):
+        bs.assess.local_mechanism(settled, 1.35, SITE)
+    for other in (None, model, result.history):
+        with pytest.raises(bs.errors.ModelError, match="is no result of a limit case"):
+            bs.assess.local_mechanism(other, 1.35, SITE)
+
+
+def test_a_hand_calculation_of_nothing_is_refused(result):
+    model, of = result.model, result.case
+    for blocks, edge, error, words in (
+        (["wall"], EDGE, bs.errors.UnknownNameError, "no block 'wall'"),
+        (["ground"], EDGE, bs.errors.ModelError, "name free blocks"),
+        ([], EDGE, bs.errors.ModelError, "name free blocks"),
+        (["façade"], Q_([0, 0, 0], "m"), bs.errors.ModelError, "two ends"),
+        (["façade"], Q_([[0, 0, 0], [0, 5, 0]], "m"), bs.errors.ModelError, "does not turn"),
+        (["façade"], [[0, 0, 0], [5, 0, 0]], bs.errors.UnitError, "no unit"),
+    ):
+        with pytest.raises(error, match=words):
+            bs.assess.overturning(model, of, blocks, edge)

@@ -1,0 +1,182 @@
+"""Spectra: by hand at the ends of every branch, consistent with each other, and bad input refused."""
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.assess.local_mechanism import _ground_acceleration
+
+g = 9.80665
+SITE = {"ag": Q_(0.15, "g_0"), "F0": 2.4, "Tc": Q_(0.3, "s"), "soil": "B"}
+
+
+def test_the_branches_of_the_spectrum_by_hand():
+    """Soil C, T1, ag = 0.2 g, F0 = 2.5, Tc* = 0.35 s, ξ = 5 %.
+
+    S_S = 1.70 − 0.60 · 2.5 · 0.2 = 1.40; C_C = 1.05 · 0.35^−0.33 = 1.484728; T_C = 0.519655 s; T_B = 0.173218 s;
+    T_D = 4 · 0.2 + 1.6 = 2.4 s. S_e(0) = 0.2 · 1.4 = 0.28 g; S_e(T_B) = S_e(T_C) = 0.28 · 2.5 = 0.7 g;
+    S_e(T_D) = 0.7 · 0.519655 / 2.4 = 0.151566 g; S_e(4 s) = 0.7 · 0.519655 · 2.4 / 16 = 0.0545637 g.
+    """
+    site = bs.assess.ntc_spectrum(Q_(0.2, "g_0"), 2.5, "0.35 s", "C")
+    TC = 1.05 * 0.35**-0.33 * 0.35
+    assert pytest.approx((1.4, 1.0, 2.4)) == (site.SS, site.ST, site.TD)
+    assert pytest.approx((TC / 3, TC)) == (site.TB, site.TC)
+    assert pytest.approx(0.519655, abs=1e-6) == TC
+    hand = [0.28, 0.28 * 1.75, 0.7, 0.7, 0.7, 0.7 * TC / 2.4, 0.7 * TC * 2.4 / 16]
+    found = site.acceleration([0, TC / 6, TC / 3, 0.4, TC, 2.4, 4.0])
+    np.testing.assert_allclose(found / g, hand, rtol=1e-12)
+    # ξ = 8 %: η = √(10/13) on all but S_e(0); the displacement is S_e (T/2π)².
+    eta = np.sqrt(10 / 13)
+    assert site.acceleration(1.0, 0.08) == pytest.approx(eta * site.acceleration(1.0))
+    assert site.acceleration(0.0, 0.08) == pytest.approx(0.28 * g)
+    assert site.displacement(3.0, 0.08) == pytest.approx(site.acceleration(3.0, 0.08) * (3 / (2 * np.pi)) ** 2)
+
+
+@pytest.mark.parametrize(
+    ("soil", "SS", "CC"),
+    [
+        ("A", (1.0, 1.0), 1.0),
+        ("B", (1.2, 1.0), 1.10 * 0.3**-0.20),
+        ("C", (1.5, 1.0), 1.05 * 0.3**-0.33),
+        ("D", (1.8, 0.9), 1.25 * 0.3**-0.50),
+        ("E", (1.6, 1.0), 1.15 * 0.3**-0.40),
+    ],
+)
+def test_every_row_of_the_table_of_soils_and_its_limits(soil, SS, CC):
+    """NTC 2018 Tab. 3.2.IV: S_S at its upper limit for a weak ground motion, at its lower one for a strong."""
+    weak, strong = (bs.assess.ntc_spectrum(Q_(ag, "g_0"), 2.4, "0.3 s", soil) for ag in (0.02, 0.6))
+    assert pytest.approx(SS) == (weak.SS, strong.SS)
+    assert pytest.approx(CC) == weak.CC
+
+
+@pytest.mark.parametrize(("topography", "ST"), [("T1", 1.0), ("T2", 1.2), ("T3", 1.2), ("T4", 1.4)])
+def test_topography(topography, ST):
+    flat, steep = (bs.assess.ntc_spectrum(**SITE, topography=t) for t in ("T1", topography))
+    np.testing.assert_allclose(steep.acceleration([0, 0.2, 3]), ST * flat.acceleration([0, 0.2, 3]))
+
+
+def test_displacements_at_long_periods():
+    """[3.2.11]: beyond T_F the displacement of the ground, 0.025 ag S T_C T_D; the two formulas meet near T_E."""
+    site = bs.assess.ntc_spectrum(**SITE)
+    dg = 0.025 * 0.15 * g * 1.2 * site.TC * site.TD
+    np.testing.assert_allclose(site.displacement([10.0, 30.0], 0.08), dg)
+    assert site.displacement(5.0 + 1e-9) == pytest.approx(site.displacement(5.0), rel=0.015)
+    half = dg * (2.4 + (1 - 2.4) / 2)
+    assert site.displacement(7.5) == pytest.approx(half)
+
+
+def test_given_coefficients_replace_those_of_the_tables():
+    site = bs.assess.ntc_spectrum(**SITE, SS=1.33, CC=1.5, ST=1.1)
+    assert pytest.approx((1.33 * 1.1, 0.45)) == (site.S, site.TC)
+    assert sum("(given)" in line.formula for line in site.lines()) == 3
+
+
+def test_a_table_of_the_same_ordinates_is_the_same_spectrum():
+    site = bs.assess.ntc_spectrum(**SITE)
+    periods = np.linspace(0, 4, 4001)
+    table = bs.assess.table_spectrum(Q_(periods, "s"), Q_(site.acceleration(periods), "m/s^2"), ag=SITE["ag"])
+    assert table.peak == pytest.approx(site.peak)
+    np.testing.assert_allclose(table.acceleration([0.1, 1.0, 3.0]), site.acceleration([0.1, 1.0, 3.0]), rtol=1e-4)
+    np.testing.assert_allclose(table.displacement([1.0, 2.0], 0.08), site.displacement([1.0, 2.0], 0.08), rtol=1e-4)
+    assert table.at(2 * table.ag).peak == pytest.approx(2 * table.peak)
+
+
+def test_the_displacement_of_a_table_never_falls_with_the_period():
+    """C8.7.1.2.1.8: the largest one up to the period, since its peaks belong to pulses."""
+    table = bs.assess.table_spectrum(Q_([0, 1, 1.2, 3], "s"), Q_([2, 8, 1, 1], "m/s^2"))
+    found = table.displacement(np.linspace(0.01, 3, 50))
+    assert np.all(np.diff(found) >= 0)
+    assert table.displacement(1.3) == pytest.approx(8 * (1 / (2 * np.pi)) ** 2)
+
+
+def test_a_floor_spectrum_by_hand():
+    """One mode T = 0.4 s, γ ψ = 1.17, ξ = 10 % over the site of 0.15 g on soil B.
+
+    η(10 %) = √(10/15) = 0.816497; T_B < 0.4 s < T_C, so S_e(T_k) = 0.18 g · 2.4 · η = 3.459066 m/s².
+    a_Z = 3.459066 · 1.17 · √1.04 = 4.127255 m/s². Peak at ξ = 5 %: 1.1 / √0.1 · a_Z = 14.3567 m/s².
+    At T = 0.88 s = 2 b T_k: peak / (1 + (3.478505 − 1) · 1) = a_Z.
+    """
+    ground = bs.assess.ntc_spectrum(**SITE)
+    mode = bs.assess.Mode("0.4 s", participation=1.3, shape=0.9, damping=0.1)
+    floor = bs.assess.floor_spectrum(ground, [mode])
+    a_Z = 0.18 * g * 2.4 * np.sqrt(10 / 15) * 1.17 * np.sqrt(1.04)
+    assert floor.peak == pytest.approx(a_Z)
+    np.testing.assert_allclose(floor.acceleration([0, 0.32, 0.4, 0.44]), a_Z * np.array([1, *[1.1 / np.sqrt(0.1)] * 3]))
+    assert floor.acceleration(0.88) == pytest.approx(a_Z)
+    # Beyond T_1 at least the ground, and beyond b T_1 at least the displacement there ([C7.2.5], [C8.7.1.12]).
+    weak = bs.assess.floor_spectrum(ground, [bs.assess.Mode("0.4 s", participation=0.1, shape=0.9)])
+    assert weak.acceleration(3.0) == pytest.approx(float(ground.acceleration(3.0)))
+    assert weak.acceleration(0.3) < ground.acceleration(0.3)
+    least = float(floor.acceleration(0.4)) * (0.44 / (2 * np.pi)) ** 2
+    assert np.all(floor.displacement(np.linspace(0.45, 4, 20)) >= least)
+    assert floor.at(2 * floor.ag).ag == pytest.approx(2 * floor.ag)
+
+
+@pytest.mark.parametrize("soil", list("ABCDE"))
+@pytest.mark.parametrize("target", [0.05, 0.4, 2.0])
+def test_the_ground_acceleration_found_gives_back_the_capacity_and_is_the_least(soil, target):
+    """S_S falls with ag: on soil D the demand falls between two ag, so that several give the same."""
+    site = bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.6, "0.4 s", soil)
+    ag = _ground_acceleration(site, lambda s: s.peak, target)
+    assert site.at(ag).peak == pytest.approx(target, rel=1e-10)
+    below = np.linspace(0.02, 0.999, 200) * ag
+    assert all(site.at(a).peak < target for a in below)
+
+
+def test_on_soil_d_the_demand_does_not_rise_everywhere():
+    site = bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.4, "0.4 s", "D")
+    assert site.at(0.40 * g).peak < site.at(0.34 * g).peak
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"ag": 0.15}, "ag: 0.15 has no unit"),
+        ({"ag": "0.15 m"}, "does not fit"),
+        ({"ag": "200 m/s^2"}, "up to 10 g"),
+        ({"ag": "0 g_0"}, "up to 10 g"),
+        ({"F0": 1.0}, "2.2 at least"),
+        ({"Tc": 0.3}, "has no unit"),
+        ({"Tc": "5 s"}, "Tc 5 s"),
+        ({"soil": "F"}, "known are A, B, C, D, E"),
+        ({"topography": "flat"}, "known are T1"),
+        ({"SS": -1}, "SS -1"),
+        ({"soils": "A"}, "did you mean soil"),
+    ],
+)
+def test_a_site_that_is_none_is_refused(change, words):
+    with pytest.raises((bs.errors.ModelError, bs.errors.UnitError, bs.errors.DimensionError), match=words):
+        bs.assess.ntc_spectrum(**{**SITE, **change})
+
+
+@pytest.mark.parametrize(
+    ("periods", "ordinates", "words"),
+    [
+        ([0, 1], [1, 2, 3], "as many"),
+        ([0.1, 1], [1, 2], "rise from 0"),
+        ([0, 2, 1], [1, 2, 3], "rise from 0"),
+        ([0, 1], [1, 0], "above zero"),
+    ],
+)
+def test_a_table_that_is_none_is_refused(periods, ordinates, words):
+    with pytest.raises(bs.errors.ModelError, match=words):
+        bs.assess.table_spectrum(Q_(periods, "s"), Q_(ordinates, "m/s^2"))
+
+
+def test_a_table_is_not_read_beyond_its_end():
+    table = bs.assess.table_spectrum(Q_([0, 1], "s"), Q_([1, 2], "m/s^2"))
+    with pytest.raises(bs.errors.ModelError, match="last period is 1 s"):
+        table.displacement(2.0)
+
+
+def test_floor_spectra_of_nothing_are_refused():
+    ground = bs.assess.ntc_spectrum(**SITE)
+    mode = bs.assess.Mode("0.4 s", participation=1.3, shape=0.9)
+    for modes, more in (([], {}), ([mode], {"a": 1.2}), ([ground], {})):
+        with pytest.raises(bs.errors.ModelError, match="floor_spectrum"):
+            bs.assess.floor_spectrum(ground, modes, **more)
+    with pytest.raises(bs.errors.ModelError, match="ground is a Mode"):
+        bs.assess.floor_spectrum(mode, [mode])
+    with pytest.raises(bs.errors.ModelError, match="a ratio such as"):
+        bs.assess.Mode("0.4 s", participation=1.3, shape=0.9, damping=5)

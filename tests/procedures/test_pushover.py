@@ -1,0 +1,240 @@
+"""Pushovers against hand calculations.
+
+Lengths in m; x along the push, z up; W the weight of a block and θ a rotation. Hinges do not slide: μ is 2 or more.
+"""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import SELF_WEIGHT, model_of, moved, push, rotation, single_block
+
+STONE = bs.Material("stone", "20 kN/m^3")
+ROUGH = bs.JointMaterial("rough", 2.0)
+
+
+def box(name, x, z, *, fixed=False, depth=1.0):
+    origin = Q_([x[0], 0, z[0]], "m")
+    return bs.Block.box(name, origin, Q_([x[1] - x[0], depth, z[1] - z[0]], "m"), STONE, fixed=fixed)
+
+
+def run(model, control, direction=(1, 0, 0), dead=SELF_WEIGHT, **more):
+    case = bs.Pushover("push", dead=dead, variable=push(*direction), control=(control, direction), **more)
+    return bs.run(model, case)["push"]
+
+
+def turned(capacity, block):
+    """Rotation of a block about y, rad."""
+    return capacity["rotation"].sel(block=block, axis="y").to_numpy()
+
+
+@pytest.fixture(scope="module")
+def rocking():
+    blocks, _ = single_block(0.3, 1.5)
+    return run(model_of(blocks, ROUGH), "block")
+
+
+def test_single_block(rocking):
+    """A block b × h on its base: ``α(θ) = tan(atan(b / h) − θ)``, zero at θ = atan(b / h)."""
+    curve = rocking.capacity
+    expected = np.tan(np.arctan(0.3 / 1.5) - turned(curve, "block"))
+    assert curve["load_factor"].to_numpy() == pytest.approx(expected, abs=1e-4)
+    assert turned(curve, "block")[-1] == pytest.approx(np.arctan(0.2), abs=1e-4)
+    # Its centroid is then above the edge it turns about, half of its width further on.
+    assert float(curve["d0"]) == pytest.approx(0.15, rel=1e-5)
+    assert rocking.status == "converged"
+    assert rocking.load_factor == pytest.approx(0.2, rel=1e-6)
+    assert "the load factor is zero" in rocking.message
+
+
+def test_energy_and_certificates(rocking):
+    curve = rocking.capacity
+    assert curve["energy_error"].max() < 1e-5
+    assert curve["holds"].all()
+    assert curve["penetration"].max() < 1e-9
+
+
+def test_two_stacked_blocks():
+    """Two equal blocks b × h turn as one body b × 2 h about its edge: ``α(θ) = tan(atan(b / 2 h) − θ)``."""
+    blocks = [
+        box("ground", (-1, 2), (-0.5, 0), fixed=True),
+        box("lower", (0, 0.4), (0, 0.8)),
+        box("upper", (0, 0.4), (0.8, 1.6)),
+    ]
+    curve = run(model_of(blocks, ROUGH), "upper", steps=20).capacity
+    for block in ("lower", "upper"):
+        expected = np.tan(np.arctan(0.4 / 1.6) - turned(curve, block))
+        assert curve["load_factor"].to_numpy() == pytest.approx(expected, abs=1e-4)
+    assert curve["energy_error"].max() < 1e-4
+
+
+def test_rocking_pier():
+    """A pier b × h with a dead load N at the middle of its top, which moves with it.
+
+    About the edge it turns on, with N at (b / 2, h) and the weight at (b / 2, h / 2) before:
+    ``α W (h / 2 cos θ + b / 2 sin θ) = W (b / 2 cos θ − h / 2 sin θ) + N (b / 2 cos θ − h sin θ)``.
+    """
+    b, h, W, N = 0.5, 2.0, 20e3, 30e3
+    blocks = [box("ground", (-1, 3), (-0.5, 0), fixed=True), box("pier", (0, b), (0, h))]
+    load = bs.PointLoad("pier", Q_([b / 2, 0.5, h], "m"), Q_([0, 0, -N], "N"))
+    curve = run(
+        model_of(blocks, ROUGH), "pier", dead=bs.LoadPattern("dead", [bs.SelfWeight(), load]), steps=20
+    ).capacity
+    angle = turned(curve, "pier")
+    c, s = np.cos(angle), np.sin(angle)
+    expected = (W * (b * c - h * s) + N * (b * c - 2 * h * s)) / (W * (h * c + b * s))
+    assert curve["load_factor"].to_numpy() == pytest.approx(expected, abs=1e-4)
+    # Zero where W (b − h tan θ) + N (b − 2 h tan θ) is.
+    assert np.tan(angle[-1]) == pytest.approx((W + N) * b / (W * h + 2 * N * h), rel=1e-4)
+    assert curve["energy_error"].max() < 1e-4
+
+
+def test_three_hinges():
+    """A wall that spans from its base to a smooth restraint at its top, and cracks at half its height.
+
+    Two panels b × h. The lower turns by θ about its edge (b, 0), away from the push; the crack closes at its edge M
+    towards the push, ``M = (b − b cos θ + h sin θ, b sin θ + h cos θ)``; the upper one turns back by φ about M, and its
+    face slides down the edge E of the restraint: ``(E − M)·(cos φ, sin φ) = b``. Virtual work of the weights and of the
+    push, in each position: ``α = d(z_1 + z_2) / d(x_1 + x_2)`` of the centroids. At rest, with E at height 2 h, it is
+    ``2 b / h``.
+    """
+    b, h, e = 0.3, 1.5, 2.9
+    blocks = [
+        box("ground", (-1, 2), (-0.5, 0), fixed=True),
+        box("lower", (0, b), (0, h)),
+        box("upper", (0, b), (h, 2 * h)),
+        box("restraint", (b, b + 0.5), (e, 2 * h), fixed=True),
+    ]
+    smooth = {"restraint|*": bs.JointMaterial("smooth", 1e-6), "*": ROUGH}
+    model = bs.Model("wall", blocks, bs.detect_interfaces(blocks, smooth))
+    result = run(model, "lower", steps=40)
+    curve = result.capacity
+
+    def hinge(angle):
+        c, s = np.cos(angle), np.sin(angle)
+        return b - b * c + h * s, b * s + h * c
+
+    def back(angle):
+        x, z = hinge(angle)
+        return brentq(lambda phi: (b - x) * np.cos(phi) + (e - z) * np.sin(phi) - b, -1e-3, 1.0)
+
+    def centroids(angle):
+        """Sums of the centroids' x and z."""
+        (x, z), phi = hinge(angle), back(angle)
+        c, s = np.cos(angle), np.sin(angle)
+        x1, z1 = b + (-b * c + h * s) / 2, (b * s + h * c) / 2
+        x2, z2 = x + (b * np.cos(phi) - h * np.sin(phi)) / 2, z + (b * np.sin(phi) + h * np.cos(phi)) / 2
+        return np.array([x1 + x2, z1 + z2])
+
+    for angle, alpha in zip(turned(curve, "lower"), curve["load_factor"].to_numpy(), strict=True):
+        dx, dz = centroids(angle + 1e-6) - centroids(angle - 1e-6)
+        # The weights are lifted, by the work of the push.
+        assert alpha == pytest.approx(dz / dx, abs=1e-3)
+    # The weight of the upper panel has come behind M: without the restraint no push holds both panels.
+    assert float(curve["load_factor"][-1]) < 0.03
+    assert "blocks fall" in result.message
+    assert np.isnan(curve["d0"])
+    # At first there is hardly any work to which an error is relative.
+    assert curve["energy_error"].where(curve["displacement"] > 0.01).max() < 1e-3
+
+
+def test_a_block_slides_until_it_overhangs():
+    """A block b × h that slides on one as wide: ``α = μ`` until its resultant leaves the edge, at ``(b − μ h) / 2``."""
+    b, h, mu = 0.6, 0.4, 0.3
+    blocks = [box("lower", (0, b), (-0.5, 0), fixed=True), box("upper", (0, b), (0, h))]
+    result = run(model_of(blocks, bs.JointMaterial("dry", mu)), "upper", steps=20)
+    curve = result.capacity.sel(step=result.capacity["displacement"] < (b - mu * h) / 2 - 1e-3)
+    assert curve.sizes["step"] > 5
+    assert curve["load_factor"].to_numpy() == pytest.approx(mu, rel=1e-5)
+    assert curve["dissipation"].to_numpy() == pytest.approx(mu, rel=1e-4)
+    assert np.abs(turned(curve, "upper")).max() < 1e-6
+
+
+def test_contacts_that_were_none_close():
+    """A block slides until it meets a stop 0.1 m away, where no interface was; from there it turns over.
+
+    At the stop it can only turn over, about its foot: ``α = b / h``.
+    """
+    b, h, mu = 0.4, 0.5, 0.2
+    blocks = [
+        box("ground", (-1, 2), (-0.5, 0), fixed=True),
+        box("block", (0, b), (0, h)),
+        box("stop", (b + 0.1, b + 0.2), (0, 0.05), fixed=True),
+    ]
+    curve = run(model_of(blocks, bs.JointMaterial("dry", mu)), "block", steps=20).capacity
+    before = curve.sel(step=curve["displacement"] < 0.099)
+    assert before["load_factor"].to_numpy() == pytest.approx(mu, rel=1e-4)
+    after = curve.sel(step=np.abs(curve["displacement"] - 0.1) < 1e-3)
+    assert float(after["load_factor"].max()) > 2 * mu
+    assert float(curve["penetration"].max()) < 1e-3
+
+
+def test_half_the_steps(rocking):
+    blocks, _ = single_block(0.3, 1.5)
+    finer = run(model_of(blocks, ROUGH), "block", steps=120).capacity
+    assert finer.sizes["step"] > 1.7 * rocking.capacity.sizes["step"]
+    curve = rocking.capacity
+    between = np.interp(curve["displacement"], finer["displacement"], finer["load_factor"])
+    assert curve["load_factor"].to_numpy() == pytest.approx(between, rel=1e-2, abs=1e-4)
+
+
+def test_invariance():
+    """Turned about the vertical, moved away, and in other units of length and force."""
+    blocks, _ = single_block(0.3, 1.5)
+    plain = run(model_of(blocks, ROUGH), "block", steps=12).capacity
+    R = rotation((0, 0, 1), 0.7)
+    away = moved(blocks, R, (30, -20, 5))
+    other = run(model_of(away, ROUGH), "block", direction=tuple(R[:, 0]), steps=12).capacity
+    assert other["load_factor"].to_numpy() == pytest.approx(plain["load_factor"].to_numpy(), abs=1e-6)
+    assert other["displacement"].to_numpy() == pytest.approx(plain["displacement"].to_numpy(), rel=1e-5, abs=1e-9)
+    large = [
+        bs.Block.from_faces(b.name, Q_(1e3 * b.shape.vertices, "m"), b.shape.faces, b.material, fixed=b.fixed)
+        for b in blocks
+    ]
+    scaled = run(model_of(large, ROUGH), "block", steps=12).capacity
+    assert scaled["load_factor"].to_numpy() == pytest.approx(plain["load_factor"].to_numpy(), abs=1e-6)
+    assert scaled["displacement"].to_numpy() == pytest.approx(
+        1e3 * plain["displacement"].to_numpy(), rel=1e-5, abs=1e-6
+    )
+
+
+def test_control_point():
+    """The top of a block goes further than its centroid; both end where the load factor is zero."""
+    blocks, _ = single_block(0.3, 1.5)
+    top = run(model_of(blocks, ROUGH), "block", control_point=Q_([0.3, 0.5, 1.5], "m"), steps=12)
+    # The edge (0.3, 0), θ = atan(0.2): the point straight above it comes to 1.5 m times sin θ.
+    assert float(top.capacity["d0"]) == pytest.approx(1.5 * np.sin(np.arctan(0.2)), rel=1e-4)
+    assert top.case.control_point == (0.3, 0.5, 1.5)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"control": "block"}, "give the name of a block and a direction"),
+        ({"control": ("block", (0, 0, 0))}, "give the name of a block and a direction"),
+        ({"control": ("block", (1, np.nan, 0))}, "give the name of a block and a direction"),
+        ({"control": ("block", (1, 0, 0)), "steps": 2}, "whole number from 3"),
+        ({"control": ("block", (1, 0, 0)), "flow": "associative"}, "rise without end"),
+        ({"control": ("block", (1, 0, 0)), "control_point": (0, 0, 0)}, "control_point"),
+    ],
+)
+def test_bad_input(more, said):
+    with pytest.raises(bs.errors.BlockstructError, match=said):
+        bs.Pushover("push", dead=SELF_WEIGHT, variable=push(1, 0, 0), **more)
+
+
+@pytest.mark.parametrize(
+    ("control", "joint", "said"),
+    [
+        ("nobody", ROUGH, "does not have"),
+        ("ground", ROUGH, "does not move"),
+        ("block", bs.JointMaterial("mortar", 0.6, cohesion="0.1 MPa"), "cohesion of 100000 Pa"),
+        ("block", bs.JointMaterial("mortar", 0.6, compressive_strength="3 MPa"), "compressive_strength"),
+    ],
+)
+def test_what_a_pushover_does_not_know(control, joint, said):
+    blocks, _ = single_block(0.3, 1.5)
+    with pytest.raises(bs.errors.BlockstructError, match=said):
+        run(model_of(blocks, joint), control)

@@ -1,0 +1,106 @@
+"""Pushovers on disk: written, read, checked, interrupted and gone on with."""
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.analysis import StepDone
+from structures import SELF_WEIGHT, model_of, push, seal_again, single_block
+
+CASE = bs.Pushover(
+    "push",
+    dead=SELF_WEIGHT,
+    variable=push(1, 0, 0),
+    control=("block", (1, 0, 0)),
+    control_point=Q_([0.3, 0, 1.5], "m"),
+    steps=12,
+)
+
+
+class StopError(Exception):
+    """The process is killed."""
+
+
+@pytest.fixture(scope="module")
+def model():
+    blocks, joint = single_block(0.3, 1.5, mu=2.0)
+    return model_of(blocks, joint)
+
+
+@pytest.fixture(scope="module")
+def whole(model):
+    return bs.run(model, CASE)["push"]
+
+
+def stopping(error, at=4):
+    def listen(event):
+        if isinstance(event, StepDone) and event.index == at:
+            raise error
+
+    return listen
+
+
+def same(one, other):
+    """Whether two curves agree, but for their times and the rounding of rotations."""
+    xr.testing.assert_allclose(one.drop_vars("solver_time"), other.drop_vars("solver_time"), rtol=1e-6, atol=1e-7)
+    return True
+
+
+def test_written_and_read(model, whole, tmp_path):
+    path = tmp_path / "run.h5"
+    result = bs.run(model, CASE, path)["push"]
+    read = bs.open_analysis(path)["push"]
+    assert read.capacity.identical(result.capacity)
+    assert read.case == CASE
+    assert read.message == whole.message
+    assert same(read.capacity, whole.capacity)
+    bs.check_file(path)
+    assert "d0" in read.capacity
+    assert read.capacity["position"].attrs["units"] == "meter"
+
+
+def test_an_interrupted_run_goes_on_where_it_was(model, whole, tmp_path):
+    path = tmp_path / "run.h5"
+    manager = bs.AnalysisManager(model, path, listeners=[stopping(KeyboardInterrupt())])
+    result = manager.run([CASE])["push"]
+    assert result.status == "interrupted"
+    assert result.capacity.sizes["step"] == 5
+    heard = []
+    done = bs.AnalysisManager.resume(path, listeners=[heard.append])["push"]
+    assert done.status == "converged"
+    assert same(done.capacity, whole.capacity)
+    steps = [e.index for e in heard if isinstance(e, StepDone)]
+    assert steps == list(range(whole.capacity.sizes["step"]))
+    # Those that were known took no time.
+    times = done.capacity["solver_time"].to_numpy()[:5]
+    assert times.tolist() == result.capacity["solver_time"].to_numpy().tolist()
+    assert bs.open_analysis(path)["push"].capacity.identical(done.capacity)
+
+
+def test_a_killed_run_keeps_its_steps(model, whole, tmp_path):
+    path = tmp_path / "run.h5"
+    with pytest.raises(StopError):
+        bs.AnalysisManager(model, path, listeners=[stopping(StopError())]).run([CASE])
+    recovered = bs.recover(path)["push"]
+    assert recovered.capacity.sizes["step"] == 5
+    assert same(bs.AnalysisManager.resume(path)["push"].capacity, whole.capacity)
+
+
+def test_a_curve_of_another_model_is_told(model, tmp_path):
+    path = tmp_path / "run.h5"
+    bs.run(model, CASE, path)
+    with h5py.File(path, "r+") as file:
+        file["cases/push/capacity/block"][0] = "another"
+    seal_again(path)
+    with pytest.raises(bs.errors.FormatError, match="block names of the capacity curve"):
+        bs.open_analysis(path)
+
+
+def test_a_spread_has_one_curve(model):
+    analysis = bs.AnalysisManager(model).run([CASE], spread="steep")
+    assert analysis["push"].capacity is not None
+    assert [name for name, r in analysis.items() if r.capacity is None] == ["push [steep]", "push [associative]"]
+    assert np.isfinite(analysis["push"].capacity["d0"])

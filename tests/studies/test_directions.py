@@ -1,0 +1,138 @@
+"""Load factors around the compass."""
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import SELF_WEIGHT, model_of, moved, rotation
+
+
+@pytest.fixture(scope="module")
+def tower():
+    """A square tower of three drums, 1 m wide and 4 m high."""
+    stone = bs.Material("stone", "20 kN/m^3")
+    ground = bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([3, 3, 1], "m"), stone, fixed=True)
+    drums = [bs.Block.box(f"drum {k}", Q_([0, 0, k], "m"), Q_([1, 1, 1], "m"), stone) for k in range(4)]
+    return model_of([ground, *drums], bs.JointMaterial("joint", 0.6), name="tower")
+
+
+def test_a_square_tower_is_symmetric(tower):
+    """It overturns at b / h in the direction of a side; across a corner the lever is √2 times as long."""
+    around = bs.directions(tower, SELF_WEIGHT, directions=8, flow="associative")
+    expected = np.tile([0.25, 0.25 * 2**0.5], 4)
+    np.testing.assert_allclose(around.data.load_factor, expected, rtol=1e-6)
+    assert around.data.direction.to_numpy().tolist() == [0, 45, 90, 135, 180, 225, 270, 315]
+    assert around.data.direction.attrs["units"] == "degree"
+    assert around.load_factor == around.governing.load_factor == pytest.approx(around.data.load_factor.min().item())
+    assert around.governing_direction % 90 == 0
+    # A square by its corners: the loads it carries are those on its sides, at 0.25 and more from the centre.
+    assert around.least_between == pytest.approx(0.25, rel=1e-6)
+    assert around.governing.mechanism.sizes["block"] == 5
+
+
+def test_between_the_directions(tower):
+    """Turned by 45 degrees and pushed across its corners only, its least is that of a chord: α cos 45°."""
+    blocks = moved(tower.blocks, rotation((0, 0, 1), np.pi / 4))
+    turned = model_of(blocks, tower.interfaces[0].joint_material)
+    around = bs.directions(turned, SELF_WEIGHT, 4, flow="associative")
+    assert around.load_factor == pytest.approx(0.25 * 2**0.5, rel=1e-6)
+    assert around.least_between == pytest.approx(0.25, rel=1e-6)
+    half = bs.directions(turned, SELF_WEIGHT, 2, flow="associative")
+    assert np.isnan(half.least_between)
+
+
+@pytest.mark.parametrize("share", [0.5, -0.5])
+def test_with_a_vertical_part(tower, share):
+    """Moments about the edge: α h / 2 = (1 − share α) b / 2."""
+    around = bs.directions(tower, SELF_WEIGHT, Q_([0, 30], "deg"), vertical=share, flow="associative")
+    assert around.data.attrs["vertical"] == share
+    assert around.data.load_factor.to_numpy()[0] == pytest.approx(1 / (4 + share), rel=1e-6)
+    assert np.isnan(around.least_between)
+    assert f"with 0.5 of it {'up' if share > 0 else 'down'}" in str(around)
+
+
+def test_a_file_keeps_all_directions(tower, tmp_path):
+    around = bs.directions(tower, SELF_WEIGHT, 4, store=tmp_path / "around.h5")
+    again = bs.studies.Directions.of(bs.open_analysis(tmp_path / "around.h5"))
+    assert again.data.identical(around.data)
+    assert str(again) == str(around)
+    assert "governing:" in str(again)
+
+
+def test_report_and_figures_show_the_compass(tower, tmp_path):
+    from blockstruct.views import figures, report
+
+    around = bs.directions(tower, SELF_WEIGHT, 4, flow="associative")
+    page = report.report_html(around.analysis.replaced(parameters={"height": Q_(4, "m")}))
+    assert "governing: 0 deg, load factor 0.25" in page
+    assert "Load factors around the compass" in page
+    assert "<td>parameter height</td><td>4 m</td>" in page.replace("4.0 m", "4 m")
+    (drawing,) = figures.overview(around.analysis)
+    assert drawing.picture()[:4] == b"\x89PNG"
+    assert figures.overview(bs.directions(tower, SELF_WEIGHT, 2, flow="associative").analysis) == []
+
+
+def test_directions_without_a_load_factor_are_told(tower):
+    settings = bs.ProcedureSettings(max_programs=2)
+    with pytest.warns(bs.errors.StudyWarning, match=r"no load factor for push 0 deg.*the envelope may be lower"):
+        around = bs.directions(tower, SELF_WEIGHT, 2, settings=settings)
+    assert np.isnan(around.load_factor)
+    with pytest.raises(bs.errors.ModelError, match=r"none has a load factor \(not_converged\)"):
+        _ = around.governing
+    assert "not known: push 0 deg" in str(around)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (0, "0 of them; give 1 to 360"),
+        (361, "361 of them"),
+        ([0, 45], "0 has no unit"),
+        (Q_([0, 360], "deg"), "a direction twice"),
+        (Q_([1], "m"), "does not fit"),
+        ([], "0 angles"),
+    ],
+)
+def test_bad_directions(tower, given, said):
+    with pytest.raises(bs.errors.BlockstructError, match=said):
+        bs.directions(tower, SELF_WEIGHT, given)
+
+
+def test_an_analysis_without_directions_is_refused(small_analysis):
+    with pytest.raises(bs.errors.ModelError, match="no case pushes the weight in a direction"):
+        bs.studies.Directions.of(small_analysis)
+
+
+DOCUMENT = """
+blockstruct: model-1
+materials: {tuff: {unit_weight: 12 kN/m^3}}
+joint_materials: {dry: {friction_coefficient: 0.65}}
+blocks:
+  - {name: base, material: tuff, fixed: true, box: {origin: [-1 m, -1 m, -1 m], size: [3 m, 3 m, 1 m]}}
+  - {name: pier, material: tuff, box: {origin: [0 m, 0 m, 0 m], size: [0.5 m, 0.2 m, 1 m]}}
+interfaces: {joint_material: dry}
+load_patterns: {dead: [{kind: self_weight}]}
+cases: [{name: push, dead: dead, %s, flow: associative}]
+"""
+
+
+def test_directions_of_a_document(tmp_path, call):
+    path = tmp_path / "pier.yaml"
+    path.write_text(DOCUMENT % "directions: 4")
+    code, out, err = call("run", path, "-o", tmp_path / "pier.h5")
+    assert code == 0, err
+    assert "governing: 90 deg, load factor 0.2\n" in out
+    code, out, _ = call("show", tmp_path / "pier.h5")
+    assert "pier: pushed in 4 directions\n" in out
+    path.write_text(DOCUMENT % "directions: [30 deg, 300 deg], vertical: -0.5")
+    names = [case.name for case in bs.read_document(path).cases]
+    assert names == ["push 30 deg, 0.5 down", "push 300 deg, 0.5 down"]
+
+
+@pytest.mark.parametrize("given", ["directions: 4, variable: dead", "vertical: 1, variable: dead", "directions: [30]"])
+def test_bad_directions_of_a_document(tmp_path, given):
+    path = tmp_path / "pier.yaml"
+    path.write_text(DOCUMENT % given)
+    with pytest.raises(bs.errors.DocumentError, match="/cases/0"):
+        bs.read_document(path)

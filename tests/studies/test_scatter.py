@@ -1,0 +1,166 @@
+"""Distributions of load factors, and their first-order scatter."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import stats
+
+import blockstruct as bs
+import studied
+from blockstruct import Q_
+from structures import SELF_WEIGHT, model_of, push
+
+
+def samples(alpha, status=None, sampling="monte carlo"):
+    """Study of given load factors."""
+    alpha = np.asarray(alpha, dtype=float)
+    status = ["converged"] * len(alpha) if status is None else status
+    data = {"load_factor": (("run", "case"), alpha[:, None]), "status": (("run", "case"), np.array(status)[:, None])}
+    return xr.Dataset(data, coords={"case": ["push"]}, attrs={"sampling": sampling})
+
+
+def test_the_summary_of_a_study_of_samples():
+    """Sliding at μ: the fractiles are those of its distribution, within their confidence intervals."""
+    mu = stats.uniform(0.2, 0.2)
+    data = bs.study(studied.block, {"friction_coefficient": mu}, runs=12, seed=3, workers=1)
+    found = bs.studies.summary(data, below=[0.3]).sel(case="push")
+    true = mu.ppf(found.fractile)
+    assert ((found.lower <= true) & (true <= found.upper)).all()
+    assert found.mean_load_factor.item() == pytest.approx(data.friction_coefficient.mean().item(), rel=1e-6)
+    assert found.probability_lower <= 0.5 <= found.probability_upper
+    assert found.runs == 12
+    assert found.attrs["exact"] == 1
+    assert found.load_factor.attrs["units"] == "dimensionless"
+
+
+def test_intervals_are_those_of_scipy():
+    """Order statistics, against the interval of scipy's test of a quantile; and a proportion's."""
+    values = np.random.default_rng(1).lognormal(size=200)
+    found = bs.studies.summary(samples(values), confidence=0.95, below=[1.0]).sel(case="push")
+    for fractile in found.fractile.to_numpy():
+        # One rank further than scipy's: P(X_(u) ≥ q) counts u − 1 values below.
+        interval = stats.quantile_test(values, p=fractile).confidence_interval(0.95)
+        one = found.sel(fractile=fractile)
+        ranked = np.sort(values)
+        assert abs(np.searchsorted(ranked, one.lower) - np.searchsorted(ranked, interval.low)) <= 1
+        assert abs(np.searchsorted(ranked, one.upper) - np.searchsorted(ranked, interval.high)) <= 1
+    proportion = stats.binomtest(int((values < 1).sum()), 200).proportion_ci(0.95, method="exact")
+    assert found.probability_lower.item() == pytest.approx(proportion.low)
+    assert found.probability_upper.item() == pytest.approx(proportion.high)
+
+
+@pytest.mark.parametrize(("n", "fractile"), [(20, 0.5), (60, 0.05)])
+def test_intervals_hold_what_they_promise(n, fractile):
+    """Coverage over many samples: at least the confidence, and not needlessly more."""
+    generator = np.random.default_rng(2)
+    covered = []
+    for _ in range(200):
+        found = bs.studies.summary(samples(generator.random(n)), fractiles=[fractile], confidence=0.9)
+        covered.append(found.lower.item() <= fractile <= found.upper.item())
+    assert 0.9 - 3 * 0.021 <= np.mean(covered) <= 0.99
+
+
+def test_what_is_not_known_widens_every_interval():
+    values = np.arange(1.0, 101.0)
+    status = ["converged"] * 100
+    for k, what in ((0, "unstable_under_dead_load"), (99, "unbounded"), (50, "failed"), (51, "not_converged")):
+        status[k] = what
+        values[k] = np.inf if what == "unbounded" else np.nan
+    plain = bs.studies.summary(samples(np.arange(1.0, 101.0)))
+    found = bs.studies.summary(samples(values, status))
+    assert (found.unknown.item(), found.unstable.item(), found.unbounded.item()) == (2, 1, 1)
+    assert (found.lower <= plain.lower).all()
+    assert (found.upper >= plain.upper).all()
+    assert np.isfinite(found.load_factor).all()
+    few = bs.studies.summary(samples([1.0, 2.0]), fractiles=[0.05])
+    assert few.lower.item() == -np.inf
+    none = bs.studies.summary(samples([np.nan], ["failed"]), fractiles=[0.5])
+    assert np.isnan(none.load_factor.item())
+
+
+def test_a_latin_hypercube_says_that_its_intervals_are_not_exact():
+    assert bs.studies.summary(samples([1, 2, 3], sampling="latin hypercube")).attrs["exact"] == 0
+
+
+def test_a_grid_has_no_distribution():
+    data = bs.study(studied.block, {"friction_coefficient": [0.3]}, workers=1)
+    with pytest.raises(bs.errors.ModelError, match="are not samples"):
+        bs.studies.summary(data)
+    with pytest.raises(bs.errors.ModelError, match=r"fractiles \(5,\)"):
+        bs.studies.summary(samples([1, 2]), fractiles=(5,))
+
+
+def load_factor(model, friction):
+    """Result with a friction coefficient for each interface."""
+    joints = [bs.JointMaterial(f"joint {k}", mu) for k, mu in enumerate(friction)]
+    interfaces = [i.with_joint_material(j) for i, j in zip(model.interfaces, joints, strict=True)]
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0.3, 0), "associative")
+    return bs.run(bs.Model("wall", model.blocks, interfaces), case)["push"]
+
+
+@pytest.fixture(scope="module")
+def friction(small_model):
+    """No two joints alike: one mechanism only."""
+    return np.random.default_rng(4).uniform(0.25, 0.45, len(small_model.interfaces))
+
+
+@pytest.fixture(scope="module")
+def scattered(small_model, friction):
+    return load_factor(small_model, friction)
+
+
+def test_derivatives_agree_with_finite_differences(small_model, friction, scattered):
+    found, step = bs.studies.first_order(scattered, standard_deviation=0.05), 1e-4
+    assert found.attrs["unique"] == 1
+    assert (found.derivative > 0.01).sum() >= 2
+    for k, interface in enumerate(small_model.interfaces):
+        changed = np.eye(len(friction))[k] * step
+        plus, minus = (load_factor(small_model, friction + sign * changed).load_factor for sign in (1, -1))
+        expected = (plus - minus) / (2 * step)
+        assert found.derivative.sel(interface=interface.name).item() == pytest.approx(expected, abs=2e-4)
+
+
+def test_a_kink_is_told(small_model):
+    """A wall of equal joints slides at any of its courses at the same load factor."""
+    equal = load_factor(small_model, np.full(len(small_model.interfaces), 0.3))
+    with pytest.warns(bs.errors.StudyWarning, match="has no derivatives with respect to friction"):
+        found = bs.studies.first_order(equal, 0.05)
+    assert found.attrs["unique"] == 0
+
+
+def test_scatter_of_independent_and_of_equal_joints(scattered):
+    deviation = {joint.name: 0.05 for joint in list(scattered.model.joint_materials.values())[:3]}
+    found = bs.studies.first_order(scattered, 0.05)
+    contribution = found.contribution.to_numpy()
+    assert (np.diff(np.abs(contribution)) <= 0).all()
+    assert found.independent.item() == pytest.approx(np.sqrt((contribution**2).sum()))
+    # Each joint is of a material of its own.
+    assert found.correlated.item() == pytest.approx(found.independent.item())
+    some = bs.studies.first_order(scattered, deviation)
+    assert some.independent <= found.independent
+    np.testing.assert_allclose(some.contribution, some.derivative * some.joint_material.isin(list(deviation)) * 0.05)
+
+
+def test_joints_of_one_material_add_up():
+    """A block on two feet slides at μ: the feet share dα/dμ = 1."""
+    stone = bs.Material("stone", "20 kN/m^3")
+    feet = [
+        bs.Block.box(f"foot {k}", Q_([x, 0, -1], "m"), Q_([0.4, 1, 1], "m"), stone, fixed=True)
+        for k, x in enumerate((0, 1.6))
+    ]
+    beam = bs.Block.box("beam", Q_([0, 0, 0], "m"), Q_([2, 1, 0.3], "m"), stone)
+    model = model_of([*feet, beam], bs.JointMaterial("joint", 0.4))
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
+    found = bs.studies.first_order(bs.run(model, case)["push"], 0.1)
+    assert found.derivative.sum().item() == pytest.approx(1, rel=1e-5)
+    assert found.correlated.item() == pytest.approx(0.1, rel=1e-5)
+    assert found.independent < found.correlated
+
+
+def test_only_associative_results_have_derivatives(small_analysis):
+    with pytest.raises(bs.errors.ModelError, match="run it with flow='associative'"):
+        bs.studies.first_order(small_analysis["push nonassociative"], 0.1)
+    with pytest.raises(bs.errors.UnknownNameError, match="did you mean dry"):
+        bs.studies.first_order(small_analysis["push associative"], {"dryy": 0.1})
+    with pytest.raises(bs.errors.ModelError, match="give zero or more"):
+        bs.studies.first_order(small_analysis["push associative"], -0.1)

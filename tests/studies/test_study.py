@@ -1,0 +1,295 @@
+"""Studies: designs, files, what is not repeated, failures, results."""
+
+import functools
+import warnings
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import blockstruct as bs
+import studied
+from blockstruct import Q_, studies
+from structures import SELF_WEIGHT, model_of, push, single_block
+
+MU = {"friction_coefficient": [0.3, 0.4, 0.6]}
+
+
+def load_factors(data):
+    return data.load_factor.sel(case="push").to_numpy().round(6).tolist()
+
+
+def files(folder):
+    return sorted(p.name for p in folder.rglob("*") if p.is_file())
+
+
+def test_a_grid_of_the_contract(tmp_path):
+    """Sliding at μ, rocking at b / h: α = min(μ, b / h)."""
+    heights = Q_([100, 50], "cm")
+    parameters = {"friction_coefficient": [0.3, 0.4, 0.6, 1.2], "height": heights}
+    data = bs.study(studied.block, parameters, store=tmp_path, workers=1)
+    assert data.load_factor.dims == ("friction_coefficient", "height", "case")
+    expected = np.minimum.outer([0.3, 0.4, 0.6, 1.2], [0.5, 1.0])
+    np.testing.assert_allclose(data.load_factor.sel(case="push"), expected, rtol=1e-6)
+    np.testing.assert_allclose(data.bound, data.load_factor, rtol=1e-9)
+    assert data.height.to_numpy().tolist() == [100, 50]
+    assert data.height.attrs["units"] == "centimeter"
+    assert data.load_factor.attrs["units"] == "dimensionless"
+    assert data.duration.attrs["units"] == "second"
+    assert set(data.status.to_numpy().ravel()) == {"converged"}
+    assert set(data.problem.to_numpy().ravel()) == {""}
+    assert data.attrs["sampling"] == "grid"
+    first = bs.open_analysis(tmp_path / data.path.to_numpy()[0, 1])
+    assert first.parameters == {"friction_coefficient": 0.3, "height": Q_(50, "cm")}
+
+
+def test_runs_are_rows_of_an_archive_with_their_parameters(tmp_path):
+    bs.study(studied.block, {"friction_coefficient": [0.3, 0.4], "height": Q_(80, "cm")}, tmp_path, workers=1)
+    table = bs.Archive(tmp_path).table()
+    assert table["parameter_friction_coefficient"].tolist() == [0.3, 0.4]
+    assert table["parameter_height"].tolist() == [0.8, 0.8]
+    assert table.attrs["units"]["parameter_height"] == "meter"
+    assert "joint_friction_coefficient" not in table
+    assert "settings_slope" not in table
+    whole = bs.Archive(tmp_path).table(all_columns=True)
+    assert whole["joint_friction_coefficient"].tolist() == [0.3, 0.4]
+    assert whole["joint_compressive_strength"].tolist() == [np.inf] * 2
+    assert whole["study"].str.startswith("build block ").all()
+    low = bs.Archive(tmp_path).query("parameter_friction_coefficient < 0.35 and joint_cohesion == 0")
+    assert low["load_factor"].tolist() == pytest.approx([0.3], rel=1e-6)
+
+
+def test_finished_runs_are_not_repeated(tmp_path):
+    built = []
+
+    def build(friction_coefficient):
+        built.append(friction_coefficient)
+        return studied.block(friction_coefficient)
+
+    bs.study(build, MU, tmp_path, workers=1)
+    before = {p: p.stat().st_mtime_ns for p in tmp_path.glob("*.h5")}
+    built.clear()
+    seen = []
+    data = bs.study(
+        build, {"friction_coefficient": [0.3, 0.4, 0.6, 0.45]}, tmp_path, workers=1, listeners=[seen.append]
+    )
+    assert load_factors(data) == [0.3, 0.4, 0.5, 0.45]
+    # The first and the last of those found are built, to see that build still makes the same.
+    assert built == [0.3, 0.6, 0.45]
+    assert all(p.stat().st_mtime_ns == time for p, time in before.items())
+    assert (seen[0].done, seen[0].found, seen[-1].done, seen[-1].total) == (3, 3, 4, 4)
+
+
+def test_units_do_not_tell_runs_apart(tmp_path):
+    for height in (Q_(80, "cm"), Q_(800, "mm"), Q_(0.8, "m")):
+        bs.study(studied.block, {"friction_coefficient": [0.3], "height": height}, tmp_path, workers=1)
+    assert len(list(tmp_path.glob("*.h5"))) == 1
+
+
+def other_block(friction_coefficient):
+    return studied.block(friction_coefficient, Q_(2, "m"))
+
+
+def same_block(friction_coefficient):
+    """Another source, the same models."""
+    return studied.block(friction_coefficient)
+
+
+def test_a_build_that_was_rewritten_keeps_the_runs_of_the_same_models(tmp_path):
+    parameters, seen = {"friction_coefficient": [0.3, 0.6]}, []
+    bs.study(studied.block, parameters, tmp_path, workers=1)
+    data = bs.study(same_block, parameters, tmp_path, workers=1, listeners=[seen.append])
+    assert load_factors(data) == [0.3, 0.5]
+    assert seen[0].found == 2
+
+
+@pytest.mark.parametrize("change", ["build", "settings", "what it calls"])
+def test_runs_of_another_study_are_not_taken_over(tmp_path, monkeypatch, change):
+    calls = functools.partial(studied.failing, height=Q_(1, "m"))
+    build = {"what it calls": calls}.get(change, studied.block)
+    parameters = {"friction_coefficient": [0.3, 0.6]}
+    bs.study(build, parameters, tmp_path, workers=1)
+    changed = {"build": other_block}.get(change, build)
+    options = {"settings": bs.ProcedureSettings(slope=0.2)} if change == "settings" else {}
+    if change == "what it calls":
+        same = studied.block
+        monkeypatch.setattr(studied, "block", lambda mu, height: same(mu, Q_(2, "m")))
+    with pytest.raises(bs.errors.StorageError, match=r"2 runs of these parameters.*rerun=True"):
+        bs.study(changed, parameters, tmp_path, workers=1, **options)
+    data = bs.study(changed, parameters, tmp_path, workers=1, rerun=True, **options)
+    assert load_factors(data) == ([0.3, 0.5] if change == "settings" else [0.25, 0.25])
+    assert load_factors(bs.study(changed, parameters, tmp_path, workers=1, **options)) == load_factors(data)
+
+
+def test_failures_are_rows(tmp_path):
+    with pytest.warns(bs.errors.StudyWarning, match=r"1 of 3 runs failed.*ValueError: no such stone"):
+        data = bs.study(studied.failing, MU, tmp_path, workers=1)
+    assert data.problem.to_numpy().tolist() == ["", "ValueError: no such stone", ""]
+    assert data.status.sel(case="push").to_numpy().tolist() == ["converged", "failed", "converged"]
+    assert load_factors(data)[::2] == [0.3, 0.5]
+    assert np.isnan(load_factors(data)[1])
+    assert len(list(tmp_path.glob("*.h5"))) == 2
+
+
+def test_all_failures_are_rows_too(tmp_path):
+    """A parameter of the wrong dimension: every run tells so."""
+    with pytest.warns(bs.errors.StudyWarning, match=r"2 of 2 runs failed.*DimensionError.*'kilopascal' does not fit"):
+        data = bs.study(studied.block, {"friction_coefficient": Q_([1, 2], "kPa")}, tmp_path, workers=1)
+    assert data.sizes["case"] == 0
+    assert all("a plain number" in problem for problem in data.problem.to_numpy())
+
+
+def test_a_killed_run_is_gone_on_with(tmp_path):
+    """What a study leaves that is killed: its next call resumes the run in flight."""
+    values = {"friction_coefficient": 0.3, "height": Q_(1, "m")}
+    seen = []
+
+    class Killed(BaseException):
+        pass
+
+    def kill(event):
+        if type(event).__name__ == "IterationDone":
+            raise Killed
+
+    data = bs.study(studied.block, values, tmp_path, workers=1)
+    path = tmp_path / str(data.path.item() if data.path.ndim == 0 else data.path.to_numpy().ravel()[0])
+    whose = bs.open_analysis(path).study
+    path.unlink()
+    model, case = studied.block(**values)
+    with pytest.raises(Killed):
+        bs.AnalysisManager(model, path, parameters=values, study=whose, listeners=[kill]).run([case])
+    again = bs.study(studied.block, values, tmp_path, workers=1, listeners=[seen.append])
+    assert again.load_factor.to_numpy().ravel() == pytest.approx([0.3], rel=1e-6)
+    assert seen[0].found == 0
+    assert path.is_file()
+    assert not path.with_name(f"{path.name}.partial").exists()
+
+
+def test_lists_side_by_side(tmp_path):
+    parameters = {"friction_coefficient": [0.3, 1.2], "height": ["1 m", "0.5 m"]}
+    data = bs.study(studied.block, parameters, sampling="paired", workers=1)
+    assert data.load_factor.dims == ("run", "case")
+    assert load_factors(data) == [0.3, 1.0]
+    assert data.friction_coefficient.dims == ("run",)
+    assert data.height.to_numpy().tolist() == ["1 m", "0.5 m"]
+
+
+def test_samples_follow_from_their_seed():
+    parameters = {"friction_coefficient": stats.uniform(0.2, 0.2), "height": Q_(stats.norm(80, 2), "cm")}
+    few, more, other = (
+        bs.study(studied.block, parameters, runs=n, seed=seed, workers=1) for n, seed in ((3, 7), (5, 7), (3, 8))
+    )
+    np.testing.assert_array_equal(few.height, more.height[:3])
+    assert not np.array_equal(few.height, other.height)
+    assert few.height.attrs["units"] == "centimeter"
+    assert (few.attrs["sampling"], few.attrs["seed"]) == ("monte carlo", 7)
+    np.testing.assert_allclose(few.load_factor.sel(case="push"), few.friction_coefficient, rtol=1e-6)
+
+
+def test_equal_samples_are_run_once(tmp_path):
+    """Of a discrete distribution."""
+    seen = []
+    values = {"friction_coefficient": 0.3, "courses": stats.randint(1, 3)}
+
+    def build(friction_coefficient, courses):
+        return studied.block(friction_coefficient, Q_(courses, "m"))
+
+    data = bs.study(build, values, tmp_path, runs=6, seed=1, workers=2, threads=True, listeners=[seen.append])
+    assert len(list(tmp_path.glob("*.h5"))) == 2
+    assert load_factors(data) == [min(0.3, 0.5 / courses) for courses in data.courses.to_numpy()]
+    assert (seen[-1].done, seen[-1].total) == (2, 2)
+
+
+def test_latin_hypercube_samples_every_layer():
+    design = studies.design.design_of({"a": stats.uniform(), "b": stats.uniform(10, 1)}, "latin hypercube", 20, seed=0)
+    for name, low in (("a", 0), ("b", 10)):
+        layers = np.floor((design.axes[name].coordinate - low) * 20)
+        assert sorted(layers) == list(range(20))
+
+
+@pytest.mark.parametrize(
+    ("parameters", "options", "said"),
+    [
+        ({}, {}, "give a mapping of names to values"),
+        ({"friction_coefficient": []}, {}, "friction_coefficient has no value"),
+        ({"friction_coeficient": [0.3]}, {}, "did you mean friction_coefficient"),
+        ({"height": Q_([1], "m")}, {}, "friction_coefficient have no value"),
+        ({"friction_coefficient": [0.3], "height": [Q_(1, "m"), Q_(1, "kg")]}, {}, "values of one dimension"),
+        ({"friction_coefficient": [0.3, Q_(1, "m")]}, {}, "mixes a number and a quantity"),
+        ({"friction_coefficient": [object()]}, {}, "is not a parameter"),
+        ({"friction_coefficient": [np.nan]}, {}, "not finite"),
+        ({"friction_coefficient": stats.norm(0.6, 0.1)}, {}, "runs=None; give the number of samples"),
+        ({"friction_coefficient": stats.norm(0.6, -1)}, {"runs": 3}, "its distribution gives nan"),
+        ({"friction_coefficient": stats.norm(0.6, 0.1), "height": Q_([1, 2], "m")}, {"runs": 3}, "height is a list"),
+        ({"friction_coefficient": [0.3]}, {"runs": 3}, "lists have as many runs as values"),
+        ({"friction_coefficient": [0.3]}, {"sampling": "monte carlo"}, "give 'grid' or 'paired'"),
+        ({"friction_coefficient": stats.norm()}, {"sampling": "grid", "runs": 2}, "'monte carlo' or 'latin"),
+        ({"friction_coefficient": [0.3, 0.4], "height": Q_([1], "m")}, {"sampling": "paired"}, "different lengths"),
+        ({"friction_coefficient": stats.norm()}, {"runs": 2, "seed": "x"}, "seed is 'x'"),
+        ({"friction_coefficient": [0.3]}, {"workers": 0}, "workers=0"),
+        ({"friction_coefficient": [0.3]}, {"memory_limit": "2 m"}, "not a size of memory"),
+        ({"friction_coefficient": [0.3]}, {"memory_limit": "2 GB", "threads": True}, "for worker processes"),
+        ({"friction_coefficient": [0.3]}, {"settings": "fast"}, "settings are 'fast'"),
+        ({"friction_coefficient": np.linspace(0, 1, 400), "height": Q_(np.linspace(1, 2, 400), "m")}, {}, "160,000"),
+    ],
+)
+def test_bad_studies_are_refused_before_they_begin(tmp_path, parameters, options, said):
+    with pytest.raises(bs.errors.BlockstructError, match=said):
+        bs.study(studied.block, parameters, tmp_path / "store", **options)
+    assert not (tmp_path / "store").exists()
+
+
+def test_what_build_returns_is_checked():
+    with pytest.warns(bs.errors.StudyWarning, match=r"returned 3; return a Model and its cases"):
+        bs.study(lambda mu: 3, {"mu": [1]}, workers=1)
+
+
+def test_an_unusable_store_is_refused(tmp_path):
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(bs.errors.StorageError, match="is not a folder to write to"):
+        bs.study(studied.block, MU, tmp_path / "file", workers=1)
+
+
+def test_a_damaged_run_is_told(tmp_path):
+    data = bs.study(studied.block, MU, tmp_path, workers=1)
+    (tmp_path / data.path.to_numpy()[0]).write_bytes(b"damaged")
+    with pytest.raises(bs.errors.StorageError, match=r".*move it away"):
+        bs.study(studied.block, MU, tmp_path, workers=1)
+
+
+def test_several_cases_and_the_loss_of_a_bound(tmp_path):
+    def build(mu):
+        model, case = studied.block(mu)
+        press = bs.LoadPattern("press", [bs.BodyForce("-z")])
+        lift = bs.LimitCase("down", SELF_WEIGHT, press, "associative")
+        return model, [case, lift] if mu < 0.5 else [case]
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        data = bs.study(build, {"mu": [0.3, 0.6]}, tmp_path, workers=1)
+    assert data.case.to_numpy().tolist() == ["push", "down"]
+    assert data.status.sel(case="down").to_numpy().tolist() == ["unbounded", ""]
+    assert data.bound.sel(case="down", mu=0.3) == np.inf
+    assert np.isnan(data.load_factor.sel(case="down", mu=0.6))
+
+
+def test_an_index_saves_time_and_nothing_else(tmp_path, monkeypatch):
+    monkeypatch.setattr("blockstruct.storage.archive._WORTH_KEEPING", 2)
+    bs.study(studied.block, MU, tmp_path, workers=1)
+    table = bs.Archive(tmp_path).table(all_columns=True)
+
+    def refuse(path, **_):
+        msg = f"{path} is read"
+        raise AssertionError(msg)
+
+    with monkeypatch.context() as patch:
+        patch.setattr("blockstruct.storage.archive.AnalysisFile", refuse)
+        again = bs.Archive(tmp_path).table(all_columns=True)
+        assert again.equals(table)
+        assert again.attrs == table.attrs
+    changed = sorted(tmp_path.glob("*.h5"))[0]
+    model = model_of(*single_block(0.5, 1.0))
+    bs.AnalysisManager(model, changed).run([bs.LimitCase("other", SELF_WEIGHT, push(1, 0, 0), "associative")])
+    assert bs.Archive(tmp_path).table()["case"].tolist().count("other") == 1
+    (tmp_path / ".blockstruct-index.json").write_text('{"version": 1, "files": {"x": 3}}')
+    assert len(bs.Archive(tmp_path).table()) == 3

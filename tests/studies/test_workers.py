@@ -1,0 +1,245 @@
+"""Studies in threads, processes and on Dask clusters: the same rows, and nothing lost."""
+
+import contextlib
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+import studied
+from blockstruct import Q_
+
+SUPPORT = Path(studied.__file__).parent
+MU = {"friction_coefficient": [0.3, 0.4, 0.45, 0.6]}
+EXPECTED = [0.3, 0.4, 0.45, 0.5]
+
+
+def load_factors(data):
+    return data.load_factor.to_numpy().ravel().tolist()
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", memory_limit="2 GB") as found:
+        yield found
+
+
+def test_threads(tmp_path):
+    data = bs.study(lambda mu: studied.block(mu), {"mu": MU["friction_coefficient"]}, tmp_path, workers=2, threads=True)
+    assert load_factors(data) == pytest.approx(EXPECTED, rel=1e-6)
+
+
+def test_processes_lose_one_run_at_most(tmp_path):
+    """A worker that is killed takes its run alone with it, which another one begins again."""
+    before = dict(os.environ)
+    seen = []
+    values = MU | {"folder": str(tmp_path)}
+    data = bs.study(studied.killing, values, tmp_path / "store", workers=2, listeners=[seen.append])
+    assert load_factors(data) == pytest.approx(EXPECTED, rel=1e-6)
+    assert (tmp_path / "killed").exists()
+    assert [p.done for p in seen] == [0, 1, 2, 3, 4]
+    assert dict(os.environ) == before
+
+
+@pytest.mark.slow
+def test_a_run_that_kills_its_worker_is_a_row(tmp_path):
+    with pytest.warns(bs.errors.StudyWarning, match=r"1 of 4 runs failed.*worker ended 2 times"):
+        data = bs.study(studied.dying, MU, tmp_path, workers=2)
+    assert data.status.to_numpy().ravel().tolist() == ["converged", "failed", "converged", "converged"]
+    assert len(list(tmp_path.glob("*.h5"))) == 3
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of memory are those of Linux")
+def test_memory_is_limited(tmp_path):
+    with pytest.warns(bs.errors.StudyWarning, match=r"MemoryError"):
+        data = bs.study(studied.hungry, MU, tmp_path, workers=1, memory_limit="2 GB")
+    assert np.isnan(load_factors(data)).tolist() == [False, True, False, False]
+
+
+def test_what_cannot_be_sent_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "cloudpickle", None)
+    with pytest.raises(bs.errors.StudyError, match=r"<lambda> cannot be sent.*blockstruct\[cluster\].*threads=True"):
+        bs.study(lambda mu: studied.block(mu), {"mu": [0.3, 0.4]}, tmp_path, workers=2)
+
+
+SCRIPT = """
+import sys
+from functools import partial
+import blockstruct as bs, studied
+from blockstruct import Q_
+{more}
+TALL = Q_(1, "m")
+def build(mu, height):
+    return studied.block(mu, height + Q_(0.25, "m"))
+data = bs.study(partial(build, height=TALL), {{"mu": [0.3, 0.7]}}, workers=2)
+print(data.load_factor.to_numpy().ravel().round(6).tolist())
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("more", "code", "said"),
+    [
+        ("", 0, "[0.3, 0.4]"),
+        ("sys.modules['cloudpickle'] = None", 1, "must call study under `if __name__ == '__main__':`"),
+    ],
+)
+def test_a_script_with_its_own_build(tmp_path, more, code, said):
+    """Run once, and with the quantities it refers to; without cloudpickle, it is told what to do."""
+    (tmp_path / "script.py").write_text(SCRIPT.format(more=more))
+    environment = os.environ | {"PYTHONPATH": str(SUPPORT)}
+    command = [sys.executable, tmp_path / "script.py"]
+    run = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert run.returncode == code, run.stderr
+    assert said in run.stdout + run.stderr
+
+
+def test_a_local_cluster(cluster, tmp_path):
+    """By a client, by the cluster, and by its address: the same call, the same rows, nothing repeated."""
+    from distributed import Client
+
+    parameters = {"friction_coefficient": [0.3, 0.6], "height": Q_(1, "m")}
+    with Client(cluster, set_as_default=False) as client:
+        data = bs.study(lambda **values: studied.block(**values), parameters, tmp_path, cluster=client)
+    assert load_factors(data) == pytest.approx([0.3, 0.5], rel=1e-6)
+    assert bs.open_analysis(tmp_path / str(data.path.to_numpy()[0])).parameters["height"] == Q_(1, "m")
+    seen = []
+    # Another source that makes the same models.
+    more = {"friction_coefficient": [0.3, 0.6, 0.35], "height": Q_(1, "m")}
+    one = bs.study(studied.block, more, tmp_path, cluster=cluster, listeners=[seen.append])
+    two = bs.study(studied.block, more, tmp_path, cluster=cluster.scheduler_address, listeners=[seen.append])
+    assert load_factors(one) == load_factors(two) == pytest.approx([0.3, 0.5, 0.35], rel=1e-6)
+    assert (seen[0].found, seen[-1].found) == (2, 3)
+
+
+def test_failures_on_a_cluster_are_rows(cluster, tmp_path):
+    with pytest.warns(bs.errors.StudyWarning, match="ValueError: no such stone"):
+        data = bs.study(studied.failing, MU, tmp_path, cluster=cluster)
+    assert np.isnan(load_factors(data)).tolist() == [False, True, False, False]
+
+
+@pytest.mark.slow
+def test_a_worker_of_a_cluster_is_killed(cluster, tmp_path):
+    data = bs.study(studied.killing, MU | {"folder": str(tmp_path)}, tmp_path / "store", cluster=cluster)
+    assert load_factors(data) == pytest.approx(EXPECTED, rel=1e-6)
+    assert (tmp_path / "killed").exists()
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ("tcp://127.0.0.1:9", r"no scheduler answers at tcp://127\.0\.0\.1:9 .*start one by `dask scheduler`"),
+        (3, "cluster is 3; give a dask Client"),
+    ],
+)
+def test_a_scheduler_that_does_not_answer_is_told_at_once(tmp_path, monkeypatch, given, said):
+    monkeypatch.setattr("blockstruct.studies.cluster.PATIENCE", 0.5)
+    with pytest.raises(bs.errors.ClusterError, match=said):
+        bs.study(studied.block, MU, tmp_path / "store", cluster=given)
+    assert not (tmp_path / "store").exists()
+
+
+def test_a_cluster_without_workers_is_told(tmp_path, monkeypatch):
+    from distributed import LocalCluster
+
+    monkeypatch.setattr("blockstruct.studies.cluster.PATIENCE", 0.5)
+    with (
+        LocalCluster(n_workers=0, dashboard_address=":0") as empty,
+        pytest.raises(bs.errors.ClusterError, match=r"has no worker; start one by `dask worker tcp://"),
+    ):
+        bs.study(studied.block, MU, tmp_path, cluster=empty)
+
+
+@contextlib.contextmanager
+def command(*words, folder):
+    """A process of the command ``dask``, as the documentation starts it."""
+    program = shutil.which("dask", path=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
+    start = [program] if program else [sys.executable, "-m", "dask"]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(SUPPORT), *filter(None, sys.path)])}
+    log = (folder / f"{words[0]}.log").open("w")
+    process = subprocess.Popen([*start, *words], cwd=folder, env=environment, stdout=log, stderr=log)
+    try:
+        yield process, folder / f"{words[0]}.log"
+    finally:
+        process.send_signal(signal.SIGINT)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(10)
+        process.kill()
+        process.wait()
+        log.close()
+
+
+def address_of(log):
+    for _ in range(600):
+        found = re.search(r"Scheduler at:\s+(tcp://\S+)", log.read_text())
+        if found:
+            return found[1]
+        time.sleep(0.05)
+    raise AssertionError(log.read_text())
+
+
+@pytest.mark.slow
+def test_scheduler_and_worker_as_processes_of_their_own(tmp_path):
+    """As the documentation says: dask scheduler, dask worker ADDRESS; the worker is killed half-way."""
+    with command("scheduler", "--port", "0", "--dashboard-address", ":0", folder=tmp_path) as (_, log):
+        address = address_of(log)
+        options = ("--nthreads", "1", "--memory-limit", "2GB", "--dashboard-address", ":0")
+        with command("worker", address, *options, folder=tmp_path):
+            threading.Thread(target=kill_at_work, args=(tmp_path,)).start()
+            values = MU | {"folder": str(tmp_path)}
+            data = bs.study(studied.slow, values, tmp_path / "store", cluster=address)
+    assert load_factors(data) == pytest.approx(EXPECTED, rel=1e-6)
+    assert (tmp_path / "killed").exists()
+
+
+def kill_at_work(folder):
+    """Kill the worker that says it is at work."""
+    while not (folder / "worker").exists() or not (folder / "worker").read_text():
+        time.sleep(0.05)
+    (folder / "killed").touch()
+    os.kill(int((folder / "worker").read_text()), signal.SIGKILL)
+
+
+@pytest.mark.slow
+def test_a_study_that_is_killed_leaves_its_runs_and_no_process(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        textwrap.dedent(f"""
+        import blockstruct as bs, studied
+        if __name__ == "__main__":
+            values = {MU!r} | {{"folder": {str(tmp_path)!r}}}
+            bs.study(studied.slow, values, {str(tmp_path / "store")!r}, workers=2)
+        """)
+    )
+    environment = os.environ | {"PYTHONPATH": str(SUPPORT)}
+    process = subprocess.Popen([sys.executable, script], env=environment)
+    while not (tmp_path / "worker").exists() or len(list((tmp_path / "store").glob("*.h5"))) < 3:
+        time.sleep(0.1)
+    worker = int((tmp_path / "worker").read_text())
+    process.kill()
+    process.wait()
+    (tmp_path / "killed").touch()
+    for _ in range(100):
+        if not Path(f"/proc/{worker}").exists() or "zombie" in Path(f"/proc/{worker}/status").read_text():
+            break
+        time.sleep(0.05)
+    else:
+        pytest.fail("the worker lives on")
+    seen = []
+    values = MU | {"folder": str(tmp_path)}
+    data = bs.study(studied.slow, values, tmp_path / "store", workers=1, listeners=[seen.append])
+    assert seen[0].found == 3
+    assert load_factors(data) == pytest.approx(EXPECTED, rel=1e-6)

@@ -1,0 +1,65 @@
+"""Structures that tests study: functions of named parameters, to be sent to other processes."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import SELF_WEIGHT, model_of, push
+
+
+def block(friction_coefficient, height="1 m"):
+    """A block 0.5 m wide: it slides at μ or rocks at b / h."""
+    stone = bs.Material("stone", "20 kN/m^3")
+    ground = bs.Block.box("ground", Q_([-1, -1, -0.5], "m"), Q_([2.5, 3, 0.5], "m"), stone, fixed=True)
+    size = [Q_(0.5, "m"), Q_(1, "m"), height]
+    free = bs.Block.box("block", Q_([0, 0, 0], "m"), size, stone)
+    model = model_of([ground, free], bs.JointMaterial("joint", friction_coefficient))
+    return model, bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
+
+
+def failing(friction_coefficient, height="1 m"):
+    """A block whose model cannot be built at one value."""
+    if friction_coefficient == 0.4:
+        msg = "no such stone"
+        raise ValueError(msg)
+    return block(friction_coefficient, height)
+
+
+def killing(friction_coefficient, folder):
+    """A block whose worker is killed once, at one value."""
+    if friction_coefficient == 0.4:
+        once(folder)
+    return block(friction_coefficient)
+
+
+def dying(friction_coefficient):
+    """A block whose worker is killed every time, at one value."""
+    if friction_coefficient == 0.4:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return block(friction_coefficient)
+
+
+def slow(friction_coefficient, folder):
+    """A block that waits for a file after it has said that it is at work."""
+    if friction_coefficient == 0.4 and not Path(folder, "killed").exists():
+        Path(folder, "worker").write_text(str(os.getpid()))
+        time.sleep(30)
+    return block(friction_coefficient)
+
+
+def hungry(friction_coefficient):
+    """A block that takes 4 GB of memory, at one value."""
+    if friction_coefficient == 0.4:
+        bytearray(4 << 30)
+    return block(friction_coefficient)
+
+
+def once(folder):
+    """Kill this process, the first time."""
+    mark = Path(folder, "killed")
+    if not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)

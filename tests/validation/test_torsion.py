@@ -1,0 +1,234 @@
+"""Torsion of joints: by friction at the corners, and by that of uniform pressure.
+
+A square block of side b and weight W is twisted about its axis. Corners slide at the distance b / √2 and resist
+``0.7071 b μ W``. Under uniform pressure each part of the area slides at its own distance, whose mean is
+``(√2 + asinh 1) / 6 = 0.38260`` of the side.
+"""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.limit import LimitProblem
+from blockstruct.limit.torsion import UniformTorsion
+from blockstruct.statics import ContactPoints, Statics
+from structures import SELF_WEIGHT, model_of, moved, push, rotation
+
+STONE = bs.Material("stone", "20 kN/m^3")
+FRICTION, HEIGHT = 0.6, 0.5
+CORNERS, UNIFORM = np.sqrt(2) / 2, (np.sqrt(2) + np.arcsinh(1)) / 6
+WEIGHT = 20e3 * HEIGHT
+
+
+def block(torsion="uniform pressure", width=1.0, R=None, **joint):
+    """Model of a block of 1 m by ``width`` on a base."""
+    blocks = [
+        bs.Block.box("base", Q_([-1, -1, -0.5], "m"), Q_([3, 2 + width, 0.5], "m"), STONE, fixed=True),
+        bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([1, width, HEIGHT], "m"), STONE),
+    ]
+    blocks = blocks if R is None else moved(blocks, R)
+    return model_of(blocks, bs.JointMaterial("joint", FRICTION, torsion=torsion, **joint))
+
+
+#: Two forces of 1 N, one metre apart, in the plane of the joint.
+COUPLE = bs.LoadPattern(
+    "couple",
+    [
+        bs.PointLoad("block", Q_([0.5, 0, 0], "m"), Q_([1, 0, 0], "N")),
+        bs.PointLoad("block", Q_([0.5, 1, 0], "m"), Q_([-1, 0, 0], "N")),
+    ],
+)
+
+
+def solve(model, variable, flow="associative", dead=SELF_WEIGHT, **settings):
+    case = bs.LimitCase("case", dead, variable, flow)
+    return bs.run(model, case, settings=bs.ProcedureSettings(**settings))["case"]
+
+
+@pytest.mark.parametrize(("torsion", "lever"), [("corners", CORNERS), ("uniform pressure", UNIFORM)])
+@pytest.mark.parametrize("procedure", ["associative", "fictitious", "shifted", "loading path"])
+def test_twisted_square(torsion, lever, procedure):
+    flow = "associative" if procedure == "associative" else "nonassociative"
+    of_procedure = {} if procedure == "associative" else {"procedure": procedure}
+    result = solve(block(torsion), COUPLE, flow, **of_procedure)
+    assert result.status == "converged"
+    assert result.certificate.holds
+    assert result.load_factor == pytest.approx(lever * FRICTION * WEIGHT, rel=1e-6)
+    assert result.states.isel(iteration=-1).item() == "twisting"
+    assert float(result.utilisation["sliding"][-1, 0]) == pytest.approx(1.0, rel=1e-4)
+    assert bs.results.contradictions(bs.run(result.model, result.case)) == []
+
+
+@pytest.mark.parametrize("flow", ["associative", "nonassociative"])
+@pytest.mark.parametrize("share", [0.3, 0.9])
+def test_shear_and_torque_keep_to_an_ellipse(flow, share):
+    force = bs.PointLoad("block", Q_([0.5, 0.5, 0], "m"), Q_([share * FRICTION * WEIGHT, 0, 0], "N"))
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), force])
+    result = solve(block(), COUPLE, flow, dead)
+    expected = UNIFORM * FRICTION * WEIGHT * np.sqrt(1 - share**2)
+    assert result.status == "converged"
+    assert result.load_factor == pytest.approx(expected, rel=2e-5)
+
+
+def test_dilatant_joints():
+    # Between the two flow rules, all three of which twist by the same torque: the block is lifted as it turns.
+    model = block(dilatancy_angle="15 deg")
+    result = solve(model, COUPLE, "nonassociative")
+    assert result.status == "converged"
+    assert result.load_factor == pytest.approx(UNIFORM * FRICTION * WEIGHT, rel=1e-6)
+    rise = result.mechanism.translation.sel(block="block", axis="z").item()
+    assert rise > 0
+
+
+@pytest.mark.parametrize("crushing", ["conic", "linearised"])
+def test_torsion_beside_crushing(crushing):
+    # A joint that crushes at twice its load twists by the torque of its normal force all the same.
+    model = block(compressive_strength=Q_(2 * WEIGHT, "Pa"))
+    result = solve(model, COUPLE, "nonassociative", crushing=crushing)
+    assert result.load_factor == pytest.approx(UNIFORM * FRICTION * WEIGHT, rel=1e-5)
+
+
+def test_cohesion_twists_too():
+    cohesion = 30e3
+    result = solve(block(cohesion=Q_(cohesion, "Pa")), COUPLE)
+    assert result.load_factor == pytest.approx(UNIFORM * (FRICTION * WEIGHT + cohesion), rel=1e-6)
+
+
+def test_torque_does_not_depend_on_the_axes():
+    R = rotation((1, 2, 3), 0.7)
+    gravity = bs.LoadPattern("dead", [bs.BodyForce(R @ np.array([0, 0, -1.0]))])
+    couple = bs.LoadPattern("couple", [bs.Moment("block", Q_(R @ np.array([0, 0, 1.0]), "N*m"))])
+    turned = solve(block(R=R), couple, dead=gravity)
+    assert turned.load_factor == pytest.approx(UNIFORM * FRICTION * WEIGHT, rel=1e-6)
+
+
+def test_sliding_alone_is_as_before():
+    for flow in ("associative", "nonassociative"):
+        alone, uniform = (solve(block(t), push(1, 0, 0), flow).load_factor for t in ("corners", "uniform pressure"))
+        assert uniform == pytest.approx(alone, rel=1e-6)
+
+
+# -- levers ------------------------------------------------------------------------------------------------------------
+
+
+def lever_of(corners):
+    polygon = Q_(np.column_stack([corners, np.zeros(len(corners))]), "m")
+    return bs.Interface("a|b", "a", "b", polygon, bs.JointMaterial("joint", 0.6)).torsion_lever
+
+
+def sampled(corners, side=1201):
+    """Mean distance from the mean point of a fine grid of points inside."""
+    from matplotlib.path import Path
+
+    corners = np.asarray(corners, dtype=float)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    grid = np.stack(np.meshgrid(*(np.linspace(a, b, side) for a, b in zip(low, high, strict=True))), axis=-1)
+    points = grid.reshape(-1, 2)
+    inside = points[Path(corners).contains_points(points)]
+    return np.linalg.norm(inside - inside.mean(axis=0), axis=1).mean()
+
+
+def test_lever_of_a_square_and_of_a_disc():
+    assert lever_of([(0, 0), (2, 0), (2, 2), (0, 2)]) == pytest.approx(2 * UNIFORM, rel=1e-12)
+    angles = np.linspace(0, 2 * np.pi, 721)[:-1]
+    assert lever_of(np.column_stack([np.cos(angles), np.sin(angles)])) == pytest.approx(2 / 3, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    "corners",
+    [
+        [(0, 0), (4, 0), (4, 1), (0, 1)],
+        [(0, 0), (3, 0), (0, 1)],
+        # The centroid of an angle lies outside of it.
+        [(0, 0), (4, 0), (4, 0.5), (0.5, 0.5), (0.5, 4), (0, 4)],
+    ],
+)
+def test_lever_of_other_outlines(corners):
+    assert lever_of(corners) == pytest.approx(sampled(corners), rel=3e-3)
+
+
+def test_division_of_rates_dissipates_least():
+    """Against a general minimiser, on random motions and resistances of joints of four and of six points."""
+    random = np.random.default_rng(7)
+    counts = [4, 6, 4]
+    owner = np.repeat(np.arange(3), counts)
+    place = random.normal(size=(len(owner), 2))
+    torsion = UniformTorsion(np.arange(3), np.arange(len(owner)), owner, place)
+    motion, R = random.normal(size=(3, 3)), random.uniform(0.1, 2.0, len(owner))
+    x, y = place.T
+    v_t = motion[owner, :2] + motion[owner, 2:] * np.column_stack([-y, x])
+    slip = torsion.slip(np.column_stack([np.zeros(len(owner)), v_t]), R)
+    for j in range(3):
+        own = owner == j
+
+        def work(w, own=own):
+            rest = v_t[own] - w[:2] - w[2] * np.column_stack([-y[own], x[own]])
+            return R[own] @ np.linalg.norm(rest, axis=1) + R[own].sum() * np.linalg.norm(w)
+
+        starts = (np.zeros(3), motion[j], motion[j] / 2)
+        least = min(
+            minimize(work, w, method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-12}).fun for w in starts
+        )
+        assert R[own] @ slip[own] == pytest.approx(least, rel=1e-4)
+
+
+# -- the warning -------------------------------------------------------------------------------------------------------
+
+
+def test_corner_torsion_is_told():
+    result = solve(block("corners"), COUPLE, "nonassociative")
+    said = result.torsion_warning
+    assert "1.85 times" in said
+    assert "46% of the load factor" in said
+    assert said in result.describe()
+    found = bs.results.corner_torsion(result.model, result.history).loc["base|block"]
+    assert abs(found["torque"]) == pytest.approx(CORNERS * FRICTION * WEIGHT, rel=1e-6)
+    assert found["uniform"] == pytest.approx(UNIFORM * FRICTION * WEIGHT, rel=1e-6)
+    # What the load factor loses.
+    assert found["share"] == pytest.approx(1 - UNIFORM / CORNERS, rel=1e-4)
+
+
+def test_nothing_is_told_where_corners_carry_no_torsion():
+    assert solve(block(), COUPLE, "nonassociative").torsion_warning == ""
+    assert solve(block("corners"), push(1, 0, 0), "nonassociative").torsion_warning == ""
+
+
+# -- keeping it --------------------------------------------------------------------------------------------------------
+
+
+def test_files_documents_and_hashes_keep_it(tmp_path):
+    model = block()
+    case = bs.LimitCase("case", SELF_WEIGHT, COUPLE)
+    analysis = bs.run(model, case, tmp_path / "twist.h5")
+    read = bs.open_analysis(tmp_path / "twist.h5")
+    assert read.model.joint_materials["joint"] == model.joint_materials["joint"]
+    assert read["case"].history.identical(analysis["case"].history)
+    assert read["case"].history["torsion_lever"].to_numpy() == pytest.approx([UNIFORM])
+    assert bs.results.contradictions(read) == []
+    bs.write_document(tmp_path / "twist.yaml", model, [case])
+    assert bs.read_document(tmp_path / "twist.yaml").model.hash == model.hash != block("corners").hash
+    joint = model.joint_materials["joint"]
+    assert joint.varied(friction_coefficient=0.3).torsion == "uniform pressure"
+
+
+def test_other_words_are_refused():
+    with pytest.raises(bs.errors.ModelError, match="'elastic'; give one of 'corners', 'uniform pressure'"):
+        bs.JointMaterial("joint", 0.6, torsion="elastic")
+
+
+def test_interfaces_of_both_kinds_stand_side_by_side():
+    blocks = [
+        bs.Block.box("base", Q_([-1, -1, -0.5], "m"), Q_([3, 3, 0.5], "m"), STONE, fixed=True),
+        *(bs.Block.box(f"b{k}", Q_([0, 0, k / 2], "m"), Q_([1, 1, 0.5], "m"), STONE) for k in range(2)),
+    ]
+    uniform = bs.JointMaterial("uniform", FRICTION, torsion="uniform pressure")
+    found = bs.detect_interfaces(blocks, joint_material={"b0|b1": uniform, "*": bs.JointMaterial("corners", FRICTION)})
+    model = bs.Model("column", blocks, found)
+    problem = LimitProblem.of(Statics.of(model), bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0)))
+    assert problem.torsion.interface.tolist() == [[i.name for i in model.interfaces].index("b0|b1")]
+    assert len(ContactPoints.of(model, 64).torsion_lever) == 2
+    # The upper block twists first: its joint carries half the weight, and no more than uniform pressure does.
+    twist = bs.LoadPattern("twist", [bs.Moment("b1", Q_([0, 0, 1], "N*m"))])
+    assert solve(model, twist).load_factor == pytest.approx(UNIFORM * FRICTION * WEIGHT, rel=1e-6)

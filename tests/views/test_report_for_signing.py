@@ -1,0 +1,174 @@
+"""The report that an engineer signs: what stands on its first page, its verification, and its pages as PDF."""
+
+import dataclasses
+import io
+import re
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.views import figures
+from blockstruct.views.figures import drawings
+from blockstruct.views.report import report_html, write_report
+from structures import SELF_WEIGHT, model_of, push, single_block
+
+pypdf = pytest.importorskip("pypdf")
+SITE = bs.assess.ntc_spectrum(Q_(0.15, "g_0"), 2.4, "0.3 s", "B")
+
+
+def case(name="push", direction=(1, 0, 0), flow="nonassociative"):
+    return bs.LimitCase(name, SELF_WEIGHT, bs.LoadPattern(f"push of {name}", push(*direction).loads), flow)
+
+
+@pytest.fixture(autouse=True)
+def few_pictures(monkeypatch):
+    """Pictures of cases are tested where they are drawn, and take longer than all the rest."""
+    monkeypatch.setattr("blockstruct.views.report.contents.drawings", lambda result: drawings(result)[:1])
+
+
+@pytest.fixture(scope="module")
+def block():
+    blocks, joint = single_block(0.4, 4.0)
+    return bs.AnalysisManager(model_of(blocks, joint, "block of Lucca")).run([case()])
+
+
+@pytest.fixture(scope="module")
+def spread(small_model):
+    return bs.AnalysisManager(small_model).run([case()], spread=["steep", "shift"])
+
+
+def summary(html):
+    return html[html.index('<section class="summary">') : html.index("<h2>Verification</h2>")]
+
+
+def pages(path):
+    return [page.extract_text() for page in pypdf.PdfReader(io.BytesIO(path.read_bytes())).pages]
+
+
+def test_the_first_page_tells_what_is_relied_on(block):
+    check = bs.assess.local_mechanism(block["push"], 1.35, SITE)
+    head = summary(report_html(block, checks=[check]))
+    assert "Relied on: capacity / demand 0.823 of “push” (SLV, linear), from its load factor 0.1." in head
+    for text in ("<b>0.1</b>", "<b>0.823</b>", "<b>0.123 g</b>", "not satisfied", "site 0.15 g", 'class="key missed"'):
+        assert text in head, text
+    assert head.count("<img") == 1
+    assert "Assumptions" in head
+    plain = summary(report_html(block))
+    assert "Relied on: load factor 0.1 of “push”. It is checked against no demand." in plain
+    assert plain.count("<b>") == 1
+
+
+def test_the_verification_gives_every_formula(block):
+    check = bs.assess.local_mechanism(block["push"], 1.35, SITE, method="displacement")
+    html = report_html(block, checks=[check])
+    part = html[html.index("<h2>Verification</h2>") : html.index("<h2>Analysis</h2>")]
+    rows = re.findall(r"<tr><td>(.*?)</td><td>(.*?)</td><td>(.*?)</td></tr>", part)
+    assert len(rows) == sum(len(section.lines) for section in check.sections)
+    assert ("capacity", "d<sub>SLV</sub> = 0.4 d<sub>0</sub> = 0.4 · 0.2 m = 0.08 m", "C8.7.1.2.1.6") in rows
+    assert "SLV, by displacement: capacity / demand" in part
+    assert "a load factor by itself is no verification" in report_html(block)
+
+
+def test_no_other_number_than_the_one_relied_on_is_a_headline(spread):
+    s = spread.spread("push")
+    other = f"{s.upper_bound.load_factor:.4g}"
+    low = f"{s.lowest.load_factor:.4g}"
+    assert other != low
+    head = summary(report_html(spread))
+    assert re.findall(r"<(?:b|strong)>(.*?)</", head) == [low, low]
+    assert "the lowest of 3 certified runs" in head
+
+
+def test_a_check_of_another_number_is_refused(spread, block):
+    s = spread.spread("push")
+    bound = bs.assess.local_mechanism(s.upper_bound, 1.35, SITE)
+    with pytest.raises(bs.errors.ModelError, match=r"check analysis\.spread\('push'\)"):
+        report_html(spread, checks=[bound])
+    assert "Relied on: capacity" in report_html(spread, checks=[bs.assess.local_mechanism(s, 1.35, SITE)])
+    with pytest.raises(bs.errors.ModelError, match="is not part of it"):
+        report_html(spread, checks=[bs.assess.local_mechanism(block["push"], 1.35, SITE)])
+
+
+def test_the_gravest_case_comes_first(small_model):
+    cases = [case("along", (1, 0, 0)), case("across", (0, 1, 0)), case("down", (0, 0, -1))]
+    analysis = bs.AnalysisManager(small_model).run(cases)
+    head = summary(report_html(analysis))
+    lowest = min(analysis.values(), key=lambda r: r.load_factor)
+    assert f"load factor {lowest.load_factor:.4g} of “{lowest.name}”, the lowest of 3 cases" in head
+    checks = [bs.assess.local_mechanism(analysis[name], 1.35, SITE) for name in ("along", "across")]
+    assert "the least of 2 checks" in summary(report_html(analysis, checks=checks))
+
+
+def test_a_case_without_a_load_factor_is_what_counts():
+    blocks, joint = single_block(0.4, 0.8)
+    blocks[0] = bs.Block.box("ground", Q_([-1, 0, -0.5], "m"), Q_([1.1, 1, 0.5], "m"), blocks[0].material, fixed=True)
+    analysis = bs.AnalysisManager(model_of(blocks, joint)).run([case()])
+    assert "There is no load factor to rely on: “push” is unstable under dead load." in summary(report_html(analysis))
+
+
+def test_the_report_is_a_pdf_of_numbered_pages(block, tmp_path):
+    check = bs.assess.local_mechanism(block["push"], 1.35, SITE)
+    path = write_report(block, tmp_path / "r.pdf", project={"client": "Town of Lucca"}, checks=[check])
+    assert path.read_bytes().startswith(b"%PDF")
+    found = pages(path)
+    for number, text in enumerate(found, 1):
+        assert f"{number} / {len(found)}" in text
+        assert "Rigid-block limit analysis" in text
+    # The summary is one page, and nothing else is on it.
+    assert "Town of Lucca" in found[0]
+    assert "capacity / demand" in found[0]
+    assert "partial safety factor" in found[0]
+    assert "Verification" not in found[0]
+    assert found[1].splitlines()[1].startswith("Verification") or "Verification" in found[1]
+    assert "Appendix: settings and versions" in found[-1]
+
+
+def test_a_template_that_wants_something_from_elsewhere_is_refused(block, tmp_path):
+    own = tmp_path / "firm.html.j2"
+    own.write_text(
+        '{% extends "report.html.j2" %}{% block foot %}<img src="file:///etc/hostname">{% endblock %}', encoding="utf-8"
+    )
+    with pytest.raises(bs.errors.StorageError, match="not part of the report"):
+        write_report(block, tmp_path / "r.pdf", template=own)
+    assert not (tmp_path / "r.pdf").exists()
+
+
+def test_the_capacity_curve_meets_the_demand_where_the_check_says(block):
+    check = bs.assess.local_mechanism(block["push"], 1.35, SITE)
+    curve, demand, ray, *_ = figures.verification(check, ax=Figure().add_subplot()).get_lines()
+    state = check.limit_states["SLV, by displacement"]
+    np.testing.assert_allclose(curve.get_xydata(), [[0, check.a0_star], [0.2, 0]], rtol=1e-5, atol=1e-12)
+    meeting = np.array([state.demand, np.interp(state.demand, *ray.get_xydata().T)])
+    assert np.abs(demand.get_xydata() / meeting - 1).max(axis=1).min() < 0.01
+    sliding = dataclasses.replace(check, curve=None, missing_curve="no capacity curve")
+    with pytest.raises(bs.errors.ModelError, match="there is none to draw"):
+        figures.verification(sliding)
+
+
+def test_a_reaction_is_no_load_factor(block):
+    """A settlement beside a push: the load factor is what is relied on; alone, its reaction is."""
+    settlement = bs.SettlementCase("ground sinks", dead=SELF_WEIGHT, supports=["ground"], direction=(0, 0, -1))
+    both = bs.AnalysisManager(block.model).run([settlement, case()])
+    assert "Relied on: load factor 0.1 of “push”." in summary(report_html(both))
+    alone = bs.AnalysisManager(block.model).run([settlement])
+    head = summary(report_html(alone))
+    assert "Relied on: reaction 32 kN of “ground sinks”" in head
+    assert "load factor" not in head[: head.index("Assumptions")]
+
+
+def test_many_cases_leave_the_summary_on_one_page(tmp_path, monkeypatch):
+    monkeypatch.setattr("blockstruct.views.report.contents.drawings", lambda result: [])
+    blocks, joint = single_block(0.4, 4.0)
+    angles = np.radians(np.arange(0, 360, 30))
+    cases = [case(f"towards {a:.2f}", (np.cos(a), np.sin(a), 0), "associative") for a in angles]
+    analysis = bs.AnalysisManager(model_of(blocks, joint)).run(cases)
+    html = report_html(analysis)
+    assert html.startswith("<!doctype html>")
+    assert "And 4 more cases, below." in summary(html)
+    assert html.count("<td>associative</td>") == 8 + 12
+    found = pages(write_report(analysis, tmp_path / "r.pdf"))
+    assert "partial safety factor" in found[0]
+    assert "Verification" in found[1]

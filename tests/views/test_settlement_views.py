@@ -1,0 +1,124 @@
+"""Settlements and torsion in texts, figures, report and page."""
+
+import json
+import re
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import pytest
+from rich.console import Console
+
+import blockstruct as bs
+from blockstruct import Q_, views
+from blockstruct.views import figures
+from blockstruct.views.page.payload import payload
+from blockstruct.views.report import report_html
+from structures import SELF_WEIGHT, model_of, push
+
+mpl.use("Agg")
+
+STONE = bs.Material("stone", "20 kN/m^3")
+
+
+@pytest.fixture(scope="module")
+def analysis(tmp_path_factory):
+    blocks = [
+        bs.Block.box("left", Q_([0, 0, -0.3], "m"), Q_([0.5, 1, 0.3], "m"), STONE, fixed=True),
+        bs.Block.box("right", Q_([3.5, 0, -0.3], "m"), Q_([0.5, 1, 0.3], "m"), STONE, fixed=True),
+        bs.Block.box("beam", Q_([0, 0, 0], "m"), Q_([4, 1, 0.6], "m"), STONE),
+    ]
+    cases = [
+        bs.SettlementCase("goes down", SELF_WEIGHT, ["left"], "-z"),
+        bs.SettlementCase("turns", SELF_WEIGHT, ["left"], "-y", about="[4, 0, 0] m", flow="associative"),
+        bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative"),
+    ]
+    model = model_of(blocks, bs.JointMaterial("joint", 0.6), "beam")
+    path = tmp_path_factory.mktemp("views") / "beam.h5"
+    return bs.run(model, cases, path, spread="shift"), path.parent
+
+
+@pytest.fixture(scope="module")
+def twisted():
+    blocks = [
+        bs.Block.box("base", Q_([-1, -1, -0.5], "m"), Q_([3, 3, 0.5], "m"), STONE, fixed=True),
+        bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([1, 1, 0.5], "m"), STONE),
+    ]
+    twist = bs.LoadPattern("twist", [bs.Moment("block", Q_([0, 0, 1], "kN*m"))])
+    return bs.run(model_of(blocks, bs.JointMaterial("joint", 0.6)), bs.LimitCase("twist", SELF_WEIGHT, twist))
+
+
+def printed(renderable):
+    console = Console(width=200)
+    with console.capture() as capture:
+        console.print(renderable)
+    return capture.get()
+
+
+def test_the_console_says_reaction(analysis):
+    found, folder = analysis
+    text = printed(views.result_text(found["goes down"]))
+    assert "dead, left moves along (0, 0, -1), nonassociative flow" in text
+    assert re.search(r"reaction 20\.571\d kN \(associative bound 20\.571\d kN\)", text)
+    assert "Statics allows reactions from 20.57 kN to 27.43 kN under the dead load." in text
+    assert "of the dead load" in text
+    assert "load factor" not in text.replace("of the load factor; of the dead load, if a reaction", "")
+    assert "R [N]" in printed(views.iteration_table(found["goes down"].history))
+    assert "R [N·m]" in printed(views.iteration_table(found["turns"].history))
+    assert "reaction / load factor" in printed(views.summary_table(found))
+    assert re.search(r"goes down .* 20571\.\d N", printed(views.archive_table(bs.Archive(folder).table())))
+
+
+def test_a_spread_of_reactions_is_one_of_forces(analysis):
+    found, _ = analysis
+    said = str(found.spread("goes down"))
+    assert re.search(r"20\.57 kN \(largest of 2 of 2 schedules certified, down to 20\.57 kN", said)
+    assert "-0.4" not in said
+
+
+def test_json_has_reactions_of_their_own(analysis):
+    found, _ = analysis
+    summary = json.loads(json.dumps(views.analysis_summary(found), allow_nan=False))
+    case = next(c for c in summary["cases"] if c["name"] == "goes down")
+    assert case["load_factor"] is None
+    assert case["reaction"]["value"] == pytest.approx(20571.43, rel=1e-5)
+    assert case["reaction"]["largest"] == pytest.approx(27428.57, rel=1e-5)
+    assert case["reaction"]["units"] == "newton"
+    head = summary["headlines"]["goes down"]
+    assert head["reaction"] == pytest.approx(20571.43, rel=1e-5)
+    assert "load_factor" not in head
+    assert summary["headlines"]["push"]["load_factor"] == pytest.approx(0.6, rel=1e-6)
+
+
+def test_report_and_page_say_reaction(analysis):
+    found, _ = analysis
+    html = report_html(found)
+    assert "<strong>Reaction: 20.57 kN.</strong>" in html
+    assert "<strong>Reaction: 82.29 kN·m.</strong>" in html
+    assert "but for those that give way in a settlement case" in html
+    page = {case["name"]: case for case in payload(found)["cases"]}
+    assert page["goes down"]["answer"] == {"name": "reaction", "symbol": "R", "unit": "kN"}
+    assert page["goes down"]["head"]["number"] == "20.57 kN"
+    assert page["goes down"]["answers"][-1] == pytest.approx(20.5714, rel=1e-5)
+    assert page["push"]["answer"] == {"name": "load factor", "symbol": "α", "unit": "-"}
+
+
+def test_figures_show_the_reaction(analysis):
+    found, _ = analysis
+    ax = figures.mechanism(found["goes down"])
+    assert "R = 20.57 kN" in [text.get_text() for text in ax.texts]
+    assert figures.mechanism(found["turns"]).get_title("right") == "R = 82.29 kN·m"
+    ax = figures.convergence(found["goes down"])
+    assert ax.get_ylabel() == "reaction R [kN]"
+    # Every iteration, and the two levels.
+    assert ax.lines[0].get_ydata()[0] == pytest.approx(27.4286, rel=1e-5)
+    plt.close("all")
+
+
+def test_corner_torsion_is_told_everywhere(twisted):
+    said = twisted["twist"].torsion_warning
+    assert said in printed(views.result_text(twisted["twist"])).replace("\n", "")
+    assert said in views.analysis_summary(twisted)["cases"][0]["warnings"]
+    html = report_html(twisted)
+    assert "1.85 times as much" in html
+    assert "limited by friction at its contact points" in html
+    assert said in payload(twisted)["cases"][0]["head"]["below"]
