@@ -107,7 +107,8 @@ def _motion(body: MacroBlock) -> str:
         where = f"the axis along {AXES[along]} through {', '.join(r for k, r in enumerate(rest) if k != along)}"
     else:
         where = f"an axis along {_vector(direction)} through {_vector(point)} m"
-    return f"turns about {where}; its centroid moves towards {towards}"
+    stays = np.linalg.norm(body.translation) <= AT_REST * body.speed
+    return f"turns about {where}; its centroid {'stays' if stays else f'moves towards {towards}'}"
 
 
 def _direction(vector: Array) -> str:
