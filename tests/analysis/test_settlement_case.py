@@ -42,7 +42,7 @@ def stored(model, tmp_path_factory):
     [
         ({"supports": ["middle"]}, bs.errors.UnknownNameError, ["'middle'", "left, right, aside"]),
         ({"supports": ["left", "beam"]}, bs.errors.ModelError, ["'beam' is free", "left, right, aside"]),
-        ({"supports": ["aside"]}, bs.errors.ModelError, ["aside", "nothing stands"]),
+        ({"supports": ["aside"]}, bs.errors.ModelError, ["aside", "nothing is held"]),
         ({"supports": []}, bs.errors.ModelError, ["no support"]),
         ({"supports": ["left", "left"]}, bs.errors.ModelError, ["twice"]),
         ({"supports": [3]}, bs.errors.ModelError, ["3"]),
@@ -64,6 +64,33 @@ def test_bad_input(model, arguments, error, words):
         bs.run(model, bs.SettlementCase("case", **given))
     for word in words:
         assert word in str(raised.value)
+
+
+#: A tie from the beam to a support that nothing stands on.
+TIE = bs.Tie("tie", ("aside", "[9, 0.5, 0] m"), ("beam", "[4, 0.5, 0] m"), yield_force="50 kN")
+
+
+def test_the_anchor_of_a_tie_settles_too(model):
+    """It moves away and pulls the beam, which slides."""
+    result = bs.run(model.with_ties([TIE]), bs.SettlementCase("anchor", SELF_WEIGHT, ["aside"], "+x"))["anchor"]
+    assert result.reaction.m_as("kN") == pytest.approx(-0.6 * 48, rel=1e-5)
+    assert result.ties["force [newton]"].item() == pytest.approx(0.6 * 48e3, rel=1e-5)
+
+
+def test_an_anchor_across_the_tie_is_refused(model):
+    with pytest.raises(bs.errors.ModelError, match="no tie pulls along"):
+        bs.run(model.with_ties([TIE]), bs.SettlementCase("across", SELF_WEIGHT, ["aside"], "+y"))
+
+
+def test_a_sweep_of_a_settlement_is_refused(model):
+    with pytest.raises(bs.errors.ModelError, match=r"not a LimitCase.*bs\.study"):
+        bs.AnalysisManager(model).sweep("friction_coefficient", [0.5, 0.6], CASES[0])
+
+
+@pytest.mark.parametrize("spread", [3, None, ["steep", 3]])
+def test_a_spread_of_no_schedules_is_refused(model, spread):
+    with pytest.raises(bs.errors.ModelError, match=r"spread: .* give a list"):
+        bs.run(model, CASES[0], spread=spread)
 
 
 def test_one_support_may_be_given_by_its_name():

@@ -99,6 +99,13 @@ def test_elongation_against_its_limit(result):
     assert "Tie bar [ground|low]: slipping, 3.142 kN of 3.142 kN (bond)" in text
 
 
+def test_a_slack_tie_has_no_force(model, result):
+    away = bs.run(model, bs.LimitCase("away", SELF_WEIGHT, push(-1, 0, 0), "associative"))["away"]
+    slack = away.history.assign(tie_force=away.history["tie_force"].copy(data=[[1e3, -8.7e-10, 1e3, 1e3]]))
+    said = "\n".join(bs.results.tie_sentences(slack))
+    assert "Tie bar [ground|low]: slack, 0 kN of" in said
+
+
 def test_files_keep_ties(model, stored):
     analysis, path = stored
     again = bs.open_analysis(path)

@@ -33,6 +33,16 @@ def test_the_summary_of_a_study_of_samples():
     assert found.load_factor.attrs["units"] == "dimensionless"
 
 
+def test_settlements_have_no_load_factors():
+    """Their reactions are in the data, but neither a bound nor fractiles of load factors are told of them."""
+    mixed = bs.study(studied.pulled, {"friction_coefficient": stats.uniform(0.5, 0.2)}, runs=3, seed=1, workers=1)
+    assert np.isnan(mixed["bound"].sel(case="spreads")).all()
+    assert (mixed["reaction"].sel(case="spreads") < 0).all()
+    assert bs.studies.summary(mixed, below=[0.5])["case"].values.tolist() == ["push"]
+    with pytest.raises(bs.errors.ModelError, match=r"spreads: settlements have no load factors; data\.reaction"):
+        bs.studies.summary(mixed.sel(case=["spreads"]))
+
+
 def test_intervals_are_those_of_scipy():
     """Order statistics, against the interval of scipy's test of a quantile; and a proportion's."""
     values = np.random.default_rng(1).lognormal(size=200)

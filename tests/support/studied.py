@@ -20,6 +20,15 @@ def block(friction_coefficient, height="1 m"):
     return model, bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
 
 
+def pulled(friction_coefficient):
+    """A block tied to a support beside it: a push, and the support that moves away."""
+    model, case = block(friction_coefficient)
+    pier = bs.Block.box("pier", Q_([-0.9, 0, 0], "m"), Q_([0.5, 1, 1], "m"), model.blocks[0].material, fixed=True)
+    tie = bs.Tie("tie", ("pier", "[-0.4, 0.5, 0.1] m"), ("block", "[0, 0.5, 0.1] m"), yield_force="50 kN")
+    tied = bs.Model("tied", [*model.blocks, pier], model.interfaces, ties=[tie])
+    return tied, [case, bs.SettlementCase("spreads", SELF_WEIGHT, ["pier"], "-x")]
+
+
 def failing(friction_coefficient, height="1 m"):
     """A block whose model cannot be built at one value."""
     if friction_coefficient == 0.4:

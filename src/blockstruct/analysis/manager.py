@@ -276,7 +276,7 @@ class AnalysisManager:
             If the folder cannot be written to.
         """
         if not isinstance(case, LimitCase):
-            msg = f"sweep: case {shown(case)} is not a LimitCase; give the case itself"
+            msg = f"sweep: case {shown(case)} is not a LimitCase; give the case itself, or for other cases use bs.study"
             raise ModelError(msg)
         axes = axes_of(quantity, values)
         heard = (*self.listeners, *checked_tuple(listeners, Callable, "sweep: listeners"))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.model import Model, Pushover
-from blockstruct.statics import MovedContacts, MovingLoads, MovingStructure, Placement, Statics
+from blockstruct.statics import MovedContacts, MovingLoads, MovingStructure, Placement, Statics, rotated
 from blockstruct.vocabulary import Torsion
 
 Array = NDArray[np.float64]
@@ -24,7 +24,7 @@ class MovedProblem:
     Attributes
     ----------
     problem : LimitProblem
-        With the units of the case at rest.
+        With the units of the case at rest, and wrenches and velocities in the axes of each block.
     contacts : MovedContacts
     placement : Placement
     """
@@ -32,6 +32,11 @@ class MovedProblem:
     problem: LimitProblem
     contacts: MovedContacts
     placement: Placement
+
+    @property
+    def penetration(self) -> float:
+        """Deepest penetration, m."""
+        return max(-float(self.contacts.gap.min(initial=0.0)), 0.0)
 
     def gap(self, work: float) -> Array:
         """Gaps (K,) in units of relative velocity, for a step in which the unit variable load does a work, J."""
@@ -117,7 +122,7 @@ class MovingProblem:
         force_unit = np.minimum(self._unit[points.minus], self._unit[points.plus])
         rows, columns = sp.diags_array(np.repeat(1 / problem.wrench_unit, 6)), sp.diags_array(np.repeat(force_unit, 3))
         scale = np.outer(problem.wrench_unit, np.repeat([1.0, statics.length], 3))
-        dead, variable = ((loads.at(placement)[statics.free] / scale).ravel() for loads in (self.dead, self.variable))
+        dead, variable = ((loads.own(placement)[statics.free] / scale).ravel() for loads in (self.dead, self.variable))
         moved = replace(
             problem,
             A=sp.csc_array(rows @ contacts.A @ columns),
@@ -135,12 +140,12 @@ class MovingProblem:
         )
         return MovedProblem(moved, contacts, placement)
 
-    def twist(self, u: Array) -> Array:
-        """Twists (B, 6) of the blocks, m/s and rad/s at 1 W, of non-dimensional velocities u (6 F,)."""
+    def twist(self, u: Array, placement: Placement) -> Array:
+        """Twists (B, 6) of blocks at a placement, m/s and rad/s at 1 W, of non-dimensional velocities u (6 F,)."""
         problem = self._problem
         found = np.zeros((len(self._unit), 6))
         found[self.statics.free] = u.reshape(-1, 6) / np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))
-        return found
+        return rotated(found, placement.rotation)
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,6 +175,7 @@ class FiniteStep:
     holds : bool
         Whether they are within the tolerances of a step.
     contact_points, programs, solver_iterations : int
+        Those of attempts at too long a step are among them.
     solver_time : float
         Seconds of the whole step.
     """

@@ -8,6 +8,7 @@ from typing import Any, Self
 
 from blockstruct.errors import ModelError, UnknownKeywordError, shown
 from blockstruct.keywords import checked_keywords, did_you_mean
+from blockstruct.model import checked_tuple
 
 #: Tolerances of the certificate.
 CERTIFIED = ("equilibrium_tolerance", "yield_tolerance", "interpenetration_tolerance", "gap_tolerance")
@@ -226,7 +227,7 @@ def schedules_of(spread: bool | str | Iterable[str]) -> tuple[str, ...]:
     """
     if isinstance(spread, bool):
         return tuple(SCHEDULES) if spread else ()
-    names = (spread,) if isinstance(spread, str) else tuple(spread)
+    names = checked_tuple((spread,) if isinstance(spread, str) else spread, str, "spread")
     names = tuple(each for name in names for each in (_PATHS if name == PATH_DEPENDENCE else (name,)))
     unknown = [name for name in names if name not in SCHEDULES]
     if unknown:

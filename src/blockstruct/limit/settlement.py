@@ -61,23 +61,25 @@ class Settlement:
         """
         who, blocks = f"settlement case {case.name!r}", statics.model.blocks
         supports = np.array([_support(statics, who, name) for name in case.supports])
-        if not np.isin(supports, [*statics.points.minus, *statics.points.plus]).any():
-            msg = (
-                f"{who}: no interface touches {listed(case.supports)}, nothing stands on what settles; name the "
-                "supports that carry the structure"
-            )
-            raise ModelError(msg)
         centroids = np.array([b.centroid for b in blocks])
         direction, turn = np.array(case.direction), np.zeros(3)
         if case.about is not None:
             turn = direction / statics.length
         along = direction if case.about is None else np.cross(turn, centroids[supports] - np.array(case.about))
         motion = np.hstack([np.broadcast_to(along, (len(supports), 3)), np.broadcast_to(turn, (len(supports), 3))])
+        tie_row = motion.ravel() @ statics.ties.columns(centroids, supports, 1.0)
+        touched = np.isin(supports, [*statics.points.minus, *statics.points.plus]).any()
+        if not touched and not tie_row.any():
+            msg = (
+                f"{who}: no interface touches {listed(case.supports)} and no tie pulls along the motion, nothing is "
+                "held by what settles; name the supports that carry the structure"
+            )
+            raise ModelError(msg)
         return cls(
             supports=supports,
             motion=motion,
             row=motion.ravel() @ equilibrium_matrix(statics.points, centroids, supports, 1.0),
-            tie_row=motion.ravel() @ statics.ties.columns(centroids, supports, 1.0),
+            tie_row=tie_row,
             force=float(wrench_unit.mean()),
             reaction_unit=reaction_unit(statics.model, case),
             rotates=case.about is not None,
@@ -85,8 +87,9 @@ class Settlement:
 
     @property
     def speed(self) -> float:
-        """Largest speed at a contact point of the supports, in unit motion, m/s."""
-        return float(np.linalg.norm(self.row.reshape(-1, 3), axis=1).max())
+        """Largest speed at a contact point of the supports, or at which they lengthen a tie, in unit motion, m/s."""
+        at_ties = np.abs(self.tie_row).max(initial=0.0)
+        return float(np.linalg.norm(self.row.reshape(-1, 3), axis=1).max(initial=at_ties))
 
     def reaction(self, alpha: Array) -> Array:
         """Reactions at load factors, N or N·m."""

@@ -19,9 +19,9 @@ class SettlementCase:
     """Supports that give way under the dead load, as one rigid body and in one direction.
 
     The answer is the reaction that is left when the structure begins to follow: the least for which forces in
-    equilibrium, inside the strength of the joints, are the forces of a mechanism. The reaction is what the joints of
-    the structure press on the supports along the motion, positive against the motion; the weight of the supports
-    themselves is not part of it.
+    equilibrium, inside the strength of the joints, are the forces of a mechanism. The reaction is what the joints and
+    the ties of the structure bring to the supports along the motion, positive against the motion; the weight of the
+    supports themselves is not part of it.
 
     Parameters
     ----------

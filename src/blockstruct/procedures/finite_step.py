@@ -1,6 +1,6 @@
 """One step of finite displacement: non-dilatant sliding by programs whose objective is shifted."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,9 @@ TOLERANCE = 1e-7
 AGREED, CERTIFIED = 2e-3, 1e-2
 #: Programs of one step, and those of them that take the new shift as it is.
 MOST, UNDAMPED = 8, 3
+#: Share of the flow-rule gap that a program leaves of that of the one before, from which more of them are in vain;
+#: and how many of them there are first where it is not certified yet, and a shorter step may be.
+SLOW, TRIED = 0.7, 4
 #: Residual of equilibrium and yield excess, and interpenetration, that are certified.
 FORCES, PENETRATING = 1e-5, 5e-2
 
@@ -43,6 +46,7 @@ class Solved:
     missed : float
         Flow-rule gap relative to the work of the loads and of friction.
     programs, iterations : int
+        All of them, and not those alone that came before this state.
     """
 
     load_factor: float
@@ -67,7 +71,14 @@ class Solved:
 
 
 def solve_finite_step(
-    moved: MovedProblem, work: float, twist: Array, least: float, settings: ProcedureSettings, solver: Solver
+    moved: MovedProblem,
+    work: float,
+    twist: Array,
+    least: float,
+    settings: ProcedureSettings,
+    solver: Solver,
+    *,
+    patient: bool,
 ) -> Solved | None:
     """Maximise ``s α − Σ (g_k + σ_k) n_k``: equilibrium now, contacts closed or open at the end of the step.
 
@@ -88,6 +99,8 @@ def solve_finite_step(
         Work per unit of work of the variable load to which what is missed is relative, where there is less.
     settings, solver
         Of the case.
+    patient
+        Whether to go on where the programs come no closer to a state that is certified.
 
     Returns
     -------
@@ -100,10 +113,10 @@ def solve_finite_step(
     program, sliding, gap = ConicProgram(problem, settings), true_sliding(problem), moved.gap(work)
     shift = shift_of(problem, moved.relative(twist) * problem.force_unit[:, None], np.zeros(problem.n_points))
     best: Solved | None = None
-    iterations = 0
+    programs = iterations = 0
     for k in range(MOST):
         solution = solver.solve(program, program.data(sliding, objective=Objective(gap + shift)), TOLERANCE)
-        iterations += solution.iterations
+        programs, iterations = k + 1, iterations + solution.iterations
         if not is_solved(solution.status):
             break
         alpha, x, u = program.unpack(solution)
@@ -113,10 +126,11 @@ def solve_finite_step(
         scale = max(abs(alpha) + friction, least)
         missed, reaching = certificate.flow_rule_gap / scale, x[:, 0] * np.maximum(gap, 0.0) / scale
         falling = float(problem.w_D @ u)
-        found = Solved(alpha, u, certificate, friction, falling, reaching, missed, k + 1, iterations)
-        if best is None or found.missed < best.missed:
+        found = Solved(alpha, u, certificate, friction, falling, reaching, missed, programs, iterations)
+        slow = best is not None and missed > SLOW * best.missed
+        if best is None or missed < best.missed:
             best = found
-        if found.missed <= AGREED:
+        if best.missed <= AGREED or (slow and (best.missed <= CERTIFIED or (k + 1 >= TRIED and not patient))):
             break
         shift = relax(shift, shift_of(problem, v, x[:, 0]), 1.0 if k < UNDAMPED else 0.5)
-    return best
+    return best and replace(best, programs=programs, iterations=iterations)

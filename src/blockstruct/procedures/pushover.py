@@ -32,8 +32,10 @@ MISSED, LENGTHS = 1.5, 3
 #: Work of forces across gaps that close in a step, relative to all of its work, for which it is shortened to the
 #: first of them; and what is left of that way.
 REACHING, BEFORE = 1e-3, 1e-3
-#: Halvings of a step after which the blocks penetrate, or the flow rule is missed.
-HALVINGS = 3
+#: Attempts at a step that the blocks penetrate after, or the flow rule is missed.
+ATTEMPTS = 5
+#: Penetration after a shorter step, relative to the deepest by the square of its length; and least share of a step.
+BELOW, LEAST_SHARE = 0.9, 0.25
 #: Deepest penetration, and least reach of contacts, in mean block sizes; reach in multiples of the last motion.
 DEEPEST, NEAREST, REACH = 2e-3, 0.05, 2.0
 #: Flow-rule gap, relative to the work of a step, beyond which the pushover cannot go on from it.
@@ -95,7 +97,7 @@ def pushover(
         state = path.gone(before)
     else:
         placement = Placement.of(problem.statics.model)
-        first = path.solved(placement, problem.twist(collapse.u), path.nearest)
+        first = path.solved(problem.at(placement, path.nearest), problem.twist(collapse.u, placement))
         if first is None:
             return path.lost(placement, None)
         yield path.record(first)
@@ -139,16 +141,12 @@ class _State:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """A state, and what is known of it: the solution, gaps (K,) of its contacts."""
+    """A state, and what is known of it: the solution, deepest penetration, m, and number of contact points."""
 
     state: _State
     solved: Solved
-    gap: Array
-
-    @property
-    def penetration(self) -> float:
-        """Deepest penetration, m."""
-        return max(-float(self.gap.min(initial=0.0)), 0.0)
+    penetration: float
+    contact_points: int
 
 
 class _Path:
@@ -166,6 +164,7 @@ class _Path:
         self.curve: list[tuple[float, float]] = []
         self._last: _State | None = None
         self._done, self._clock = 0.0, perf_counter()
+        self._spent = np.zeros(2, dtype=int)
 
     def gone(self, steps: Sequence[FiniteStep]) -> _State:
         """Take the states that are known already; gives the last of them."""
@@ -186,21 +185,22 @@ class _Path:
         last = abs(d[-1] - d[-2])
         return float(np.clip(even, max(LEAST * even, last / 2), max(GROWTH * last, LEAST * even)))
 
-    def solved(self, placement: Placement, twist: Array, reach: float) -> _Found | None:
+    def solved(self, moved: MovedProblem, twist: Array, *, patient: bool = True) -> _Found | None:
         """A step from a placement in which the control point moves as far as wanted, or blocks as far as they may."""
-        moved = self._problem.at(placement, reach)
+        placement = moved.placement
         time, last = self._time(placement, twist), twist
         found: _Found | None = None
         least = LEAST_WORK * self._load_factor
         longest = np.inf
         for _ in range(LENGTHS):
-            solution = solve_finite_step(moved, time, twist, least, self._settings, self._solver)
+            solution = solve_finite_step(moved, time, twist, least, self._settings, self._solver, patient=patient)
             if solution is None:
                 break
-            twist = self._problem.twist(solution.u)
+            self._spent += (solution.programs, solution.iterations)
+            twist = self._problem.twist(solution.u, placement)
             displacement = self._problem.control.displacement(placement)
             state = _State(placement, solution.load_factor, solution.dissipation, twist, time, displacement)
-            found = _Found(state, solution, moved.contacts.gap)
+            found = _Found(state, solution, moved.penetration, len(moved.contacts.gap))
             if np.isinf(longest):
                 longest = self._until_closed(moved, solution, last, time)
             better = min(self._time(placement, twist), longest)
@@ -231,33 +231,38 @@ class _Path:
     def advance(self, state: _State) -> _Found | str:
         """The state after a step, or why there is none."""
         time = state.time
-        for halving in range(HALVINGS + 1):
-            placement, following = self._after(state, time)
-            if following is not None and (self._is_good(following) or halving == HALVINGS):
+        following = None
+        for attempt in range(ATTEMPTS):
+            moved = self._after(state, time)
+            last, depth = attempt + 1 == ATTEMPTS, moved.penetration / (DEEPEST * self._size)
+            # The depth is that of a chord over an arc, or of blocks that meet: at least in proportion.
+            if depth > 1 and not last:
+                time *= max(BELOW / np.sqrt(depth), LEAST_SHARE)
+                continue
+            following = self.solved(moved, state.carried(moved.placement), patient=last)
+            if following is not None and following.solved.missed <= CERTIFIED:
                 break
-            time /= 2
+            if not last:
+                time /= 2
         if following is None or following.solved.missed > LOST:
-            return self.lost(placement, following)
+            return self.lost(moved.placement, following)
         for _ in range(CORRECTIONS):
             below = following.state.load_factor
             if below >= -ZERO * self._load_factor or state.load_factor <= 0:
                 break
             time *= state.load_factor / (state.load_factor - below)
-            back = self._after(state, time)[1]
+            moved = self._after(state, time)
+            back = self.solved(moved, state.carried(moved.placement))
             if back is None:
                 break
             following = back
         return following
 
-    def _after(self, state: _State, time: float) -> tuple[Placement, _Found | None]:
-        """Where the blocks of a state are after a time, and what is found there."""
+    def _after(self, state: _State, time: float) -> MovedProblem:
+        """The problem where the blocks of a state are after a time."""
         placement = state.placement.moved(state.twist * time)
         furthest = float(np.linalg.norm(state.twist[:, :3], axis=1).max()) * time
-        return placement, self.solved(placement, state.carried(placement), max(self.nearest, REACH * furthest))
-
-    def _is_good(self, found: _Found) -> bool:
-        """Whether nothing happened in a step that a shorter one would see better."""
-        return found.penetration <= DEEPEST * self._size and found.solved.missed <= CERTIFIED
+        return self._problem.at(placement, max(self.nearest, REACH * furthest))
 
     def _falls(self, solved: Solved) -> bool:
         """Whether the dead load drives the motion, and not the push."""
@@ -286,6 +291,7 @@ class _Path:
         self._last = state
         self.curve.append((state.displacement, state.load_factor))
         spent, self._clock = perf_counter() - self._clock, perf_counter()
+        (programs, iterations), self._spent = self._spent.tolist(), np.zeros(2, dtype=int)
         return FiniteStep(
             load_factor=state.load_factor,
             displacement=state.displacement,
@@ -302,9 +308,9 @@ class _Path:
             interpenetration=c.interpenetration,
             flow_rule_gap=c.flow_rule_gap,
             holds=solved.holds,
-            contact_points=len(found.gap),
-            programs=solved.programs,
-            solver_iterations=solved.iterations,
+            contact_points=found.contact_points,
+            programs=programs,
+            solver_iterations=iterations,
             solver_time=spent,
         )
 

@@ -236,7 +236,7 @@ def _linearised_at(statics: Statics, problem: LimitProblem, iterations: Sequence
 
 
 def _reaction(settlement: Settlement, iterations: Sequence[Iteration]) -> tuple[str, Array, dict[str, str]]:
-    what = "of the supports that give way: what the joints press on them against the motion"
+    what = "of the supports that give way: what joints and ties bring to them, against the motion"
     values = settlement.reaction(np.array([i.load_factor for i in iterations], dtype=float))
     return "iteration", values, _attrs("moment" if settlement.rotates else "force", what)
 

@@ -102,6 +102,8 @@ def tie_sentences(history: xr.Dataset) -> list[str]:
     said = []
     for name, row in ties_at_collapse(history).iterrows():
         force, capacity, elongation = row[f"force [{newton}]"], row[f"capacity [{newton}]"], row["elongation"]
+        # What is left of the force of a slack tie is the solver's rounding.
+        force = 0.0 if row["state"] == TieState.SLACK else force
         text = f"Tie {name}: {row['state']}, {_kilo(force)} of {_kilo(capacity)} ({row['governing']})"
         if elongation > AT_REST:
             text += f"; it gets longer by {elongation:.3g} times the largest displacement of a block"

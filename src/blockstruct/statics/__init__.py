@@ -12,7 +12,7 @@
 from blockstruct.statics.carried import CarriedWeights, carried_weights
 from blockstruct.statics.contacts import ContactPoints
 from blockstruct.statics.equilibrium import equilibrium_matrix
-from blockstruct.statics.moved import MovedContacts, MovingLoads, MovingStructure, Placement
+from blockstruct.statics.moved import MovedContacts, MovingLoads, MovingStructure, Placement, rotated
 from blockstruct.statics.statics import Statics
 from blockstruct.statics.ties import TieTable
 from blockstruct.statics.wrenches import AppliedLoads, applied_loads, wrenches
@@ -30,5 +30,6 @@ __all__ = [
     "applied_loads",
     "carried_weights",
     "equilibrium_matrix",
+    "rotated",
     "wrenches",
 ]

@@ -9,7 +9,14 @@ from blockstruct.statics.contacts import ContactPoints
 Array = NDArray[np.float64]
 
 
-def equilibrium_matrix(points: ContactPoints, centroids: Array, free: NDArray[np.int64], length: float) -> sp.csc_array:
+def equilibrium_matrix(
+    points: ContactPoints,
+    centroids: Array,
+    free: NDArray[np.int64],
+    length: float,
+    rotation: Array | None = None,
+    least: float = 1e-12,
+) -> sp.csc_array:
     """Equilibrium matrix: ``A x + w_D + α w_L = 0``.
 
     Column 3k + v of A is the wrench of a unit force at contact point k along axis v of (n, s, t): on the plus
@@ -25,6 +32,11 @@ def equilibrium_matrix(points: ContactPoints, centroids: Array, free: NDArray[np
         Indices of the free blocks, in the order of the rows, six per block; rows of supports are dropped.
     length
         Characteristic length, m: moments are divided by it.
+    rotation : (B, 3, 3) array
+        Of the blocks, in whose own axes their rows then are: so blocks that have turned have as few entries as they
+        had before.
+    least
+        Entries that are smaller are left out: rounding, which would only fill the factorisation.
 
     Returns
     -------
@@ -40,13 +52,15 @@ def equilibrium_matrix(points: ContactPoints, centroids: Array, free: NDArray[np
         on = row_of[block] >= 0
         arm = (points.position[on] - centroids[block[on]]) / length
         force = sign * axes[on]
+        if rotation is not None:
+            own = rotation[block[on]]
+            arm, force = np.einsum("kij,ki->kj", own, arm), force @ own
         wrench = np.concatenate([force, np.cross(arm[:, None], force)], axis=2)
         shape = wrench.shape
         rows.append(np.broadcast_to(row_of[block[on]][:, None, None] + np.arange(6), shape).ravel())
         columns.append(np.broadcast_to(column[on][:, :, None], shape).ravel())
         values.append(wrench.ravel())
     value = np.concatenate(values)
-    # Products of unit vectors that are zero but for rounding would only fill the factorisation.
-    keep = np.abs(value) > 1e-12
+    keep = np.abs(value) > least
     entries = (value[keep], (np.concatenate(rows)[keep], np.concatenate(columns)[keep]))
     return sp.csc_array(entries, shape=(6 * len(free), 3 * n_points))

@@ -24,6 +24,9 @@ from blockstruct.statics.wrenches import applied_loads, wrenches
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+#: Entries of the equilibrium of blocks that have moved which are below what motions are known to.
+NO_ENTRY = 1e-8
+
 
 @dataclass(frozen=True, slots=True)
 class Placement:
@@ -61,6 +64,11 @@ class Placement:
         return type(self)(self.position + t, R @ self.rotation)
 
 
+def rotated(wrench: Array, rotation: Array) -> Array:
+    """Wrenches or twists (B, 6) after rotations (B, 3, 3)."""
+    return np.asarray((wrench.reshape(-1, 2, 3) @ rotation.transpose(0, 2, 1)).reshape(-1, 6))
+
+
 @dataclass(frozen=True, slots=True)
 class MovingLoads:
     """Loads of a pattern on blocks that move: forces keep size and direction, and act where they did on the block.
@@ -92,6 +100,10 @@ class MovingLoads:
         more = np.stack([turned[:, i, j] - turned[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
         return np.column_stack([self.wrench[:, :3], self.wrench[:, 3:] + more])
 
+    def own(self, placement: Placement) -> Array:
+        """The same in the axes of each block."""
+        return rotated(self.at(placement), placement.rotation.transpose(0, 2, 1))
+
     def work(self, before: Placement, after: Placement) -> float:
         """Work, J, between two placements, of the forces exactly; of moments to second order of their rotation."""
         moment = self.wrench[:, 3:] - np.stack(
@@ -118,7 +130,7 @@ class MovedContacts:
     gap : (K,) array, m
         Negative for a penetration.
     A : (6 F, 3 K) sparse array
-        Equilibrium there; moments divided by the characteristic length of the statics.
+        Equilibrium there, in the axes of each block; moments divided by the characteristic length of the statics.
     """
 
     points: ContactPoints
@@ -155,23 +167,25 @@ class MovingStructure:
         """Contact points of the blocks at a placement, up to a gap, m."""
         statics = self.statics
         found = self._bodies.touching(placement.position, placement.rotation, reach, statics.length)
-        points = self._points(found)
-        A = equilibrium_matrix(points, placement.position, statics.free, statics.length)
+        points = self._points(found, placement.rotation)
+        A = equilibrium_matrix(points, placement.position, statics.free, statics.length, placement.rotation, NO_ENTRY)
         return MovedContacts(points, found.gap, A)
 
-    def _points(self, found: Touching) -> ContactPoints:
+    def _points(self, found: Touching, rotation: Array) -> ContactPoints:
         K = len(found.gap)
         none, infinite = np.zeros(K), np.full(K, np.inf)
         code = np.minimum(found.minus, found.plus) * self._n_blocks + np.maximum(found.minus, found.plus)
         place = np.minimum(np.searchsorted(self._pairs, code), len(self._pairs) - 1)
         known = self._pairs[place] == code
         least = np.minimum(self._least[found.minus], self._least[found.plus])
+        own = rotation[found.minus]
+        axes = np.stack(plane_axes(np.einsum("kij,ki->kj", own, found.normal)), axis=1)
         return ContactPoints(
             position=found.position,
             interface=np.arange(K),
             minus=found.minus,
             plus=found.plus,
-            frame=np.stack([found.normal, *plane_axes(found.normal)], axis=1),
+            frame=np.concatenate([found.normal[:, None], axes @ own.transpose(0, 2, 1)], axis=1),
             centroid=found.position,
             area=none,
             strength=infinite,

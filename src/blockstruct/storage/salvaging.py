@@ -157,11 +157,13 @@ def _tree(folder: Path, found: dict[str, dict[str, Any]], lost: dict[str, str]) 
         try:
             values = np.load(folder / f"{item['number']}.npy", allow_pickle=False)
             values = values.astype(object) if values.dtype.kind == "U" else values
+            own = [f"{name}_{k}" for k in range(values.ndim)]
+            given = words.get("dims", own)
+            # A name that came back for several of its dimensions was damaged.
+            sizes = {dim: size for dim, size in zip(given, values.shape, strict=True) if given.count(dim) == 1}
             dims = [
-                dim if ds.sizes.get(dim, size) == size else f"{name}_{k}"
-                for k, (dim, size) in enumerate(
-                    zip(words.get("dims", [f"{name}_{k}" for k in range(values.ndim)]), values.shape, strict=True)
-                )
+                dim if dim in sizes and ds.sizes.get(dim, sizes[dim]) == sizes[dim] else other
+                for dim, other in zip(given, own, strict=True)
             ]
             tree[group or "/"] = ds.assign({name: (dims, values, words.get("attrs", {}))})
         except (OSError, ValueError, EOFError) as error:

@@ -46,12 +46,12 @@ def summary(
         finite load factors, and the number of ``runs``, of those ``unstable`` under their dead load, whose load factor
         counts as −∞, of those ``unbounded``, +∞, and of those ``unknown`` (failed, not converged, dependent on
         self-stress), which are left out of every estimate and make every interval as wide as if they could lie
-        anywhere.
+        anywhere. Settlements, which have reactions and no load factors, are left out.
 
     Raises
     ------
     ModelError
-        If the study is a grid, or a probability is not between 0 and 1.
+        If the study is a grid or has settlements alone, or a probability is not between 0 and 1.
 
     Notes
     -----
@@ -64,6 +64,7 @@ def summary(
         over = ", ".join(map(str, data.dims)) or "nothing"
         msg = f"summary: data along {over} are not samples; give a study of distributions"
         raise ModelError(msg)
+    data = _with_load_factors(data)
     wanted, levels = _probabilities(fractiles, "fractiles"), np.asarray(below, dtype=float)
     (gamma,) = _probabilities([confidence], "confidence")
     columns = [_of_case(data.sel(case=case), wanted, float(gamma), levels) for case in data["case"].to_numpy()]
@@ -71,6 +72,19 @@ def summary(
     held["case"] = data["case"]
     exact = data.attrs.get("sampling") != LATIN
     return held.assign_attrs(confidence=float(gamma), sampling=data.attrs.get("sampling", ""), exact=int(exact))
+
+
+def _with_load_factors(data: xr.Dataset) -> xr.Dataset:
+    """The cases of a study that are not settlements."""
+    settles = np.zeros(data.sizes["case"], dtype=bool)
+    for name in ("reaction", "reaction_moment"):
+        if name in data:
+            settles |= data[name].notnull().any("run").to_numpy()
+    if settles.any() and settles.all():
+        named = ", ".join(map(str, data["case"].to_numpy()))
+        msg = f"summary: {named}: settlements have no load factors; data.reaction.quantile(…, dim='run') has their own"
+        raise ModelError(msg)
+    return data.isel(case=~settles)
 
 
 def _of_case(data: xr.Dataset, fractiles: Array, confidence: float, levels: Array) -> xr.Dataset:

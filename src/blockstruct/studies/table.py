@@ -25,6 +25,7 @@ _TEXTS = ("status", "flow", "message")
 #: Variables that every case of a run has.
 _OF_CASE = (*_NUMBERS, *_TEXTS)
 _OF_RUN = ("problem", "path")
+_REACTIONS = {"reaction", "reaction_moment"}
 _COLUMNS = {"bound": "associative_load_factor"}
 
 
@@ -52,8 +53,11 @@ def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], prob
         for row in of_run:
             for name, values in (*numbers.items(), *texts.items()):
                 values[i, at[row["case"]]] = row.get(_COLUMNS.get(name, name), values[i, at[row["case"]]])
+            if not _REACTIONS.isdisjoint(row):
+                # What bounds a reaction is no load factor.
+                numbers["bound"][i, at[row["case"]]] = np.nan
     along = [*dims, "case"]
-    for name in ("reaction", "reaction_moment"):
+    for name in sorted(_REACTIONS):
         if np.isnan(numbers[name]).all():
             del numbers[name]
     variables: dict[str, Any] = {n: (along, v.reshape(*shape, -1), _NUMBERS[n]) for n, v in numbers.items()}

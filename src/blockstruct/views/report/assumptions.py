@@ -65,9 +65,9 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
     said += masses if len(masses) <= _FEW else [f"Which masses each of {len(masses)} pushes moves stands at the loads."]
     if settles:
         said.append(
-            "The reaction of supports that give way is what the joints press on them, without their own weight: the "
-            "least of a state that is a mechanism. With non-associative flow it is not unique either, and not below "
-            "the least that statics allows."
+            "The reaction of supports that give way is what joints and ties bring to them, without their own weight: "
+            "the least of a state that is a mechanism. With non-associative flow it is not unique either, and not "
+            "below the least that statics allows."
         )
     said.append("Load factors multiply the variable loads as modelled; no partial safety factor is included.")
     return said

@@ -1,0 +1,116 @@
+"""Walls of model documents are those of ``bs.wall``."""
+
+import json
+
+import pytest
+import yaml
+
+import blockstruct as bs
+from blockstruct.structures import Buttress, Opening, RoundOpening, Rubble, Sidewall
+
+STONE = bs.Material("stone", "20 kN/m^3")
+SIZE = {"length": "4 m", "courses": 12, "unit_height": "25 cm", "depth": "0.5 m"}
+DOOR = {
+    "start": "0.5 m",
+    "sill": "0 m",
+    "width": "1 m",
+    "height": "1 m",
+    "rise": "0.5 m",
+    "ring": "0.3 m",
+    "voussoirs": 9,
+}
+ROUND = {"centre": ["2.75 m", "1.625 m"], "diameter": "0.7 m", "ring": "0.2 m", "voussoirs": 12}
+HOLE = {"start": "0.5 m", "sill": "0.5 m", "width": "0.5 m", "height": "0.5 m", "bearing": "0 m"}
+SIDE = {"name": "side", "at": "0 m", "length": "1.5 m", "bonded": False}
+PIER = {"name": "pier", "at": "3 m", "width": "0.5 m", "courses": 8, "projection": "0.6 m", "top_projection": "0.3 m"}
+RUBBLE = {"seed": 3, "shortest": "0.25 m", "longest": "0.7 m", "overlap": "0.1 m"}
+
+
+def written(folder, entry, **beside):
+    content = {
+        "blockstruct": "model-1",
+        "materials": {"stone": {"unit_weight": "20 kN/m^3"}},
+        "joint_materials": {"lime": {"friction_coefficient": 0.6}},
+        "wall": {**SIZE, "material": "stone", **entry},
+        "interfaces": {"joint_material": "lime"},
+        "load_patterns": {"dead": [{"kind": "self_weight"}], "push": [{"kind": "body_force", "direction": [0, 1, 0]}]},
+        "cases": [{"name": "push", "dead": "dead", "variable": "push"}],
+    }
+    path = folder / "wall.yaml"
+    path.write_text(yaml.safe_dump(content | beside), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("entry", "same"),
+    [
+        (
+            {"unit_length": "0.5 m", "openings": [DOOR, ROUND], "gable": "1.2 m", "prefix": "f."},
+            {
+                "unit_length": "0.5 m",
+                "openings": [Opening(**DOOR), RoundOpening(**ROUND)],
+                "gable": "1.2 m",
+                "prefix": "f.",
+            },
+        ),
+        (
+            {"rubble": RUBBLE, "sidewalls": [SIDE | {"openings": [HOLE]}], "buttresses": [PIER]},
+            {
+                "rubble": Rubble(**RUBBLE),
+                "sidewalls": [Sidewall(**SIDE, openings=[Opening(**HOLE)])],
+                "buttresses": [Buttress(**PIER)],
+            },
+        ),
+        (
+            {"unit_length": "0.5 m", "leaves": 2, "header_every": 3, "base": True},
+            {"unit_length": "0.5 m", "leaves": 2, "header_every": 3},
+        ),
+    ],
+    ids=["arch, round window and gable", "rubble, sidewall and buttress", "leaves"],
+)
+def test_a_wall_is_that_of_the_builder(tmp_path, entry, same):
+    model = bs.read_document(written(tmp_path, entry)).model
+    blocks = bs.wall(**SIZE, material=STONE, **same)
+    assert model.hash == bs.Model("wall", blocks, bs.detect_interfaces(blocks, bs.JointMaterial("lime", 0.6))).hash
+
+
+def test_blocks_stand_beside_a_wall(tmp_path):
+    post = {
+        "name": "post",
+        "material": "stone",
+        "box": {"origin": ["1 m", "0 m", "3 m"], "size": ["1 m", "0.5 m", "1 m"]},
+    }
+    model = bs.read_document(written(tmp_path, {"unit_length": "0.5 m"}, blocks=[post])).model
+    assert {"base", "12.1", "post"} <= {block.name for block in model.blocks}
+
+
+@pytest.mark.parametrize(
+    ("entry", "error", "words"),
+    [
+        ({"material": "glass"}, bs.errors.UnknownNameError, ["'glass'", "stone"]),
+        ({}, bs.errors.ModelError, ["unit_length is missing", "rubble"]),
+        ({"openings": [DOOR | {"centre": ["1 m", "1 m"]}]}, bs.errors.DocumentError, ["/wall/openings/0", "start"]),
+        ({"openings": [DOOR | {"raise": "1 m"}]}, bs.errors.DocumentError, ["/wall/openings/0", "'raise'", "rise"]),
+        (
+            {"unit_length": "0.5 m", "openings": [DOOR | {"start": "9 m"}]},
+            bs.errors.ModelError,
+            ["opening 1", "beyond"],
+        ),
+        ({"rubble": {"seed": 3}}, bs.errors.DocumentError, ["/wall/rubble", "shortest"]),
+        ({"sidewalls": [SIDE | {"length": "2 kg"}]}, bs.errors.DimensionError, ["'side'", "length"]),
+    ],
+)
+def test_walls_that_are_none(tmp_path, entry, error, words):
+    with pytest.raises(error) as caught:
+        bs.read_document(written(tmp_path, entry))
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_a_study_varies_the_seed_of_a_wall(tmp_path):
+    written(tmp_path, {"rubble": RUBBLE})
+    content = {"blockstruct": "study-1", "model": "wall.yaml", "parameters": {"wall.rubble.seed": [1, 2]}}
+    (tmp_path / "study.json").write_text(json.dumps(content), encoding="utf-8")
+    read = bs.studies.read_study(tmp_path / "study.json")
+    first, second = (read.build(**{"wall.rubble.seed": seed})[0] for seed in (1, 2))
+    assert first.hash == bs.read_document(written(tmp_path, {"rubble": RUBBLE | {"seed": 1}})).model.hash != second.hash
