@@ -55,8 +55,9 @@ def carry_out(plan: Plan, job: Job, folder: str | Path) -> str:
                 recover(path)
             values = values_of(job.values)
             model, cases = plan.model_and_cases(values)
-            made = {"settings": plan.settings, "parameters": values, "study": plan.study}
-            manager = AnalysisManager(model, path, progress=False, **made)
+            manager = AnalysisManager(
+                model, path, settings=plan.settings, parameters=values, study=plan.study, progress=False
+            )
             analysis = manager.run(cases, spread=plan.schedules or False)
     except Exception as error:
         return described(error)
