@@ -122,7 +122,7 @@ class RigidRotation:
         return self.least_angle(lambda angle: -self.load_factor(angle))
 
     def least_angle(self, excess: Callable[[float], float]) -> float:
-        """Least angle at which a function is zero or above, rad; NaN if it always is."""
+        """Least angle at which a function is no longer below zero, rad; NaN without one."""
         from scipy.optimize import brentq
 
         tried = np.linspace(0, np.pi / 2, _TRIED, endpoint=False)
