@@ -14,21 +14,25 @@ import blockstruct as bs
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
+CELL = "{code-cell} ipython3"
 PAGES = [
-    p for p in sorted((ROOT / "docs").rglob("*.md")) if re.search("```(sh|python)\n", p.read_text(encoding="utf-8"))
+    p
+    for p in sorted((ROOT / "docs").rglob("*.md"))
+    if re.search(f"```(sh|python|{re.escape(CELL)})\n", p.read_text(encoding="utf-8"))
 ]
 
 
 #: What sets up the environment in which tests run.
 SETS_UP = ("make", "pip")
-LANGUAGES = r"```(python|sh)\n(.*?)```"
+LANGUAGES = rf"```(python|sh|{re.escape(CELL)})\n(.*?)```"
 
 
 def carry_out(page, call, names):
     """Run the snippets of a page as written, in order, in this folder; those of Python share their names."""
     for language, text in re.findall(LANGUAGES, page.read_text(encoding="utf-8"), re.DOTALL):
-        if language == "python":
-            exec(compile(text, page.name, "exec"), names)
+        if language in ("python", CELL):
+            code = re.sub(r"^:.*\n", "", text, flags=re.MULTILINE)
+            exec(compile(code, page.name, "exec"), names)
             continue
         for line in text.replace("\\\n", " ").splitlines():
             program, *words = shlex.split(line, comments=True)
@@ -53,9 +57,13 @@ def test_the_readme_is_carried_out_in_order(clone, call):
     assert (clone / "runs" / "wall.h5").is_file()
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def costed(page):
+    """A page as a parameter; one with cells, which are also run when the site is built, is slow."""
+    return pytest.param(page, marks=[pytest.mark.slow] * (CELL in page.read_text(encoding="utf-8")), id=page.name)
+
+
+@pytest.mark.parametrize("page", [costed(page) for page in PAGES])
 def test_the_pages_are_carried_out_in_order(page, clone, call, small_analysis):
-    """Cells of notebooks are run when the site is built."""
     (clone / "runs").mkdir()
     named = dict(zip(("push", "other"), small_analysis.values(), strict=True))
     results = {name: replace(r, case=replace(r.case, name=name)) for name, r in named.items()}

@@ -41,6 +41,14 @@ def test_a_low_block_slides_without_turning():
     assert "Hinges" not in text
 
 
+def test_the_centroid_of_a_block_that_twists_about_it_stays():
+    couple = bs.LoadPattern("couple", [bs.Moment("block", ["0 N m", "0 N m", "1 kN m"])])
+    model = model_of(*single_block(1.0, 0.5, mu=0.6))
+    text = describe(model, solve(model, couple, "nonassociative").history)
+    assert "turns about the axis along z" in text
+    assert "its centroid stays." in text
+
+
 def test_an_arch_has_three_moving_bodies_and_four_hinges():
     blocks = bs.arch(span="3.64 m", thickness="0.36 m", depth="0.6 m", voussoirs=15, material=TUFF)
     model = model_of(blocks, LIME)

@@ -293,3 +293,12 @@ def test_an_index_saves_time_and_nothing_else(tmp_path, monkeypatch):
     assert bs.Archive(tmp_path).table()["case"].tolist().count("other") == 1
     (tmp_path / ".blockstruct-index.json").write_text('{"version": 1, "files": {"x": 3}}')
     assert len(bs.Archive(tmp_path).table()) == 3
+
+
+def test_a_study_tells_how_it_goes_on_and_not_how_each_run_does(capsys, monkeypatch):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    bs.study(studied.block, {"friction_coefficient": [0.2, 0.3]}, workers=1)
+    said = "".join(capsys.readouterr())
+    assert "2 of 2 runs" in said
+    assert "numerical iteration" not in said

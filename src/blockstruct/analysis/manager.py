@@ -171,7 +171,7 @@ class AnalysisManager:
         return done
 
     @classmethod
-    def resume(cls, path: str | Path, *, listeners: Iterable[Listener] = ()) -> Analysis:
+    def resume(cls, path: str | Path, *, listeners: Iterable[Listener] = (), progress: Progress = "auto") -> Analysis:
         """Go on with a run that was killed or interrupted, from its last committed iteration.
 
         Cases that have ended are kept. The programs that are already solved are not solved again, except for the
@@ -184,6 +184,8 @@ class AnalysisManager:
             The store of the run.
         listeners
             As for the manager; they are told of replayed iterations as well.
+        progress
+            As for the manager.
 
         Raises
         ------
@@ -195,14 +197,14 @@ class AnalysisManager:
         if is_unfinished(path):
             with Checkpoint.reopen(path, blank_history) as working:
                 analysis = working.analysis()
-                done = cls._resuming(analysis, path, listeners)._record(analysis, working)
+                done = cls._resuming(analysis, path, listeners, progress)._record(analysis, working)
             _warn_of(done.values())
             return done
         analysis = open_analysis(path)
         if analysis.status == "finished":
             tidy(path)
             return analysis
-        manager = cls._resuming(analysis, path, listeners)
+        manager = cls._resuming(analysis, path, listeners, progress)
         with Checkpoint.begin(path, analysis) as working:
             done = manager._record(analysis, working)
         _warn_of(done.values())
@@ -310,9 +312,11 @@ class AnalysisManager:
         return runs
 
     @classmethod
-    def _resuming(cls, analysis: Analysis, path: str | Path | None, listeners: Iterable[Listener]) -> Self:
+    def _resuming(
+        cls, analysis: Analysis, path: str | Path | None, listeners: Iterable[Listener], progress: Progress = "auto"
+    ) -> Self:
         settings = next((result.settings for result in analysis.values()), None)
-        return cls(analysis.model, path, settings=settings, listeners=listeners)
+        return cls(analysis.model, path, settings=settings, listeners=listeners, progress=progress)
 
     def _record(self, analysis: Analysis, working: Checkpoint) -> Analysis:
         done = self._conduct(analysis, (Recorder(working), *self.listeners))

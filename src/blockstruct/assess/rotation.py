@@ -105,7 +105,7 @@ class RigidRotation:
         return float(tie.force * np.cross(at - self.hinge, along) @ self.axis / np.linalg.norm(along))
 
     def elongation(self, tie: Pull, angle: float) -> float:
-        """By which a tie is longer at an angle, m."""
+        """Elongation of a tie at an angle, m."""
         at = tie.anchor + self.moved(tie.anchor, angle)
         return float(np.linalg.norm(tie.towards - at) - np.linalg.norm(tie.towards - tie.anchor))
 
@@ -122,7 +122,7 @@ class RigidRotation:
         return self.least_angle(lambda angle: -self.load_factor(angle))
 
     def least_angle(self, excess: Callable[[float], float]) -> float:
-        """Least angle at which something is no longer below zero, rad; NaN if it always is."""
+        """Least angle at which a function is no longer below zero, rad; NaN without one."""
         from scipy.optimize import brentq
 
         tried = np.linspace(0, np.pi / 2, _TRIED, endpoint=False)

@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 #: Names listed before the rest is counted, and share of a measure of all joints below which one is not a main one.
 LISTED, MAIN = 5, 0.02
+#: Share of the speed of a body below which its centroid is said to stay.
+STAYS = 1e-3
 #: Cosine above which a direction is that of an axis.
 ALONG = np.cos(np.radians(3.0))
 
@@ -107,7 +109,8 @@ def _motion(body: MacroBlock) -> str:
         where = f"the axis along {AXES[along]} through {', '.join(r for k, r in enumerate(rest) if k != along)}"
     else:
         where = f"an axis along {_vector(direction)} through {_vector(point)} m"
-    return f"turns about {where}; its centroid moves towards {towards}"
+    stays = np.linalg.norm(body.translation) <= STAYS * body.speed
+    return f"turns about {where}; its centroid {'stays' if stays else f'moves towards {towards}'}"
 
 
 def _direction(vector: Array) -> str:

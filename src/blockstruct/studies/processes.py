@@ -57,7 +57,7 @@ def in_threads(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int) -> E
 
 
 def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int, memory_limit: int | None) -> Ended:
-    """Carry out runs in processes of their own, each with one thread a library.
+    """Carry out runs in processes of their own, each with one thread per library.
 
     A worker that ends, killed or out of memory, takes its run alone with it: the run is gone on with in another
     worker, from its last committed iteration, and has failed if that one ends, too.

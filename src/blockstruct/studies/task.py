@@ -49,13 +49,15 @@ def carry_out(plan: Plan, job: Job, folder: str | Path) -> str:
     try:
         killed = is_unfinished(path)
         if not job.anew and (killed or path.is_file()):
-            analysis = AnalysisManager.resume(path)
+            analysis = AnalysisManager.resume(path, progress=False)
         else:
             if killed:
                 recover(path)
             values = values_of(job.values)
             model, cases = plan.model_and_cases(values)
-            manager = AnalysisManager(model, path, settings=plan.settings, parameters=values, study=plan.study)
+            manager = AnalysisManager(
+                model, path, settings=plan.settings, parameters=values, study=plan.study, progress=False
+            )
             analysis = manager.run(cases, spread=plan.schedules or False)
     except Exception as error:
         return described(error)
