@@ -123,3 +123,16 @@ def test_settlement(capsys):
     assert ranges["left abutment spreads"] == pytest.approx((8.255, 10.69), rel=1e-3)
     assert ranges["left abutment goes down"] == pytest.approx((22.97, 24.05), rel=1e-3)
     assert "kN left" in capsys.readouterr().out
+
+
+def test_pushover(capsys):
+    """By hand, W = 160 kN: α0 = (0.5 + 2 · 15 · 4 / 160) / 5; zero where the centroid is above the edge, 0.25 m on."""
+    result = load("pushover").main()
+    assert result.load_factor == pytest.approx(0.25, rel=1e-6)
+    curve = result.capacity
+    assert float(curve.d0) == pytest.approx(0.25, rel=1e-4)
+    # The bar breaks 60 mm longer, at 0.06 / 4 rad or so: the façade is 0.0375 m out there.
+    fall = np.diff(curve.load_factor.to_numpy()).argmin()
+    assert float(curve.displacement[fall]) == pytest.approx(0.0375, rel=2e-2)
+    assert curve.holds.all()
+    assert "certified: True" in capsys.readouterr().out

@@ -380,6 +380,36 @@ def test_the_curve_of_a_pushover_is_that_of_the_oscillator(result):
     assert centred.at(0.1) == pytest.approx(curve.at(0.1), rel=1e-3)
 
 
+def pushed_over(model, steps=30):
+    control = ("façade", (0, -1, 0))
+    return bs.run(model, bs.Pushover("out of plane", SELF_WEIGHT, push(0, -1, 0), control=control, steps=steps))[
+        "out of plane"
+    ]
+
+
+def test_the_check_of_a_pushover_is_that_of_the_straight_curve(result):
+    """A façade that rotates as one: its capacity curve is straight but for the arc of its centroid."""
+    straight, found = (
+        bs.assess.local_mechanism(r, 1.35, SITE, method="displacement") for r in (result, pushed_over(facade()))
+    )
+    assert "curve of the pushover" in str(found)
+    assert found.curve.d0 == pytest.approx(straight.curve.d0, rel=1e-2)
+    assert found.ratio == pytest.approx(straight.ratio, rel=1e-2)
+
+
+def test_the_check_of_a_pushover_whose_tie_breaks():
+    """As in :func:`test_a_tie_that_breaks_by_hand`; without a limit of the tie there is no curve to rely on."""
+    by_hand, found = (
+        bs.assess.local_mechanism(of(tied(breaks_at=0.1)), 1.35, SITE, method="displacement")
+        for of in (run, pushed_over)
+    )
+    assert found.limit_state.capacity == pytest.approx(by_hand.limit_state.capacity, rel=1e-2)
+    assert found.ratio == pytest.approx(by_hand.ratio, rel=2e-2)
+    unlimited = bs.assess.local_mechanism(pushed_over(tied()), 1.35, SITE)
+    assert unlimited.curve is None
+    assert "no elongation limit" in unlimited.missing_curve
+
+
 def test_a_pushover_that_ends_early_gives_the_displacement_it_reached(result):
     early = curve_of(result, capacity_of_facade(top=0.05))
     assert early.d0 == pytest.approx(3 * np.sin(0.05), rel=1e-6)

@@ -9,6 +9,8 @@ from scipy.optimize import brentq
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.limit import LimitProblem, MovingProblem, Placement
+from blockstruct.statics import Statics
 from structures import SELF_WEIGHT, model_of, moved, push, rotation, single_block
 
 STONE = bs.Material("stone", "20 kN/m^3")
@@ -171,6 +173,78 @@ def test_contacts_that_were_none_close():
     assert float(curve["penetration"].max()) < 1e-3
 
 
+def tied(breaks_at=None):
+    """A block 0.5 × 2 m on the ground, tied at 1.5 m to a post 2 m behind it; it yields at a fifth of its weight."""
+    blocks = [
+        box("ground", (-3, 3), (-0.5, 0), fixed=True),
+        box("post", (-2.5, -2), (0, 2), fixed=True),
+        box("block", (0, 0.5), (0, 2)),
+    ]
+    bar = bs.Tie(
+        "bar",
+        start=("post", Q_([-2, 0.5, 1.5], "m")),
+        end=("block", Q_([0, 0.5, 1.5], "m")),
+        yield_force=Q_(4, "kN"),
+        elongation_limit=breaks_at,
+    )
+    return bs.Model("tied block", blocks, bs.detect_interfaces(blocks, ROUGH), ties=[bar])
+
+
+def elongated(angle):
+    """Length of the tie of :func:`tied`, m, and its derivative by the rotation."""
+    c, s = np.cos(angle), np.sin(angle)
+    x, z = 2.5 - 0.5 * c + 1.5 * s, 0.5 * s + 1.5 * c - 1.5
+    length = np.hypot(x, z)
+    return length, (x * (0.5 * s + 1.5 * c) + z * (0.5 * c - 1.5 * s)) / length
+
+
+def by_hand(angle, force):
+    """Load factor of :func:`tied`, W = 20 kN, turned by θ about its edge, with T at a length ℓ of the tie.
+
+    ``α W (h / 2 cos θ + b / 2 sin θ) = W (b / 2 cos θ − h / 2 sin θ) + T dℓ/dθ``, with the tie's end on the block at
+    ``(b − b cos θ + z sin θ, b sin θ + z cos θ)``, z = 1.5 m: at rest ``α = b / h + 2 T z / (W h) = 0.25 + 0.3``.
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    return (20 * (0.25 * c - s) + force * elongated(angle)[1]) / (20 * (c + 0.25 * s))
+
+
+def test_tie():
+    result = run(tied(), "block", steps=20)
+    curve = result.capacity
+    angle = turned(curve, "block")
+    assert result.load_factor == pytest.approx(0.55, rel=1e-6)
+    assert curve["load_factor"].to_numpy() == pytest.approx(by_hand(angle, 4.0), abs=1e-4)
+    assert by_hand(angle[-1], 4.0) == pytest.approx(0, abs=1e-4)
+    assert curve["holds"].all()
+    assert curve["energy_error"].max() < 1e-3
+
+
+def test_tie_that_breaks():
+    """As :func:`test_tie` until the bar is 0.1 m longer; then the block alone, ``tan(atan(b / h) − θ)``."""
+    curve = run(tied(Q_(0.1, "m")), "block", steps=20).capacity
+    angle = turned(curve, "block")
+    whole = elongated(angle)[0] <= 2.1
+    assert 3 < whole.sum() < len(angle) - 3
+    expected = np.where(whole, by_hand(angle, 4.0), np.tan(np.arctan(0.25) - angle))
+    assert curve["load_factor"].to_numpy() == pytest.approx(expected, abs=1e-4)
+    # The last state with the bar is that at which it breaks.
+    assert elongated(angle[whole][-1])[0] == pytest.approx(2.1, abs=1e-3)
+    assert turned(curve, "block")[-1] == pytest.approx(np.arctan(0.25), abs=1e-4)
+    assert curve["energy_error"].max() < 1e-4
+
+
+def test_tie_that_is_slack():
+    """One that was 0.02 m longer than it is pulls again where it has been; beyond its limit it never does."""
+    model = tied(Q_(0.05, "m"))
+    case = bs.Pushover("push", dead=SELF_WEIGHT, variable=push(1, 0, 0), control=("block", (1, 0, 0)))
+    statics = Statics.of(model)
+    moving = MovingProblem(statics, LimitProblem.of(statics, case), case)
+    at = Placement.of(model)
+    assert moving.at(at, 0.01, np.array([2.02])).slack == pytest.approx(0.02)
+    assert moving.at(at, 0.01, np.array([2.0])).slack == pytest.approx(0)
+    assert len(moving.at(at, 0.01, np.array([2.051])).problem.ties) == 0
+
+
 def test_half_the_steps(rocking):
     blocks, _ = single_block(0.3, 1.5)
     finer = run(model_of(blocks, ROUGH), "block", steps=120).capacity
@@ -238,3 +312,18 @@ def test_what_a_pushover_does_not_know(control, joint, said):
     blocks, _ = single_block(0.3, 1.5)
     with pytest.raises(bs.errors.BlockstructError, match=said):
         run(model_of(blocks, joint), control)
+
+
+@pytest.mark.parametrize(
+    ("kind", "more", "said"),
+    [
+        (bs.Tie, {"yield_force": "9 kN", "prestress": "2 kN"}, "prestress of 2000 N"),
+        (bs.ties.Strip, {"area": "1 cm^2", "strength": "300 MPa"}, "is a Strip"),
+    ],
+)
+def test_ties_that_a_pushover_does_not_know(kind, more, said):
+    blocks, _ = single_block(0.3, 1.5)
+    tie = kind("bar", ("ground", "[0, 0.5, 0] m"), ("block", "[0, 0.5, 1] m"), **more)
+    model = bs.Model("tied", blocks, bs.detect_interfaces(blocks, ROUGH), ties=[tie])
+    with pytest.raises(bs.errors.ModelError, match=said):
+        run(model, "block")

@@ -156,11 +156,11 @@ def test_what_is_bonded_shares_units_with_its_wall(unit, limits):
     """Every other course has a unit that lies on both sides of the face, by a quarter of a unit or the overlap."""
     size = SIZE | {"unit_length": Q_(unit, "m")}
     sides = [Sidewall("side", "0 m", "2 m")]
-    piers = [Buttress("pier", "2 m", "0.5 m", 8, "1 m", "0.6 m")]
-    blocks = bs.wall(length="4 m", courses=8, sidewalls=sides, buttresses=piers, rubble=limits, **size)
+    piers = [Buttress("pier", "2 m", "0.5 m", 4, "1 m", "0.6 m")]
+    blocks = bs.wall(length="4 m", courses=4, sidewalls=sides, buttresses=piers, rubble=limits, **size)
     least = 0.25 * unit if limits is None else 0.1
     for name, face in (("side", DEPTH), ("pier", 0.0)):
-        for course in (2, 4, 6, 8):
+        for course in (2, 4):
             y = [b.shape.vertices[:, 1] for b in blocks if b.name.startswith(f"{name}.{course}.")]
             assert any(min(face - v.min(), v.max() - face) >= least - 1e-9 for v in y), (name, course)
     model_of(blocks, LIME)

@@ -63,7 +63,7 @@ def test_a_file_keeps_all_directions(tower, tmp_path):
 def test_report_and_figures_show_the_compass(tower, tmp_path):
     from blockstruct.views import figures, report
 
-    around = bs.directions(tower, SELF_WEIGHT, 4, flow="associative")
+    around = bs.directions(tower, SELF_WEIGHT, Q_([0, 90, 180], "deg"), flow="associative")
     page = report.report_html(around.analysis.replaced(parameters={"height": Q_(4, "m")}))
     assert "governing: 0 deg, load factor 0.25" in page
     assert "Load factors around the compass" in page

@@ -71,6 +71,22 @@ def test_samples_of_a_document(document, call, tmp_path):
     np.testing.assert_allclose(data.load_factor.sel(case="push"), data[MU], rtol=1e-6)
 
 
+@pytest.mark.parametrize("alone", [True, False])
+def test_settlements_of_a_document_print_their_reactions(document, call, tmp_path, alone):
+    """A reaction has no fractile of load factors; beside a push, that of the push alone is told."""
+    path = document({HEIGHT: {"distribution": "uniform", "low": "1 m", "high": "1.2 m"}}, runs=2)
+    settlement = "{kind: settlement, name: sinks, dead: dead, supports: [base], direction: -z}"
+    pushed = "" if alone else ", {name: push, dead: dead, variable: push, flow: associative}"
+    before = MODEL.split("cases:")[0]
+    (tmp_path / "wall.yaml").write_text(f"{before}cases: [{settlement}{pushed}]\n")
+    code, out, err = call("study", path, "-o", tmp_path / "runs", "--workers", "1")
+    assert code == 0, err
+    assert re.search(r"sinks +6\d{3}(\.\d+)? N", out), out
+    assert "nan" not in out
+    assert "sinks:" not in out
+    assert ("push: 2 runs" in out) != alone
+
+
 def test_a_lognormal_has_the_mean_that_was_given(document):
     given = {"distribution": "lognormal", "mean": "4 MPa", "standard_deviation": "800 kPa"}
     place = "joint_materials.lime 1.5.friction_coefficient"

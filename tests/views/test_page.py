@@ -11,6 +11,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct.analysis import CaseStarted
+from blockstruct.views.loads import load_arrows
 from blockstruct.views.page import page_html, write_page
 from blockstruct.views.page.payload import payload
 from blockstruct.views.selection import is_pressed
@@ -19,6 +20,7 @@ from structures import SELF_WEIGHT, model_of, moved, push, single_block
 
 #: Traces of the scene.
 BLOCKS, EDGES, INTERFACES, JOINTS, FORCES, HEADS = range(1, 7)
+VARIABLE = 10
 HOSTILE = "</script><b>wall</b> ’ü 墙 @data@"
 
 
@@ -69,6 +71,27 @@ def test_the_page_says_which_masses_are_pushed():
         "dead + load factor × push, associative flow. The mass-proportional load 'push' acts"
     )
     assert "1.6 kN of area loads" in case["loads"]
+
+
+def test_the_page_has_the_loads():
+    """Dead load besides the weight of the blocks, variable load; each to its own largest force, at its block."""
+    model = model_of(*single_block(0.4, 0.8))
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.AreaLoad("4 kPa", block="block")])
+    cases = [
+        bs.LimitCase("push", dead, push(1, 0, 0), "associative"),
+        bs.SettlementCase("sinks", dead, ["ground"], "-z"),
+    ]
+    pushed, settles = (case["arrows"] for case in payload(bs.run(model, cases))["cases"])
+    assert [arrows["grows"] for arrows in pushed] == [False, True]
+    assert [arrows["grows"] for arrows in settles] == [False]
+    (roof,) = unpacked(settles[0]["vector"], "<f4", -1, 3)
+    np.testing.assert_allclose(roof, [0, 0, -1])
+    top = max(v[2] for v in model.block("block").shape.vertices)
+    assert unpacked(settles[0]["point"], "<f4", -1, 3)[0, 2] == pytest.approx(top)
+    vectors = unpacked(pushed[1]["vector"], "<f4", -1, 3)
+    assert np.linalg.norm(vectors, axis=1).max() == pytest.approx(1)
+    assert (vectors[:, 0] > 0).all()
+    assert {model.blocks[k].name for arrows in pushed for k in arrows["block"]} == {"block"}
 
 
 def test_the_page_asks_nothing_of_the_network(html):
@@ -297,6 +320,23 @@ def test_a_click_picks_a_block_and_a_name_picks_an_interface(page, analysis):
     choose(page, "find", "base|1.1")
     N = float(next(iter(analysis.values())).resultants.force.sel(component="n", interface="base|1.1")[-1])
     assert f"N\t{N:.3g} N" in page.inner_text("#picked")
+
+
+def test_loads_can_be_shown(page, analysis):
+    """Arrows end where the loads act, and go along with the blocks."""
+    page.check("#show-loads")
+    settle(page)
+    (arrows,) = load_arrows(next(iter(analysis.values())))
+    slide(page, "amplitude", "0")
+    settle(page)
+    still = coordinates(page, VARIABLE).reshape(-1, 7, 3)
+    np.testing.assert_allclose(still[:, 1], arrows.point, atol=1e-5)
+    shafts = 0.18 * payload(analysis)["blocks"]["size"] * arrows.force / arrows.largest
+    np.testing.assert_allclose(still[:, 1] - still[:, 0], shafts, atol=1e-5)
+    slide(page, "amplitude", "0.2")
+    settle(page)
+    assert np.abs(coordinates(page, VARIABLE).reshape(-1, 7, 3)[:, 1] - still[:, 1]).max() > 0.01
+    page.uncheck("#show-loads")
 
 
 def test_resultants_and_colours_can_be_chosen(page, analysis):

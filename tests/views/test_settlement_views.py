@@ -91,7 +91,7 @@ def test_json_has_reactions_of_their_own(analysis):
 
 def test_report_and_page_say_reaction(analysis):
     found, _ = analysis
-    html = report_html(found)
+    html = report_html(found.replaced(results={name: found[name] for name in ("goes down", "turns")}))
     assert "<strong>Reaction: 20.57 kN.</strong>" in html
     assert "<strong>Reaction: 82.29 kN·m.</strong>" in html
     assert "but for those that give way in a settlement case" in html

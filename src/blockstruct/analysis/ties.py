@@ -71,6 +71,10 @@ __all__ = [
 ]
 
 
+#: Share of all forces below which that of one tie is said to be zero.
+_ROUNDING = 1e-6
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class WithAndWithout:
     """The same cases of a structure with its ties and without.
@@ -174,7 +178,9 @@ class LeastTieForce:
             if self.solver_status is not SolverStatus.INFEASIBLE:
                 why = f"the solver ended as {self.solver_status}"
             return f"load factor {self.load_factor:.6g}: none ({', '.join(self.forces)}: {why})"
-        each = ", ".join(f"{name} {force / 1e3:.5g} kN" for name, force in self.forces.items())
+        # What is left of the force of a tie that is not needed is the solver's rounding.
+        rounded = {name: force if force > _ROUNDING * self.total else 0.0 for name, force in self.forces.items()}
+        each = ", ".join(f"{name} {force / 1e3:.5g} kN" for name, force in rounded.items())
         said = f"load factor {self.load_factor:.6g}: {self.total / 1e3:.5g} kN in all ({each})"
         if self.flow is Flow.NONASSOCIATIVE:
             said += "; with associative flow: without dilatancy these ties may carry less, run the case with them"

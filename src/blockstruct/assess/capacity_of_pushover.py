@@ -37,10 +37,18 @@ def curve_of_pushover(
     Raises
     ------
     ModelError
-        If the control point rests in the mechanism or turns back, or no step is certified.
+        If the control point rests in the mechanism or turns back, no step is certified, or a tie has no elongation
+        limit.
     """
     case: Any = result.case
     block, direction = case.control
+    unlimited = [t.name for t in result.model.ties if t.elongation_limit is None]
+    if unlimited:
+        msg = (
+            f"tie {unlimited[0]!r} has no elongation limit, and nothing verifies that it holds until α vanishes "
+            "(C8.7.1.2.1.6): give it one"
+        )
+        raise ModelError(msg)
     mechanism = result.mechanism.sel(block=block)
     shift, turn = (mechanism[name].transpose("axis").to_numpy() for name in ("translation", "rotation"))
     centroid = result.model.block(block).centroid

@@ -58,7 +58,7 @@ def study(
         say(f"{csv}: {len(rows)} rows")
     else:
         out.print(study_table(data))
-        if data.attrs["sampling"] in ("monte carlo", "latin hypercube") and data.sizes["case"]:
+        if data.attrs["sampling"] in ("monte carlo", "latin hypercube") and bs.studies.cases_with_load_factors(data):
             say(study_summary(bs.studies.summary(data)))
     say(f"kept: {output}; next: blockstruct archive {output}")
     if as_json:

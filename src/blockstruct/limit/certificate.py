@@ -108,6 +108,8 @@ def certify(
     T: Array | None = None,
     *,
     gap: Array | float = 0.0,
+    slack: Array | float = 0.0,
+    speed: float = 0.0,
 ) -> Certificate:
     """Certificate of a state.
 
@@ -127,6 +129,10 @@ def certify(
         Tie forces; needed if the problem has ties.
     gap : (K,) array
         Distance that is open before the velocities act for a unit of time, in the unit of relative velocities.
+    slack : (M,) array
+        Elongation of ties, likewise, before they pull.
+    speed
+        To which interpenetration is relative where the contact points are slower.
     """
     T = np.zeros(0) if T is None else T
     biaxial = settings.crushing_interaction == "biaxial"
@@ -153,7 +159,7 @@ def certify(
     opening = v_n + gap - problem.dilatancy * sliding
     rigid = ~problem.crushes
     # Velocities are relative to local units of force; what penetrates is measured against the fastest point.
-    largest = problem.speed(v, u)
+    largest = max(problem.speed(v, u), speed)
     penetration = (-opening / problem.force_unit)[rigid].max(initial=0.0)
     interpenetration = float(penetration / largest) if largest > 0 else 0.0
 
@@ -165,7 +171,7 @@ def certify(
     rates = -opening[corners]
     at_rectangles = crushing.dissipation(rates, problem.capacity, biaxial=biaxial) - (n[corners] * rates).sum(axis=1)
     friction = problem.torsion.by_joint(resistance * sliding + np.einsum("kj,kj->k", x[:, 1:], v[:, 1:]))
-    at_ties = problem.ties.missed_work(beyond_prestress, problem.ties.elongation(u))
+    at_ties = problem.ties.missed_work(beyond_prestress, problem.ties.elongation(u) - slack)
     missed = (at_rigid, at_cells, at_rectangles, friction, at_ties, unbalanced * u)
     gap = float(sum(np.abs(part).sum() for part in missed))
     gap_limit = settings.gap_tolerance * max(abs(alpha), 1e-3 * problem.work_scale(u))

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.limit.problem import LimitProblem
-from blockstruct.model import Model, Pushover
+from blockstruct.limit.ties import Ties
+from blockstruct.model import Model, Pushover, Tie
 from blockstruct.statics import MovedContacts, MovingLoads, MovingStructure, Placement, Statics, rotated
 from blockstruct.vocabulary import Torsion
 
@@ -27,11 +28,17 @@ class MovedProblem:
         With the units of the case at rest, and wrenches and velocities in the axes of each block.
     contacts : MovedContacts
     placement : Placement
+    slack : (M,) array, m
+        Elongation before which the ties that hold do not pull.
+    longest : (N,) array, m
+        Length that each tie of the model has reached on the way there.
     """
 
     problem: LimitProblem
     contacts: MovedContacts
     placement: Placement
+    slack: Array
+    longest: Array
 
     @property
     def penetration(self) -> float:
@@ -41,6 +48,10 @@ class MovedProblem:
     def gap(self, work: float) -> Array:
         """Gaps (K,) in units of relative velocity, for a step in which the unit variable load does a work, J."""
         return np.asarray(self.contacts.gap * self.problem.force_unit / work)
+
+    def slack_in(self, work: float) -> Array:
+        """Slack (M,) of ties, in the units of :meth:`gap`."""
+        return np.asarray(self.slack * self.problem.ties.force_unit / work)
 
     def relative(self, twist: Array) -> Array:
         """Relative velocities (K, 3), in the frames of the contact points, of twists (B, 6) of the blocks, SI."""
@@ -91,6 +102,10 @@ class ControlPoint:
         return float((twist[self.block, :3] + np.cross(twist[self.block, 3:], arm)) @ self.direction)
 
 
+#: Share of the elongation limit of a tie within which it is reached.
+AT_LIMIT = 1e-3
+
+
 class MovingProblem:
     """The limit problems of a case, wherever its blocks are.
 
@@ -114,8 +129,35 @@ class MovingProblem:
         self._unit = np.full(len(statics.model.blocks), np.inf)
         self._unit[statics.free] = problem.wrench_unit
 
-    def at(self, placement: Placement, reach: float) -> MovedProblem:
-        """Limit problem at a placement, with the contact points up to a gap, m."""
+    def lengths(self, placement: Placement) -> Array:
+        """Lengths (N,) of the ties of the model, m."""
+        return self.structure.ties(placement).span
+
+    def broken(self, longest: Array) -> NDArray[np.bool_]:
+        """Which ties break on a way on which they reach lengths (N,), m."""
+        own = self.statics.ties
+        return np.asarray(longest > own.span + own.elongation_limit)
+
+    def until_broken(self, before: Array, after: Array) -> float:
+        """Share of a way, on which ties reach lengths (N,) from others, that leads to the first that breaks; or one."""
+        own = self.statics.ties
+        reserve, grown = own.span + own.elongation_limit - before, after - before
+        # One that is at its limit goes beyond.
+        breaks = (reserve > AT_LIMIT * own.elongation_limit) & (grown > reserve)
+        return float((reserve[breaks] / grown[breaks]).min(initial=1.0))
+
+    def at(self, placement: Placement, reach: float, longest: Array) -> MovedProblem:
+        """Limit problem at a placement.
+
+        Parameters
+        ----------
+        placement
+            Of the blocks.
+        reach
+            Largest gap of contact points, m.
+        longest : (N,) array, m
+            Length that each tie has had on the way there. It pulls again where it has that length, unless it broke.
+        """
         statics, problem = self.statics, self._problem
         contacts = self.structure.contacts(placement, reach)
         points, K = contacts.points, len(contacts.gap)
@@ -123,8 +165,14 @@ class MovingProblem:
         rows, columns = sp.diags_array(np.repeat(1 / problem.wrench_unit, 6)), sp.diags_array(np.repeat(force_unit, 3))
         scale = np.outer(problem.wrench_unit, np.repeat([1.0, statics.length], 3))
         dead, variable = ((loads.own(placement)[statics.free] / scale).ravel() for loads in (self.dead, self.variable))
+        table = self.structure.ties(placement)
+        longest = np.maximum(longest, table.span)
+        holds = ~self.broken(longest)
+        table = table[holds]
+        wrench = table.columns(placement.position, statics.free, statics.length, placement.rotation)
         moved = replace(
             problem,
+            ties=Ties.of(table, wrench, problem.wrench_unit, self._unit),
             A=sp.csc_array(rows @ contacts.A @ columns),
             w_D=dead,
             w_L=variable,
@@ -138,7 +186,7 @@ class MovingProblem:
             capacity=np.empty(0),
             force_unit=force_unit,
         )
-        return MovedProblem(moved, contacts, placement)
+        return MovedProblem(moved, contacts, placement, longest[holds] - table.span, longest)
 
     def twist(self, u: Array, placement: Placement) -> Array:
         """Twists (B, 6) of blocks at a placement, m/s and rad/s at 1 W, of non-dimensional velocities u (6 F,)."""
@@ -164,12 +212,12 @@ class FiniteStep:
     motion_time : float
         Time for which they act until the next state, s, if that step is not halved.
     dissipation : float
-        Work of friction per unit of work of the variable load.
+        Work of friction and of ties per unit of work of the variable load.
     penetration : float
         Deepest penetration, m.
     energy_error : float
-        Of the motion from the state before: work of the loads less what friction dissipates, relative to the sum of
-        the magnitudes of all such work so far.
+        Of the motion from the state before: work of the loads less what friction and ties dissipate, relative
+        to the sum of the magnitudes of all such work so far.
     equilibrium_residual, yield_excess, interpenetration, flow_rule_gap : float
         As in :class:`Certificate`, on the moved geometry; openings are those at the end of the step.
     holds : bool
@@ -226,8 +274,8 @@ def check_pushover(model: Model, case: Pushover) -> None:
     UnknownNameError
         If the control point is on a block that the model does not have.
     ModelError
-        If it is on a support, if a joint has cohesion, tensile strength or a finite compressive strength, or if there
-        are ties.
+        If it is on a support, if a joint has cohesion, tensile strength or a finite compressive strength, or if a tie
+        is prestressed, bonded or a strip.
     """
     blocks = {b.name: b for b in model.blocks}
     name = case.control[0]
@@ -256,10 +304,12 @@ def check_pushover(model: Model, case: Pushover) -> None:
                 "with the whole area of a joint: give one with the torsion of corners"
             )
             raise ModelError(msg)
-    if model.ties:
+    for tie in model.ties:
+        if isinstance(tie, Tie) and tie.prestress == 0:
+            continue
+        what = f"has a prestress of {tie.prestress:.6g} N" if isinstance(tie, Tie) else f"is a {type(tie).__name__}"
         msg = (
-            f"pushover {case.name!r}: model {model.name!r} has {len(model.ties)} ties, whose forces at finite "
-            "displacements this method does not know; give a model without them, and a LimitCase for the load factor "
-            "with them"
+            f"pushover {case.name!r}: tie {tie.name!r} {what}, whose force at finite displacements this method "
+            "does not know: give a Tie without prestress, and a LimitCase for the load factor with it"
         )
         raise ModelError(msg)

@@ -221,6 +221,10 @@ class LimitProblem:
             return of_joints
         return float(np.maximum(of_joints, abs(u[-1]) / self.settlement.force * self.settlement.speed))
 
+    def fastest(self, u: Array) -> float:
+        """Largest velocity of the centroid of a block, in the unit of :meth:`speed`."""
+        return float((np.linalg.norm(u.reshape(-1, 6)[:, :3], axis=1) / self.wrench_unit).max())
+
     @property
     def answer(self) -> str:
         """What the case asks for, in words."""

@@ -38,13 +38,13 @@ class Solved:
         Velocities, ``w_L·u = 1``.
     certificate : Certificate
     dissipation : float
-        Work of friction per unit of work of the variable load.
+        Work of friction and of ties per unit of work of the variable load.
     falling : float
         Work of the dead load per unit of work of the variable load.
     reaching : (K,) array
         Share of the step's work that the force at each contact does while its gap closes.
     missed : float
-        Flow-rule gap relative to the work of the loads and of friction.
+        Flow-rule gap relative to the work of the loads and of what is dissipated.
     programs, iterations : int
         All of them, and not those alone that came before this state.
     """
@@ -111,18 +111,23 @@ def solve_finite_step(
     if not problem.n_points:
         return None
     program, sliding, gap = ConicProgram(problem, settings), true_sliding(problem), moved.gap(work)
+    slack = moved.slack_in(work)
     shift = shift_of(problem, moved.relative(twist) * problem.force_unit[:, None], np.zeros(problem.n_points))
     best: Solved | None = None
     programs = iterations = 0
     for k in range(MOST):
-        solution = solver.solve(program, program.data(sliding, objective=Objective(gap + shift)), TOLERANCE)
+        solution = solver.solve(
+            program, program.data(sliding, objective=Objective(gap + shift, price=slack)), TOLERANCE
+        )
         programs, iterations = k + 1, iterations + solution.iterations
         if not is_solved(solution.status):
             break
         alpha, x, u = program.unpack(solution)
         v = (problem.A.T @ u).reshape(-1, 3)
-        certificate = certify(problem, x, u, alpha, settings, gap=gap)
+        T = program.tie_force(solution)
+        certificate = certify(problem, x, u, alpha, settings, T, gap=gap, slack=slack, speed=problem.fastest(u))
         friction = max(-float(np.einsum("kj,kj->", x[:, 1:], v[:, 1:])), 0.0)
+        friction += float(T @ np.maximum(problem.ties.elongation(u), 0.0))
         scale = max(abs(alpha) + friction, least)
         missed, reaching = certificate.flow_rule_gap / scale, x[:, 0] * np.maximum(gap, 0.0) / scale
         falling = float(problem.w_D @ u)

@@ -97,7 +97,8 @@ def pushover(
         state = path.gone(before)
     else:
         placement = Placement.of(problem.statics.model)
-        first = path.solved(problem.at(placement, path.nearest), problem.twist(collapse.u, placement))
+        start = problem.at(placement, path.nearest, problem.lengths(placement))
+        first = path.solved(start, problem.twist(collapse.u, placement))
         if first is None:
             return path.lost(placement, None)
         yield path.record(first)
@@ -125,13 +126,14 @@ class _State:
     twist: Array
     time: float
     displacement: float
+    longest: Array
 
     @classmethod
-    def of(cls, step: FiniteStep) -> Self:
-        """That of a step."""
+    def of(cls, step: FiniteStep, longest: Array) -> Self:
+        """That of a step, with the lengths (N,) that ties have had on the way there, m."""
         twist = np.column_stack([step.velocity, step.angular_velocity])
         placement = Placement.at(step.position, step.rotation)
-        return cls(placement, step.load_factor, step.dissipation, twist, step.motion_time, step.displacement)
+        return cls(placement, step.load_factor, step.dissipation, twist, step.motion_time, step.displacement, longest)
 
     def carried(self, placement: Placement) -> Array:
         """The same screws, as twists (B, 6) of the centroids at another placement."""
@@ -168,7 +170,12 @@ class _Path:
 
     def gone(self, steps: Sequence[FiniteStep]) -> _State:
         """Take the states that are known already; gives the last of them."""
-        states = [_State.of(step) for step in steps]
+        states: list[_State] = []
+        longest = self._problem.lengths(Placement.of(self._problem.statics.model))
+        for step in steps:
+            lengths = self._problem.lengths(Placement.at(step.position, step.rotation))
+            longest = np.maximum(longest, lengths)
+            states.append(_State.of(step, longest))
         self.curve = [(s.displacement, s.load_factor) for s in states]
         self._done = sum(self._energy(a, b)[1] for a, b in pairwise(states))
         self._last = states[-1]
@@ -199,7 +206,9 @@ class _Path:
             self._spent += (solution.programs, solution.iterations)
             twist = self._problem.twist(solution.u, placement)
             displacement = self._problem.control.displacement(placement)
-            state = _State(placement, solution.load_factor, solution.dissipation, twist, time, displacement)
+            state = _State(
+                placement, solution.load_factor, solution.dissipation, twist, time, displacement, moved.longest
+            )
             found = _Found(state, solution, moved.penetration, len(moved.contacts.gap))
             if np.isinf(longest):
                 longest = self._until_closed(moved, solution, last, time)
@@ -234,6 +243,10 @@ class _Path:
         following = None
         for attempt in range(ATTEMPTS):
             moved = self._after(state, time)
+            whole = self._problem.until_broken(state.longest, moved.longest)
+            if whole < 1:
+                time *= (1 - BEFORE) * whole
+                moved = self._after(state, time)
             last, depth = attempt + 1 == ATTEMPTS, moved.penetration / (DEEPEST * self._size)
             # The depth is that of a chord over an arc, or of blocks that meet: at least in proportion.
             if depth > 1 and not last:
@@ -262,7 +275,7 @@ class _Path:
         """The problem where the blocks of a state are after a time."""
         placement = state.placement.moved(state.twist * time)
         furthest = float(np.linalg.norm(state.twist[:, :3], axis=1).max()) * time
-        return self._problem.at(placement, max(self.nearest, REACH * furthest))
+        return self._problem.at(placement, max(self.nearest, REACH * furthest), state.longest)
 
     def _falls(self, solved: Solved) -> bool:
         """Whether the dead load drives the motion, and not the push."""

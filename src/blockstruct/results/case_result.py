@@ -16,7 +16,7 @@ from blockstruct.notebook import html_table
 from blockstruct.results.answer import Answer
 from blockstruct.results.caveats import unbounded_with_dilatancy
 from blockstruct.results.description import describe
-from blockstruct.results.headline import Headline
+from blockstruct.results.headline import Headline, path_text
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.pushed import pushed_masses
@@ -379,9 +379,3 @@ class CaseResult:
         head = f"{self.name}: {self.status}, {self.answer.name} {number} ({self.message})"
         path = [] if self.path_dependence is None else [f"  {path_text(self.path_dependence, self.answer)}"]
         return "\n".join([head, *path, *(f"  warning: {text}" for text in self.warnings)])
-
-
-def path_text(found: tuple[float, float], answer: Answer) -> str:
-    """What a load factor depends on along the loading path, in words."""
-    ends = " to ".join(answer.text(end) for end in found)
-    return f"along the loading path {ends} (by its steps and the shear stiffness of joints)"

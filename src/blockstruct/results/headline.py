@@ -125,3 +125,9 @@ class Headline:
 
     def __str__(self) -> str:
         return self.text()
+
+
+def path_text(found: tuple[float, float], answer: Answer) -> str:
+    """What a load factor depends on along the loading path, in words."""
+    ends = " to ".join(answer.text(end) for end in found)
+    return f"along the loading path {ends} (by its steps and the shear stiffness of joints)"

@@ -7,8 +7,8 @@ from typing import Self
 
 from blockstruct.limit import SCHEDULES
 from blockstruct.notebook import html_table
-from blockstruct.results.case_result import CaseResult, path_text
-from blockstruct.results.headline import Headline
+from blockstruct.results.case_result import CaseResult
+from blockstruct.results.headline import Headline, path_text
 from blockstruct.vocabulary import ALONG_PATH, Flow, Status
 
 #: Key of the run with the settings as they were given.

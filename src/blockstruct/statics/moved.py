@@ -1,6 +1,6 @@
 """A structure whose blocks have moved: its contacts, found anew, and its loads."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -19,6 +19,7 @@ from blockstruct.model import LoadPattern, Model
 from blockstruct.statics.contacts import ContactPoints
 from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.statics import Statics
+from blockstruct.statics.ties import TieTable
 from blockstruct.statics.wrenches import applied_loads, wrenches
 
 Array = NDArray[np.float64]
@@ -151,6 +152,7 @@ class MovingStructure:
     def __init__(self, statics: Statics) -> None:
         model, points = statics.model, statics.points
         self.statics = statics
+        self._centroid = np.array([b.centroid for b in model.blocks])
         self.fixed = np.array([b.fixed for b in model.blocks])
         self._bodies = MovingBodies.of([b.shape for b in model.blocks], self.fixed)
         n = self._n_blocks = len(model.blocks)
@@ -170,6 +172,17 @@ class MovingStructure:
         points = self._points(found, placement.rotation)
         A = equilibrium_matrix(points, placement.position, statics.free, statics.length, placement.rotation, NO_ENTRY)
         return MovedContacts(points, found.gap, A)
+
+    def ties(self, placement: Placement) -> TieTable:
+        """The ties at a placement, between their anchors where they are."""
+        table = self.statics.ties
+        ends = table.ends
+        arm = np.einsum("meij,mej->mei", placement.rotation[ends], table.position - self._centroid[ends])
+        position = placement.position[ends] + arm
+        way = position[:, 1] - position[:, 0]
+        # Anchors that have come to one point pull nowhere.
+        direction = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
+        return replace(table, position=position, direction=direction)
 
     def _points(self, found: Touching, rotation: Array) -> ContactPoints:
         K = len(found.gap)

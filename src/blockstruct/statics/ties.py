@@ -1,7 +1,8 @@
 """The ties of a model, as arrays: one row a stretch that carries one force."""
 
-from dataclasses import dataclass
-from typing import Self
+from dataclasses import dataclass, fields
+from itertools import compress
+from typing import Any, Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -75,7 +76,21 @@ class TieTable:
     def __len__(self) -> int:
         return len(self.name)
 
-    def columns(self, centroids: Array, free: Index, length: float) -> sp.csc_array:
+    def __getitem__(self, chosen: NDArray[np.bool_]) -> Self:
+        """The stretches chosen (M,)."""
+        own: dict[str, Any] = {
+            f.name: tuple(compress(value, chosen)) if isinstance(value, tuple) else value[chosen]
+            for f in fields(self)
+            for value in [getattr(self, f.name)]
+        }
+        return type(self)(**own)
+
+    @property
+    def span(self) -> Array:
+        """Length (M,) between the ends, m."""
+        return np.asarray(np.linalg.norm(self.position[:, 1] - self.position[:, 0], axis=1))
+
+    def columns(self, centroids: Array, free: Index, length: float, rotation: Array | None = None) -> sp.csc_array:
         """Wrenches of unit forces: ``[d; (p − c) × d]`` on the block at the start, its negative at the end.
 
         Parameters
@@ -86,6 +101,8 @@ class TieTable:
             Indices of the free blocks; rows of supports are dropped.
         length
             Characteristic length, m: moments are divided by it.
+        rotation : (B, 3, 3) array
+            Of the blocks, in whose own axes their rows then are.
 
         Returns
         -------
@@ -94,7 +111,10 @@ class TieTable:
         row_of = np.full(len(centroids), -1)
         row_of[free] = 6 * np.arange(len(free))
         forces = np.array([1.0, -1.0])[:, None] * self.direction[:, None]
-        moments = np.cross(self.position - centroids[self.ends], forces) / length
+        arms = self.position - centroids[self.ends]
+        if rotation is not None:
+            forces, arms = (np.einsum("meij,mei->mej", rotation[self.ends], part) for part in (forces, arms))
+        moments = np.cross(arms, forces) / length
         wrench = np.concatenate([forces, moments], axis=2)
         rows = row_of[self.ends][:, :, None] + np.arange(6)
         columns = np.broadcast_to(np.arange(len(self))[:, None, None], rows.shape)

@@ -21,7 +21,7 @@ from blockstruct.studies.document import StudyDocument, read_study
 from blockstruct.studies.first_order import first_order
 from blockstruct.studies.progress import StudyProgress, print_progress
 from blockstruct.studies.running import study
-from blockstruct.studies.summary import summary
+from blockstruct.studies.summary import cases_with_load_factors, summary
 from blockstruct.studies.table import frame_of
 
 __all__ = [
@@ -32,6 +32,7 @@ __all__ = [
     "study",
     "StudyDocument",
     # what follows from it
+    "cases_with_load_factors",
     "first_order",
     "frame_of",
     "summary",

@@ -137,8 +137,9 @@ class Directions:
 
     def __str__(self) -> str:
         vertical = float(self.data.attrs["vertical"])
+        n = self.data.sizes["direction"]
         push = f", with {abs(vertical):g} of it {'up' if vertical > 0 else 'down'}" if vertical else ""
-        lines = [f"{self.analysis.model.name}: pushed in {self.data.sizes['direction']} directions{push}"]
+        lines = [f"{self.analysis.model.name}: pushed in {n} direction{'s' if n > 1 else ''}{push}"]
         for angle, alpha, status in zip(
             self.data["direction"].to_numpy(),
             self.data["load_factor"].to_numpy(),

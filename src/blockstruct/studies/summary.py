@@ -64,7 +64,12 @@ def summary(
         over = ", ".join(map(str, data.dims)) or "nothing"
         msg = f"summary: data along {over} are not samples; give a study of distributions"
         raise ModelError(msg)
-    data = _with_load_factors(data)
+    names = cases_with_load_factors(data)
+    if data.sizes["case"] and not names:
+        named = ", ".join(map(str, data["case"].to_numpy()))
+        msg = f"summary: {named}: settlements have no load factors; data.reaction.quantile(…, dim='run') has their own"
+        raise ModelError(msg)
+    data = data.sel(case=names)
     wanted, levels = _probabilities(fractiles, "fractiles"), np.asarray(below, dtype=float)
     (gamma,) = _probabilities([confidence], "confidence")
     columns = [_of_case(data.sel(case=case), wanted, float(gamma), levels) for case in data["case"].to_numpy()]
@@ -74,17 +79,13 @@ def summary(
     return held.assign_attrs(confidence=float(gamma), sampling=data.attrs.get("sampling", ""), exact=int(exact))
 
 
-def _with_load_factors(data: xr.Dataset) -> xr.Dataset:
-    """The cases of a study that are not settlements."""
+def cases_with_load_factors(data: xr.Dataset) -> list[str]:
+    """Names of the cases of a study that are not settlements, whose answers are reactions."""
     settles = np.zeros(data.sizes["case"], dtype=bool)
     for name in ("reaction", "reaction_moment"):
         if name in data:
-            settles |= data[name].notnull().any("run").to_numpy()
-    if settles.any() and settles.all():
-        named = ", ".join(map(str, data["case"].to_numpy()))
-        msg = f"summary: {named}: settlements have no load factors; data.reaction.quantile(…, dim='run') has their own"
-        raise ModelError(msg)
-    return data.isel(case=~settles)
+            settles |= data[name].notnull().any([dim for dim in data[name].dims if dim != "case"]).to_numpy()
+    return [str(name) for name in data["case"].to_numpy()[~settles]]
 
 
 def _of_case(data: xr.Dataset, fractiles: Array, confidence: float, levels: Array) -> xr.Dataset:

@@ -13,7 +13,7 @@ from rich.text import Text
 
 import blockstruct as bs
 from blockstruct.units import SI_UNITS, short_unit
-from blockstruct.views.study_text import short_names
+from blockstruct.views.study_text import answer_cell, answer_title, short_names
 from blockstruct.views.words import admissible_words, path_words, range_words, tie_words
 
 _COLUMNS = {
@@ -125,13 +125,10 @@ def archive_table(rows: pd.DataFrame) -> Table:
         table.add_column(Text(short + (f" [{symbol}]" if symbol else "")), justify="right")
     table.add_column("status")
     shown = rows[rows["problem"] == ""].to_dict("records")
-    reactions = {"reaction": "N", "reaction_moment": "N·m"}
-    settles = any(math.isfinite(row[name]) for row in shown for name in reactions)
-    for title in ("load factor / reaction" if settles else "load factor", "programs"):
+    for title in (answer_title(shown), "programs"):
         table.add_column(title, justify="right")
     for row in shown:
-        found = [f"{row[name]:.6g} {unit}" for name, unit in reactions.items() if math.isfinite(row[name])]
-        numbers = (*(found or [f"{row['load_factor']:.6g}"]), f"{row['n_iterations']:.0f}")
+        numbers = (answer_cell(row), f"{row['n_iterations']:.0f}")
         values = (Text(_cell(row[name])) for name in varied)
         table.add_row(Text(row["path"]), Text(row["case"]), *values, row["status"], *numbers)
     return table

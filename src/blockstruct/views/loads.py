@@ -1,5 +1,7 @@
 """Where the loads of a pattern act, as a view draws them."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,16 +9,70 @@ import blockstruct as bs
 
 Array = NDArray[np.float64]
 
+#: Least force that is drawn, in multiples of the largest of its pattern.
+_LEAST = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class LoadArrows:
+    """The forces of a load pattern that are drawn, besides the weight of the blocks.
+
+    Attributes
+    ----------
+    name : str
+        Of the pattern.
+    grows : bool
+        Whether it is multiplied by the load factor.
+    block : (n,) array
+        Index of the block on which each force acts.
+    point, force : (n, 3) arrays
+        m and N, at a load factor of 1.
+    largest, total : float
+        Of the forces, and their resultant with those that are too small to be drawn, N.
+    """
+
+    name: str
+    grows: bool
+    block: NDArray[np.int64]
+    point: Array
+    force: Array
+    largest: float
+    total: float
+
+
+def load_arrows(result: bs.CaseResult) -> list[LoadArrows]:
+    """Forces of the dead and the variable load of a case, of those that have any on free blocks.
+
+    Forces below 2 % of the largest of their pattern are left out, couples are, too.
+    """
+    found = []
+    for k, pattern in enumerate(result.case.patterns):
+        carried = [load for load in pattern.loads if not isinstance(load, bs.SelfWeight)]
+        block, point, force = _acting(bs.LoadPattern(pattern.name, carried), result.model, result.case.dead)
+        size = np.linalg.norm(force, axis=1)
+        if len(size):
+            shown = size > _LEAST * size.max()
+            total = float(np.linalg.norm(force.sum(axis=0)))
+            arrows = (block[shown], point[shown], force[shown], float(size.max()), total)
+            found.append(LoadArrows(pattern.name, k > 0, *arrows))
+    return found
+
 
 def applied(pattern: bs.LoadPattern, model: bs.Model, dead: bs.LoadPattern) -> tuple[Array, Array]:
     """Points (n, 3) in m and forces (n, 3) in N of a load pattern on free blocks; couples have neither.
 
     A mass-proportional force takes along the weights of the dead load.
     """
+    _, points, forces = _acting(pattern, model, dead)
+    return points, forces
+
+
+def _acting(pattern: bs.LoadPattern, model: bs.Model, dead: bs.LoadPattern) -> tuple[NDArray[np.int64], Array, Array]:
+    """Blocks (n,), points (n, 3) and forces (n, 3) of a load pattern on free blocks."""
     found = bs.results.applied_loads(model, pattern, dead)
     free = np.array([not b.fixed for b in model.blocks])
     acts = free[found.block] & found.force.any(axis=1)
-    return found.point[acts], found.force[acts]
+    return found.block[acts], found.point[acts], found.force[acts]
 
 
 def driving(result: bs.CaseResult) -> tuple[Array, Array]:

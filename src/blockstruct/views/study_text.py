@@ -2,7 +2,8 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -25,15 +26,32 @@ def study_table(data: xr.Dataset) -> Table:
     for name, short in zip(varied, short_names(varied), strict=True):
         symbol = short_unit(units.get(name, "dimensionless"))
         table.add_column(Text(short + (f" [{symbol}]" if symbol else "")), justify="right", overflow="fold")
-    for title in ("case", "load factor", "status"):
-        table.add_column(title, justify="right" if title == "load factor" else "left", overflow="fold")
-    for row in frame.head(_SHOWN).to_dict("records"):
+    rows = frame.head(_SHOWN).to_dict("records")
+    answer = answer_title(rows)
+    for title in ("case", answer, "status"):
+        table.add_column(title, justify="right" if title == answer else "left", overflow="fold")
+    for row in rows:
         values = [f"{row[n]:.6g}" if isinstance(row[n], float) else str(row[n]) for n in varied]
         status = f"{row['status']}: {row['problem']}" if row["problem"] else row["status"]
-        table.add_row(*map(Text, (*values, row["case"], f"{row['load_factor']:.6g}", status)))
+        table.add_row(*map(Text, (*values, row["case"], answer_cell(row), status)))
     if len(frame) > _SHOWN:
         table.add_row(Text(f"… {len(frame)} rows"))
     return table
+
+
+def answer_title(rows: Iterable[Mapping[Any, Any]]) -> str:
+    """Title of a column of answers: load factors, and reactions if there are any."""
+    return "load factor / reaction" if any(_reactions(row) for row in rows) else "load factor"
+
+
+def answer_cell(row: Mapping[Any, Any]) -> str:
+    """Load factor of a case, or of a settlement its reaction with the unit."""
+    return (_reactions(row) or [f"{row['load_factor']:.6g}"])[0]
+
+
+def _reactions(row: Mapping[Any, Any]) -> list[str]:
+    units = {"reaction": "N", "reaction_moment": "N·m"}
+    return [f"{row[name]:.6g} {unit}" for name, unit in units.items() if math.isfinite(row.get(name, math.nan))]
 
 
 def study_summary(summary: xr.Dataset) -> str:

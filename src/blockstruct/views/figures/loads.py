@@ -10,16 +10,15 @@ from numpy.typing import NDArray
 import blockstruct as bs
 from blockstruct.units import readable
 from blockstruct.views.figures.canvas import Canvas, legend_above
-from blockstruct.views.loads import applied
+from blockstruct.views.loads import load_arrows
 from blockstruct.views.selection import given_result
 from blockstruct.views.solids import Solids
 from blockstruct.views.style import ACCENT, FORCE, PALE_EDGE, PALE_STONE
 
 Array = NDArray[np.float64]
 
-#: Length of the longest arrow and width of its shaft, in multiples of the size of the structure, and the least length
-#: that is drawn, in multiples of the longest.
-_LONGEST, _WIDEST, _LEAST = 0.18, 0.007, 0.02
+#: Length of the longest arrow and width of its shaft, in multiples of the size of the structure.
+_LONGEST, _WIDEST = 0.18, 0.007
 
 
 def loads(result: bs.CaseResult, *, look: Any = None, ax: Axes | None = None) -> Axes:
@@ -40,27 +39,20 @@ def loads(result: bs.CaseResult, *, look: Any = None, ax: Axes | None = None) ->
     ModelError
         If it is not the result of a case.
     """
-    model, case = given_result(result, "loads").model, result.case
+    model = given_result(result, "loads").model
     solids = Solids.of(model)
     canvas = Canvas.of(result, ax, look)
     canvas.bodies(model, solids, solids.vertices, [PALE_STONE] * len(model.blocks), edge=(PALE_EDGE, 0.4))
     drawn, handles = [solids.vertices], {}
-    # A settlement has no variable load.
-    for pattern, (colour, times) in zip(case.patterns, ((ACCENT, ""), (FORCE, " × load factor")), strict=False):
-        carried = [load for load in pattern.loads if not isinstance(load, bs.SelfWeight)]
-        points, forces = applied(bs.LoadPattern(pattern.name, carried), model, case.dead)
-        size = np.linalg.norm(forces, axis=1)
-        if not len(size):
-            continue
-        shown = size > _LEAST * size.max()
-        vectors = forces[shown] * (_LONGEST * solids.size / size.max())
-        tails = points[shown] - vectors
-        widths = _WIDEST * solids.size * (0.4 + 0.6 * size[shown] / size.max())
-        canvas.arrows(tails, vectors, widths, colour)
+    for arrows in load_arrows(result):
+        colour, times = (FORCE, " × load factor") if arrows.grows else (ACCENT, "")
+        vectors = arrows.force * (_LONGEST * solids.size / arrows.largest)
+        tails = arrows.point - vectors
+        size = np.linalg.norm(arrows.force, axis=1) / arrows.largest
+        canvas.arrows(tails, vectors, _WIDEST * solids.size * (0.4 + 0.6 * size), colour)
         drawn.append(tails)
-        factor, unit = readable(size, "N")
-        total = np.linalg.norm(forces.sum(axis=0)) * factor
-        text = f"{pattern.name}: {total:.4g} {unit}{times}"
+        factor, unit = readable(np.array([arrows.largest]), "N")
+        text = f"{arrows.name}: {arrows.total * factor:.4g} {unit}{times}"
         handles[text] = Line2D([], [], color=colour, lw=2)
     canvas.frame(np.concatenate(drawn))
     legend_above(canvas.ax, list(handles.values()), list(handles))

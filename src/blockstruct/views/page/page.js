@@ -28,7 +28,7 @@ await Promise.all([
   unpack(ties, ["vertices"], float32), unpack(ties, ["of_vertex"], int32),
   ...data.cases.flatMap(c => [
     unpack(c, ["force", "eccentricity"], float32), unpack(c, ["velocity", "sliding", "crushing"], float16),
-    unpack(c, ["state"], uint16), ...(c.pushover ? [unpack(c.pushover, ["motion"], float32)] : []),
+    unpack(c, ["state"], uint16), ...c.arrows.map(a => unpack(a, ["point", "vector"], float32)), ...(c.pushover ? [unpack(c.pushover, ["motion"], float32)] : []),
   ]),
 ]);
 blocks.of_triangle = blocks.triangles.filter((_, t) => t % 3 === 0).map(v => blocks.of_vertex[v]);
@@ -136,6 +136,18 @@ function forceArrows() {
   }
   return {line: Float32Array.from(line), heads: Float32Array.from(heads), corners};
 }
+/** Lines of arrows that end where the loads act, on blocks that have moved; the longest as in the figure of the loads. */
+function loadArrows({block, point, vector}) {
+  const line = [], tips = displaced(point, block), scale = 0.18 * blocks.size;
+  for (let i = 0; i < block.length; i++) {
+    const tip = Array.from(tips.slice(3 * i, 3 * i + 3)), shaft = Array.from(vector.slice(3 * i, 3 * i + 3), c => scale * c);
+    const length = Math.hypot(...shaft), along = shaft.map(c => c / length), head = Math.min(0.022 * blocks.size, 0.5 * length);
+    const side = cross(along, Math.abs(along[2]) > 0.9 ? [0, 1, 0] : [0, 0, 1]), width = 0.4 * head / Math.hypot(...side);
+    const barb = s => tip.map((t, a) => t - head * along[a] + s * width * side[a]);
+    line.push(...tip.map((t, a) => t - shaft[a]), ...tip, ...barb(1), NaN, NaN, NaN, ...tip, ...barb(-1), NaN, NaN, NaN);
+  }
+  return Float32Array.from(line);
+}
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const stateOf = i => current().state[shown.iteration * I + i];
 const utilisation = (kind, i) => current()[kind][shown.iteration * I + i];
@@ -175,7 +187,7 @@ function tieLines() {
 }
 
 // ---------------------------------------------------------------- the scene
-const GHOST = 0, BLOCKS = 1, EDGES = 2, INTERFACES = 3, JOINTS = 4, FORCES = 5, HEADS = 6, PICKED = 7, TIES = 8;
+const GHOST = 0, BLOCKS = 1, EDGES = 2, INTERFACES = 3, JOINTS = 4, FORCES = 5, HEADS = 6, PICKED = 7, TIES = 8, DEAD = 9, VARIABLE = 10;
 const lighting = {ambient: 0.75, diffuse: 0.45, specular: 0.05, roughness: 0.9};
 const mesh = (bodies, more) => ({
   type: "mesh3d", ...xyz(bodies.vertices), i: column(bodies.triangles, 0), j: column(bodies.triangles, 1),
@@ -207,6 +219,8 @@ const traces = [
   {type: "mesh3d", x: [0], y: [0], z: [0], i: [0], j: [0], k: [0], color: data.look.force, hoverinfo: "skip", lighting: {ambient: 1, diffuse: 0}, visible: false},
   lines([NaN, NaN, NaN], "#d4007a", 7),
   lines([NaN, NaN, NaN], "#00664d", 7, {visible: false, mode: "lines+markers", marker: {size: 4, symbol: "square", color: "#00664d"}}),
+  lines([NaN, NaN, NaN], data.look.dead, 4, {visible: false}),
+  lines([NaN, NaN, NaN], data.look.force, 4, {visible: false}),
 ];
 // Coordinates are drawn from the origin: WebGL has no room for those of a survey.
 const from = origin => origin ? ` ${origin < 0 ? "+" : "−"} ${Number(Math.abs(origin).toPrecision(12))}` : "";
@@ -251,6 +265,8 @@ async function draw(sketch) {
       change[HEADS] = {...xyz(heads), i: column(corners, 0), j: column(corners, 1), k: column(corners, 2), visible: corners.length > 0};
     }
     if (ties.name.length) change[TIES] = {...tieLines(), visible: ticked("show-ties")};
+    if (ticked("show-loads"))
+      for (const arrows of current().arrows) change[arrows.grows ? VARIABLE : DEAD] = {...xyz(loadArrows(arrows)), visible: true};
     if (shown.picked) change[PICKED] = {...xyz(pickedOutline()), visible: true};
   }
   change.forEach((values, t) => Object.assign(traces[t], values));
@@ -428,6 +444,7 @@ function chooseCase(index) {
   shown.iteration = c.stage.length - 1;
   at("iteration").max = shown.iteration;
   at("loads").textContent = c.loads;
+  at("show-loads").disabled = !c.arrows.length;
   at("answer").textContent = `${c.answer.name[0].toUpperCase()}${c.answer.name.slice(1)} ${c.answer.symbol}`;
   at("load-factor").textContent = c.head.number;
   at("below").replaceChildren(...c.head.below.map(text => Object.assign(document.createElement("p"), {textContent: text})));
@@ -509,7 +526,7 @@ async function start() {
   at("find").addEventListener("change", event => find(event.target.value));
   at("show-bodies").addEventListener("change", () => update());
   for (const part of document.querySelectorAll(".of-ties")) part.hidden = !ties.name.length;
-  for (const id of ["show-blocks", "show-interfaces", "show-forces", "show-ties"]) at(id).addEventListener("change", redraw);
+  for (const id of ["show-blocks", "show-interfaces", "show-forces", "show-loads", "show-ties"]) at(id).addEventListener("change", redraw);
   at("convergence").on("plotly_click", event => { shown.iteration = event.points[0].pointNumber; update(); });
   at("view").on("plotly_click", event => {
     // Where every triangle has a colour of its own, a point of a mesh is a triangle.

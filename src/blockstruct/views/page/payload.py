@@ -14,9 +14,11 @@ import numpy.typing as npt
 
 import blockstruct as bs
 from blockstruct.units import readable
+from blockstruct.views.loads import load_arrows
 from blockstruct.views.selection import is_pressed, moving_bodies, shown_results
 from blockstruct.views.solids import Patches, Solids, triangles
 from blockstruct.views.style import (
+    ACCENT,
     AMPLITUDE,
     BODY_COLOURS,
     EDGE,
@@ -72,6 +74,7 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
             "ghost": GHOST,
             "edge": EDGE,
             "force": FORCE,
+            "dead": ACCENT,
             "amplitude": AMPLITUDE,
             "full": FULLY_USED,
             "eye": eye(first).tolist(),
@@ -170,6 +173,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any], origin: Array) -> dict[st
     return {
         "name": result.name,
         "loads": _loads(result),
+        "arrows": _arrows(result, origin),
         "answer": {"name": answer.name, "symbol": answer.symbol, "unit": unit or "-"},
         "head": head,
         "status": status_words(result),
@@ -210,6 +214,19 @@ def _tie_rows(result: bs.CaseResult) -> list[list[tuple[str, float | None]]]:
 def _loads(result: bs.CaseResult) -> str:
     masses = result.masses
     return f"{result.case.question}. {masses}" if masses else result.case.question
+
+
+def _arrows(result: bs.CaseResult, origin: Array) -> list[dict[str, Any]]:
+    """Forces of the dead and the variable load, the largest of each of length one."""
+    return [
+        {
+            "grows": arrows.grows,
+            "block": arrows.block.tolist(),
+            "point": _packed(arrows.point - origin, "<f4"),
+            "vector": _packed(arrows.force / arrows.largest, "<f4"),
+        }
+        for arrows in load_arrows(result)
+    ]
 
 
 def _utilisation(history: Any) -> Mapping[str, str]:
