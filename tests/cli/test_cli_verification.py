@@ -47,7 +47,7 @@ def test_the_report_has_the_check(call, file, tmp_path):
     [
         (["--spectrum", "ag=0.15 g_0"], "no F0, Tc, soil"),
         (["--spectrum", f"{SITE}, soils=C"], "did you mean soil?"),
-        (["--spectrum", SITE.replace("2.4", "many")], "F0=many is no number"),
+        (["--spectrum", SITE.replace("2.4", "many")], "F0=many is not a number"),
         (["--spectrum", SITE.replace("0.15 g_0", "0.15")], "as in '0.15 g_0'"),
         (["--spectrum", SITE, "--case", "rock"], "did you mean rocks?"),
         (["--spectrum", SITE, "--case", "down"], "no case has a load factor to check"),
