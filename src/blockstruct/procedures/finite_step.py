@@ -20,9 +20,6 @@ TOLERANCE = 1e-7
 AGREED, CERTIFIED = 2e-3, 1e-2
 #: Programs of one step, and those of them that take the new shift as it is.
 MOST, UNDAMPED = 8, 3
-#: Share of the flow-rule gap that a program leaves of that of the one before, from which more of them are in vain;
-#: and how many of them there are first where it is not certified yet, and a shorter step may be.
-SLOW, TRIED = 0.7, 4
 #: Residual of equilibrium and yield excess, and interpenetration, that are certified.
 FORCES, PENETRATING = 1e-5, 5e-2
 
@@ -77,8 +74,6 @@ def solve_finite_step(
     least: float,
     settings: ProcedureSettings,
     solver: Solver,
-    *,
-    patient: bool,
 ) -> Solved | None:
     """Maximise ``s α − Σ (g_k + σ_k) n_k``: equilibrium now, contacts closed or open at the end of the step.
 
@@ -99,8 +94,6 @@ def solve_finite_step(
         Work per unit of work of the variable load to which what is missed is relative, where there is less.
     settings, solver
         Of the case.
-    patient
-        Whether to go on where the programs come no closer to a state that is certified.
 
     Returns
     -------
@@ -132,10 +125,9 @@ def solve_finite_step(
         missed, reaching = certificate.flow_rule_gap / scale, x[:, 0] * np.maximum(gap, 0.0) / scale
         falling = float(problem.w_D @ u)
         found = Solved(alpha, u, certificate, friction, falling, reaching, missed, programs, iterations)
-        slow = best is not None and missed > SLOW * best.missed
         if best is None or missed < best.missed:
             best = found
-        if best.missed <= AGREED or (slow and (best.missed <= CERTIFIED or (k + 1 >= TRIED and not patient))):
+        if best.missed <= AGREED:
             break
         shift = relax(shift, shift_of(problem, v, x[:, 0]), 1.0 if k < UNDAMPED else 0.5)
     return best and replace(best, programs=programs, iterations=iterations)

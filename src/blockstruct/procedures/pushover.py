@@ -192,7 +192,7 @@ class _Path:
         last = abs(d[-1] - d[-2])
         return float(np.clip(even, max(LEAST * even, last / 2), max(GROWTH * last, LEAST * even)))
 
-    def solved(self, moved: MovedProblem, twist: Array, *, patient: bool = True) -> _Found | None:
+    def solved(self, moved: MovedProblem, twist: Array) -> _Found | None:
         """A step from a placement in which the control point moves as far as wanted, or blocks as far as they may."""
         placement = moved.placement
         time, last = self._time(placement, twist), twist
@@ -200,7 +200,7 @@ class _Path:
         least = LEAST_WORK * self._load_factor
         longest = np.inf
         for _ in range(LENGTHS):
-            solution = solve_finite_step(moved, time, twist, least, self._settings, self._solver, patient=patient)
+            solution = solve_finite_step(moved, time, twist, least, self._settings, self._solver)
             if solution is None:
                 break
             self._spent += (solution.programs, solution.iterations)
@@ -252,7 +252,7 @@ class _Path:
             if depth > 1 and not last:
                 time *= max(BELOW / np.sqrt(depth), LEAST_SHARE)
                 continue
-            following = self.solved(moved, state.carried(moved.placement), patient=last)
+            following = self.solved(moved, state.carried(moved.placement))
             if following is not None and following.solved.missed <= CERTIFIED:
                 break
             if not last:
