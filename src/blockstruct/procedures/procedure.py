@@ -2,8 +2,10 @@
 
 from collections.abc import Generator
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from blockstruct.limit.crushing import Linearisation
 from blockstruct.limit.friction import fictitious_sliding, true_sliding
@@ -18,6 +20,11 @@ from blockstruct.procedures.self_stress import can_jam, collapse_of_dead_load, g
 from blockstruct.procedures.shifted import shifted_iteration
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import Flow, Stage, Status
+
+if TYPE_CHECKING:
+    from blockstruct.procedures.path import Path
+
+Array = NDArray[np.float64]
 
 #: Programs after which a linearised associative analysis turns to the exact cones.
 LINEARISED_PROGRAMS = 12
@@ -49,9 +56,13 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
     Outcome
         Value of the generator.
     """
-    dead = yield from dead_load_program(problem, settings, solver)
-    if isinstance(dead, Outcome):
-        return dead
+    path = _path(problem, settings) if flow is Flow.NONASSOCIATIVE else None
+    dead = _dead_load_forces(path)
+    if dead is None:
+        found = yield from dead_load_program(problem, settings, solver)
+        if isinstance(found, Outcome):
+            return found
+        dead = found
     if problem.settlement is not None:
         yield largest_reaction(problem, settings, solver)
     program = ConicProgram(problem, settings)
@@ -68,7 +79,7 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
     if not first.solved:
         return given_up(problem, f"the solver ended the {first.stage} program as {first.solver_status}", first)
     if flow is Flow.NONASSOCIATIVE:
-        steps = _without_dilatancy(program, first, settings, solver)
+        steps = _without_dilatancy(program, first, path, settings, solver)
         return (yield from _concluded(steps, first, ray if jammed else None, problem, settings, solver))
     outcome = _collapse(problem, first, "the certificate of the associative program holds")
     if first.certificate.holds and _is_answer(problem, outcome):
@@ -98,16 +109,37 @@ def _associate(
     return step
 
 
-def _without_dilatancy(program: ConicProgram, first: Iteration, settings: ProcedureSettings, solver: Solver) -> Search:
+def _path(problem: LimitProblem, settings: ProcedureSettings) -> "Path | None":
+    """The loading path at its beginning, if the settings follow it."""
+    if settings.procedure != "loading path":
+        return None
+    # Loaded here: its linear algebra is slow to import.
+    from blockstruct.procedures.loading_path import path_of
+
+    return path_of(ConicProgram(problem, replace(settings, crushing="conic")), settings)
+
+
+def _dead_load_forces(path: "Path | None") -> Array | None:
+    """Normal forces (K,) of a path's state under dead load, if they prove that the structure stands."""
+    state = None if path is None else path.dead_load
+    if state is None:
+        return None
+    measures, limits = state.certificate.measures, state.certificate.tolerances
+    stands = all(measures[name] <= limits[name] for name in ("equilibrium_residual", "yield_excess"))
+    return state.x[:, 0] if stands else None
+
+
+def _without_dilatancy(
+    program: ConicProgram, first: Iteration, path: "Path | None", settings: ProcedureSettings, solver: Solver
+) -> Search:
     """The procedure of the settings; if the fictitious iteration finds no certificate, the shifted one goes on."""
     # The dead-load and the associative program are behind.
     left, last = settings.max_programs - 2, first
     of_cones, before = exact(program, settings), ""
-    if settings.procedure == "loading path":
-        # Loaded here: its interior-point loop needs linear algebra that is slow to import.
+    if path is not None:
         from blockstruct.procedures.loading_path import loading_path
 
-        why, closed = yield from loading_path(of_cones, first.load_factor, settings, solver)
+        why, closed = yield from loading_path(path, of_cones, first.load_factor, settings, solver)
         if closed is not None:
             return why, closed
         before = f"{why}; "

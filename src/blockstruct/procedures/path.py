@@ -1,0 +1,135 @@
+"""A loading path: what it begins with, what its contacts remember, and the steps that it is made of."""
+
+from abc import ABC, abstractmethod
+from functools import cached_property
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.limit.certificate import certify
+from blockstruct.limit.friction import true_sliding
+from blockstruct.limit.iteration import Iteration
+from blockstruct.limit.program import ConicProgram
+from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.solvers.interior_point import ContactProblem, ContactState, Step
+from blockstruct.vocabulary import SolverStatus, Stage
+
+Array = NDArray[np.float64]
+
+
+class Path(ABC):
+    """Where a path has got to, and the next step of it.
+
+    Parameters
+    ----------
+    program
+        The program, with the exact cones of crushing.
+    settings
+        Steps, and stiffness of joints that were given none.
+
+    Attributes
+    ----------
+    peak : float
+        Largest load factor so far.
+    blur : float
+        Relative error that a load factor on the way may have.
+    why : str
+        Why the path ended.
+    """
+
+    blur: float
+
+    def __init__(self, program: ConicProgram, settings: ProcedureSettings) -> None:
+        problem = self._problem = program.problem
+        normal, shear = problem.compliance.T
+        shear = np.where(np.isnan(shear), normal / settings.shear_stiffness_ratio, shear)
+        self._contact = ContactProblem(program, np.column_stack([normal, shear, shear]))
+        self._settings, self._sliding = settings, true_sliding(problem)
+        self._total, self._unit = 0.0, np.nan
+        self.peak, self.why = -np.inf, ""
+
+    @cached_property
+    def dead_load(self) -> Iteration | None:
+        """The state under dead load, None if none is found."""
+        start = perf_counter()
+        try:
+            self._unit = self._contact.elastic_displacement()
+            found = self._at_rest()
+        except RuntimeError:
+            # Blocks that nothing holds.
+            return None
+        if found is None:
+            return None
+        state, iterations = found
+        return self._iteration(state, 1.0, iterations, perf_counter() - start)
+
+    @abstractmethod
+    def _at_rest(self) -> tuple[ContactState, int] | None:
+        """Take the state under dead load, and the iterations that it took."""
+
+    @abstractmethod
+    def advance(self, bound: float) -> Iteration | None:
+        """The next step, up to a load factor that it hardly passes; None if the path has ended."""
+
+    @abstractmethod
+    def at_its_end(self, last: Iteration) -> bool:
+        """Whether the load factor would hardly move if the path went on."""
+
+    @abstractmethod
+    def may_close(self, last: Iteration, *, ended: bool) -> bool:
+        """Whether a collapse state may be near the last step."""
+
+    @abstractmethod
+    def pressing(self, last: Iteration) -> Array:
+        """Normal forces (K,) that friction has at the end of the path."""
+
+    @property
+    def _normal(self) -> slice:
+        return slice(0, 3 * self._problem.n_points, 3)
+
+    def _rest(self) -> Step:
+        """Step from nothing to the dead load. A support that will give way is held, by whatever reaction that takes."""
+        size = len(self._contact.compliance)
+        return Step(np.zeros(size), np.zeros(size), None if self._problem.settlement is None else 0.0)
+
+    def _memory(self, state: ContactState, s: float) -> Step:
+        """What contacts and ties remember: friction forces, the opening of open contacts and of slack ties.
+
+        Crushing, and the yielding of ties, is forgotten.
+        """
+        K, normal = self._problem.n_points, self._normal
+        reference, opening = state.x.copy(), np.zeros_like(state.x)
+        reference[normal] = 0.0
+        reference[3 * K :] = 0.0
+        opening[normal] = state.z.line[:K] - self._contact.compliance[normal] * state.x[normal]
+        opening[self._contact.ties] = state.z.line[self._contact.slack]
+        return Step(reference, opening, s)
+
+    def _displacement(self) -> float:
+        """Displacement so far, m; in multiples of the elastic one if no stiffness was given."""
+        unit = self._problem.displacement_unit
+        return self._total * unit if np.isfinite(unit) else self._total / self._unit
+
+    def _iteration(self, state: ContactState, s: float, iterations: int, seconds: float) -> Iteration:
+        problem = self._problem
+        x, u = state.x[: 3 * problem.n_points].reshape(-1, 3), state.u / s
+        T = state.x[self._contact.ties] + problem.ties.prestress(state.alpha)
+        return Iteration(
+            stage=Stage.LOADING_PATH,
+            load_factor=state.alpha,
+            x=x,
+            u=u,
+            v=(problem.A.T @ u).reshape(-1, 3),
+            sliding=self._sliding,
+            c0=0.0,
+            a=0.0,
+            linearised_at=None,
+            certificate=certify(problem, x, u, state.alpha, self._settings, T),
+            solver_status=SolverStatus.SOLVED,
+            solver_iterations=iterations,
+            solver_time=seconds,
+            tie_force=T,
+            elongation=problem.ties.elongation(u),
+            displacement=self._displacement(),
+        )

@@ -1,0 +1,101 @@
+"""A loading path by splitting: many cheap iterations, and one factorisation per step."""
+
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.limit.iteration import Iteration
+from blockstruct.limit.program import ConicProgram
+from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.procedures.path import Path
+from blockstruct.solvers.interior_point import ContactState
+from blockstruct.solvers.splitting import Splitting
+
+Array = NDArray[np.float64]
+
+#: Residual and iterations asked of the state under dead load, and of a step.
+OF_DEAD_LOAD, MAX_OF_DEAD_LOAD = 1e-5, 400
+TOLERANCE, MAX_OF_STEP = 5e-3, 200
+#: Residual up to which a step is one.
+ENOUGH = 0.3
+#: Penalty of the state under dead load, and of a step one elastic displacement long.
+OF_REST, PENALTY = 20.0, 10.0
+#: Change of the penalty from one step to the next at most, as a ratio.
+REBALANCED = 3.0
+#: Change of the load factor while the displacement becomes e times as large, relative, up to which it has settled.
+SETTLED = 4e-3
+#: Displacement at which a path ends, in elastic displacements: beyond it no elastic strain is left to speak of.
+FURTHEST = 1e5
+
+
+class SplittingPath(Path):
+    """Steps of :class:`~blockstruct.solvers.splitting.Splitting`, each longer than the last as the settings say.
+
+    Measured on walls of 44 to 1,600 blocks, façades and a dome: what a step misses, the next one makes up for. The load
+    factor at the end is that of steps with ten times as many iterations within 0.5 %.
+    """
+
+    blur = 2e-2
+
+    def __init__(self, program: ConicProgram, settings: ProcedureSettings) -> None:
+        super().__init__(program, settings)
+        self._splitting = Splitting(self._contact)
+        self._step, self._balance, self._settled = 0.0, 1.0, False
+
+    def _at_rest(self) -> tuple[ContactState, int] | None:
+        found = self._splitting.solve(
+            self._rest(),
+            self._splitting.start(),
+            penalty=OF_REST,
+            tolerance=OF_DEAD_LOAD,
+            max_iterations=MAX_OF_DEAD_LOAD,
+        )
+        if not found.residual <= ENOUGH:
+            return None
+        self._state = found.state
+        return found.state, found.iterations
+
+    def advance(self, bound: float) -> Iteration | None:
+        """The next step; None if the path has ended."""
+        start, before = perf_counter(), self._total / self._unit
+        length = self._settings.path_growth * self._step if self._step else self._settings.path_step
+        if before >= FURTHEST:
+            self.why = f"no end within the displacement {self._displacement():.3g}"
+            return None
+        s = length * self._unit
+        found = self._splitting.solve(
+            self._memory(self._state, s),
+            self._splitting.predicted(self._state, length / self._step if self._step else 0.0),
+            penalty=self._balance * PENALTY * length,
+            tolerance=TOLERANCE,
+            max_iterations=MAX_OF_STEP,
+        )
+        if not found.residual <= ENOUGH:
+            self.why = f"its steps beyond the displacement {self._displacement():.3g} are not solved"
+            return None
+        # Where forces still move and hardly miss their conditions, the penalty is too large.
+        ratio = np.sqrt(found.missed / max(found.changed, 1e-300))
+        self._balance *= float(np.clip(ratio, 1 / REBALANCED, REBALANCED))
+        alpha, last = found.state.alpha, self._state.alpha
+        growth = np.log((before + length) / before) if before else np.inf
+        self._settled = bool(before) and abs(alpha - last) <= SETTLED * growth * abs(alpha)
+        self._state, self._step = found.state, length
+        self._total += s
+        self.peak = max(self.peak, alpha)
+        return self._iteration(found.state, s, found.iterations, perf_counter() - start)
+
+    def at_its_end(self, last: Iteration) -> bool:
+        """Whether the load factor hardly moves."""
+        return self._settled
+
+    def may_close(self, last: Iteration, *, ended: bool) -> bool:
+        """Whether the load factor hardly moves, or will not."""
+        return self._settled or ended
+
+    def pressing(self, last: Iteration) -> Array:
+        """Normal forces as friction follows them, which swing less than those of the last iteration."""
+        problem = self._problem
+        resistance = self._state.y.soc[: problem.n_points, 0] - problem.cohesion
+        last_normal = np.maximum(last.x[:, 0], -problem.tension)
+        return np.divide(resistance, problem.friction, out=last_normal, where=problem.friction > 0)
