@@ -1,4 +1,4 @@
-"""The interior-point loop for frictional contact: its algebra, and a step against conic programs with a fixed shift."""
+"""Steps of frictional contact, by interior points and by splitting, against conic programs with a fixed shift."""
 
 import clarabel
 import numpy as np
@@ -10,6 +10,7 @@ from blockstruct import Q_
 from blockstruct.limit import ConicProgram, LimitProblem
 from blockstruct.solvers.interior_point import ContactProblem, Step
 from blockstruct.solvers.interior_point.cones import ConeVector, Scaling, centred
+from blockstruct.solvers.splitting import Splitting
 from blockstruct.statics import Statics
 from structures import SELF_WEIGHT, model_of, push
 
@@ -158,7 +159,15 @@ def test_a_step_has_the_forces_of_conic_programs(seed):
     forces, opening = dead.x.copy(), np.zeros(size)
     opening[0::3] = dead.z.line[:K] - normal * dead.x[0::3]
     forces[0::3] = 0.0
-    found = contact.solve(Step(forces, opening, s), dead, centring=1.0, tolerance=TIGHT, max_iterations=80)
+    step = Step(forces, opening, s)
+    found = contact.solve(step, dead, centring=1.0, tolerance=TIGHT, max_iterations=80)
     assert found.within(TIGHT)
+    assert found.state.alpha == pytest.approx(alpha, rel=1e-5)
+    assert np.abs(found.state.x.reshape(-1, 3) - expected).max() < 1e-5
+
+    splitting, exactly = Splitting(contact), {"tolerance": 1e-9, "max_iterations": 20_000}
+    rest = splitting.solve(Step(np.zeros(size), np.zeros(size), None), splitting.start(), penalty=20.0, **exactly)
+    assert np.abs(rest.state.x.reshape(-1, 3) - expected_dead).max() < 1e-5
+    found = splitting.solve(step, rest.state, penalty=4.0, **exactly)
     assert found.state.alpha == pytest.approx(alpha, rel=1e-5)
     assert np.abs(found.state.x.reshape(-1, 3) - expected).max() < 1e-5

@@ -119,6 +119,9 @@ class InteriorPointPath(Path):
         near = _gap(last) <= LOOSE
         return (near and self._settled if self._lags else _gap(last) <= CLOSE) or (near and ended)
 
+    def refine(self) -> None:
+        """Nothing to do: its steps are exact."""
+
     def pressing(self, last: Iteration) -> Array:
         """Normal forces of the last step."""
         return last.x[:, 0]

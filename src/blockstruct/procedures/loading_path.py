@@ -89,6 +89,7 @@ def loading_path(
                 best, early = closed, not path.at_its_end(last)
                 if _gap(best) <= CLOSED:
                     break
+            path.refine()
     if best is None:
         return f"the loading path did not finish, {path.why}", None
     if best is not closed:

@@ -84,6 +84,10 @@ class Path(ABC):
     def pressing(self, last: Iteration) -> Array:
         """Normal forces (K,) that friction has at the end of the path."""
 
+    @abstractmethod
+    def refine(self) -> None:
+        """Solve later steps more exactly: the end that they have led to was not exact enough."""
+
     @property
     def _normal(self) -> slice:
         return slice(0, 3 * self._problem.n_points, 3)

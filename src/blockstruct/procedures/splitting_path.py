@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 #: Residual and iterations asked of the state under dead load, and of a step.
 OF_DEAD_LOAD, MAX_OF_DEAD_LOAD = 1e-5, 400
 TOLERANCE, MAX_OF_STEP = 5e-3, 200
+#: Share of the tolerance, and as many times the iterations, for steps after an end that was not exact.
+CARE = 4
 #: Residual up to which a step is one.
 ENOUGH = 0.3
 #: Penalty of the state under dead load, and of a step one elastic displacement long.
@@ -42,6 +44,7 @@ class SplittingPath(Path):
         super().__init__(program, settings)
         self._splitting = Splitting(self._contact)
         self._step, self._balance, self._settled = 0.0, 1.0, False
+        self._care = 1
 
     def _at_rest(self) -> tuple[ContactState, int] | None:
         found = self._splitting.solve(
@@ -68,8 +71,8 @@ class SplittingPath(Path):
             self._memory(self._state, s),
             self._splitting.predicted(self._state, length / self._step if self._step else 0.0),
             penalty=self._balance * PENALTY * length,
-            tolerance=TOLERANCE,
-            max_iterations=MAX_OF_STEP,
+            tolerance=TOLERANCE / self._care,
+            max_iterations=MAX_OF_STEP * self._care,
         )
         if not found.residual <= ENOUGH:
             self.why = f"its steps beyond the displacement {self._displacement():.3g} are not solved"
@@ -92,6 +95,10 @@ class SplittingPath(Path):
     def may_close(self, last: Iteration, *, ended: bool) -> bool:
         """Whether the load factor hardly moves, or will not."""
         return self._settled or ended
+
+    def refine(self) -> None:
+        """Solve later steps more exactly."""
+        self._care = CARE
 
     def pressing(self, last: Iteration) -> Array:
         """Normal forces as friction follows them, which swing less than those of the last iteration."""

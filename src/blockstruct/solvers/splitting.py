@@ -211,11 +211,11 @@ class Splitting:
         return nearest
 
     def _slip(self, z: Array) -> Array:
-        along = z[self._lines :].reshape(-1, 3)[self._discs, 1:]
-        return np.asarray(np.hypot(along[:, 0], along[:, 1]))
+        along: Array = z[self._lines :].reshape(-1, 3)[self._discs, 1:]
+        return np.hypot(along[:, 0], along[:, 1])
 
     def _as_rows(self, v: ConeVector) -> Array:
-        return self._convex * np.concatenate([v.line, v.soc.ravel()])
+        return np.asarray(self._convex * np.concatenate([v.line, v.soc.ravel()]))
 
     def _as_cones(self, rows: Array, first: Array) -> ConeVector:
         soc = rows[self._lines :].reshape(-1, 3).copy()

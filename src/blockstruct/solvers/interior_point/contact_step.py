@@ -1,6 +1,7 @@
 """Frictional contact over one step of displacement: a primal–dual interior-point loop."""
 
 from copy import copy
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from blockstruct.limit import ConicProgram, Sliding
 from blockstruct.solvers.interior_point.conditions import Conditions
-from blockstruct.solvers.interior_point.cones import Scaling, centred
+from blockstruct.solvers.interior_point.cones import centred
 from blockstruct.solvers.interior_point.newton import Newton
 from blockstruct.solvers.interior_point.schur import SchurComplement
 from blockstruct.solvers.interior_point.state import ContactSolution, ContactState, Residuals, Step
@@ -60,7 +61,11 @@ class ContactProblem:
         #: Where the forces of ties stand among the variables, and ``T' ≥ 0`` among the half-lines.
         self.ties = slice(size - len(ties), size)
         self.slack = slice(program.slack_rows.start - 1, program.slack_rows.stop - 1)
-        self.complement = SchurComplement(sp.csc_array(self.A), self.conditions)
+
+    @cached_property
+    def complement(self) -> SchurComplement:
+        """Pattern of what is factorised in every iteration."""
+        return SchurComplement(sp.csc_array(self.A), self.conditions)
 
     def with_sliding(self, sliding: Sliding) -> Self:
         """The same contacts with another sliding condition."""
@@ -100,13 +105,12 @@ class ContactProblem:
         RuntimeError
             If there are blocks that no contact holds.
         """
-        one = self.conditions.identity()
-        # Multipliers that weigh nothing leave the compliance alone.
-        compliance = self.compliance + 1e-9
-        # Rigid ties that hold the load would leave no displacement to begin with.
-        compliance[self.ties] = 1e9
-        weights = self.conditions.weights(Scaling(one, 1e-12 * one), compliance)
-        return float(self.problem.w_L @ self.complement.factorised(weights).solve(self.problem.w_L))
+        # Rigid ties that hold the load would leave no displacement to begin with; auxiliary variables are no forces.
+        held = np.zeros_like(self.compliance)
+        held[: 3 * self.problem.n_points] = 1 / self.compliance[: 3 * self.problem.n_points]
+        stiffness = self.A @ sp.diags_array(held) @ self.AT
+        elastic = sp.linalg.splu(sp.csc_matrix(stiffness), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        return float(self.problem.w_L @ elastic.solve(self.problem.w_L))
 
     def solve(
         self, step: Step, guess: ContactState, *, centring: float | None, tolerance: float, max_iterations: int
