@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, UnknownNameError
+from blockstruct.limit.motion import block_motion, unit_of_velocity
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.ties import Ties
 from blockstruct.model import Model, Pushover, Tie
@@ -163,7 +164,7 @@ class MovingProblem:
         points, K = contacts.points, len(contacts.gap)
         force_unit = np.minimum(self._unit[points.minus], self._unit[points.plus])
         rows, columns = sp.diags_array(np.repeat(1 / problem.wrench_unit, 6)), sp.diags_array(np.repeat(force_unit, 3))
-        scale = np.outer(problem.wrench_unit, np.repeat([1.0, statics.length], 3))
+        scale = unit_of_velocity(problem)
         dead, variable = ((loads.own(placement)[statics.free] / scale).ravel() for loads in (self.dead, self.variable))
         table = self.structure.ties(placement)
         longest = np.maximum(longest, table.span)
@@ -190,10 +191,7 @@ class MovingProblem:
 
     def twist(self, u: Array, placement: Placement) -> Array:
         """Twists (B, 6) of blocks at a placement, m/s and rad/s at 1 W, of non-dimensional velocities u (6 F,)."""
-        problem = self._problem
-        found = np.zeros((len(self._unit), 6))
-        found[self.statics.free] = u.reshape(-1, 6) / np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))
-        return rotated(found, placement.rotation)
+        return rotated(block_motion(self.statics, self._problem, u[None])[0], placement.rotation)
 
 
 @dataclass(frozen=True, slots=True)
