@@ -18,6 +18,7 @@ from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solu
 from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, scheduled, schedules_of
 from blockstruct.limit.settlement import Settlement, reaction_unit
 from blockstruct.limit.ties import Ties
+from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.statics import Placement
 
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "Settlement",
     "reaction_unit",
     "Ties",
+    "UniformTorsion",
     "ProcedureSettings",
     "SCHEDULES",
     "scheduled",

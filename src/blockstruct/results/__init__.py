@@ -24,7 +24,7 @@ from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.sweep import sweep_of
 from blockstruct.results.ties import tie_sentences, tie_state, ties_at_collapse
-from blockstruct.results.torsion import corner_torsion
+from blockstruct.results.torsion import corner_torsion, sliding_rates
 from blockstruct.results.utilisation import utilisation
 from blockstruct.results.verification import confirm, contradictions, recomputed_certificate
 from blockstruct.statics import applied_loads
@@ -65,6 +65,7 @@ __all__ = [
     "active_joints",
     "contact_state",
     "corner_torsion",
+    "sliding_rates",
     "failures",
     "history_frame",
     "history_of",
