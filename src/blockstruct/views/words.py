@@ -64,15 +64,6 @@ def load_factor_words(result: bs.CaseResult) -> str:
     return result.headline.number
 
 
-def headline_words(headline: bs.results.Headline) -> str:
-    """The number of a case in a sentence, with its range and the associative bound.
-
-    >>> headline_words(bs.results.Headline(bs.Status.CONVERGED, 0.2637, 0.3069, 4, 5, 0.332, bs.Flow.NONASSOCIATIVE))
-    'Load factor 0.2637 (lowest of 4 of 5 schedules certified, up to 0.3069; associative bound 0.332).'
-    """
-    return f"{headline.answer.name.capitalize()} {headline}."
-
-
 def warning_words(found: bs.CaseResult | bs.Spread) -> str:
     """What must stand beside the load factor, as one paragraph; empty as a rule."""
     result = found if isinstance(found, bs.CaseResult) else found.lowest
