@@ -33,6 +33,10 @@ class MovedProblem:
         Elongation before which the ties that hold do not pull.
     longest : (N,) array, m
         Length that each tie of the model has reached on the way there.
+    elongation : (N,) array, m
+        Of each tie there, beyond its length in the model; negative where its ends have come closer.
+    holds : (N,) array
+        Whether each tie has not broken.
     """
 
     problem: LimitProblem
@@ -40,6 +44,8 @@ class MovedProblem:
     placement: Placement
     slack: Array
     longest: Array
+    elongation: Array
+    holds: NDArray[np.bool_]
 
     @property
     def penetration(self) -> float:
@@ -53,6 +59,12 @@ class MovedProblem:
     def slack_in(self, work: float) -> Array:
         """Slack (M,) of ties, in the units of :meth:`gap`."""
         return np.asarray(self.slack * self.problem.ties.force_unit / work)
+
+    def tie_force(self, T: Array) -> Array:
+        """Forces (N,) of all ties of the model, N, of those (M,) of the problem."""
+        found = np.zeros(len(self.holds))
+        found[self.holds] = T * self.problem.ties.force_unit
+        return found
 
     def relative(self, twist: Array) -> Array:
         """Relative velocities (K, 3), in the frames of the contact points, of twists (B, 6) of the blocks, SI."""
@@ -167,6 +179,7 @@ class MovingProblem:
         scale = unit_of_velocity(problem)
         dead, variable = ((loads.own(placement)[statics.free] / scale).ravel() for loads in (self.dead, self.variable))
         table = self.structure.ties(placement)
+        elongation = table.span - statics.ties.span
         longest = np.maximum(longest, table.span)
         holds = ~self.broken(longest)
         table = table[holds]
@@ -187,7 +200,7 @@ class MovingProblem:
             capacity=np.empty(0),
             force_unit=force_unit,
         )
-        return MovedProblem(moved, contacts, placement, longest[holds] - table.span, longest)
+        return MovedProblem(moved, contacts, placement, longest[holds] - table.span, longest, elongation, holds)
 
     def twist(self, u: Array, placement: Placement) -> Array:
         """Twists (B, 6) of blocks at a placement, m/s and rad/s at 1 W, of non-dimensional velocities u (6 F,)."""
@@ -211,6 +224,8 @@ class FiniteStep:
         Time for which they act until the next state, s, if that step is not halved.
     dissipation : float
         Work of friction and of ties per unit of work of the variable load.
+    tie_force, tie_elongation : (N,) arrays
+        Of each tie of the model: N, zero once it has broken; and m, beyond its length in the model.
     penetration : float
         Deepest penetration, m.
     energy_error : float
@@ -234,6 +249,8 @@ class FiniteStep:
     angular_velocity: Array
     motion_time: float
     dissipation: float
+    tie_force: Array
+    tie_elongation: Array
     penetration: float
     energy_error: float
     equilibrium_residual: float

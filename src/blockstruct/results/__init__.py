@@ -8,6 +8,7 @@ compression positive, and velocities belong to one watt of variable load (``w_LÂ
 from blockstruct.limit import CERTIFICATE_MEASURES
 from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
+from blockstruct.results.broken_ties import breaking_words, broken_ties
 from blockstruct.results.capacity import block_rotations, capacity_of, step_arrays, steps_of
 from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, relative_difference
@@ -54,6 +55,8 @@ __all__ = [
     "stored_value",
     # capacity curves
     "block_rotations",
+    "breaking_words",
+    "broken_ties",
     "capacity_of",
     "step_arrays",
     "steps_of",

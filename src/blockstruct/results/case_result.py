@@ -14,6 +14,7 @@ from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, ProcedureSettin
 from blockstruct.model import Case, Model, SelfWeight, SettlementCase
 from blockstruct.notebook import html_table
 from blockstruct.results.answer import Answer
+from blockstruct.results.broken_ties import broken_ties
 from blockstruct.results.caveats import unbounded_with_dilatancy
 from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline, path_text
@@ -238,6 +239,11 @@ class CaseResult:
     def ties(self) -> pd.DataFrame:
         """Force, state and elongation of each tie: :func:`blockstruct.results.ties_at_collapse`; empty without ties."""
         return ties_at_collapse(self.history) if "tie" in self.history.sizes and self.n_iterations else pd.DataFrame()
+
+    @property
+    def broken_ties(self) -> pd.DataFrame:
+        """Ties that break in a pushover: :func:`blockstruct.results.broken_ties`; empty without any."""
+        return broken_ties(xr.Dataset() if self.capacity is None else self.capacity)
 
     @property
     def headline(self) -> Headline:
