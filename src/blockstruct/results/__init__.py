@@ -8,7 +8,6 @@ compression positive, and velocities belong to one watt of variable load (``w_LÂ
 from blockstruct.limit import CERTIFICATE_MEASURES
 from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
-from blockstruct.results.broken_ties import breaking_words, broken_ties
 from blockstruct.results.capacity import block_rotations, capacity_of, step_arrays, steps_of
 from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, relative_difference
@@ -20,6 +19,7 @@ from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.parameters import checked_parameters, checked_value, plain_value, restored_value, stored_value
 from blockstruct.results.pushed import pushed_masses
+from blockstruct.results.pushed_ties import breaking_words, broken_ties, pushed_tie_state
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
@@ -58,6 +58,7 @@ __all__ = [
     "breaking_words",
     "broken_ties",
     "capacity_of",
+    "pushed_tie_state",
     "step_arrays",
     "steps_of",
     # loads

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from blockstruct.limit import FiniteStep, zero_displacement
 from blockstruct.model import Model, tie_segments
-from blockstruct.results.broken_ties import break_displacements
+from blockstruct.results.pushed_ties import break_displacements
 from blockstruct.statics import Placement
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES

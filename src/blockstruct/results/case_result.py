@@ -14,13 +14,13 @@ from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, ProcedureSettin
 from blockstruct.model import Case, Model, SelfWeight, SettlementCase
 from blockstruct.notebook import html_table
 from blockstruct.results.answer import Answer
-from blockstruct.results.broken_ties import broken_ties
 from blockstruct.results.caveats import unbounded_with_dilatancy
 from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline, path_text
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.pushed import pushed_masses
+from blockstruct.results.pushed_ties import broken_ties
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import ties_at_collapse

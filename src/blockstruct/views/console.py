@@ -170,7 +170,8 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
                 "warnings": [*r.warnings, *filter(None, [r.torsion_warning])],
                 "admissible_load_factor": None if r.answer.is_reaction else _finite(r.admissible_load_factor),
                 "certificate": None if r.certificate is None else _measures(r.certificate),
-                "ties": _ties(r),
+                "ties": _rows(r.ties),
+                "pushover": _pushover(r),
             }
             for r in analysis.values()
         ],
@@ -206,8 +207,22 @@ def _reaction(r: bs.CaseResult) -> dict[str, Any] | None:
     return {**{name: _finite(v) for name, v in values.items()}, "units": SI_UNITS[r.answer.dimension]}
 
 
-def _ties(result: bs.CaseResult) -> list[dict[str, Any]]:
-    rows = result.ties.reset_index().to_dict("records")
+def _pushover(r: bs.CaseResult) -> dict[str, Any] | None:
+    """How the curve of a pushover ended, and which ties broke, None without one; displacements in m."""
+    curve = r.capacity
+    if curve is None:
+        return None
+    return {
+        "d0": _finite(float(curve["d0"])),
+        "ended": curve.attrs.get("ended", ""),
+        "states": curve.sizes["step"],
+        "certified": int(curve["holds"].sum()),
+        "broken_ties": _rows(r.broken_ties),
+    }
+
+
+def _rows(table: pd.DataFrame) -> list[dict[str, Any]]:
+    rows = table.reset_index().to_dict("records")
     return [{str(name): _finite(v) if isinstance(v, float) else v for name, v in row.items()} for row in rows]
 
 

@@ -1,11 +1,14 @@
-"""Ties that break on the way of a pushover: where, and what the load factor loses."""
+"""Ties in a pushover: their states, which of them break and where, and what the load factor loses."""
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
+from blockstruct.model import Model, tie_segments
+from blockstruct.results.ties import AT_LIMIT, OF_LIMIT
 from blockstruct.units import SI_UNITS
+from blockstruct.vocabulary import TieState
 
 Array = NDArray[np.float64]
 
@@ -64,6 +67,33 @@ def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
     rows = [(at[tie], limit[tie], force[k - 1, tie], alpha[k - 1], alpha[k]) for tie, k in breaking.items()]
     names = pd.Index(capacity["tie"].to_numpy()[list(breaking)], name="tie")
     return pd.DataFrame(rows, columns=columns, index=names, dtype=float).sort_values(lengths[0], kind="stable")
+
+
+def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:
+    """State of every tie in every state of a pushover, as :func:`tie_state`; ``broken`` once it is beyond its limit.
+
+    Parameters
+    ----------
+    model, capacity
+        The structure, with ties, and its capacity curve.
+
+    Returns
+    -------
+    xarray.DataArray
+        Texts, dimensions (step, tie).
+    """
+    force, elongation = (capacity[name].transpose("step", "tie") for name in ("tie_force", "tie_elongation"))
+    tension, segments = force.to_numpy(), tie_segments(model.ties, model.blocks)
+    largest = np.array([segment.capacity for segment in segments])
+    limits = np.array([OF_LIMIT[segment.governing].value for segment in segments], dtype=object)
+    weight = sum(b.weight for b in model.blocks if not b.fixed)
+    state = np.full(tension.shape, TieState.STRESSED.value, dtype=object)
+    state = np.where(tension >= (1 - AT_LIMIT) * largest, limits, state)
+    state = np.where(tension <= AT_LIMIT * np.fmin(largest, weight), TieState.SLACK.value, state)
+    state = np.where(np.isfinite(tension), state, TieState.UNKNOWN.value)
+    beyond = elongation.to_numpy() > capacity["tie_elongation_limit"].to_numpy()
+    state = np.where(np.logical_or.accumulate(beyond), TieState.BROKEN.value, state)
+    return force.copy(data=state).rename("tie_state").drop_attrs()
 
 
 def breaking_words(capacity: xr.Dataset) -> list[str]:
