@@ -11,6 +11,7 @@ from blockstruct.results.analysis import Analysis
 from blockstruct.results.capacity import block_rotations, capacity_of, step_arrays, steps_of
 from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, relative_difference
+from blockstruct.results.curve_comparison import compared_curves
 from blockstruct.results.description import failures
 from blockstruct.results.frame import history_frame
 from blockstruct.results.headline import Headline
@@ -44,6 +45,7 @@ __all__ = [
     "Comparison",
     "relative_difference",
     "compare",
+    "compared_curves",
     "confirm",
     "contradictions",
     "recomputed_certificate",
