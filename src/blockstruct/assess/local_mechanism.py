@@ -96,7 +96,7 @@ def local_mechanism(
     c = Coefficients() if coefficients is None else coefficients
     forces = HorizontalForces.of(found.model, case)
     mechanism = found.mechanism
-    bodies = macro_blocks(found.model, mechanism, tolerance)
+    bodies = macro_blocks(found.model, mechanism, tolerance, case.dead)
     whole, blocks = of_bodies(found.model, forces, mechanism, bodies)
     FC, reason = confidence(
         confidence_factor, knowledge_level, crushing=_crushes(found, bodies), without_crushing=c.without_crushing

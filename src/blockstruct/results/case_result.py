@@ -170,7 +170,7 @@ class CaseResult:
     @property
     def macro_blocks(self) -> list[MacroBlock]:
         """Bodies of the mechanism of the last iteration: :func:`blockstruct.results.macro_blocks`."""
-        return macro_blocks(self.model, self.mechanism)
+        return macro_blocks(self.model, self.mechanism, dead=self.case.dead)
 
     @property
     def resultants(self) -> xr.Dataset:
@@ -363,7 +363,7 @@ class CaseResult:
     def describe(self) -> str:
         """How the structure collapses, in sentences: number, bodies that move, failing joints, and ties."""
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
-        found = describe(self.model, self.history) if moves else ""
+        found = describe(self.model, self.history, self.case.dead) if moves else ""
         return "\n".join(filter(None, (str(self), self.torsion_warning, self.masses, found)))
 
     def __repr__(self) -> str:

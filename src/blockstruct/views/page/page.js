@@ -366,7 +366,7 @@ function entry(colour, name) {
 }
 function legend() {
   const named = at("show-bodies").checked ? current().bodies.slice(0, data.look.bodies.length) : [];
-  at("bodies").replaceChildren(...named.map((body, k) => entry(data.look.bodies[k], `${body.name}, ${readable(body.weight, "N")}`)));
+  at("bodies").replaceChildren(...named.map((body, k) => entry(data.look.bodies[k], `${body.name}, ${readable(body.weight, "N")}${body.carried ? `, ${readable(body.carried, "N")} of it carried` : ""}`)));
   at("legend").replaceChildren();
   if (shown.colour !== "state") return;
   const present = new Set();

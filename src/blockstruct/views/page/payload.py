@@ -201,7 +201,10 @@ def _bodies(result: bs.CaseResult) -> dict[str, Any]:
     if not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
         return {"body": [-1] * len(result.model.blocks), "bodies": []}
     body, moving = moving_bodies(result, result.n_iterations - 1)
-    return {"body": body.tolist(), "bodies": [{"name": one.name, "weight": one.weight} for one in moving]}
+    return {
+        "body": body.tolist(),
+        "bodies": [{"name": one.name, "weight": one.total, "carried": one.carried} for one in moving],
+    }
 
 
 def _tie_rows(result: bs.CaseResult) -> list[list[tuple[str, float | None]]]:
