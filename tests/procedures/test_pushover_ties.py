@@ -7,6 +7,8 @@ from test_pushover import ROUGH, box, by_hand, elongated, run, tied, turned
 import blockstruct as bs
 from blockstruct import Q_
 
+ENDS = ("post", Q_([-2, 0.5, 1.5], "m")), ("block", Q_([0, 0.5, 1.5], "m"))
+
 
 @pytest.fixture(scope="module")
 def breaking():
@@ -72,3 +74,44 @@ def test_many_ties_are_counted():
     assert result.broken_ties.index.tolist() == [tie.name for tie in ties]
     assert result.message.count("breaks at a displacement") == 5
     assert "; 2 more ties break; the load factor is zero" in result.message
+
+
+@pytest.mark.parametrize(
+    ("refused", "instead"),
+    [
+        ({"cohesion": "0.1 MPa"}, "without it, and run a LimitCase"),
+        ({"tensile_strength": "0.1 MPa", "cohesion": "0.1 MPa"}, "which is lost where blocks part"),
+        ({"compressive_strength": "3 MPa"}, "local_mechanism then sets its hinge back"),
+    ],
+)
+def test_strengths_that_are_refused_have_a_way_out(refused, instead):
+    blocks = [box("ground", (-1, 2), (-0.5, 0), fixed=True), box("block", (0, 0.5), (0, 2))]
+    found = bs.detect_interfaces(blocks, bs.JointMaterial("mortar", 0.6, **refused))
+    with pytest.raises(bs.errors.ModelError, match=instead):
+        run(bs.Model("block", blocks, found), "block")
+
+
+@pytest.mark.parametrize(
+    ("tie", "instead"),
+    [
+        (bs.Tie("bar", *ENDS, yield_force="9 kN", prestress="2 kN"), "leave it out, the tie yields at the same force"),
+        (
+            bs.ties.Strip("strip", *ENDS, area="1 cm^2", strength="300 MPa"),
+            "give a Tie across the joint with its force",
+        ),
+        (
+            bs.ties.BondedBar(
+                "bar",
+                "[-2.2, 0.5, 1.5] m",
+                "[0.4, 0.5, 1.5] m",
+                diameter="10 mm",
+                bond_strength="0.2 MPa",
+                strength="235 MPa",
+            ),
+            "give a Tie between each two of them",
+        ),
+    ],
+)
+def test_ties_that_are_refused_have_a_way_out(tie, instead):
+    with pytest.raises(bs.errors.ModelError, match=instead):
+        run(tied().with_ties([tie]), "block")

@@ -281,6 +281,38 @@ def zero_displacement(curve: Sequence[tuple[float, float]]) -> float:
     return d1 + a1 * (d1 - d0) / (a0 - a1)
 
 
+_PARTS = (
+    "which is lost where blocks part, in a way that this method does not know: give a joint material without it, and "
+    "run a LimitCase for the load factor with it"
+)
+_CRUSHES = (
+    "but what crushes changes the shape of blocks, which keep theirs here: give a joint material without it, which "
+    "raises the curve, or for a body that turns as one take a LimitCase with it: bs.assess.local_mechanism then sets "
+    "its hinge back"
+)
+#: Strengths of joints that a pushover refuses: what they are without them, and why and what to do instead.
+_UNKNOWN_STRENGTHS = {
+    "cohesion": (0.0, _PARTS),
+    "tensile_strength": (0.0, _PARTS),
+    "compressive_strength": (np.inf, _CRUSHES),
+}
+#: Ties that a pushover refuses, likewise.
+_UNKNOWN_TIES = {
+    "Tie": (
+        "which changes as its ends move, in a way that this method does not know: leave it out, the tie yields at the "
+        "same force; and run a LimitCase for the load factor with it"
+    ),
+    "Strip": (
+        "whose bond to the blocks peels off in a way that this method does not know: give a Tie across the joint with "
+        "its force, and as elongation_limit the opening at which it comes off"
+    ),
+    "BondedBar": (
+        "which slips in its blocks in a way that this method does not know: give a Tie between each two of them, with "
+        "the force that its bond lets it have there, and the slip that it bears as elongation_limit"
+    ),
+}
+
+
 def check_pushover(model: Model, case: Pushover) -> None:
     """Refuse what finite displacements do not know.
 
@@ -304,14 +336,11 @@ def check_pushover(model: Model, case: Pushover) -> None:
         msg = f"pushover {case.name!r}: control point on support {name!r}, which does not move; give a free block"
         raise ModelError(msg)
     for joint in {i.joint_material.name: i.joint_material for i in model.interfaces}.values():
-        for strength, none in (("cohesion", 0.0), ("tensile_strength", 0.0), ("compressive_strength", np.inf)):
+        for strength, (none, instead) in _UNKNOWN_STRENGTHS.items():
             value = getattr(joint, strength)
             if value != none:
-                msg = (
-                    f"pushover {case.name!r}: joint material {joint.name!r} has a {strength} of {value:.6g} Pa, which "
-                    "joints of blocks that have moved apart do not keep: give a joint material without it, and a "
-                    "LimitCase for the load factor with it"
-                )
+                what = f"joint material {joint.name!r} has a {strength} of {value:.6g} Pa"
+                msg = f"pushover {case.name!r}: {what}, {instead}"
                 raise ModelError(msg)
         if joint.torsion is not Torsion.CORNERS:
             msg = (
@@ -322,9 +351,7 @@ def check_pushover(model: Model, case: Pushover) -> None:
     for tie in model.ties:
         if isinstance(tie, Tie) and tie.prestress == 0:
             continue
-        what = f"has a prestress of {tie.prestress:.6g} N" if isinstance(tie, Tie) else f"is a {type(tie).__name__}"
-        msg = (
-            f"pushover {case.name!r}: tie {tie.name!r} {what}, whose force at finite displacements this method "
-            "does not know: give a Tie without prestress, and a LimitCase for the load factor with it"
-        )
+        kind = type(tie).__name__
+        what = f"has a prestress of {tie.prestress:.6g} N" if isinstance(tie, Tie) else f"is a {kind}"
+        msg = f"pushover {case.name!r}: tie {tie.name!r} {what}, {_UNKNOWN_TIES[kind]}"
         raise ModelError(msg)
