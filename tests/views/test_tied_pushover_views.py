@@ -108,6 +108,9 @@ def test_report_and_console_say_it(analysis, result):
     assert "Tie low holds: it gets longer by at most" in said
     assert f"{result.capacity.attrs['ended'][1:]}." in said
     assert "tie high breaks at a displacement of" in str(result_text(result))
+    assumed = " ".join(contents(analysis, {})["assumptions"])
+    assert "Displacements are small, but beyond the collapse state of a pushover: equilibrium" in assumed
+    assert "ties break at their elongation limits" in assumed
 
 
 def test_json(analysis, result):

@@ -52,14 +52,14 @@ def history(
 ) -> None:
     """Print the iteration history of a case."""
     found = bs.open_analysis(file)[case].history
+    if last:
+        found = found.isel(iteration=slice(-1, None))
     if variable is None and interface is not None:
         variable = "force"
     if variable is None and csv is None:
-        out.print(iteration_table(found.isel(iteration=slice(-1, None)) if last else found))
+        out.print(iteration_table(found))
         return
     frame = found.blockstruct.frame(variable)
-    if last:
-        frame = frame[frame.index.get_level_values("iteration") == found.iteration.to_numpy()[-1]]
     if interface is not None:
         frame = _of_interface(frame, interface, found.interface.to_numpy().tolist())
     if csv is None:
