@@ -75,7 +75,8 @@ def curve_of_pushover(
         broke = np.abs(capacity["tie_break_displacement"].to_numpy())
         # What is lost where a tie breaks is lost there, and not on the way to the next state.
         lost = np.unique(np.searchsorted(d_C, broke[broke < d_C[-1]]))
-        d_C, alpha = np.insert(d_C, lost, np.nextafter(d_C[lost - 1], np.inf)), np.insert(alpha, lost, alpha[lost])
+        left = np.minimum(alpha[lost - 1], alpha[lost])
+        d_C, alpha = np.insert(d_C, lost, np.nextafter(d_C[lost - 1], np.inf)), np.insert(alpha, lost, left)
     factor = participation.factor / abs(delta)
     d = d_C * factor
     until = "where α vanishes" if complete else "where it ends, before α vanishes: on the safe side"

@@ -33,7 +33,7 @@ def compared_curves(one: xr.Dataset | None, other: xr.Dataset | None) -> dict[st
     (way, alpha), (way_other, alpha_other) = _along(one), _along(other)
     common = np.union1d(way, way_other)
     common = common[common <= min(way[-1], way_other[-1])]
-    largest = max(np.abs(alpha).max(), np.abs(alpha_other).max())
+    largest = max(np.abs(alpha).max(), np.abs(alpha_other).max(), np.finfo(float).tiny)
     apart = np.abs(np.interp(common, way, alpha) - np.interp(common, way_other, alpha_other)) / largest
     parted = common[apart > APART]
     row["curves_part_at"] = float(np.interp(parted[0], way, one["displacement"])) if len(parted) else np.nan

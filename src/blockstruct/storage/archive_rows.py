@@ -138,7 +138,7 @@ def _curve(groups: h5py.File, place: str) -> Row:
     return {
         "d0": _scalar(curve, place, "d0"),
         "curve_end": float(displacement.flat[-1]) if displacement.size else np.nan,
-        "curve_ended": plain(curve.attrs["ended"]) if "ended" in curve.attrs else "",
+        "curve_ended": str(plain(curve.attrs["ended"])) if "ended" in curve.attrs else "",
     }
 
 
