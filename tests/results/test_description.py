@@ -6,6 +6,7 @@ import pytest
 import blockstruct as bs
 from blockstruct.results import macro_blocks
 from blockstruct.results.description import describe
+from blockstruct.views import figures
 from structures import model_of, push, single_block, solve
 
 TUFF, LIME = bs.Material("tuff", "16 kN/m^3"), bs.JointMaterial("lime", 0.65)
@@ -88,7 +89,7 @@ def test_what_blocks_carry_counts_as_in_the_mass_that_takes_part():
     assert "100% of the weight with what blocks carry, as 1 body." in result.describe()
     assert "; 100% of that weight)" in result.describe()
     assert result.macro_blocks[0].total == macro_blocks(model, result.mechanism, dead=dead)[0].total
-    handles = bs.views.figures.mechanism(result, colour="macro-block").get_legend().get_texts()
+    handles = figures.mechanism(result, colour="macro-block").get_legend().get_texts()
     assert "205 kN, 61 of it carried" in " ".join(text.get_text() for text in handles)
 
 
