@@ -101,14 +101,15 @@ def test_paraview(result, last, tmp_path):
 
 
 def test_report_and_console_say_it(analysis, result):
-    (case,) = contents(analysis, {})["cases"]
+    report = contents(analysis, {})
+    (case,) = report["cases"]
     said = " ".join(case["pushover"])
     assert said.startswith(f"Beyond collapse {result.capacity.sizes['step']} states were found, all of them certified")
     assert f"Tie high breaks at a displacement of {1e3 * result.broken_ties.iloc[0, 0]:.4g} mm, 60 mm longer" in said
     assert "Tie low holds: it gets longer by at most" in said
     assert f"{result.capacity.attrs['ended'][1:]}." in said
     assert "tie high breaks at a displacement of" in str(result_text(result))
-    assumed = " ".join(contents(analysis, {})["assumptions"])
+    assumed = " ".join(report["assumptions"])
     assert "Displacements are small, but beyond the collapse state of a pushover: equilibrium" in assumed
     assert "ties break at their elongation limits" in assumed
 
