@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import blockstruct as bs
@@ -126,3 +127,35 @@ def test_the_command_prints_them(rocking, tmp_path, call):
     code, out, _ = call("diff", tmp_path / "push.h5", tmp_path / "early.h5")
     assert code == 1
     assert "other: blocks fall" in out
+
+
+def test_the_command_prints_the_states_of_a_pushover(rocking, tmp_path, call):
+    path, curve = bs.save_analysis(rocking, tmp_path / "push.h5"), rocking["push"].capacity
+    code, out, _ = call("history", path, "push", "--pushover")
+    assert code == 0
+    lines = out.splitlines()
+    assert lines[0].split() == [
+        "displacement",
+        "[meter]",
+        "load_factor",
+        "holds",
+        "penetration",
+        "[meter]",
+        "energy_error",
+    ]
+    assert len(lines) == 2 + curve.sizes["step"]
+    _, out, _ = call("history", path, "push", "--pushover", "--variable", "position", "--last")
+    assert f"{curve['position'][-1, 1, 2].item():.6f}" in out
+    call("history", path, "push", "--pushover", "--csv", tmp_path / "states.csv")
+    table = pd.read_csv(tmp_path / "states.csv", index_col="step")
+    np.testing.assert_allclose(table["displacement [meter]"], curve["displacement"])
+    np.testing.assert_allclose(table["motion_time [second]"], curve["motion_time"])
+    for words, said in (
+        (("--variable", "colour"), "no variable 'colour'; it has load_factor"),
+        (("--interface", "ground|block"), "have no interfaces"),
+    ):
+        code, _, err = call("history", path, "push", "--pushover", *words)
+        assert code == 2
+        assert said in err
+    bs.run(rocking.model, bs.LimitCase("plain", SELF_WEIGHT, push(1, 0, 0)), tmp_path / "plain.h5")
+    assert "run it as a Pushover" in call("history", tmp_path / "plain.h5", "plain", "--pushover")[2]

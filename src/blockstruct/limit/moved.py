@@ -50,7 +50,7 @@ class MovedProblem:
     @property
     def penetration(self) -> float:
         """Deepest penetration, m."""
-        return max(-float(self.contacts.gap.min(initial=0.0)), 0.0)
+        return max(0.0, -float(self.contacts.gap.min(initial=0.0)))
 
     def gap(self, work: float) -> Array:
         """Gaps (K,) in units of relative velocity, for a step in which the unit variable load does a work, J."""

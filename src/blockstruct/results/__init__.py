@@ -13,7 +13,7 @@ from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHis
 from blockstruct.results.comparison import Comparison, compare, relative_difference
 from blockstruct.results.curve_comparison import compared_curves
 from blockstruct.results.description import failures
-from blockstruct.results.frame import history_frame
+from blockstruct.results.frame import capacity_frame, history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import history_of, iteration_variables
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
@@ -59,6 +59,7 @@ __all__ = [
     "block_rotations",
     "breaking_words",
     "broken_ties",
+    "capacity_frame",
     "capacity_of",
     "pushed_tie_state",
     "step_arrays",
