@@ -6,6 +6,7 @@
 0.4
 """
 
+import functools
 import math
 import re
 from collections.abc import Sequence
@@ -71,7 +72,6 @@ _UNIT = re.compile(rf"(1/)?({_FACTOR}((\s*[*/]\s*|\s+){_FACTOR}){{0,9}})?")
 LARGEST_NUMBER = 1e30
 #: Characters of a quantity, three components with all their digits and a long unit included.
 LONGEST_TEXT = 250
-_FACTORS: dict[tuple[str, str], float | None] = {}
 
 
 def si(value: Any, dimension: str, what: str) -> float:
@@ -209,9 +209,7 @@ def in_si(quantity: Any) -> tuple[float, str]:
     """
     unit = str(quantity.units)
     for dimension, named in SI_UNITS.items():
-        if (unit, dimension) not in _FACTORS:
-            _FACTORS[unit, dimension] = _conversion(unit, dimension)
-        if (factor := _FACTORS[unit, dimension]) is not None:
+        if (factor := _conversion(unit, dimension)) is not None:
             return float(quantity.magnitude) * factor, named
     base = quantity.to_base_units()
     return float(base.magnitude), str(base.units)
@@ -258,11 +256,7 @@ def readable(values: Any, unit: str) -> tuple[float, str]:
 
 
 def _factor(unit: str, dimension: str, what: str) -> float:
-    key = (unit, dimension)
-    if key not in _FACTORS:
-        # A thousand model objects share a handful of units: convert each unit once.
-        _FACTORS[key] = _conversion(unit, dimension)
-    found = _FACTORS[key]
+    found = _conversion(unit, dimension)
     if found is None:
         wanted = "a plain number" if dimension == "dimensionless" else f"a {dimension}"
         msg = f"{what}: the unit {unit!r} does not fit; give {wanted}, as in {_EXAMPLES.get(dimension, '0.65')!r}"
@@ -270,6 +264,8 @@ def _factor(unit: str, dimension: str, what: str) -> float:
     return found
 
 
+# A thousand model objects share a handful of units: each is converted once.
+@functools.cache
 def _conversion(unit: str, dimension: str) -> float | None:
     """Factor to the coherent SI unit, or None where a unit is of another dimension.
 

@@ -77,6 +77,8 @@ class TieState(StrEnum):
     YIELDING = "yielding"
     PUNCHING = "punching"
     SLIPPING = "slipping"
+    #: Beyond its elongation limit, in a pushover.
+    BROKEN = "broken"
     UNKNOWN = "unknown"
 
 

@@ -200,3 +200,15 @@ def test_texts_say_reaction(stored):
     assert "kN·m" in str(analysis["left turns"])
     for text in (str(result), repr(result), result.describe()):
         assert "load factor" not in text
+
+
+def test_tables_and_progress_tell_reactions(model, capsys):
+    """A load factor of a settlement is none of its answers."""
+    analysis = bs.run(model, bs.SettlementCase("sinks", SELF_WEIGHT, ["left"], "-z"), progress=True)
+    result, table = analysis["sinks"], analysis._repr_html_()
+    assert f">{result.answer.plain(result.load_factor, 6)}<" in table
+    assert "<th>reaction</th>" in table
+    assert "load factor" not in table
+    said = capsys.readouterr().err
+    assert "reaction 0." in said
+    assert "load factor" not in said

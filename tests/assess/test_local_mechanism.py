@@ -405,6 +405,9 @@ def test_the_check_of_a_pushover_whose_tie_breaks():
     )
     assert found.limit_state.capacity == pytest.approx(by_hand.limit_state.capacity, rel=1e-2)
     assert found.ratio == pytest.approx(by_hand.ratio, rel=2e-2)
+    # The whole loss is where the bar breaks: just beyond it, the curve is that without the bar, and not above it.
+    at = found.limit_state.capacity * (1 + 1e-2)
+    assert 0.9 < found.curve.at(at) / by_hand.curve.at(at) < 1.001
     unlimited = bs.assess.local_mechanism(pushed_over(tied()), 1.35, SITE)
     assert unlimited.curve is None
     assert "no elongation limit" in unlimited.missing_curve

@@ -80,6 +80,18 @@ def test_the_last_iteration_and_one_interface_of_a_history(call, file, tmp_path,
         assert (code, said in err) == (2, True), err
 
 
+def test_the_last_iteration_of_a_case_that_has_none(call, small_model, small_cases, tmp_path):
+    def stop(event):
+        if isinstance(event, bs.analysis.IterationDone):
+            raise KeyboardInterrupt
+
+    bs.AnalysisManager(small_model, tmp_path / "cut.h5", listeners=[stop]).run(small_cases)
+    for words in (("--last",), ("--last", "--variable", "load_factor"), ("--last", "--interface", "base|1.1")):
+        code, out, err = call("history", tmp_path / "cut.h5", small_cases[1].name, *words)
+        assert (code, err) == (0, "")
+        assert out
+
+
 def test_a_case_without_load_factor_exits_with_3(call, tmp_path):
     document = tmp_path / "m.yaml"
     document.write_text(WALL.read_text(encoding="utf-8").replace("[1, 0, 0]", "[0, 0, -1]"), encoding="utf-8")

@@ -6,7 +6,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.documents import read_document, write_document
 from blockstruct.model import direction_cases
-from structures import model_of, push
+from structures import box, model_of, push
 
 #: Height of the tie over the foot of the wall, m.
 Z = 2.8
@@ -15,11 +15,6 @@ Z = 2.8
 @pytest.fixture(scope="module")
 def model():
     """A wall of three blocks, 0.5 m thick, beside a pier to which it is tied."""
-    stone = bs.Material("stone", "20 kN/m^3")
-
-    def box(name, origin, size, *, fixed=False):
-        return bs.Block.box(name, Q_(origin, "m"), Q_(size, "m"), stone, fixed=fixed)
-
     blocks = [
         box("ground", [-2, 0, -1], [5, 1, 1], fixed=True),
         box("pier", [-1.5, 0, 0], [0.5, 1, 3], fixed=True),

@@ -6,6 +6,7 @@ import pytest
 import blockstruct as bs
 from blockstruct.results import macro_blocks
 from blockstruct.results.description import describe
+from blockstruct.views import figures
 from structures import model_of, push, single_block, solve
 
 TUFF, LIME = bs.Material("tuff", "16 kN/m^3"), bs.JointMaterial("lime", 0.65)
@@ -71,6 +72,25 @@ def test_crushing_moves_the_axis_inwards():
     _, point = body.axis
     assert point[0] == pytest.approx(0.6, abs=1e-4)
     assert "Crushing joints: ground|block." in describe(model, result.history)
+
+
+def test_what_blocks_carry_counts_as_in_the_mass_that_takes_part():
+    """A roof of 10 kN/m on the middle of a wall of 0.5 × 3 m, 6 m long; an eighth of a load of 8 kN has mass."""
+    model = wall()
+    roof = bs.LineLoad("10 kN/m", start=["0 m", "0.25 m", "3 m"], end=["6 m", "0.25 m", "3 m"])
+    lamp = bs.Weight("6.1", point=["0.5 m", "0.25 m", "3 m"], weight="8 kN", mass_share=1 / 8)
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), roof, lamp])
+    result = solve(model, push(0, -1, 0), dead=dead)
+    (body,) = result.macro_blocks
+    assert body.weight == pytest.approx(6 * 3 * 0.5 * 16e3)
+    assert body.carried == pytest.approx(60e3 + 1e3)
+    site = bs.assess.ntc_spectrum("0.15 g_0", 2.4, "0.3 s", "B")
+    assert bs.assess.local_mechanism(result, 1.35, site).participation.total == pytest.approx(body.total)
+    assert "100% of the weight with what blocks carry, as 1 body." in result.describe()
+    assert "; 100% of that weight)" in result.describe()
+    assert result.macro_blocks[0].total == macro_blocks(model, result.mechanism, dead=dead)[0].total
+    handles = figures.mechanism(result, colour="macro-block").get_legend().get_texts()
+    assert "205 kN, 61 of it carried" in " ".join(text.get_text() for text in handles)
 
 
 def test_a_result_describes_itself_even_without_a_mechanism():

@@ -8,19 +8,13 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from blockstruct import Q_
 from blockstruct.views import analysis_summary, model_text, result_text
-from structures import SELF_WEIGHT, model_of, push
+from structures import SELF_WEIGHT, box, model_of, push
 
 
 @pytest.fixture(scope="module")
 def model():
     """Two blocks on a support, tied to a pier, with a bar down to the support and a strip over their joint."""
-    stone = bs.Material("stone", "20 kN/m^3")
-
-    def box(name, origin, size, *, fixed=False):
-        return bs.Block.box(name, Q_(origin, "m"), Q_(size, "m"), stone, fixed=fixed)
-
     blocks = [
         box("ground", [-2, 0, -1], [4.5, 1, 1], fixed=True),
         box("pier", [-1.5, 0, 0], [0.5, 1, 4], fixed=True),
@@ -270,11 +264,10 @@ def test_paraview_has_ties(result, tmp_path):
 @pytest.mark.parametrize("procedure", ["associative", "fictitious", "loading path"])
 def test_a_tied_block_whose_foot_crushes(procedure, crushing):
     """The tie is horizontal, the foot carries the weight: ``α = (b (1 − W / (f_c b t)) W / 2 + T z) / (W h / 2)``."""
-    stone = bs.Material("stone", "20 kN/m^3")
     blocks = [
-        bs.Block.box("ground", Q_([-2, 0, -1], "m"), Q_([5, 1, 1], "m"), stone, fixed=True),
-        bs.Block.box("pier", Q_([-1.5, 0, 0], "m"), Q_([0.5, 1, 2], "m"), stone, fixed=True),
-        bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([0.5, 1, 2], "m"), stone),
+        box("ground", [-2, 0, -1], [5, 1, 1], fixed=True),
+        box("pier", [-1.5, 0, 0], [0.5, 1, 2], fixed=True),
+        box("block", [0, 0, 0], [0.5, 1, 2]),
     ]
     joint = bs.JointMaterial("joint", 0.8, compressive_strength="200 kPa")
     tie = bs.Tie("tie", ("pier", "[-1, 0.5, 1.8] m"), ("block", "[0, 0.5, 1.8] m"), yield_force="2 kN")

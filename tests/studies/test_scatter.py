@@ -177,6 +177,20 @@ def test_joints_of_one_material_add_up():
     assert found.independent < found.correlated
 
 
+@pytest.mark.parametrize(("torsion", "lever"), [("corners", 0.5**0.5), ("uniform pressure", 0.38259785823)])
+def test_torsion_of_joints_counts_in_derivatives(torsion, lever):
+    """A square of 1 m under 10 kN is twisted by ``lever μ W``: at its corners, or as under uniform pressure."""
+    stone = bs.Material("stone", "20 kN/m^3")
+    base = bs.Block.box("base", Q_([-1, -1, -0.5], "m"), Q_([3, 3, 0.5], "m"), stone, fixed=True)
+    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([1, 1, 0.5], "m"), stone)
+    model = model_of([base, block], bs.JointMaterial("joint", 0.6, torsion=torsion))
+    twist = bs.LoadPattern("twist", [bs.Moment("block", Q_([0, 0, 10], "kN*m"))])
+    result = bs.run(model, bs.LimitCase("twist", SELF_WEIGHT, twist, "associative"))["twist"]
+    found = bs.studies.first_order(result, 0.1)
+    assert found.attrs["unique"] == 1
+    assert found.derivative.item() == pytest.approx(lever, rel=1e-5)
+
+
 def test_only_associative_results_have_derivatives(small_analysis):
     with pytest.raises(bs.errors.ModelError, match="run it with flow='associative'"):
         bs.studies.first_order(small_analysis["push nonassociative"], 0.1)

@@ -59,6 +59,20 @@ def test_runs_are_rows_of_an_archive_with_their_parameters(tmp_path):
     assert low["load_factor"].tolist() == pytest.approx([0.3], rel=1e-6)
 
 
+def test_pushovers_have_where_they_end(tmp_path):
+    """A block on edge: zero when its centroid is over the edge, half of its width further."""
+
+    def build(width):
+        case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("block", (1, 0, 0)), steps=6)
+        return model_of(*single_block(width, 1.5, mu=2.0)), case
+
+    data = bs.study(build, {"width": [0.3, 0.4]}, tmp_path, workers=1)
+    assert data.d0.sel(case="push").to_numpy() == pytest.approx([0.15, 0.2], rel=1e-4)
+    assert data.curve_end.attrs["units"] == data.d0.attrs["units"] == "meter"
+    assert bs.studies.frame_of(data)["d0"].tolist() == data.d0.to_numpy().ravel().tolist()
+    assert "d0" not in bs.study(studied.block, MU, workers=1)
+
+
 def test_finished_runs_are_not_repeated(tmp_path):
     built = []
 

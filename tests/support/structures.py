@@ -9,6 +9,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.storage.snapshot import seal_of
 
+STONE = bs.Material("stone", "20 kN/m^3")
 SELF_WEIGHT = bs.LoadPattern("dead", [bs.SelfWeight()])
 
 
@@ -35,12 +36,15 @@ def moved(blocks: Sequence[bs.Block], R: np.ndarray, shift: Sequence[float] = (0
     ]
 
 
+def box(name: str, origin: Sequence[float], size: Sequence[float], *, fixed: bool = False) -> bs.Block:
+    """A box of 20 kN/m³, its origin and size in m."""
+    return bs.Block.box(name, Q_(origin, "m"), Q_(size, "m"), STONE, fixed=fixed)
+
+
 def single_block(b: float, h: float, t: float = 1.0, mu: float = 0.65) -> tuple[list[bs.Block], bs.JointMaterial]:
     """A block b × t × h on a larger support."""
-    stone = bs.Material("stone", "20 kN/m^3")
-    ground = bs.Block.box("ground", Q_([-1, -1, -0.5], "m"), Q_([b + 2, t + 2, 0.5], "m"), stone, fixed=True)
-    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([b, t, h], "m"), stone)
-    return [ground, block], bs.JointMaterial("joint", mu)
+    ground = box("ground", [-1, -1, -0.5], [b + 2, t + 2, 0.5], fixed=True)
+    return [ground, box("block", [0, 0, 0], [b, t, h])], bs.JointMaterial("joint", mu)
 
 
 def model_of(blocks: Sequence[bs.Block], joint: bs.JointMaterial, name: str = "model") -> bs.Model:

@@ -92,7 +92,7 @@ def describe(event: Event) -> str:
             return f"{case.name}{place}: {blocks} blocks, {points} contact points, {case.flow} flow"
         case IterationDone(case, index, i):
             return (
-                f"{case.name}: {index:3d} {i.stage:<16} {_answer(case, i)}, "
+                f"{case.name}: {index:3d} {i.stage:<16} {answer_of(case, i, 6)}, "
                 f"gap {i.certificate.flow_rule_gap:.1e}, {i.solver_status} in {i.solver_time:.2f} s"
             )
         case StepDone(case, index, step):
@@ -104,7 +104,8 @@ def describe(event: Event) -> str:
             return str(result)
 
 
-def _answer(case: Case, iteration: Iteration) -> str:
+def answer_of(case: Case, iteration: Iteration, digits: int) -> str:
+    """Load factor of an iteration, or of a settlement its reaction, to so many decimals."""
     if isinstance(case, SettlementCase):
-        return f"reaction {-iteration.load_factor:.6f} of the dead load"
-    return f"load factor {iteration.load_factor:.6f}"
+        return f"reaction {-iteration.load_factor:.{digits}f} of the dead load"
+    return f"load factor {iteration.load_factor:.{digits}f}"

@@ -10,7 +10,7 @@ from blockstruct.analysis.events import Listener, StepDone, tell
 from blockstruct.limit import FiniteStep, Iteration, LimitProblem, MovingProblem
 from blockstruct.model import Pushover
 from blockstruct.procedures import pushover
-from blockstruct.results import CaseResult, capacity_of, step_arrays, steps_of
+from blockstruct.results import CaseResult, breaking_words, capacity_of, step_arrays, steps_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import Status
@@ -37,11 +37,11 @@ def pushed_over(
     case, settings, start = result.case, result.settings, perf_counter()
     if not isinstance(case, Pushover):
         return result
-    steps: list[FiniteStep] = [] if result.capacity is None else steps_of(result.capacity)
+    steps: list[FiniteStep] = [] if result.capacity is None else steps_of(result.capacity, len(statics.ties))
     going = pushover(
         MovingProblem(statics, problem, case), collapse, case.steps, settings, solver_of(settings), list(steps)
     )
-    status, load_factor, message = result.status, result.load_factor, result.message
+    status, load_factor, message, ended = result.status, result.load_factor, result.message, ""
     try:
         for k, step in enumerate(steps):
             tell(listeners, StepDone(case, k, step))
@@ -50,14 +50,18 @@ def pushed_over(
             steps.append(step)
             tell(listeners, StepDone(case, len(steps) - 1, step))
     except StopIteration as stop:
-        message = f"{message}; pushover: {stop.value}"
+        ended = stop.value
     except KeyboardInterrupt:
         status, load_factor, message = Status.INTERRUPTED, np.nan, "interrupted by the user"
+    curve = capacity_of(statics.model, step_arrays(steps), ended) if steps else None
+    if ended:
+        breaking = [] if curve is None else breaking_words(curve)
+        message = f"{message}; pushover: {'; '.join([*breaking, ended])}"
     return replace(
         result,
         status=status,
         load_factor=load_factor,
         message=message,
-        capacity=capacity_of(statics.model, step_arrays(steps, len(statics.model.blocks))) if steps else None,
+        capacity=curve,
         duration=result.duration + perf_counter() - start,
     )

@@ -12,6 +12,7 @@ from blockstruct.analysis.events import (
     IterationDone,
     Listener,
     StepDone,
+    answer_of,
     print_lines,
 )
 from blockstruct.errors import ModelError, shown
@@ -55,8 +56,8 @@ def follow(write: Callable[[str, bool], None]) -> Listener:
             case CaseStarted(case, blocks):
                 place = f"case {event.number} of {event.count}, {case.name}:"
                 write(f"{place} {blocks} blocks, {case.flow} flow", False)
-            case IterationDone(_, index, iteration):
-                at = f"load factor {iteration.load_factor:.4f}, gap {iteration.certificate.flow_rule_gap:.0e}"
+            case IterationDone(case, index, iteration):
+                at = f"{answer_of(case, iteration, 4)}, gap {iteration.certificate.flow_rule_gap:.0e}"
                 write(f"{place} numerical iteration {index}, {at}", False)
             case StepDone(_, index, step):
                 at = f"displacement {step.displacement:.4g} m, load factor {step.load_factor:.4f}"

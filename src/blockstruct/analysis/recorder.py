@@ -35,6 +35,6 @@ class Recorder:
                 arrays = {name: values for name, (_, values, _) in self._variables(iteration).items()}
                 self._working.commit(case.name, index, arrays | {"holds": np.array([iteration.certificate.holds])})
             case StepDone(case, index, step):
-                self._working.commit_step(case.name, index, step_arrays([step], len(step.position)))
+                self._working.commit_step(case.name, index, step_arrays([step]))
             case CaseFinished(result) if result.status is not Status.INTERRUPTED:
                 self._working.end(result)

@@ -1,6 +1,6 @@
 """The capacity curve of a mechanism: spectral acceleration over spectral displacement."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from blockstruct.assess.lines import Line, shown
 from blockstruct.assess.participation import HorizontalForces, Participation
-from blockstruct.assess.rotation import Pull, RigidRotation
+from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
 from blockstruct.errors import ModelError
-from blockstruct.model import LimitCase, tie_segments
+from blockstruct.model import LimitCase
 from blockstruct.results import CaseResult, MacroBlock
 
 Array = NDArray[np.float64]
@@ -83,7 +83,7 @@ def curve_of_rotation(
     index = {b.name: i for i, b in enumerate(result.model.blocks)}
     members = [index[name] for name in body.blocks]
     direction, on_axis = body.axis
-    hinge, depth = _pressed(result, members, direction)
+    hinge, depth = _pressed(result, set(body.blocks), direction)
     corners = np.concatenate([result.model.blocks[i].shape.vertices for i in members])
     apart = np.cross(direction, hinge - on_axis)
     if np.linalg.norm(apart) > _APART * np.ptp(corners, axis=0).max() + depth:
@@ -92,7 +92,9 @@ def curve_of_rotation(
             "tension or other bodies hold it, too"
         )
         raise ModelError(msg)
-    turning = RigidRotation.of(result.model, case, members, hinge, direction, _pulls(result, body))
+    force = result.history["tie_force"].isel(iteration=-1).to_numpy() if result.model.ties else None
+    pulls = pulls_at(result.model, body.blocks, force)
+    turning = RigidRotation.of(result.model, case, members, hinge, direction, pulls)
     alpha = turning.load_factor(0.0)
     if abs(alpha - result.load_factor) > 1e-3 * result.load_factor:
         msg = (
@@ -108,7 +110,8 @@ def curve_of_rotation(
         return float(turning.moved(control, angle) @ forces.direction) * factor
 
     counted = turning.without([tie for tie in turning.ties if not np.isfinite(tie.limit)])
-    parts, losses, theta0 = _parts(counted)
+    breaks = {tie.name: counted.breaks(tie) for tie in counted.ties}
+    parts, losses, theta0 = _parts(counted, breaks)
     if np.isnan(theta0):
         msg = "the dead load does not overturn the body"
         raise ModelError(msg)
@@ -116,7 +119,7 @@ def curve_of_rotation(
     d0 = displacement(theta0)
     lines = [
         Line("hinge", f"along ({_components(direction)}) through ({where}) m, where the joints press", "C8.7.1.2.1.1"),
-        *(_tie_line(tie, counted, displacement) for tie in turning.ties),
+        *(_tie_line(tie, breaks.get(tie.name), displacement) for tie in turning.ties),
         Line(
             "rotation at which α vanishes", f"θ0 = {shown(theta0, 'rad')} = {np.degrees(theta0):.4g}°", "C8.7.1.2.1.2"
         ),
@@ -144,10 +147,13 @@ def curve_of_rotation(
     return CapacityCurve(d, scale * factors, tuple(lines), found)
 
 
-def _parts(turning: RigidRotation) -> tuple[list[tuple[Array, Array]], list[tuple[float, float]], float]:
+def _parts(
+    turning: RigidRotation, breaks: Mapping[str, float]
+) -> tuple[list[tuple[Array, Array]], list[tuple[float, float]], float]:
     """Angles and load factors between the breaks of ties, these with the share that is lost, and the last angle."""
     parts, losses, begin, current = [], [], 0.0, turning
-    for angle, tie in sorted(((_breaks(turning, tie), tie) for tie in turning.ties), key=lambda one: one[0]):
+    for tie in sorted(turning.ties, key=lambda tie: breaks[tie.name]):
+        angle = breaks[tie.name]
         if not np.isfinite(angle) or current.capacity <= angle:
             break
         parts.append(_sampled(current, begin, angle))
@@ -162,51 +168,26 @@ def _parts(turning: RigidRotation) -> tuple[list[tuple[Array, Array]], list[tupl
     return parts, [(at, loss / largest) for at, loss in losses], end
 
 
-def _breaks(turning: RigidRotation, tie: Pull) -> float:
-    """Angle at which a tie reaches its limit, rad; infinite if it never does."""
-    angle = turning.least_angle(lambda angle: turning.elongation(tie, angle) - tie.limit)
-    return np.inf if np.isnan(angle) else angle
-
-
 def _sampled(turning: RigidRotation, begin: float, end: float) -> tuple[Array, Array]:
     angles = np.linspace(begin, end, _SAMPLES)
     return angles, np.maximum([turning.load_factor(angle) for angle in angles.tolist()], 0.0)
 
 
-def _pulls(result: CaseResult, body: MacroBlock) -> list[Pull]:
-    """Ties that pull at a body, with their forces at collapse."""
-    if "tie" not in result.history.sizes:
-        return []
-    last = result.history.isel(iteration=-1)
-    force, limit = last["tie_force"].to_numpy(), last["tie_elongation_limit"].to_numpy()
-    position = last["tie_position"].transpose("tie", "tie_end", "axis").to_numpy()
-    found = []
-    for k, segment in enumerate(tie_segments(result.model.ties, result.model.blocks)):
-        ends = [name in body.blocks for name in segment.blocks]
-        if ends[0] != ends[1] and force[k] > 0:
-            mine = ends.index(True)
-            found.append(Pull(segment.name, position[k, mine], position[k, 1 - mine], float(force[k]), float(limit[k])))
-    return found
-
-
-def _tie_line(tie: Pull, counted: RigidRotation, displacement: Callable[[float], float]) -> Line:
+def _tie_line(tie: Pull, angle: float | None, displacement: Callable[[float], float]) -> Line:
     what = f"tie {tie.name}"
-    if not np.isfinite(tie.limit):
+    if angle is None:
         said = f"T = {shown(tie.force / 1e3, 'kN')}; without an elongation limit it is not counted in a(d)"
         return Line(what, said, "C8.7.1.2.1.6")
-    angle = _breaks(counted, tie)
     until = f"until d = {shown(displacement(angle), 'm')}" if np.isfinite(angle) else "always"
     return Line(
         what, f"T = {shown(tie.force / 1e3, 'kN')} {until}, an elongation of {shown(tie.limit, 'm')}", "C8.7.1.2.1.6"
     )
 
 
-def _pressed(result: CaseResult, members: Sequence[int], axis: Array) -> tuple[Array, float]:
+def _pressed(result: CaseResult, members: Collection[str], axis: Array) -> tuple[Array, float]:
     """Mean point at which other bodies press these blocks, and the depth of the deepest stress block, m."""
     last, model = result.history.isel(iteration=-1), result.model
-    index = {b.name: i for i, b in enumerate(model.blocks)}
-    sides = np.array([[index[i.minus] in members, index[i.plus] in members] for i in model.interfaces])
-    outside = sides[:, 0] != sides[:, 1]
+    outside = np.array([(i.minus in members) != (i.plus in members) for i in model.interfaces])
     of_point = last["interface_of_contact_point"].to_numpy()
     at = outside[of_point]
     normal = np.maximum(last["contact_force"].transpose("contact_point", "component").to_numpy()[at, 0], 0.0)
@@ -214,10 +195,11 @@ def _pressed(result: CaseResult, members: Sequence[int], axis: Array) -> tuple[A
         msg = "nothing presses the body"
         raise ModelError(msg)
     position = last["contact_point_position"].to_numpy()[at]
-    total = np.bincount(of_point[at], normal, minlength=len(sides))
+    total = np.bincount(of_point[at], normal, minlength=len(outside))
     strength, area = last["compressive_strength"].to_numpy(), last["interface_area"].to_numpy()
-    used = np.where(outside, total / (strength * area), 0.0)
-    extent = np.array([np.linalg.norm(np.ptp(np.cross(i.polygon, axis), axis=0)) for i in model.interfaces])
+    used = (total / (strength * area))[outside]
+    polygons = [i.polygon for i, at in zip(model.interfaces, outside, strict=True) if at]
+    extent = np.array([np.linalg.norm(np.ptp(np.cross(polygon, axis), axis=0)) for polygon in polygons])
     return normal @ position / normal.sum(), float((used * extent).max(initial=0.0))
 
 

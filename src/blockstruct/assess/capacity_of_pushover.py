@@ -70,13 +70,18 @@ def curve_of_pushover(
     if len(d_C) < 3 or np.any(np.diff(d_C) <= 0):
         msg = f"the pushover has {len(d_C) - 1} certified steps, or its control point turns back"
         raise ModelError(msg)
+    states = len(d_C) - 1
+    if "tie_break_displacement" in capacity:
+        broke = np.abs(capacity["tie_break_displacement"].to_numpy())
+        # What is lost where a tie breaks is lost there, and not on the way to the next state.
+        lost = np.unique(np.searchsorted(d_C, broke[broke < d_C[-1]]))
+        left = np.minimum(alpha[lost - 1], alpha[lost])
+        d_C, alpha = np.insert(d_C, lost, np.nextafter(d_C[lost - 1], np.inf)), np.insert(alpha, lost, left)
     factor = participation.factor / abs(delta)
     d = d_C * factor
     until = "where α vanishes" if complete else "where it ends, before α vanishes: on the safe side"
     lines = (
-        Line(
-            "curve of the pushover", f"{len(d_C) - 1} states, to {shown(float(d_C[-1]), 'm')}, {until}", "C8.7.1.2.1.2"
-        ),
+        Line("curve of the pushover", f"{states} states, to {shown(float(d_C[-1]), 'm')}, {until}", "C8.7.1.2.1.2"),
         Line(
             "displacement of the oscillator",
             f"d = d_C Σ(P+Q)δ² / (δ_C Σ(P+Q)δ) = d_C · {shown(factor)}; C is on block {block}",

@@ -13,6 +13,7 @@ from blockstruct.assess.floor_spectrum import FloorSpectrum
 from blockstruct.assess.lines import Line, in_g, shown
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import HorizontalForces, Participation, of_bodies
+from blockstruct.assess.rotation import first_reached
 from blockstruct.assess.spectrum import LARGEST, SMALLEST, NtcSpectrum, Spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.errors import ModelError
@@ -26,7 +27,7 @@ g = STANDARD_GRAVITY
 #: Methods that a check can rely on, and the limit state of each.
 METHODS = {"linear": "SLV, linear", "displacement": "SLV, by displacement"}
 #: Ground accelerations that are tried before the one at which capacity and demand are equal is found to the last digit.
-_TRIED = 400
+_TRIED = g * np.geomspace(SMALLEST, LARGEST, 400)
 #: Motion out of the plane of a mechanism, in multiples of the largest.
 _OUT_OF_PLANE = 0.05
 
@@ -95,7 +96,7 @@ def local_mechanism(
     c = Coefficients() if coefficients is None else coefficients
     forces = HorizontalForces.of(found.model, case)
     mechanism = found.mechanism
-    bodies = macro_blocks(found.model, mechanism, tolerance)
+    bodies = macro_blocks(found.model, mechanism, tolerance, case.dead)
     whole, blocks = of_bodies(found.model, forces, mechanism, bodies)
     FC, reason = confidence(
         confidence_factor, knowledge_level, crushing=_crushes(found, bodies), without_crushing=c.without_crushing
@@ -188,18 +189,8 @@ def _crushes(result: CaseResult, bodies: list[MacroBlock]) -> bool:
 
 def _ground_acceleration(spectrum: Spectrum, demand: Callable[[Any], float], capacity: float) -> float:
     """Least acceleration of the ground at which a demand reaches a capacity, m/s²; infinite beyond 10 g."""
-    from scipy.optimize import brentq
-
-    def excess(ag: float) -> float:
-        return demand(spectrum.at(ag)) - capacity
-
     # Where S_S falls faster than ag rises there may be several: the least counts.
-    tried = g * np.geomspace(SMALLEST, LARGEST, _TRIED)
-    reached = np.flatnonzero([excess(ag) >= 0 for ag in tried])
-    if not len(reached):
-        return np.inf
-    k = int(reached[0])
-    return float(tried[0] if k == 0 else brentq(excess, tried[k - 1], tried[k], xtol=1e-14, rtol=1e-13))
+    return first_reached(lambda ag: demand(spectrum.at(ag)) - capacity, _TRIED)
 
 
 def _site(spectrum: Spectrum, ag: float) -> str:

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from blockstruct.assess.lines import Line, section, shown
 from blockstruct.assess.participation import HorizontalForces
-from blockstruct.assess.rotation import Pull, RigidRotation
+from blockstruct.assess.rotation import RigidRotation, pulls_at
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords
-from blockstruct.model import LimitCase, Model, checked_tuple, tie_segments
+from blockstruct.model import LimitCase, Model, checked_tuple
 from blockstruct.results import MacroBlock, applied_loads
 from blockstruct.units import QuantityLike, si, si_array
 
@@ -128,12 +128,7 @@ def overturning(
                 "rectangular stress block; C8.7.1.2.1.1",
             )
         )
-    pulls = []
-    for segment in tie_segments(model.ties, model.blocks):
-        mine = [name in names for name in segment.blocks]
-        if mine[0] != mine[1]:
-            near, far = np.array([segment.start, segment.end])[[mine.index(True), mine.index(False)]]
-            pulls.append(Pull(segment.name, near, far, segment.capacity, segment.elongation_limit))
+    pulls = pulls_at(model, set(names))
     rotation = RigidRotation.of(model, case, members, hinge, axis, pulls)
     lines += [
         Line(

@@ -1,6 +1,6 @@
 """A rigid body that turns about a fixed hinge through finite angles."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
-from blockstruct.model import LimitCase, LoadPattern, Model
+from blockstruct.model import LimitCase, LoadPattern, Model, tie_segments
 from blockstruct.results import applied_loads
 
 Array = NDArray[np.float64]
 
 #: Angles, between none and the right one, among which one is looked for.
-_TRIED = 2000
+_TRIED = np.linspace(0, np.pi / 2, 2000, endpoint=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +37,18 @@ class Pull:
     towards: Array
     force: float
     limit: float
+
+
+def pulls_at(model: Model, blocks: Collection[str], force: Array | None = None) -> list[Pull]:
+    """Ties between these blocks and other ones that pull, with their capacities or forces (M,) of all stretches, N."""
+    segments = tie_segments(model.ties, model.blocks)
+    found = []
+    for segment, T in zip(segments, [s.capacity for s in segments] if force is None else force.tolist(), strict=True):
+        mine = [name in blocks for name in segment.blocks]
+        if mine[0] != mine[1] and T > 0:
+            near, far = np.array([segment.start, segment.end])[[mine.index(True), mine.index(False)]]
+            found.append(Pull(segment.name, near, far, T, segment.elongation_limit))
+    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,24 +131,34 @@ class RigidRotation:
         A, B = self.dead
         if not self.ties:
             return float(np.arctan2(-A, B)) if A < 0 < B else np.nan
-        return self.least_angle(lambda angle: -self.load_factor(angle))
+        angle = first_reached(lambda angle: -self.load_factor(angle), _TRIED)
+        return angle if np.isfinite(angle) else np.nan
 
-    def least_angle(self, excess: Callable[[float], float]) -> float:
-        """Least angle at which a function is no longer below zero, rad; NaN without one."""
-        from scipy.optimize import brentq
-
-        tried = np.linspace(0, np.pi / 2, _TRIED, endpoint=False)
-        reached = np.flatnonzero([excess(angle) >= 0 for angle in tried.tolist()])
-        if not len(reached):
-            return np.nan
-        k = int(reached[0])
-        return 0.0 if k == 0 else float(brentq(excess, tried[k - 1], tried[k], xtol=1e-15))
+    def breaks(self, tie: Pull) -> float:
+        """Angle at which a tie reaches its limit, rad; infinite if it never does."""
+        return first_reached(lambda angle: self.elongation(tie, angle) - tie.limit, _TRIED)
 
     def moved(self, point: Array, angle: float) -> Array:
         """Displacement (3,) of a point of the body at an angle, m."""
         arm = point - self.hinge
         across = arm - (arm @ self.axis) * self.axis
         return np.asarray((np.cos(angle) - 1) * across + np.sin(angle) * np.cross(self.axis, across))
+
+
+def first_reached(excess: Callable[[float], float], tried: Array) -> float:
+    """Least number at which a function is no longer below zero, to the last digit; infinite without one.
+
+    Among the numbers that are tried, in ascending order, it is found between the first that reaches it and the one
+    before.
+    """
+    from scipy.optimize import brentq
+
+    below = None
+    for at in tried.tolist():
+        if excess(at) >= 0:
+            return float(at if below is None else brentq(excess, below, at, xtol=1e-15))
+        below = at
+    return np.inf
 
 
 def _moments(

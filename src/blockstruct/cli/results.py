@@ -14,6 +14,9 @@ from blockstruct.keywords import did_you_mean
 from blockstruct.views import analysis_summary, archive_table, iteration_table, parameter_texts
 from blockstruct.views.output import write_csv
 
+#: What is printed of each state of a pushover.
+_OF_STATES = ("displacement [meter]", "load_factor", "holds", "penetration [meter]", "energy_error")
+
 
 @app.command()
 def show(file: FileArgument, as_json: JsonOption = False) -> None:
@@ -47,25 +50,49 @@ def history(
     interface: Annotated[
         str | None, typer.Option("--interface", help="Print that of one interface only.", show_default=False)
     ] = None,
-    last: Annotated[bool, typer.Option("--last", help="Print the last iteration only.")] = False,
+    pushover: Annotated[
+        bool, typer.Option("--pushover", help="Print the states of a pushover; a variable such as tie_force of them.")
+    ] = False,
+    last: Annotated[bool, typer.Option("--last", help="Print the last iteration, or state, only.")] = False,
     csv: CsvOption = None,
 ) -> None:
-    """Print the iteration history of a case."""
-    found = bs.open_analysis(file)[case].history
+    """Print the iteration history of a case, or the states of a pushover."""
+    result = bs.open_analysis(file)[case]
+    if pushover:
+        _states(result, variable, interface, csv, last=last)
+        return
+    found = result.history
+    if last:
+        found = found.isel(iteration=slice(-1, None))
     if variable is None and interface is not None:
         variable = "force"
     if variable is None and csv is None:
-        out.print(iteration_table(found.isel(iteration=slice(-1, None)) if last else found))
+        out.print(iteration_table(found))
         return
     frame = found.blockstruct.frame(variable)
-    if last:
-        frame = frame[frame.index.get_level_values("iteration") == found.iteration.to_numpy()[-1]]
     if interface is not None:
         frame = _of_interface(frame, interface, found.interface.to_numpy().tolist())
     if csv is None:
         say(frame.to_string())
         return
     _write_csv(frame, csv)
+
+
+def _states(
+    result: bs.CaseResult, variable: str | None, interface: str | None, csv: Path | None, *, last: bool
+) -> None:
+    """Print the states of a pushover, or write them."""
+    if result.capacity is None:
+        msg = f"--pushover: case {result.name!r} has no states beyond its iterations; run it as a Pushover"
+        raise bs.errors.ModelError(msg)
+    if interface is not None:
+        msg = "--interface: the states of a pushover have no interfaces, contacts are found anew; leave it out"
+        raise bs.errors.ModelError(msg)
+    frame = bs.results.capacity_frame(result.capacity.isel(step=slice(-1 if last else None, None)), variable)
+    if csv is not None:
+        _write_csv(frame, csv)
+        return
+    say((frame if variable else frame[list(_OF_STATES)]).to_string())
 
 
 def _of_interface(frame: pd.DataFrame, interface: str, known: list[str]) -> pd.DataFrame:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.triangles import triangulated
+from blockstruct.geometry.triangles import half_solid_angles, triangulated
 
 Array = NDArray[np.float64]
 
@@ -40,24 +40,13 @@ def stretches_inside(shape: Polyhedron, start: Array, end: Array) -> list[tuple[
     smallest = SHORTEST * float(np.ptp(shape.vertices, axis=0).max())
     triangles = np.array([t for face in shape.faces for t in triangulated(shape.vertices, face)])
     found: list[tuple[float, float]] = []
-    for a, b in pairwise(at.tolist()):
-        if b - a <= smallest or _winding(shape.vertices[triangles] - (start + (a + b) / 2 * d)) < INSIDE:
+    middle = start + ((at[1:] + at[:-1]) / 2)[:, None] * d
+    share = half_solid_angles(shape.vertices[triangles], middle) / (2 * np.pi)
+    for (a, b), inside in zip(pairwise(at.tolist()), share, strict=True):
+        if b - a <= smallest or inside < INSIDE:
             continue
         if found and a - found[-1][1] <= smallest:
             found[-1] = found[-1][0], b
         else:
             found.append((a, b))
     return found
-
-
-def _winding(triangles: Array) -> float:
-    """Share of the full solid angle under which a closed surface (t, 3, 3) is seen from the origin.
-
-    A. van Oosterom, J. Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30 (1983) 125–126.
-    """
-    a, b, c = triangles.transpose(1, 0, 2)
-    la, lb, lc = (np.linalg.norm(p, axis=1) for p in (a, b, c))
-    numerator = np.einsum("ij,ij->i", a, np.cross(b, c))
-    ab, bc, ca = (np.einsum("ij,ij->i", p, q) for p, q in ((a, b), (b, c), (c, a)))
-    denominator = la * lb * lc + ab * lc + bc * la + ca * lb
-    return float(2 * np.arctan2(numerator, denominator).sum() / (4 * np.pi))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from blockstruct.geometry.neighbours import box_pairs, separations
 from blockstruct.geometry.polyhedron import Polyhedron
 from blockstruct.geometry.tolerances import CHUNK, MOST_CROSSINGS, NO_AREA, PARALLEL, SAMPLES
-from blockstruct.geometry.triangles import distances, triangulated
+from blockstruct.geometry.triangles import distances, half_solid_angles, triangulated
 
 Array = NDArray[np.float64]
 
@@ -116,22 +116,8 @@ def _sampled_depth(a: _Surface, b: _Surface) -> float:
         points = points[np.all(points @ body.normals.T < body.heights, axis=1)]
     for body in (a, b):
         parts = np.array_split(points, body.triangles.size * len(points) // CHUNK + 1)
-        points = np.concatenate([part[_inside(body.triangles, part)] for part in parts])
+        points = np.concatenate([part[half_solid_angles(body.triangles, part) > np.pi] for part in parts])
     if not len(points):
         return 0.0
     parts = np.array_split(points, max(a.triangles.size, b.triangles.size) * len(points) // CHUNK + 1)
     return max(float((distances(p, a.triangles) + distances(p, b.triangles)).max()) for p in parts)
-
-
-def _inside(triangles: Array, points: Array) -> NDArray[np.bool_]:
-    """Whether each point lies inside a surface, by the solid angle it spans (van Oosterom & Strackee 1983)."""
-    a, b, c = (triangles[None, :, k] - points[:, None] for k in range(3))
-    la, lb, lc = (np.linalg.norm(v, axis=2) for v in (a, b, c))
-    numerator = np.einsum("ijk,ijk->ij", a, np.cross(b, c))
-    denominator = (
-        la * lb * lc
-        + np.einsum("ijk,ijk->ij", a, b) * lc
-        + np.einsum("ijk,ijk->ij", b, c) * la
-        + np.einsum("ijk,ijk->ij", c, a) * lb
-    )
-    return np.asarray(np.arctan2(numerator, denominator).sum(axis=1) > np.pi)

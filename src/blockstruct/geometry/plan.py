@@ -26,8 +26,8 @@ class PlanFaces:
 
     Attributes
     ----------
-    body, face : (n,) arrays
-        Index of the polyhedron, and of the face within it.
+    body : (n,) array
+        Index of the polyhedron.
     outline : (n,) array of shapely polygons
         In the x–y plane.
     height : (n, 3) array
@@ -35,14 +35,13 @@ class PlanFaces:
     """
 
     body: Index
-    face: Index
     outline: Outlines
     height: Array
 
     @classmethod
     def of(cls, shapes: Sequence[Polyhedron], sense: float, low: float = -np.inf, high: float = np.inf) -> Self:
         """Faces that look up (sense 1) or down (sense −1), as far as they are between two levels."""
-        body, face, outline, height = [], [], [], []
+        body, outline, height = [], [], []
         for i, shape in enumerate(shapes):
             for k in np.flatnonzero(sense * shape.normals[:, 2] > UPRIGHT):
                 corners = shape.vertices[list(shape.faces[k])]
@@ -54,12 +53,10 @@ class PlanFaces:
                     continue
                 n, centre = shape.normals[k], corners.mean(axis=0)
                 body.append(i)
-                face.append(int(k))
                 outline.append(polygon)
                 height.append([n @ centre / n[2], -n[0] / n[2], -n[1] / n[2]])
         return cls(
             np.array(body, dtype=np.int64),
-            np.array(face, dtype=np.int64),
             np.array(outline, dtype=object),
             np.array(height, dtype=float).reshape(-1, 3),
         )
@@ -68,7 +65,7 @@ class PlanFaces:
         return len(self.body)
 
     def __getitem__(self, chosen: Any) -> Self:
-        return type(self)(self.body[chosen], self.face[chosen], self.outline[chosen], self.height[chosen])
+        return type(self)(self.body[chosen], self.outline[chosen], self.height[chosen])
 
     def z(self, xy: Array) -> Array:
         """Height of each plane at its own points, (n, …, 2) to (n, …)."""
@@ -77,7 +74,7 @@ class PlanFaces:
 
     def within(self, region: Any) -> Self:
         """What lies in a region of the plan."""
-        inside = type(self)(self.body, self.face, shapely.intersection(self.outline, region), self.height)
+        inside = type(self)(self.body, shapely.intersection(self.outline, region), self.height)
         return inside[shapely.area(inside.outline) > _NO_AREA * region.area] if len(self) else self
 
     def without(self, covers: Self, tolerance: float, reach: float = np.inf) -> Self:
@@ -95,7 +92,7 @@ class PlanFaces:
         outline = self.outline.copy()
         for k in np.unique(one[over]):
             outline[k] = shapely.difference(outline[k], shapely.union_all(shared[over & (one == k)]))
-        left = type(self)(self.body, self.face, outline, self.height)
+        left = type(self)(self.body, outline, self.height)
         return left[shapely.area(outline) > _NO_AREA * shapely.area(self.outline)]
 
     def triangles(self) -> tuple[Array, Index]:

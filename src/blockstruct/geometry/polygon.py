@@ -92,8 +92,7 @@ def mean_distances(points: Array, starts: Index, centroids: Array, normals: Arra
     """
     counts = np.diff(np.append(starts, len(points)))
     polygon = np.repeat(np.arange(len(starts)), counts)
-    following = np.arange(1, len(points) + 1)
-    following[starts + counts - 1] = starts
+    following = next_corners(starts, counts)
     arms = points - centroids[polygon]
     edge = arms[following] - arms
     length = np.maximum(np.linalg.norm(edge, axis=1), np.finfo(float).tiny)

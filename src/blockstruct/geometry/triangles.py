@@ -58,6 +58,23 @@ def _ears(before: Array, at: Array, after: Array, normal: Array) -> NDArray[np.b
     return np.asarray(sticks_out & ~covered.any(axis=1))
 
 
+def half_solid_angles(triangles: Array, points: Array) -> Array:
+    """Half the solid angle (m,) under which a closed surface (t, 3, 3) is seen from points (m, 3): 2π from inside.
+
+    A. van Oosterom, J. Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30 (1983) 125–126.
+    """
+    a, b, c = (triangles[None, :, k] - points[:, None] for k in range(3))
+    la, lb, lc = (np.linalg.norm(v, axis=2) for v in (a, b, c))
+    numerator = np.einsum("ijk,ijk->ij", a, np.cross(b, c))
+    denominator = (
+        la * lb * lc
+        + np.einsum("ijk,ijk->ij", a, b) * lc
+        + np.einsum("ijk,ijk->ij", b, c) * la
+        + np.einsum("ijk,ijk->ij", c, a) * lb
+    )
+    return np.asarray(np.arctan2(numerator, denominator).sum(axis=1))
+
+
 def distances(points: Array, triangles: Array) -> Array:
     """Distance (m,) of each point (m, 3) from the nearest of triangles (t, 3, 3)."""
     arms = points[:, None, None] - triangles[None]

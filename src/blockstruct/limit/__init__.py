@@ -12,12 +12,20 @@ from blockstruct.limit.certificate import CERTIFICATE_MEASURES, Certificate, cer
 from blockstruct.limit.friction import Sliding, fictitious_sliding, relax, true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome
 from blockstruct.limit.motion import block_motion, velocities_of
-from blockstruct.limit.moved import FiniteStep, MovedProblem, MovingProblem, check_pushover, zero_displacement
+from blockstruct.limit.moved import (
+    ControlPoint,
+    FiniteStep,
+    MovedProblem,
+    MovingProblem,
+    check_pushover,
+    zero_displacement,
+)
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
 from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, scheduled, schedules_of
 from blockstruct.limit.settlement import Settlement, reaction_unit
 from blockstruct.limit.ties import Ties
+from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.statics import Placement
 
 __all__ = [
@@ -26,11 +34,13 @@ __all__ = [
     "Settlement",
     "reaction_unit",
     "Ties",
+    "UniformTorsion",
     "ProcedureSettings",
     "SCHEDULES",
     "scheduled",
     "schedules_of",
     # beyond collapse
+    "ControlPoint",
     "FiniteStep",
     "MovedProblem",
     "MovingProblem",

@@ -13,7 +13,7 @@ def block_motion(statics: Statics, problem: LimitProblem, u: Array) -> Array:
     """Velocity of the centroid and angular velocity of all B blocks, (n, B, 6) in SI, of velocities u (n, rows)."""
     F = len(statics.free)
     motion = np.zeros((len(u), len(statics.model.blocks), 6))
-    motion[:, statics.free] = u[:, : 6 * F].reshape(-1, F, 6) / _unit_of_velocity(problem)
+    motion[:, statics.free] = u[:, : 6 * F].reshape(-1, F, 6) / unit_of_velocity(problem)
     if problem.settlement is not None:
         speed = u[:, -1] / problem.settlement.force
         motion[:, problem.settlement.supports] = speed[:, None, None] * problem.settlement.motion
@@ -22,7 +22,7 @@ def block_motion(statics: Statics, problem: LimitProblem, u: Array) -> Array:
 
 def velocities_of(statics: Statics, problem: LimitProblem, motion: Array) -> Array:
     """Velocities u (n, rows) of motions (n, B, 6) in SI: the inverse of :func:`block_motion`."""
-    u = (motion[:, statics.free] * _unit_of_velocity(problem)).reshape(len(motion), 6 * len(statics.free))
+    u = (motion[:, statics.free] * unit_of_velocity(problem)).reshape(len(motion), 6 * len(statics.free))
     if problem.settlement is None:
         return u
     unit, moved = problem.settlement.motion, motion[:, problem.settlement.supports]
@@ -30,5 +30,6 @@ def velocities_of(statics: Statics, problem: LimitProblem, motion: Array) -> Arr
     return np.column_stack([u, speed * problem.settlement.force])
 
 
-def _unit_of_velocity(problem: LimitProblem) -> Array:
+def unit_of_velocity(problem: LimitProblem) -> Array:
+    """Units (F, 6) of the wrenches of free blocks, N and N·m, which velocities are multiples of the inverse of."""
     return np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))

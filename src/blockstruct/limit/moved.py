@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, UnknownNameError
+from blockstruct.limit.motion import block_motion, unit_of_velocity
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.ties import Ties
 from blockstruct.model import Model, Pushover, Tie
@@ -32,6 +33,10 @@ class MovedProblem:
         Elongation before which the ties that hold do not pull.
     longest : (N,) array, m
         Length that each tie of the model has reached on the way there.
+    elongation : (N,) array, m
+        Of each tie there, beyond its length in the model; negative where its ends have come closer.
+    holds : (N,) array
+        Whether each tie has not broken.
     """
 
     problem: LimitProblem
@@ -39,11 +44,13 @@ class MovedProblem:
     placement: Placement
     slack: Array
     longest: Array
+    elongation: Array
+    holds: NDArray[np.bool_]
 
     @property
     def penetration(self) -> float:
         """Deepest penetration, m."""
-        return max(-float(self.contacts.gap.min(initial=0.0)), 0.0)
+        return max(0.0, -float(self.contacts.gap.min(initial=0.0)))
 
     def gap(self, work: float) -> Array:
         """Gaps (K,) in units of relative velocity, for a step in which the unit variable load does a work, J."""
@@ -52,6 +59,12 @@ class MovedProblem:
     def slack_in(self, work: float) -> Array:
         """Slack (M,) of ties, in the units of :meth:`gap`."""
         return np.asarray(self.slack * self.problem.ties.force_unit / work)
+
+    def tie_force(self, T: Array) -> Array:
+        """Forces (N,) of all ties of the model, N, of those (M,) of the problem."""
+        found = np.zeros(len(self.holds))
+        found[self.holds] = T * self.problem.ties.force_unit
+        return found
 
     def relative(self, twist: Array) -> Array:
         """Relative velocities (K, 3), in the frames of the contact points, of twists (B, 6) of the blocks, SI."""
@@ -163,9 +176,10 @@ class MovingProblem:
         points, K = contacts.points, len(contacts.gap)
         force_unit = np.minimum(self._unit[points.minus], self._unit[points.plus])
         rows, columns = sp.diags_array(np.repeat(1 / problem.wrench_unit, 6)), sp.diags_array(np.repeat(force_unit, 3))
-        scale = np.outer(problem.wrench_unit, np.repeat([1.0, statics.length], 3))
+        scale = unit_of_velocity(problem)
         dead, variable = ((loads.own(placement)[statics.free] / scale).ravel() for loads in (self.dead, self.variable))
         table = self.structure.ties(placement)
+        elongation = table.span - statics.ties.span
         longest = np.maximum(longest, table.span)
         holds = ~self.broken(longest)
         table = table[holds]
@@ -186,14 +200,11 @@ class MovingProblem:
             capacity=np.empty(0),
             force_unit=force_unit,
         )
-        return MovedProblem(moved, contacts, placement, longest[holds] - table.span, longest)
+        return MovedProblem(moved, contacts, placement, longest[holds] - table.span, longest, elongation, holds)
 
     def twist(self, u: Array, placement: Placement) -> Array:
         """Twists (B, 6) of blocks at a placement, m/s and rad/s at 1 W, of non-dimensional velocities u (6 F,)."""
-        problem = self._problem
-        found = np.zeros((len(self._unit), 6))
-        found[self.statics.free] = u.reshape(-1, 6) / np.outer(problem.wrench_unit, np.repeat([1.0, problem.length], 3))
-        return rotated(found, placement.rotation)
+        return rotated(block_motion(self.statics, self._problem, u[None])[0], placement.rotation)
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,6 +224,8 @@ class FiniteStep:
         Time for which they act until the next state, s, if that step is not halved.
     dissipation : float
         Work of friction and of ties per unit of work of the variable load.
+    tie_force, tie_elongation : (N,) arrays
+        Of each tie of the model: N, zero once it has broken; and m, beyond its length in the model.
     penetration : float
         Deepest penetration, m.
     energy_error : float
@@ -236,6 +249,8 @@ class FiniteStep:
     angular_velocity: Array
     motion_time: float
     dissipation: float
+    tie_force: Array
+    tie_elongation: Array
     penetration: float
     energy_error: float
     equilibrium_residual: float
@@ -266,6 +281,38 @@ def zero_displacement(curve: Sequence[tuple[float, float]]) -> float:
     return d1 + a1 * (d1 - d0) / (a0 - a1)
 
 
+_PARTS = (
+    "which is lost where blocks part, in a way that this method does not know: give a joint material without it, and "
+    "run a LimitCase for the load factor with it"
+)
+_CRUSHES = (
+    "but what crushes changes the shape of blocks, which keep theirs here: give a joint material without it, which "
+    "raises the curve, or for a body that turns as one take a LimitCase with it: bs.assess.local_mechanism then sets "
+    "its hinge back"
+)
+#: Strengths of joints that a pushover refuses: what they are without them, and why and what to do instead.
+_UNKNOWN_STRENGTHS = {
+    "cohesion": (0.0, _PARTS),
+    "tensile_strength": (0.0, _PARTS),
+    "compressive_strength": (np.inf, _CRUSHES),
+}
+#: Ties that a pushover refuses, likewise.
+_UNKNOWN_TIES = {
+    "Tie": (
+        "which changes as its ends move, in a way that this method does not know: leave it out, the tie yields at the "
+        "same force; and run a LimitCase for the load factor with it"
+    ),
+    "Strip": (
+        "whose bond to the blocks peels off in a way that this method does not know: give a Tie across the joint with "
+        "its force, and as elongation_limit the opening at which it comes off"
+    ),
+    "BondedBar": (
+        "which slips in its blocks in a way that this method does not know: give a Tie between each two of them, with "
+        "the force that its bond lets it have there, and the slip that it bears as elongation_limit"
+    ),
+}
+
+
 def check_pushover(model: Model, case: Pushover) -> None:
     """Refuse what finite displacements do not know.
 
@@ -289,14 +336,11 @@ def check_pushover(model: Model, case: Pushover) -> None:
         msg = f"pushover {case.name!r}: control point on support {name!r}, which does not move; give a free block"
         raise ModelError(msg)
     for joint in {i.joint_material.name: i.joint_material for i in model.interfaces}.values():
-        for strength, none in (("cohesion", 0.0), ("tensile_strength", 0.0), ("compressive_strength", np.inf)):
+        for strength, (none, instead) in _UNKNOWN_STRENGTHS.items():
             value = getattr(joint, strength)
             if value != none:
-                msg = (
-                    f"pushover {case.name!r}: joint material {joint.name!r} has a {strength} of {value:.6g} Pa, which "
-                    "joints of blocks that have moved apart do not keep: give a joint material without it, and a "
-                    "LimitCase for the load factor with it"
-                )
+                what = f"joint material {joint.name!r} has a {strength} of {value:.6g} Pa"
+                msg = f"pushover {case.name!r}: {what}, {instead}"
                 raise ModelError(msg)
         if joint.torsion is not Torsion.CORNERS:
             msg = (
@@ -307,9 +351,7 @@ def check_pushover(model: Model, case: Pushover) -> None:
     for tie in model.ties:
         if isinstance(tie, Tie) and tie.prestress == 0:
             continue
-        what = f"has a prestress of {tie.prestress:.6g} N" if isinstance(tie, Tie) else f"is a {type(tie).__name__}"
-        msg = (
-            f"pushover {case.name!r}: tie {tie.name!r} {what}, whose force at finite displacements this method "
-            "does not know: give a Tie without prestress, and a LimitCase for the load factor with it"
-        )
+        kind = type(tie).__name__
+        what = f"has a prestress of {tie.prestress:.6g} N" if isinstance(tie, Tie) else f"is a {kind}"
+        msg = f"pushover {case.name!r}: tie {tie.name!r} {what}, {_UNKNOWN_TIES[kind]}"
         raise ModelError(msg)

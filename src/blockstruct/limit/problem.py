@@ -94,7 +94,8 @@ class LimitProblem:
         """
         settles = isinstance(case, SettlementCase)
         scale = np.repeat([1.0, statics.length], 3)
-        dead, driving = (wrenches(statics.model, case.patterns[k], case.dead)[statics.free] / scale for k in (0, -1))
+        dead = wrenches(statics.model, case.dead, case.dead)[statics.free] / scale
+        driving = dead if settles else wrenches(statics.model, case.patterns[-1], case.dead)[statics.free] / scale
         if not driving.any():
             kind, load = ("settlement", "dead") if settles else ("limit", "variable")
             msg = (

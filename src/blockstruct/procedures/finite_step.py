@@ -33,6 +33,8 @@ class Solved:
     load_factor : float
     u : (6 F,) array
         Velocities, ``w_L·u = 1``.
+    tie_force : (N,) array
+        Of all ties of the model, N.
     certificate : Certificate
     dissipation : float
         Work of friction and of ties per unit of work of the variable load.
@@ -48,6 +50,7 @@ class Solved:
 
     load_factor: float
     u: Array
+    tie_force: Array
     certificate: Certificate
     dissipation: float
     falling: float
@@ -124,7 +127,9 @@ def solve_finite_step(
         scale = max(abs(alpha) + friction, least)
         missed, reaching = certificate.flow_rule_gap / scale, x[:, 0] * np.maximum(gap, 0.0) / scale
         falling = float(problem.w_D @ u)
-        found = Solved(alpha, u, certificate, friction, falling, reaching, missed, programs, iterations)
+        found = Solved(
+            alpha, u, moved.tie_force(T), certificate, friction, falling, reaching, missed, programs, iterations
+        )
         if best is None or missed < best.missed:
             best = found
         if best.missed <= AGREED:

@@ -143,12 +143,11 @@ class _State:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """A state, and what is known of it: the solution, deepest penetration, m, and number of contact points."""
+    """A state, and what is known of it: the problem there, and its solution."""
 
     state: _State
+    moved: MovedProblem
     solved: Solved
-    penetration: float
-    contact_points: int
 
 
 class _Path:
@@ -209,7 +208,7 @@ class _Path:
             state = _State(
                 placement, solution.load_factor, solution.dissipation, twist, time, displacement, moved.longest
             )
-            found = _Found(state, solution, moved.penetration, len(moved.contacts.gap))
+            found = _Found(state, moved, solution)
             if np.isinf(longest):
                 longest = self._until_closed(moved, solution, last, time)
             better = min(self._time(placement, twist), longest)
@@ -314,14 +313,16 @@ class _Path:
             angular_velocity=state.twist[:, 3:],
             motion_time=state.time,
             dissipation=state.dissipation,
-            penetration=found.penetration,
+            tie_force=solved.tie_force,
+            tie_elongation=found.moved.elongation,
+            penetration=found.moved.penetration,
             energy_error=missed / self._done if self._done else 0.0,
             equilibrium_residual=c.equilibrium_residual,
             yield_excess=c.yield_excess,
             interpenetration=c.interpenetration,
             flow_rule_gap=c.flow_rule_gap,
             holds=solved.holds,
-            contact_points=found.contact_points,
+            contact_points=len(found.moved.contacts.gap),
             programs=programs,
             solver_iterations=iterations,
             solver_time=spent,

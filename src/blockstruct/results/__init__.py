@@ -11,20 +11,22 @@ from blockstruct.results.analysis import Analysis
 from blockstruct.results.capacity import block_rotations, capacity_of, step_arrays, steps_of
 from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, relative_difference
+from blockstruct.results.curve_comparison import compared_curves
 from blockstruct.results.description import failures
-from blockstruct.results.frame import history_frame
+from blockstruct.results.frame import capacity_frame, history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import history_of, iteration_variables
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.parameters import checked_parameters, checked_value, plain_value, restored_value, stored_value
 from blockstruct.results.pushed import pushed_masses
+from blockstruct.results.pushed_ties import breaking_words, broken_ties, pushed_tie_state
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.sweep import sweep_of
 from blockstruct.results.ties import tie_sentences, tie_state, ties_at_collapse
-from blockstruct.results.torsion import corner_torsion
+from blockstruct.results.torsion import corner_torsion, sliding_rates
 from blockstruct.results.utilisation import utilisation
 from blockstruct.results.verification import confirm, contradictions, recomputed_certificate
 from blockstruct.statics import applied_loads
@@ -43,6 +45,7 @@ __all__ = [
     "Comparison",
     "relative_difference",
     "compare",
+    "compared_curves",
     "confirm",
     "contradictions",
     "recomputed_certificate",
@@ -54,7 +57,11 @@ __all__ = [
     "stored_value",
     # capacity curves
     "block_rotations",
+    "breaking_words",
+    "broken_ties",
+    "capacity_frame",
     "capacity_of",
+    "pushed_tie_state",
     "step_arrays",
     "steps_of",
     # loads
@@ -65,6 +72,7 @@ __all__ = [
     "active_joints",
     "contact_state",
     "corner_torsion",
+    "sliding_rates",
     "failures",
     "history_frame",
     "history_of",

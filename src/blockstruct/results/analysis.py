@@ -136,10 +136,11 @@ class Analysis(Mapping[str, CaseResult]):
 
     def _repr_html_(self) -> str:
         rows = [
-            (r.name, r.case.flow, r.status, f"{r.load_factor:.6g}", r.n_iterations, f"{r.duration:.2f}")
+            (r.name, r.case.flow, r.status, r.answer.plain(r.load_factor, 6), r.n_iterations, f"{r.duration:.2f}")
             for r in self.values()
         ]
-        columns = ["case", "flow", "status", "load factor", "numerical iterations", "time [s]"]
+        answers = " / ".join(dict.fromkeys(r.answer.name for r in self.values())) or "load factor"
+        columns = ["case", "flow", "status", answers, "numerical iterations", "time [s]"]
         notes = [f"{name}: {spread.headline}" for name, spread in self.spreads.items()]
         return html_table(f"Analysis of {self.model.name}", columns, rows, notes)
 

@@ -9,7 +9,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.limit import FiniteStep, zero_displacement
-from blockstruct.model import Model
+from blockstruct.model import Model, tie_segments
+from blockstruct.results.pushed_ties import break_displacements
 from blockstruct.statics import Placement
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES
@@ -23,7 +24,9 @@ _VALUES = {
     "velocity": ("velocity", "velocity of the centroid, at 1 W"),
     "angular_velocity": ("angular velocity", "angular velocity about the centroid, at 1 W"),
     "motion_time": ("time", "for which the velocities act until the next state, if the step is not halved"),
-    "dissipation": ("dimensionless", "work of friction per unit of work of the variable load"),
+    "dissipation": ("dimensionless", "work of friction and of ties per unit of work of the variable load"),
+    "tie_force": ("force", "force of the tie, tension positive; zero once it has broken"),
+    "tie_elongation": ("length", "of the tie beyond its length in the model"),
     "penetration": ("length", "deepest penetration of two blocks"),
     "energy_error": ("dimensionless", "work that the way from the state before misses, relative to all work so far"),
     "equilibrium_residual": ("dimensionless", "in multiples of the dead wrench of the block"),
@@ -37,57 +40,78 @@ _VALUES = {
     "solver_time": ("time", "time of the step"),
 }
 _WHOLE = ("holds", "contact_points", "programs", "solver_iterations")
-_OF_BLOCKS = ("position", "rotation", "velocity", "angular_velocity")
+_DIMS = {
+    **dict.fromkeys(("position", "rotation", "velocity", "angular_velocity"), ("step", "block", "axis")),
+    **dict.fromkeys(("tie_force", "tie_elongation"), ("step", "tie")),
+}
 
 Arrays = Mapping[str, NDArray[Any]]
 
 
-def step_arrays(steps: Sequence[FiniteStep], n_blocks: int) -> dict[str, NDArray[Any]]:
-    """Values of steps, an array each, along the steps first."""
-    found: dict[str, NDArray[Any]] = {}
-    for name in _VALUES:
-        shape = (len(steps), n_blocks, 3) if name in _OF_BLOCKS else (len(steps),)
-        kind = np.int64 if name in _WHOLE else np.float64
-        found[name] = np.array([getattr(step, name) for step in steps], dtype=kind).reshape(shape)
-    return found
+def step_arrays(steps: Sequence[FiniteStep]) -> dict[str, NDArray[Any]]:
+    """Values of steps, of which there is at least one: an array each, along the steps first."""
+    return {
+        name: np.array([getattr(step, name) for step in steps], dtype=np.int64 if name in _WHOLE else np.float64)
+        for name in _VALUES
+    }
 
 
-def capacity_of(model: Model, arrays: Arrays) -> xr.Dataset:
+def capacity_of(model: Model, arrays: Arrays, ended: str = "") -> xr.Dataset:
     """Capacity curve of the values of its steps, in SI units.
+
+    Parameters
+    ----------
+    model, arrays
+        The structure, and :func:`step_arrays`.
+    ended
+        How the curve ended; empty if it is to be gone on with.
 
     Returns
     -------
     xarray.Dataset
-        Dimensions step, block and axis (x, y, z); ``displacement`` is a coordinate along ``step``. ``d0`` is the
-        displacement at which the load factor is zero, NaN if the method ended before.
+        Dimensions step, block, axis (x, y, z) and, with ties, tie; ``displacement`` is a coordinate along ``step``.
+        ``d0`` is the displacement at which the load factor is zero, NaN if the method ended before;
+        ``tie_break_displacement`` that at which each tie breaks, NaN where it does not. The attribute ``ended`` tells
+        how the curve ended.
     """
     n = len(arrays["load_factor"])
-    variables = {
-        name: (
-            ("step", "block", "axis") if name in _OF_BLOCKS else ("step",),
-            arrays[name],
-            {"units": SI_UNITS[dimension], "long_name": long_name},
-        )
+    variables: dict[str, Any] = {
+        name: (_DIMS.get(name, ("step",)), arrays[name], {"units": SI_UNITS[dimension], "long_name": long_name})
         for name, (dimension, long_name) in _VALUES.items()
+        # Without ties there is nothing to tell of them, and what older working data do not tell is left out.
+        if name in arrays and (model.ties or "tie" not in _DIMS.get(name, ()))
     }
     curve = list(zip(arrays["displacement"].tolist(), arrays["load_factor"].tolist(), strict=True))
-    d0 = {"units": SI_UNITS["length"], "long_name": "displacement at which the load factor is zero"}
     coords: dict[str, Any] = {
         "step": ("step", np.arange(n)),
         "displacement": variables.pop("displacement"),
         "block": ("block", np.array([b.name for b in model.blocks], dtype=object)),
         "axis": ("axis", np.array(AXES, dtype=object)),
     }
-    data = {**variables, "d0": ((), zero_displacement(curve), d0)}
-    return xr.Dataset(data, coords=coords, attrs={"long_name": "capacity curve"})
+    d0 = zero_displacement(curve)
+    data = {**variables, "d0": ((), d0, _length("displacement at which the load factor is zero"))}
+    if "tie_elongation" in variables:
+        segments = tie_segments(model.ties, model.blocks)
+        limit = np.array([segment.elongation_limit for segment in segments])
+        coords["tie"] = ("tie", np.array([segment.name for segment in segments], dtype=object))
+        coords["tie_elongation_limit"] = ("tie", limit, _length("infinite if none was given"))
+        broke = break_displacements(arrays["displacement"], arrays["tie_elongation"], limit)
+        data["tie_break_displacement"] = ("tie", broke, _length("displacement at which the tie breaks"))
+    return xr.Dataset(data, coords=coords, attrs={"long_name": "capacity curve", "ended": ended})
 
 
-def steps_of(capacity: xr.Dataset) -> list[FiniteStep]:
-    """The steps of a capacity curve."""
-    columns = {f.name: capacity[f.name].to_numpy() for f in fields(FiniteStep)}
+def _length(long_name: str) -> dict[str, str]:
+    return {"units": SI_UNITS["length"], "long_name": long_name}
+
+
+def steps_of(capacity: xr.Dataset, n_ties: int) -> list[FiniteStep]:
+    """The steps of a capacity curve; what it does not tell of its ties is NaN."""
+    n = capacity.sizes["step"]
+    unknown = np.full((n, n_ties), np.nan)
+    columns = {f.name: capacity[f.name].to_numpy() if f.name in capacity else unknown for f in fields(FiniteStep)}
     steps = []
-    for k in range(capacity.sizes["step"]):
-        values = {name: v[k] if name in _OF_BLOCKS else v[k].item() for name, v in columns.items()}
+    for k in range(n):
+        values = {name: v[k] if v.ndim > 1 else v[k].item() for name, v in columns.items()}
         steps.append(FiniteStep(**{**values, "holds": bool(values["holds"])}))
     return steps
 

@@ -20,6 +20,7 @@ from blockstruct.results.headline import Headline, path_text
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.pushed import pushed_masses
+from blockstruct.results.pushed_ties import broken_ties
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import ties_at_collapse
@@ -169,7 +170,7 @@ class CaseResult:
     @property
     def macro_blocks(self) -> list[MacroBlock]:
         """Bodies of the mechanism of the last iteration: :func:`blockstruct.results.macro_blocks`."""
-        return macro_blocks(self.model, self.mechanism)
+        return macro_blocks(self.model, self.mechanism, dead=self.case.dead)
 
     @property
     def resultants(self) -> xr.Dataset:
@@ -238,6 +239,11 @@ class CaseResult:
     def ties(self) -> pd.DataFrame:
         """Force, state and elongation of each tie: :func:`blockstruct.results.ties_at_collapse`; empty without ties."""
         return ties_at_collapse(self.history) if "tie" in self.history.sizes and self.n_iterations else pd.DataFrame()
+
+    @property
+    def broken_ties(self) -> pd.DataFrame:
+        """Ties that break in a pushover: :func:`blockstruct.results.broken_ties`; empty without any."""
+        return broken_ties(xr.Dataset() if self.capacity is None else self.capacity)
 
     @property
     def headline(self) -> Headline:
@@ -357,7 +363,7 @@ class CaseResult:
     def describe(self) -> str:
         """How the structure collapses, in sentences: number, bodies that move, failing joints, and ties."""
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
-        found = describe(self.model, self.history) if moves else ""
+        found = describe(self.model, self.history, self.case.dead) if moves else ""
         return "\n".join(filter(None, (str(self), self.torsion_warning, self.masses, found)))
 
     def __repr__(self) -> str:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
+from blockstruct.results.curve_comparison import compared_curves
 from blockstruct.results.mechanism import motion_of
 
 #: Relative difference of two measures beyond their tolerances that rounding makes.
@@ -34,7 +35,8 @@ class Comparison:
         same, as two infinite ones are), ``force_difference`` and ``mechanism_difference`` of the final states,
         relative to the largest contact force and relative velocity (infinite where they cannot be compared), whether
         both have the ``same_certificate``, within the tolerances of the settings, and whether loads, flow and
-        settings are ``same_question``.
+        settings are ``same_question``. Of pushovers, ``d0``, ``curve_ended``, ``curve_difference`` and
+        ``curves_part_at``: :func:`blockstruct.results.compared_curves`.
     versions : mapping
         Packages of different versions, and both versions.
     settings : mapping
@@ -46,8 +48,8 @@ class Comparison:
     versions: Mapping[str, tuple[str, str]]
     settings: Mapping[str, Mapping[str, tuple[Any, Any]]]
 
-    def agrees(self, rtol: float = 1e-6, state_rtol: float = 1e-2) -> bool:
-        """Whether all cases ended alike: statuses, load factors, forces, mechanisms and certificates.
+    def agrees(self, rtol: float = 1e-6, state_rtol: float = 1e-2, curve_rtol: float = 1e-2) -> bool:
+        """Whether all cases ended alike: statuses, load factors, forces, mechanisms, certificates, capacity curves.
 
         Parameters
         ----------
@@ -56,11 +58,14 @@ class Comparison:
         state_rtol
             Largest relative difference of forces and velocities. Neither is unique, and both follow the last digits
             of a solver more than the load factor does; infinity leaves them out.
+        curve_rtol
+            Largest difference of capacity curves; infinity leaves them out.
         """
         c = self.cases
         alike = c["status"].eq(c["status_other"]) & c["relative_difference"].abs().le(rtol) & c["same_certificate"]
         for difference in ("force_difference", "mechanism_difference"):
             alike &= c[difference].le(state_rtol)
+        alike &= c["curve_difference"].le(curve_rtol)
         return bool(self.same_model and alike.all())
 
     def __str__(self) -> str:
@@ -73,10 +78,21 @@ class Comparison:
                 f"{'' if row['same_certificate'] else ', another certificate'}"
                 f"{'' if row['same_question'] else ', another question'}"
             )
+            if row["curve_ended"] or row["curve_ended_other"] or row["curve_difference"]:
+                lines += _of_curves(row)
         lines += [f"  {package}: {one}, other {two}" for package, (one, two) in self.versions.items()]
         for case, changed in self.settings.items():
             lines += [f"  {case}: {name} {one!r}, other {two!r}" for name, (one, two) in changed.items()]
         return "\n".join(lines)
+
+
+def _of_curves(row: Any) -> list[str]:
+    """What differs between two capacity curves, as lines."""
+    parted = f", from {row['curves_part_at']:.4g} m on" if np.isfinite(row["curves_part_at"]) else ""
+    ends = [row[name] or "no end" for name in ("curve_ended", "curve_ended_other")]
+    d0s = f"    d0 {row['d0']:.6g} m, other {row['d0_other']:.6g} m"
+    said = f"{d0s}, curves differ by {row['curve_difference']:.1e}{parted}"
+    return [said] + [f"    {ends[0]}; other: {ends[1]}"] * (ends[0] != ends[1])
 
 
 def compare(one: Analysis, other: Analysis) -> Comparison:
@@ -98,6 +114,7 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
         row["relative_difference"] = float(relative_difference(row["load_factor"], row["load_factor_other"]))
         row |= {"force_difference": np.inf, "mechanism_difference": np.inf, "same_certificate": False}
         row["same_question"] = False
+        row |= compared_curves(*(None if result is None else result.capacity for result in (first, second)))
         if first is not None and second is not None:
             row["force_difference"] = _state_difference(first, second, partial(_at_points, name="contact_force"))
             motions = partial(_at_points, name="relative_velocity"), motion_of

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.model import Model
+from blockstruct.model import LoadPattern, Model
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.states import active_joints, contact_state
@@ -23,27 +23,30 @@ STAYS = 1e-3
 ALONG = np.cos(np.radians(3.0))
 
 
-def describe(model: Model, history: xr.Dataset) -> str:
+def describe(model: Model, history: xr.Dataset, dead: LoadPattern | None = None) -> str:
     """How a structure collapses, in sentences: bodies, axes of rotation, hinges, sliding and crushing joints, ties.
 
     Parameters
     ----------
     model, history
         The structure, and the history of a case with a mechanism.
+    dead
+        The dead load, whose weights count with those of the blocks that carry them; without it none.
     """
-    bodies = macro_blocks(model, mechanism(history))
+    bodies = macro_blocks(model, mechanism(history), dead=dead)
     moving = [body for body in bodies if body.moves]
-    weight = sum(body.weight for body in bodies)
+    weight, carried = (sum(getattr(body, name) for body in bodies) for name in ("total", "carried"))
     blocks = sum(len(body.blocks) for body in bodies)
-    share = sum(body.weight for body in moving) / weight if weight > 0 else 0.0
+    share = sum(body.total for body in moving) / weight if weight > 0 else 0.0
     count = sum(len(body.blocks) for body in moving)
     bodies_move = f"{len(moving)} {'body' if len(moving) == 1 else 'bodies'}"
-    lines = [f"{count} of {blocks} free blocks move, {share:.0%} of the weight, as {bodies_move}."]
+    whole, of_it = ("the weight with what blocks carry", "that weight") if carried else ("the weight", "the weight")
+    lines = [f"{count} of {blocks} free blocks move, {share:.0%} of {whole}, as {bodies_move}."]
     for number, body in enumerate(moving[:LISTED], 1):
         names = _listed(body.blocks, "block")
-        part = body.weight / weight if weight > 0 else 0.0
+        part = body.total / weight if weight > 0 else 0.0
         size = f"{len(body.blocks)} block{'s' * (len(body.blocks) > 1)}"
-        lines.append(f"{number}. A body of {size} ({names}; {part:.0%} of the weight) {_motion(body)}.")
+        lines.append(f"{number}. A body of {size} ({names}; {part:.0%} of {of_it}) {_motion(body)}.")
     if len(moving) > LISTED:
         rest = len(moving) - LISTED
         lines.append(f"{rest} smaller {'body moves' if rest == 1 else 'bodies move'}, too.")

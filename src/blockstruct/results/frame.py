@@ -1,4 +1,6 @@
-"""Histories as pandas tables."""
+"""Histories and capacity curves as pandas tables."""
+
+from collections.abc import Collection, Hashable
 
 import pandas as pd
 import xarray as xr
@@ -36,10 +38,38 @@ def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFr
         known = [*map(str, history.data_vars), "state", "force", "moment", "eccentricity"]
         msg = f"history: no variable {variable!r}; it has {', '.join(known)}"
         raise UnknownNameError(msg)
-    units = {str(name): data[name].attrs.get("units", "dimensionless") for name in data.data_vars}
     if "contact_point" in data.dims:
         of_point = ("contact_point", data["contact_point"].to_numpy())
         data = data.drop_vars("contact_point").assign_coords(interface_of_contact_point=of_point)
-    keep = {*data.dims, "stage", "interface_of_contact_point"}
+    return _frame(data, {*data.dims, "stage", "interface_of_contact_point"})
+
+
+def capacity_frame(capacity: xr.Dataset, variable: str | None = None) -> pd.DataFrame:
+    """Capacity curve of a pushover as a pandas table, units in the column names.
+
+    Parameters
+    ----------
+    capacity
+        The curve, or a selection of its states.
+    variable
+        Any variable of the curve, such as ``tie_force``. None gives all that have one value per state.
+
+    Raises
+    ------
+    UnknownNameError
+        If it has no such variable.
+    """
+    names = [str(name) for name in capacity.data_vars if "step" in capacity[name].dims]
+    if variable is not None and variable not in names:
+        msg = f"capacity curve: no variable {variable!r}; it has {', '.join(names)}"
+        raise UnknownNameError(msg)
+    chosen = [variable] if variable else [name for name in names if capacity[name].dims == ("step",)]
+    data = capacity[chosen].reset_coords("displacement")
+    return _frame(data[["displacement", *chosen]], set(data.dims))
+
+
+def _frame(data: xr.Dataset, keep: Collection[Hashable]) -> pd.DataFrame:
+    """Table of the variables, with some of the coordinates."""
+    units = {str(name): data[name].attrs.get("units", "dimensionless") for name in data.data_vars}
     frame = data.drop_vars([c for c in data.coords if c not in keep]).to_dataframe()
     return frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit != "dimensionless"})

@@ -6,7 +6,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.model import Model
+from blockstruct.model import LoadPattern, Model
+from blockstruct.statics import carried_weights
 
 Array = NDArray[np.float64]
 
@@ -27,9 +28,11 @@ class MacroBlock:
     blocks : tuple of str
         In the order of the model.
     weight : float
-        N.
+        Of the blocks themselves, N.
+    carried : float
+        Weight of the masses that they carry and a mass-proportional push takes along, N.
     centroid : (3,) array
-        m.
+        Of the blocks themselves, m.
     translation : (3,) array
         Of the centroid, in multiples of the scale of the mechanism.
     rotation : (3,) array
@@ -44,11 +47,17 @@ class MacroBlock:
     name: str
     blocks: tuple[str, ...]
     weight: float
+    carried: float
     centroid: Array
     translation: Array
     rotation: Array
     speed: float
     departure: float
+
+    @property
+    def total(self) -> float:
+        """Weight P + Q of the blocks with what they carry, N: that of the mass M* in :mod:`blockstruct.assess`."""
+        return self.weight + self.carried
 
     @property
     def moves(self) -> bool:
@@ -68,7 +77,9 @@ class MacroBlock:
         return self.rotation / turning, self.centroid + np.cross(self.rotation, self.translation) / turning**2
 
 
-def macro_blocks(model: Model, mechanism: xr.Dataset, tolerance: float = TOGETHER) -> list[MacroBlock]:
+def macro_blocks(
+    model: Model, mechanism: xr.Dataset, tolerance: float = TOGETHER, dead: LoadPattern | None = None
+) -> list[MacroBlock]:
     """Bodies of a mechanism, the heaviest first; those that rest are bodies too.
 
     Two blocks belong to one body if at no corner of a joint between them they move apart, slide or turn by more than
@@ -82,6 +93,8 @@ def macro_blocks(model: Model, mechanism: xr.Dataset, tolerance: float = TOGETHE
         Its mechanism: :func:`blockstruct.results.mechanism`.
     tolerance
         Relative velocity in multiples of the largest velocity at any joint.
+    dead
+        The dead load, whose weights blocks carry; without it none.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -112,9 +125,12 @@ def macro_blocks(model: Model, mechanism: xr.Dataset, tolerance: float = TOGETHE
     for side, of_interface in zip((minus, plus), speeds, strict=True):
         np.maximum.at(speed_of_block, side, of_interface / largest)
 
-    weights = np.array([b.weight for b in model.blocks])
+    weights, carried = np.array([b.weight for b in model.blocks]), np.zeros(len(index))
+    if dead is not None:
+        on_blocks = carried_weights(model, dead)
+        np.add.at(carried, on_blocks.block, on_blocks.pushed)
     members_of = [np.flatnonzero(body == number) for number in np.unique(body[~fixed])]
-    members_of.sort(key=lambda members: -weights[members].sum())
+    members_of.sort(key=lambda members: -(weights + carried)[members].sum())
     found: list[MacroBlock] = []
     for members in members_of:
         # Bodies without weight have a motion, too.
@@ -130,6 +146,7 @@ def macro_blocks(model: Model, mechanism: xr.Dataset, tolerance: float = TOGETHE
                 name=f"{kind} {1 + sum(one.name.startswith(kind) for one in found)}",
                 blocks=tuple(model.blocks[i].name for i in members),
                 weight=float(weights[members].sum()),
+                carried=float(carried[members].sum()),
                 centroid=centroid,
                 translation=moved,
                 rotation=turn,

@@ -13,7 +13,7 @@ AT_LIMIT = 1e-4
 #: Elongation, relative to the largest displacement of the mechanism, that is none: velocities are those of a solver.
 AT_REST = 1e-3
 #: State of a tie at the limit that governs it.
-_OF_LIMIT = {
+OF_LIMIT = {
     "yield": TieState.YIELDING,
     "strength": TieState.YIELDING,
     "punching": TieState.PUNCHING,
@@ -49,7 +49,7 @@ def tie_state(history: xr.Dataset, tolerance: float = AT_LIMIT) -> xr.DataArray:
     full = change >= (1 - tolerance) * bond[:-1, 1]
     slips[..., :-1] |= full
     slips[..., 1:] |= full
-    limits = [_OF_LIMIT[str(name)].value for name in history["tie_governing"].to_numpy()]
+    limits = [OF_LIMIT[str(name)].value for name in history["tie_governing"].to_numpy()]
     at_limit = np.broadcast_to(np.array(limits, dtype=object), force.shape)
     state = np.full(force.shape, TieState.STRESSED.value, dtype=object)
     state = np.where(slips, TieState.SLIPPING.value, state)

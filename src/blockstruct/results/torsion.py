@@ -5,7 +5,9 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
+from blockstruct.limit import UniformTorsion
 from blockstruct.model import Model, listed
+from blockstruct.statics import ContactPoints
 from blockstruct.vocabulary import Torsion
 
 Array = NDArray[np.float64]
@@ -59,6 +61,17 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
         {"torque": torque, "uniform": uniform, "share": beyond * np.abs(rate) / scale},
         index=pd.Index(last["interface"].to_numpy(), name="interface"),
     )
+
+
+def sliding_rates(model: Model, iteration: xr.Dataset, cells: int) -> Array:
+    """Rate (K,), m/s at 1 W, at which contact points slide, by themselves and with the torsion of their joints.
+
+    ``cells`` are those that interfaces are divided into, ``settings.crushing_cells``.
+    """
+    v = iteration["relative_velocity"].transpose("contact_point", "component").to_numpy()
+    normal = iteration["contact_force"].sel(component="n").to_numpy()
+    torsion = UniformTorsion.of(ContactPoints.of(model, cells))
+    return torsion.slip(v, iteration["cohesion"].to_numpy() + iteration["friction_coefficient"].to_numpy() * normal)
 
 
 def torsion_words(model: Model, history: xr.Dataset, answer: str) -> str:

@@ -12,17 +12,19 @@ from blockstruct.errors import BlockstructError, CertificateError
 from blockstruct.limit import (
     CERTIFICATE_MEASURES,
     Certificate,
+    ControlPoint,
     LimitProblem,
     ProcedureSettings,
     block_motion,
     certify,
     velocities_of,
+    zero_displacement,
 )
-from blockstruct.model import SettlementCase
+from blockstruct.model import Pushover, SettlementCase
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.mechanism import motion_of
-from blockstruct.statics import Statics
+from blockstruct.statics import Placement, Statics
 from blockstruct.vocabulary import Stage, Status
 
 Array = NDArray[np.float64]
@@ -31,6 +33,8 @@ Array = NDArray[np.float64]
 _ROUNDING = 1e-3
 #: Difference of coordinates and strengths of the history from those of the model, relative to their size.
 _SAME = 1e-9
+#: Difference of displacements from those of moved blocks, relative to the mean size of blocks: rounding of rotations.
+_MOVED = 1e-6
 #: Statuses whose final state is one under a share of the dead load alone.
 _OF_DEAD_LOAD = (Status.UNSTABLE, Status.SELF_STRESS)
 
@@ -120,8 +124,27 @@ def confirm(analysis: Analysis) -> None:
         raise CertificateError(msg)
 
 
+def _of_curve(result: CaseResult) -> Iterator[str]:
+    """What a capacity curve says against the places of its blocks, and against itself."""
+    curve, case = result.capacity, result.case
+    if curve is None or not isinstance(case, Pushover):
+        return
+    control = ControlPoint.of(result.model, case)
+    position, rotation = (
+        curve[name].transpose("step", "block", "axis").to_numpy() for name in ("position", "rotation")
+    )
+    stated, alpha = (curve[name].transpose("step").to_numpy() for name in ("displacement", "load_factor"))
+    found = np.array([control.displacement(Placement.at(*at)) for at in zip(position, rotation, strict=True)])
+    if not np.abs(found - stated).max() <= _MOVED * result.model.characteristic_length:
+        yield "the displacements of the capacity curve are not those of its blocks"
+    d0, expected = float(curve["d0"]), zero_displacement(list(zip(stated.tolist(), alpha.tolist(), strict=True)))
+    if not np.isclose(d0, expected, rtol=_SAME, atol=0.0, equal_nan=True):
+        yield f"d0 is {d0:.6g} m, that of the capacity curve {expected:.6g} m"
+
+
 def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
     yield from _status(result)
+    yield from _of_curve(result)
     if not result.n_iterations:
         return
     problem = LimitProblem.of(statics, result.case)

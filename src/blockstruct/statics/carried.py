@@ -73,6 +73,11 @@ class Placing:
         return PlanFaces.of([b.shape for b in self.model.blocks], 1.0)
 
     @cached_property
+    def lower(self) -> PlanFaces:
+        """All faces that look down."""
+        return PlanFaces.of([b.shape for b in self.model.blocks], -1.0)
+
+    @cached_property
     def tolerance(self) -> float:
         """Within which heights are the same, m."""
         return _LEVEL * self.model.characteristic_length
@@ -177,8 +182,7 @@ def _along_line(placing: Placing, load: LineLoad) -> _Placed:
 def _over_area(placing: Placing, load: AreaLoad) -> _Placed:
     if load.start is None or load.end is None:
         own = placing.upper[placing.upper.body == placing.at(load)]
-        lower = PlanFaces.of([b.shape for b in placing.model.blocks], -1.0)
-        faces = own.without(lower, 10 * placing.tolerance, reach=10 * placing.tolerance)
+        faces = own.without(placing.lower, 10 * placing.tolerance, reach=10 * placing.tolerance)
         if not len(faces):
             raise placing.refusal(load, "finds no upper face that touches no other block; give start and end")
         area = shapely.area(faces.outline)

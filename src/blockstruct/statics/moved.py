@@ -20,7 +20,7 @@ from blockstruct.statics.contacts import ContactPoints
 from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.statics import Statics
 from blockstruct.statics.ties import TieTable
-from blockstruct.statics.wrenches import applied_loads, wrenches
+from blockstruct.statics.wrenches import applied_loads, summed
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -93,13 +93,12 @@ class MovingLoads:
         arm = found.point - centroid[found.block]
         lever = np.zeros((len(model.blocks), 3, 3))
         np.add.at(lever, found.block, arm[:, :, None] * found.force[:, None, :])
-        return cls(wrenches(model, pattern, dead), lever)
+        return cls(summed(model, found), lever)
 
     def at(self, placement: Placement) -> Array:
         """Wrenches (B, 6) on blocks at a placement."""
         turned = (placement.rotation - np.eye(3)) @ self.lever
-        more = np.stack([turned[:, i, j] - turned[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
-        return np.column_stack([self.wrench[:, :3], self.wrench[:, 3:] + more])
+        return np.column_stack([self.wrench[:, :3], self.wrench[:, 3:] + _axial(turned)])
 
     def own(self, placement: Placement) -> Array:
         """The same in the axes of each block."""
@@ -107,17 +106,20 @@ class MovingLoads:
 
     def work(self, before: Placement, after: Placement) -> float:
         """Work, J, between two placements, of the forces exactly; of moments to second order of their rotation."""
-        moment = self.wrench[:, 3:] - np.stack(
-            [self.lever[:, i, j] - self.lever[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1
-        )
+        moment = self.wrench[:, 3:] - _axial(self.lever)
         turn = after.rotation @ before.rotation.transpose(0, 2, 1)
-        vectors = np.stack([turn[:, j, i] - turn[:, i, j] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1) / 2
+        vectors = _axial(turn.transpose(0, 2, 1)) / 2
         change = after.rotation - before.rotation
         return float(
             (self.wrench[:, :3] * (after.position - before.position)).sum()
             + np.einsum("bij,bji->", change, self.lever)
             + (moment * vectors).sum()
         )
+
+
+def _axial(matrices: Array) -> Array:
+    """Axial vectors (n, 3) of ``M − Mᵀ`` of matrices M (n, 3, 3)."""
+    return np.stack([matrices[:, i, j] - matrices[:, j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
 
 
 @dataclass(frozen=True, slots=True)

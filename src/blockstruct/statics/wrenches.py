@@ -117,7 +117,11 @@ def wrenches(model: Model, pattern: LoadPattern, dead: LoadPattern | None = None
 
     Loads that cancel on a block but for rounding are none. Parameters and errors are those of :func:`applied_loads`.
     """
-    found = applied_loads(model, pattern, dead)
+    return summed(model, applied_loads(model, pattern, dead))
+
+
+def summed(model: Model, found: AppliedLoads) -> Array:
+    """Wrenches (B, 6) of forces and couples about the centroids of their blocks, as of :func:`wrenches`."""
     n = len(model.blocks)
     centroid = np.array([b.centroid for b in model.blocks])[found.block]
     arm, size = found.point - centroid, np.linalg.norm(found.force, axis=1)

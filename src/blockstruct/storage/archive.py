@@ -22,6 +22,8 @@ from blockstruct.storage.snapshot import Stamp, unreadable
 
 #: Rows read anew from which on it is worth to keep them for the next session.
 _WORTH_KEEPING = 50
+#: Relative difference of the ends of two pushovers that are the same.
+SAME_END = 1e-2
 
 
 class Archive:
@@ -72,17 +74,19 @@ class Archive:
 
         Columns: ``path`` (relative to the folder), ``case``, ``model``, a column ``parameter_…`` for each parameter
         that an analysis was made with, ``load_factor`` of limit cases, ``reaction`` (N) or ``reaction_moment`` (N·m) of
-        settlements, ``status``, ``flow``, ``n_iterations`` and ``problem``: why a file, which has one row then, cannot
-        be read. A run that is under way or was killed has a row of that kind, too. The units of columns, coherent SI,
-        are in ``table.attrs["units"]``.
+        settlements, ``d0`` and ``curve_end`` (m) of pushovers, of which the second is the displacement of their last
+        state, ``status``, ``flow``, ``n_iterations`` and ``problem``: why a file, which has one row then, cannot be
+        read. A run that is under way or was killed has a row of that kind, too. The units of columns, coherent SI, are
+        in ``table.attrs["units"]``.
 
         Parameters
         ----------
         all_columns
             Also ``model_hash``, ``associative_load_factor``, ``duration`` (s), the measures of the certificate and
-            whether it ``holds``, ``dead``, ``variable``, ``message``, ``started_at`` and ``created_at`` (UTC),
-            ``version`` of blockstruct, ``tags``, ``study``, a column ``joint_…`` for each property of joints (NaN
-            where the joint materials of a model differ in it) and ``settings_…`` for each setting.
+            whether it ``holds``, ``curve_ended``, why a pushover went no further, ``dead``, ``variable``, ``message``,
+            ``started_at`` and ``created_at`` (UTC), ``version`` of blockstruct, ``tags``, ``study``, a column
+            ``joint_…`` for each property of joints (NaN where the joint materials of a model differ in it) and
+            ``settings_…`` for each setting.
 
         Notes
         -----
@@ -220,10 +224,11 @@ class Archive:
         pandas.DataFrame
             Indexed by path and case: ``load_factor`` (of a settlement its reaction, N or N·m), ``status``,
             ``model_hash`` and ``problem`` of each, with ``_other`` for the other one's; ``relative_difference`` of the
-            load factor (0 where both are the same); and whether they ``agree``: both there and readable, of one model
-            and status.
+            load factor (0 where both are the same); of pushovers ``d0``, ``curve_end`` and ``end_difference``, the
+            relative difference of d0 or, where the load factor did not come down to zero, of ``curve_end``; and whether
+            they ``agree``: both there and readable, of one model and status, and pushovers to the same end, within 1 %.
         """
-        columns = ["load_factor", "status", "model_hash", "problem"]
+        columns = ["load_factor", "status", "model_hash", "problem", "d0", "curve_end"]
         tables = (a.table(all_columns=True).astype({"case": object}).fillna({"case": ""}) for a in (self, other))
         answered = (
             t.assign(load_factor=t[["load_factor", *REACTIONS.values()]].bfill(axis=1).iloc[:, 0]) for t in tables
@@ -231,7 +236,12 @@ class Archive:
         one, two = (table.set_index(["path", "case"])[columns] for table in answered)
         joined = one.join(two.add_suffix("_other"), how="outer")
         joined["relative_difference"] = relative_difference(joined["load_factor"], joined["load_factor_other"])
+        ends = [joined[f"d0{suffix}"].fillna(joined[f"curve_end{suffix}"]) for suffix in ("", "_other")]
+        joined["end_difference"] = relative_difference(*ends)
         joined["agree"] = joined["problem"].eq("") & joined["problem_other"].eq("")
+        joined["agree"] &= joined["end_difference"].abs().le(SAME_END) & joined["d0"].isna().eq(
+            joined["d0_other"].isna()
+        )
         for column in ("status", "model_hash"):
             joined["agree"] &= joined[column].eq(joined[f"{column}_other"])
         return joined

@@ -30,7 +30,10 @@ _FIRST = (
     "model_hash",
     "load_factor",
     *REACTIONS.values(),
+    "d0",
+    "curve_end",
     *_NUMBERS[1:],
+    "curve_ended",
     *_TEXTS,
     "created_at",
     "version",
@@ -40,12 +43,17 @@ _FIRST = (
     *(f"joint_{name}" for name in JOINT_PROPERTIES),
 )
 #: Columns of the short view, before and behind the parameters.
-_SHORT = ("path", "case", "model"), ("load_factor", *REACTIONS.values(), "status", "flow", "n_iterations", "problem")
+_SHORT = (
+    ("path", "case", "model"),
+    ("load_factor", *REACTIONS.values(), "d0", "curve_end", "status", "flow", "n_iterations", "problem"),
+)
 #: Units of the columns that have one.
 _UNITS = {
     "load_factor": "dimensionless",
     "associative_load_factor": "dimensionless",
     "duration": "second",
+    "d0": "meter",
+    "curve_end": "meter",
     **{name: unit for unit, name in REACTIONS.items()},
     **{f"joint_{name}": SI_UNITS[p.dimension] for name, p in JOINT_PROPERTIES.items()},
 }
@@ -81,6 +89,7 @@ def rows_of(file: AnalysisFile) -> Iterator[Row]:
                 "case": name,
                 **{number: _scalar(case, place, number) for number in _NUMBERS if number in case},
                 **_reaction(case, place),
+                **(_curve(groups, file.curves[place]) if place in file.curves else {}),
                 **{text: plain(case.attrs[text]) for text in _TEXTS},
                 **{f"settings_{key}": value for key, value in settings.items()},
             }
@@ -120,6 +129,17 @@ def _reaction(case: h5py.Group, place: str) -> Row:
         return {}
     reaction = _scalar(case, place, "reaction")
     return {"load_factor": np.nan, REACTIONS[plain(case["reaction"].attrs["units"])]: reaction}
+
+
+def _curve(groups: h5py.File, place: str) -> Row:
+    """How far a pushover came, and how it ended."""
+    curve = member(groups, place)
+    displacement = _values(curve, place, "displacement")
+    return {
+        "d0": _scalar(curve, place, "d0"),
+        "curve_end": float(displacement.flat[-1]) if displacement.size else np.nan,
+        "curve_ended": str(plain(curve.attrs["ended"])) if "ended" in curve.attrs else "",
+    }
 
 
 def _scalar(case: h5py.Group, place: str, name: str) -> Any:

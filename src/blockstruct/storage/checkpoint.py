@@ -186,15 +186,15 @@ class Checkpoint:
             "started_at": planned.started_at,
             "duration": float(history["solver_time"].sum()),
         }
-        settings = asdict(planned.settings)
+        settings, ending = asdict(planned.settings), dict(records.ending or found)
         try:
             return CaseResult.restored(
                 model=planned.model,
                 case=planned.case,
                 settings=settings,
                 history=history,
-                capacity=_capacity(planned.model, records.steps),
-                **(records.ending or found),
+                capacity=_capacity(planned.model, records.steps, ending.pop("curve_ended", "")),
+                **ending,
             )
         except DAMAGE as error:
             msg = f"{journal.path}: {error}; delete it, the case then counts as interrupted"
@@ -246,9 +246,11 @@ def _arrays(iteration: Mapping[str, np.ndarray], blank: xr.Dataset, index: int) 
     return arrays
 
 
-def _capacity(model: Model, steps: list[dict[str, np.ndarray]]) -> xr.Dataset | None:
-    """Capacity curve of the steps of a case; None without any."""
-    return capacity_of(model, {name: np.concatenate([s[name] for s in steps]) for name in steps[0]}) if steps else None
+def _capacity(model: Model, steps: list[dict[str, np.ndarray]], ended: str) -> xr.Dataset | None:
+    """Capacity curve of the steps of a case, and how it ended; None without any."""
+    if not steps:
+        return None
+    return capacity_of(model, {name: np.concatenate([s[name] for s in steps]) for name in steps[0]}, ended)
 
 
 def _is_text(variable: xr.Variable) -> bool:
@@ -276,6 +278,7 @@ def _ending(result: CaseResult) -> dict[str, Any]:
         "certificate": result.certificate.measures if result.certificate else {},
         "started_at": result.started_at,
         "duration": result.duration,
+        **({} if result.capacity is None else {"curve_ended": result.capacity.attrs.get("ended", "")}),
     }
 
 

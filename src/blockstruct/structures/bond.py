@@ -98,7 +98,7 @@ class Bond:
         spans = [(max(a, p), min(b, q)) for p, q in solid for a, b in lintels[number] if min(b, q) > max(a, p)]
         rest = without(solid, spans)
         foot, head = (number - 1) * self.course_height, top or number * self.course_height
-        shapes = [o.outline(self.course_height) for o in openings if o.voussoir_outlines(self.course_height)]
+        shapes = [o.outline(self.course_height) for o in openings if o.voussoirs is not None]
         shapes = [shape for shape in shapes if shape.bounds[1] < head and shape.bounds[3] > foot]
         for a, b in spans:
             self._check_lintel(number, shapely.box(a, foot, b, head), shapes, within)

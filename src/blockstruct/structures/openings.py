@@ -221,7 +221,7 @@ def check_openings(
             raise ModelError(msg)
         if isinstance(opening, Opening):
             _check_levels(opening, course_height, courses, what)
-        if opening.voussoir_outlines(course_height):
+        if opening.voussoirs is not None:
             _check_ring(opening, within or shapely.box(0.0, 0.0, length, top), course_height, what)
         for other in openings[: k - 1]:
             if (

@@ -11,7 +11,7 @@ from blockstruct.analysis import AnalysisManager
 from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, UnknownNameError, shown
 from blockstruct.keywords import checked_keywords, did_you_mean
 from blockstruct.model import JOINT_PROPERTIES, JointMaterial, LimitCase, Model
-from blockstruct.results import CaseResult
+from blockstruct.results import CaseResult, sliding_rates
 from blockstruct.units import si
 from blockstruct.vocabulary import Flow, Stage, Status
 
@@ -55,11 +55,12 @@ def first_order(result: CaseResult, standard_deviation: float | Mapping[str, flo
     -----
     The load factor of the associative program is the value of a convex program, whose derivative with respect to the
     bound of a condition is its multiplier [1]_. At contact point k that of ``‖(s, t)‖ ≤ c A + μ n`` is the sliding
-    velocity ``‖v_t‖`` (with ``w_L·u = 1``), so that ``dα/dμ_k = n ‖v_t‖``, summed over the points of a joint. That is a
-    derivative where mechanism and forces are unique. Where several mechanisms have the same load factor, as in a wall
-    of equal joints that slides at any course, the load factor has a kink, and falls with the weakest of them by more
-    than any derivative tells. Two more runs, with all coefficients a little higher and lower, in shares drawn at
-    random, tell one from the other: ``unique``.
+    velocity ``‖v_t‖`` (with ``w_L·u = 1``), so that ``dα/dμ_k = n ‖v_t‖``, summed over the points of a joint; where the
+    torsion of a joint is that of uniform pressure, the rate at which its cone slides is added. That is a derivative
+    where mechanism and forces are unique. Where several mechanisms have the same load factor, as in a wall of equal
+    joints that slides at any course, the load factor has a kink, and falls with the weakest of them by more than any
+    derivative tells. Two more runs, with all coefficients a little higher and lower, in shares drawn at random, tell
+    one from the other: ``unique``.
 
     References
     ----------
@@ -80,7 +81,7 @@ def first_order(result: CaseResult, standard_deviation: float | Mapping[str, flo
     history = result.history
     last = history.isel(iteration=int(np.flatnonzero(history["stage"].to_numpy() == Stage.ASSOCIATIVE.value)[-1]))
     normal = last["contact_force"].sel(component="n").to_numpy()
-    sliding = np.linalg.norm(last["relative_velocity"].sel(component=["s", "t"]).to_numpy(), axis=-1)
+    sliding = sliding_rates(result.model, last, result.settings.crushing_cells)
     of_point = history["interface_of_contact_point"].to_numpy()
     derivative = np.bincount(of_point, normal * sliding, minlength=history.sizes["interface"])
     joints = [interface.joint_material for interface in result.model.interfaces]
@@ -129,7 +130,8 @@ def _kink(result: CaseResult, derivative: Any) -> tuple[float, float, float]:
             # Dilatancy does not count in associative flow, and may not exceed the angle of friction.
             values |= {"friction_coefficient": mu[k] + step * share[k], "dilatancy_angle": 0.0}
             values["tensile_strength"] *= min(1.0, mu[k] / values["friction_coefficient"]) if mu[k] else 1.0
-            changed.append(interface.with_joint_material(JointMaterial.from_si(f"{k}", values)))
+            joint = JointMaterial.from_si(f"{k}", values, torsion=interface.joint_material.torsion)
+            changed.append(interface.with_joint_material(joint))
         model = Model(result.model.name, result.model.blocks, changed, ties=result.model.ties)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", LoadFactorWarning)

@@ -17,6 +17,7 @@ from blockstruct.errors import DimensionError, LoadFactorWarning, ModelError, St
 from blockstruct.keywords import checked_keywords
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import checked_tuple
+from blockstruct.notebook import is_terminal
 from blockstruct.storage import Archive
 from blockstruct.studies.cluster import connected, on_cluster
 from blockstruct.studies.design import design_of
@@ -120,7 +121,7 @@ def study(
     design = design_of(parameters, sampling, runs, seed)
     plan.check_names(design.runs[0].values)
     count, limit = _workers(workers, len(design.runs)), _bytes(memory_limit, cluster, threads)
-    terminal = (print_progress,) if sys.stderr.isatty() else ()
+    terminal = (print_progress,) if is_terminal(sys.stderr) else ()
     heard = terminal if listeners is None else checked_tuple(listeners, Callable, "study: listeners")
     with contextlib.ExitStack() as stack:
         client = None if cluster is None else stack.enter_context(connected(cluster))

@@ -110,7 +110,7 @@ def _of_case(data: xr.Dataset, fractiles: Array, confidence: float, levels: Arra
     at = np.maximum(np.ceil(fractiles * len(certain)).astype(int), 1) - 1
     estimate = certain[at] if len(certain) else np.full(len(fractiles), np.nan)
 
-    counts = np.array([[np.sum(v[known] < level) for level in levels] for v in (values,)], dtype=float)[0]
+    counts = np.array([np.sum(certain < level) for level in levels], dtype=float)
     fewest = [binomtest(int(k), n).proportion_ci(confidence, method="exact").low for k in counts]
     most = [binomtest(int(k + (~known).sum()), n).proportion_ci(confidence, method="exact").high for k in counts]
     finite = alpha[converged]

@@ -19,6 +19,8 @@ _NUMBERS: Mapping[str, dict[str, str]] = {
     "n_iterations": _NONE | {"long_name": "programs"},
     "reaction": {"units": "newton", "long_name": "reaction of a settlement"},
     "reaction_moment": {"units": "newton * meter", "long_name": "reaction of a settlement that turns"},
+    "d0": {"units": "meter", "long_name": "displacement of a pushover at which the load factor is zero"},
+    "curve_end": {"units": "meter", "long_name": "displacement of the last state of a pushover"},
     "duration": {"units": "second", "long_name": "wall-clock time of the case"},
 }
 _TEXTS = ("status", "flow", "message")
@@ -26,6 +28,8 @@ _TEXTS = ("status", "flow", "message")
 _OF_CASE = (*_NUMBERS, *_TEXTS)
 _OF_RUN = ("problem", "path")
 _REACTIONS = {"reaction", "reaction_moment"}
+#: Numbers of some kinds of cases alone.
+_OF_SOME = (*_REACTIONS, "d0", "curve_end")
 _COLUMNS = {"bound": "associative_load_factor"}
 
 
@@ -57,7 +61,7 @@ def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], prob
                 # What bounds a reaction is no load factor.
                 numbers["bound"][i, at[row["case"]]] = np.nan
     along = [*dims, "case"]
-    for name in sorted(_REACTIONS):
+    for name in _OF_SOME:
         if np.isnan(numbers[name]).all():
             del numbers[name]
     variables: dict[str, Any] = {n: (along, v.reshape(*shape, -1), _NUMBERS[n]) for n, v in numbers.items()}

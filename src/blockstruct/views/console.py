@@ -1,6 +1,7 @@
 """Tables and texts for a terminal 80 columns wide."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
 from textwrap import indent
 from typing import Any
@@ -125,13 +126,22 @@ def archive_table(rows: pd.DataFrame) -> Table:
         table.add_column(Text(short + (f" [{symbol}]" if symbol else "")), justify="right")
     table.add_column("status")
     shown = rows[rows["problem"] == ""].to_dict("records")
-    for title in (answer_title(shown), "programs"):
-        table.add_column(title, justify="right")
+    pushed = any(math.isfinite(row["curve_end"]) for row in shown)
+    for title in (answer_title(shown), *["d0 [m]"] * pushed, "programs"):
+        # As Text: in a str "[m]" would be markup.
+        table.add_column(Text(title), justify="right")
     for row in shown:
-        numbers = (answer_cell(row), f"{row['n_iterations']:.0f}")
+        numbers = (answer_cell(row), *[_d0(row)] * pushed, f"{row['n_iterations']:.0f}")
         values = (Text(_cell(row[name])) for name in varied)
         table.add_row(Text(row["path"]), Text(row["case"]), *values, row["status"], *numbers)
     return table
+
+
+def _d0(row: Mapping[Any, Any]) -> str:
+    """Where the load factor of a pushover is zero, or the end before; nothing of another case."""
+    if math.isfinite(row["d0"]):
+        return f"{row['d0']:.4g}"
+    return f"none, ends at {row['curve_end']:.4g}" if math.isfinite(row["curve_end"]) else ""
 
 
 def _cell(value: Any) -> str:
@@ -170,7 +180,8 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
                 "warnings": [*r.warnings, *filter(None, [r.torsion_warning])],
                 "admissible_load_factor": None if r.answer.is_reaction else _finite(r.admissible_load_factor),
                 "certificate": None if r.certificate is None else _measures(r.certificate),
-                "ties": _ties(r),
+                "ties": _rows(r.ties),
+                "pushover": _pushover(r),
             }
             for r in analysis.values()
         ],
@@ -206,8 +217,22 @@ def _reaction(r: bs.CaseResult) -> dict[str, Any] | None:
     return {**{name: _finite(v) for name, v in values.items()}, "units": SI_UNITS[r.answer.dimension]}
 
 
-def _ties(result: bs.CaseResult) -> list[dict[str, Any]]:
-    rows = result.ties.reset_index().to_dict("records")
+def _pushover(r: bs.CaseResult) -> dict[str, Any] | None:
+    """How the curve of a pushover ended, and which ties broke, None without one; displacements in m."""
+    curve = r.capacity
+    if curve is None:
+        return None
+    return {
+        "d0": _finite(float(curve["d0"])),
+        "ended": curve.attrs.get("ended", ""),
+        "states": curve.sizes["step"],
+        "certified": int(curve["holds"].sum()),
+        "broken_ties": _rows(r.broken_ties),
+    }
+
+
+def _rows(table: pd.DataFrame) -> list[dict[str, Any]]:
+    rows = table.reset_index().to_dict("records")
     return [{str(name): _finite(v) if isinstance(v, float) else v for name, v in row.items()} for row in rows]
 
 

@@ -26,7 +26,10 @@ except ModuleNotFoundError as error:
 
 Array = NDArray[np.float64]
 
-_PIECE = re.compile(r"(blocks|interfaces|forces|resultants|ties|pushover)-\d{4,}\.vtp")
+_PIECE = re.compile(r"(blocks|interfaces|forces|resultants|ties|pushover|pushed-ties)-\d{4,}\.vtp")
+
+#: What a pushover shows in each step, by its pieces.
+_SHOWN = {"pushover": "blocks", "pushed-ties": "ties"}
 
 
 def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
@@ -42,7 +45,7 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
         displacement of the vertices for a largest translation of 1 m. A state is 1 in the array of its
         name where an interface has it; names of blocks and interfaces are in the field data, in UTF-8. Where no
         interface is pressed the piece of resultants is empty. Pieces of an earlier, longer case are removed. A pushover
-        has a second file, ``NAME-pushover.pvd``, of its blocks where they are in each step; its time is the
+        has a second file, ``NAME-pushover.pvd``, of its blocks and ties where they are in each step; its time is the
         displacement of the control point, m.
 
     Raises
@@ -72,12 +75,13 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
                 written.add(folder / name)
                 entry = {"timestep": str(i), "part": str(part), "name": kind, "file": f"{folder.name}/{name}"}
                 ElementTree.SubElement(collection, "DataSet", entry)
-        for k, (displacement, piece) in enumerate(still.pushed(result)):
-            name = f"pushover-{k:04}.vtp"
-            piece.save(folder / name)
-            written.add(folder / name)
-            entry = {"timestep": repr(displacement), "part": "0", "name": "blocks", "file": f"{folder.name}/{name}"}
-            ElementTree.SubElement(of_pushover, "DataSet", entry)
+        for k, (displacement, pieces) in enumerate(still.pushed(result)):
+            for part, (kind, piece) in enumerate(pieces.items()):
+                name = f"{kind}-{k:04}.vtp"
+                piece.save(folder / name)
+                written.add(folder / name)
+                what = {"timestep": repr(displacement), "part": str(part), "name": _SHOWN[kind]}
+                ElementTree.SubElement(of_pushover, "DataSet", what | {"file": f"{folder.name}/{name}"})
         for old in set(folder.iterdir()) - written:
             if _PIECE.fullmatch(old.name):
                 old.unlink()
@@ -162,11 +166,13 @@ class _Still:
             piece.field_data[label] = [float(number.to_numpy()[0])]
         return pieces
 
-    def pushed(self, result: bs.CaseResult) -> Iterator[tuple[float, "pv.PolyData"]]:
-        """Displacement of the control point, m, and the blocks where they are, for each step of a pushover."""
+    def pushed(self, result: bs.CaseResult) -> Iterator[tuple[float, dict[str, "pv.PolyData"]]]:
+        """Displacement of the control point, m, and blocks and ties where they are, for each step of a pushover."""
         curve = result.capacity
         if curve is None:
             return
+        ties = "tie_force" in curve
+        states = bs.results.pushed_tie_state(result.model, curve).to_numpy() if ties else np.empty(0)
         of, arm = self.solids.block_of_vertex, self.solids.vertices - self.solids.centroids[self.solids.block_of_vertex]
         position, rotation = curve["position"].to_numpy(), bs.results.block_rotations(curve)
         for k, displacement in enumerate(curve["displacement"].to_numpy().tolist()):
@@ -174,17 +180,31 @@ class _Still:
             moved = position[k, of] + np.einsum("vij,vj->vi", rotation[k, of], arm)
             blocks.point_data["displacement [meter]"] = moved - self.solids.vertices
             blocks.points = moved
-            blocks.field_data["load factor [dimensionless]"] = [float(curve["load_factor"][k])]
-            yield displacement, blocks
+            pieces = {"pushover": blocks}
+            if ties:
+                ends = self.ties.ends - self.solids.centroids[self.ties.blocks]
+                moved = position[k, self.ties.blocks] + np.einsum("meij,mej->mei", rotation[k, self.ties.blocks], ends)
+                at = curve.isel(step=k)
+                pieces["pushed-ties"] = piece = self._tie_lines(moved, at["tie_force"].to_numpy(), states[k])
+                piece.cell_data["elongation [meter]"] = at["tie_elongation"].to_numpy()
+            for piece in pieces.values():
+                piece.field_data["load factor [dimensionless]"] = [float(curve["load_factor"][k])]
+            yield displacement, pieces
 
     def _ties(self, result: bs.CaseResult, iteration: int) -> "pv.PolyData":
-        history, count = result.history.isel(iteration=[iteration]), len(self.ties.names)
-        pairs = np.column_stack([np.full(count, 2), np.arange(2 * count).reshape(-1, 2)])
-        piece = pv.PolyData(self.ties.ends.reshape(-1, 3), lines=pairs.ravel())
+        history = result.history.isel(iteration=[iteration])
+        force, states = history["tie_force"].to_numpy()[0], bs.ties.tie_state(history).to_numpy()[0]
+        piece = self._tie_lines(self.ties.ends, force, states)
         piece.point_data["mechanism"] = self.ties.displacement(result, iteration).reshape(-1, 3)
+        return piece
+
+    def _tie_lines(self, ends: Array, force: Array, states: NDArray[np.object_]) -> "pv.PolyData":
+        """Ties between their ends (M, 2, 3), with their forces, N, and states."""
+        count = len(self.ties.names)
+        pairs = np.column_stack([np.full(count, 2), np.arange(2 * count).reshape(-1, 2)])
+        piece = pv.PolyData(ends.reshape(-1, 3), lines=pairs.ravel())
         piece.cell_data["tie"] = np.arange(count)
-        piece.cell_data["tension [newton]"] = history["tie_force"].to_numpy()[0]
-        states = bs.ties.tie_state(history).to_numpy()[0]
+        piece.cell_data["tension [newton]"] = force
         for name in bs.ties.TieState:
             piece.cell_data[name.value] = np.array(states == name.value, dtype=np.uint8)
         _name(piece, "tie names", self.ties.names)

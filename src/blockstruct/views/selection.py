@@ -97,7 +97,9 @@ def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[n
 
 def moving_bodies(result: bs.CaseResult, iteration: int) -> tuple[NDArray[np.int64], list[bs.results.MacroBlock]]:
     """Macro-block (B,) of each block in an iteration, −1 where it rests, and those that move, the heaviest first."""
-    found = bs.results.macro_blocks(result.model, bs.results.mechanism(result.history.isel(iteration=[iteration])))
+    found = bs.results.macro_blocks(
+        result.model, bs.results.mechanism(result.history.isel(iteration=[iteration])), dead=result.case.dead
+    )
     moving = [body for body in found if body.moves]
     number = {name: k for k, body in enumerate(moving) for name in body.blocks}
     return np.array([number.get(b.name, -1) for b in result.model.blocks], dtype=np.int64), moving

@@ -22,6 +22,7 @@ TIE_COLOURS = {
     bs.ties.TieState.YIELDING.value: "#e69f00",
     bs.ties.TieState.PUNCHING.value: "#882255",
     bs.ties.TieState.SLIPPING.value: "#cc79a7",
+    bs.ties.TieState.BROKEN.value: "#cccccc",
     bs.ties.TieState.UNKNOWN.value: "#f0e442",
 }
 #: Blocks behind what is drawn over them.

@@ -33,6 +33,8 @@ _DRIFTING = (
     "stopped at another load factor."
 )
 
+#: Ties that hold in a pushover that are told one by one.
+_LISTED = 5
 #: Statuses whose history may still hold an admissible state.
 _WITHOUT_STATE = (bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
 
@@ -62,15 +64,6 @@ def range_words(result: bs.CaseResult) -> str:
 def load_factor_words(result: bs.CaseResult) -> str:
     """The load factor, or the reaction, as far as it is one: a number, ``infinite`` or ``none``."""
     return result.headline.number
-
-
-def headline_words(headline: bs.results.Headline) -> str:
-    """The number of a case in a sentence, with its range and the associative bound.
-
-    >>> headline_words(bs.results.Headline(bs.Status.CONVERGED, 0.2637, 0.3069, 4, 5, 0.332, bs.Flow.NONASSOCIATIVE))
-    'Load factor 0.2637 (lowest of 4 of 5 schedules certified, up to 0.3069; associative bound 0.332).'
-    """
-    return f"{headline.answer.name.capitalize()} {headline}."
 
 
 def warning_words(found: bs.CaseResult | bs.Spread) -> str:
@@ -132,6 +125,33 @@ def tie_words(result: bs.CaseResult) -> list[str]:
         return []
     found = np.isfinite(result.history["tie_force"].isel(iteration=-1)).all()
     return bs.results.tie_sentences(result.history) if found else []
+
+
+def pushover_words(result: bs.CaseResult) -> list[str]:
+    """What a pushover found beyond collapse, a sentence each: its states, how it ended, and ties; else none."""
+    curve = result.capacity
+    if curve is None or not isinstance(result.case, bs.Pushover):
+        return []
+    n, certified = curve.sizes["step"], int(curve["holds"].sum())
+    block, direction = result.case.control
+    along = ", ".join(f"{round(d, 4):g}" for d in direction)
+    reached = 1e3 * float(curve["displacement"][-1])
+    states = (
+        f"Beyond collapse {n} states were found, {'all' if certified == n else certified} of them certified, up to a "
+        f"displacement of {reached:.4g} mm of the control point on {block} along ({along})"
+    )
+    said = [states, curve.attrs.get("ended", ""), *bs.results.breaking_words(curve)]
+    if "tie_force" in curve:
+        held = np.flatnonzero(np.isnan(curve["tie_break_displacement"]))
+        longest, largest = (curve[name].max("step").to_numpy() for name in ("tie_elongation", "tie_force"))
+        said += [
+            f"tie {curve['tie'].to_numpy()[k]} holds: it gets longer by at most {1e3 * longest[k]:.4g} mm, under "
+            f"{largest[k] / 1e3:.4g} kN at most"
+            for k in held[:_LISTED]
+        ]
+        if len(held) > _LISTED:
+            said.append(f"{len(held) - _LISTED} more hold, too")
+    return [f"{text[:1].upper()}{text[1:]}." for text in said if text]
 
 
 def certificate_words(result: bs.CaseResult) -> str:

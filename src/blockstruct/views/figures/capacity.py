@@ -14,7 +14,7 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
     """Draw the load factor of a pushover over the displacement of its control point.
 
     States whose certificate does not hold are drawn as crosses. The displacement at which the load factor is zero is
-    marked; where the method ended before, the last state is, with a ring.
+    marked; where the method ended before, the last state is, with a ring. Dotted lines are where ties break.
 
     Parameters
     ----------
@@ -54,6 +54,20 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
         )
     else:
         ax.plot(displacement[-1:] * factor, load_factor[-1:], "o", mfc="none", mec=FORCE, ms=9)
+    broken = result.broken_ties
+    for at in broken["displacement [meter]"].unique().tolist():
+        names = broken.index[broken["displacement [meter]"] == at]
+        ax.axvline(at * factor, color=FORCE, lw=0.8, ls=":", zorder=0)
+        said = f"{names[0]} breaks" if len(names) == 1 else f"{len(names)} ties break"
+        ax.annotate(
+            said,
+            (at * factor, 1.0),
+            (3, -4),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            va="top",
+            color=FORCE,
+        )
     ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
     block, _ = result.case.control if isinstance(result.case, bs.Pushover) else ("", ())
     ax.set(xlabel=f"displacement of the control point on {block} [{unit}]", ylabel="load factor α [-]")

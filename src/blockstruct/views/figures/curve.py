@@ -21,7 +21,7 @@ def curve(sweep: xr.Dataset | xr.DataArray, *, label: str | None = None, ax: Axe
     Parameters
     ----------
     sweep
-        ``load_factor`` over one coordinate with ``units``, as ``Analysis.sweep`` gives it. Points where no load
+        ``load_factor`` over one coordinate with ``units``, as ``AnalysisManager.sweep`` gives it. Points where no load
         factor was found (NaN) leave a gap; the load factor at an infinite value is a level line.
     label
         Name in the legend, for several curves on one Axes.

@@ -102,7 +102,7 @@ def _by_body(result: bs.CaseResult, iteration: int) -> tuple[Array, list[Patch]]
     if palette is not None:
         fill[index >= 0] = palette[index[index >= 0]]
     handles = [
-        Patch(facecolor=BODY_COLOURS[k], edgecolor=EDGE, label=f"{body.name}: {_weight(body.weight)}")
+        Patch(facecolor=BODY_COLOURS[k], edgecolor=EDGE, label=f"{body.name}: {_weight(body)}")
         for k, body in enumerate(moving[: len(BODY_COLOURS)])
     ]
     if len(moving) > len(BODY_COLOURS):
@@ -110,9 +110,10 @@ def _by_body(result: bs.CaseResult, iteration: int) -> tuple[Array, list[Patch]]
     return fill, handles
 
 
-def _weight(newton: float) -> str:
-    factor, unit = readable(newton, "N")
-    return f"{newton * factor:.4g} {unit}"
+def _weight(body: bs.results.MacroBlock) -> str:
+    factor, unit = readable(body.total, "N")
+    carried = f", {body.carried * factor:.4g} of it carried" if body.carried else ""
+    return f"{body.total * factor:.4g} {unit}{carried}"
 
 
 def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids, moved: Array) -> Array:

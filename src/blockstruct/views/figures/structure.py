@@ -45,7 +45,8 @@ def structure(
         ``"sliding"``: utilisation of sliding by :func:`blockstruct.results.utilisation`, in a colour of its own from
         0.999. ``"crushing"``: the stress block that the normal force of a joint needs at its compressive
         strength, ``N / (f_c b)`` deep about the resultant, so that a hinge that carries little is a point.
-        iteration Index from zero, or from the end if negative: numerical iterations, not steps of load.
+    iteration
+        Index from zero, or from the end if negative: numerical iterations, not steps of load.
     look
         ``"y"`` and ``"x"`` give elevations (seen from −y and from +x), ``"z"`` a plan, ``"3d"`` space in orthographic
         projection, and so do azimuth and elevation in degrees, as ``(-60, 25)``. By default an elevation of a thin

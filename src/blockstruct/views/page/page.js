@@ -177,10 +177,17 @@ function joints() {
   return [{...xyz(displaced(interfaces.fill, interfaces.block_of_vertex)), intensity: fill, ...scale}, {...xyz(segments(moved, drawn)), line}];
 }
 
-/** Ties as lines that go with their blocks, coloured by their state. */
+/** State and force of every tie in the iteration; in the step of the pushover its elongation, too. */
+function tieRows() {
+  const {tie, pushover} = current();
+  return (shown.step === null ? tie[shown.iteration] : pushover.tie && pushover.tie[shown.step]) || [];
+}
+/** Ties as lines that go with their blocks, coloured by their state; those that have broken are gone. */
 function tieLines() {
-  const pairs = Int32Array.from({length: 2 * ties.name.length}, (_, k) => k), names = Object.keys(data.look.ties), n = names.length;
-  const rank = current().tie[shown.iteration].map(([state]) => names.indexOf(state) + 0.5);
+  const names = Object.keys(data.look.ties), n = names.length;
+  const there = [...tieRows().entries()].filter(([, [state]]) => state !== "broken");
+  const pairs = Int32Array.from(there.flatMap(([k]) => [2 * k, 2 * k + 1]));
+  const rank = there.map(([, [state]]) => names.indexOf(state) + 0.5);
   const color = rank.flatMap(r => [r, r, r]);
   const colorscale = names.flatMap((name, k) => [[k / n, data.look.ties[name]], [(k + 1) / n, data.look.ties[name]]]);
   return {...xyz(segments(displaced(ties.vertices, ties.of_vertex), pairs)), line: {width: 7, color, cmin: 0, cmax: n, colorscale}};
@@ -359,7 +366,7 @@ function entry(colour, name) {
 }
 function legend() {
   const named = at("show-bodies").checked ? current().bodies.slice(0, data.look.bodies.length) : [];
-  at("bodies").replaceChildren(...named.map((body, k) => entry(data.look.bodies[k], `${body.name}, ${readable(body.weight, "N")}`)));
+  at("bodies").replaceChildren(...named.map((body, k) => entry(data.look.bodies[k], `${body.name}, ${readable(body.weight, "N")}${body.carried ? `, ${readable(body.carried, "N")} of it carried` : ""}`)));
   at("legend").replaceChildren();
   if (shown.colour !== "state") return;
   const present = new Set();
@@ -370,15 +377,15 @@ function legend() {
   }
 }
 
-/** State and force of every tie in the iteration. */
 function tieTable() {
   at("ties").replaceChildren();
-  for (const [k, [state, force]] of (current().tie[shown.iteration] || []).entries()) {
+  for (const [k, [state, force, longer]] of tieRows().entries()) {
     const row = at("ties").insertRow(), box = document.createElement("i");
     box.style.background = data.look.ties[state];
     row.insertCell().append(box, ties.name[k]);
     row.insertCell().textContent = state;
     row.insertCell().textContent = force === null ? "–" : readable(force, "N");
+    if (Number.isFinite(longer)) row.insertCell().textContent = `${Number((1e3 * longer).toPrecision(3))} mm longer`;
   }
 }
 
@@ -435,7 +442,7 @@ function iterationText() {
 
 function update(drawing = redraw) { iterationText(); legend(); tieTable(); describe(); convergence(); capacityCurve(); return drawing(); }
 /** Show a step of the pushover, or none of them. */
-function chooseStep(step, drawing = redraw) { shown.step = step; capacityCurve(); return drawing(); }
+function chooseStep(step, drawing = redraw) { shown.step = step; capacityCurve(); tieTable(); return drawing(); }
 
 function chooseCase(index) {
   shown.case = index;
@@ -504,6 +511,7 @@ function setAmplitude(value) {
   shown.amplitude = value;
   at("amplitude").value = value;
   iterationText();
+  tieTable();
 }
 
 async function start() {
@@ -522,7 +530,7 @@ async function start() {
   at("case").addEventListener("input", event => chooseCase(Number(event.target.value)));
   at("colour").addEventListener("input", event => { shown.colour = event.target.value; update(); });
   at("iteration").addEventListener("input", event => { shown.step = null; shown.iteration = Number(event.target.value); update(follow); });
-  at("amplitude").addEventListener("input", event => { shown.amplitude = Number(event.target.value); shown.step = null; iterationText(); describe(); capacityCurve(); follow(); });
+  at("amplitude").addEventListener("input", event => { shown.amplitude = Number(event.target.value); shown.step = null; iterationText(); tieTable(); describe(); capacityCurve(); follow(); });
   at("find").addEventListener("change", event => find(event.target.value));
   at("show-bodies").addEventListener("change", () => update());
   for (const part of document.querySelectorAll(".of-ties")) part.hidden = !ties.name.length;

@@ -39,6 +39,7 @@ from blockstruct.views.words import (
     admissible_words,
     certificate_words,
     load_factor_words,
+    pushover_words,
     range_words,
     spread_words,
     status_words,
@@ -176,7 +177,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any], origin: Array) -> dict[st
         "arrows": _arrows(result, origin),
         "answer": {"name": answer.name, "symbol": answer.symbol, "unit": unit or "-"},
         "head": head,
-        "status": status_words(result),
+        "status": " ".join([status_words(result), *pushover_words(result)]),
         "certificate": certificate_words(result),
         "stage": history["stage"].to_numpy().tolist(),
         "answers": _plain(answers * scale),
@@ -200,7 +201,10 @@ def _bodies(result: bs.CaseResult) -> dict[str, Any]:
     if not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
         return {"body": [-1] * len(result.model.blocks), "bodies": []}
     body, moving = moving_bodies(result, result.n_iterations - 1)
-    return {"body": body.tolist(), "bodies": [{"name": one.name, "weight": one.weight} for one in moving]}
+    return {
+        "body": body.tolist(),
+        "bodies": [{"name": one.name, "weight": one.total, "carried": one.carried} for one in moving],
+    }
 
 
 def _tie_rows(result: bs.CaseResult) -> list[list[tuple[str, float | None]]]:
@@ -247,8 +251,18 @@ def _pushover(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
             "displacement": curve["displacement"].to_numpy().tolist(),
             "load_factor": curve["load_factor"].to_numpy().tolist(),
             "motion": _packed(motion, "<f4"),
+            **_pushed_ties(result.model, curve),
         }
     }
+
+
+def _pushed_ties(model: bs.Model, curve: Any) -> dict[str, Any]:
+    """State, force and elongation of each tie in every step."""
+    if "tie_force" not in curve:
+        return {}
+    columns = (curve[name].transpose("step", "tie").to_numpy() for name in ("tie_force", "tie_elongation"))
+    rows = zip(bs.results.pushed_tie_state(model, curve).to_numpy(), *columns, strict=True)
+    return {"tie": [list(zip(s.tolist(), _plain(T), _plain(e), strict=True)) for s, T, e in rows]}
 
 
 def _packed(values: npt.ArrayLike, kind: str) -> str:

@@ -19,6 +19,7 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
     """Sentences that hold for the model and the cases."""
     joints = model.joint_materials.values()
     settles = any(isinstance(r.case, bs.SettlementCase) for r in results)
+    pushed = any(r.capacity is not None for r in results)
     crushing = any(np.isfinite(j.compressive_strength) for j in joints)
     said = [
         (
@@ -26,7 +27,8 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
             f"{', but for those that give way in a settlement case' if settles else ''}."
         ),
         (
-            "Displacements are small: equilibrium is that of the undeformed structure. "
+            f"Displacements are small{', but beyond the collapse state of a pushover' if pushed else ''}: "
+            "equilibrium is that of the undeformed structure. "
             f"{'Imposed' if settles else 'Settlements, imposed'} deformations, stiffness and dynamic effects are not "
             "considered."
         ),
@@ -50,6 +52,12 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
         said.append(
             "Ties bear tension alone, along the straight line between their ends; they are rigid up to their largest "
             "force and yield there without limit, unless an elongation limit is stated. Their weight is not considered."
+        )
+    if pushed:
+        said.append(
+            "Beyond the collapse state a pushover follows the blocks through finite displacements, slowly and without "
+            "dynamic effects: equilibrium is that where the blocks are, contacts are found anew there, corners stay "
+            "sharp, and ties break at their elongation limits."
         )
     if any(r.case.flow == bs.Flow.NONASSOCIATIVE for r in results):
         said.append(

@@ -22,6 +22,7 @@ from blockstruct.views.words import (
     certificate_words,
     load_factor_words,
     path_words,
+    pushover_words,
     range_words,
     spread_words,
     status_words,
@@ -268,7 +269,9 @@ def _case(r: bs.CaseResult) -> dict[str, Any]:
         "status_words": " ".join(filter(None, (status_words(r), range_words(r), admissible_words(r)))),
         "certificate_words": certificate_words(r),
         "ties": tie_words(r),
-        "message": r.message,
+        # That of a pushover says the same in one line.
+        "message": "" if r.capacity is not None else r.message,
+        "pushover": pushover_words(r),
         "states": sorted(states.items(), key=lambda item: -item[1]),
         "pictures": [{"caption": d.caption, "address": address(d)} for d in drawings(r)],
     }

@@ -1,0 +1,108 @@
+"""Ties in a pushover: their states, which of them break and where, and what the load factor loses."""
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from blockstruct.model import Model, tie_segments
+from blockstruct.results.ties import AT_LIMIT, OF_LIMIT
+from blockstruct.units import SI_UNITS
+from blockstruct.vocabulary import TieState
+
+Array = NDArray[np.float64]
+
+#: Ties that are told one by one.
+LISTED = 5
+
+
+def break_displacements(displacement: Array, elongation: Array, limit: Array) -> Array:
+    """Displacement (N,) of the control point at which each tie reaches its limit, m; NaN where it does not.
+
+    Parameters
+    ----------
+    displacement : (S,) array
+        Of the states, m.
+    elongation : (S, N) array
+        Of the ties in each state, m.
+    limit : (N,) array
+        Their elongation limits, m; infinite without one.
+    """
+    found = np.full(len(limit), np.nan)
+    for tie, k in _breaking(elongation, limit).items():
+        found[tie] = np.interp(limit[tie], elongation[k - 1 : k + 1, tie], displacement[k - 1 : k + 1])
+    return found
+
+
+def _breaking(elongation: Array, limit: Array) -> dict[int, int]:
+    """The state before which each tie breaks, of those that do; in the first state none is longer than it was."""
+    first = (elongation > limit).argmax(axis=0)
+    return {int(tie): int(first[tie]) for tie in np.flatnonzero(first)}
+
+
+def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
+    """The ties that break in a pushover, in the order in which they do.
+
+    Parameters
+    ----------
+    capacity
+        Its capacity curve.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Indexed by the tie: ``displacement [meter]`` of the control point at which it breaks, ``elongation [meter]``
+        there, which is its limit, ``force [newton]`` before, and ``load factor before`` and ``after``, of the states
+        between which it breaks.
+    """
+    meter, newton = SI_UNITS["length"], SI_UNITS["force"]
+    lengths = [f"{name} [{meter}]" for name in ("displacement", "elongation")]
+    columns = [*lengths, f"force [{newton}]", "load factor before", "load factor after"]
+    if "tie_break_displacement" not in capacity:
+        return pd.DataFrame(columns=columns, index=pd.Index([], name="tie"), dtype=float)
+    at, limit = (capacity[name].to_numpy() for name in ("tie_break_displacement", "tie_elongation_limit"))
+    force, elongation = (capacity[name].transpose("step", "tie").to_numpy() for name in ("tie_force", "tie_elongation"))
+    alpha = capacity["load_factor"].transpose("step").to_numpy()
+    breaking = _breaking(elongation, limit)
+    rows = [(at[tie], limit[tie], force[k - 1, tie], alpha[k - 1], alpha[k]) for tie, k in breaking.items()]
+    names = pd.Index(capacity["tie"].to_numpy()[list(breaking)], name="tie")
+    return pd.DataFrame(rows, columns=columns, index=names, dtype=float).sort_values(lengths[0], kind="stable")
+
+
+def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:
+    """State of every tie in every state of a pushover, as :func:`tie_state`; ``broken`` once it is beyond its limit.
+
+    Parameters
+    ----------
+    model, capacity
+        The structure, with ties, and its capacity curve.
+
+    Returns
+    -------
+    xarray.DataArray
+        Texts, dimensions (step, tie).
+    """
+    force, elongation = (capacity[name].transpose("step", "tie") for name in ("tie_force", "tie_elongation"))
+    tension, segments = force.to_numpy(), tie_segments(model.ties, model.blocks)
+    largest = np.array([segment.capacity for segment in segments])
+    limits = np.array([OF_LIMIT[segment.governing].value for segment in segments], dtype=object)
+    weight = sum(b.weight for b in model.blocks if not b.fixed)
+    state = np.full(tension.shape, TieState.STRESSED.value, dtype=object)
+    state = np.where(tension >= (1 - AT_LIMIT) * largest, limits, state)
+    state = np.where(tension <= AT_LIMIT * np.fmin(largest, weight), TieState.SLACK.value, state)
+    state = np.where(np.isfinite(tension), state, TieState.UNKNOWN.value)
+    beyond = elongation.to_numpy() > capacity["tie_elongation_limit"].to_numpy()
+    state = np.where(np.logical_or.accumulate(beyond), TieState.BROKEN.value, state)
+    return force.copy(data=state).rename("tie_state").drop_attrs()
+
+
+def breaking_words(capacity: xr.Dataset) -> list[str]:
+    """Which ties break in a pushover, where, and what the load factor loses: a clause each, and how many more."""
+    found = broken_ties(capacity)
+    said = [
+        f"tie {name} breaks at a displacement of {d * 1e3:.4g} mm, {longer * 1e3:.4g} mm longer: the load factor falls "
+        f"from {before:.4g} to {after:.4g}"
+        for name, d, longer, _, before, after in found.head(LISTED).itertuples()
+    ]
+    rest = len(found) - LISTED
+    return said + [f"{rest} more {'tie breaks' if rest == 1 else 'ties break'}"] * (rest > 0)

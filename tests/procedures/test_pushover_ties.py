@@ -1,0 +1,117 @@
+"""What a pushover tells of its ties: forces, elongations, and where one breaks. Hand calculations of test_pushover."""
+
+import numpy as np
+import pytest
+from test_pushover import ROUGH, box, by_hand, elongated, run, tied, turned
+
+import blockstruct as bs
+from blockstruct import Q_
+
+ENDS = ("post", Q_([-2, 0.5, 1.5], "m")), ("block", Q_([0, 0.5, 1.5], "m"))
+
+
+@pytest.fixture(scope="module")
+def breaking():
+    return run(tied(Q_(0.1, "m")), "block", steps=20)
+
+
+def test_forces_and_elongations_of_every_state(breaking):
+    curve = breaking.capacity
+    length = elongated(turned(curve, "block"))[0]
+    found = curve.sel(tie="bar")
+    assert curve["tie"].to_numpy().tolist() == ["bar"]
+    np.testing.assert_allclose(found["tie_elongation"], length - 2.0, atol=1e-6)
+    np.testing.assert_allclose(found["tie_force"], np.where(length <= 2.1, 4e3, 0.0), rtol=1e-4)
+    assert [curve[name].attrs["units"] for name in ("tie_force", "tie_elongation")] == ["newton", "meter"]
+    assert curve["tie_elongation_limit"].item() == 0.1
+
+
+def test_where_a_tie_breaks(breaking):
+    """The bar is 2.1 m long at a rotation θ; the centroid, 0.25 m and 1 m from the edge, has then moved by d."""
+    curve = breaking.capacity
+    angle = np.interp(2.1, elongated(np.linspace(0, 0.2, 4001))[0], np.linspace(0, 0.2, 4001))
+    d = 0.25 * (1 - np.cos(angle)) + np.sin(angle)
+    found = breaking.broken_ties
+    assert found.index.tolist() == ["bar"]
+    assert found["displacement [meter]"].item() == pytest.approx(d, rel=1e-3)
+    assert found["displacement [meter]"].item() == curve["tie_break_displacement"].sel(tie="bar").item()
+    assert found["elongation [meter]"].item() == 0.1
+    assert found["force [newton]"].item() == pytest.approx(4e3, rel=1e-6)
+    assert found["load factor before"].item() == pytest.approx(by_hand(angle, 4.0), rel=5e-3)
+    assert found["load factor after"].item() < found["load factor before"].item() - 0.2
+    said = f"; pushover: tie bar breaks at a displacement of {1e3 * found.iloc[0, 0]:.4g} mm, 100 mm longer: the load"
+    assert said in breaking.message
+    assert breaking.message.endswith(f"; {curve.attrs['ended']}")
+    assert curve.attrs["ended"].startswith("the load factor is zero at a displacement of 0.25 m")
+
+
+def test_ties_that_hold_or_are_not_there():
+    holding = run(tied(), "block", steps=6)
+    assert np.isnan(holding.capacity["tie_break_displacement"]).all()
+    assert holding.broken_ties.empty
+    assert "breaks" not in holding.message
+    blocks = [box("ground", (-1, 2), (-0.5, 0), fixed=True), box("block", (0, 0.5), (0, 2))]
+    untied = run(bs.Model("block", blocks, bs.detect_interfaces(blocks, ROUGH)), "block", steps=6)
+    assert "tie" not in untied.capacity.dims
+    assert untied.broken_ties.empty
+    assert untied.broken_ties.columns.tolist() == holding.broken_ties.columns.tolist()
+
+
+def test_many_ties_are_counted():
+    """Seven bars side by side break at once."""
+    one = tied(Q_(0.1, "m")).ties[0]
+    ties = [
+        bs.Tie(
+            f"bar {k}",
+            (one.start[0], Q_([-2, y, 1.5], "m")),
+            (one.end[0], Q_([0, y, 1.5], "m")),
+            yield_force="1 kN",
+            elongation_limit="0.1 m",
+        )
+        for k, y in enumerate(np.linspace(0.2, 0.8, 7))
+    ]
+    result = run(tied().with_ties(ties), "block", steps=10)
+    assert result.broken_ties.index.tolist() == [tie.name for tie in ties]
+    assert result.message.count("breaks at a displacement") == 5
+    assert "; 2 more ties break; the load factor is zero" in result.message
+
+
+@pytest.mark.parametrize(
+    ("refused", "instead"),
+    [
+        ({"cohesion": "0.1 MPa"}, "without it, and run a LimitCase"),
+        ({"tensile_strength": "0.1 MPa", "cohesion": "0.1 MPa"}, "which is lost where blocks part"),
+        ({"compressive_strength": "3 MPa"}, "local_mechanism then sets its hinge back"),
+    ],
+)
+def test_strengths_that_are_refused_have_a_way_out(refused, instead):
+    blocks = [box("ground", (-1, 2), (-0.5, 0), fixed=True), box("block", (0, 0.5), (0, 2))]
+    found = bs.detect_interfaces(blocks, bs.JointMaterial("mortar", 0.6, **refused))
+    with pytest.raises(bs.errors.ModelError, match=instead):
+        run(bs.Model("block", blocks, found), "block")
+
+
+@pytest.mark.parametrize(
+    ("tie", "instead"),
+    [
+        (bs.Tie("bar", *ENDS, yield_force="9 kN", prestress="2 kN"), "leave it out, the tie yields at the same force"),
+        (
+            bs.ties.Strip("strip", *ENDS, area="1 cm^2", strength="300 MPa"),
+            "give a Tie across the joint with its force",
+        ),
+        (
+            bs.ties.BondedBar(
+                "bar",
+                "[-2.2, 0.5, 1.5] m",
+                "[0.4, 0.5, 1.5] m",
+                diameter="10 mm",
+                bond_strength="0.2 MPa",
+                strength="235 MPa",
+            ),
+            "give a Tie between each two of them",
+        ),
+    ],
+)
+def test_ties_that_are_refused_have_a_way_out(tie, instead):
+    with pytest.raises(bs.errors.ModelError, match=instead):
+        run(tied().with_ties([tie]), "block")

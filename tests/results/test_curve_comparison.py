@@ -1,0 +1,161 @@
+"""Pushovers side by side: compared, reproduced, in the table of an archive, and against their own numbers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import SELF_WEIGHT, model_of, push, single_block
+
+
+def analysis(steps=12, control_point=None, width=0.3):
+    blocks, joint = single_block(width, 1.5, mu=2.0)
+    control = {"control": ("block", (1, 0, 0)), "control_point": control_point}
+    return bs.run(model_of(blocks, joint), bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), steps=steps, **control))
+
+
+@pytest.fixture(scope="module")
+def rocking():
+    """Zero at 0.15 m: half the width of the block."""
+    return analysis()
+
+
+def ending(whole, n):
+    """An analysis whose pushover ends after so many states."""
+    result = whole["push"]
+    curve = result.capacity.isel(step=slice(n)).assign(d0=((), np.nan, result.capacity["d0"].attrs))
+    curve.attrs["ended"] = "blocks fall"
+    return whole.replaced(results={"push": replace(result, capacity=curve)})
+
+
+def test_the_same_curve_in_half_the_steps(rocking):
+    found = bs.compare(rocking, analysis(24))
+    row = found.cases.loc["push"]
+    assert not row["same_question"]
+    assert row["d0"] == pytest.approx(0.15, rel=1e-4)
+    assert 0 < row["curve_difference"] < 1e-2
+    assert np.isnan(row["curves_part_at"])
+    assert found.agrees()
+    assert not found.agrees(curve_rtol=1e-12)
+    assert "d0 0.15 m, other 0.15 m, curves differ by" in str(found)
+
+
+def test_curves_of_other_points_part(rocking):
+    """The top of the block goes twice as far as its centroid, and further still."""
+    found = bs.compare(rocking, analysis(control_point=Q_([0.3, 0.5, 1.5], "m")))
+    row = found.cases.loc["push"]
+    assert row["d0_other"] == pytest.approx(1.5 * np.sin(np.arctan(0.2)), rel=1e-4)
+    # α falls to its 99th hundredth where the two have gone some hundredths of their ways.
+    assert 0 < row["curves_part_at"] < 0.02
+    assert row["curve_difference"] > 0.4
+    assert not found.agrees()
+    assert found.agrees(curve_rtol=np.inf)
+    assert f", from {row['curves_part_at']:.4g} m on" in str(found)
+
+
+def test_one_that_ends_before_the_load_factor_is_zero(rocking):
+    found = bs.compare(rocking, ending(rocking, 6))
+    assert found.cases.loc["push", "curve_difference"] == np.inf
+    assert not found.agrees()
+    assert "the load factor is zero at a displacement of 0.15 m; other: blocks fall" in str(found)
+    earlier = bs.compare(ending(rocking, 8), ending(rocking, 6)).cases.loc["push", "curve_difference"]
+    d = rocking["push"].capacity["displacement"].to_numpy()
+    assert earlier == pytest.approx(1 - d[5] / d[7])
+
+
+def test_a_case_without_a_curve(rocking):
+    without = rocking.replaced(results={"push": replace(rocking["push"], capacity=None)})
+    assert bs.compare(rocking, without).cases.loc["push", "curve_difference"] == np.inf
+    assert bs.compare(without, without).agrees(0)
+
+
+def test_a_pushover_is_reproduced(rocking, tmp_path):
+    path = bs.save_analysis(rocking, tmp_path / "push.h5")
+    found = bs.reproduce(bs.open_analysis(path))
+    assert found.agrees(1e-9, curve_rtol=1e-6)
+    other = bs.reproduce(ending(rocking, 6))
+    assert not other.agrees()
+    assert other.cases.loc["push", "curve_ended"] == "blocks fall"
+    assert other.cases.loc["push", "d0_other"] == pytest.approx(0.15, rel=1e-4)
+
+
+def test_a_curve_is_held_against_its_blocks(rocking):
+    result = rocking["push"]
+    assert bs.results.contradictions(rocking) == []
+    curve = result.capacity.copy(deep=True)
+    curve["displacement"] = curve["displacement"] * 1.01
+    said = [
+        what
+        for _, what in bs.results.contradictions(rocking.replaced(results={"push": replace(result, capacity=curve)}))
+    ]
+    assert said[0] == "the displacements of the capacity curve are not those of its blocks"
+    assert said[1].startswith("d0 is 0.15 m, that of the capacity curve 0.151")
+
+
+def test_archives_tell_how_far_pushovers_went(rocking, tmp_path, capsys):
+    for folder, done in (("a", rocking), ("b", ending(rocking, 6))):
+        bs.save_analysis(done, tmp_path / folder / "push.h5")
+        bs.save_analysis(
+            bs.run(rocking.model, bs.LimitCase("plain", SELF_WEIGHT, push(1, 0, 0))), tmp_path / folder / "plain.h5"
+        )
+    table = bs.Archive(tmp_path).table(all_columns=True).set_index("path")
+    curve = rocking["push"].capacity
+    assert table.attrs["units"]["d0"] == table.attrs["units"]["curve_end"] == "meter"
+    assert table.loc["a/push.h5", "d0"] == curve["d0"].item()
+    assert np.isnan(table.loc[["a/plain.h5", "b/push.h5", "b/plain.h5"], "d0"].astype(float)).all()
+    assert table.loc["b/push.h5", "curve_end"] == curve["displacement"][5].item()
+    assert table.loc["b/push.h5", "curve_ended"] == "blocks fall"
+    assert bs.Archive(tmp_path).query("d0 < 0.2")["path"].tolist() == ["a/push.h5"]
+    different = bs.Archive(tmp_path / "a").difference(bs.Archive(tmp_path / "b"))
+    assert different["agree"].to_dict() == {("plain.h5", "plain"): True, ("push.h5", "push"): False}
+    assert different.loc[("push.h5", "push"), "relative_difference"] == 0
+    assert different.loc[("push.h5", "push"), "end_difference"] < -0.1
+    same = bs.Archive(tmp_path / "b")
+    assert same.difference(same)["agree"].all()
+
+
+def test_the_command_prints_them(rocking, tmp_path, call):
+    bs.save_analysis(ending(rocking, 6), tmp_path / "early.h5")
+    bs.save_analysis(rocking, tmp_path / "push.h5")
+    code, out, _ = call("archive", tmp_path)
+    assert code == 0
+    assert "d0 [m]" in out
+    assert "none, ends at" in out
+    code, out, _ = call("diff", tmp_path / "push.h5", tmp_path / "early.h5")
+    assert code == 1
+    assert "other: blocks fall" in out
+
+
+def test_the_command_prints_the_states_of_a_pushover(rocking, tmp_path, call):
+    path, curve = bs.save_analysis(rocking, tmp_path / "push.h5"), rocking["push"].capacity
+    code, out, _ = call("history", path, "push", "--pushover")
+    assert code == 0
+    lines = out.splitlines()
+    assert lines[0].split() == [
+        "displacement",
+        "[meter]",
+        "load_factor",
+        "holds",
+        "penetration",
+        "[meter]",
+        "energy_error",
+    ]
+    assert len(lines) == 2 + curve.sizes["step"]
+    _, out, _ = call("history", path, "push", "--pushover", "--variable", "position", "--last")
+    assert f"{curve['position'][-1, 1, 2].item():.6f}" in out
+    call("history", path, "push", "--pushover", "--csv", tmp_path / "states.csv")
+    table = pd.read_csv(tmp_path / "states.csv", index_col="step")
+    np.testing.assert_allclose(table["displacement [meter]"], curve["displacement"])
+    np.testing.assert_allclose(table["motion_time [second]"], curve["motion_time"])
+    for words, said in (
+        (("--variable", "colour"), "no variable 'colour'; it has load_factor"),
+        (("--interface", "ground|block"), "have no interfaces"),
+    ):
+        code, _, err = call("history", path, "push", "--pushover", *words)
+        assert code == 2
+        assert said in err
+    bs.run(rocking.model, bs.LimitCase("plain", SELF_WEIGHT, push(1, 0, 0)), tmp_path / "plain.h5")
+    assert "run it as a Pushover" in call("history", tmp_path / "plain.h5", "plain", "--pushover")[2]
