@@ -35,7 +35,7 @@ def path_of(program: ConicProgram, settings: ProcedureSettings) -> Path:
 
 
 def loading_path(
-    path: Path, program: ConicProgram, bound: float, settings: ProcedureSettings, solver: Solver
+    path: Path, bound: float, settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, tuple[str, Iteration | None]]:
     """Follow the loading path to its end, and close it with an exact collapse state.
 
@@ -52,8 +52,8 @@ def loading_path(
 
     Parameters
     ----------
-    path, program
-        The path, and its program with the exact cones of crushing.
+    path
+        The path, at its beginning.
     bound
         A load factor that the path hardly passes, infinite without one; it gives the scale of a first guess.
     settings, solver
@@ -83,7 +83,7 @@ def loading_path(
             last, closed = step, None
             yield last
         if closed is None and last.displacement > 0 and path.may_close(last, ended=not going):
-            closed = yield from _closed(program, path.pressing(last), settings, solver)
+            closed = yield from _closed(path.program, path.pressing(last), settings, solver)
             attempts += 1
             if closed.certificate.holds and (best is None or _gap(closed) < _gap(best)):
                 best, early = closed, not path.at_its_end(last)
@@ -98,9 +98,9 @@ def loading_path(
     message = f"the certificate holds ({ALONG_PATH})"
     if early:
         # Closed too early, a path certifies whatever load factor it has come to.
-        message += f", but the {program.problem.answer} was {DRIFTING} where the path ended: {path.why}"
+        message += f", but the {path.program.problem.answer} was {DRIFTING} where the path ended: {path.why}"
     if path.peak > best.load_factor + path.blur * abs(best.load_factor):
-        message += f"; on the way it passed a peak, {program.problem.said(path.peak)}"
+        message += f"; on the way it passed a peak, {path.program.problem.said(path.peak)}"
     return message, best
 
 

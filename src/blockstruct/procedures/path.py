@@ -30,6 +30,7 @@ class Path(ABC):
 
     Attributes
     ----------
+    program : ConicProgram
     peak : float
         Largest load factor so far.
     blur : float
@@ -41,6 +42,7 @@ class Path(ABC):
     blur: float
 
     def __init__(self, program: ConicProgram, settings: ProcedureSettings) -> None:
+        self.program = program
         problem = self._problem = program.problem
         normal, shear = problem.compliance.T
         shear = np.where(np.isnan(shear), normal / settings.shear_stiffness_ratio, shear)

@@ -56,7 +56,8 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
     Outcome
         Value of the generator.
     """
-    path = _path(problem, settings) if flow is Flow.NONASSOCIATIVE else None
+    program = ConicProgram(problem, settings)
+    path = _path(program, settings) if flow is Flow.NONASSOCIATIVE else None
     dead = _dead_load_forces(path)
     if dead is None:
         found = yield from dead_load_program(problem, settings, solver)
@@ -65,7 +66,6 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
         dead = found
     if problem.settlement is not None:
         yield largest_reaction(problem, settings, solver)
-    program = ConicProgram(problem, settings)
     first = ray = yield from _associate(program, flow, settings, solver)
     jammed = first.load_factor == np.inf and flow is Flow.NONASSOCIATIVE
     if jammed:
@@ -109,14 +109,14 @@ def _associate(
     return step
 
 
-def _path(problem: LimitProblem, settings: ProcedureSettings) -> "Path | None":
+def _path(program: ConicProgram, settings: ProcedureSettings) -> "Path | None":
     """The loading path at its beginning, if the settings follow it."""
     if settings.procedure != "loading path":
         return None
     # Loaded here: its linear algebra is slow to import.
     from blockstruct.procedures.loading_path import path_of
 
-    return path_of(ConicProgram(problem, replace(settings, crushing="conic")), settings)
+    return path_of(exact(program, settings), settings)
 
 
 def _dead_load_forces(path: "Path | None") -> Array | None:
@@ -135,11 +135,11 @@ def _without_dilatancy(
     """The procedure of the settings; if the fictitious iteration finds no certificate, the shifted one goes on."""
     # The dead-load and the associative program are behind.
     left, last = settings.max_programs - 2, first
-    of_cones, before = exact(program, settings), ""
+    of_cones, before = exact(program, settings) if path is None else path.program, ""
     if path is not None:
         from blockstruct.procedures.loading_path import loading_path
 
-        why, closed = yield from loading_path(path, of_cones, first.load_factor, settings, solver)
+        why, closed = yield from loading_path(path, first.load_factor, settings, solver)
         if closed is not None:
             return why, closed
         before = f"{why}; "

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 #: Residual and iterations asked of the state under dead load, and of a step.
 OF_DEAD_LOAD, MAX_OF_DEAD_LOAD = 1e-5, 400
-TOLERANCE, MAX_OF_STEP = 5e-3, 200
+TOLERANCE, MAX_OF_STEP = 1e-3, 200
 #: Share of the tolerance, and as many times the iterations, for steps after an end that was not exact.
 CARE = 4
 #: Residual up to which a step is one.
@@ -85,7 +85,8 @@ class SplittingPath(Path):
         self._settled = bool(before) and abs(alpha - last) <= SETTLED * growth * abs(alpha)
         self._state, self._step = found.state, length
         self._total += s
-        self.peak = max(self.peak, alpha)
+        # What a step misses may lift it above the bound, which no state passes.
+        self.peak = max(self.peak, min(alpha, bound))
         return self._iteration(found.state, s, found.iterations, perf_counter() - start)
 
     def at_its_end(self, last: Iteration) -> bool:
