@@ -10,7 +10,7 @@ from blockstruct.limit.friction import fictitious_sliding
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import ConicProgram
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.path import Path
+from blockstruct.procedures.path import Path, gap_of
 from blockstruct.solvers.interior_point import ContactProblem, ContactState
 
 Array = NDArray[np.float64]
@@ -112,12 +112,12 @@ class InteriorPointPath(Path):
 
     def at_its_end(self, last: Iteration) -> bool:
         """Whether little elastic strain is left, or the load factor hardly moves."""
-        return self._settled or _gap(last) <= CLOSE
+        return self._settled or gap_of(last) <= CLOSE
 
     def may_close(self, last: Iteration, *, ended: bool) -> bool:
         """Whether the flow rule is nearly met; friction that lags misses it by its lag as well."""
-        near = _gap(last) <= LOOSE
-        return (near and self._settled if self._lags else _gap(last) <= CLOSE) or (near and ended)
+        near = gap_of(last) <= LOOSE
+        return (near and self._settled if self._lags else gap_of(last) <= CLOSE) or (near and ended)
 
     def refine(self) -> None:
         """Nothing to do: its steps are exact."""
@@ -139,7 +139,3 @@ class InteriorPointPath(Path):
         last = np.maximum(self._state.x[self._normal], -self._problem.tension)
         half = fictitious_sliding(self._problem, last, LAG_FLOOR, -LAG)
         return self._contact.with_sliding(half)
-
-
-def _gap(last: Iteration) -> float:
-    return float(last.certificate.flow_rule_gap / max(abs(last.load_factor), 1e-12))

@@ -12,7 +12,7 @@ from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.fictitious import admissible
 from blockstruct.procedures.interior_point_path import InteriorPointPath
-from blockstruct.procedures.path import Path
+from blockstruct.procedures.path import Path, gap_of
 from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import ALONG_PATH, DRIFTING, Stage
@@ -85,9 +85,9 @@ def loading_path(
         if closed is None and last.displacement > 0 and path.may_close(last, ended=not going):
             closed = yield from _closed(path.program, path.pressing(last), settings, solver)
             attempts += 1
-            if closed.certificate.holds and (best is None or _gap(closed) < _gap(best)):
+            if closed.certificate.holds and (best is None or gap_of(closed) < gap_of(best)):
                 best, early = closed, not path.at_its_end(last)
-                if _gap(best) <= CLOSED:
+                if gap_of(best) <= CLOSED:
                     break
             path.refine()
     if best is None:
@@ -120,7 +120,3 @@ def _closed(
     closed = admissible(program, mechanism, of_forces, solver)
     yield closed
     return closed
-
-
-def _gap(found: Iteration) -> float:
-    return float(found.certificate.flow_rule_gap / max(abs(found.load_factor), 1e-12))

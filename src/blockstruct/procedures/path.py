@@ -139,3 +139,8 @@ class Path(ABC):
             elongation=problem.ties.elongation(u),
             displacement=self._displacement(),
         )
+
+
+def gap_of(found: Iteration) -> float:
+    """Flow-rule gap relative to the load factor."""
+    return float(found.certificate.flow_rule_gap / max(abs(found.load_factor), 1e-12))
