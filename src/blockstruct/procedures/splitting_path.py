@@ -49,7 +49,7 @@ class SplittingPath(Path):
         super().__init__(program, settings)
         self._splitting = Splitting(self._contact)
         self._step, self._balance, self._settled = 0.0, 1.0, False
-        self._care, self._spent = 1, 0
+        self._care, self._spent, self._strained = 1, 0, False
 
     def _at_rest(self) -> tuple[ContactState, int] | None:
         found = self._splitting.solve(
@@ -67,7 +67,7 @@ class SplittingPath(Path):
     def advance(self, bound: float) -> Iteration | None:
         """The next step; None if the path has ended."""
         start, before = perf_counter(), self._total / self._unit
-        growth = self._settings.path_growth if self._care == 1 else 1.0
+        growth = 1.0 if self._strained else self._settings.path_growth
         length = growth * self._step if self._step else self._settings.path_step
         if before >= FURTHEST or self._spent >= MAX_OF_PATH:
             self.why = f"no end within {self._spent} iterations and the displacement {self._displacement():.3g}"
@@ -95,7 +95,9 @@ class SplittingPath(Path):
         # What a step misses may lift it above the bound, which no state passes.
         self.peak = max(self.peak, min(alpha, bound))
         reached = self._iteration(found.state, s, found.iterations, perf_counter() - start)
-        if self._settled and gap_of(reached) > CLOSE:
+        # Longer steps would not be solved any better.
+        self._strained = gap_of(reached) > CLOSE and (self._settled or self._strained)
+        if self._strained:
             self.refine()
         return reached
 
@@ -108,7 +110,7 @@ class SplittingPath(Path):
         return ended or (self._settled and gap_of(last) <= CLOSE)
 
     def refine(self) -> None:
-        """Solve later steps more exactly, and go no further in one than in the last."""
+        """Solve later steps more exactly."""
         self._care = CARE
 
     def pressing(self, last: Iteration) -> Array:
