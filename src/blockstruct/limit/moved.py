@@ -118,12 +118,14 @@ class MovingProblem:
     ------
     UnknownNameError, ModelError
         As of :func:`check_pushover`.
+    GeometryError
+        As of :class:`MovingStructure`.
     """
 
     def __init__(self, statics: Statics, problem: LimitProblem, case: Pushover) -> None:
         check_pushover(statics.model, case)
         self.statics, self._problem = statics, problem
-        self.structure = MovingStructure(statics)
+        self.structure = MovingStructure(statics, case.corner_rounding)
         self.control = ControlPoint.of(statics.model, case)
         self.dead, self.variable = (MovingLoads.of(statics.model, p, case.dead) for p in (case.dead, case.variable))
         self._unit = np.full(len(statics.model.blocks), np.inf)
