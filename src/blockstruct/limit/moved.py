@@ -16,6 +16,7 @@ from blockstruct.statics import MovedContacts, MovingLoads, MovingStructure, Pla
 from blockstruct.vocabulary import Torsion
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +33,8 @@ class MovedProblem:
         Elongation before which the ties that hold do not pull.
     longest : (N,) array, m
         Length that each tie of the model has reached on the way there.
+    free : (F,) array
+        The blocks that are free.
     """
 
     problem: LimitProblem
@@ -39,6 +42,7 @@ class MovedProblem:
     placement: Placement
     slack: Array
     longest: Array
+    free: Index
 
     @property
     def penetration(self) -> float:
@@ -188,7 +192,7 @@ class MovingProblem:
             capacity=np.empty(0),
             force_unit=force_unit,
         )
-        return MovedProblem(moved, contacts, placement, longest[holds] - table.span, longest)
+        return MovedProblem(moved, contacts, placement, longest[holds] - table.span, longest, statics.free)
 
     def twist(self, u: Array, placement: Placement) -> Array:
         """Twists (B, 6) of blocks at a placement, m/s and rad/s at 1 W, of non-dimensional velocities u (6 F,)."""

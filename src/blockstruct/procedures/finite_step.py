@@ -1,14 +1,17 @@
 """One step of finite displacement: non-dilatant sliding by programs whose objective is shifted."""
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from blockstruct.limit.bodies import Bodies
 from blockstruct.limit.certificate import Certificate, certify
 from blockstruct.limit.friction import relax, shift_of, true_sliding
 from blockstruct.limit.iteration import is_solved
 from blockstruct.limit.moved import MovedProblem
+from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
 
@@ -31,8 +34,11 @@ class Solved:
     Attributes
     ----------
     load_factor : float
+    x : (K, 3) array
+        Contact forces.
     u : (6 F,) array
         Velocities, ``w_L·u = 1``.
+    tie_force : (M,) array
     certificate : Certificate
     dissipation : float
         Work of friction and of ties per unit of work of the variable load.
@@ -47,14 +53,16 @@ class Solved:
     """
 
     load_factor: float
+    x: Array
     u: Array
+    tie_force: Array
     certificate: Certificate
     dissipation: float
     falling: float
     reaching: Array
     missed: float
-    programs: int
-    iterations: int
+    programs: int = 0
+    iterations: int = 0
 
     @property
     def holds(self) -> bool:
@@ -67,14 +75,61 @@ class Solved:
         )
 
 
-def solve_finite_step(
-    moved: MovedProblem,
-    work: float,
-    twist: Array,
-    least: float,
-    settings: ProcedureSettings,
-    solver: Solver,
-) -> Solved | None:
+@dataclass(frozen=True, slots=True)
+class Question:
+    """A step from a placement, of all blocks or of the bodies that they move as.
+
+    Attributes
+    ----------
+    problem : LimitProblem
+    gap : (K,) array
+        Of each contact point, in units of relative velocity.
+    slack : (M,) array
+        Of each tie, likewise.
+    sliding : (K, 3) array
+        Relative velocities whose sliding gives the first shift.
+    least : float
+        Work per unit of work of the variable load to which what is missed is relative, where there is less.
+    """
+
+    problem: LimitProblem
+    gap: Array
+    slack: Array
+    sliding: Array
+    least: float
+
+    @classmethod
+    def of(cls, moved: MovedProblem, work: float, twist: Array, least: float) -> Self:
+        """A step in which the unit variable load does a work, J, after a motion, twists (B, 6) at 1 W."""
+        sliding = moved.relative(twist) * moved.problem.force_unit[:, None]
+        return cls(moved.problem, moved.gap(work), moved.slack_in(work), sliding, least)
+
+    def of_bodies(self, bodies: Bodies) -> Self:
+        """The same step of bodies."""
+        return replace(self, problem=bodies.problem, gap=self.gap[bodies.between], sliding=self.sliding[bodies.between])
+
+    def state(self, alpha: float, x: Array, u: Array, T: Array, settings: ProcedureSettings) -> Solved:
+        """What a load factor, forces and velocities are worth."""
+        problem, gap = self.problem, self.gap
+        v = (problem.A.T @ u).reshape(-1, 3)
+        certificate = certify(problem, x, u, alpha, settings, T, gap=gap, slack=self.slack, speed=problem.fastest(u))
+        friction = max(-float(np.einsum("kj,kj->", x[:, 1:], v[:, 1:])), 0.0)
+        friction += float(T @ np.maximum(problem.ties.elongation(u), 0.0))
+        scale = max(abs(alpha) + friction, self.least)
+        return Solved(
+            load_factor=alpha,
+            x=x,
+            u=u,
+            tie_force=T,
+            certificate=certificate,
+            dissipation=friction,
+            falling=float(problem.w_D @ u),
+            reaching=x[:, 0] * np.maximum(gap, 0.0) / scale,
+            missed=certificate.flow_rule_gap / scale,
+        )
+
+
+def solve_finite_step(question: Question, settings: ProcedureSettings, solver: Solver) -> Solved | None:
     """Maximise ``s α − Σ (g_k + σ_k) n_k``: equilibrium now, contacts closed or open at the end of the step.
 
     With the gaps g before the step and the shift ``σ = μ ‖v_t‖`` of De Saxcé & Feng (1998), of the displacement of the
@@ -82,52 +137,30 @@ def solve_finite_step(
     out, and sliding does not dilate. The load factor is an unknown, so that softening is found as well. The shift is
     that of the last motion first, and then of the programs in turn.
 
-    Parameters
-    ----------
-    moved
-        The problem at the placement.
-    work
-        Work s of the unit variable load in the step, J.
-    twist : (B, 6) array
-        Motion at 1 W whose sliding gives the first shift.
-    least
-        Work per unit of work of the variable load to which what is missed is relative, where there is less.
-    settings, solver
-        Of the case.
-
     Returns
     -------
     Solved or None
         The state that misses the flow rule least; None if no program is solved, as where nothing holds a block.
     """
-    problem = moved.problem
+    problem = question.problem
     if not problem.n_points:
         return None
-    program, sliding, gap = ConicProgram(problem, settings), true_sliding(problem), moved.gap(work)
-    slack = moved.slack_in(work)
-    shift = shift_of(problem, moved.relative(twist) * problem.force_unit[:, None], np.zeros(problem.n_points))
+    program, sliding = ConicProgram(problem, settings), true_sliding(problem)
+    shift = shift_of(problem, question.sliding, np.zeros(problem.n_points))
     best: Solved | None = None
     programs = iterations = 0
     for k in range(MOST):
-        solution = solver.solve(
-            program, program.data(sliding, objective=Objective(gap + shift, price=slack)), TOLERANCE
-        )
+        objective = Objective(question.gap + shift, price=question.slack)
+        solution = solver.solve(program, program.data(sliding, objective=objective), TOLERANCE)
         programs, iterations = k + 1, iterations + solution.iterations
         if not is_solved(solution.status):
             break
         alpha, x, u = program.unpack(solution)
-        v = (problem.A.T @ u).reshape(-1, 3)
-        T = program.tie_force(solution)
-        certificate = certify(problem, x, u, alpha, settings, T, gap=gap, slack=slack, speed=problem.fastest(u))
-        friction = max(-float(np.einsum("kj,kj->", x[:, 1:], v[:, 1:])), 0.0)
-        friction += float(T @ np.maximum(problem.ties.elongation(u), 0.0))
-        scale = max(abs(alpha) + friction, least)
-        missed, reaching = certificate.flow_rule_gap / scale, x[:, 0] * np.maximum(gap, 0.0) / scale
-        falling = float(problem.w_D @ u)
-        found = Solved(alpha, u, certificate, friction, falling, reaching, missed, programs, iterations)
-        if best is None or missed < best.missed:
+        found = question.state(alpha, x, u, program.tie_force(solution), settings)
+        if best is None or found.missed < best.missed:
             best = found
         if best.missed <= AGREED:
             break
+        v = (problem.A.T @ u).reshape(-1, 3)
         shift = relax(shift, shift_of(problem, v, x[:, 0]), 1.0 if k < UNDAMPED else 0.5)
     return best and replace(best, programs=programs, iterations=iterations)

@@ -14,7 +14,8 @@ from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.moved import ZERO, FiniteStep, MovedProblem, MovingProblem, zero_displacement
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.finite_step import CERTIFIED, Solved, solve_finite_step
+from blockstruct.procedures.body_step import Carried, solve_as_bodies
+from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved, solve_finite_step
 
 Array = NDArray[np.float64]
 
@@ -165,6 +166,7 @@ class _Path:
         self.nearest = NEAREST * self._size
         self.curve: list[tuple[float, float]] = []
         self._last: _State | None = None
+        self._carried: Carried | None = None
         self._done, self._clock = 0.0, perf_counter()
         self._spent = np.zeros(2, dtype=int)
 
@@ -200,10 +202,9 @@ class _Path:
         least = LEAST_WORK * self._load_factor
         longest = np.inf
         for _ in range(LENGTHS):
-            solution = solve_finite_step(moved, time, twist, least, self._settings, self._solver)
+            solution = self._step(moved, Question.of(moved, time, twist, least))
             if solution is None:
                 break
-            self._spent += (solution.programs, solution.iterations)
             twist = self._problem.twist(solution.u, placement)
             displacement = self._problem.control.displacement(placement)
             state = _State(
@@ -216,6 +217,18 @@ class _Path:
             if 1 / MISSED < better / time < MISSED:
                 break
             time = better
+        return found
+
+    def _step(self, moved: MovedProblem, question: Question) -> Solved | None:
+        """A step of the bodies that the blocks moved as, or else of all blocks."""
+        found = None
+        if self._carried is not None:
+            found = solve_as_bodies(moved, question, self._carried, self._settings, self._solver)
+        if found is None:
+            found = solve_finite_step(question, self._settings, self._solver)
+        if found is not None:
+            self._spent += (found.programs, found.iterations)
+            self._carried = Carried.of(moved, found)
         return found
 
     def _until_closed(self, moved: MovedProblem, solved: Solved, twist: Array, time: float) -> float:

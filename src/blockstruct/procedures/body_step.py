@@ -1,0 +1,98 @@
+"""Steps of a pushover in which blocks go on as the bodies that they moved as."""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.limit.bodies import Bodies, bodies_of
+from blockstruct.limit.moved import MovedProblem
+from blockstruct.limit.program import Solver
+from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.procedures.carried_forces import carried_forces
+from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved, solve_finite_step
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: Distance, in characteristic lengths, up to which a contact point inside a body is the one it was.
+SAME = 1e-5
+
+
+@dataclass(frozen=True, slots=True)
+class Carried:
+    """What a state hands on to the next step: which blocks moved as one, and the forces between them.
+
+    Attributes
+    ----------
+    body : (B,) array
+        Body of each block; zero is that of the supports.
+    place : (K, 5) array
+        Of each contact point: its two blocks, and where it is on the first of them, in characteristic lengths.
+    force : (K, 3) array
+    """
+
+    body: Index
+    place: Array
+    force: Array
+
+    @classmethod
+    def of(cls, moved: MovedProblem, solved: Solved) -> Self:
+        """That of a state."""
+        return cls(bodies_of(moved, solved.u), _places(moved), solved.x)
+
+    def at(self, places: Array) -> Array:
+        """Forces (k, 3) at contact points, zero at new ones."""
+        # Loaded here: scipy.spatial is slow to import.
+        from scipy.spatial import KDTree
+
+        distance, nearest = KDTree(self.place).query(places, distance_upper_bound=SAME)
+        known = np.isfinite(distance)
+        found = np.zeros((len(places), 3))
+        found[known] = self.force[nearest[known]]
+        return found
+
+
+def solve_as_bodies(
+    moved: MovedProblem, question: Question, carried: Carried, settings: ProcedureSettings, solver: Solver
+) -> Solved | None:
+    """A step of bodies, and the forces inside them.
+
+    The bodies of a state go on as such for as long as forces inside them are found that their joints carry. Their
+    equilibrium, with that of the bodies, is that of all blocks; so is the flow rule, as nothing moves inside a body.
+    The certificate is that of all blocks.
+
+    Returns
+    -------
+    Solved or None
+        None if it does not hold: the step is then one of all blocks.
+    """
+    own = np.unique(carried.body[moved.free])
+    # Blocks that each go their own way, and a structure at rest, are no bodies.
+    if not own.any() or len(own) == len(moved.free):
+        return None
+    problem, bodies = moved.problem, Bodies.of(moved, carried.body)
+    solved = solve_finite_step(question.of_bodies(bodies), settings, solver)
+    if solved is None or solved.missed > CERTIFIED:
+        return None
+    inside = np.repeat(~bodies.between, 3)
+    x = np.zeros((problem.n_points, 3))
+    x[bodies.between] = solved.x
+    unbalanced = problem.unbalanced(x, solved.tie_force, solved.load_factor)
+    before = carried.at(_places(moved)[~bodies.between])
+    forces = carried_forces(problem.A[:, inside], problem.friction[~bodies.between], before, -unbalanced)
+    if forces is None:
+        return None
+    x[~bodies.between] = forces
+    found = question.state(solved.load_factor, x, bodies.motion @ solved.u, solved.tie_force, settings)
+    if not found.holds:
+        return None
+    return replace(found, programs=solved.programs, iterations=solved.iterations)
+
+
+def _places(moved: MovedProblem) -> Array:
+    points, placement = moved.contacts.points, moved.placement
+    arm = points.position - placement.position[points.minus]
+    own = np.einsum("kji,kj->ki", placement.rotation[points.minus], arm)
+    return np.column_stack([points.minus, points.plus, own / moved.problem.length])
