@@ -56,7 +56,7 @@ class Carried:
 
 def solve_as_bodies(
     moved: MovedProblem, question: Question, carried: Carried, settings: ProcedureSettings, solver: Solver
-) -> Solved | None:
+) -> tuple[Solved | None, Array | None]:
     """A step of bodies, and the forces inside them.
 
     The bodies of a state go on as such for as long as forces inside them are found that their joints carry. Their
@@ -67,15 +67,20 @@ def solve_as_bodies(
     -------
     Solved or None
         None if it does not hold: the step is then one of all blocks.
+    (6 F,) array or None
+        Velocities of the blocks as bodies, which that step may begin with; None if there are none.
     """
     own = np.unique(carried.body[moved.free])
     # Blocks that each go their own way, and a structure at rest, are no bodies.
     if not own.any() or len(own) == len(moved.free):
-        return None
+        return None, None
     problem, bodies = moved.problem, Bodies.of(moved, carried.body)
-    solved = solve_finite_step(question.of_bodies(bodies), settings, solver)
-    if solved is None or solved.missed > CERTIFIED:
-        return None
+    solved = solve_finite_step(question.of_bodies(bodies), settings, solver, whole=False)
+    if solved is None:
+        return None, None
+    u = bodies.motion @ solved.u
+    if solved.missed > CERTIFIED:
+        return None, None
     inside = np.repeat(~bodies.between, 3)
     x = np.zeros((problem.n_points, 3))
     x[bodies.between] = solved.x
@@ -83,12 +88,12 @@ def solve_as_bodies(
     before = carried.at(_places(moved)[~bodies.between])
     forces = carried_forces(problem.A[:, inside], problem.friction[~bodies.between], before, -unbalanced)
     if forces is None:
-        return None
+        return None, u
     x[~bodies.between] = forces
-    found = question.state(solved.load_factor, x, bodies.motion @ solved.u, solved.tie_force, settings)
+    found = question.state(solved.load_factor, x, u, solved.tie_force, settings)
     if not found.holds:
-        return None
-    return replace(found, programs=solved.programs, iterations=solved.iterations)
+        return None, u
+    return replace(found, programs=solved.programs, iterations=solved.iterations), u
 
 
 def _places(moved: MovedProblem) -> Array:

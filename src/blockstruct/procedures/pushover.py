@@ -1,7 +1,7 @@
 """The pushover: from the collapse state through finite displacements until the load factor is zero."""
 
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from time import perf_counter
 from typing import Self
@@ -47,6 +47,10 @@ FALLING = 3.0
 FAST, NAMED = 0.5, 5
 #: Steps, in multiples of those asked for, after which the curve is left.
 PATIENCE = 5
+#: What the energy balance of a step may miss, relative to all work so far, before it is divided; and attempts.
+EVENT, EVENTS = 1e-3, 3
+#: Most steps of all blocks before bodies are tried again, which have failed as often one after the other.
+MOST_WAITS = 4
 #: Corrections of the last step towards a load factor of zero.
 CORRECTIONS = 3
 #: Work of a step, relative to that at the collapse load, to which what it misses is relative where there is less.
@@ -167,6 +171,8 @@ class _Path:
         self.curve: list[tuple[float, float]] = []
         self._last: _State | None = None
         self._carried: Carried | None = None
+        self._divided = False
+        self._failed = self._waits = 0
         self._done, self._clock = 0.0, perf_counter()
         self._spent = np.zeros(2, dtype=int)
 
@@ -183,15 +189,16 @@ class _Path:
         self._last = states[-1]
         return states[-1]
 
-    def _wanted(self) -> float:
-        """Displacement of the control point in the next step."""
+    def _wanted(self, placement: Placement) -> float:
+        """Displacement of the control point in the next step from a placement."""
         if len(self.curve) < 2:
             return FIRST * self._even
         d, a = np.array(self.curve[-FORESEEN:]).T
         slope = float(np.polyfit(d, a, 1)[0])
         whole = d[-1] - a[-1] / slope if slope < 0 else np.inf
         even = min(whole / self._steps, LARGEST * self._even * max(1.0, 8 * self._load_factor))
-        last = abs(d[-1] - d[-2])
+        # A short step that ends where something happens tells nothing of the next.
+        last = max(abs(self._problem.control.displacement(placement) - d[-1]), abs(d[-1] - d[-2]))
         return float(np.clip(even, max(LEAST * even, last / 2), max(GROWTH * last, LEAST * even)))
 
     def solved(self, moved: MovedProblem, twist: Array) -> _Found | None:
@@ -205,12 +212,17 @@ class _Path:
             solution = self._step(moved, Question.of(moved, time, twist, least))
             if solution is None:
                 break
+            if found is not None and solution.falling > max(found.solved.falling, 0.0):
+                # Blocks drop until they meet others: a shorter step has the drop alone, and less to meet.
+                break
             twist = self._problem.twist(solution.u, placement)
             displacement = self._problem.control.displacement(placement)
             state = _State(
                 placement, solution.load_factor, solution.dissipation, twist, time, displacement, moved.longest
             )
             found = _Found(state, solution, moved.penetration, len(moved.contacts.gap))
+            if solution.missed > CERTIFIED:
+                break
             if np.isinf(longest):
                 longest = self._until_closed(moved, solution, last, time)
             better = min(self._time(placement, twist), longest)
@@ -221,11 +233,14 @@ class _Path:
 
     def _step(self, moved: MovedProblem, question: Question) -> Solved | None:
         """A step of the bodies that the blocks moved as, or else of all blocks."""
-        found = None
-        if self._carried is not None:
-            found = solve_as_bodies(moved, question, self._carried, self._settings, self._solver)
+        found, motion = None, None
+        self._waits -= 1
+        if self._carried is not None and self._waits < 0:
+            found, motion = solve_as_bodies(moved, question, self._carried, self._settings, self._solver)
+            self._failed = 0 if found is not None else min(self._failed + 1, MOST_WAITS)
+            self._waits = self._failed
         if found is None:
-            found = solve_finite_step(question, self._settings, self._solver)
+            found = solve_finite_step(question, self._settings, self._solver, motion=motion)
         if found is not None:
             self._spent += (found.programs, found.iterations)
             self._carried = Carried.of(moved, found)
@@ -241,17 +256,52 @@ class _Path:
             return np.inf
         closing = -moved.relative(twist)[reaching, 0]
         times = moved.contacts.gap[reaching] / np.maximum(closing, 1e-300)
-        shortest = LEAST * self._even / self._wanted() * time
+        shortest = LEAST * self._even / self._wanted(moved.placement) * time
         return float(max((1 - BEFORE) * times.min(), shortest))
 
     def _time(self, placement: Placement, twist: Array) -> float:
         """Time at 1 W in which the control point moves as far as wanted, s."""
         speed = abs(self._problem.control.velocity(placement, twist))
         fastest = float(np.linalg.norm(twist[:, :3], axis=1).max())
-        return self._wanted() / max(speed, fastest / FASTEST, 1e-300)
+        return self._wanted(placement) / max(speed, fastest / FASTEST, 1e-300)
 
     def advance(self, state: _State) -> _Found | str:
         """The state after a step, or why there is none."""
+        following, time = self._tried(state)
+        if isinstance(following, str):
+            return following
+        missed = self._missed(state, following)
+        # Blocks that fall release work that nothing balances, however short the step.
+        self._divided = missed > EVENT and not self._divided and following.solved.falling < self._load_factor
+        if not self._divided:
+            return following
+        # Forces that jump where something happens have not acted on the way there, and what is missed goes with the
+        # length of the step in which they do: most of the way is a step of its own.
+        whole, share = following.state.displacement, 1 - EVENT / missed / 2
+        best = following
+        for _ in range(EVENTS):
+            moved = self._after(state, share * time)
+            found = self.solved(moved, state.carried(moved.placement))
+            if found is None or found.solved.missed > CERTIFIED:
+                break
+            if self._missed(state, found) < missed:
+                best, missed = found, self._missed(state, found)
+            if missed <= EVENT:
+                break
+            share /= 2
+        if best is following:
+            return best
+        speed = abs(self._problem.control.velocity(best.state.placement, best.state.twist))
+        rest = abs(whole - best.state.displacement) / max(speed, 1e-300)
+        return replace(best, state=replace(best.state, time=min(best.state.time, rest)))
+
+    def _missed(self, state: _State, found: _Found) -> float:
+        """What the energy balance of a step misses, relative to all work so far."""
+        missed, work = self._energy(state, found.state)
+        return missed / max(self._done + work, 1e-300)
+
+    def _tried(self, state: _State) -> tuple[_Found | str, float]:
+        """The state after a step, shortened until it is solved, or why there is none; and its time."""
         time = state.time
         following = None
         for attempt in range(ATTEMPTS):
@@ -271,7 +321,7 @@ class _Path:
             if not last:
                 time /= 2
         if following is None or following.solved.missed > LOST:
-            return self.lost(moved.placement, following)
+            return self.lost(moved.placement, following), time
         for _ in range(CORRECTIONS):
             below = following.state.load_factor
             if below >= -ZERO * self._load_factor or state.load_factor <= 0:
@@ -282,7 +332,7 @@ class _Path:
             if back is None:
                 break
             following = back
-        return following
+        return following, time
 
     def _after(self, state: _State, time: float) -> MovedProblem:
         """The problem where the blocks of a state are after a time."""
