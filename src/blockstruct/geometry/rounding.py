@@ -39,4 +39,4 @@ def inset(corner: Array, normal: Array, others: Array, radius: float) -> Array |
     left = np.roll(points, -1, axis=0) - points
     if not np.all(np.einsum("ki,ki->k", left, along) > 0):
         return None
-    return points
+    return np.asarray(points)

@@ -96,8 +96,8 @@ class MovingBodies:
                 if left is None:
                     size = np.linalg.norm(np.ptp(points, axis=0))
                     msg = (
-                        f"block {name!r}: corners rounded by {radius:.6g} m leave nothing of a face that is {size:.6g} m "
-                        "across; give a smaller radius"
+                        f"block {name!r}: corners rounded by {radius:.6g} m leave nothing of a face that is "
+                        f"{size:.6g} m across; give a smaller radius"
                     )
                     raise GeometryError(msg)
                 corners.append(left)
@@ -208,7 +208,7 @@ class MovingBodies:
         normal: Array,
         middle: Array,
     ) -> tuple[Array, Array, Array]:
-        """Normals (P, N, 3) at the corners of what parts share, the share of the first in their place (P, N), and aside.
+        """Normals (P, N, 3) at the corners of what parts share, share (P, N) of the first in their place, and aside.
 
         Edges that cross as seen along the mean normal come closest a little aside of there, (P, N, 3) per unit of
         their distance along it.

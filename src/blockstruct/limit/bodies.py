@@ -99,7 +99,7 @@ def _motion(moved: MovedProblem, body: Index) -> tuple[sp.csr_array, Array]:
     numbers, of_block = np.unique(body, return_inverse=True)
     moving = body > 0
     weight = problem.wrench_unit
-    unit = np.bincount(of_block, weight)
+    unit = np.asarray(np.bincount(of_block, weight), dtype=float)
     position = placement.position[moved.free]
     centre = np.column_stack([np.bincount(of_block, weight * x) for x in position.T]) / unit[:, None]
     arm = position - centre[of_block]

@@ -18,6 +18,8 @@ Index = NDArray[np.int64]
 
 #: Distance, in characteristic lengths, up to which a contact point inside a body is the one it was.
 SAME = 1e-5
+#: Most steps of all blocks before bodies are tried again, which have failed as often one after the other.
+MOST_WAITS = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,8 +52,38 @@ class Carried:
         distance, nearest = KDTree(self.place).query(places, distance_upper_bound=SAME)
         known = np.isfinite(distance)
         found = np.zeros((len(places), 3))
-        found[known] = self.force[nearest[known]]
+        found[known] = self.force[np.asarray(nearest)[known]]
         return found
+
+
+class Stepper:
+    """One step after the other: of bodies while they go on as such, and of all blocks where they do not."""
+
+    def __init__(self, settings: ProcedureSettings, solver: Solver) -> None:
+        self._settings, self._solver = settings, solver
+        self._carried: Carried | None = None
+        self._failed = self._waits = 0
+        self._spent = 0, 0
+
+    def solve(self, moved: MovedProblem, question: Question) -> Solved | None:
+        """A step; None if there is no state."""
+        found, motion = None, None
+        self._waits -= 1
+        if self._carried is not None and self._waits < 0:
+            found, motion = solve_as_bodies(moved, question, self._carried, self._settings, self._solver)
+            self._failed = 0 if found is not None else min(self._failed + 1, MOST_WAITS)
+            self._waits = self._failed
+        if found is None:
+            found = solve_finite_step(question, self._settings, self._solver, motion=motion)
+        if found is not None:
+            self._spent = self._spent[0] + found.programs, self._spent[1] + found.iterations
+            self._carried = Carried.of(moved, found)
+        return found
+
+    def spent(self) -> tuple[int, int]:
+        """Programs and interior-point iterations since this was last asked."""
+        spent, self._spent = self._spent, (0, 0)
+        return spent
 
 
 def solve_as_bodies(

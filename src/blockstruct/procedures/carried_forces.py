@@ -41,14 +41,14 @@ def carried_forces(A: sp.csc_array, friction: Array, before: Array, wanted: Arra
         None if they are not found, which does not say that there are none.
     """
     carries = before[:, 0] > NO_FORCE
-    A = sp.csr_array(A[:, np.repeat(carries, 3)])
-    AT, x, mu = sp.csr_array(A.T), before[carries], np.maximum(friction[carries], LEAST_FRICTION)
+    B = sp.csr_array(A[:, np.repeat(carries, 3)])
+    BT, x, mu = sp.csr_array(B.T), before[carries], np.maximum(friction[carries], LEAST_FRICTION)
     size = np.linalg.norm(x[:, 1:], axis=1)
     x[:, 1:] *= np.minimum(INSIDE * mu * x[:, 0] / np.maximum(size, 1e-300), 1.0)[:, None]
     place = 3 * np.arange(len(x))[:, None, None]
     rows, columns = np.broadcast_arrays(place + np.arange(3)[:, None], place + np.arange(3))
     for _ in range(CORRECTIONS):
-        missed = wanted - A @ x.ravel()
+        missed = wanted - B @ x.ravel()
         if not np.abs(missed).max() > BALANCED:
             found = np.zeros_like(before)
             found[carries] = x
@@ -56,12 +56,12 @@ def carried_forces(A: sp.csc_array, friction: Array, before: Array, wanted: Arra
         if not len(x):
             break
         metric = sp.csr_array((_metric(x, mu).ravel(), (rows.ravel(), columns.ravel())))
-        M = sp.csc_array(A @ metric @ AT)
-        M = sp.csc_matrix(M + REGULARISATION * M.diagonal().max() * sp.eye_array(M.shape[0]))
+        stiff = sp.csr_array(B @ metric @ BT)
+        M = sp.csc_array(stiff + REGULARISATION * stiff.diagonal().max() * sp.eye_array(stiff.shape[0]))
         lu = sp.linalg.splu(M, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options={"SymmetricMode": True})
         push = lu.solve(missed)
         push += lu.solve(missed - M @ push)
-        change = (metric @ (AT @ push)).reshape(-1, 3)
+        change = (metric @ (BT @ push)).reshape(-1, 3)
         x = x + min(1.0, SHORT * _cones(x, mu).longest_step(_cones(change, mu))) * change
     return None
 

@@ -14,8 +14,8 @@ from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.moved import ZERO, FiniteStep, MovedProblem, MovingProblem, zero_displacement
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.body_step import Carried, solve_as_bodies
-from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved, solve_finite_step
+from blockstruct.procedures.body_step import Stepper
+from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved
 
 Array = NDArray[np.float64]
 
@@ -43,14 +43,14 @@ DEEPEST, NEAREST, REACH = 2e-3, 0.05, 2.0
 LOST = 0.03
 #: Rate of the dead load's work, in multiples of that of the variable load at collapse, from which blocks fall.
 FALLING = 3.0
+#: Rise of that rate, in the same multiples, from which a shorter step has blocks that drop.
+DROPS = 0.1
 #: Speed, relative to the fastest block, from which a block is told to fall, and blocks that a message names.
 FAST, NAMED = 0.5, 5
 #: Steps, in multiples of those asked for, after which the curve is left.
 PATIENCE = 5
 #: What the energy balance of a step may miss, relative to all work so far, before it is divided; and attempts.
 EVENT, EVENTS = 1e-3, 3
-#: Most steps of all blocks before bodies are tried again, which have failed as often one after the other.
-MOST_WAITS = 4
 #: Corrections of the last step towards a load factor of zero.
 CORRECTIONS = 3
 #: Work of a step, relative to that at the collapse load, to which what it misses is relative where there is less.
@@ -162,7 +162,7 @@ class _Path:
     def __init__(
         self, problem: MovingProblem, load_factor: float, steps: int, settings: ProcedureSettings, solver: Solver
     ) -> None:
-        self._problem, self._steps, self._settings, self._solver = problem, steps, settings, solver
+        self._problem, self._steps = problem, steps
         self._load_factor = abs(load_factor)
         free = np.concatenate([b.shape.vertices for b in problem.statics.model.blocks if not b.fixed])
         self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * steps)
@@ -170,11 +170,9 @@ class _Path:
         self.nearest = NEAREST * self._size
         self.curve: list[tuple[float, float]] = []
         self._last: _State | None = None
-        self._carried: Carried | None = None
+        self._stepper = Stepper(settings, solver)
         self._divided = False
-        self._failed = self._waits = 0
         self._done, self._clock = 0.0, perf_counter()
-        self._spent = np.zeros(2, dtype=int)
 
     def gone(self, steps: Sequence[FiniteStep]) -> _State:
         """Take the states that are known already; gives the last of them."""
@@ -209,10 +207,10 @@ class _Path:
         least = LEAST_WORK * self._load_factor
         longest = np.inf
         for _ in range(LENGTHS):
-            solution = self._step(moved, Question.of(moved, time, twist, least))
+            solution = self._stepper.solve(moved, Question.of(moved, time, twist, least))
             if solution is None:
                 break
-            if found is not None and solution.falling > max(found.solved.falling, 0.0):
+            if found is not None and solution.falling > max(found.solved.falling, 0.0) + DROPS * self._load_factor:
                 # Blocks drop until they meet others: a shorter step has the drop alone, and less to meet.
                 break
             twist = self._problem.twist(solution.u, placement)
@@ -229,21 +227,6 @@ class _Path:
             if 1 / MISSED < better / time < MISSED:
                 break
             time = better
-        return found
-
-    def _step(self, moved: MovedProblem, question: Question) -> Solved | None:
-        """A step of the bodies that the blocks moved as, or else of all blocks."""
-        found, motion = None, None
-        self._waits -= 1
-        if self._carried is not None and self._waits < 0:
-            found, motion = solve_as_bodies(moved, question, self._carried, self._settings, self._solver)
-            self._failed = 0 if found is not None else min(self._failed + 1, MOST_WAITS)
-            self._waits = self._failed
-        if found is None:
-            found = solve_finite_step(question, self._settings, self._solver, motion=motion)
-        if found is not None:
-            self._spent += (found.programs, found.iterations)
-            self._carried = Carried.of(moved, found)
         return found
 
     def _until_closed(self, moved: MovedProblem, solved: Solved, twist: Array, time: float) -> float:
@@ -367,7 +350,7 @@ class _Path:
         self._last = state
         self.curve.append((state.displacement, state.load_factor))
         spent, self._clock = perf_counter() - self._clock, perf_counter()
-        (programs, iterations), self._spent = self._spent.tolist(), np.zeros(2, dtype=int)
+        programs, iterations = self._stepper.spent()
         return FiniteStep(
             load_factor=state.load_factor,
             displacement=state.displacement,
