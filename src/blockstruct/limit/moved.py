@@ -19,10 +19,6 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-#: Gap, or penetration, in characteristic lengths, that is none: what steps leave behind, and no step has to close.
-NO_GAP = 1e-7
-
-
 @dataclass(frozen=True, slots=True)
 class MovedProblem:
     """A limit problem at a placement.
@@ -55,9 +51,7 @@ class MovedProblem:
 
     def gap(self, work: float) -> Array:
         """Gaps (K,) in units of relative velocity, for a step in which the unit variable load does a work, J."""
-        gap = self.contacts.gap
-        closed = np.abs(gap) <= NO_GAP * self.problem.length
-        return np.asarray(np.where(closed, 0.0, gap) * self.problem.force_unit / work)
+        return np.asarray(self.contacts.gap * self.problem.force_unit / work)
 
     def slack_in(self, work: float) -> Array:
         """Slack (M,) of ties, in the units of :meth:`gap`."""

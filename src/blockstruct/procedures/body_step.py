@@ -18,6 +18,8 @@ Index = NDArray[np.int64]
 
 #: Distance, in characteristic lengths, up to which a contact point inside a body is the one it was.
 SAME = 1e-5
+#: Gap or penetration inside a body, in characteristic lengths, that is none: what is left from when it was two.
+NO_GAP = 1e-7
 #: Most steps of all blocks before bodies are tried again, which have failed as often one after the other.
 MOST_WAITS = 4
 
@@ -122,7 +124,9 @@ def solve_as_bodies(
     if forces is None:
         return None, u
     x[~bodies.between] = forces
-    found = question.state(solved.load_factor, x, u, solved.tie_force, settings)
+    none = ~bodies.between & (np.abs(moved.contacts.gap) <= NO_GAP * problem.length)
+    closed = replace(question, gap=np.where(none, 0.0, question.gap))
+    found = closed.state(solved.load_factor, x, u, solved.tie_force, settings)
     if not found.holds:
         return None, u
     return replace(found, programs=solved.programs, iterations=solved.iterations), u

@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 #: Normal force below which a contact point carries nothing that could be corrected.
 NO_FORCE = 1e-7
 #: Residual of equilibrium that is good enough, and one that is rounding; and corrections.
-BALANCED, EXACT, CORRECTIONS = 1e-6, 1e-10, 8
+BALANCED, EXACT, CORRECTIONS = 1e-6, 1e-8, 8
 #: Least friction of a contact point, which keeps its cone from being a line; share of it that forces begin within.
 LEAST_FRICTION, INSIDE = 1e-9, 1 - 1e-6
 #: Share of the way to the boundary of the cones.
