@@ -72,7 +72,7 @@ def pushover(
     In each step the displacement of the control point is prescribed, by the work of the variable load. Blocks then
     move along the screws of their twists, and contacts are found anew where they are. A step is halved where the
     blocks penetrate by more than a bound after it, or no motion from there satisfies the flow rule, as where a contact
-    leaves its face or a block meets another.
+    leaves its face or a block meets another; and divided where its energy balance is missed, as where forces jump.
 
     Parameters
     ----------
