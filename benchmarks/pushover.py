@@ -1,7 +1,7 @@
 """Cost of a pushover, as a ratio to one associative solve of the same model.
 
-Prints for walls of several sizes, pushed in their plane, where units slip and catch, and across, where the wall rocks
-as one: states of the curve, programs and interior-point iterations per state, and the processor time of the curve,
+Prints for walls of several sizes, pushed across, where the wall rocks as one, and in their plane, where units slip and
+catch: states of the curve, programs and interior-point iterations per state, and the processor time of the curve,
 without that of the collapse state it starts from, in associative solves: in those of the conic solver alone, and in
 those of an associative case with its assembly and certificates. Run it with ``make bench``.
 """
@@ -17,7 +17,7 @@ from blockstruct.statics import Statics
 
 TUFF = bs.Material("tuff", unit_weight="12 kN/m^3")
 DEAD = bs.LoadPattern("dead", [bs.SelfWeight()])
-PUSHES = {"in plane": (1, 0, 0), "across": (0, 1, 0)}
+PUSHES = {"across": (0, 1, 0), "in plane": (1, 0, 0)}
 REPEATS = 3
 TITLES = {"wall": 8, "push": 10, "blocks": 8, "states": 8, "programs": 10, "iterations": 12, "solver": 8, "cases": 8}
 
@@ -61,14 +61,15 @@ def measured(model: bs.Model, direction: tuple[int, int, int], steps: int) -> st
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--walls", default="3x10,6x20,12x40", help="columns x rows of walls")
+    parser.add_argument("--walls", default="4x12,8x24,11x36,16x50", help="columns x rows of walls")
+    parser.add_argument("--pushes", default=",".join(PUSHES), help="in plane, across or both")
     parser.add_argument("--steps", type=int, default=60)
     words = parser.parse_args()
     print("".join(f"{title:>{width}}" for title, width in TITLES.items()) + "  ended")
     for columns, rows in (tuple(map(int, size.split("x"))) for size in words.walls.split(",")):
         model = wall(columns, rows)
-        for name, direction in PUSHES.items():
-            figures = measured(model, direction, words.steps)
+        for name in words.pushes.split(","):
+            figures = measured(model, PUSHES[name], words.steps)
             print(f"{f'{columns} x {rows}':>8}{name:>10}{len(model.blocks):>8}{figures}", flush=True)
 
 

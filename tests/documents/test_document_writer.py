@@ -141,7 +141,7 @@ def test_pushovers_come_back(tmp_path, small_model, dead):
     corner = Q_(top.shape.vertices.max(axis=0), "m")
     cases = [
         bs.Pushover("centroid", dead, push, control=(top.name, (3, 4, 0)), steps=12),
-        bs.Pushover("corner", dead, push, control=(top.name, (1, 0, 0)), control_point=corner),
+        bs.Pushover("corner", dead, push, control=(top.name, (1, 0, 0)), control_point=corner, corner_rounding="20 mm"),
     ]
     path = bs.write_document(tmp_path / "model.yaml", small_model, cases)
     assert list(bs.read_document(path).cases) == cases

@@ -19,6 +19,8 @@ from blockstruct.geometry import (
     tributary_areas,
 )
 from blockstruct.geometry.polygon import flat_polygons
+from blockstruct.geometry.rounding import inset
+from blockstruct.geometry.screws import rotation_matrices, rotation_vectors
 from structures import moved, rotation
 
 STONE = bs.Material("stone", "20 kN/m^3")
@@ -243,3 +245,26 @@ def test_cells_of_a_polygon_that_is_not_plane_lie_in_its_plane():
     assert areas.sum() == pytest.approx(area, rel=1e-12)
     np.testing.assert_allclose((centres - centroid) @ normal, 0, atol=1e-15)
     np.testing.assert_allclose(areas @ centres / area, centroid, atol=1e-15)
+
+
+def test_rotation_vectors():
+    """Back and forth, of no angle, tiny ones, and those up to half a turn."""
+    axis = np.array([2.0, -1.0, 2.0]) / 3
+    angles = np.array([0.0, 1e-12, 1e-6, 1e-3, 0.5, 2.0, 3.0, np.pi - 1e-4, np.pi - 1e-7])
+    vectors = angles[:, None] * axis
+    assert rotation_vectors(rotation_matrices(vectors)) == pytest.approx(vectors, rel=1e-9, abs=1e-12)
+
+
+def test_faces_of_rounded_bodies():
+    """Of a box: each side shorter by r at either end. Across an edge of angle ε, by ``r tan(ε / 2)``."""
+    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    up = np.array([0.0, 0, 1])
+    sides = np.array([[0.0, -1, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0]])
+    expected = np.array([[0.1, 0.1, -0.1], [0.9, 0.1, -0.1], [0.9, 0.9, -0.1], [0.1, 0.9, -0.1]])
+    assert inset(square, up, sides, 0.1) == pytest.approx(expected, abs=1e-12)
+    # The first side goes on flat, the second bends by 45 degrees, the third turns inwards.
+    others = np.array([[0.0, 0, 1], [np.sqrt(0.5), 0, np.sqrt(0.5)], [0, -1, 0], [-1, 0, 0]])
+    right = 1 - 0.1 * np.tan(np.pi / 8)
+    expected = np.array([[0.1, 0, -0.1], [right, 0, -0.1], [right, 1, -0.1], [0.1, 1, -0.1]])
+    assert inset(square, up, others, 0.1) == pytest.approx(expected, abs=1e-12)
+    assert inset(square, up, sides, 0.5) is None

@@ -245,6 +245,38 @@ def test_tie_that_is_slack():
     assert len(moving.at(at, 0.01, np.array([2.051])).problem.ties) == 0
 
 
+@pytest.mark.parametrize("parts", [1, 2])
+def test_rounded_corners(parts):
+    """A pier b × h of one or two blocks with corners of radius r rolls on its corner.
+
+    Its weight W and the push α W act at the centre G, the ground at the point P below the centre C of the corner:
+    ``C − G = (b / 2 − r, r − h / 2)`` at rest, turned by θ, and P is r below C. So
+    ``α = ((b / 2 − r) cos θ − (h / 2 − r) sin θ) / ((b / 2 − r) sin θ + (h / 2 − r) cos θ + r)``; r = 0 gives that of
+    sharp ones, and θ = 0 that of a base shorter by r at each end, ``α = (b − 2 r) / h``.
+    """
+    b, h, r = 0.4, 1.6, 0.02
+    heights = np.linspace(0, h, parts + 1)
+    blocks = [box("ground", (-1, 2), (-0.5, 0), fixed=True)]
+    blocks += [box(f"block {i}", (0, b), heights[i : i + 2]) for i in range(parts)]
+    top = blocks[-1].name
+    result = run(model_of(blocks, ROUGH), top, steps=20, corner_rounding="20 mm")
+    curve, angle = result.capacity, turned(result.capacity, top)
+    c, s = np.cos(angle), np.sin(angle)
+    x, z = b / 2 - r, h / 2 - r
+    assert curve["load_factor"].to_numpy() == pytest.approx((x * c - z * s) / (x * s + z * c + r), abs=1e-6)
+    # The state at rest is that of sharp corners, as of any limit case.
+    assert result.load_factor == pytest.approx(b / h, rel=1e-6)
+    assert "load factor is zero" in result.message
+    assert curve["energy_error"].max() < 1e-3
+    assert curve["penetration"].max() < 1e-5
+
+
+def test_rounded_corners_leave_something():
+    blocks, joint = single_block(0.3, 1.5)
+    with pytest.raises(bs.errors.GeometryError, match=r"block 'block': corners rounded by 0\.15 m"):
+        run(model_of(blocks, joint), "block", corner_rounding="15 cm")
+
+
 def test_half_the_steps(rocking):
     blocks, _ = single_block(0.3, 1.5)
     finer = run(model_of(blocks, ROUGH), "block", steps=120).capacity
@@ -292,6 +324,8 @@ def test_control_point():
         ({"control": ("block", (1, 0, 0)), "steps": 2}, "whole number from 3"),
         ({"control": ("block", (1, 0, 0)), "flow": "associative"}, "rise without end"),
         ({"control": ("block", (1, 0, 0)), "control_point": (0, 0, 0)}, "control_point"),
+        ({"control": ("block", (1, 0, 0)), "corner_rounding": 0.02}, "corner_rounding: 0.02 has no unit"),
+        ({"control": ("block", (1, 0, 0)), "corner_rounding": "-2 cm"}, "give a radius from 0"),
     ],
 )
 def test_bad_input(more, said):

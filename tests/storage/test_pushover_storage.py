@@ -17,6 +17,7 @@ CASE = bs.Pushover(
     control=("block", (1, 0, 0)),
     control_point=Q_([0.3, 0, 1.5], "m"),
     steps=12,
+    corner_rounding="20 mm",
 )
 
 

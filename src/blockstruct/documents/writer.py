@@ -213,6 +213,7 @@ def _case(case: Case) -> dict[str, Any]:
     if isinstance(case, Pushover):
         block, direction = case.control
         at = {} if case.control_point is None else {"point": [si_text(v, "length") for v in case.control_point]}
+        rounding = {"corner_rounding": si_text(case.corner_rounding, "length")} if case.corner_rounding else {}
         return {
             "kind": "pushover",
             "name": case.name,
@@ -220,6 +221,7 @@ def _case(case: Case) -> dict[str, Any]:
             "variable": case.variable.name,
             "control": {"block": block, "direction": list(direction), **at},
             "steps": case.steps,
+            **rounding,
         }
     if isinstance(case, LimitCase):
         return {

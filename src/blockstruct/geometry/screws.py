@@ -18,10 +18,16 @@ def rotation_matrices(vectors: Array) -> Array:
 
 def rotation_vectors(matrices: Array) -> Array:
     """Rotation vectors (n, 3), of angles up to π, of rotation matrices (n, 3, 3)."""
-    # Loaded here: scipy.spatial is slow to import.
-    from scipy.spatial.transform import Rotation
+    twice = np.stack([matrices[:, j, i] - matrices[:, i, j] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
+    sine, cosine = np.linalg.norm(twice, axis=1) / 2, (np.trace(matrices, axis1=1, axis2=2) - 1) / 2
+    vectors = twice / 2 * np.where(sine > SMALL**2, np.arctan2(sine, cosine) / np.maximum(sine, 1e-300), 1.0)[:, None]
+    half = (cosine < 0) & (sine < SMALL)
+    if half.any():
+        # Loaded here: scipy.spatial is slow to import. Near half a turn the axis is no longer in the difference.
+        from scipy.spatial.transform import Rotation
 
-    return np.asarray(Rotation.from_matrix(matrices).as_rotvec())
+        vectors[half] = Rotation.from_matrix(matrices[half]).as_rotvec()
+    return np.asarray(vectors)
 
 
 def screw_motions(translations: Array, rotations: Array) -> tuple[Array, Array]:

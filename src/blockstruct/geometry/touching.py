@@ -1,16 +1,18 @@
 """Where bodies that have moved touch, or are about to: contact points with normals and gaps."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from blockstruct.errors import GeometryError
 from blockstruct.geometry.clipping import Clipped, clipped
 from blockstruct.geometry.neighbours import box_pairs, expanded
 from blockstruct.geometry.polygon import plane_axes
 from blockstruct.geometry.polyhedron import Polyhedron
+from blockstruct.geometry.rounding import inset
 from blockstruct.geometry.tolerances import DEEP, FACING, FLAT, NO_CROSSING, NO_EDGE, NO_WIDTH
 from blockstruct.geometry.triangles import triangulated
 
@@ -45,15 +47,15 @@ class Touching:
 class MovingBodies:
     """Faces of rigid bodies, in convex parts, relative to the centroids of the bodies.
 
+    Corners may be rounded: each body is then what a ball reaches that rolls inside it. A face ends where the ball
+    leaves it, at a right angle a radius from the edge. It is kept as the way of the ball's centre, a radius inside.
+
     Attributes
     ----------
-    vertex : (v, 3) array
-        Vertices of all bodies, one body after the other.
-    of_vertex : (v,) array
-    loop : (f, M) array
-        Vertices of each part of a face, the last one repeated; counter-clockwise seen from outside.
+    corner : (f, M, 3) array
+        Corners of each part of a face, the last one repeated; counter-clockwise seen from outside.
     count : (f,) array
-        Number of vertices of each.
+        Number of corners of each.
     normal : (f, 3) array
     of_part : (f,) array
         Body of each part, ascending.
@@ -61,42 +63,56 @@ class MovingBodies:
         Whether the surface goes on without a bend beyond each edge.
     fixed : (B,) array
         Bodies that do not move; those touch each other nowhere.
+    radius : float
+        Of the corners, m.
     """
 
-    vertex: Array
-    of_vertex: Index
-    loop: Index
+    corner: Array
     count: Index
     normal: Array
     of_part: Index
     flat: Flags
     fixed: Flags
+    radius: float
 
     @classmethod
-    def of(cls, bodies: Sequence[Polyhedron], fixed: Flags) -> Self:
-        """Faces of polyhedra; a face that is not convex is cut into triangles."""
-        start = np.cumsum([0, *(len(b.vertices) for b in bodies)])
-        loops: list[list[int]] = []
+    def of(cls, bodies: Mapping[str, Polyhedron], fixed: Flags, radius: float) -> Self:
+        """Faces of named polyhedra; a face that is not convex is cut into triangles.
+
+        Raises
+        ------
+        GeometryError
+            If rounded corners leave nothing of a face.
+        """
+        corners: list[Array] = []
         normals, owner, flat = [], [], []
-        for i, body in enumerate(bodies):
+        for i, (name, body) in enumerate(bodies.items()):
             parts = [(f, part) for f, face in enumerate(body.faces) for part in _convex_parts(body, f, face)]
             beyond = {(a, b): f for f, part in parts for a, b in zip(part, (*part[1:], part[0]), strict=True)}
             for f, part in parts:
-                loops.append([int(v + start[i]) for v in part])
+                others = body.normals[[beyond[b, a] for a, b in zip(part, (*part[1:], part[0]), strict=True)]]
+                points = body.vertices[list(part)] - body.centroid
+                left = inset(points, body.normals[f], others, radius) if radius else points
+                if left is None:
+                    size = np.linalg.norm(np.ptp(points, axis=0))
+                    msg = (
+                        f"block {name!r}: corners rounded by {radius:.6g} m leave nothing of a face that is "
+                        f"{size:.6g} m across; give a smaller radius"
+                    )
+                    raise GeometryError(msg)
+                corners.append(left)
                 normals.append(body.normals[f])
                 owner.append(i)
-                neighbours = [beyond[b, a] for a, b in zip(part, (*part[1:], part[0]), strict=True)]
-                flat.append([bool(body.normals[f] @ body.normals[g] > FLAT) for g in neighbours])
-        most = max(map(len, loops))
+                flat.append([bool(body.normals[f] @ other > FLAT) for other in others])
+        most = max(map(len, corners))
         return cls(
-            vertex=np.concatenate([b.vertices - b.centroid for b in bodies]),
-            of_vertex=np.repeat(np.arange(len(bodies)), np.diff(start)),
-            loop=np.array([loop + loop[-1:] * (most - len(loop)) for loop in loops]),
-            count=np.array([len(loop) for loop in loops]),
+            corner=np.array([np.concatenate([c, np.repeat(c[-1:], most - len(c), axis=0)]) for c in corners]),
+            count=np.array([len(c) for c in corners]),
             normal=np.array(normals),
             of_part=np.array(owner),
             flat=np.array([row + [False] * (most - len(row)) for row in flat]),
             fixed=fixed,
+            radius=radius,
         )
 
     def touching(self, position: Array, rotation: Array, reach: float, size: float) -> Touching:
@@ -121,16 +137,16 @@ class MovingBodies:
         size
             Mean size of a block, to which tolerances are relative.
         """
-        vertex = np.einsum("vij,vj->vi", rotation[self.of_vertex], self.vertex) + position[self.of_vertex]
-        normal = np.einsum("fij,fj->fi", rotation[self.of_part], self.normal)
-        corner = vertex[self.loop]
-        first, second = self._facing(vertex, corner, normal, reach)
+        turn = rotation[self.of_part]
+        normal = np.einsum("fij,fj->fi", turn, self.normal)
+        corner = np.einsum("fij,fvj->fvi", turn, self.corner) + position[self.of_part, None]
+        first, second = self._facing(corner, normal, reach + 2 * self.radius)
         middle = normal[second] - normal[first]
         middle /= np.linalg.norm(middle, axis=1, keepdims=True)
         axes = np.stack(plane_axes(middle), axis=1)
         origin = corner[second, 0]
         # Seen along the mean normal, the first turns the other way.
-        count, number = self.count[first], np.arange(self.loop.shape[1])
+        count, number = self.count[first], np.arange(corner.shape[1])
         back = np.where(number < count[:, None], count[:, None] - 1 - number, 0)
         one = np.take_along_axis(corner[first], back[:, :, None], 1)
         other = corner[second]
@@ -150,37 +166,37 @@ class MovingBodies:
             for points, part in ((one, first), (other, second))
         ]
         apart = heights[0] - heights[1]
-        deepest = -np.where(shared.within, apart, np.inf).min(axis=1)
-        towards, level = self._normals(shared, (first, second), (one, other), back, normal, middle)
-        gap = apart * np.einsum("pvi,pi->pv", towards, middle)
+        deepest = 2 * self.radius - np.where(shared.within, apart, np.inf).min(axis=1)
+        towards, level, aside = self._normals(shared, (first, second), (one, other), back, normal, middle)
+        gap = apart * _along(towards, middle) - 2 * self.radius
         keep = shared.within & (deepest <= DEEP * width)[:, None] & (gap <= reach)
-        # A vertex acts where it is, a crossing of edges half-way between them.
+        # A vertex acts where it is, a crossing of edges half-way between them; a rounded one on its surface.
         height = level * heights[0] + (1 - level) * heights[1]
+        points = place + height[:, :, None] * middle[:, None] + apart[:, :, None] * aside
+        points += ((1 - 2 * level) * self.radius)[:, :, None] * towards
         pair, k = np.nonzero(keep)
         return Touching(
             minus=self.of_part[second][pair],
             plus=self.of_part[first][pair],
-            position=(place + height[:, :, None] * middle[:, None])[pair, k],
+            position=points[pair, k],
             normal=towards[pair, k],
             gap=gap[pair, k],
         )
 
-    def _facing(self, vertex: Array, corner: Array, normal: Array, reach: float) -> tuple[Index, Index]:
+    def _facing(self, corner: Array, normal: Array, reach: float) -> tuple[Index, Index]:
         """Pairs of parts of different bodies that look at each other and come close."""
-        starts = np.searchsorted(self.of_vertex, np.arange(len(self.fixed)))
-        low, high = np.minimum.reduceat(vertex, starts), np.maximum.reduceat(vertex, starts)
-        i, j = box_pairs(low - reach / 2, high + reach / 2)
+        begin = np.searchsorted(self.of_part, np.arange(len(self.fixed) + 1))
+        lowest, highest = corner.min(axis=1) - reach / 2, corner.max(axis=1) + reach / 2
+        i, j = box_pairs(np.minimum.reduceat(lowest, begin[:-1]), np.maximum.reduceat(highest, begin[:-1]))
         free = ~(self.fixed[i] & self.fixed[j])
         i, j = i[free], j[free]
-        begin = np.searchsorted(self.of_part, np.arange(len(self.fixed) + 1))
         count = np.diff(begin)
         pair, first, _ = expanded(begin[i], count[i])
         row, second, _ = expanded(begin[j[pair]], count[j[pair]])
         first = first[row]
         facing = _dots(normal[first], normal[second]) < -np.cos(FACING)
         first, second = first[facing], second[facing]
-        low, high = corner.min(axis=1) - reach / 2, corner.max(axis=1) + reach / 2
-        close = np.all((low[first] <= high[second]) & (low[second] <= high[first]), axis=1)
+        close = np.all((lowest[first] <= highest[second]) & (lowest[second] <= highest[first]), axis=1)
         return first[close], second[close]
 
     def _normals(
@@ -191,9 +207,13 @@ class MovingBodies:
         back: Index,
         normal: Array,
         middle: Array,
-    ) -> tuple[Array, Array]:
-        """Normals (P, N, 3) at the corners of what parts share, and the share of the first in their place (P, N)."""
-        M = self.loop.shape[1]
+    ) -> tuple[Array, Array, Array]:
+        """Normals (P, N, 3) at the corners of what parts share, share (P, N) of the first in their place, and aside.
+
+        Edges that cross as seen along the mean normal come closest a little aside of there, (P, N, 3) per unit of
+        their distance along it.
+        """
+        M = self.corner.shape[1]
         ends = np.stack([shared.arriving, shared.edge])
         of_first = ends < M
         # Of a corner where edges of both cross, the one of each.
@@ -212,8 +232,9 @@ class MovingBodies:
             flat.append(np.take_along_axis(self.flat[part], own, 1))
         square = np.cross(*along)
         size = np.linalg.norm(square, axis=2)
-        upward = np.einsum("pvi,pi->pv", square, middle)
-        square *= (np.sign(upward) / np.maximum(size, 1e-300))[:, :, None]
+        upward = _along(square, middle)
+        sine = np.where(upward < 0, -1, 1) * np.maximum(size, 1e-300)
+        square /= sine[:, :, None]
         # Edges nearly along each other.
         vague = (size < NO_CROSSING) | (np.abs(upward) < size / 2)
         own, other = of_first.all(axis=0), ~of_first.any(axis=0)
@@ -223,7 +244,17 @@ class MovingBodies:
         chosen = np.where(vague[:, :, None], middle[:, None], square)
         chosen = np.where(on_second[:, :, None], normal[parts[1]][:, None], chosen)
         chosen = np.where(on_first[:, :, None], -normal[parts[0]][:, None], chosen)
-        return chosen, np.where(own, 1.0, np.where(other, 0.0, 0.5))
+        crossing = ~(on_first | on_second | vague)
+        across = middle[:, None] - _along(chosen, middle)[:, :, None] * chosen
+        one, two = along
+        shares = (np.einsum("pvi,pvi->pv", np.cross(*pair), chosen) / sine for pair in ((one, across), (across, two)))
+        b, a = (np.where(crossing, share, 0.0)[:, :, None] for share in shares)
+        return chosen, np.where(on_second, 1.0, np.where(on_first, 0.0, 0.5)), (b * two - a * one) / 2
+
+
+def _along(vectors: Array, direction: Array) -> Array:
+    """Components (P, N) of vectors (P, N, 3) along the direction (P, 3) of each row."""
+    return np.asarray(np.einsum("pvi,pi->pv", vectors, direction))
 
 
 def _dots(a: Array, b: Array) -> Array:

@@ -17,6 +17,7 @@ from blockstruct.statics import MovedContacts, MovingLoads, MovingStructure, Pla
 from blockstruct.vocabulary import Torsion
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +38,8 @@ class MovedProblem:
         Of each tie there, beyond its length in the model; negative where its ends have come closer.
     holds : (N,) array
         Whether each tie has not broken.
+    free : (F,) array
+        The blocks that are free.
     """
 
     problem: LimitProblem
@@ -46,6 +49,7 @@ class MovedProblem:
     longest: Array
     elongation: Array
     holds: NDArray[np.bool_]
+    free: Index
 
     @property
     def penetration(self) -> float:
@@ -131,12 +135,14 @@ class MovingProblem:
     ------
     UnknownNameError, ModelError
         As of :func:`check_pushover`.
+    GeometryError
+        As of :class:`MovingStructure`.
     """
 
     def __init__(self, statics: Statics, problem: LimitProblem, case: Pushover) -> None:
         check_pushover(statics.model, case)
         self.statics, self._problem = statics, problem
-        self.structure = MovingStructure(statics)
+        self.structure = MovingStructure(statics, case.corner_rounding)
         self.control = ControlPoint.of(statics.model, case)
         self.dead, self.variable = (MovingLoads.of(statics.model, p, case.dead) for p in (case.dead, case.variable))
         self._unit = np.full(len(statics.model.blocks), np.inf)
@@ -200,7 +206,9 @@ class MovingProblem:
             capacity=np.empty(0),
             force_unit=force_unit,
         )
-        return MovedProblem(moved, contacts, placement, longest[holds] - table.span, longest, elongation, holds)
+        return MovedProblem(
+            moved, contacts, placement, longest[holds] - table.span, longest, elongation, holds, statics.free
+        )
 
     def twist(self, u: Array, placement: Placement) -> Array:
         """Twists (B, 6) of blocks at a placement, m/s and rad/s at 1 W, of non-dimensional velocities u (6 F,)."""

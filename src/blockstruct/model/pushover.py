@@ -10,7 +10,7 @@ import numpy as np
 from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords
 from blockstruct.model.limit_case import LimitCase
-from blockstruct.units import si_vector
+from blockstruct.units import si, si_vector
 from blockstruct.vocabulary import Flow
 
 #: Most steps that a curve may be asked for.
@@ -42,16 +42,22 @@ class Pushover(LimitCase):
         Another point of that block, where the model has it.
     steps
         Number of steps, about, in which the load factor comes down to zero.
+    corner_rounding : quantity, length
+        Radius of the corners of all blocks, once they move: faces that turn over an edge roll on it. Sharp by default.
+        The load factor of the collapse state is that of the interfaces, whatever the corners.
 
     Attributes
     ----------
     control_point
         m; None for the centroid.
+    corner_rounding : float
+        m.
     """
 
     control: tuple[str, tuple[float, float, float]] = ("", (0.0, 0.0, 0.0))
     control_point: Point | None = None
     steps: int = 60
+    corner_rounding: float = 0.0
 
     def __post_init__(self) -> None:
         # Classes with slots are made anew by dataclass: super() without arguments would look for the first one.
@@ -70,6 +76,13 @@ class Pushover(LimitCase):
             msg = f"pushover {self.name!r}: steps is {shown(self.steps)}; give a whole number from 3 to {MOST_STEPS}"
             raise ModelError(msg)
         object.__setattr__(self, "steps", int(self.steps))
+        what = f"pushover {self.name!r}: corner_rounding"
+        # Of all lengths, zero needs no unit.
+        radius = 0.0 if self.corner_rounding == 0 else si(self.corner_rounding, "length", what)
+        if radius < 0:
+            msg = f"{what} is {radius:.6g} m; give a radius from 0"
+            raise ModelError(msg)
+        object.__setattr__(self, "corner_rounding", radius)
 
 
 def _control(given: Any, name: str) -> tuple[str, tuple[float, float, float]]:

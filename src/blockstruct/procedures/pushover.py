@@ -1,7 +1,7 @@
 """The pushover: from the collapse state through finite displacements until the load factor is zero."""
 
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from time import perf_counter
 from typing import Self
@@ -14,7 +14,8 @@ from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.moved import ZERO, FiniteStep, MovedProblem, MovingProblem, zero_displacement
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.finite_step import CERTIFIED, Solved, solve_finite_step
+from blockstruct.procedures.body_step import Stepper
+from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved
 
 Array = NDArray[np.float64]
 
@@ -42,10 +43,14 @@ DEEPEST, NEAREST, REACH = 2e-3, 0.05, 2.0
 LOST = 0.03
 #: Rate of the dead load's work, in multiples of that of the variable load at collapse, from which blocks fall.
 FALLING = 3.0
+#: Rise of that rate, in the same multiples, from which a shorter step has blocks that drop.
+DROPS = 0.1
 #: Speed, relative to the fastest block, from which a block is told to fall, and blocks that a message names.
 FAST, NAMED = 0.5, 5
 #: Steps, in multiples of those asked for, after which the curve is left.
 PATIENCE = 5
+#: What the energy balance of a step may miss, relative to all work so far, before it is divided; and attempts.
+EVENT, EVENTS = 1e-3, 3
 #: Corrections of the last step towards a load factor of zero.
 CORRECTIONS = 3
 #: Work of a step, relative to that at the collapse load, to which what it misses is relative where there is less.
@@ -67,7 +72,7 @@ def pushover(
     In each step the displacement of the control point is prescribed, by the work of the variable load. Blocks then
     move along the screws of their twists, and contacts are found anew where they are. A step is halved where the
     blocks penetrate by more than a bound after it, or no motion from there satisfies the flow rule, as where a contact
-    leaves its face or a block meets another.
+    leaves its face or a block meets another; and divided where its energy balance is missed, as where forces jump.
 
     Parameters
     ----------
@@ -156,7 +161,7 @@ class _Path:
     def __init__(
         self, problem: MovingProblem, load_factor: float, steps: int, settings: ProcedureSettings, solver: Solver
     ) -> None:
-        self._problem, self._steps, self._settings, self._solver = problem, steps, settings, solver
+        self._problem, self._steps = problem, steps
         self._load_factor = abs(load_factor)
         free = np.concatenate([b.shape.vertices for b in problem.statics.model.blocks if not b.fixed])
         self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * steps)
@@ -164,8 +169,9 @@ class _Path:
         self.nearest = NEAREST * self._size
         self.curve: list[tuple[float, float]] = []
         self._last: _State | None = None
+        self._stepper = Stepper(settings, solver)
+        self._divided = False
         self._done, self._clock = 0.0, perf_counter()
-        self._spent = np.zeros(2, dtype=int)
 
     def gone(self, steps: Sequence[FiniteStep]) -> _State:
         """Take the states that are known already; gives the last of them."""
@@ -180,15 +186,16 @@ class _Path:
         self._last = states[-1]
         return states[-1]
 
-    def _wanted(self) -> float:
-        """Displacement of the control point in the next step."""
+    def _wanted(self, placement: Placement) -> float:
+        """Displacement of the control point in the next step from a placement."""
         if len(self.curve) < 2:
             return FIRST * self._even
         d, a = np.array(self.curve[-FORESEEN:]).T
         slope = float(np.polyfit(d, a, 1)[0])
         whole = d[-1] - a[-1] / slope if slope < 0 else np.inf
         even = min(whole / self._steps, LARGEST * self._even * max(1.0, 8 * self._load_factor))
-        last = abs(d[-1] - d[-2])
+        # A short step that ends where something happens tells nothing of the next.
+        last = max(abs(self._problem.control.displacement(placement) - d[-1]), abs(d[-1] - d[-2]))
         return float(np.clip(even, max(LEAST * even, last / 2), max(GROWTH * last, LEAST * even)))
 
     def solved(self, moved: MovedProblem, twist: Array) -> _Found | None:
@@ -199,16 +206,20 @@ class _Path:
         least = LEAST_WORK * self._load_factor
         longest = np.inf
         for _ in range(LENGTHS):
-            solution = solve_finite_step(moved, time, twist, least, self._settings, self._solver)
+            solution = self._stepper.solve(moved, Question.of(moved, time, twist, least))
             if solution is None:
                 break
-            self._spent += (solution.programs, solution.iterations)
+            if found is not None and solution.falling > max(found.solved.falling, 0.0) + DROPS * self._load_factor:
+                # Blocks drop until they meet others: a shorter step has the drop alone, and less to meet.
+                break
             twist = self._problem.twist(solution.u, placement)
             displacement = self._problem.control.displacement(placement)
             state = _State(
                 placement, solution.load_factor, solution.dissipation, twist, time, displacement, moved.longest
             )
             found = _Found(state, moved, solution)
+            if solution.missed > CERTIFIED:
+                break
             if np.isinf(longest):
                 longest = self._until_closed(moved, solution, last, time)
             better = min(self._time(placement, twist), longest)
@@ -227,17 +238,52 @@ class _Path:
             return np.inf
         closing = -moved.relative(twist)[reaching, 0]
         times = moved.contacts.gap[reaching] / np.maximum(closing, 1e-300)
-        shortest = LEAST * self._even / self._wanted() * time
+        shortest = LEAST * self._even / self._wanted(moved.placement) * time
         return float(max((1 - BEFORE) * times.min(), shortest))
 
     def _time(self, placement: Placement, twist: Array) -> float:
         """Time at 1 W in which the control point moves as far as wanted, s."""
         speed = abs(self._problem.control.velocity(placement, twist))
         fastest = float(np.linalg.norm(twist[:, :3], axis=1).max())
-        return self._wanted() / max(speed, fastest / FASTEST, 1e-300)
+        return self._wanted(placement) / max(speed, fastest / FASTEST, 1e-300)
 
     def advance(self, state: _State) -> _Found | str:
         """The state after a step, or why there is none."""
+        following, time = self._tried(state)
+        if isinstance(following, str):
+            return following
+        missed = self._missed(state, following)
+        # Blocks that fall release work that nothing balances, however short the step.
+        self._divided = missed > EVENT and not self._divided and following.solved.falling < self._load_factor
+        if not self._divided:
+            return following
+        # Forces that jump where something happens have not acted on the way there, and what is missed goes with the
+        # length of the step in which they do: most of the way is a step of its own.
+        whole, share = following.state.displacement, 1 - EVENT / missed / 2
+        best = following
+        for _ in range(EVENTS):
+            moved = self._after(state, share * time)
+            found = self.solved(moved, state.carried(moved.placement))
+            if found is None or found.solved.missed > CERTIFIED:
+                break
+            if self._missed(state, found) < missed:
+                best, missed = found, self._missed(state, found)
+            if missed <= EVENT:
+                break
+            share /= 2
+        if best is following:
+            return best
+        speed = abs(self._problem.control.velocity(best.state.placement, best.state.twist))
+        rest = abs(whole - best.state.displacement) / max(speed, 1e-300)
+        return replace(best, state=replace(best.state, time=min(best.state.time, rest)))
+
+    def _missed(self, state: _State, found: _Found) -> float:
+        """What the energy balance of a step misses, relative to all work so far."""
+        missed, work = self._energy(state, found.state)
+        return missed / max(self._done + work, 1e-300)
+
+    def _tried(self, state: _State) -> tuple[_Found | str, float]:
+        """The state after a step, shortened until it is solved, or why there is none; and its time."""
         time = state.time
         following = None
         for attempt in range(ATTEMPTS):
@@ -257,7 +303,7 @@ class _Path:
             if not last:
                 time /= 2
         if following is None or following.solved.missed > LOST:
-            return self.lost(moved.placement, following)
+            return self.lost(moved.placement, following), time
         for _ in range(CORRECTIONS):
             below = following.state.load_factor
             if below >= -ZERO * self._load_factor or state.load_factor <= 0:
@@ -268,7 +314,7 @@ class _Path:
             if back is None:
                 break
             following = back
-        return following
+        return following, time
 
     def _after(self, state: _State, time: float) -> MovedProblem:
         """The problem where the blocks of a state are after a time."""
@@ -303,7 +349,7 @@ class _Path:
         self._last = state
         self.curve.append((state.displacement, state.load_factor))
         spent, self._clock = perf_counter() - self._clock, perf_counter()
-        (programs, iterations), self._spent = self._spent.tolist(), np.zeros(2, dtype=int)
+        programs, iterations = self._stepper.spent()
         return FiniteStep(
             load_factor=state.load_factor,
             displacement=state.displacement,
@@ -313,7 +359,7 @@ class _Path:
             angular_velocity=state.twist[:, 3:],
             motion_time=state.time,
             dissipation=state.dissipation,
-            tie_force=solved.tie_force,
+            tie_force=found.moved.tie_force(solved.tie_force),
             tie_elongation=found.moved.elongation,
             penetration=found.moved.penetration,
             energy_error=missed / self._done if self._done else 0.0,

@@ -149,14 +149,21 @@ class MovingStructure:
     statics
         The structure as the model has it. A joint has the friction that it has there, wherever its two blocks touch;
         blocks that had no joint have the least friction of the joints of either.
+    rounding
+        Radius of the corners of blocks, m.
+
+    Raises
+    ------
+    GeometryError
+        If rounded corners leave nothing of a face.
     """
 
-    def __init__(self, statics: Statics) -> None:
+    def __init__(self, statics: Statics, rounding: float = 0.0) -> None:
         model, points = statics.model, statics.points
         self.statics = statics
         self._centroid = np.array([b.centroid for b in model.blocks])
         self.fixed = np.array([b.fixed for b in model.blocks])
-        self._bodies = MovingBodies.of([b.shape for b in model.blocks], self.fixed)
+        self._bodies = MovingBodies.of({b.name: b.shape for b in model.blocks}, self.fixed, rounding)
         n = self._n_blocks = len(model.blocks)
         code = np.minimum(points.minus, points.plus) * n + np.maximum(points.minus, points.plus)
         order = np.lexsort((points.friction, code))

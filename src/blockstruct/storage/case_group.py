@@ -49,7 +49,7 @@ def case_dataset(result: CaseResult) -> xr.Dataset:
     }
     if isinstance(result.case, Pushover):
         attrs["pushover"] = json.dumps(
-            {"control": result.case.control, "control_point": result.case.control_point, "steps": result.case.steps}
+            {name: getattr(result.case, name) for name in ("control", "control_point", "steps", "corner_rounding")}
         )
     if isinstance(result.case, SettlementCase):
         attrs["settlement"] = json.dumps({name: getattr(result.case, name) for name in _MOTION})
@@ -85,7 +85,8 @@ def _case(attrs: Mapping[str, Any], patterns: Mapping[str, LoadPattern]) -> Case
     if "pushover" in attrs:
         own = json.loads(attrs["pushover"])
         point = None if own["control_point"] is None else Point(*map(float, own["control_point"]))
-        more = {"control": own["control"], "control_point": point, "steps": own["steps"]}
+        rounding = to_quantity(own.get("corner_rounding", 0.0), "length")
+        more = {"control": own["control"], "control_point": point, "steps": own["steps"], "corner_rounding": rounding}
         return Pushover(attrs["name"], dead, patterns[attrs["variable"]], flow, **more)
     if "settlement" not in attrs:
         return LimitCase(attrs["name"], dead, patterns[attrs["variable"]], flow)

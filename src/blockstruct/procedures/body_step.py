@@ -1,0 +1,139 @@
+"""Steps of a pushover in which blocks go on as the bodies that they moved as."""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.limit.bodies import Bodies, bodies_of
+from blockstruct.limit.moved import MovedProblem
+from blockstruct.limit.program import Solver
+from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.procedures.carried_forces import carried_forces
+from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved, solve_finite_step
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: Distance, in characteristic lengths, up to which a contact point inside a body is the one it was.
+SAME = 1e-5
+#: Gap or penetration inside a body, in characteristic lengths, that is none: what is left from when it was two.
+NO_GAP = 1e-7
+#: Most steps of all blocks before bodies are tried again, which have failed as often one after the other.
+MOST_WAITS = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Carried:
+    """What a state hands on to the next step: which blocks moved as one, and the forces between them.
+
+    Attributes
+    ----------
+    body : (B,) array
+        Body of each block; zero is that of the supports.
+    place : (K, 5) array
+        Of each contact point: its two blocks, and where it is on the first of them, in characteristic lengths.
+    force : (K, 3) array
+    """
+
+    body: Index
+    place: Array
+    force: Array
+
+    @classmethod
+    def of(cls, moved: MovedProblem, solved: Solved) -> Self:
+        """That of a state."""
+        return cls(bodies_of(moved, solved.u), _places(moved), solved.x)
+
+    def at(self, places: Array) -> Array:
+        """Forces (k, 3) at contact points, zero at new ones."""
+        # Loaded here: scipy.spatial is slow to import.
+        from scipy.spatial import KDTree
+
+        distance, nearest = KDTree(self.place).query(places, distance_upper_bound=SAME)
+        known = np.isfinite(distance)
+        found = np.zeros((len(places), 3))
+        found[known] = self.force[np.asarray(nearest)[known]]
+        return found
+
+
+class Stepper:
+    """One step after the other: of bodies while they go on as such, and of all blocks where they do not."""
+
+    def __init__(self, settings: ProcedureSettings, solver: Solver) -> None:
+        self._settings, self._solver = settings, solver
+        self._carried: Carried | None = None
+        self._failed = self._waits = 0
+        self._spent = 0, 0
+
+    def solve(self, moved: MovedProblem, question: Question) -> Solved | None:
+        """A step; None if there is no state."""
+        found, motion = None, None
+        self._waits -= 1
+        if self._carried is not None and self._waits < 0:
+            found, motion = solve_as_bodies(moved, question, self._carried, self._settings, self._solver)
+            self._failed = 0 if found is not None else min(self._failed + 1, MOST_WAITS)
+            self._waits = self._failed
+        if found is None:
+            found = solve_finite_step(question, self._settings, self._solver, motion=motion)
+        if found is not None:
+            self._spent = self._spent[0] + found.programs, self._spent[1] + found.iterations
+            self._carried = Carried.of(moved, found)
+        return found
+
+    def spent(self) -> tuple[int, int]:
+        """Programs and interior-point iterations since this was last asked."""
+        spent, self._spent = self._spent, (0, 0)
+        return spent
+
+
+def solve_as_bodies(
+    moved: MovedProblem, question: Question, carried: Carried, settings: ProcedureSettings, solver: Solver
+) -> tuple[Solved | None, Array | None]:
+    """A step of bodies, and the forces inside them.
+
+    The bodies of a state go on as such for as long as forces inside them are found that their joints carry. Their
+    equilibrium, with that of the bodies, is that of all blocks; so is the flow rule, as nothing moves inside a body.
+    The certificate is that of all blocks.
+
+    Returns
+    -------
+    Solved or None
+        None if it does not hold: the step is then one of all blocks.
+    (6 F,) array or None
+        Velocities of the blocks as bodies, which that step may begin with; None if there are none.
+    """
+    own = np.unique(carried.body[moved.free])
+    # Blocks that each go their own way, and a structure at rest, are no bodies.
+    if not own.any() or len(own) == len(moved.free):
+        return None, None
+    problem, bodies = moved.problem, Bodies.of(moved, carried.body)
+    solved = solve_finite_step(question.of_bodies(bodies), settings, solver, whole=False)
+    if solved is None:
+        return None, None
+    u = bodies.motion @ solved.u
+    if solved.missed > CERTIFIED:
+        return None, None
+    inside = np.repeat(~bodies.between, 3)
+    x = np.zeros((problem.n_points, 3))
+    x[bodies.between] = solved.x
+    unbalanced = problem.unbalanced(x, solved.tie_force, solved.load_factor)
+    before = carried.at(_places(moved)[~bodies.between])
+    forces = carried_forces(problem.A[:, inside], problem.friction[~bodies.between], before, -unbalanced)
+    if forces is None:
+        return None, u
+    x[~bodies.between] = forces
+    none = ~bodies.between & (np.abs(moved.contacts.gap) <= NO_GAP * problem.length)
+    closed = replace(question, gap=np.where(none, 0.0, question.gap))
+    found = closed.state(solved.load_factor, x, u, solved.tie_force, settings)
+    if not found.holds:
+        return None, u
+    return replace(found, programs=solved.programs, iterations=solved.iterations), u
+
+
+def _places(moved: MovedProblem) -> Array:
+    points, placement = moved.contacts.points, moved.placement
+    arm = points.position - placement.position[points.minus]
+    own = np.einsum("kji,kj->ki", placement.rotation[points.minus], arm)
+    return np.column_stack([points.minus, points.plus, own / moved.problem.length])
