@@ -277,7 +277,8 @@ def test_a_path_closed_before_its_end_is_not_called_settled(corner, dry, monkeyp
     result = solve(model_of(corner, dry), push(0, -1, 0), "nonassociative", gap_tolerance=1e-2, **PATH)
     assert result.status == "converged"
     assert not result.settled
-    assert "still drifting where the path ended: no end within the displacement 5" in result.message
+    assert "still drifting where the path ended: no end within " in result.message
+    assert "iterations and the displacement 5" in result.message
 
 
 def test_a_step_that_is_not_solved_ends_the_path(small_model, monkeypatch):

@@ -53,7 +53,8 @@ class HistoryAccessor:
         names = ("load_factor", "equilibrium_residual", "yield_excess", "interpenetration", "flow_rule_gap")
         frame = self._ds[["stage", *names]].to_dataframe()[["stage", *names]]
         solved = frame["load_factor"].replace([np.inf, -np.inf], np.nan)
-        frame.insert(2, "change", solved / solved.ffill().shift() - 1)
+        # A change from zero, the state under dead load of a loading path, has no ratio.
+        frame.insert(2, "change", solved / solved.ffill().shift().replace(0.0, np.nan) - 1)
         if "reaction" in self._ds:
             frame.insert(1, "reaction", self._ds["reaction"].to_numpy())
         return frame

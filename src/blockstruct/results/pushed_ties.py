@@ -66,7 +66,10 @@ def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
     breaking = _breaking(elongation, limit)
     rows = [(at[tie], limit[tie], force[k - 1, tie], alpha[k - 1], alpha[k]) for tie, k in breaking.items()]
     names = pd.Index(capacity["tie"].to_numpy()[list(breaking)], name="tie")
-    return pd.DataFrame(rows, columns=columns, index=names, dtype=float).sort_values(lengths[0], kind="stable")
+    table = pd.DataFrame(rows, columns=columns, index=names, dtype=float)
+    # Ties that break together do so within rounding; they stand as in the model.
+    digits = 9 - int(np.floor(np.log10(max(float(np.abs(at[list(breaking)]).max(initial=0.0)), 1e-300))))
+    return table.sort_values(lengths[0], kind="stable", key=lambda column: column.round(digits))
 
 
 def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:
