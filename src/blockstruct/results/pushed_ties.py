@@ -68,7 +68,7 @@ def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
     names = pd.Index(capacity["tie"].to_numpy()[list(breaking)], name="tie")
     table = pd.DataFrame(rows, columns=columns, index=names, dtype=float)
     # Ties that break together do so within rounding; they stand as in the model.
-    digits = 9 - int(np.floor(np.log10(max(float(np.abs(at[list(breaking)]).max(initial=0.0)), 1e-300))))
+    digits = 5 - int(np.floor(np.log10(max(float(np.abs(at[list(breaking)]).max(initial=0.0)), 1e-300))))
     return table.sort_values(lengths[0], kind="stable", key=lambda column: column.round(digits))
 
 
