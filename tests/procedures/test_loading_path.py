@@ -306,3 +306,10 @@ def test_a_wall_too_large_for_interior_point_steps_in_time():
     blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
     found = solve(model_of(blocks, bs.JointMaterial("dry", 0.65)), push(1, 0, 0), "nonassociative", **PATH)
     assert 0.408 < exact(found) < 0.42
+
+
+def test_an_end_that_is_not_certified_is_told(small_model, monkeypatch):
+    monkeypatch.setattr("blockstruct.procedures.loading_path.CAP", np.nan)
+    result = solve(small_model, push(1, 0, 0), "nonassociative", **PATH)
+    assert result.status == "converged"
+    assert result.message.startswith("the loading path did not finish, its end was not certified in 4 attempts; ")

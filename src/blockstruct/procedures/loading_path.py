@@ -47,8 +47,8 @@ def loading_path(
 
     At its end the displacements still hold some elastic strain, which no rigid mechanism has. So two programs
     close it: the mechanism of the largest load with friction frozen at ``μ n`` of the path, and the forces that miss
-    its flow rule least, at no larger a load factor. Measured on walls, façades and domes of 33 to 820 blocks: the
-    load factor moves by less than the gap of the path, and the gap falls by three orders and more.
+    its flow rule least, at no larger a load factor. Measured on walls, façades and domes of 33 to 2,430 blocks: the
+    load factor moves by less than the gap of the path, and the gap falls by two orders and more.
 
     Parameters
     ----------
@@ -90,15 +90,16 @@ def loading_path(
                 if gap_of(best) <= CLOSED:
                     break
             path.refine()
+    why = path.why or f"its end was not certified in {attempts} attempts"
     if best is None:
-        return f"the loading path did not finish, {path.why}", None
+        return f"the loading path did not finish, {why}", None
     if best is not closed:
         # The last iteration of a history is the certified one.
         yield best
     message = f"the certificate holds ({ALONG_PATH})"
     if early:
         # Closed too early, a path certifies whatever load factor it has come to.
-        message += f", but the {path.program.problem.answer} was {DRIFTING} where the path ended: {path.why}"
+        message += f", but the {path.program.problem.answer} was {DRIFTING} where the path ended: {why}"
     if path.peak > best.load_factor + path.blur * abs(best.load_factor):
         message += f"; on the way it passed a peak, {path.program.problem.said(path.peak)}"
     return message, best
