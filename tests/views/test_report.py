@@ -189,6 +189,29 @@ def test_the_masses_that_a_push_takes_along_are_an_assumption():
     assert "6.4 kN, and on 1.6 kN of area loads of &#39;carrying&#39;." in html
 
 
+@pytest.mark.parametrize(
+    ("radii", "words"),
+    [
+        ((0,), "corners stay sharp"),
+        (("20 mm",), "corners have a radius of 20 mm,"),
+        ((0, "20 mm"), "corners have a radius of none in push 0, 20 mm in push 1,"),
+    ],
+)
+def test_what_corners_are_in_a_pushover_is_an_assumption(radii, words):
+    cases = [
+        bs.Pushover(
+            f"push {k}",
+            dead=SELF_WEIGHT,
+            variable=push(1, 0, 0),
+            control=("block", (1, 0, 0)),
+            steps=3,
+            corner_rounding=radius,
+        )
+        for k, radius in enumerate(radii)
+    ]
+    assert words in " ".join(report_html(run(cases)).split())
+
+
 def test_a_firm_changes_the_blocks_it_wants(tmp_path):
     own = tmp_path / "firm.html.j2"
     own.write_text(

@@ -15,6 +15,19 @@ def pushed_masses(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str
     return list(dict.fromkeys(filter(None, (bs.results.pushed_masses(model, r.case) for r in results))))
 
 
+def _corners(results: Sequence[bs.CaseResult]) -> str:
+    """What the corners of blocks are in pushovers, in words."""
+    radii = {r.name: r.case.corner_rounding for r in results if isinstance(r.case, bs.Pushover)}
+    if not any(radii.values()):
+        return "corners stay sharp"
+    if len(set(radii.values())) == 1:
+        return f"corners have a radius of {1e3 * max(radii.values()):.4g} mm"
+    said = ", ".join(
+        f"{1e3 * radius:.4g} mm in {name}" if radius else f"none in {name}" for name, radius in radii.items()
+    )
+    return f"corners have a radius of {said}"
+
+
 def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
     """Sentences that hold for the model and the cases."""
     joints = model.joint_materials.values()
@@ -56,8 +69,8 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
     if pushed:
         said.append(
             "Beyond the collapse state a pushover follows the blocks through finite displacements, slowly and without "
-            "dynamic effects: equilibrium is that where the blocks are, contacts are found anew there, corners stay "
-            "sharp, and ties break at their elongation limits."
+            "dynamic effects: equilibrium is that where the blocks are, contacts are found anew there, "
+            f"{_corners(results)}, and ties break at their elongation limits."
         )
     if any(r.case.flow == bs.Flow.NONASSOCIATIVE for r in results):
         said.append(
