@@ -43,6 +43,18 @@ def test_single_block(b, h, mu):
     assert exact(found) == pytest.approx(min(b / h, mu), rel=1e-5)
 
 
+def test_a_block_that_is_lifted_leaves_no_force():
+    blocks, joint = single_block(0.4, 1.0, mu=0.5)
+    assert exact(solve(model_of(blocks, joint), push(0, 0, 1), "nonassociative", **PATH)) == pytest.approx(1, rel=1e-6)
+
+
+def test_a_block_without_friction_slides_at_once():
+    blocks, joint = single_block(0.4, 1.0, mu=0.0)
+    found = solve(model_of(blocks, joint), push(1, 0, 0), "nonassociative", **PATH)
+    assert found.status == "converged"
+    assert found.load_factor == pytest.approx(0, abs=1e-5)
+
+
 def test_stack(tuff, dry):
     blocks = [bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([3, 3, 1], "m"), tuff, fixed=True)]
     blocks += [bs.Block.box(f"b{k}", Q_([0, 0, 0.5 * k], "m"), Q_([0.4, 0.6, 0.5], "m"), tuff) for k in range(4)]

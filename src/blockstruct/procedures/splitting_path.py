@@ -28,8 +28,8 @@ CLOSE = 5e-2
 ENOUGH = 0.3
 #: Penalty of the state under dead load, and of a step one elastic displacement long.
 OF_REST, PENALTY = 20.0, 10.0
-#: Change of the penalty from one step to the next at most, as a ratio.
-REBALANCED = 3.0
+#: Change of the penalty from one step to the next at most, and of all steps together, as ratios.
+REBALANCED, OUT_OF_BALANCE = 3.0, 1e3
 #: Change of the load factor while the displacement becomes e times as large, relative, up to which it has settled.
 SETTLED = 4e-3
 #: Displacement at which a path ends, in elastic displacements: beyond it no elastic strain is left to speak of.
@@ -87,6 +87,7 @@ class SplittingPath(Path):
         # Where forces still move and hardly miss their conditions, the penalty is too large.
         ratio = np.sqrt(found.missed / max(found.changed, 1e-300))
         self._balance *= float(np.clip(ratio, 1 / REBALANCED, REBALANCED))
+        self._balance = float(np.clip(self._balance, 1 / OUT_OF_BALANCE, OUT_OF_BALANCE))
         alpha, last = found.state.alpha, self._state.alpha
         longer = np.log((before + length) / before) if before else np.inf
         self._settled = bool(before) and abs(alpha - last) <= SETTLED * max(longer, 1.0) * abs(alpha)

@@ -32,8 +32,9 @@ class SplitSolution:
     state : ContactState
         Its forces are in equilibrium.
     missed, changed, lag : float
-        Norms relative to that of all forces: by how much they miss their conditions, by how much the last iteration
-        has changed them, and how far friction is from the normal forces that it follows.
+        Norms relative to that of all forces, or of the dead load where it is larger: by how much they miss their
+        conditions, by how much the last iteration has changed them, and how far friction is from the normal forces
+        that it follows.
     iterations : int
     """
 
@@ -164,7 +165,8 @@ class Splitting:
             slip = slip + follows * (self._slip(-weight * dual) - slip)
             follows = min(follows, FOLLOWS)
             if k % LOOK == 0 or k == max_iterations:
-                size, of_friction = max(_size(y), 1e-300), max(_size(resistance), 1e-300)
+                # Where the load lifts everything, no forces are left.
+                size, of_friction = (max(_size(v), _size(w_D), 1e-300) for v in (y, resistance))
                 missed, changed = _size(forces - y) / size, _size(y - before) / size
                 lag = _size(wanted - resistance) / of_friction
                 if not max(missed, changed, lag) > tolerance:
