@@ -110,11 +110,9 @@ def solve_as_bodies(
         return None, None
     problem, bodies = moved.problem, Bodies.of(moved, carried.body)
     solved = solve_finite_step(question.of_bodies(bodies), settings, solver, whole=False)
-    if solved is None:
+    if solved is None or solved.missed > CERTIFIED:
         return None, None
     u = bodies.motion @ solved.u
-    if solved.missed > CERTIFIED:
-        return None, None
     inside = np.repeat(~bodies.between, 3)
     x = np.zeros((problem.n_points, 3))
     x[bodies.between] = solved.x

@@ -12,6 +12,8 @@ from blockstruct.vocabulary import TieState
 
 Array = NDArray[np.float64]
 
+#: Of displacements at which ties break, m.
+DECIMALS = 9
 #: Ties that are told one by one.
 LISTED = 5
 
@@ -31,7 +33,8 @@ def break_displacements(displacement: Array, elongation: Array, limit: Array) ->
     found = np.full(len(limit), np.nan)
     for tie, k in _breaking(elongation, limit).items():
         found[tie] = np.interp(limit[tie], elongation[k - 1 : k + 1, tie], displacement[k - 1 : k + 1])
-    return found
+    # Ties that break together do so at one displacement, and not within rounding of it.
+    return np.round(found, DECIMALS)
 
 
 def _breaking(elongation: Array, limit: Array) -> dict[int, int]:
@@ -66,10 +69,7 @@ def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
     breaking = _breaking(elongation, limit)
     rows = [(at[tie], limit[tie], force[k - 1, tie], alpha[k - 1], alpha[k]) for tie, k in breaking.items()]
     names = pd.Index(capacity["tie"].to_numpy()[list(breaking)], name="tie")
-    table = pd.DataFrame(rows, columns=columns, index=names, dtype=float)
-    # Ties that break together do so within rounding; they stand as in the model.
-    digits = 5 - int(np.floor(np.log10(max(float(np.abs(at[list(breaking)]).max(initial=0.0)), 1e-300))))
-    return table.sort_values(lengths[0], kind="stable", key=lambda column: column.round(digits))
+    return pd.DataFrame(rows, columns=columns, index=names, dtype=float).sort_values(lengths[0], kind="stable")
 
 
 def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from blockstruct.solvers.interior_point import ContactProblem, ContactState, Step
 from blockstruct.solvers.interior_point.cones import ConeVector
+from blockstruct.solvers.interior_point.schur import OPTIONS
 
 Array = NDArray[np.float64]
 
@@ -74,13 +75,14 @@ class Splitting:
         self._cones = np.setdiff1d(np.arange(cones), self._discs)
         first = lines + 3 * self._discs
         self._resists, self._dilates = sp.csr_array(own.E[first]), sp.csr_array(own.F[first].T)
+        self._dilates.eliminate_zeros()
         self._resistance = own.offset.soc[self._discs, 0]
         self._convex = np.ones(own.E.shape[0])
         self._convex[first] = 0.0
         self._E = sp.csr_array(sp.diags_array(self._convex) @ own.E)
         self._E.eliminate_zeros()
         self._ET = sp.csr_array(self._E.T)
-        self._offset = self._convex * np.concatenate([own.offset.line, own.offset.soc.ravel()])
+        self._offset = self._convex * own.offset.rows
         self._rows = [
             np.concatenate(
                 [(lines + 3 * g.cones[:, :, None] + np.arange(3)).reshape(len(g.cones), -1), g.lines], axis=1
@@ -146,11 +148,13 @@ class Splitting:
         push = solve(w_L)
         stiffness = _dot(w_L, push)
         constant = contact.compliance * step.reference - step.opening
-        y, dual = self._as_rows(guess.y), -self._as_rows(guess.z) / weight
+        y, dual = self._convex * guess.y.rows, -self._convex * guess.z.rows / weight
         resistance, slip = guess.y.soc[self._discs, 0], guess.z.soc[self._discs, 0]
         follows = FOLLOWS if resistance.any() else 1.0
         for k in range(1, max_iterations + 1):
-            q = constant + self._ET @ (weight * (y - self._offset - dual)) + self._dilates @ slip
+            q = constant + self._ET @ (weight * (y - self._offset - dual))
+            if self._dilates.nnz:
+                q += self._dilates @ slip
             u = solve(AH @ q + w_D)
             alpha = 0.0 if step.displacement is None else (step.displacement - _dot(w_L, u)) / stiffness
             u = u + alpha * push
@@ -162,7 +166,8 @@ class Splitting:
             moved, before = (forces + dual + 1.0) - 1.0, y
             y = self._projected(moved, resistance)
             dual = moved - y
-            slip = slip + follows * (self._slip(-weight * dual) - slip)
+            if self._dilates.nnz:
+                slip = slip + follows * (self._slip(-weight * dual) - slip)
             follows = min(follows, FOLLOWS)
             if k % LOOK == 0 or k == max_iterations:
                 # Where the load lifts everything, no forces are left.
@@ -216,9 +221,6 @@ class Splitting:
         along: Array = z[self._lines :].reshape(-1, 3)[self._discs, 1:]
         return np.hypot(along[:, 0], along[:, 1])
 
-    def _as_rows(self, v: ConeVector) -> Array:
-        return np.asarray(self._convex * np.concatenate([v.line, v.soc.ravel()]))
-
     def _as_cones(self, rows: Array, first: Array) -> ConeVector:
         soc = rows[self._lines :].reshape(-1, 3).copy()
         soc[self._discs, 0] = first
@@ -231,8 +233,7 @@ def _factorised(M: sp.coo_array) -> Callable[[Array], Array]:
     i, j = M.coords
     kept = np.abs(M.data) > NOISE * scale[i] * scale[j]
     matrix = sp.csc_matrix((M.data[kept], (i[kept], j[kept])), shape=M.shape)
-    options = {"SymmetricMode": True, "Equil": False}
-    lu = sp.linalg.splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options=options)
+    lu = sp.linalg.splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options=OPTIONS)
     return lambda b: np.asarray(lu.solve(b), dtype=float)
 
 

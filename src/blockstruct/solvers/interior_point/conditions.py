@@ -95,7 +95,7 @@ class Conditions:
 
     def flow(self, z: ConeVector) -> Array:
         """``Fᵀ z``."""
-        return np.asarray(self.F.T @ np.concatenate([z.line, z.soc.ravel()]))
+        return np.asarray(self.F.T @ z.rows)
 
     def weights(self, scaling: Scaling, compliance: Array) -> "Weights":
         """``(C + Fᵀ W⁻² E)⁻¹``, member by member."""

@@ -36,6 +36,11 @@ class ConeVector:
         return cls(np.tile([1.0, 0.0, 0.0], (m, 1)), np.ones(n))
 
     @property
+    def rows(self) -> Array:
+        """All entries, those of the half-lines first, (L + 3 M,)."""
+        return np.concatenate([self.line, self.soc.ravel()])
+
+    @property
     def degree(self) -> int:
         """Number of cones, each of which counts once."""
         return len(self.soc) + len(self.line)

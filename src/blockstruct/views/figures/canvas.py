@@ -199,3 +199,8 @@ def new_axes(ax: Axes | None) -> Axes:
     axes = ax if ax is not None else plt.figure(figsize=(5, 3.4), layout="constrained").add_subplot()
     axes.spines[["top", "right"]].set_visible(False)
     return axes
+
+
+def next_colour(ax: Axes, colours: tuple[str, ...]) -> str:
+    """Colour of the next curve with a name on the axes."""
+    return colours[len(ax.get_legend_handles_labels()[1]) % len(colours)]

@@ -5,9 +5,12 @@ from matplotlib.axes import Axes
 
 import blockstruct as bs
 from blockstruct.units import readable
-from blockstruct.views.figures.canvas import legend_above, new_axes
+from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour
 from blockstruct.views.selection import given_result
 from blockstruct.views.style import ACCENT, FORCE
+
+#: Without the colour of what is marked.
+_COLOURS = (ACCENT, "#009e73", "#cc79a7", "#000000")
 
 
 def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None = None) -> Axes:
@@ -38,7 +41,7 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
     holds = curve["holds"].to_numpy() > 0
     factor, unit = readable(displacement, "m")
     ax = new_axes(ax)
-    colour = (ACCENT, "#009e73", "#cc79a7", "#000000")[len(ax.get_legend_handles_labels()[1]) % 4]
+    colour = next_colour(ax, _COLOURS)
     ax.plot(displacement * factor, load_factor, "-", color=colour, lw=1.2, label=label)
     ax.plot(displacement[holds] * factor, load_factor[holds], "o", color=colour, ms=3)
     ax.plot(displacement[~holds] * factor, load_factor[~holds], "x", color=FORCE, ms=5)

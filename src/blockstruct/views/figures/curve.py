@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 
 import blockstruct as bs
 from blockstruct.units import readable, short_unit
-from blockstruct.views.figures.canvas import legend_above, new_axes
+from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour
 from blockstruct.views.style import ACCENT, FORCE
 
 #: Of the curves on one Axes, from the palette of Okabe & Ito.
@@ -46,7 +46,7 @@ def curve(sweep: xr.Dataset | xr.DataArray, *, label: str | None = None, ax: Axe
     long_unit = str(data[name].attrs.get("units", "dimensionless"))
     factor, unit = readable(values, _SHORT[long_unit]) if long_unit in _SHORT else (1.0, short_unit(long_unit) or "-")
     ax = new_axes(ax)
-    colour = _COLOURS[len(ax.get_legend_handles_labels()[1]) % len(_COLOURS)]
+    colour = next_colour(ax, _COLOURS)
     (line,) = ax.plot(values[finite] * factor, load_factor[finite], "o-", color=colour, ms=4, lw=1.2, label=label)
     for level in load_factor[infinite]:
         ax.axhline(level, color=line.get_color(), lw=1, ls="--")
