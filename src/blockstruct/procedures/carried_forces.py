@@ -1,4 +1,4 @@
-"""Forces inside bodies: those of a state before, corrected for loads that have turned with them."""
+"""Forces near those of a state before: in equilibrium with other loads, and inside the cones of friction."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,15 +16,14 @@ BALANCED, EXACT, CORRECTIONS = 1e-6, 1e-8, 8
 LEAST_FRICTION, INSIDE = 1e-9, 1 - 1e-6
 #: Share of the way to the boundary of the cones.
 SHORT = 0.9
-#: Relative addition to the diagonal: nothing holds the rigid motions of bodies.
+#: Relative addition to the diagonal of what is factorised: nothing holds the rigid motions of bodies, nor a mechanism.
 REGULARISATION = 1e-10
+#: Relative residual of conjugate gradients, and their most iterations.
+REFINED, REFINEMENTS = 1e-10, 30
 
 
 def carried_forces(A: sp.csc_array, friction: Array, before: Array, wanted: Array) -> Array | None:
     """Forces in equilibrium inside the cones of friction, near those before.
-
-    Each correction is the least in the metric of the cones' barrier at the forces as they are, so that what is small
-    changes little (I. I. Dikin, 1967).
 
     Parameters
     ----------
@@ -41,33 +40,99 @@ def carried_forces(A: sp.csc_array, friction: Array, before: Array, wanted: Arra
         None if they are not found, which does not say that there are none.
     """
     carries = before[:, 0] > NO_FORCE
-    B = sp.csr_array(A[:, np.repeat(carries, 3)])
-    BT, x, mu = sp.csr_array(B.T), before[carries], np.maximum(friction[carries], LEAST_FRICTION)
-    size = np.linalg.norm(x[:, 1:], axis=1)
-    x[:, 1:] *= np.minimum(INSIDE * mu * x[:, 0] / np.maximum(size, 1e-300), 1.0)[:, None]
+    mu = np.maximum(friction[carries], LEAST_FRICTION)
+    corrected = corrected_forces(
+        A[:, np.repeat(carries, 3)], mu, within(before[carries], mu, INSIDE), wanted, corrections=CORRECTIONS
+    )
+    if corrected is None:
+        return None
+    found = np.zeros_like(before)
+    found[carries] = corrected[0]
+    return found
+
+
+def within(x: Array, mu: Array, share: float) -> Array:
+    """Forces (K, 3) with friction of at most a share of ``μ n``."""
+    inside, size = x.copy(), np.linalg.norm(x[:, 1:], axis=1)
+    inside[:, 1:] *= np.minimum(share * mu * x[:, 0] / np.maximum(size, 1e-300), 1.0)[:, None]
+    return inside
+
+
+def corrected_forces(
+    A: sp.csc_array,
+    mu: Array,
+    x: Array,
+    wanted: Array,
+    *,
+    corrections: int,
+    load: tuple[Array, float, float] | None = None,
+    shortest: float = 0.0,
+) -> tuple[Array, float, int] | None:
+    """Forces and load factor with ``A x + α w_L = wanted`` inside the cones of friction.
+
+    Each correction is the least in the metric of the cones' barrier at the forces as they are, so that what is small
+    changes little (I. I. Dikin, 1967).
+
+    Parameters
+    ----------
+    A : (6 F, 3 K) sparse array
+    mu : (K,) array
+        Friction coefficients above zero.
+    x : (K, 3) array
+        Forces to begin with, inside the cones.
+    wanted : (6 F,) array
+    corrections
+        Most of them.
+    load
+        ``w_L``, α to begin with, and a change of α that is as large as one of the forces by themselves.
+    shortest
+        Two corrections running that go no further than this share of their way are the last.
+
+    Returns
+    -------
+    (K, 3) array, float, int or None
+        Forces, load factor and factorisations; None if they are not found.
+    """
+    B = sp.csr_array(A)
+    BT = sp.csr_array(B.T)
+    w_L, alpha, free = (np.zeros(len(wanted)), 0.0, 0.0) if load is None else load
     place = 3 * np.arange(len(x))[:, None, None]
     rows, columns = np.broadcast_arrays(place + np.arange(3)[:, None], place + np.arange(3))
-    share, residual = 0.0, np.inf
-    for _ in range(CORRECTIONS + 1):
-        missed = wanted - B @ x.ravel()
+    share, residual, before = 0.0, np.inf, 1.0
+    for count in range(corrections + 1):
+        missed = wanted - B @ x.ravel() - alpha * w_L
         last, residual = residual, float(np.abs(missed).max())
         # Whole corrections come down to rounding, a few digits each.
         if not len(x) or residual < EXACT or (share == 1.0 and residual > last / 10):
             break
+        if count == corrections or (count > 1 and max(share, before) < shortest):
+            break
         metric = sp.csr_array((_metric(x, mu).ravel(), (rows.ravel(), columns.ravel())))
-        stiff = sp.csr_array(B @ metric @ BT)
-        M = sp.csc_array(stiff + REGULARISATION * stiff.diagonal().max() * sp.eye_array(stiff.shape[0]))
-        lu = sp.linalg.splu(M, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options={"SymmetricMode": True})
-        push = lu.solve(missed)
-        push += lu.solve(missed - M @ push)
+        push = _pushed(sp.csr_array(B @ metric @ BT), free * w_L, missed)
         change = (metric @ (BT @ push)).reshape(-1, 3)
-        share = min(1.0, SHORT * _cones(x, mu).longest_step(_cones(change, mu)))
+        before, share = share, min(1.0, SHORT * _cones(x, mu).longest_step(_cones(change, mu)))
         x = x + share * change
-    if not residual <= BALANCED:
-        return None
-    found = np.zeros_like(before)
-    found[carries] = x
-    return found
+        alpha += share * free * float(free * w_L @ push)
+    return (x, alpha, count) if residual <= BALANCED else None
+
+
+def _pushed(stiffness: sp.csr_array, load: Array, missed: Array) -> Array:
+    """Solution of ``(M + w wᵀ) p = missed``, up to motions that M does not resist if there is no load."""
+    n = len(missed)
+    M = sp.csc_array(stiffness + REGULARISATION * stiffness.diagonal().max() * sp.eye_array(n))
+    lu = sp.linalg.splu(M, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options={"SymmetricMode": True})
+    if not load.any():
+        push = lu.solve(missed)
+        return np.asarray(push + lu.solve(missed - M @ push))
+    # Nothing but the load resists a mechanism: conjugate gradients take the addition to the diagonal off again.
+    push, _ = sp.linalg.cg(
+        sp.linalg.LinearOperator((n, n), matvec=lambda p: stiffness @ p + load * (load @ p)),
+        missed,
+        rtol=REFINED,
+        maxiter=REFINEMENTS,
+        M=sp.linalg.LinearOperator((n, n), matvec=lu.solve),
+    )
+    return np.asarray(push)
 
 
 def _metric(x: Array, mu: Array) -> Array:

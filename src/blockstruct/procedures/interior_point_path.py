@@ -62,8 +62,8 @@ class InteriorPointPath(Path):
         self.why = f"no end within {MAX_OF_PATH} factorisations"
 
     def _at_rest(self) -> tuple[ContactState, int] | None:
-        found = self._contact.solve(
-            self._rest(), self._contact.start(), centring=1.0, tolerance=OF_DEAD_LOAD, max_iterations=MAX_OF_STEP
+        found = self.contact.solve(
+            self._rest(), self.contact.start(), centring=1.0, tolerance=OF_DEAD_LOAD, max_iterations=MAX_OF_STEP
         )
         if not found.within(ENOUGH):
             return None
@@ -101,7 +101,7 @@ class InteriorPointPath(Path):
                 self._next = s * self._settings.path_growth**exponent
                 if not self._lags:
                     self.peak = max(self.peak, found.state.alpha)
-                return self._iteration(found.state, s, iterations, perf_counter() - start)
+                return self._step_done(found.state, s, iterations, perf_counter() - start)
             # From the dead load, whose friction is not that of the push, lagging would overshoot.
             if self._lags or not self._step:
                 self._next = s / 3
@@ -130,12 +130,12 @@ class InteriorPointPath(Path):
         """What a first step begins with: normal forces as they are on average, and the load factor of the bound."""
         normal = np.abs(self._state.x[self._normal]).mean()
         rise = min(s / self._unit, max(abs(bound - self._state.alpha), 1e-3))
-        return self._contact.afresh(float(normal), s, self._state.alpha + rise)
+        return self.contact.afresh(float(normal), s, self._state.alpha + rise)
 
     def _lagging(self) -> ContactProblem:
         """The contacts, and from the first step on that they do not solve, those whose friction lags behind."""
         if not self._lags:
-            return self._contact
+            return self.contact
         last = np.maximum(self._state.x[self._normal], -self._problem.tension)
         half = fictitious_sliding(self._problem, last, LAG_FLOOR, -LAG)
-        return self._contact.with_sliding(half)
+        return self.contact.with_sliding(half)

@@ -1,31 +1,18 @@
 """The loading path: from the state under dead load, with joints that are a little elastic, to collapse."""
 
 from collections.abc import Generator
-from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
-from blockstruct.limit.friction import fictitious_sliding
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.fictitious import admissible
+from blockstruct.procedures.closing import CLOSED, close_path
 from blockstruct.procedures.interior_point_path import InteriorPointPath
 from blockstruct.procedures.path import Path, gap_of
 from blockstruct.procedures.splitting_path import SplittingPath
-from blockstruct.procedures.step import solve_step
-from blockstruct.vocabulary import ALONG_PATH, DRIFTING, Stage
+from blockstruct.vocabulary import ALONG_PATH, DRIFTING
 
-Array = NDArray[np.float64]
-
-#: Flow-rule gap asked of the closed state, relative to the load factor, and attempts at it.
-CLOSED, ATTEMPTS = 1e-4, 4
-#: Tolerances asked of the solver. Measured on walls of 820 blocks: asked for 1e-9, its programs take a quarter more
-#: iterations, and the load factor and its gap are the same in five digits.
-MECHANISM, FORCES = 1e-6, 1e-8
-#: Cohesion that keeps the program of frozen caps feasible.
-CAP = 1e-9
+#: Attempts at a closed state.
+ATTEMPTS = 4
 
 
 def path_of(program: ConicProgram, settings: ProcedureSettings) -> Path:
@@ -83,7 +70,7 @@ def loading_path(
             last, closed = step, None
             yield last
         if closed is None and last.displacement > 0 and path.may_close(last, ended=not going):
-            closed = yield from _closed(path.program, path.pressing(last), settings, solver)
+            closed = yield from close_path(path, last, settings, solver)
             attempts += 1
             if closed.certificate.holds and (best is None or gap_of(closed) < gap_of(best)):
                 best, early = closed, not path.at_its_end(last)
@@ -103,21 +90,3 @@ def loading_path(
     if path.peak > best.load_factor + path.blur * abs(best.load_factor):
         message += f"; on the way it passed a peak, {path.program.problem.said(path.peak)}"
     return message, best
-
-
-def _closed(
-    program: ConicProgram, normal: Array, settings: ProcedureSettings, solver: Solver
-) -> Generator[Iteration, None, Iteration]:
-    """Exact collapse state whose friction is that of normal forces (K,), if its certificate holds."""
-    of_mechanism, of_forces = (
-        replace(settings, solver_tolerance=max(settings.solver_tolerance, tolerance))
-        for tolerance in (MECHANISM, FORCES)
-    )
-    caps = fictitious_sliding(program.problem, normal, CAP, 0.0)
-    mechanism = solve_step(program, caps, Stage.NONASSOCIATIVE, of_mechanism, solver, c0=CAP)
-    yield mechanism
-    if not mechanism.solved:
-        return mechanism
-    closed = admissible(program, mechanism, of_forces, solver)
-    yield closed
-    return closed

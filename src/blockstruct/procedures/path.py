@@ -1,6 +1,7 @@
 """A loading path: what it begins with, what its contacts remember, and the steps that it is made of."""
 
 from abc import ABC, abstractmethod
+from dataclasses import replace
 from functools import cached_property
 from time import perf_counter
 
@@ -37,6 +38,10 @@ class Path(ABC):
         Relative error that a load factor on the way may have.
     why : str
         Why the path ended.
+    contact : ContactProblem
+        Its contacts.
+    reached : ContactState
+        State of the last step, with displacements of unit work.
     """
 
     blur: float
@@ -46,7 +51,7 @@ class Path(ABC):
         problem = self._problem = program.problem
         normal, shear = problem.compliance.T
         shear = np.where(np.isnan(shear), normal / settings.shear_stiffness_ratio, shear)
-        self._contact = ContactProblem(program, np.column_stack([normal, shear, shear]))
+        self.contact = ContactProblem(program, np.column_stack([normal, shear, shear]))
         self._settings, self._sliding = settings, true_sliding(problem)
         self._total, self._unit = 0.0, np.nan
         self.peak, self.why = -np.inf, ""
@@ -56,7 +61,7 @@ class Path(ABC):
         """The state under dead load, None if none is found."""
         start = perf_counter()
         try:
-            self._unit = self._contact.elastic_displacement()
+            self._unit = self.contact.elastic_displacement()
             found = self._at_rest()
         except RuntimeError:
             # Blocks that nothing holds.
@@ -64,7 +69,7 @@ class Path(ABC):
         if found is None:
             return None
         state, iterations = found
-        return self._iteration(state, 1.0, iterations, perf_counter() - start)
+        return replace(self.iteration(state, iterations, perf_counter() - start), displacement=0.0)
 
     @abstractmethod
     def _at_rest(self) -> tuple[ContactState, int] | None:
@@ -96,7 +101,7 @@ class Path(ABC):
 
     def _rest(self) -> Step:
         """Step from nothing to the dead load. A support that will give way is held, by whatever reaction that takes."""
-        size = len(self._contact.compliance)
+        size = len(self.contact.compliance)
         return Step(np.zeros(size), np.zeros(size), None if self._problem.settlement is None else 0.0)
 
     def _memory(self, state: ContactState, s: float) -> Step:
@@ -108,8 +113,8 @@ class Path(ABC):
         reference, opening = state.x.copy(), np.zeros_like(state.x)
         reference[normal] = 0.0
         reference[3 * K :] = 0.0
-        opening[normal] = state.z.line[:K] - self._contact.compliance[normal] * state.x[normal]
-        opening[self._contact.ties] = state.z.line[self._contact.slack]
+        opening[normal] = state.z.line[:K] - self.contact.compliance[normal] * state.x[normal]
+        opening[self.contact.ties] = state.z.line[self.contact.slack]
         return Step(reference, opening, s)
 
     def _displacement(self) -> float:
@@ -117,10 +122,16 @@ class Path(ABC):
         unit = self._problem.displacement_unit
         return self._total * unit if np.isfinite(unit) else self._total / self._unit
 
-    def _iteration(self, state: ContactState, s: float, iterations: int, seconds: float) -> Iteration:
+    def _step_done(self, state: ContactState, s: float, iterations: int, seconds: float) -> Iteration:
+        """A step of displacement s."""
+        self.reached = state.scaled(1 / s)
+        return replace(self.iteration(self.reached, iterations, seconds), displacement=self._displacement())
+
+    def iteration(self, state: ContactState, iterations: int, seconds: float) -> Iteration:
+        """A state of the contacts with displacements of unit work."""
         problem = self._problem
-        x, u = state.x[: 3 * problem.n_points].reshape(-1, 3), state.u / s
-        T = state.x[self._contact.ties] + problem.ties.prestress(state.alpha)
+        x, u = state.x[: 3 * problem.n_points].reshape(-1, 3), state.u
+        T = state.x[self.contact.ties] + problem.ties.prestress(state.alpha)
         return Iteration(
             stage=Stage.LOADING_PATH,
             load_factor=state.alpha,
@@ -137,7 +148,6 @@ class Path(ABC):
             solver_time=seconds,
             tie_force=T,
             elongation=problem.ties.elongation(u),
-            displacement=self._displacement(),
         )
 
 

@@ -47,7 +47,7 @@ class SplittingPath(Path):
 
     def __init__(self, program: ConicProgram, settings: ProcedureSettings) -> None:
         super().__init__(program, settings)
-        self._splitting = Splitting(self._contact)
+        self._splitting = Splitting(self.contact)
         self._step, self._balance, self._settled = 0.0, 1.0, False
         self._care, self._spent, self._strained = 1, 0, False
 
@@ -95,7 +95,7 @@ class SplittingPath(Path):
         self._total += s
         # What a step misses may lift it above the bound, which no state passes.
         self.peak = max(self.peak, min(alpha, bound))
-        reached = self._iteration(found.state, s, found.iterations, perf_counter() - start)
+        reached = self._step_done(found.state, s, found.iterations, perf_counter() - start)
         # Longer steps would not be solved any better.
         self._strained = gap_of(reached) > CLOSE and (self._settled or self._strained)
         if self._strained:

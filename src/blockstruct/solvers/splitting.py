@@ -73,16 +73,16 @@ class Splitting:
         # Cones whose first row is a resistance: those of contact points, and the second ones of uniform torsion.
         self._discs = np.concatenate([np.arange(points), np.arange(cones - len(contact.problem.torsion), cones)])
         self._cones = np.setdiff1d(np.arange(cones), self._discs)
-        first = lines + 3 * self._discs
+        first, others = lines + 3 * self._discs, lines + 3 * self._cones
+        # The rows in which a state is told apart: half-lines, both directions of sliding, and the other cones.
+        self._order = np.concatenate([np.arange(lines), first + 1, first + 2, (others[:, None] + np.arange(3)).ravel()])
+        self._s, self._t = (slice(lines + k * len(first), lines + (k + 1) * len(first)) for k in (0, 1))
         self._resists, self._dilates = sp.csr_array(own.E[first]), sp.csr_array(own.F[first].T)
         self._dilates.eliminate_zeros()
         self._resistance = own.offset.soc[self._discs, 0]
         self._convex = np.ones(own.E.shape[0])
         self._convex[first] = 0.0
-        self._E = sp.csr_array(sp.diags_array(self._convex) @ own.E)
-        self._E.eliminate_zeros()
-        self._ET = sp.csr_array(self._E.T)
-        self._offset = self._convex * own.offset.rows
+        self._E, self._offset = sp.csr_array(own.E[self._order]), own.offset.rows[self._order]
         self._rows = [
             np.concatenate(
                 [(lines + 3 * g.cones[:, :, None] + np.arange(3)).reshape(len(g.cones), -1), g.lines], axis=1
@@ -93,7 +93,8 @@ class Splitting:
 
     def _softness(self) -> Array:
         """Compliance of every row in its own unit; of ties, which have none, the median of all joints."""
-        square = self._E.multiply(self._E)
+        E = sp.diags_array(self._convex) @ self._contact.conditions.E
+        square = E.multiply(E)
         of_row: Array = np.asarray(square.sum(axis=1)).ravel()
         soft = square @ self._contact.compliance / np.maximum(of_row, 1e-300)
         soft, of_row = np.where(soft > 0, soft, 1.0), np.where(of_row > 0, of_row, 1.0)
@@ -141,29 +142,38 @@ class Splitting:
             If there are blocks that no contact holds.
         """
         contact, w_D, w_L = self._contact, self._contact.problem.w_D, self._contact.problem.w_L
-        weight = penalty * self._weights(guess.x)
-        H = self._inverse(weight)
+        all_weights = penalty * self._weights(guess.x)
+        H, weight = self._inverse(all_weights), all_weights[self._order]
         AH = sp.csr_array(contact.A @ H)
-        HAT, solve = sp.csr_array(AH.T), _factorised(sp.coo_array(AH @ contact.AT))
+        solve = _factorised(sp.coo_array(AH @ contact.AT))
         push = solve(w_L)
         stiffness = _dot(w_L, push)
-        constant = contact.compliance * step.reference - step.opening
-        y, dual = self._convex * guess.y.rows, -self._convex * guess.z.rows / weight
+        # Forces are linear in what conditions ask for, in the rate of sliding where it dilates, and in velocities.
+        asked = sp.csr_array(sp.hstack([self._E.T @ sp.diags_array(weight), self._dilates]))
+        of_asked, of_motion = sp.csr_array(H @ asked), sp.csr_array(-AH.T)
+        at_rest = H @ (contact.compliance * step.reference - step.opening - self._E.T @ (weight * self._offset))
+        loads, pulls = contact.A @ at_rest + w_D, sp.csr_array(AH @ asked)
+        told = sp.csr_array(sp.vstack([self._E, self._resists]))
+        rows_of = sp.csr_array(sp.hstack([told @ of_asked, told @ of_motion]))
+        rows_at_rest = told @ at_rest + np.concatenate([self._offset, self._resistance])
+        y, dual = guess.y.rows[self._order], -guess.z.rows[self._order] / weight
         resistance, slip = guess.y.soc[self._discs, 0], guess.z.soc[self._discs, 0]
         follows = FOLLOWS if resistance.any() else 1.0
         for k in range(1, max_iterations + 1):
-            q = constant + self._ET @ (weight * (y - self._offset - dual))
-            if self._dilates.nnz:
-                q += self._dilates @ slip
-            u = solve(AH @ q + w_D)
-            alpha = 0.0 if step.displacement is None else (step.displacement - _dot(w_L, u)) / stiffness
-            u = u + alpha * push
-            x = H @ q - HAT @ u
-            forces = self._E @ x + self._offset
-            wanted = np.maximum(self._resists @ x + self._resistance, 0.0)
+            wishes = np.concatenate([y - dual, slip])
+            b = pulls @ wishes
+            b += loads
+            alpha = 0.0 if step.displacement is None else (step.displacement - _dot(push, b)) / stiffness
+            b += alpha * w_L
+            u = solve(b)
+            rows = rows_of @ np.concatenate([wishes, u])
+            rows += rows_at_rest
+            forces, wanted = rows[: len(y)], np.maximum(rows[len(y) :], 0.0)
             resistance = resistance + follows * (wanted - resistance)
             # Adding one and taking it off makes zeros of numbers that arithmetic is slow with.
-            moved, before = (forces + dual + 1.0) - 1.0, y
+            moved, before = dual + forces, y
+            moved += 1.0
+            moved -= 1.0
             y = self._projected(moved, resistance)
             dual = moved - y
             if self._dilates.nnz:
@@ -177,6 +187,7 @@ class Splitting:
                 if not max(missed, changed, lag) > tolerance:
                     break
         z = -weight * dual
+        x = at_rest + of_asked @ wishes + of_motion @ u
         state = ContactState(x, self._as_cones(y, resistance), self._as_cones(z, self._slip(z)), u, float(alpha))
         return SplitSolution(state, missed, changed, lag, k)
 
@@ -208,22 +219,24 @@ class Splitting:
         """Nearest rows that fulfil every condition, each by itself."""
         nearest = rows.copy()
         np.maximum(rows[: self._lines], 0.0, out=nearest[: self._lines])
-        cones = nearest[self._lines :].reshape(-1, 3)
-        s, t = cones[self._discs, 1], cones[self._discs, 2]
-        share = np.minimum(resistance / np.maximum(np.sqrt(s * s + t * t), 1e-300), 1.0)
-        cones[self._discs, 1], cones[self._discs, 2] = share * s, share * t
+        size = np.maximum(self._slip(rows), 1e-300)
+        share = np.minimum(resistance / size, 1.0, out=size)
+        nearest[self._s] *= share
+        nearest[self._t] *= share
         if len(self._cones):
-            others = ConeVector(cones[self._cones], np.zeros(0))
-            cones[self._cones] = others.clipped(0.0, np.inf).soc
+            others = ConeVector(nearest[self._t.stop :].reshape(-1, 3), np.zeros(0))
+            nearest[self._t.stop :] = others.clipped(0.0, np.inf).soc.ravel()
         return nearest
 
-    def _slip(self, z: Array) -> Array:
-        along: Array = z[self._lines :].reshape(-1, 3)[self._discs, 1:]
-        return np.hypot(along[:, 0], along[:, 1])
+    def _slip(self, rows: Array) -> Array:
+        s, t = rows[self._s], rows[self._t]
+        size: Array = np.sqrt(s * s + t * t)
+        return size
 
     def _as_cones(self, rows: Array, first: Array) -> ConeVector:
-        soc = rows[self._lines :].reshape(-1, 3).copy()
-        soc[self._discs, 0] = first
+        soc = np.empty((len(self._discs) + len(self._cones), 3))
+        soc[self._discs] = np.column_stack([first, rows[self._s], rows[self._t]])
+        soc[self._cones] = rows[self._t.stop :].reshape(-1, 3)
         return ConeVector(soc, rows[: self._lines].copy())
 
 

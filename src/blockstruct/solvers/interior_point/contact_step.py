@@ -73,6 +73,14 @@ class ContactProblem:
         other.conditions = Conditions(self._program, sliding)
         return other
 
+    def rigid(self, sliding: Sliding) -> Self:
+        """The same contacts without compliance, with another sliding condition."""
+        # Found here, the pattern is there for all that share it.
+        pattern = self.complement
+        other = self.with_sliding(sliding)
+        other.compliance, other.complement = np.zeros_like(self.compliance), pattern
+        return other
+
     def start(self) -> ContactState:
         """A state to begin with: unit forces and multipliers, nothing moved."""
         one = self.conditions.identity()
@@ -96,6 +104,22 @@ class ContactProblem:
         y = y.inside(self.conditions.identity(), 1e-3)
         mu = WIDE * displacement * max(abs(alpha), 1e-3) / y.degree
         return ContactState(x, y, mu * y.inverse(), np.zeros(self.A.shape[0]), alpha)
+
+    def beside(self, state: ContactState, gap: float) -> ContactState:
+        """A state to begin with near another one of unit work: forces as they are, and pairs that are centred.
+
+        Parameters
+        ----------
+        state
+            Whose pairs need not be inside the cones.
+        gap
+            Complementarity gap, in multiples of the load factor.
+        """
+        mu = gap * max(abs(state.alpha), 1e-3) / state.y.degree
+        # Pairs of nothing and nothing are thrown far off, and the loop sees it.
+        with np.errstate(all="ignore"):
+            y = centred(self.conditions.of_forces(state.x) + self.conditions.offset, state.z, mu)
+            return ContactState(state.x, y, mu * y.inverse(), state.u, state.alpha)
 
     def elastic_displacement(self) -> float:
         """Displacement ``w_L·u`` under the variable load if every contact held, and no tie.

@@ -1,0 +1,154 @@
+"""The exact collapse state at the end of a loading path."""
+
+from collections.abc import Generator
+from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.limit.certificate import certify
+from blockstruct.limit.friction import Sliding, fictitious_sliding, true_sliding
+from blockstruct.limit.iteration import Iteration
+from blockstruct.limit.problem import LimitProblem
+from blockstruct.limit.program import Solver
+from blockstruct.limit.settings import ProcedureSettings
+from blockstruct.procedures.carried_forces import LEAST_FRICTION, corrected_forces, within
+from blockstruct.procedures.fictitious import admissible
+from blockstruct.procedures.path import Path, gap_of
+from blockstruct.procedures.step import solve_step
+from blockstruct.solvers.interior_point import Step
+from blockstruct.vocabulary import SolverStatus, Stage
+
+Array = NDArray[np.float64]
+
+#: Flow-rule gap asked of the closed state, relative to the load factor.
+CLOSED = 1e-4
+#: Tolerances asked of the solver. Measured on walls of 820 blocks: asked for 1e-9, its programs take a quarter more
+#: iterations, and the load factor and its gap are the same in five digits.
+MECHANISM, FORCES = 1e-6, 1e-8
+#: Cohesion that keeps the program of frozen caps feasible.
+CAP = 1e-9
+#: Of the loop for the mechanism: complementarity gap to begin with, in multiples of the load factor, and its most
+#: factorisations. Measured: a tenth as wide, walls of 820 blocks take half as many again.
+WIDE, MOST = 0.1, 30
+#: Opening and sliding that count as such, relative to the fastest contact point.
+MOVES = 1e-4
+#: Least normal force of a closed contact to begin with, in multiples of the mean; friction where nothing slides, as a
+#: share of its most; and what it misses of that where something does.
+PRESSED, HELD, SLIDING = 0.3, 0.5, 1e-5
+#: Corrections of forces, and the share of its way below which a correction leads nowhere.
+CORRECTIONS, NOWHERE = 20, 0.05
+#: Change of the load factor that costs as much as doubling the force at a contact, relative.
+FREE = 1e-4
+
+
+def close_path(
+    path: Path, last: Iteration, settings: ProcedureSettings, solver: Solver
+) -> Generator[Iteration, None, Iteration]:
+    """Exact collapse state near the last step of a path, if its certificate holds.
+
+    The mechanism of the largest load with friction frozen at ``μ n`` of the path, and forces that miss its flow rule
+    least. Both are conic programs, and both are first tried from the state of the path, for a fraction of the time.
+
+    Yields
+    ------
+    Iteration
+        The mechanism, and its forces.
+
+    Returns
+    -------
+    Iteration
+        The last of them.
+    """
+    program = path.program
+    of_mechanism, of_forces = (
+        replace(settings, solver_tolerance=max(settings.solver_tolerance, tolerance))
+        for tolerance in (MECHANISM, FORCES)
+    )
+    pressing = path.pressing(last)
+    caps = fictitious_sliding(program.problem, pressing, CAP, 0.0)
+    mechanism = _mechanism_nearby(path, caps)
+    if mechanism is None:
+        mechanism = solve_step(program, caps, Stage.NONASSOCIATIVE, of_mechanism, solver, c0=CAP)
+    yield mechanism
+    if not mechanism.solved:
+        return mechanism
+    closed = _forces_nearby(path, mechanism, pressing, settings)
+    if closed is None:
+        closed = admissible(program, mechanism, of_forces, solver)
+    yield closed
+    return closed
+
+
+def _mechanism_nearby(path: Path, caps: Sliding) -> Iteration | None:
+    """The mechanism by the interior-point loop from the last step, None if the loop does not find it."""
+    start, contact = perf_counter(), path.contact.rigid(caps)
+    nothing = np.zeros(contact.conditions.size)
+    found = contact.solve(
+        Step(nothing, nothing, 1.0),
+        contact.beside(path.reached, WIDE),
+        centring=None,
+        tolerance=MECHANISM,
+        max_iterations=MOST,
+    )
+    if not found.within(MECHANISM):
+        return None
+    seconds = perf_counter() - start
+    state = found.state
+    state = state.scaled(1 / float(path.program.problem.w_L @ state.u))
+    return replace(path.iteration(state, found.iterations, seconds), stage=Stage.NONASSOCIATIVE, sliding=caps, c0=CAP)
+
+
+def _forces_nearby(path: Path, mechanism: Iteration, pressing: Array, settings: ProcedureSettings) -> Iteration | None:
+    """Forces of a mechanism near those of the path, None if none are found that miss its flow rule by little.
+
+    They carry nothing where the mechanism opens, and rub against it where it slides.
+    """
+    start, problem = perf_counter(), path.program.problem
+    if not _is_plain(problem):
+        return None
+    v, u = mechanism.v / problem.force_unit[:, None], mechanism.u
+    slip = np.hypot(v[:, 1], v[:, 2])
+    least = MOVES * problem.speed(mechanism.v, u)
+    pressed = v[:, 0] - problem.dilatancy * slip <= least
+    slides = slip[pressed] > least
+    mu = np.maximum(problem.friction[pressed], LEAST_FRICTION)
+    n = np.maximum(pressing, PRESSED * pressing.mean())[pressed]
+    held = within(np.column_stack([n, path.reached.y.soc[: problem.n_points, 1:][pressed]]), mu, HELD)
+    along = v[pressed, 1:] / np.maximum(slip[pressed], least)[:, None]
+    rubbing = np.column_stack([n, -(1 - SLIDING) * (mu * n)[:, None] * along])
+    scale = max(abs(mechanism.load_factor), 1e-3 * problem.work_scale(u))
+    found = corrected_forces(
+        problem.A[:, np.repeat(pressed, 3)],
+        mu,
+        np.where(slides[:, None], rubbing, held),
+        -problem.w_D,
+        corrections=CORRECTIONS,
+        load=(problem.w_L, mechanism.load_factor, FREE * scale),
+        shortest=NOWHERE,
+    )
+    if found is None:
+        return None
+    of_pressed, alpha, count = found
+    x = np.zeros_like(mechanism.x)
+    x[pressed] = of_pressed
+    closed = replace(
+        mechanism,
+        stage=Stage.ADMISSIBLE,
+        load_factor=alpha,
+        x=x,
+        sliding=true_sliding(problem),
+        c0=0.0,
+        certificate=certify(problem, x, u, alpha, settings),
+        solver_status=SolverStatus.SOLVED,
+        solver_iterations=count,
+        solver_time=perf_counter() - start,
+    )
+    return closed if closed.certificate.holds and gap_of(closed) <= CLOSED else None
+
+
+def _is_plain(problem: LimitProblem) -> bool:
+    """Whether joints have friction and nothing else: no strength, crushing, torsion or ties."""
+    more = problem.cohesion.any() or problem.tension.any() or problem.crushes.any()
+    return not (more or len(problem.torsion) or len(problem.ties))
