@@ -187,6 +187,12 @@ class LimitProblem:
         return mask
 
     @property
+    def is_plain(self) -> bool:
+        """Whether joints have friction and nothing else: no strength, no crushing, no torsion, and no ties."""
+        more = self.cohesion.any() or self.tension.any() or self.crushes.any()
+        return not (more or len(self.torsion) or len(self.ties))
+
+    @property
     def dead_load_alone(self) -> Self:
         """The same joints and ties under a share ρ of the dead load alone: ``A x + ρ w_D = 0``, ``w_D·u = 1``.
 

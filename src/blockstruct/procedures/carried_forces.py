@@ -1,5 +1,7 @@
 """Forces near those of a state before: in equilibrium with other loads, and inside the cones of friction."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -58,20 +60,40 @@ def within(x: Array, mu: Array, share: float) -> Array:
     return inside
 
 
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """What forces are for: those of a mechanism under a load that is to be found, with little of a linear cost.
+
+    Attributes
+    ----------
+    load : (6 F,) array
+        ``w_L``.
+    alpha, free : float
+        Load factor to begin with, and the change of it that is as large as doubling one force.
+    cost : (K, 3) array
+        Of forces at the contact points; none inside the cones lowers it below zero.
+    enough : float
+        Cost that is little. Corrections go on below it for as long as each takes off half of what is left.
+    nowhere : float
+        Two corrections running that go no further than this share of their way are the last.
+    """
+
+    load: Array
+    alpha: float
+    free: float
+    cost: Array
+    enough: float
+    nowhere: float
+
+
 def corrected_forces(
-    A: sp.csc_array,
-    mu: Array,
-    x: Array,
-    wanted: Array,
-    *,
-    corrections: int,
-    load: tuple[Array, float, float] | None = None,
-    shortest: float = 0.0,
+    A: sp.csc_array, mu: Array, x: Array, wanted: Array, *, corrections: int, aim: Aim | None = None
 ) -> tuple[Array, float, int] | None:
     """Forces and load factor with ``A x + α w_L = wanted`` inside the cones of friction.
 
     Each correction is the least in the metric of the cones' barrier at the forces as they are, so that what is small
-    changes little (I. I. Dikin, 1967).
+    changes little; in equilibrium, the next ones go down with the cost, the steepest way in that metric (I. I. Dikin,
+    1967).
 
     Parameters
     ----------
@@ -83,36 +105,42 @@ def corrected_forces(
     wanted : (6 F,) array
     corrections
         Most of them.
-    load
-        ``w_L``, α to begin with, and a change of α that is as large as one of the forces by themselves.
-    shortest
-        Two corrections running that go no further than this share of their way are the last.
+    aim
+        Of the forces, if they are those of a mechanism.
 
     Returns
     -------
     (K, 3) array, float, int or None
-        Forces, load factor and factorisations; None if they are not found.
+        Forces, load factor and factorisations; None if none are found in equilibrium.
     """
     B = sp.csr_array(A)
     BT = sp.csr_array(B.T)
-    w_L, alpha, free = (np.zeros(len(wanted)), 0.0, 0.0) if load is None else load
+    nothing = np.zeros(len(wanted))
+    load, alpha = (nothing, 0.0) if aim is None else (aim.free * aim.load, aim.alpha)
     place = 3 * np.arange(len(x))[:, None, None]
     rows, columns = np.broadcast_arrays(place + np.arange(3)[:, None], place + np.arange(3))
-    share, residual, before = 0.0, np.inf, 1.0
+    share = before = 1.0
+    residual = cost = np.inf
     for count in range(corrections + 1):
-        missed = wanted - B @ x.ravel() - alpha * w_L
-        last, residual = residual, float(np.abs(missed).max())
+        missed = wanted - B @ x.ravel() - (0.0 if aim is None else alpha * aim.load)
+        last, residual = residual, float(np.abs(missed).max(initial=0.0))
         # Whole corrections come down to rounding, a few digits each.
-        if not len(x) or residual < EXACT or (share == 1.0 and residual > last / 10):
+        balanced = residual < EXACT or (share == 1.0 and residual > last / 10)
+        if balanced and aim is not None:
+            higher, cost = cost, float((aim.cost * x).sum())
+        if not len(x) or count == corrections or (balanced and (aim is None or higher / 2 < cost <= aim.enough)):
             break
-        if count == corrections or (count > 1 and max(share, before) < shortest):
+        if aim is not None and not balanced and count > 1 and max(share, before) < aim.nowhere:
             break
         metric = sp.csr_array((_metric(x, mu).ravel(), (rows.ravel(), columns.ravel())))
-        push = _pushed(sp.csr_array(B @ metric @ BT), free * w_L, missed)
-        change = (metric @ (BT @ push)).reshape(-1, 3)
-        before, share = share, min(1.0, SHORT * _cones(x, mu).longest_step(_cones(change, mu)))
+        down = np.asarray(metric @ aim.cost.ravel()) if balanced and aim is not None else np.zeros(x.size)
+        push = _pushed(sp.csr_array(B @ metric @ BT), load, np.asarray(B @ down) if balanced else missed)
+        change = (metric @ (BT @ push) - down).reshape(-1, 3)
+        reach = SHORT * _cones(x, mu).longest_step(_cones(change, mu))
+        before, share = share, reach if balanced else min(1.0, reach)
         x = x + share * change
-        alpha += share * free * float(free * w_L @ push)
+        if aim is not None:
+            alpha += share * aim.free * float(load @ push)
     return (x, alpha, count) if residual <= BALANCED else None
 
 

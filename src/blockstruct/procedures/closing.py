@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import Sliding, fictitious_sliding, true_sliding
 from blockstruct.limit.iteration import Iteration
-from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.carried_forces import LEAST_FRICTION, corrected_forces, within
+from blockstruct.procedures.carried_forces import LEAST_FRICTION, Aim, corrected_forces, within
 from blockstruct.procedures.fictitious import admissible
 from blockstruct.procedures.path import Path, gap_of
 from blockstruct.procedures.step import solve_step
@@ -31,14 +30,15 @@ MECHANISM, FORCES = 1e-6, 1e-8
 CAP = 1e-9
 #: Of the loop for the mechanism: complementarity gap to begin with, in multiples of the load factor, and its most
 #: factorisations. Measured: a tenth as wide, walls of 820 blocks take half as many again.
-WIDE, MOST = 0.1, 30
+WIDE, MOST = 1.0, 40
 #: Opening and sliding that count as such, relative to the fastest contact point.
 MOVES = 1e-4
 #: Least normal force of a closed contact to begin with, in multiples of the mean; friction where nothing slides, as a
 #: share of its most; and what it misses of that where something does.
-PRESSED, HELD, SLIDING = 0.3, 0.5, 1e-5
-#: Corrections of forces, and the share of its way below which a correction leads nowhere.
-CORRECTIONS, NOWHERE = 20, 0.05
+PRESSED, HELD, SLIDING = 0.3, 0.5, 3e-5
+#: Corrections of forces, the share of its way below which one leads nowhere, and the flow-rule gap that they end at,
+#: in multiples of the one asked for.
+CORRECTIONS, NOWHERE, ENOUGH = 30, 0.05, 0.9
 #: Change of the load factor that costs as much as doubling the force at a contact, relative.
 FREE = 1e-4
 
@@ -106,27 +106,34 @@ def _forces_nearby(path: Path, mechanism: Iteration, pressing: Array, settings: 
     They carry nothing where the mechanism opens, and rub against it where it slides.
     """
     start, problem = perf_counter(), path.program.problem
-    if not _is_plain(problem):
+    if not problem.is_plain:
         return None
-    v, u = mechanism.v / problem.force_unit[:, None], mechanism.u
+    v, u = mechanism.v, mechanism.u
+    scale = max(abs(mechanism.load_factor), 1e-3 * problem.work_scale(u))
     slip = np.hypot(v[:, 1], v[:, 2])
-    least = MOVES * problem.speed(mechanism.v, u)
-    pressed = v[:, 0] - problem.dilatancy * slip <= least
-    slides = slip[pressed] > least
+    opening = np.maximum(v[:, 0] - problem.dilatancy * slip, 0.0)
+    least = MOVES * problem.force_unit * problem.speed(v, u)
+    pressed = opening <= least
+    slides = (slip > least)[pressed]
+    v, slip, opening = v[pressed], slip[pressed], opening[pressed]
     mu = np.maximum(problem.friction[pressed], LEAST_FRICTION)
     n = np.maximum(pressing, PRESSED * pressing.mean())[pressed]
-    held = within(np.column_stack([n, path.reached.y.soc[: problem.n_points, 1:][pressed]]), mu, HELD)
-    along = v[pressed, 1:] / np.maximum(slip[pressed], least)[:, None]
-    rubbing = np.column_stack([n, -(1 - SLIDING) * (mu * n)[:, None] * along])
-    scale = max(abs(mechanism.load_factor), 1e-3 * problem.work_scale(u))
+    x = within(np.column_stack([n, path.reached.y.soc[: problem.n_points, 1:][pressed]]), mu, HELD)
+    x[slides, 1:] = -((1 - SLIDING) * mu * n / slip)[slides, None] * v[slides, 1:]
     found = corrected_forces(
         problem.A[:, np.repeat(pressed, 3)],
         mu,
-        np.where(slides[:, None], rubbing, held),
+        x,
         -problem.w_D,
         corrections=CORRECTIONS,
-        load=(problem.w_L, mechanism.load_factor, FREE * scale),
-        shortest=NOWHERE,
+        aim=Aim(
+            load=problem.w_L,
+            alpha=mechanism.load_factor,
+            free=FREE * scale,
+            cost=np.column_stack([opening + mu * slip, v[:, 1:]]),
+            enough=ENOUGH * CLOSED * scale,
+            nowhere=NOWHERE,
+        ),
     )
     if found is None:
         return None
@@ -146,9 +153,3 @@ def _forces_nearby(path: Path, mechanism: Iteration, pressing: Array, settings: 
         solver_time=perf_counter() - start,
     )
     return closed if closed.certificate.holds and gap_of(closed) <= CLOSED else None
-
-
-def _is_plain(problem: LimitProblem) -> bool:
-    """Whether joints have friction and nothing else: no strength, crushing, torsion or ties."""
-    more = problem.cohesion.any() or problem.tension.any() or problem.crushes.any()
-    return not (more or len(problem.torsion) or len(problem.ties))

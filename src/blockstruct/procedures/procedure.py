@@ -58,7 +58,7 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
     """
     program = ConicProgram(problem, settings)
     path = _path(program, settings) if flow is Flow.NONASSOCIATIVE else None
-    dead = _dead_load_forces(path)
+    dead = _dead_load_forces(problem, path)
     if dead is None:
         found = yield from dead_load_program(problem, settings, solver)
         if isinstance(found, Outcome):
@@ -119,14 +119,23 @@ def _path(program: ConicProgram, settings: ProcedureSettings) -> "Path | None":
     return path_of(exact(program, settings), settings)
 
 
-def _dead_load_forces(path: "Path | None") -> Array | None:
-    """Normal forces (K,) of a path's state under dead load, if they prove that the structure stands."""
+def _dead_load_forces(problem: LimitProblem, path: "Path | None") -> Array | None:
+    """Normal forces (K,) near a path's state under dead load that prove that the structure stands; None if unproven."""
     state = None if path is None else path.dead_load
     if state is None:
         return None
     measures, limits = state.certificate.measures, state.certificate.tolerances
-    stands = all(measures[name] <= limits[name] for name in ("equilibrium_residual", "yield_excess"))
-    return state.x[:, 0] if stands else None
+    if all(measures[name] <= limits[name] for name in ("equilibrium_residual", "yield_excess")):
+        return state.x[:, 0]
+    own = problem.held
+    if not own.is_plain:
+        return None
+    # Loaded here: it is slow to import.
+    from blockstruct.procedures.carried_forces import carried_forces
+
+    x = carried_forces(own.A, own.friction, state.x, -own.w_D)
+    proven = x is not None and np.abs(own.A @ x.ravel() + own.w_D).max() <= limits["equilibrium_residual"]
+    return x[:, 0] if x is not None and proven else None
 
 
 def _without_dilatancy(

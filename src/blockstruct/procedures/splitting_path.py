@@ -15,7 +15,7 @@ from blockstruct.solvers.splitting import Splitting
 Array = NDArray[np.float64]
 
 #: Residual and iterations asked of the state under dead load, and of a step.
-OF_DEAD_LOAD, MAX_OF_DEAD_LOAD = 1e-5, 400
+OF_DEAD_LOAD, MAX_OF_DEAD_LOAD = 1e-3, 400
 TOLERANCE, MAX_OF_STEP = 1e-3, 200
 #: Iterations of all steps together.
 MAX_OF_PATH = 12_000
@@ -97,7 +97,7 @@ class SplittingPath(Path):
         self.peak = max(self.peak, min(alpha, bound))
         reached = self._step_done(found.state, s, found.iterations, perf_counter() - start)
         # Longer steps would not be solved any better.
-        self._strained = gap_of(reached) > CLOSE and (self._settled or self._strained)
+        self._strained = self._strained or (self._settled and gap_of(reached) > CLOSE)
         if self._strained:
             self.refine()
         return reached
@@ -108,7 +108,7 @@ class SplittingPath(Path):
 
     def may_close(self, last: Iteration, *, ended: bool) -> bool:
         """Whether the load factor hardly moves, or will not."""
-        return ended or (self._settled and gap_of(last) <= CLOSE)
+        return ended or ((self._settled or self._strained) and gap_of(last) <= CLOSE)
 
     def refine(self) -> None:
         """Solve later steps more exactly."""
