@@ -30,6 +30,8 @@ ENOUGH = 0.3
 OF_REST, PENALTY = 20.0, 10.0
 #: Change of the penalty from one step to the next at most, and of all steps together, as ratios.
 REBALANCED, OUT_OF_BALANCE = 3.0, 1e3
+#: Least share of the penalty in steps of one length. Measured: below it the forces of 2,430 blocks begin to swing again.
+STEADY = 2.0
 #: Change of the load factor while the displacement becomes e times as large, relative, up to which it has settled.
 SETTLED = 4e-3
 #: Displacement at which a path ends, in elastic displacements: beyond it no elastic strain is left to speak of.
@@ -100,6 +102,7 @@ class SplittingPath(Path):
         self._strained = self._strained or (self._settled and gap_of(reached) > CLOSE)
         if self._strained:
             self.refine()
+            self._balance = max(self._balance, STEADY)
         return reached
 
     def at_its_end(self, last: Iteration) -> bool:

@@ -1,0 +1,150 @@
+"""The end of a loading path: closed from its own state, and by programs where that is not certified."""
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct.limit import LimitProblem
+from blockstruct.procedures import closing, solve_limit_case
+from blockstruct.procedures.carried_forces import Aim, corrected_forces
+from blockstruct.solvers import ClarabelSolver
+from blockstruct.statics import Statics
+from structures import SELF_WEIGHT, model_of, push, single_block
+
+ROWS = [[1, 1, 1] if j % 2 == 0 else [0.5, 1, 1, 0.5] for j in range(5)]
+FORCES = ("blockstruct.procedures.closing._forces_nearby", lambda *_: None)
+MECHANISM = ("blockstruct.procedures.closing._mechanism_nearby", lambda *_: None)
+
+
+class Counting(ClarabelSolver):
+    """Counts the programs that it solves."""
+
+    def __init__(self):
+        super().__init__()
+        self.programs = 0
+
+    def solve(self, *arguments):
+        self.programs += 1
+        return super().solve(*arguments)
+
+
+def wall(tuff, joint=None):
+    blocks = bs.courses(ROWS, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    return model_of(blocks, joint or bs.JointMaterial("dry", 0.65))
+
+
+def problem_of(model, variable):
+    return LimitProblem.of(Statics.of(model), bs.LimitCase("push", SELF_WEIGHT, variable, "nonassociative"))
+
+
+def ended(model, variable):
+    """Load factor of the loading path, its iterations, and the programs that were solved."""
+    solver, iterations = Counting(), []
+    settings = bs.ProcedureSettings(procedure="loading path")
+    steps = solve_limit_case(problem_of(model, variable), bs.Flow.NONASSOCIATIVE, settings, solver)
+    while True:
+        try:
+            iterations.append(next(steps))
+        except StopIteration as stop:
+            assert stop.value.status == "converged"
+            return stop.value.load_factor, iterations, solver.programs
+
+
+@pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 0)], ids=["along", "across"])
+def test_the_associative_bound_is_the_only_program(tuff, direction):
+    load_factor, iterations, programs = ended(wall(tuff), push(*direction))
+    assert programs == 1
+    mechanism, closed = iterations[-2:]
+    assert [mechanism.stage, closed.stage] == ["nonassociative", "admissible"]
+    np.testing.assert_array_equal(mechanism.u, closed.u)
+    assert closed.certificate.holds
+    assert closed.certificate.flow_rule_gap <= 1e-4 * load_factor
+    assert closed.certificate.interpenetration <= 1e-4
+
+
+@pytest.mark.parametrize("without", [[FORCES], [MECHANISM], [FORCES, MECHANISM]], ids=["forces", "mechanism", "both"])
+def test_programs_find_the_same_end(tuff, monkeypatch, without):
+    load_factor, _, _ = ended(wall(tuff), push(1, 0, 0))
+    for name, nothing in without:
+        monkeypatch.setattr(name, nothing)
+    of_programs, iterations, programs = ended(wall(tuff), push(1, 0, 0))
+    assert programs == 1 + len(without)
+    assert iterations[-1].certificate.flow_rule_gap <= 1e-4 * of_programs
+    assert load_factor == pytest.approx(of_programs, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    "joint",
+    [
+        bs.JointMaterial("cohesive", 0.65, cohesion="0.5 kPa"),
+        bs.JointMaterial("weak", 0.65, compressive_strength="60 kPa"),
+    ],
+    ids=lambda j: j.name,
+)
+def test_forces_of_joints_with_strength_are_those_of_a_program(tuff, joint):
+    model = wall(tuff, joint)
+    assert not problem_of(model, push(1, 0, 0)).is_plain
+    load_factor, iterations, programs = ended(model, push(1, 0, 0))
+    assert programs >= 2
+    assert iterations[-1].certificate.flow_rule_gap <= 1e-4 * load_factor
+
+
+def test_a_gap_that_is_too_large_is_not_taken(tuff, monkeypatch):
+    """Forces that miss the flow rule by more than is asked for give way to the program."""
+    certified = []
+
+    def missed(*arguments):
+        found = closing_certify(*arguments)
+        certified.append(found)
+        return type(found)(**{**found.measures, "flow_rule_gap": 2 * closing.CLOSED, "settings": found.settings})
+
+    closing_certify = closing.certify
+    monkeypatch.setattr("blockstruct.procedures.closing.certify", missed)
+    load_factor, iterations, programs = ended(wall(tuff), push(1, 0, 0))
+    assert len(certified) == 1
+    assert certified[0].holds
+    assert programs == 2
+    assert iterations[-1].certificate.flow_rule_gap <= 1e-4 * load_factor
+
+
+def test_a_dead_load_that_is_nearly_solved_is_proven_without_a_program():
+    """In an arch the state under dead load is found to three digits, and carried to the eighth."""
+    stone = bs.Material("limestone", unit_weight="25 kN/m^3")
+    blocks = bs.arch(span="4 m", thickness="60 cm", depth="1 m", voussoirs=11, material=stone)
+    _, iterations, programs = ended(model_of(blocks, bs.JointMaterial("dry", 0.6)), push(1, 0, 0))
+    dead = next(i for i in iterations if i.stage == "loading_path")
+    assert dead.displacement == 0
+    assert dead.certificate.yield_excess > dead.certificate.tolerances["yield_excess"]
+    assert programs == 1
+
+
+def sliding(load_factor, free):
+    """Forces of a block that slides, begun from a load factor; and its problem."""
+    problem = problem_of(model_of(*single_block(1.0, 0.6, mu=0.4)), push(1, 0, 0))
+    points = problem.n_points
+    u = problem.w_L / (problem.w_L @ problem.w_L)
+    v = (problem.A.T @ u).reshape(-1, 3)
+    slip = np.hypot(v[:, 1], v[:, 2])
+    aim = Aim(
+        load=problem.w_L,
+        alpha=load_factor,
+        free=free,
+        cost=np.column_stack([problem.friction * slip, v[:, 1:]]),
+        enough=1e-5,
+        nowhere=0.05,
+    )
+    x = np.column_stack([np.full(points, 1.0), np.zeros((points, 2))])
+    return problem, corrected_forces(problem.A, problem.friction, x, -problem.w_D, corrections=30, aim=aim)
+
+
+def test_a_block_that_slides_has_all_its_friction():
+    problem, (x, load_factor, _) = sliding(0.3, 1.0)
+    assert load_factor == pytest.approx(0.4, rel=1e-5)
+    assert np.abs(problem.unbalanced(x, np.zeros(0), load_factor)).max() < 1e-8
+    assert x[:, 0].sum() == pytest.approx(1.0, rel=1e-8)
+    assert (np.hypot(x[:, 1], x[:, 2]) <= problem.friction * x[:, 0]).all()
+
+
+def test_no_forces_are_found_where_there_are_none():
+    """At 1.05 times its friction nothing holds a block."""
+    assert sliding(0.42, 1e-9)[1] is None
