@@ -30,7 +30,7 @@ ENOUGH = 0.3
 OF_REST, PENALTY = 20.0, 10.0
 #: Change of the penalty from one step to the next at most, and of all steps together, as ratios.
 REBALANCED, OUT_OF_BALANCE = 3.0, 1e3
-#: Least share of the penalty in steps of one length. Measured: below it the forces of 2,430 blocks begin to swing again.
+#: Least share of the penalty in steps of one length. Measured: below it the forces of 2,430 blocks swing again.
 STEADY = 2.0
 #: Change of the load factor while the displacement becomes e times as large, relative, up to which it has settled.
 SETTLED = 4e-3
