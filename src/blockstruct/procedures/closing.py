@@ -44,12 +44,13 @@ FREE = 1e-4
 
 
 def close_path(
-    path: Path, last: Iteration, settings: ProcedureSettings, solver: Solver
+    path: Path, pressing: Array, settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, Iteration]:
     """Exact collapse state near the last step of a path, if its certificate holds.
 
-    The mechanism of the largest load with friction frozen at ``μ n`` of the path, and forces that miss its flow rule
-    least. Both are conic programs, and both are first tried from the state of the path, for a fraction of the time.
+    The mechanism of the largest load with friction frozen at ``μ n`` of normal forces (K,), and forces that miss its
+    flow rule least. Both are conic programs, and both are first tried from the state of the path, for a fraction of
+    their time.
 
     Yields
     ------
@@ -66,7 +67,6 @@ def close_path(
         replace(settings, solver_tolerance=max(settings.solver_tolerance, tolerance))
         for tolerance in (MECHANISM, FORCES)
     )
-    pressing = path.pressing(last)
     caps = fictitious_sliding(program.problem, pressing, CAP, 0.0)
     mechanism = _mechanism_nearby(path, caps)
     if mechanism is None:

@@ -12,7 +12,7 @@ from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.vocabulary import ALONG_PATH, DRIFTING
 
 #: Attempts at a closed state.
-ATTEMPTS = 4
+ATTEMPTS = 5
 
 
 def path_of(program: ConicProgram, settings: ProcedureSettings) -> Path:
@@ -64,21 +64,25 @@ def loading_path(
     closed: Iteration | None = None
     going, early, attempts = True, False, 0
     while going and attempts < ATTEMPTS:
-        step = path.advance(bound)
-        going = step is not None
-        if step is not None:
-            last, closed = step, None
-            yield last
-        if closed is None and last.displacement > 0 and path.may_close(last, ended=not going):
-            closed = yield from close_path(path, last, settings, solver)
+        again = best is not None and path.is_steady
+        if not again:
+            step = path.advance(bound)
+            going = step is not None
+            if step is not None:
+                last, closed = step, None
+                yield last
+        if again or (closed is None and last.displacement > 0 and path.may_close(last, ended=not going)):
+            # Where steps end no nearer to a collapse state than they are, its own forces do.
+            pressing = best.x[:, 0] if best is not None and again else path.pressing(last)
+            closed = yield from close_path(path, pressing, settings, solver)
             attempts += 1
             if closed.certificate.holds and (best is None or gap_of(closed) < gap_of(best)):
                 best, early = closed, not path.at_its_end(last)
                 if gap_of(best) <= CLOSED:
                     break
             path.refine()
-    why = path.why or f"its end was not certified in {attempts} attempts"
     if best is None:
+        why = path.why or f"its end was not certified in {attempts} attempts"
         return f"the loading path did not finish, {why}", None
     if best is not closed:
         # The last iteration of a history is the certified one.
@@ -86,7 +90,8 @@ def loading_path(
     message = f"the certificate holds ({ALONG_PATH})"
     if early:
         # Closed too early, a path certifies whatever load factor it has come to.
-        message += f", but the {path.program.problem.answer} was {DRIFTING} where the path ended: {why}"
+        message += f", but the {path.program.problem.answer} was {DRIFTING} where the path ended"
+        message += f": {path.why}" if path.why else ""
     if path.peak > best.load_factor + path.blur * abs(best.load_factor):
         message += f"; on the way it passed a peak, {path.program.problem.said(path.peak)}"
     return message, best

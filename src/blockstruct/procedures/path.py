@@ -75,6 +75,11 @@ class Path(ABC):
     def _at_rest(self) -> tuple[ContactState, int] | None:
         """Take the state under dead load, and the iterations that it took."""
 
+    @property
+    def is_steady(self) -> bool:
+        """Whether further steps would end no nearer to a collapse state."""
+        return False
+
     @abstractmethod
     def advance(self, bound: float) -> Iteration | None:
         """The next step, up to a load factor that it hardly passes; None if the path has ended."""

@@ -174,7 +174,7 @@ class ContactProblem:
                 break
             try:
                 newton = Newton(self, step, state, residuals)
-            except RuntimeError:
+            except (RuntimeError, np.linalg.LinAlgError):
                 break
             tangent = newton.direction(0.0, residuals)
             balanced = max(found.unbalanced, found.incompatible) < found.gap
