@@ -7,6 +7,8 @@ import blockstruct as bs
 from blockstruct.limit import LimitProblem
 from blockstruct.procedures import closing, solve_limit_case
 from blockstruct.procedures.carried_forces import Aim, corrected_forces
+from blockstruct.procedures.loading_path import ATTEMPTS
+from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.statics import Statics
 from structures import SELF_WEIGHT, model_of, push, single_block
@@ -104,6 +106,19 @@ def test_a_gap_that_is_too_large_is_not_taken(tuff, monkeypatch):
     assert certified[0].holds
     assert programs == 2
     assert iterations[-1].certificate.flow_rule_gap <= 1e-4 * load_factor
+
+
+def test_a_path_that_comes_no_nearer_is_closed_again_from_its_own_forces(tuff, monkeypatch):
+    load_factor, _, _ = ended(wall(tuff), push(1, 0, 0))
+    monkeypatch.setattr("blockstruct.procedures.loading_path.CLOSED", 0.0)
+    monkeypatch.setattr(SplittingPath, "is_steady", property(lambda _: True))
+    again, iterations, _ = ended(wall(tuff), push(1, 0, 0))
+    stages = [str(i.stage) for i in iterations]
+    closings = stages[stages.index("nonassociative") :]
+    assert closings[: 2 * ATTEMPTS] == ["nonassociative", "admissible"] * ATTEMPTS
+    gaps = [i.certificate.flow_rule_gap for i in iterations if i.stage == "admissible"]
+    assert gaps[-1] == min(gaps)
+    assert again == pytest.approx(load_factor, rel=2e-3)
 
 
 def test_a_dead_load_that_is_nearly_solved_is_proven_without_a_program():

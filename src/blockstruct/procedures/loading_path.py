@@ -62,9 +62,8 @@ def loading_path(
     yield last
     best: Iteration | None = None
     closed: Iteration | None = None
-    going, early, attempts = True, False, 0
-    while going and attempts < ATTEMPTS:
-        again = best is not None and path.is_steady
+    going, again, early, attempts = True, False, False, 0
+    while attempts < ATTEMPTS and (going or again):
         if not again:
             step = path.advance(bound)
             going = step is not None
@@ -81,6 +80,7 @@ def loading_path(
                 if gap_of(best) <= CLOSED:
                     break
             path.refine()
+            again = best is not None and path.is_steady
     if best is None:
         why = path.why or f"its end was not certified in {attempts} attempts"
         return f"the loading path did not finish, {why}", None

