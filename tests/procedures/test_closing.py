@@ -132,7 +132,7 @@ def test_a_dead_load_that_is_nearly_solved_is_proven_without_a_program():
     assert programs == 1
 
 
-def sliding(load_factor, free):
+def sliding(load_factor, free, price=1.0):
     """Forces of a block that slides, begun from a load factor; and its problem."""
     problem = problem_of(model_of(*single_block(1.0, 0.6, mu=0.4)), push(1, 0, 0))
     points = problem.n_points
@@ -143,7 +143,7 @@ def sliding(load_factor, free):
         load=problem.w_L,
         alpha=load_factor,
         free=free,
-        cost=np.column_stack([problem.friction * slip, v[:, 1:]]),
+        cost=price * np.column_stack([problem.friction * slip, v[:, 1:]]),
         enough=1e-5,
         nowhere=0.05,
     )
@@ -162,3 +162,9 @@ def test_a_block_that_slides_has_all_its_friction():
 def test_no_forces_are_found_where_there_are_none():
     """At 1.05 times its friction nothing holds a block."""
     assert sliding(0.42, 1e-9)[1] is None
+
+
+def test_forces_that_cost_nothing_are_left_where_they_balance():
+    problem, (x, load_factor, _) = sliding(0.3, 1e-9, price=0.0)
+    assert load_factor == pytest.approx(0.3, rel=1e-6)
+    assert np.abs(problem.unbalanced(x, np.zeros(0), load_factor)).max() < 1e-8

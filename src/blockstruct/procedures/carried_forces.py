@@ -138,6 +138,9 @@ def corrected_forces(
         change = (metric @ (BT @ push) - down).reshape(-1, 3)
         reach = SHORT * _cones(x, mu).longest_step(_cones(change, mu))
         before, share = share, reach if balanced else min(1.0, reach)
+        if share == np.inf:
+            # Nothing lowers the cost.
+            break
         x = x + share * change
         if aim is not None:
             alpha += share * aim.free * float(load @ push)

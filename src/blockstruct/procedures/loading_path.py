@@ -32,10 +32,10 @@ def loading_path(
     A. Orduña, P. B. Lourenço, "Three-dimensional limit analysis of rigid blocks assemblages. Part II", Int. J. Solids
     Struct. 42 (2005) 5161–5180, doi:10.1016/j.ijsolstr.2005.02.011.
 
-    At its end the displacements still hold some elastic strain, which no rigid mechanism has. So two programs
-    close it: the mechanism of the largest load with friction frozen at ``μ n`` of the path, and the forces that miss
-    its flow rule least, at no larger a load factor. Measured on walls, façades and domes of 33 to 1,596 blocks: the
-    load factor moves by less than the gap of the path, and the gap falls by two orders and more.
+    At its end the displacements still hold some elastic strain, which no rigid mechanism has. So it is
+    closed by the mechanism of the largest load with friction frozen at ``μ n`` of the path, and forces that miss its
+    flow rule least (:func:`~blockstruct.procedures.closing.close_path`). Measured on walls, façades and domes of 33 to
+    1,596 blocks: the load factor moves by less than the gap of the path, and the gap falls by two orders and more.
 
     Parameters
     ----------
@@ -44,12 +44,12 @@ def loading_path(
     bound
         A load factor that the path hardly passes, infinite without one; it gives the scale of a first guess.
     settings, solver
-        Tolerances of the certificate, and the solver of the two programs.
+        Tolerances of the certificate, and the solver of programs that close the path.
 
     Yields
     ------
     Iteration
-        The state under dead load, each step with its displacement, and the two programs.
+        The state under dead load, each step with its displacement, and what closes the path.
 
     Returns
     -------
