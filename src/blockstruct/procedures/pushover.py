@@ -15,7 +15,7 @@ from blockstruct.limit.moved import ZERO, FiniteStep, MovedProblem, MovingProble
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.body_step import Stepper
-from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved
+from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved, dissipated
 
 Array = NDArray[np.float64]
 
@@ -123,7 +123,10 @@ def pushover(
 
 @dataclass(frozen=True, slots=True)
 class _State:
-    """Where the blocks are, and how they go on: twists (B, 6) at 1 W, for a time."""
+    """Where the blocks are, and how they go on: twists (B, 6) at 1 W, for a time.
+
+    Friction and ties have dissipated a work, per unit of work of the variable load, on the way from the state before.
+    """
 
     placement: Placement
     load_factor: float
@@ -132,6 +135,7 @@ class _State:
     time: float
     displacement: float
     longest: Array
+    dissipated: float = 0.0
 
     @classmethod
     def of(cls, step: FiniteStep, longest: Array) -> Self:
@@ -153,6 +157,13 @@ class _Found:
     state: _State
     moved: MovedProblem
     solved: Solved
+
+    def after(self, before: _State) -> Self:
+        """The same, with what is dissipated on the way there: by the forces at both ends, on one motion."""
+        problem, solved = self.moved.problem, self.solved
+        u = self.moved.velocities(before.carried(self.state.placement))
+        own = dissipated(problem, solved.x, solved.tie_force, u) / float(problem.w_L @ u)
+        return replace(self, state=replace(self.state, dissipated=(before.dissipation + own) / 2))
 
 
 class _Path:
@@ -203,8 +214,7 @@ class _Path:
         placement = moved.placement
         time, last = self._time(placement, twist), twist
         found: _Found | None = None
-        least = LEAST_WORK * self._load_factor
-        longest = np.inf
+        least, longest = LEAST_WORK * self._load_factor, np.inf
         for _ in range(LENGTHS):
             solution = self._stepper.solve(moved, Question.of(moved, time, twist, least))
             if solution is None:
@@ -227,6 +237,11 @@ class _Path:
                 break
             time = better
         return found
+
+    def _reached(self, moved: MovedProblem, before: _State) -> _Found | None:
+        """A step from where the motion of a state leads to."""
+        found = self.solved(moved, before.carried(moved.placement))
+        return found and found.after(before)
 
     def _until_closed(self, moved: MovedProblem, solved: Solved, twist: Array, time: float) -> float:
         """Time in which the last motion closes the first gap across which the solution has a force of weight.
@@ -263,7 +278,7 @@ class _Path:
         best = following
         for _ in range(EVENTS):
             moved = self._after(state, share * time)
-            found = self.solved(moved, state.carried(moved.placement))
+            found = self._reached(moved, state)
             if found is None or found.solved.missed > CERTIFIED:
                 break
             if self._missed(state, found) < missed:
@@ -297,7 +312,7 @@ class _Path:
             if depth > 1 and not last:
                 time *= max(BELOW / np.sqrt(depth), LEAST_SHARE)
                 continue
-            following = self.solved(moved, state.carried(moved.placement))
+            following = self._reached(moved, state)
             if following is not None and following.solved.missed <= CERTIFIED:
                 break
             if not last:
@@ -310,7 +325,7 @@ class _Path:
                 break
             time *= state.load_factor / (state.load_factor - below)
             moved = self._after(state, time)
-            back = self.solved(moved, state.carried(moved.placement))
+            back = self._reached(moved, state)
             if back is None:
                 break
             following = back
@@ -377,10 +392,9 @@ class _Path:
     def _energy(self, before: _State, after: _State) -> tuple[float, float]:
         """Work between two states that is missed, and the sum of all of it, J, by the trapezoidal rule.
 
-        Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated by friction.
+        Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated.
         """
         places = before.placement, after.placement
         dead, variable = self._problem.dead.work(*places), self._problem.variable.work(*places)
         pushed = variable * (before.load_factor + after.load_factor) / 2
-        rubbed = variable * (before.dissipation + after.dissipation) / 2
-        return abs(dead + pushed - rubbed), abs(dead) + abs(pushed) + abs(rubbed)
+        return abs(dead + pushed - variable * after.dissipated), abs(dead) + abs(pushed) + abs(dead + pushed)
