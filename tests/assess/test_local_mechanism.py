@@ -222,7 +222,8 @@ def test_the_trap_of_small_blocks_is_closed(result, small):
     for name in ("alpha0", "a0_star", "M_star", "ratio", "ag"):
         assert getattr(many, name) == pytest.approx(getattr(one, name), rel=1e-5), name
     text = str(many)
-    assert "e* = [Σ(P+Q)δ]² / (Σ(P+Q) Σ(P+Q)δ²) = 324² / (324 · 324) = 1" in text
+    assert "e* = [Σ(P+Q)δ]² / (Σ(P+Q) Σ(P+Q)δ²) = (324 kN)² / (324 kN · 324 kN) = 1" in text
+    assert "M* = [Σ(P+Q)δ]² / (g Σ(P+Q)δ²) = (324 kN)² / (g · 324 kN) = 33.04 t" in text
     assert "by single blocks, not used" in text
     assert "e* = 0.7513" in text
 
@@ -363,7 +364,7 @@ def curve_of(result, dataset, control=("façade", (0.0, -1.0, 0.0)), point=(0.0,
     check = bs.assess.local_mechanism(result, 1.35, SITE)
     pushed = dataclasses.replace(result)
     object.__setattr__(pushed, "case", SimpleNamespace(control=control, control_point=point))
-    return curve_of_pushover(pushed, dataset, check.participation, check.a0_star)
+    return curve_of_pushover(pushed, dataset, check.direction, check.participation, check.a0_star)
 
 
 def test_the_curve_of_a_pushover_is_that_of_the_oscillator(result):
@@ -423,9 +424,28 @@ def test_a_pushover_that_ends_early_gives_the_displacement_it_reached(result):
 
 def test_a_pushover_that_tells_no_displacement_is_refused(result):
     with pytest.raises(bs.errors.ModelError, match="rests in the mechanism"):
-        curve_of(result, capacity_of_facade(), control=("façade", (1.0, 0.0, 0.0)))
+        curve_of(result, capacity_of_facade(), point=(0.0, 0.0, 0.0))
     with pytest.raises(bs.errors.ModelError, match="certified steps"):
         curve_of(result, capacity_of_facade(holds=1))
+
+
+@pytest.mark.parametrize("along", [(1, 0, 0), (0, 0, 1), (0, -1, -1), (1, -1, 0)])
+def test_a_control_point_that_is_not_followed_along_the_push_is_refused(result, along):
+    """Followed downwards as well, the corner of the top would have a larger d0: what it sinks by."""
+    along = tuple(np.array(along) / np.linalg.norm(along))
+    with pytest.raises(bs.errors.ModelError, match=r"the control point .* control=\('façade', \(0, -1, 0\)\)"):
+        curve_of(result, capacity_of_facade(), control=("façade", along))
+
+
+def test_rounded_corners_are_told_and_counted_from_the_first_state():
+    control = ("façade", (0, -1, 0))
+    case = bs.Pushover("out", SELF_WEIGHT, push(0, -1, 0), control=control, steps=10, corner_rounding="30 mm")
+    result = bs.run(facade(), case)["out"]
+    check = bs.assess.local_mechanism(result, 1.35, SITE)
+    # (b / 2 − r) / (h / 2) at rest, with b = 0.6 m, h = 6 m and r = 0.03 m.
+    assert check.curve.at(0.0) == pytest.approx(0.09 * g / 1.35, rel=1e-4)
+    assert check.a0_star == pytest.approx(0.1 * g / 1.35, rel=1e-6)
+    assert any("rounded by 30 mm" in text and "0.09, and α0, 0.1," in text for text in check.notes)
 
 
 def test_a_spread_is_checked_by_its_lowest_answer():

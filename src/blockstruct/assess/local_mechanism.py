@@ -109,7 +109,7 @@ def local_mechanism(
         curve = (
             curve_of_rotation(found, case, bodies, forces, whole, a0_star)
             if pushed is None
-            else curve_of_pushover(found, pushed, whole, a0_star)
+            else curve_of_pushover(found, pushed, forces.direction, whole, a0_star)
         )
     except ModelError as error:
         missing = f"no capacity curve: {error}" + ("; it takes a pushover" if pushed is None else "")
@@ -282,6 +282,13 @@ def _notes(result: CaseResult, forces: HorizontalForces, bodies: list[MacroBlock
     if not result.settled:
         said.append("The load factor had not settled when its procedure ended: another schedule may find another one.")
     said += result.warnings
+    rounding = getattr(result.case, "corner_rounding", 0.0)
+    if rounding and result.capacity is not None:
+        said.append(
+            f"Corners are rounded by {1e3 * rounding:.4g} mm in the capacity curve alone: at rest it has a load factor "
+            f"of {shown(float(result.capacity['load_factor'][0]))}, and α0, {shown(result.load_factor)}, is that of "
+            "the joints as the model has them."
+        )
     off = max((body.departure for body in bodies if body.moves), default=0.0)
     if off > TOGETHER:
         said.append(
