@@ -16,7 +16,7 @@ _COLOURS = (ACCENT, "#009e73", "#cc79a7", "#000000")
 def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None = None) -> Axes:
     """Draw the load factor of a pushover over the displacement of its control point.
 
-    States whose certificate does not hold are drawn as crosses. The displacement at which the load factor is zero is
+    The line falls at once where ties break. States whose certificate does not hold are drawn as crosses. The displacement at which the load factor is zero is
     marked; where the method ended before, the last state is, with a ring. Dotted lines are where ties break.
 
     Parameters
@@ -42,7 +42,8 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
     factor, unit = readable(displacement, "m")
     ax = new_axes(ax)
     colour = next_colour(ax, _COLOURS)
-    ax.plot(displacement * factor, load_factor, "-", color=colour, lw=1.2, label=label)
+    line, levels = bs.results.curve_with_losses(curve)
+    ax.plot(line * factor, levels, "-", color=colour, lw=1.2, label=label)
     ax.plot(displacement[holds] * factor, load_factor[holds], "o", color=colour, ms=3)
     ax.plot(displacement[~holds] * factor, load_factor[~holds], "x", color=FORCE, ms=5)
     d0 = float(curve["d0"])

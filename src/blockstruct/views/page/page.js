@@ -415,6 +415,12 @@ function convergence() {
   }, {...config, displayModeBar: false});
 }
 
+/** Load factor of a step to four digits; where the curve ends at zero it is none. */
+function alpha(p, k) {
+  const value = p.load_factor[k];
+  return Math.abs(value) < 1e-4 * Math.abs(p.load_factor[0]) ? 0 : Number(value.toPrecision(4));
+}
+
 function capacityCurve() {
   const p = current().pushover;
   for (const id of ["pushover", "capacity-title", "capacity"]) at(id).hidden = !p;
@@ -422,9 +428,10 @@ function capacityCurve() {
   const n = p.displacement.length, k = shown.step;
   at("step").max = n - 1;
   at("step").value = k ?? 0;
-  at("step-value").textContent = k === null ? `of ${n - 1}` : `${k} of ${n - 1}, ${Number((1e3 * p.displacement[k]).toPrecision(4))} mm, α = ${Number(p.load_factor[k].toPrecision(4))}`;
+  at("step-value").textContent = k === null ? `of ${n - 1}` : `${k} of ${n - 1}, ${Number((1e3 * p.displacement[k]).toPrecision(4))} mm, α = ${alpha(p, k)}`;
   Plotly.react("capacity", [
-    {x: p.displacement.map(d => 1e3 * d), y: p.load_factor, mode: "lines+markers", marker: {size: 4}, line: {color: "#0072b2", width: 1.2}},
+    {...p.line, mode: "lines", hoverinfo: "skip", line: {color: "#0072b2", width: 1.2}},
+    {x: p.displacement.map(d => 1e3 * d), y: p.load_factor, mode: "markers", marker: {size: 4, color: "#0072b2"}},
   ], {
     margin: {l: 48, r: 8, t: 8, b: 38}, showlegend: false, font: {size: 11},
     xaxis: {title: {text: "displacement of the control point [mm]"}, rangemode: "tozero"},
