@@ -49,6 +49,13 @@ def test_the_lowest_certified_number_is_the_headline_everywhere(surveyed):
     said = f"{spread.lowest.load_factor:.4g} (lowest of {ALL} of {ALL} schedules certified, up to"
     assert str(spread).startswith(said)
     assert said in spread_text(surveyed)
+    given = surveyed["push"]
+    assert given.relied_on == spread.headline
+    told = f"relied on: {spread.headline}"
+    assert str(given).splitlines()[1].strip() == told
+    assert str(surveyed).count(told) == 1
+    assert told in result_text(given).plain
+    assert str(spread.headline) in given._repr_html_()
     summary = json.loads(json.dumps(analysis_summary(surveyed)))["headlines"]["push"]
     assert summary["load_factor"] == spread.load_factor
     assert summary["certified"] == ALL

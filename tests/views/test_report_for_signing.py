@@ -69,6 +69,10 @@ def test_the_verification_gives_every_formula(block):
     assert len(rows) == sum(len(section.lines) for section in check.sections)
     assert ("capacity", "d<sub>SLV</sub> = 0.4 d<sub>0</sub> = 0.4 · 0.2 m = 0.08 m", "C8.7.1.2.1.6") in rows
     assert "SLV, by displacement: capacity / demand" in part
+    first = summary(html)
+    assert "Displacements are small, but along the capacity curve of a check: equilibrium" in first
+    assert "a body turns through finite angles" in first
+    assert "Displacements are small: equilibrium" in summary(report_html(block))
     assert "a load factor alone does not verify a structure" in report_html(block)
 
 

@@ -74,6 +74,8 @@ def result_text(result: bs.CaseResult) -> Text:
     text.append(f"  {case.question}\n")
     text.append(f"  status {result.status}: {result.message}\n")
     text.append(f"  {result.answer.name} {result.headline.text(6)}\n", style="bold")
+    if result.relied_on is not None:
+        text.append(f"  relied on: {result.relied_on}\n", style="bold")
     if said := range_words(result):
         text.append(f"  {said}\n")
     if result.path_dependence is not None:
