@@ -16,9 +16,9 @@ _COLOURS = (ACCENT, "#009e73", "#cc79a7", "#000000")
 def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None = None) -> Axes:
     """Draw the load factor of a pushover over the displacement of its control point.
 
-    The line falls at once where ties break, which dotted lines mark. States whose certificate does not hold are drawn as
-    crosses. The displacement at which the load factor is zero is marked; where the method ended before, the last state
-    is, with a ring.
+    The line falls at once where ties break, which dotted lines mark. States whose certificate does not hold are drawn
+    as crosses. The displacement at which the load factor is zero is marked; where the method ended before, the last
+    state is, with a ring.
 
     Parameters
     ----------

@@ -234,8 +234,9 @@ const from = origin => origin ? ` ${origin < 0 ? "+" : "−"} ${Number(Math.abs(
 const extents = ["x", "y", "z"].map((_, c) => { const v = column(blocks.vertices, c); return v.reduce((a, b) => Math.max(a, b)) - v.reduce((a, b) => Math.min(a, b)); });
 // A short axis has room for few numbers.
 const axis = (name, c) => ({nticks: 1 + Math.round(8 * extents[c] / Math.max(...extents)), title: {text: `${name}${from(data.origin[c])} [m]`}, showbackground: false, gridcolor: "#eee9e1", zerolinecolor: "#eee9e1", showspikes: false});
-// The longest extent fills the picture.
-const [x, y, z] = extents.map(e => 1.35 * e / Math.max(...extents));
+// The longest extent fills the picture: its height, or its width where that is much less.
+const fills = 1.35 * Math.min(1, 1.25 * at("view").clientWidth / at("view").clientHeight);
+const [x, y, z] = extents.map(e => fills * e / Math.max(...extents));
 const layout = {
   margin: {l: 0, r: 0, t: 0, b: 0}, showlegend: false, uirevision: "kept",
   scene: {aspectmode: "manual", aspectratio: {x, y, z}, xaxis: axis("x", 0), yaxis: axis("y", 1), zaxis: axis("z", 2), dragmode: "orbit",
