@@ -309,6 +309,14 @@ def test_coefficients_are_arguments_and_changes_are_printed(result):
     assert "(given;" not in str(plain)
 
 
+@pytest.mark.parametrize(
+    ("changed", "words"), [({"without_crushing": 0.9}, "from 1 up to 10"), ({"q": 0}, "above 0 and up to 10")]
+)
+def test_coefficients_outside_their_range_are_refused(changed, words):
+    with pytest.raises(bs.errors.ModelError, match=words):
+        bs.assess.Coefficients(**changed)
+
+
 def test_units_do_not_change_the_check(result):
     other = bs.assess.ntc_spectrum(Q_(1.4709975, "m/s^2"), 2.4, Q_(300, "ms"), "B")
     one, two = (bs.assess.local_mechanism(result, 1.35, site) for site in (SITE, other))
@@ -480,8 +488,8 @@ def test_a_push_that_is_not_horizontal_in_proportion_to_weight_is_refused(variab
     ("arguments", "words"),
     [
         ({"confidence_factor": 1.2}, "FC is 1.35, that of LC1"),
-        ({"confidence_factor": 0.9}, "1 at least"),
-        ({"confidence_factor": True}, "1 at least"),
+        ({"confidence_factor": 0.9}, "from 1 to 10"),
+        ({"confidence_factor": True}, "from 1 to 10"),
         ({"knowledge_level": "LC4"}, "known are LC1, LC2, LC3"),
         ({"confidence_factor": 1.35, "knowledge_level": "LC2"}, "give one of the two"),
         ({"method": "by eye"}, "known are linear, displacement"),
@@ -525,8 +533,44 @@ def test_a_hand_calculation_of_nothing_is_refused(result):
         (["ground"], EDGE, bs.errors.ModelError, "name free blocks"),
         ([], EDGE, bs.errors.ModelError, "name free blocks"),
         (["façade"], Q_([0, 0, 0], "m"), bs.errors.ModelError, "two ends"),
-        (["façade"], Q_([[0, 0, 0], [0, 5, 0]], "m"), bs.errors.ModelError, "does not turn"),
+        (["façade"], Q_([[0, 0, 0], [0, 0.6, 0]], "m"), bs.errors.ModelError, "does not turn"),
+        (["façade"], EDGE * 1000, bs.errors.ModelError, r"from \[0.0, 0.0, 0.0\] to \[5000.0, .* not at the blocks"),
+        (["façade"], EDGE + Q_([0, 0.6, 0], "m"), bs.errors.ModelError, r"do not hold .* \(α0 = -0.1\); give the edge"),
         (["façade"], [[0, 0, 0], [5, 0, 0]], bs.errors.UnitError, "no unit"),
     ):
         with pytest.raises(error, match=words):
             bs.assess.overturning(model, of, blocks, edge)
+
+
+@pytest.mark.parametrize(
+    ("strength", "words"),
+    [("0 MPa", "give more than zero"), ("-1 MPa", "give more than zero"), ("10 kPa", "set back by 3.24 m by crushing")],
+)
+def test_a_strength_that_holds_nothing_is_refused(result, strength, words):
+    """N / (2 f_c l) = 324 kN / (2 · 10 kPa · 5 m) = 3.24 m, behind the wall."""
+    with pytest.raises(bs.errors.ModelError, match=words):
+        bs.assess.overturning(result.model, result.case, ["façade"], EDGE, compressive_strength=strength)
+
+
+def test_the_ends_of_an_edge_have_no_order(result):
+    one, other = (bs.assess.overturning(result.model, result.case, ["façade"], edge) for edge in (EDGE, EDGE[::-1]))
+    assert (one.alpha0, one.d0) == pytest.approx((0.1, 0.3), rel=1e-9)
+    assert (other.alpha0, other.d0) == pytest.approx((one.alpha0, one.d0), rel=1e-12)
+    for angle in (0.02, 0.05):
+        assert other.rotation.load_factor(angle) == pytest.approx(np.tan(np.arctan(0.1) - angle), rel=1e-9)
+
+
+@pytest.mark.parametrize("tolerance", [0, -1, 1e-6, 2, np.nan, "0.02"])
+def test_a_tolerance_that_parts_what_moves_together_is_refused(small, tolerance):
+    """Each block a body of its own, e* would be 0.75."""
+    with pytest.raises(bs.errors.ModelError, match=r"macro_blocks: tolerance .* from 0.001 to 1"):
+        bs.assess.local_mechanism(small, 1.35, SITE, tolerance=tolerance)
+    assert bs.assess.local_mechanism(small, 1.35, SITE, tolerance=1e-3).e_star == pytest.approx(1.0, rel=1e-6)
+
+
+def test_a_mechanism_by_hand_below_the_one_found_is_told(result):
+    lower = bs.assess.overturning(result.model, result.case, ["façade"], EDGE, compressive_strength="0.5 MPa")
+    check = bs.assess.local_mechanism(result, 1.35, SITE, beside=lower)
+    assert any("by hand begins at α0 = 0.0784, below the one found, 0.1" in text for text in check.notes)
+    equal = bs.assess.overturning(result.model, result.case, ["façade"], EDGE)
+    assert bs.assess.local_mechanism(result, 1.35, SITE, beside=equal).notes == ()

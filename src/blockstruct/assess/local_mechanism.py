@@ -28,6 +28,8 @@ g = STANDARD_GRAVITY
 METHODS = {"linear": "SLV, linear", "displacement": "SLV, by displacement"}
 #: Ground accelerations that are tried before the one at which capacity and demand are equal is found to the last digit.
 _TRIED = g * np.geomspace(SMALLEST, LARGEST, 400)
+#: Share by which a mechanism by hand begins before the one found, for it to be told.
+_BELOW = 1e-3
 #: Motion out of the plane of a mechanism, in multiples of the largest.
 _OUT_OF_PLANE = 0.05
 
@@ -127,6 +129,11 @@ def local_mechanism(
                 if method == "displacement" and state == "SLV":
                     raise
                 notes.append(f"{state} by displacement was left out. {error}.")
+    if beside is not None and beside.alpha0 < (1 - _BELOW) * alpha0:
+        notes.append(
+            f"The mechanism by hand begins at α0 = {shown(beside.alpha0)}, below the one found, {shown(alpha0)}: what "
+            "it leaves out holds the blocks, or the model lacks what it counts. Tell which before relying on either."
+        )
     return LocalMechanismCheck(
         result=found,
         alpha0=alpha0,
