@@ -309,6 +309,23 @@ def test_coefficients_are_arguments_and_changes_are_printed(result):
     assert "(given;" not in str(plain)
 
 
+def test_the_spread_of_a_pushover_is_checked_by_its_curve():
+    """Every schedule finds α0 = 0.1 to the accuracy of its programs: the run with the curve is the one relied on."""
+    control = ("façade", (0, -1, 0))
+    pushed = bs.Pushover("out", SELF_WEIGHT, push(0, -1, 0), control=control, steps=10)
+    analysis = bs.AnalysisManager(facade()).run([pushed], spread=["steep", "shift"])
+    spread = analysis.spread("out")
+    assert spread.lowest is analysis["out"]
+    assert spread.load_factor == spread.lowest.load_factor
+    check = bs.assess.local_mechanism(spread, 1.35, SITE)
+    assert check.curve.lines[0].what == "curve of the pushover"
+    assert check.notes == ()
+    steep = dataclasses.replace(spread.runs["steep"], load_factor=0.099)
+    below = bs.results.Spread.of({**spread.runs, "steep": steep}, None)
+    (note,) = bs.assess.local_mechanism(below, 1.35, SITE).notes
+    assert note.startswith("The pushover began at the load factor 0.1, and a lower one is relied on, 0.099: ")
+
+
 @pytest.mark.parametrize(
     ("changed", "words"), [({"without_crushing": 0.9}, "from 1 up to 10"), ({"q": 0}, "above 0 and up to 10")]
 )

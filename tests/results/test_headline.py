@@ -76,6 +76,15 @@ def test_print_tells_how_many_schedules_converged():
     assert (found.lowest, found.highest, found.certified) == (0.26, 0.31, 2)
 
 
+@pytest.mark.parametrize(
+    ("given", "lowest"), [(0.3, 0.3), (0.3 * (1 + 9e-7), 0.3 * (1 + 9e-7)), (0.3 * (1 + 2e-6), 0.3), (0.29, 0.29)]
+)
+def test_the_run_as_given_is_the_lowest_within_a_millionth(given, lowest):
+    found = headline(("converged", given), ("converged", 0.3), ("converged", 0.31))
+    assert (found.lowest, found.load_factor) == (lowest, lowest)
+    assert headline(("converged", given, True), ("converged", 0.3)).lowest == 0.3
+
+
 DRIFTS = "still drifting"
 
 

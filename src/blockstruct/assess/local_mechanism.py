@@ -129,6 +129,12 @@ def local_mechanism(
                 if method == "displacement" and state == "SLV":
                     raise
                 notes.append(f"{state} by displacement was left out. {error}.")
+    given = next(iter(result.runs.values())) if isinstance(result, Spread) else found
+    if given is not found and given.capacity is not None:
+        notes.append(
+            f"The pushover began at the load factor {shown(given.load_factor)}, and a lower one is relied on, "
+            f"{shown(found.load_factor)}: its capacity curve is not used."
+        )
     if beside is not None and beside.alpha0 < (1 - _BELOW) * alpha0:
         notes.append(
             f"The mechanism by hand begins at α0 = {shown(beside.alpha0)}, below the one found, {shown(alpha0)}: what "
