@@ -158,6 +158,12 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
     return [f"{text[:1].upper()}{text[1:]}." for text in said if text]
 
 
+def without_curve_words(result: bs.CaseResult) -> str:
+    """Why a result has no capacity curve, and what to do, as the end of a message."""
+    said = f"no capacity curve, {result.status} ({result.message})"
+    return said if isinstance(result.case, bs.Pushover) else f"{said}; run a Pushover"
+
+
 def certificate_words(result: bs.CaseResult) -> str:
     """A sentence on why to believe a result, with the measures of its certificate."""
     found = result.certificate

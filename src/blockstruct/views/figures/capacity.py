@@ -8,6 +8,7 @@ from blockstruct.units import readable
 from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour
 from blockstruct.views.selection import given_result
 from blockstruct.views.style import ACCENT, FORCE
+from blockstruct.views.words import without_curve_words
 
 #: Without the colour of what is marked.
 _COLOURS = (ACCENT, "#009e73", "#cc79a7", "#000000")
@@ -36,7 +37,7 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
     """
     curve = given_result(result, "capacity").capacity
     if curve is None:
-        msg = f"case {result.name!r}: no capacity curve, {result.status} ({result.message}); run a Pushover"
+        msg = f"case {result.name!r}: {without_curve_words(result)}"
         raise bs.errors.ModelError(msg)
     displacement, load_factor = (curve[name].to_numpy() for name in ("displacement", "load_factor"))
     holds = curve["holds"].to_numpy() > 0
