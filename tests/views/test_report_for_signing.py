@@ -58,6 +58,8 @@ def test_the_first_page_tells_what_is_relied_on(block):
     assert "Assumptions" in head
     plain = summary(report_html(block))
     assert "Relied on: load factor 0.1 of “push”. It is checked against no demand." in plain
+    assert "One schedule found it; others, which may find a lower one, were not run." in head
+    assert "One schedule found it" in plain
     assert plain.count("<b>") == 1
 
 
@@ -84,6 +86,7 @@ def test_no_other_number_than_the_one_relied_on_is_a_headline(spread):
     head = summary(report_html(spread))
     assert re.findall(r"<(?:b|strong)>(.*?)</", head) == [low, low]
     assert "the lowest of 3 certified runs" in head
+    assert "One schedule found it" not in head
 
 
 def test_a_check_of_another_number_is_refused(spread, block):
