@@ -133,6 +133,21 @@ def test_the_report_is_a_pdf_of_numbered_pages(block, tmp_path):
     assert "Appendix: settings and versions" in found[-1]
 
 
+def test_nothing_leaves_the_page_where_a_name_is_one_long_word(tmp_path):
+    """What stands beside such a name, the load factor above all, is not pushed off the paper."""
+    name, places = "Overturning_of_the_western_façade_" * 4, []
+    blocks, joint = single_block(0.4, 4.0)
+    model = model_of(blocks, joint, "model " * 40)
+    analysis = bs.AnalysisManager(model).run([case(name)])
+    target = write_report(analysis, tmp_path / "long.pdf", project={"protocol": "x" * 200})
+    page = pypdf.PdfReader(target).pages[0]
+    page.extract_text(visitor_text=lambda text, cm, tm, *_: places.append((text.strip(), tm[4] * cm[0] + cm[4])))
+    right = float(page.mediabox.width) - 20 / 25.4 * 72
+    numbers = [x for text, x in places if text == "0.1"]
+    assert len(numbers) >= 3
+    assert max(x for text, x in places if text) < right
+
+
 def test_a_template_that_wants_something_from_elsewhere_is_refused(block, tmp_path):
     own = tmp_path / "firm.html.j2"
     own.write_text(
