@@ -5,8 +5,8 @@ Walls 1 and 3 of :mod:`test_ferris_tin_loi_walls`. Load factors at 50, 100, 200 
 top of the wall, at its corner ahead of the push.
 
 With corners rounded by the same 20 mm wall 3 is within 2 % of that band, and wall 1, whose units slip as well, below it
-by 4 to 8 %. Sharp corners put wall 1 up to 4 % above it, and wall 3 up to 9 %, at 300 mm, where the lever is shortest.
-With 10 mm both are within 5 %.
+by 4 to 8 %. Sharp corners put wall 1 from 4 % above to 3 % below it, and wall 3 up to 9 % above, at 300 mm, where the
+lever is shortest. With 10 mm wall 1 is within 1 % and wall 3 within 5 %.
 """
 
 import numpy as np
@@ -25,8 +25,8 @@ WALLS = {
 }
 #: Wall, radius of corners, and how far below and above the band ours are.
 RUNS = [
-    (1, "10 mm", 0.05, 0.05),
-    (3, "10 mm", 0.05, 0.05),
+    (1, "10 mm", 0.02, 0.02),
+    (3, "10 mm", 0.0, 0.05),
     (1, "20 mm", 0.09, 0.0),
     (3, "20 mm", 0.02, 0.02),
     (1, "0 mm", 0.05, 0.05),
@@ -67,3 +67,29 @@ def test_half_the_steps(tuff, dry):
     assert float(coarse.capacity["d0"]) == pytest.approx(float(fine.capacity["d0"]), rel=1e-3)
     assert coarse.capacity["holds"].all()
     assert coarse.capacity["energy_error"].max() < 1e-3
+
+
+@pytest.mark.slow
+def test_half_the_steps_where_units_slip(tuff, dry):
+    """Wall 1, with rounded corners and so without events that hang on the last digits, to 300 mm."""
+    model = wall(WALL_1, tuff, dry)
+    coarse, fine = pushed(model, 60, "20 mm").capacity, pushed(model, 120, "20 mm").capacity
+    ends = [np.interp(AT, curve["displacement"], curve["load_factor"]) for curve in (coarse, fine)]
+    assert ends[0] == pytest.approx(ends[1], rel=1e-2)
+    # What is missed at the most is where a block drops.
+    assert np.median(fine["energy_error"]) < 1e-5
+    assert np.quantile(fine["energy_error"], 0.95) < 1e-3
+
+
+@pytest.mark.slow
+def test_a_large_wall_in_its_plane(tuff, dry):
+    """205 units, of which dozens slip in every step, up to 0.3 m: sequences of shifted programs lose it at 0.1 m."""
+    rows = [[1] * 8 if j % 2 == 0 else [0.5, *[1] * 7, 0.5] for j in range(24)]
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
+    model = model_of(blocks, dry)
+    control = (blocks[-1].name, (1, 0, 0))
+    case = bs.Pushover("push", dead=SELF_WEIGHT, variable=push(1, 0, 0), steps=20, control=control)
+    curve = bs.run(model, case)["push"].capacity
+    assert float(curve["displacement"][-1]) > 0.5
+    assert np.all(np.diff(curve["load_factor"]) < 0.01)
+    assert curve["energy_error"].where(curve["displacement"] > 0.01).quantile(0.9) < 1e-3

@@ -70,6 +70,11 @@ class MovedProblem:
         found[self.holds] = T * self.problem.ties.force_unit
         return found
 
+    def velocities(self, twist: Array) -> Array:
+        """Velocities (6 F,) of the problem of twists (B, 6) of the blocks, SI."""
+        own = rotated(twist, self.placement.rotation.transpose(0, 2, 1))
+        return np.asarray((own[self.free] * unit_of_velocity(self.problem)).ravel())
+
     def relative(self, twist: Array) -> Array:
         """Relative velocities (K, 3), in the frames of the contact points, of twists (B, 6) of the blocks, SI."""
         points, centre = self.contacts.points, self.placement.position

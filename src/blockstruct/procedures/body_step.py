@@ -70,6 +70,8 @@ class Stepper:
     def solve(self, moved: MovedProblem, question: Question) -> Solved | None:
         """A step; None if there is no state."""
         found, motion = None, None
+        if self._carried is not None:
+            question = replace(question, rubbing=self._carried.at(_places(moved)))
         self._waits -= 1
         if self._carried is not None and self._waits < 0:
             found, motion = solve_as_bodies(moved, question, self._carried, self._settings, self._solver)
@@ -109,7 +111,7 @@ def solve_as_bodies(
     if not own.any() or len(own) == len(moved.free):
         return None, None
     problem, bodies = moved.problem, Bodies.of(moved, carried.body)
-    solved = solve_finite_step(question.of_bodies(bodies), settings, solver, whole=False)
+    solved = solve_finite_step(question.of_bodies(bodies), settings, solver)
     if solved is None or solved.missed > CERTIFIED:
         return None, None
     u = bodies.motion @ solved.u

@@ -1,10 +1,9 @@
 """The pushover: from the collapse state through finite displacements until the load factor is zero."""
 
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from time import perf_counter
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.body_step import Stepper
 from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved
+from blockstruct.procedures.pushover_state import Found, State
 
 Array = NDArray[np.float64]
 
@@ -121,40 +121,6 @@ def pushover(
         state = following.state
 
 
-@dataclass(frozen=True, slots=True)
-class _State:
-    """Where the blocks are, and how they go on: twists (B, 6) at 1 W, for a time."""
-
-    placement: Placement
-    load_factor: float
-    dissipation: float
-    twist: Array
-    time: float
-    displacement: float
-    longest: Array
-
-    @classmethod
-    def of(cls, step: FiniteStep, longest: Array) -> Self:
-        """That of a step, with the lengths (N,) that ties have had on the way there, m."""
-        twist = np.column_stack([step.velocity, step.angular_velocity])
-        placement = Placement.at(step.position, step.rotation)
-        return cls(placement, step.load_factor, step.dissipation, twist, step.motion_time, step.displacement, longest)
-
-    def carried(self, placement: Placement) -> Array:
-        """The same screws, as twists (B, 6) of the centroids at another placement."""
-        way = placement.position - self.placement.position
-        return np.column_stack([self.twist[:, :3] + np.cross(self.twist[:, 3:], way), self.twist[:, 3:]])
-
-
-@dataclass(frozen=True, slots=True)
-class _Found:
-    """A state, and what is known of it: the problem there, and its solution."""
-
-    state: _State
-    moved: MovedProblem
-    solved: Solved
-
-
 class _Path:
     """The curve so far, and the next step of it."""
 
@@ -168,19 +134,19 @@ class _Path:
         self._size = problem.statics.length
         self.nearest = NEAREST * self._size
         self.curve: list[tuple[float, float]] = []
-        self._last: _State | None = None
+        self._last: State | None = None
         self._stepper = Stepper(settings, solver)
         self._divided = False
         self._done, self._clock = 0.0, perf_counter()
 
-    def gone(self, steps: Sequence[FiniteStep]) -> _State:
+    def gone(self, steps: Sequence[FiniteStep]) -> State:
         """Take the states that are known already; gives the last of them."""
-        states: list[_State] = []
+        states: list[State] = []
         longest = self._problem.lengths(Placement.of(self._problem.statics.model))
         for step in steps:
             lengths = self._problem.lengths(Placement.at(step.position, step.rotation))
             longest = np.maximum(longest, lengths)
-            states.append(_State.of(step, longest))
+            states.append(State.of(step, longest))
         self.curve = [(s.displacement, s.load_factor) for s in states]
         self._done = sum(self._energy(a, b)[1] for a, b in pairwise(states))
         self._last = states[-1]
@@ -198,26 +164,24 @@ class _Path:
         last = max(abs(self._problem.control.displacement(placement) - d[-1]), abs(d[-1] - d[-2]))
         return float(np.clip(even, max(LEAST * even, last / 2), max(GROWTH * last, LEAST * even)))
 
-    def solved(self, moved: MovedProblem, twist: Array) -> _Found | None:
+    def solved(self, moved: MovedProblem, twist: Array) -> Found | None:
         """A step from a placement in which the control point moves as far as wanted, or blocks as far as they may."""
         placement = moved.placement
         time, last = self._time(placement, twist), twist
-        found: _Found | None = None
-        least = LEAST_WORK * self._load_factor
-        longest = np.inf
+        found: Found | None = None
+        least, longest = LEAST_WORK * self._load_factor, np.inf
         for _ in range(LENGTHS):
             solution = self._stepper.solve(moved, Question.of(moved, time, twist, least))
             if solution is None:
                 break
-            if found is not None and solution.falling > max(found.solved.falling, 0.0) + DROPS * self._load_factor:
-                # Blocks drop until they meet others: a shorter step has the drop alone, and less to meet.
+            if found is not None and (solution.missed > CERTIFIED or self._drops(solution, found.solved)):
                 break
             twist = self._problem.twist(solution.u, placement)
             displacement = self._problem.control.displacement(placement)
-            state = _State(
+            state = State(
                 placement, solution.load_factor, solution.dissipation, twist, time, displacement, moved.longest
             )
-            found = _Found(state, moved, solution)
+            found = Found(state, moved, solution)
             if solution.missed > CERTIFIED:
                 break
             if np.isinf(longest):
@@ -227,6 +191,11 @@ class _Path:
                 break
             time = better
         return found
+
+    def _reached(self, moved: MovedProblem, before: State) -> Found | None:
+        """A step from where the motion of a state leads to."""
+        found = self.solved(moved, before.carried(moved.placement))
+        return found and found.after(before)
 
     def _until_closed(self, moved: MovedProblem, solved: Solved, twist: Array, time: float) -> float:
         """Time in which the last motion closes the first gap across which the solution has a force of weight.
@@ -247,7 +216,7 @@ class _Path:
         fastest = float(np.linalg.norm(twist[:, :3], axis=1).max())
         return self._wanted(placement) / max(speed, fastest / FASTEST, 1e-300)
 
-    def advance(self, state: _State) -> _Found | str:
+    def advance(self, state: State) -> Found | str:
         """The state after a step, or why there is none."""
         following, time = self._tried(state)
         if isinstance(following, str):
@@ -263,7 +232,7 @@ class _Path:
         best = following
         for _ in range(EVENTS):
             moved = self._after(state, share * time)
-            found = self.solved(moved, state.carried(moved.placement))
+            found = self._reached(moved, state)
             if found is None or found.solved.missed > CERTIFIED:
                 break
             if self._missed(state, found) < missed:
@@ -277,12 +246,12 @@ class _Path:
         rest = abs(whole - best.state.displacement) / max(speed, 1e-300)
         return replace(best, state=replace(best.state, time=min(best.state.time, rest)))
 
-    def _missed(self, state: _State, found: _Found) -> float:
+    def _missed(self, state: State, found: Found) -> float:
         """What the energy balance of a step misses, relative to all work so far."""
         missed, work = self._energy(state, found.state)
         return missed / max(self._done + work, 1e-300)
 
-    def _tried(self, state: _State) -> tuple[_Found | str, float]:
+    def _tried(self, state: State) -> tuple[Found | str, float]:
         """The state after a step, shortened until it is solved, or why there is none; and its time."""
         time = state.time
         following = None
@@ -297,7 +266,7 @@ class _Path:
             if depth > 1 and not last:
                 time *= max(BELOW / np.sqrt(depth), LEAST_SHARE)
                 continue
-            following = self.solved(moved, state.carried(moved.placement))
+            following = self._reached(moved, state)
             if following is not None and following.solved.missed <= CERTIFIED:
                 break
             if not last:
@@ -310,23 +279,27 @@ class _Path:
                 break
             time *= state.load_factor / (state.load_factor - below)
             moved = self._after(state, time)
-            back = self.solved(moved, state.carried(moved.placement))
-            if back is None:
+            back = self._reached(moved, state)
+            if back is None or back.solved.missed > CERTIFIED:
                 break
             following = back
         return following, time
 
-    def _after(self, state: _State, time: float) -> MovedProblem:
+    def _after(self, state: State, time: float) -> MovedProblem:
         """The problem where the blocks of a state are after a time."""
         placement = state.placement.moved(state.twist * time)
         furthest = float(np.linalg.norm(state.twist[:, :3], axis=1).max()) * time
         return self._problem.at(placement, max(self.nearest, REACH * furthest), state.longest)
 
+    def _drops(self, solved: Solved, before: Solved) -> bool:
+        """Whether blocks drop until they meet others: a shorter step has the drop alone, and less to meet."""
+        return solved.falling > max(before.falling, 0.0) + DROPS * self._load_factor
+
     def _falls(self, solved: Solved) -> bool:
         """Whether the dead load drives the motion, and not the push."""
         return solved.falling > FALLING * self._load_factor
 
-    def lost(self, placement: Placement, found: _Found | None) -> str:
+    def lost(self, placement: Placement, found: Found | None) -> str:
         """Why nothing is in equilibrium at a placement, or the pushover cannot go on from what is found there."""
         at = f"at a displacement of {self._problem.control.displacement(placement):.6g} m"
         if found is None:
@@ -339,7 +312,7 @@ class _Path:
             return f"blocks fall under the dead load alone {at} ({listed}), and the method ends"
         return f"no motion that satisfies the flow rule is found {at} (blocks {listed}), and the method ends"
 
-    def record(self, found: _Found) -> FiniteStep:
+    def record(self, found: Found) -> FiniteStep:
         """The state as it is kept."""
         state, solved, c = found.state, found.solved, found.solved.certificate
         missed = 0.0
@@ -374,13 +347,12 @@ class _Path:
             solver_time=spent,
         )
 
-    def _energy(self, before: _State, after: _State) -> tuple[float, float]:
+    def _energy(self, before: State, after: State) -> tuple[float, float]:
         """Work between two states that is missed, and the sum of all of it, J, by the trapezoidal rule.
 
-        Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated by friction.
+        Work of the dead and of the variable loads, on the way that blocks have really gone, is dissipated.
         """
         places = before.placement, after.placement
         dead, variable = self._problem.dead.work(*places), self._problem.variable.work(*places)
         pushed = variable * (before.load_factor + after.load_factor) / 2
-        rubbed = variable * (before.dissipation + after.dissipation) / 2
-        return abs(dead + pushed - rubbed), abs(dead) + abs(pushed) + abs(rubbed)
+        return abs(dead + pushed - variable * after.dissipated), abs(dead) + abs(pushed) + abs(dead + pushed)

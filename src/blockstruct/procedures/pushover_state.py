@@ -1,0 +1,58 @@
+"""Where a pushover has got to, and how it goes on from there."""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.limit import Placement
+from blockstruct.limit.moved import FiniteStep, MovedProblem
+from blockstruct.procedures.finite_step import Solved, dissipated
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """Where the blocks are, and how they go on: twists (B, 6) at 1 W, for a time.
+
+    Friction and ties have dissipated a work, per unit of work of the variable load, on the way from the state before.
+    """
+
+    placement: Placement
+    load_factor: float
+    dissipation: float
+    twist: Array
+    time: float
+    displacement: float
+    longest: Array
+    dissipated: float = 0.0
+
+    @classmethod
+    def of(cls, step: FiniteStep, longest: Array) -> Self:
+        """That of a step, with the lengths (N,) that ties have had on the way there, m."""
+        twist = np.column_stack([step.velocity, step.angular_velocity])
+        placement = Placement.at(step.position, step.rotation)
+        return cls(placement, step.load_factor, step.dissipation, twist, step.motion_time, step.displacement, longest)
+
+    def carried(self, placement: Placement) -> Array:
+        """The same screws, as twists (B, 6) of the centroids at another placement."""
+        way = placement.position - self.placement.position
+        return np.column_stack([self.twist[:, :3] + np.cross(self.twist[:, 3:], way), self.twist[:, 3:]])
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A state, and what is known of it: the problem there, and its solution."""
+
+    state: State
+    moved: MovedProblem
+    solved: Solved
+
+    def after(self, before: State) -> Self:
+        """The same, with what is dissipated on the way there: by the forces at both ends, on one motion."""
+        problem, solved = self.moved.problem, self.solved
+        u = self.moved.velocities(before.carried(self.state.placement))
+        own = dissipated(problem, solved.x, solved.tie_force, u) / float(problem.w_L @ u)
+        return replace(self, state=replace(self.state, dissipated=(before.dissipation + own) / 2))
