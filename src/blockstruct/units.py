@@ -112,7 +112,7 @@ def si_array(value: Any, dimension: str, what: str) -> NDArray[np.float64]:
     else:
         given = shown(value)
         msg = (
-            f"{what}: {given} has no unit, but a {dimension} is needed; "
+            f"{what}: {given} has no unit, but {_article(dimension)} {dimension} is needed; "
             f"write Q_({given}, {_example_unit(dimension)!r}) or a text such as {_EXAMPLES.get(dimension, '0.65')!r}"
         )
         raise UnitError(msg)
@@ -255,10 +255,14 @@ def readable(values: Any, unit: str) -> tuple[float, str]:
     return 1.0, unit
 
 
+def _article(noun: str) -> str:
+    return "an" if noun[0] in "aeiou" else "a"
+
+
 def _factor(unit: str, dimension: str, what: str) -> float:
     found = _conversion(unit, dimension)
     if found is None:
-        wanted = "a plain number" if dimension == "dimensionless" else f"a {dimension}"
+        wanted = "a plain number" if dimension == "dimensionless" else f"{_article(dimension)} {dimension}"
         msg = f"{what}: the unit {unit!r} does not fit; give {wanted}, as in {_EXAMPLES.get(dimension, '0.65')!r}"
         raise DimensionError(msg)
     return found

@@ -222,7 +222,8 @@ def test_the_trap_of_small_blocks_is_closed(result, small):
     for name in ("alpha0", "a0_star", "M_star", "ratio", "ag"):
         assert getattr(many, name) == pytest.approx(getattr(one, name), rel=1e-5), name
     text = str(many)
-    assert "e* = [Σ(P+Q)δ]² / (Σ(P+Q) Σ(P+Q)δ²) = 324² / (324 · 324) = 1" in text
+    assert "e* = [Σ(P+Q)δ]² / (Σ(P+Q) Σ(P+Q)δ²) = (324 kN)² / (324 kN · 324 kN) = 1" in text
+    assert "M* = [Σ(P+Q)δ]² / (g Σ(P+Q)δ²) = (324 kN)² / (g · 324 kN) = 33.04 t" in text
     assert "by single blocks, not used" in text
     assert "e* = 0.7513" in text
 
@@ -308,6 +309,31 @@ def test_coefficients_are_arguments_and_changes_are_printed(result):
     assert "(given;" not in str(plain)
 
 
+def test_the_spread_of_a_pushover_is_checked_by_its_curve():
+    """Every schedule finds α0 = 0.1 to the accuracy of its programs: the run with the curve is the one relied on."""
+    control = ("façade", (0, -1, 0))
+    pushed = bs.Pushover("out", SELF_WEIGHT, push(0, -1, 0), control=control, steps=10)
+    analysis = bs.AnalysisManager(facade()).run([pushed], spread=["steep", "shift"])
+    spread = analysis.spread("out")
+    assert spread.lowest is analysis["out"]
+    assert spread.load_factor == spread.lowest.load_factor
+    check = bs.assess.local_mechanism(spread, 1.35, SITE)
+    assert check.curve.lines[0].what == "curve of the pushover"
+    assert check.notes == ()
+    steep = dataclasses.replace(spread.runs["steep"], load_factor=0.099)
+    below = bs.results.Spread.of({**spread.runs, "steep": steep}, None)
+    (note,) = bs.assess.local_mechanism(below, 1.35, SITE).notes
+    assert note.startswith("The pushover began at the load factor 0.1, and a lower one is relied on, 0.099: ")
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"), [({"without_crushing": 0.9}, "from 1 up to 10"), ({"q": 0}, "above 0 and up to 10")]
+)
+def test_coefficients_outside_their_range_are_refused(changed, words):
+    with pytest.raises(bs.errors.ModelError, match=words):
+        bs.assess.Coefficients(**changed)
+
+
 def test_units_do_not_change_the_check(result):
     other = bs.assess.ntc_spectrum(Q_(1.4709975, "m/s^2"), 2.4, Q_(300, "ms"), "B")
     one, two = (bs.assess.local_mechanism(result, 1.35, site) for site in (SITE, other))
@@ -363,7 +389,7 @@ def curve_of(result, dataset, control=("façade", (0.0, -1.0, 0.0)), point=(0.0,
     check = bs.assess.local_mechanism(result, 1.35, SITE)
     pushed = dataclasses.replace(result)
     object.__setattr__(pushed, "case", SimpleNamespace(control=control, control_point=point))
-    return curve_of_pushover(pushed, dataset, check.participation, check.a0_star)
+    return curve_of_pushover(pushed, dataset, check.direction, check.participation, check.a0_star)
 
 
 def test_the_curve_of_a_pushover_is_that_of_the_oscillator(result):
@@ -423,9 +449,28 @@ def test_a_pushover_that_ends_early_gives_the_displacement_it_reached(result):
 
 def test_a_pushover_that_tells_no_displacement_is_refused(result):
     with pytest.raises(bs.errors.ModelError, match="rests in the mechanism"):
-        curve_of(result, capacity_of_facade(), control=("façade", (1.0, 0.0, 0.0)))
+        curve_of(result, capacity_of_facade(), point=(0.0, 0.0, 0.0))
     with pytest.raises(bs.errors.ModelError, match="certified steps"):
         curve_of(result, capacity_of_facade(holds=1))
+
+
+@pytest.mark.parametrize("along", [(1, 0, 0), (0, 0, 1), (0, -1, -1), (1, -1, 0)])
+def test_a_control_point_that_is_not_followed_along_the_push_is_refused(result, along):
+    """Followed downwards as well, the corner of the top would have a larger d0: what it sinks by."""
+    along = tuple(np.array(along) / np.linalg.norm(along))
+    with pytest.raises(bs.errors.ModelError, match=r"the control point .* control=\('façade', \(0, -1, 0\)\)"):
+        curve_of(result, capacity_of_facade(), control=("façade", along))
+
+
+def test_rounded_corners_are_told_and_counted_from_the_first_state():
+    control = ("façade", (0, -1, 0))
+    case = bs.Pushover("out", SELF_WEIGHT, push(0, -1, 0), control=control, steps=10, corner_rounding="30 mm")
+    result = bs.run(facade(), case)["out"]
+    check = bs.assess.local_mechanism(result, 1.35, SITE)
+    # (b / 2 − r) / (h / 2) at rest, with b = 0.6 m, h = 6 m and r = 0.03 m.
+    assert check.curve.at(0.0) == pytest.approx(0.09 * g / 1.35, rel=1e-4)
+    assert check.a0_star == pytest.approx(0.1 * g / 1.35, rel=1e-6)
+    assert any("rounded by 30 mm" in text and "0.09, and α0, 0.1," in text for text in check.notes)
 
 
 def test_a_spread_is_checked_by_its_lowest_answer():
@@ -460,8 +505,8 @@ def test_a_push_that_is_not_horizontal_in_proportion_to_weight_is_refused(variab
     ("arguments", "words"),
     [
         ({"confidence_factor": 1.2}, "FC is 1.35, that of LC1"),
-        ({"confidence_factor": 0.9}, "1 at least"),
-        ({"confidence_factor": True}, "1 at least"),
+        ({"confidence_factor": 0.9}, "from 1 to 10"),
+        ({"confidence_factor": True}, "from 1 to 10"),
         ({"knowledge_level": "LC4"}, "known are LC1, LC2, LC3"),
         ({"confidence_factor": 1.35, "knowledge_level": "LC2"}, "give one of the two"),
         ({"method": "by eye"}, "known are linear, displacement"),
@@ -505,8 +550,44 @@ def test_a_hand_calculation_of_nothing_is_refused(result):
         (["ground"], EDGE, bs.errors.ModelError, "name free blocks"),
         ([], EDGE, bs.errors.ModelError, "name free blocks"),
         (["façade"], Q_([0, 0, 0], "m"), bs.errors.ModelError, "two ends"),
-        (["façade"], Q_([[0, 0, 0], [0, 5, 0]], "m"), bs.errors.ModelError, "does not turn"),
+        (["façade"], Q_([[0, 0, 0], [0, 0.6, 0]], "m"), bs.errors.ModelError, "does not turn"),
+        (["façade"], EDGE * 1000, bs.errors.ModelError, r"from \[0.0, 0.0, 0.0\] to \[5000.0, .* not at the blocks"),
+        (["façade"], EDGE + Q_([0, 0.6, 0], "m"), bs.errors.ModelError, r"do not hold .* \(α0 = -0.1\); give the edge"),
         (["façade"], [[0, 0, 0], [5, 0, 0]], bs.errors.UnitError, "no unit"),
     ):
         with pytest.raises(error, match=words):
             bs.assess.overturning(model, of, blocks, edge)
+
+
+@pytest.mark.parametrize(
+    ("strength", "words"),
+    [("0 MPa", "give more than zero"), ("-1 MPa", "give more than zero"), ("10 kPa", "set back by 3.24 m by crushing")],
+)
+def test_a_strength_that_holds_nothing_is_refused(result, strength, words):
+    """N / (2 f_c l) = 324 kN / (2 · 10 kPa · 5 m) = 3.24 m, behind the wall."""
+    with pytest.raises(bs.errors.ModelError, match=words):
+        bs.assess.overturning(result.model, result.case, ["façade"], EDGE, compressive_strength=strength)
+
+
+def test_the_ends_of_an_edge_have_no_order(result):
+    one, other = (bs.assess.overturning(result.model, result.case, ["façade"], edge) for edge in (EDGE, EDGE[::-1]))
+    assert (one.alpha0, one.d0) == pytest.approx((0.1, 0.3), rel=1e-9)
+    assert (other.alpha0, other.d0) == pytest.approx((one.alpha0, one.d0), rel=1e-12)
+    for angle in (0.02, 0.05):
+        assert other.rotation.load_factor(angle) == pytest.approx(np.tan(np.arctan(0.1) - angle), rel=1e-9)
+
+
+@pytest.mark.parametrize("tolerance", [0, -1, 1e-6, 2, np.nan, "0.02"])
+def test_a_tolerance_that_parts_what_moves_together_is_refused(small, tolerance):
+    """Each block a body of its own, e* would be 0.75."""
+    with pytest.raises(bs.errors.ModelError, match=r"macro_blocks: tolerance .* from 0.001 to 1"):
+        bs.assess.local_mechanism(small, 1.35, SITE, tolerance=tolerance)
+    assert bs.assess.local_mechanism(small, 1.35, SITE, tolerance=1e-3).e_star == pytest.approx(1.0, rel=1e-6)
+
+
+def test_a_mechanism_by_hand_below_the_one_found_is_told(result):
+    lower = bs.assess.overturning(result.model, result.case, ["façade"], EDGE, compressive_strength="0.5 MPa")
+    check = bs.assess.local_mechanism(result, 1.35, SITE, beside=lower)
+    assert any("by hand begins at α0 = 0.0784, below the one found, 0.1" in text for text in check.notes)
+    equal = bs.assess.overturning(result.model, result.case, ["façade"], EDGE)
+    assert bs.assess.local_mechanism(result, 1.35, SITE, beside=equal).notes == ()

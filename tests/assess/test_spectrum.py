@@ -137,6 +137,7 @@ def test_on_soil_d_the_demand_does_not_rise_everywhere():
         ({"ag": "200 m/s^2"}, "up to 10 g"),
         ({"ag": "0 g_0"}, "up to 10 g"),
         ({"F0": 1.0}, "2.2 at least"),
+        ({"F0": 24}, "5 at most"),
         ({"Tc": 0.3}, "has no unit"),
         ({"Tc": "5 s"}, "Tc 5 s"),
         ({"soil": "F"}, "known are A, B, C, D, E"),

@@ -1,7 +1,7 @@
 """An attack on files: finished ones, sealed again or not, and the working data of killed runs.
 
 Every trial ends as refused by an error of ours, or as the analysis that was written. Under ``slow`` there are 2,000
-corruptions and 200 kills; a small share runs by default.
+corruptions and 200 kills, in four parts each; a small share runs by default.
 """
 
 import contextlib
@@ -227,7 +227,11 @@ def folder(tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize("share", [0.02, pytest.param(1.0, marks=pytest.mark.slow)])
+#: Shares of the corruptions; quarters, so that several processes have some.
+SHARES = [(0.0, 0.02), *(pytest.param((k / 4, (k + 1) / 4), marks=pytest.mark.slow) for k in range(4))]
+
+
+@pytest.mark.parametrize("share", SHARES, ids=lambda share: f"{share[0]:g} to {share[1]:g}")
 def test_corrupted_files_are_refused_or_identical(folder, share):
     table = {}
     for k, (trial, n, *words) in enumerate(
@@ -240,15 +244,16 @@ def test_corrupted_files_are_refused_or_identical(folder, share):
         ]
     ):
         name = " ".join([trial.__name__, *(str(w) for w in words[1:])])
-        table[name] = count(trial, range(1000 * k, 1000 * k + round(share * n)), *words)
+        table[name] = count(trial, range(*(1000 * k + round(end * n) for end in share)), *words)
     for name, outcomes in table.items():
         print(f"{name:<16} {sum(outcomes.values()):5d} trials  {dict(outcomes)}")
     assert all(set(outcomes) <= GOOD for outcomes in table.values()), table
 
 
 @pytest.mark.slow
-def test_200_kills_lose_no_iteration(tmp_path):
+@pytest.mark.parametrize("seed", range(2, 6))
+def test_50_kills_lose_no_iteration(tmp_path, seed):
     whole = bs.AnalysisManager(wall(), tmp_path / "whole" / "wall.h5").run(cases())
     (tmp_path / "killed").mkdir()
-    kill_at_random(tmp_path / "killed", whole, 200, seed=2)
-    print("200 kills, 0 committed iterations lost, 200 of 200 resumed")
+    kill_at_random(tmp_path / "killed", whole, 50, seed)
+    print("50 kills, 0 committed iterations lost, 50 of 50 resumed")

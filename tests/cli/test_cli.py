@@ -17,8 +17,11 @@ from rich.progress import Progress, TextColumn
 
 import blockstruct as bs
 from blockstruct.analysis import IterationDone
+from blockstruct.views import archive_table, summary_table
 from blockstruct.views.progress import bar, following
+from structures import SELF_WEIGHT, box, model_of, push
 
+DRY = bs.JointMaterial("dry", 0.65)
 WALL = Path(__file__).parents[2] / "examples" / "ferris_tin_loi_wall_1.yaml"
 
 
@@ -99,6 +102,19 @@ def test_a_case_without_load_factor_exits_with_3(call, tmp_path):
     assert code == 3
     assert "unbounded" in out
     assert (tmp_path / "m.h5").exists()
+
+
+def test_tables_cut_no_status_off(tmp_path):
+    """On a terminal of 80 columns: a block on an edge that its centroid is beyond."""
+    model = model_of([box("ground", [0, 0, -1], [0.4, 1, 1], fixed=True), box("block", [0, 0, 0], [1, 1, 1])], DRY)
+    analysis = bs.AnalysisManager(model, tmp_path / "x.h5").run([bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))])
+    for table in (summary_table(analysis), archive_table(bs.Archive(tmp_path).table())):
+        console = Console(width=80)
+        with console.capture() as capture:
+            console.print(table)
+        rows = capture.get().splitlines()
+        start = rows[0].index("status")
+        assert "".join(row[start:].split(" ")[0] for row in rows[1:]) == "unstable_under_dead_load"
 
 
 def test_an_interrupted_run_exits_with_130(call, tmp_path, monkeypatch):

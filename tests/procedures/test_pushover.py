@@ -3,8 +3,12 @@
 Lengths in m; x along the push, z up; W the weight of a block and θ a rotation. Hinges do not slide: μ is 2 or more.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import blockstruct as bs
@@ -313,6 +317,31 @@ def test_control_point():
     # The edge (0.3, 0), θ = atan(0.2): the point straight above it comes to 1.5 m times sin θ.
     assert float(top.capacity["d0"]) == pytest.approx(1.5 * np.sin(np.arctan(0.2)), rel=1e-4)
     assert top.case.control_point == (0.3, 0.5, 1.5)
+
+
+@pytest.mark.parametrize("direction", [(0, 1, 0), (1, 0, 0)])
+def test_a_control_point_at_rest_has_no_curve(direction):
+    """Two towers, the slender one of which rocks: the other one does not move, nor does either across the push."""
+    tall, low = box("tall", (0, 0.3), (0, 1.5)), box("low", (2, 2.5), (0, 1))
+    model = model_of([box("ground", (-1, 4), (-0.5, 0), fixed=True), tall, low], ROUGH)
+    case = bs.Pushover(
+        "push", SELF_WEIGHT, push(1, 0, 0), control=("low" if direction[0] else "tall", direction), steps=5
+    )
+    result = bs.run(model, case)["push"]
+    assert result.status == "converged"
+    assert result.load_factor == pytest.approx(0.2, rel=1e-6)
+    assert result.capacity is None
+    assert "does not move along" in result.message
+    assert "block 'tall' moves furthest, along (0.981, 0, 0.196)" in result.message
+
+
+@given(st.lists(st.floats(-1e300, 1e300, allow_subnormal=False), min_size=3, max_size=3))
+def test_directions_are_unit_vectors_to_the_last_digit(components):
+    assume(any(components))
+    control = ("block", tuple(components))
+    case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=control)
+    assert np.linalg.norm(case.control[1]) == pytest.approx(1.0, abs=1e-12)
+    assert replace(case, control=case.control).control == case.control
 
 
 @pytest.mark.parametrize(

@@ -158,4 +158,4 @@ def test_the_command_prints_the_states_of_a_pushover(rocking, tmp_path, call):
         assert code == 2
         assert said in err
     bs.run(rocking.model, bs.LimitCase("plain", SELF_WEIGHT, push(1, 0, 0)), tmp_path / "plain.h5")
-    assert "run it as a Pushover" in call("history", tmp_path / "plain.h5", "plain", "--pushover")[2]
+    assert "run a Pushover" in call("history", tmp_path / "plain.h5", "plain", "--pushover")[2]

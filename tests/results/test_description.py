@@ -34,6 +34,18 @@ def test_a_wall_out_of_plane_is_one_body_about_its_edge():
     assert "not a step of loading" in text
 
 
+def test_iterations_along_the_loading_path_are_steps_of_displacement():
+    model = model_of(*single_block(0.5, 1.0))
+    plain, path = (solve(model, push(1, 0, 0), "nonassociative", procedure=p) for p in ("fictitious", "loading path"))
+    for result, said, caption in (
+        (plain, "a numerical step, not a step of loading", "numerical steps, not steps of load"),
+        (path, "the loading path are steps of displacement", "steps of displacement along the loading path"),
+    ):
+        assert said in result.describe()
+        (drawn,) = [d.caption for d in figures.drawings(result) if d.name == "convergence"]
+        assert drawn.endswith(caption)
+
+
 def test_a_low_block_slides_without_turning():
     model = model_of(*single_block(2.0, 1.0, mu=0.3))
     text = describe(model, solve(model, push(1, 0, 0), "nonassociative").history)

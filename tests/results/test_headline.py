@@ -49,6 +49,13 @@ def test_the_lowest_certified_number_is_the_headline_everywhere(surveyed):
     said = f"{spread.lowest.load_factor:.4g} (lowest of {ALL} of {ALL} schedules certified, up to"
     assert str(spread).startswith(said)
     assert said in spread_text(surveyed)
+    given = surveyed["push"]
+    assert given.relied_on == spread.headline
+    told = f"relied on: {spread.headline}"
+    assert str(given).splitlines()[1].strip() == told
+    assert str(surveyed).count(told) == 1
+    assert told in result_text(given).plain
+    assert str(spread.headline) in given._repr_html_()
     summary = json.loads(json.dumps(analysis_summary(surveyed)))["headlines"]["push"]
     assert summary["load_factor"] == spread.load_factor
     assert summary["certified"] == ALL
@@ -67,6 +74,15 @@ def test_print_tells_how_many_schedules_converged():
     found = headline(("converged", 0.31), ("not_converged", math.nan), ("converged", 0.26))
     assert str(found) == "0.26 (lowest of 2 of 3 schedules certified, up to 0.31; associative bound 0.4)"
     assert (found.lowest, found.highest, found.certified) == (0.26, 0.31, 2)
+
+
+@pytest.mark.parametrize(
+    ("given", "lowest"), [(0.3, 0.3), (0.3 * (1 + 9e-7), 0.3 * (1 + 9e-7)), (0.3 * (1 + 2e-6), 0.3), (0.29, 0.29)]
+)
+def test_the_run_as_given_is_the_lowest_within_a_millionth(given, lowest):
+    found = headline(("converged", given), ("converged", 0.3), ("converged", 0.31))
+    assert (found.lowest, found.load_factor) == (lowest, lowest)
+    assert headline(("converged", given, True), ("converged", 0.3)).lowest == 0.3
 
 
 DRIFTS = "still drifting"

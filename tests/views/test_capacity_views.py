@@ -1,6 +1,7 @@
 """A pushover in the figures, in the page and in ParaView."""
 
 import base64
+import dataclasses
 import zlib
 from xml.etree import ElementTree
 
@@ -40,8 +41,20 @@ def test_figure(analysis):
 
 
 def test_a_case_without_a_curve_is_told(analysis):
-    with pytest.raises(bs.errors.ModelError, match="no capacity curve"):
+    with pytest.raises(bs.errors.ModelError, match=r"no capacity curve, converged .*; run a Pushover"):
         figures.capacity(analysis["plain"])
+    with pytest.raises(bs.errors.ModelError, match=r"the curve is a NoneType; give result.capacity"):
+        bs.results.capacity_frame(analysis["plain"].capacity)
+
+
+def test_a_pushover_without_a_curve_says_why(analysis, tmp_path, call):
+    case = dataclasses.replace(analysis["push"].case, control=("block", (0, 1, 0)))
+    found = bs.AnalysisManager(analysis.model, tmp_path / "rests.h5").run([case])
+    with pytest.raises(bs.errors.ModelError, match=r"does not move along \(0, 1, 0\) .*, along \(0.981, 0, 0.196\)\)$"):
+        figures.capacity(found["push"])
+    code, _, err = call("history", tmp_path / "rests.h5", "push", "--pushover")
+    assert code == 2
+    assert "--pushover: case 'push': no capacity curve, converged" in " ".join(err.split())
 
 
 def test_the_page_has_the_blocks_where_they_are(analysis):
@@ -76,8 +89,9 @@ def test_the_page_shows_a_step(browser, analysis, tmp_path):
     with opened(browser, write_page(analysis, tmp_path / "page.html")) as page:
         last = analysis["push"].capacity.sizes["step"] - 1
         assert page.locator("#step-value").text_content() == f"of {last}"
+        assert all(part.is_hidden() for part in page.locator(".of-ties").all())
         slide(page, "step", last)
-        assert page.locator("#step-value").text_content().startswith(f"{last} of {last}, 150 mm, α = ")
+        assert page.locator("#step-value").text_content() == f"{last} of {last}, 150 mm, α = 0"
         # The mechanism is shown again, and no step.
         slide(page, "amplitude", 0.1)
         assert page.locator("#step-value").text_content() == f"of {last}"

@@ -58,6 +58,8 @@ def test_the_first_page_tells_what_is_relied_on(block):
     assert "Assumptions" in head
     plain = summary(report_html(block))
     assert "Relied on: load factor 0.1 of “push”. It is checked against no demand." in plain
+    assert "One schedule found it; others, which may find a lower one, were not run." in head
+    assert "One schedule found it" in plain
     assert plain.count("<b>") == 1
 
 
@@ -69,6 +71,10 @@ def test_the_verification_gives_every_formula(block):
     assert len(rows) == sum(len(section.lines) for section in check.sections)
     assert ("capacity", "d<sub>SLV</sub> = 0.4 d<sub>0</sub> = 0.4 · 0.2 m = 0.08 m", "C8.7.1.2.1.6") in rows
     assert "SLV, by displacement: capacity / demand" in part
+    first = summary(html)
+    assert "Displacements are small, but along the capacity curve of a check: equilibrium" in first
+    assert "a body turns through finite angles" in first
+    assert "Displacements are small: equilibrium" in summary(report_html(block))
     assert "a load factor alone does not verify a structure" in report_html(block)
 
 
@@ -80,6 +86,7 @@ def test_no_other_number_than_the_one_relied_on_is_a_headline(spread):
     head = summary(report_html(spread))
     assert re.findall(r"<(?:b|strong)>(.*?)</", head) == [low, low]
     assert "the lowest of 3 certified runs" in head
+    assert "One schedule found it" not in head
 
 
 def test_a_check_of_another_number_is_refused(spread, block):
@@ -124,6 +131,21 @@ def test_the_report_is_a_pdf_of_numbered_pages(block, tmp_path):
     assert "Verification" not in found[0]
     assert found[1].splitlines()[1].startswith("Verification") or "Verification" in found[1]
     assert "Appendix: settings and versions" in found[-1]
+
+
+def test_nothing_leaves_the_page_where_a_name_is_one_long_word(tmp_path):
+    """What stands beside such a name, the load factor above all, is not pushed off the paper."""
+    name, places = "Overturning_of_the_western_façade_" * 4, []
+    blocks, joint = single_block(0.4, 4.0)
+    model = model_of(blocks, joint, "model " * 40)
+    analysis = bs.AnalysisManager(model).run([case(name)])
+    target = write_report(analysis, tmp_path / "long.pdf", project={"protocol": "x" * 200})
+    page = pypdf.PdfReader(target).pages[0]
+    page.extract_text(visitor_text=lambda text, cm, tm, *_: places.append((text.strip(), tm[4] * cm[0] + cm[4])))
+    right = float(page.mediabox.width) - 20 / 25.4 * 72
+    numbers = [x for text, x in places if text == "0.1"]
+    assert len(numbers) >= 3
+    assert max(x for text, x in places if text) < right
 
 
 def test_a_template_that_wants_something_from_elsewhere_is_refused(block, tmp_path):

@@ -59,6 +59,19 @@ def test_figure(result):
     assert any(np.allclose(line.get_xdata(), at) for line in ax.lines if line.get_linestyle() == ":")
 
 
+def test_what_a_tie_bears_is_lost_where_it_breaks(analysis, result):
+    """α falls at once, from that of the state before to that of the one after."""
+    at, before, after = result.broken_ties[["displacement [meter]", "load factor before", "load factor after"]].iloc[0]
+    d, alpha = bs.results.curve_with_losses(result.capacity)
+    (k,) = np.flatnonzero(np.diff(d) == 0)
+    assert (d[k], alpha[k], alpha[k + 1]) == (at, before, after)
+    assert len(d) == result.capacity.sizes["step"] + 2
+    drawn = payload(analysis)["cases"][0]["pushover"]["line"]
+    assert drawn == {"x": (1e3 * d).tolist(), "y": alpha.tolist()}
+    line = figures.capacity(result).lines[0]
+    assert line.get_ydata().tolist() == alpha.tolist()
+
+
 def test_page_has_the_ties_of_every_step(analysis, result, last):
     rows = payload(analysis)["cases"][0]["pushover"]["tie"]
     assert len(rows) == last + 1

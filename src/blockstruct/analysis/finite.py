@@ -7,13 +7,16 @@ from time import perf_counter
 import numpy as np
 
 from blockstruct.analysis.events import Listener, StepDone, tell
-from blockstruct.limit import FiniteStep, Iteration, LimitProblem, MovingProblem
+from blockstruct.limit import FiniteStep, Iteration, LimitProblem, MovingProblem, Placement
 from blockstruct.model import Pushover
 from blockstruct.procedures import pushover
 from blockstruct.results import CaseResult, breaking_words, capacity_of, step_arrays, steps_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import Status
+
+#: Speed of the control point in the collapse mechanism, relative to that of the fastest block, at which it rests.
+RESTS = 1e-4
 
 
 def pushed_over(
@@ -38,9 +41,11 @@ def pushed_over(
     if not isinstance(case, Pushover):
         return result
     steps: list[FiniteStep] = [] if result.capacity is None else steps_of(result.capacity, len(statics.ties))
-    going = pushover(
-        MovingProblem(statics, problem, case), collapse, case.steps, settings, solver_of(settings), list(steps)
-    )
+    moving = MovingProblem(statics, problem, case)
+    resting = _resting(moving, case, collapse)
+    if resting and not steps:
+        return replace(result, message=f"{result.message}; pushover: {resting}")
+    going = pushover(moving, collapse, case.steps, settings, solver_of(settings), list(steps))
     status, load_factor, message, ended = result.status, result.load_factor, result.message, ""
     try:
         for k, step in enumerate(steps):
@@ -64,4 +69,25 @@ def pushed_over(
         message=message,
         capacity=curve,
         duration=result.duration + perf_counter() - start,
+    )
+
+
+def _resting(problem: MovingProblem, case: Pushover, collapse: Iteration) -> str:
+    """Why there is no curve over the displacement of a control point that the collapse mechanism leaves at rest."""
+    model = problem.statics.model
+    start = Placement.of(model)
+    twist = problem.twist(collapse.u, start)
+    velocity = twist[:, :3]
+    speed = np.linalg.norm(velocity, axis=1)
+    fastest = int(speed.argmax())
+    if abs(problem.control.velocity(start, twist)) > RESTS * speed[fastest]:
+        return ""
+    block, direction = case.control
+    along, moves = (
+        ", ".join(f"{value:.3g}" for value in np.round(vector, 4) + 0.0)
+        for vector in (direction, velocity[fastest] / speed[fastest])
+    )
+    return (
+        f"the control point at block {block!r} does not move along ({along}) in the collapse mechanism, and there is "
+        f"no curve over its displacement; block {model.blocks[fastest].name!r} moves furthest, along ({moves})"
     )

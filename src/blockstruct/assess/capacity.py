@@ -118,7 +118,7 @@ def curve_of_rotation(
     where = ", ".join(f"{value:.4g}" for value in np.round(hinge, 6) + 0.0)
     d0 = displacement(theta0)
     lines = [
-        Line("hinge", f"along ({_components(direction)}) through ({where}) m, where the joints press", "C8.7.1.2.1.1"),
+        Line("hinge", f"along ({components(direction)}) through ({where}) m, where the joints press", "C8.7.1.2.1.1"),
         *(_tie_line(tie, breaks.get(tie.name), displacement) for tie in turning.ties),
         Line(
             "rotation at which α vanishes", f"θ0 = {shown(theta0, 'rad')} = {np.degrees(theta0):.4g}°", "C8.7.1.2.1.2"
@@ -203,5 +203,6 @@ def _pressed(result: CaseResult, members: Collection[str], axis: Array) -> tuple
     return normal @ position / normal.sum(), float((used * extent).max(initial=0.0))
 
 
-def _components(vector: Array) -> str:
+def components(vector: Array) -> str:
+    """Components of a direction, to three digits."""
     return ", ".join(f"{value:.3g}" for value in np.round(vector, 6) + 0.0)

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.assess.capacity import CapacityCurve
+from blockstruct.assess.capacity import CapacityCurve, components
 from blockstruct.assess.lines import Line, shown
 from blockstruct.assess.participation import Participation
 from blockstruct.errors import ModelError
@@ -16,10 +16,12 @@ Array = NDArray[np.float64]
 
 #: Motion of the control point in the mechanism, in multiples of the largest, from which it tells the displacement.
 _MOVES = 0.05
+#: Sine of the angle between the directions of the control point and of the push that are one.
+_ALONG = 1e-2
 
 
 def curve_of_pushover(
-    result: CaseResult, capacity: xr.Dataset, participation: Participation, a0_star: float
+    result: CaseResult, capacity: xr.Dataset, push: Array, participation: Participation, a0_star: float
 ) -> CapacityCurve:
     """Curve of the load factor over the displacement of the control point, C8.7.1.2.1.2 and [C8.7.1.4].
 
@@ -29,6 +31,8 @@ def curve_of_pushover(
         Collapse state of a pushover.
     capacity
         ``result.capacity``. Steps from the first one on whose certificate does not hold are left out.
+    push : (3,) array
+        Direction of the push, a unit vector.
     participation
         Of the macro-blocks.
     a0_star
@@ -37,8 +41,8 @@ def curve_of_pushover(
     Raises
     ------
     ModelError
-        If the control point rests in the mechanism or turns back, no step is certified, or a tie has no elongation
-        limit.
+        If the control point is not followed along the push, rests in the mechanism or turns back, no step is
+        certified, or a tie has no elongation limit.
     """
     case: Any = result.case
     block, direction = case.control
@@ -47,6 +51,14 @@ def curve_of_pushover(
         msg = (
             f"tie {unlimited[0]!r} has no elongation limit, and nothing verifies that it holds until α vanishes "
             "(C8.7.1.2.1.6): give it one"
+        )
+        raise ModelError(msg)
+    if np.linalg.norm(np.cross(direction, push)) > _ALONG:
+        # At a finite rotation, what moves across the push is not in proportion to what moves along it.
+        msg = (
+            f"the control point at block {block!r} is followed along ({components(direction)}), and the displacement "
+            f"of the oscillator is along the push (C8.7.1.2.1.3): run the pushover again with "
+            f"control=({block!r}, ({components(push)}))"
         )
         raise ModelError(msg)
     mechanism = result.mechanism.sel(block=block)
@@ -66,11 +78,13 @@ def curve_of_pushover(
         before = d_C < end
         d_C, alpha = np.append(d_C[before], end), np.append(alpha[before], 0.0)
     beyond = d_C > 0
-    d_C, alpha = np.append(0.0, d_C[beyond]), np.append(result.load_factor, alpha[beyond])
+    # At rest, rounded corners already have less than the interfaces of the collapse state.
+    at_rest = min([result.load_factor, *alpha[~beyond]])
+    d_C, alpha = np.append(0.0, d_C[beyond]), np.append(at_rest, alpha[beyond])
     if len(d_C) < 3 or np.any(np.diff(d_C) <= 0):
         msg = f"the pushover has {len(d_C) - 1} certified steps, or its control point turns back"
         raise ModelError(msg)
-    states = len(d_C) - 1
+    steps = len(d_C) - 1
     if "tie_break_displacement" in capacity:
         broke = np.abs(capacity["tie_break_displacement"].to_numpy())
         # What is lost where a tie breaks is lost there, and not on the way to the next state.
@@ -78,10 +92,10 @@ def curve_of_pushover(
         left = np.minimum(alpha[lost - 1], alpha[lost])
         d_C, alpha = np.insert(d_C, lost, np.nextafter(d_C[lost - 1], np.inf)), np.insert(alpha, lost, left)
     factor = participation.factor / abs(delta)
-    d = d_C * factor
+    d, a = d_C * factor, a0_star / result.load_factor * alpha
     until = "where α vanishes" if complete else "where it ends, before α vanishes: on the safe side"
     lines = (
-        Line("curve of the pushover", f"{states} states, to {shown(float(d_C[-1]), 'm')}, {until}", "C8.7.1.2.1.2"),
+        Line("curve of the pushover", f"{steps} steps, to {shown(float(d_C[-1]), 'm')}, {until}", "C8.7.1.2.1.2"),
         Line(
             "displacement of the oscillator",
             f"d = d_C Σ(P+Q)δ² / (δ_C Σ(P+Q)δ) = d_C · {shown(factor)}; C is on block {block}",
@@ -89,10 +103,10 @@ def curve_of_pushover(
         ),
         Line(
             "capacity curve",
-            f"a(d) = α(d_C) g / (e* FC), from {shown(a0_star, 'm/s²')}; d0 = {shown(float(d[-1]), 'm')}",
+            f"a(d) = α(d_C) g / (e* FC), from {shown(float(a[0]), 'm/s²')}; d0 = {shown(float(d[-1]), 'm')}",
             "C8.7.1.2.1.3 (C8.7.1.3)",
         ),
     )
     # What a step loses at once, as where a tie breaks.
     losses = tuple(zip(d[:-1].tolist(), (-np.diff(alpha) / alpha.max()).tolist(), strict=True))
-    return CapacityCurve(d, a0_star / result.load_factor * alpha, lines, losses)
+    return CapacityCurve(d, a, lines, losses)

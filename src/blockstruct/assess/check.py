@@ -132,7 +132,7 @@ class LocalMechanismCheck:
     @property
     def satisfied(self) -> bool:
         """Whether the ground acceleration that it bears is not below that of the site."""
-        return self.ag >= self.spectrum.ag
+        return bool(self.ag >= self.spectrum.ag)
 
     @property
     def verdict(self) -> str:

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, fields
 
+import numpy as np
+
 from blockstruct.assess.lines import Line
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords, did_you_mean
@@ -57,8 +59,11 @@ class Coefficients:
         for field in fields(self):
             value = getattr(self, field.name)
             most = 1.0 if field.name.endswith(("share", "loss", "damping")) else 10.0
-            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= most:
-                msg = f"Coefficients: {field.name} {value!r}; give a number above 0 and up to {most:g}"
+            # A confidence factor below one would raise what was found.
+            least = 1.0 if field.name == "without_crushing" else np.finfo(float).tiny
+            if not _is_number(value) or not least <= value <= most:
+                wanted = "from 1" if least == 1 else "above 0 and"
+                msg = f"Coefficients: {field.name} {value!r}; give a number {wanted} up to {most:g}"
                 raise ModelError(msg)
 
     def lines(self) -> list[Line]:
@@ -70,6 +75,10 @@ class Coefficients:
             given = "" if value == field.default else f" (given; the Circolare has {field.default:g})"
             said.append(Line(what, f"{value:g}{given}", source))
         return said
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def confidence(
@@ -87,9 +96,8 @@ def confidence(
     if level is not None and level not in KNOWLEDGE_LEVELS:
         msg = f"local_mechanism: knowledge_level {level!r}; {did_you_mean(str(level), KNOWLEDGE_LEVELS)}"
         raise ModelError(msg)
-    plain = isinstance(factor, int | float) and not isinstance(factor, bool)
-    if factor is not None and not (plain and 1 <= factor <= 10):
-        msg = f"{who} {factor!r}; give a number of 1 at least"
+    if factor is not None and not (_is_number(factor) and 1 <= factor <= 10):
+        msg = f"{who} {factor!r}; give a number from 1 to 10"
         raise ModelError(msg)
     given = KNOWLEDGE_LEVELS[level] if level is not None else None
     if factor is not None and given is not None and factor != given:

@@ -28,6 +28,8 @@ g = STANDARD_GRAVITY
 METHODS = {"linear": "SLV, linear", "displacement": "SLV, by displacement"}
 #: Ground accelerations that are tried before the one at which capacity and demand are equal is found to the last digit.
 _TRIED = g * np.geomspace(SMALLEST, LARGEST, 400)
+#: Share by which a mechanism by hand begins before the one found, for it to be told.
+_BELOW = 1e-3
 #: Motion out of the plane of a mechanism, in multiples of the largest.
 _OUT_OF_PLANE = 0.05
 
@@ -109,7 +111,7 @@ def local_mechanism(
         curve = (
             curve_of_rotation(found, case, bodies, forces, whole, a0_star)
             if pushed is None
-            else curve_of_pushover(found, pushed, whole, a0_star)
+            else curve_of_pushover(found, pushed, forces.direction, whole, a0_star)
         )
     except ModelError as error:
         missing = f"no capacity curve: {error}" + ("; it takes a pushover" if pushed is None else "")
@@ -127,6 +129,17 @@ def local_mechanism(
                 if method == "displacement" and state == "SLV":
                     raise
                 notes.append(f"{state} by displacement was left out. {error}.")
+    given = next(iter(result.runs.values())) if isinstance(result, Spread) else found
+    if given is not found and given.capacity is not None:
+        notes.append(
+            f"The pushover began at the load factor {shown(given.load_factor)}, and a lower one is relied on, "
+            f"{shown(found.load_factor)}: its capacity curve is not used."
+        )
+    if beside is not None and beside.alpha0 < (1 - _BELOW) * alpha0:
+        notes.append(
+            f"The mechanism by hand begins at α0 = {shown(beside.alpha0)}, below the one found, {shown(alpha0)}: what "
+            "it leaves out holds the blocks, or the model lacks what it counts. Tell which before relying on either."
+        )
     return LocalMechanismCheck(
         result=found,
         alpha0=alpha0,
@@ -282,6 +295,13 @@ def _notes(result: CaseResult, forces: HorizontalForces, bodies: list[MacroBlock
     if not result.settled:
         said.append("The load factor had not settled when its procedure ended: another schedule may find another one.")
     said += result.warnings
+    rounding = getattr(result.case, "corner_rounding", 0.0)
+    if rounding and result.capacity is not None:
+        said.append(
+            f"Corners are rounded by {1e3 * rounding:.4g} mm in the capacity curve alone: at rest it has a load factor "
+            f"of {shown(float(result.capacity['load_factor'][0]))}, and α0, {shown(result.load_factor)}, is that of "
+            "the joints as the model has them."
+        )
     off = max((body.departure for body in bodies if body.moves), default=0.0)
     if off > TOGETHER:
         said.append(

@@ -1,6 +1,6 @@
 """Linear kinematic analysis by hand: a named group of blocks turns about a named edge."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,11 +12,14 @@ from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import RigidRotation, pulls_at
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords
-from blockstruct.model import LimitCase, Model, checked_tuple
+from blockstruct.model import Block, LimitCase, Model, checked_tuple
 from blockstruct.results import MacroBlock, applied_loads
 from blockstruct.units import QuantityLike, si, si_array
 
 Array = NDArray[np.float64]
+
+#: How far beside the blocks an edge may lie, in multiples of their extent.
+_BESIDE = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +82,8 @@ def overturning(
     Raises
     ------
     ModelError
-        If blocks are unknown or supports, the edge has no length, or the push is not horizontal.
+        If blocks are unknown or supports, the edge has no length or is not at the blocks, they do not overturn about
+        it, the strength is not above zero, or the push is not horizontal.
 
     Examples
     --------
@@ -104,6 +108,7 @@ def overturning(
     if ends.shape != (2, 3) or np.linalg.norm(ends[1] - ends[0]) == 0:
         msg = f"{who}: edge of shape {ends.shape}; give its two ends, as in Q_([[0, 0, 0], [5, 0, 0]], 'm')"
         raise ModelError(msg)
+    _check_at(ends, turning)
     forces = HorizontalForces.of(model, case)
     index = {b.name: i for i, b in enumerate(model.blocks)}
     members = [index[name] for name in names]
@@ -114,6 +119,9 @@ def overturning(
     setback, lines = 0.0, []
     if compressive_strength is not None:
         f_c = si(compressive_strength, "stress", f"{who}: compressive strength")
+        if f_c <= 0:
+            msg = f"{who}: compressive strength {f_c:.4g} Pa; give more than zero, or leave it out for no setback"
+            raise ModelError(msg)
         dead = applied_loads(model, case.dead)
         N = float(-dead.force[np.isin(dead.block, members), 2].sum())
         setback = N / (2 * f_c * length)
@@ -138,6 +146,13 @@ def overturning(
         for pull in pulls
     ]
     alpha0 = rotation.load_factor(0.0) * forces.share
+    if alpha0 <= 0:
+        back = f", set back by {shown(setback, 'm')} by crushing" if setback else ""
+        msg = (
+            f"{who}: about the edge{back}, dead load and ties do not hold the blocks against the push (α0 = "
+            f"{shown(alpha0)}); give the edge that the push turns them about"
+        )
+        raise ModelError(msg)
     theta0 = rotation.without(pulls).capacity
     d0 = float(rotation.moved(G, theta0) @ forces.direction) if np.isfinite(theta0) else np.nan
     resisting = "(dead+T)" if pulls else "dead"
@@ -152,8 +167,24 @@ def overturning(
         Line("share of the mass", "e* = 1: one body", "C8.7.1.2.1.3 (C8.7.1.5)"),
         Line(
             "rotation at which α vanishes",
-            f"θ0 = {shown(theta0, 'rad')}; its centroid moves by d0 = {shown(d0, 'm')}",
+            f"θ0 = {shown(theta0, 'rad')}; its centroid moves by d0 = {shown(d0, 'm')}"
+            if np.isfinite(theta0)
+            else "none: without ties the dead load overturns the blocks, or never does",
             "C8.7.1.2.1.2",
         ),
     ]
     return Overturning(names, rotation, setback, alpha0, W, d0, tuple(lines))
+
+
+def _check_at(ends: Array, blocks: Sequence[Block]) -> None:
+    """Refuse an edge that does not lie at the blocks, as one in another unit."""
+    corners = np.concatenate([b.shape.vertices for b in blocks])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    room = _BESIDE * np.ptp(corners, axis=0).max()
+    if np.any(ends < low - room) or np.any(ends > high + room):
+        (start, end), low, high = (np.round(points, 4).tolist() for points in (ends, low, high))
+        msg = (
+            f"overturning: the edge from {start} to {end} m is not at the blocks, which reach from {low} to {high} m; "
+            "correct its points or their unit"
+        )
+        raise ModelError(msg)

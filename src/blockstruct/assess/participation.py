@@ -152,9 +152,9 @@ class Participation:
 
     def lines(self, of: str) -> list[Line]:
         """M* and e* with their numbers."""
-        W, first, second = self.total / 1e3, self._first / 1e3, self._second / 1e3
-        e = f"[Σ(P+Q)δ]² / (Σ(P+Q) Σ(P+Q)δ²) = {shown(first)}² / ({shown(W)} · {shown(second)})"
-        M = f"[Σ(P+Q)δ]² / (g Σ(P+Q)δ²) = {shown(first, 'kN')}² / (g · {shown(second, 'kN')})"
+        W, first, second = (shown(force / 1e3, "kN") for force in (self.total, self._first, self._second))
+        e = f"[Σ(P+Q)δ]² / (Σ(P+Q) Σ(P+Q)δ²) = ({first})² / ({W} · {second})"
+        M = f"[Σ(P+Q)δ]² / (g Σ(P+Q)δ²) = ({first})² / (g · {second})"
         return [
             Line(f"share of the mass, {of}", f"e* = {e} = {shown(self.e_star)}", "C8.7.1.2.1.3 (C8.7.1.5)"),
             Line(f"mass that takes part, {of}", f"M* = {M} = {shown(self.M_star / 1e3, 't')}", "C8.7.1.2.1.3"),

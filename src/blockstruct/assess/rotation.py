@@ -100,8 +100,9 @@ class RigidRotation:
                 f"case {case.name!r}: {case.variable.name!r} does not turn these blocks about the hinge; choose another"
             )
             raise ModelError(msg)
+        # About the opposite axis A has the other sign; B, of the moment of arms that turn about it, keeps its own.
         sign = float(np.sign(turning))
-        dead, variable = ((sign * A, sign * B) for A, B in parts)
+        dead, variable = ((sign * A, B) for A, B in parts)
         return cls(hinge, sign * axis, dead, variable, tuple(ties))
 
     def load_factor(self, angle: float) -> float:

@@ -20,8 +20,8 @@ g = STANDARD_GRAVITY
 
 #: Ground accelerations, in multiples of gravity, among which one is looked for.
 SMALLEST, LARGEST = 1e-5, 10.0
-#: Least maximum amplification of a horizontal spectrum on rock, NTC 2018 § 3.2.
-LEAST_F0 = 2.2
+#: Least maximum amplification of a horizontal spectrum on rock, NTC 2018 § 3.2, and one that no site reaches.
+LEAST_F0, LARGEST_F0 = 2.2, 5.0
 
 
 class Spectrum(Protocol):
@@ -288,7 +288,8 @@ def ntc_spectrum(
     acceleration, Tc_star = si(ag, "acceleration", f"{who}: ag"), si(Tc, "time", f"{who}: Tc")
     amplification = si(F0, "dimensionless", f"{who}: F0")
     check(SMALLEST * g <= acceleration <= LARGEST * g, f"{who}: ag {acceleration:.4g} m/s²", "an ag of up to 10 g")
-    check(amplification >= LEAST_F0, f"{who}: F0 {amplification:.4g}", f"{LEAST_F0} at least (NTC 2018 § 3.2)")
+    between = f"{LEAST_F0} at least (NTC 2018 § 3.2), and {LARGEST_F0:g} at most"
+    check(LEAST_F0 <= amplification <= LARGEST_F0, f"{who}: F0 {amplification:.4g}", between)
     check(0 < Tc_star <= 2, f"{who}: Tc {Tc_star:.4g} s", "a Tc* of up to 2 s")
     own = [
         None if c is None else si(c, "dimensionless", f"{who}: {n}")

@@ -13,6 +13,7 @@ from blockstruct.cli.verification import FactorOption, LevelOption, MethodOption
 from blockstruct.keywords import did_you_mean
 from blockstruct.views import analysis_summary, archive_table, iteration_table, parameter_texts
 from blockstruct.views.output import write_csv
+from blockstruct.views.words import without_curve_words
 
 #: What is printed of each state of a pushover.
 _OF_STATES = ("displacement [meter]", "load_factor", "holds", "penetration [meter]", "energy_error")
@@ -83,7 +84,7 @@ def _states(
 ) -> None:
     """Print the states of a pushover, or write them."""
     if result.capacity is None:
-        msg = f"--pushover: case {result.name!r} has no states beyond its iterations; run it as a Pushover"
+        msg = f"--pushover: case {result.name!r}: {without_curve_words(result)}"
         raise bs.errors.ModelError(msg)
     if interface is not None:
         msg = "--interface: the states of a pushover have no interfaces, contacts are found anew; leave it out"

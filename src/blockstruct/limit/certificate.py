@@ -88,11 +88,22 @@ class Certificate:
     def _repr_html_(self) -> str:
         return html_table(self.verdict, ["measure", "value", "tolerance", "measured in"], self._rows())
 
+    @property
+    def texts(self) -> dict[str, tuple[str, str]]:
+        """Each of the four measures and its tolerance, to two digits."""
+        return {measure: (_said(getattr(self, measure)), _said(limit)) for measure, limit in self.tolerances.items()}
+
     def _rows(self) -> list[tuple[str, str, str, str]]:
-        return [
-            (_JUDGED[measure][0], f"{getattr(self, measure):.1e}", f"{limit:.0e}", _JUDGED[measure][1])
-            for measure, limit in self.tolerances.items()
-        ]
+        return [(_JUDGED[measure][0], *texts, _JUDGED[measure][1]) for measure, texts in self.texts.items()]
+
+
+def _said(value: float) -> str:
+    """A small number to two digits.
+
+    >>> _said(0.0), _said(1e-6), _said(2.5e-4)
+    ('0', '1e-06', '2.5e-04')
+    """
+    return f"{value:.1e}".replace(".0e", "e") if value else "0"
 
 
 #: What a file keeps of a certificate.

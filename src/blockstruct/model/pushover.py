@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import hypot
 from numbers import Integral, Real
 from typing import Any, NamedTuple
 
@@ -100,8 +101,10 @@ def _control(given: Any, name: str) -> tuple[str, tuple[float, float, float]]:
         raise ModelError(msg)
     if not all(isinstance(v, Real) and not isinstance(v, bool) and np.isfinite(float(v)) for v in values):
         raise ModelError(msg)
-    length = float(np.linalg.norm(values))
-    if not length > 0:
+    length = hypot(*map(float, values))
+    if not np.finfo(float).tiny <= length < np.inf:
         raise ModelError(msg)
-    x, y, z = (float(v) / length for v in values)
+    # A unit vector stays what it is to the last digit, however often it is written and read.
+    unit = 1.0 if abs(length - 1) <= 4 * np.finfo(float).eps else length
+    x, y, z = (float(v) / unit for v in values)
     return block, (x, y, z)

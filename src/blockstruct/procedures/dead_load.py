@@ -51,7 +51,9 @@ def dead_load_program(
     yield replace(step, load_factor=np.nan, u=problem.released(step.u))
     if proof.holds and not whole:
         what = "dead load and prestress" if problem.ties.prestress_D.any() else "dead load"
-        return Outcome(Status.UNSTABLE, np.nan, f"the joints carry {max(share, 0.0):.3g} of the {what} at most")
+        # Less than a solver's tolerance is nothing.
+        carried = round(max(share, 0.0), 6)
+        return Outcome(Status.UNSTABLE, np.nan, f"the joints carry {carried:.3g} of the {what} at most")
     return Outcome(
         Status.NOT_CONVERGED,
         np.nan,

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
+from textwrap import indent
 from types import MappingProxyType
 from typing import Any, Self
 
@@ -64,7 +65,7 @@ class Analysis(Mapping[str, CaseResult]):
         study: str = "",
     ) -> None:
         object.__setattr__(self, "model", model)
-        object.__setattr__(self, "results", MappingProxyType(_with_path_dependence(results)))
+        object.__setattr__(self, "results", MappingProxyType(_with_spreads(results)))
         object.__setattr__(self, "created_at", created_at)
         object.__setattr__(self, "versions", MappingProxyType(dict(versions)))
         object.__setattr__(self, "solver_options", MappingProxyType(dict(solver_options)))
@@ -148,14 +149,16 @@ class Analysis(Mapping[str, CaseResult]):
         head = (
             f"analysis of {self.model.name!r}: {len(self.model.blocks)} blocks, {len(self.model.interfaces)} interfaces"
         )
-        results = [f"  {r}" for r in self.results.values()]
-        return "\n".join([head, *results, *(f"  {name}: {s.headline}" for name, s in self.spreads.items())])
+        results = [indent(str(r), "  ") for r in self.results.values()]
+        notes = [f"  {n}: {s.headline}" for n, s in self.spreads.items() if self.results[n].relied_on is None]
+        return "\n".join([head, *results, *notes])
 
 
-def _with_path_dependence(results: Mapping[str, CaseResult]) -> dict[str, CaseResult]:
-    """The same results, each with what the loading paths among its runs tell."""
+def _with_spreads(results: Mapping[str, CaseResult]) -> dict[str, CaseResult]:
+    """The same results, those of cases with several runs with what all of these tell."""
     found = dict(results)
     for name, spread in spreads_of(results).items():
-        if found[name].path_dependence != spread.path_dependence:
-            found[name] = found[name].with_path_dependence(spread.path_dependence)
+        # Without the associative run its bound is in the history, which is not read for it.
+        relied_on = None if spread.upper_bound is None else spread.headline
+        found[name] = found[name].with_spread(spread.path_dependence, relied_on)
     return found

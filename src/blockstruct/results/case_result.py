@@ -99,6 +99,8 @@ class CaseResult:
     path_dependence : tuple of float or None
         Lowest and highest load factor along the loading path, at halved steps and at other shear stiffness of the
         joints: what the number depends on, if the analysis was run with ``spread="path dependence"`` or ``True``.
+    relied_on : Headline or None
+        Of a case that was run with several schedules to their end, the number of all of them: that of its spread.
     capacity : xarray.Dataset or None
         Of a :class:`~blockstruct.Pushover`, the states beyond the collapse state, which is the last of the history:
         :func:`blockstruct.results.capacity_of`. None for any other case, and without a collapse state.
@@ -115,6 +117,7 @@ class CaseResult:
     started_at: str
     duration: float
     path_dependence: tuple[float, float] | None = None
+    relied_on: Headline | None = field(default=None, repr=False)
     capacity: xr.Dataset | None = field(default=None, repr=False)
     _unread: LazyHistory | None = field(init=False, default=None, repr=False)
 
@@ -324,10 +327,10 @@ class CaseResult:
         s = self.settings
         return np.asarray((residual <= s.equilibrium_tolerance) & (excess <= s.yield_tolerance))
 
-    def with_path_dependence(self, found: tuple[float, float] | None) -> Self:
-        """The same result with what its number depends on; a history that is not read yet stays so."""
+    def with_spread(self, path_dependence: tuple[float, float] | None, relied_on: Headline | None) -> Self:
+        """The same result with what the runs of its case found; a history that is not read yet stays so."""
         history: Any = self._unread or self.history
-        return replace(self, history=history, path_dependence=found)
+        return replace(self, history=history, path_dependence=path_dependence, relied_on=relied_on)
 
     @classmethod
     def restored(
@@ -373,6 +376,7 @@ class CaseResult:
         rows = [
             ("status", f"{self.status}: {self.message}"),
             (self.answer.name, self.headline.text(6)),
+            *([] if self.relied_on is None else [("relied on", str(self.relied_on))]),
             ("loads", self.case.question),
             ("numerical iterations", self.n_iterations),
         ]
@@ -384,4 +388,5 @@ class CaseResult:
         number = self.answer.plain(self.load_factor, 6)
         head = f"{self.name}: {self.status}, {self.answer.name} {number} ({self.message})"
         path = [] if self.path_dependence is None else [f"  {path_text(self.path_dependence, self.answer)}"]
-        return "\n".join([head, *path, *(f"  warning: {text}" for text in self.warnings)])
+        relied = [] if self.relied_on is None else [f"  relied on: {self.relied_on}"]
+        return "\n".join([head, *relied, *path, *(f"  warning: {text}" for text in self.warnings)])

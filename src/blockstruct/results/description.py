@@ -11,7 +11,7 @@ from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import tie_sentences
-from blockstruct.vocabulary import AXES, ContactState
+from blockstruct.vocabulary import AXES, ContactState, Stage
 
 Array = NDArray[np.float64]
 
@@ -56,7 +56,10 @@ def describe(model: Model, history: xr.Dataset, dead: LoadPattern | None = None)
         lines += said[:LISTED]
         if len(said) > LISTED:
             lines.append(f"And {len(said) - LISTED} more ties: CaseResult.ties.")
-    lines.append("An iteration of its history is a numerical step, not a step of loading.")
+    if (history["stage"] == Stage.LOADING_PATH.value).any():
+        lines.append("Iterations along the loading path are steps of displacement; any other is a numerical step.")
+    else:
+        lines.append("An iteration of its history is a numerical step, not a step of loading.")
     return "\n".join(lines)
 
 

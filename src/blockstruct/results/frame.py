@@ -5,7 +5,7 @@ from collections.abc import Collection, Hashable
 import pandas as pd
 import xarray as xr
 
-from blockstruct.errors import UnknownNameError
+from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import contact_state
 
@@ -58,7 +58,12 @@ def capacity_frame(capacity: xr.Dataset, variable: str | None = None) -> pd.Data
     ------
     UnknownNameError
         If it has no such variable.
+    ModelError
+        If it is none, as of a case without a curve.
     """
+    if not isinstance(capacity, xr.Dataset):
+        msg = f"capacity_frame: the curve is a {type(capacity).__name__}; give result.capacity of a Pushover with one"
+        raise ModelError(msg)
     names = [str(name) for name in capacity.data_vars if "step" in capacity[name].dims]
     if variable is not None and variable not in names:
         msg = f"capacity curve: no variable {variable!r}; it has {', '.join(names)}"

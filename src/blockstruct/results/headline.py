@@ -11,6 +11,8 @@ from blockstruct.vocabulary import DRIFTING, Flow, Status
 
 #: Statuses of one run that are the answer to the case, whatever its other runs find: they are about the dead load.
 _OF_DEAD_LOAD = (Status.UNSTABLE, Status.SELF_STRESS)
+#: Relative difference of load factors up to which they are the same number, found twice.
+_SAME = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +26,7 @@ class Headline:
         about the dead load.
     lowest, highest : float
         Lowest and highest certified load factor of the runs that settled, or of all where none has; NaN without any.
+        The run as given counts as the lowest where no other is below it by more than a millionth.
     certified, schedules : int
         How many runs ended with a certified load factor, of how many.
     associative : float
@@ -57,12 +60,17 @@ class Headline:
         settled = [load_factor for status, load_factor, at_rest in ends if status is Status.CONVERGED and at_rest]
         drifting = [load_factor for status, load_factor, at_rest in ends if status is Status.CONVERGED and not at_rest]
         statuses = [status for status, *_ in ends]
+        counted = settled or certified
+        lowest = min(counted, default=np.nan)
+        # The run as given is the first: its number is among those that count, or it did not converge, or drifts.
+        if ends[0][1] in counted and is_same(ends[0][1], lowest):
+            lowest = ends[0][1]
         of_dead_load = [status for status in statuses if status in _OF_DEAD_LOAD]
         status = of_dead_load[0] if of_dead_load else Status.CONVERGED if certified else statuses[0]
         return cls(
             status=status,
-            lowest=min(settled or certified, default=np.nan),
-            highest=max(settled or certified, default=np.nan),
+            lowest=lowest,
+            highest=max(counted, default=np.nan),
             certified=len(certified),
             schedules=len(ends),
             associative=associative,
@@ -125,6 +133,11 @@ class Headline:
 
     def __str__(self) -> str:
         return self.text()
+
+
+def is_same(one: float, other: float) -> bool:
+    """Whether two load factors are the same number, found twice."""
+    return abs(one - other) <= _SAME * abs(other)
 
 
 def path_text(found: tuple[float, float], answer: Answer) -> str:

@@ -1,11 +1,13 @@
 """Macro-blocks: blocks that move together in the collapse mechanism."""
 
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from blockstruct.errors import ModelError
 from blockstruct.model import LoadPattern, Model
 from blockstruct.statics import carried_weights
 
@@ -13,6 +15,8 @@ Array = NDArray[np.float64]
 
 #: Relative velocity at a joint below which its blocks move together, in multiples of the largest velocity of any joint.
 TOGETHER = 0.02
+#: Least one.
+LEAST = 1e-3
 #: Velocity, in the same multiples, below which a body rests.
 AT_REST = 0.01
 
@@ -92,10 +96,18 @@ def macro_blocks(
     mechanism
         Its mechanism: :func:`blockstruct.results.mechanism`.
     tolerance
-        Relative velocity in multiples of the largest velocity at any joint.
+        Relative velocity in multiples of the largest velocity at any joint, from 0.001 to 1.
     dead
         The dead load, whose weights blocks carry; without it none.
+
+    Raises
+    ------
+    ModelError
+        If the tolerance is less than a certified mechanism is known by, where blocks that move together fall apart.
     """
+    if not isinstance(tolerance, Real) or not LEAST <= tolerance <= 1:
+        msg = f"macro_blocks: tolerance {tolerance!r}; give a number from {LEAST:g} to 1, such as {TOGETHER:g}"
+        raise ModelError(msg)
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

@@ -72,6 +72,37 @@ def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=columns, index=names, dtype=float).sort_values(lengths[0], kind="stable")
 
 
+def curve_with_losses(capacity: xr.Dataset) -> tuple[Array, Array]:
+    """The capacity curve as a line: what is lost where ties break is lost there, and not on the way to the next state.
+
+    Parameters
+    ----------
+    capacity
+        A capacity curve.
+
+    Returns
+    -------
+    displacement, load_factor : arrays
+        Those of the states, and two points more wherever ties break.
+    """
+    displacement, alpha = (capacity[name].transpose("step").to_numpy() for name in ("displacement", "load_factor"))
+    if "tie_break_displacement" not in capacity:
+        return displacement, alpha
+    elongation = capacity["tie_elongation"].transpose("step", "tie").to_numpy()
+    at = capacity["tie_break_displacement"].to_numpy()
+    first: dict[int, float] = {}
+    for tie, k in _breaking(elongation, capacity["tie_elongation_limit"].to_numpy()).items():
+        nearer = abs(at[tie] - displacement[k - 1]) < abs(first.get(k, np.inf) - displacement[k - 1])
+        first |= {k: float(at[tie])} if nearer else {}
+    steps = sorted(first)
+    places = np.repeat(steps, 2).astype(np.int64)
+    levels = [level for k in steps for level in (alpha[k - 1], min(alpha[k - 1], alpha[k]))]
+    return (
+        np.insert(displacement, places, np.repeat([first[k] for k in steps], 2)),
+        np.insert(alpha, places, levels),
+    )
+
+
 def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:
     """State of every tie in every state of a pushover, as :func:`tie_state`; ``broken`` once it is beyond its limit.
 

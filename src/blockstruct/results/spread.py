@@ -8,7 +8,7 @@ from typing import Self
 from blockstruct.limit import SCHEDULES
 from blockstruct.notebook import html_table
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.headline import Headline, path_text
+from blockstruct.results.headline import Headline, is_same, path_text
 from blockstruct.vocabulary import ALONG_PATH, Flow, Status
 
 #: Key of the run with the settings as they were given.
@@ -35,7 +35,8 @@ class Spread:
     runs : mapping of str to CaseResult
         Result of each schedule, ``"as given"`` for the settings of the analysis; each has its certificate and history.
     lowest, highest : CaseResult or None
-        Of the runs that converged and settled; of all that converged where none has settled.
+        Of the runs that converged and settled; of all that converged where none has settled. The run as given is the
+        lowest where no other is below it by more than a millionth.
     upper_bound : CaseResult or None
         Result with associative flow, above every non-associative answer (Radenković).
     """
@@ -51,6 +52,9 @@ class Spread:
         certified = sorted((r for r in runs.values() if r.status is Status.CONVERGED), key=lambda r: r.load_factor)
         certified = [r for r in certified if r.settled] or certified
         lowest, highest = (certified[0], certified[-1]) if certified else (None, None)
+        given = next(iter(runs.values()))
+        if lowest is not None and given in certified and is_same(given.load_factor, lowest.load_factor):
+            lowest = given
         return cls(MappingProxyType(runs), lowest, highest, upper_bound)
 
     @property

@@ -248,11 +248,10 @@ def _velocities(statics: Statics, state: _State, last: xr.Dataset) -> Iterator[s
     if len(ties):
         rates = ties.elongation(state.u) / ties.force_unit
         stored = last["tie_elongation_rate"].to_numpy()
-        if not np.allclose(stored, rates, rtol=0, atol=_ROUNDING * np.abs(rates).max(), equal_nan=True):
+        if not np.allclose(stored, rates, rtol=0, atol=_ROUNDING * _largest(rates), equal_nan=True):
             yield "the rates of elongation of the history are not those of its blocks"
     stored = last["relative_velocity"].transpose("contact_point", "component").to_numpy()
-    largest = float(np.abs(v).max(initial=0.0))
-    if not np.allclose(stored, v, rtol=0, atol=_ROUNDING * largest, equal_nan=True):
+    if not np.allclose(stored, v, rtol=0, atol=_ROUNDING * _largest(v), equal_nan=True):
         yield "the relative velocities of the history are not those of its blocks"
     fixed = np.setdiff1d(np.arange(len(statics.model.blocks)), statics.free)
     moved, allowed = (
@@ -260,6 +259,11 @@ def _velocities(statics: Statics, state: _State, last: xr.Dataset) -> Iterator[s
     )
     if not np.allclose(moved, allowed, rtol=_SAME, atol=0, equal_nan=True):
         yield "supports move in the mechanism of the history"
+
+
+def _largest(values: Array) -> float:
+    """Largest magnitude of those that the solver found; zero without any."""
+    return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
 def _same(one: float, other: float, scale: float) -> bool:

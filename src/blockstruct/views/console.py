@@ -74,6 +74,8 @@ def result_text(result: bs.CaseResult) -> Text:
     text.append(f"  {case.question}\n")
     text.append(f"  status {result.status}: {result.message}\n")
     text.append(f"  {result.answer.name} {result.headline.text(6)}\n", style="bold")
+    if result.relied_on is not None:
+        text.append(f"  relied on: {result.relied_on}\n", style="bold")
     if said := range_words(result):
         text.append(f"  {said}\n")
     if result.path_dependence is not None:
@@ -96,7 +98,7 @@ def summary_table(analysis: bs.Analysis) -> Table:
     """Table of an analysis, a row per case."""
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for title in ("case", "flow", "status"):
-        table.add_column(title)
+        table.add_column(title, overflow="fold")
     kinds = dict.fromkeys(r.answer.name for r in analysis.values())
     for title in (" / ".join(kinds) or "load factor", "programs", "time [s]"):
         # As Text: in a str "[s]" would be markup.
@@ -124,7 +126,7 @@ def archive_table(rows: pd.DataFrame) -> Table:
         unit = units.get(name, "dimensionless")
         symbol = "" if " or " in unit else short_unit(unit)
         table.add_column(Text(short + (f" [{symbol}]" if symbol else "")), justify="right")
-    table.add_column("status")
+    table.add_column("status", overflow="fold")
     shown = rows[rows["problem"] == ""].to_dict("records")
     pushed = any(math.isfinite(row["curve_end"]) for row in shown)
     for title in (answer_title(shown), *["d0 [m]"] * pushed, "programs"):

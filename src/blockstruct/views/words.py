@@ -1,5 +1,7 @@
 """Statuses and certificates in words, as a report says them."""
 
+import re
+
 import numpy as np
 
 import blockstruct as bs
@@ -33,6 +35,8 @@ _DRIFTING = (
     "stopped at another load factor."
 )
 
+#: Endings that say that the certificate holds, and by which procedure.
+_CERTIFIED = re.compile(r"the certificate (?:of the associative program )?holds(?: \((.*)\))?")
 #: Ties that hold in a pushover that are told one by one.
 _LISTED = 5
 #: Statuses whose history may still hold an admissible state.
@@ -154,6 +158,12 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
     return [f"{text[:1].upper()}{text[1:]}." for text in said if text]
 
 
+def without_curve_words(result: bs.CaseResult) -> str:
+    """Why a result has no capacity curve, and what to do, as the end of a message."""
+    said = f"no capacity curve, {result.status} ({result.message})"
+    return said if isinstance(result.case, bs.Pushover) else f"{said}; run a Pushover"
+
+
 def certificate_words(result: bs.CaseResult) -> str:
     """A sentence on why to believe a result, with the measures of its certificate."""
     found = result.certificate
@@ -165,13 +175,24 @@ def certificate_words(result: bs.CaseResult) -> str:
     if result.status is bs.Status.SELF_STRESS:
         verdict = "is certified" if found.holds else "is not certified"
         return f"A collapse state of the dead load alone {verdict} within the tolerances."
-    limits = found.tolerances
     loaded = "no joint and no tie" if result.model.ties else "no joint"
+    (residual, of_residual), (excess, of_excess), (depth, of_depth), (gap, of_gap) = found.texts.values()
     return (
-        f"The {found.verdict}: equilibrium is met to {found.equilibrium_residual:.1e} "
-        f"(tolerance {limits['equilibrium_residual']:.0e}) of the dead load of a block, "
-        f"{loaded} is loaded beyond its strength by more than {max(found.yield_excess, 0):.1e} "
-        f"({limits['yield_excess']:.0e}), blocks penetrate by at most {found.interpenetration:.1e} "
-        f"({limits['interpenetration']:.0e}) of the largest motion, and the flow rule is missed by "
-        f"{found.flow_rule_gap:.1e} ({limits['flow_rule_gap']:.0e}) of {_gap_unit(result)}."
+        f"The {found.verdict}: equilibrium is met to {residual} (tolerance {of_residual}) of the dead load of a block, "
+        f"{loaded} is loaded beyond its strength by more than {excess if found.yield_excess > 0 else 0} ({of_excess}), "
+        f"blocks penetrate by at most {depth} ({of_depth}) of the largest motion, and the flow rule is missed by "
+        f"{gap} ({of_gap}) of {_gap_unit(result)}."
     )
+
+
+def ending_words(result: bs.CaseResult) -> str:
+    """How the procedure of a case ended, beside what :func:`certificate_words` and :func:`pushover_words` say.
+
+    >>> from types import SimpleNamespace
+    >>> ending_words(SimpleNamespace(message="the certificate holds (along the loading path)", capacity=None))
+    'Along the loading path. '
+    """
+    message = result.message if result.capacity is None else result.message.partition("; pushover: ")[0]
+    plain = _CERTIFIED.fullmatch(message)
+    said = (plain[1] or "") if plain else message
+    return f"{said[:1].upper()}{said[1:]}. " if said else ""

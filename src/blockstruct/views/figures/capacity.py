@@ -8,6 +8,7 @@ from blockstruct.units import readable
 from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour
 from blockstruct.views.selection import given_result
 from blockstruct.views.style import ACCENT, FORCE
+from blockstruct.views.words import without_curve_words
 
 #: Without the colour of what is marked.
 _COLOURS = (ACCENT, "#009e73", "#cc79a7", "#000000")
@@ -16,8 +17,9 @@ _COLOURS = (ACCENT, "#009e73", "#cc79a7", "#000000")
 def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None = None) -> Axes:
     """Draw the load factor of a pushover over the displacement of its control point.
 
-    States whose certificate does not hold are drawn as crosses. The displacement at which the load factor is zero is
-    marked; where the method ended before, the last state is, with a ring. Dotted lines are where ties break.
+    The line falls at once where ties break, which dotted lines mark. States whose certificate does not hold are drawn
+    as crosses. The displacement at which the load factor is zero is marked; where the method ended before, the last
+    state is, with a ring.
 
     Parameters
     ----------
@@ -35,14 +37,15 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
     """
     curve = given_result(result, "capacity").capacity
     if curve is None:
-        msg = f"case {result.name!r}: no capacity curve, {result.status} ({result.message}); run a Pushover"
+        msg = f"case {result.name!r}: {without_curve_words(result)}"
         raise bs.errors.ModelError(msg)
     displacement, load_factor = (curve[name].to_numpy() for name in ("displacement", "load_factor"))
     holds = curve["holds"].to_numpy() > 0
     factor, unit = readable(displacement, "m")
     ax = new_axes(ax)
     colour = next_colour(ax, _COLOURS)
-    ax.plot(displacement * factor, load_factor, "-", color=colour, lw=1.2, label=label)
+    line, levels = bs.results.curve_with_losses(curve)
+    ax.plot(line * factor, levels, "-", color=colour, lw=1.2, label=label)
     ax.plot(displacement[holds] * factor, load_factor[holds], "o", color=colour, ms=3)
     ax.plot(displacement[~holds] * factor, load_factor[~holds], "x", color=FORCE, ms=5)
     d0 = float(curve["d0"])

@@ -100,9 +100,12 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
     if result.capacity is not None:
         add("capacity", "Capacity curve: load factor over the displacement of the control point", capacity, _DIAGRAM)
     if np.isfinite(result.history["load_factor"]).sum() > 1:
+        along_path = (result.history["stage"] == bs.Stage.LOADING_PATH.value).any()
+        steps = "numerical steps, and steps of displacement along the loading path"
         add(
             "convergence",
-            f"{result.answer.name.capitalize()} of every iteration: numerical steps, not steps of load",
+            f"{result.answer.name.capitalize()} of every iteration: "
+            f"{steps if along_path else 'numerical steps, not steps of load'}",
             convergence,
             _DIAGRAM,
         )

@@ -234,8 +234,9 @@ const from = origin => origin ? ` ${origin < 0 ? "+" : "−"} ${Number(Math.abs(
 const extents = ["x", "y", "z"].map((_, c) => { const v = column(blocks.vertices, c); return v.reduce((a, b) => Math.max(a, b)) - v.reduce((a, b) => Math.min(a, b)); });
 // A short axis has room for few numbers.
 const axis = (name, c) => ({nticks: 1 + Math.round(8 * extents[c] / Math.max(...extents)), title: {text: `${name}${from(data.origin[c])} [m]`}, showbackground: false, gridcolor: "#eee9e1", zerolinecolor: "#eee9e1", showspikes: false});
-// The longest extent fills the picture.
-const [x, y, z] = extents.map(e => 1.35 * e / Math.max(...extents));
+// The longest extent fills the picture: its height, or its width where that is much less.
+const fills = 1.35 * Math.min(1, 1.25 * at("view").clientWidth / at("view").clientHeight);
+const [x, y, z] = extents.map(e => fills * e / Math.max(...extents));
 const layout = {
   margin: {l: 0, r: 0, t: 0, b: 0}, showlegend: false, uirevision: "kept",
   scene: {aspectmode: "manual", aspectratio: {x, y, z}, xaxis: axis("x", 0), yaxis: axis("y", 1), zaxis: axis("z", 2), dragmode: "orbit",
@@ -415,6 +416,12 @@ function convergence() {
   }, {...config, displayModeBar: false});
 }
 
+/** Load factor of a step to four digits; where the curve ends at zero it is none. */
+function alpha(p, k) {
+  const value = p.load_factor[k];
+  return Math.abs(value) < 1e-4 * Math.abs(p.load_factor[0]) ? 0 : Number(value.toPrecision(4));
+}
+
 function capacityCurve() {
   const p = current().pushover;
   for (const id of ["pushover", "capacity-title", "capacity"]) at(id).hidden = !p;
@@ -422,9 +429,10 @@ function capacityCurve() {
   const n = p.displacement.length, k = shown.step;
   at("step").max = n - 1;
   at("step").value = k ?? 0;
-  at("step-value").textContent = k === null ? `of ${n - 1}` : `${k} of ${n - 1}, ${Number((1e3 * p.displacement[k]).toPrecision(4))} mm, α = ${Number(p.load_factor[k].toPrecision(4))}`;
+  at("step-value").textContent = k === null ? `of ${n - 1}` : `${k} of ${n - 1}, ${Number((1e3 * p.displacement[k]).toPrecision(4))} mm, α = ${alpha(p, k)}`;
   Plotly.react("capacity", [
-    {x: p.displacement.map(d => 1e3 * d), y: p.load_factor, mode: "lines+markers", marker: {size: 4}, line: {color: "#0072b2", width: 1.2}},
+    {...p.line, mode: "lines", hoverinfo: "skip", line: {color: "#0072b2", width: 1.2}},
+    {x: p.displacement.map(d => 1e3 * d), y: p.load_factor, mode: "markers", marker: {size: 4, color: "#0072b2"}},
   ], {
     margin: {l: 48, r: 8, t: 8, b: 38}, showlegend: false, font: {size: 11},
     xaxis: {title: {text: "displacement of the control point [mm]"}, rangemode: "tozero"},

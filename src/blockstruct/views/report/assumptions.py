@@ -28,11 +28,12 @@ def _corners(results: Sequence[bs.CaseResult]) -> str:
     return f"corners have a radius of {said}"
 
 
-def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
-    """Sentences that hold for the model and the cases."""
+def assumptions(model: bs.Model, results: Sequence[bs.CaseResult], *, rotates: bool = False) -> list[str]:
+    """Sentences that hold for the model and the cases, and for capacity curves of bodies that rotate."""
     joints = model.joint_materials.values()
     settles = any(isinstance(r.case, bs.SettlementCase) for r in results)
     pushed = any(r.capacity is not None for r in results)
+    finite = ["beyond the collapse state of a pushover"] * pushed + ["along the capacity curve of a check"] * rotates
     crushing = any(np.isfinite(j.compressive_strength) for j in joints)
     said = [
         (
@@ -40,8 +41,8 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
             f"{', but for those that give way in a settlement case' if settles else ''}."
         ),
         (
-            f"Displacements are small{', but beyond the collapse state of a pushover' if pushed else ''}: "
-            "equilibrium is that of the undeformed structure. "
+            f"Displacements are small{', but ' * bool(finite)}{' and '.join(finite)}: equilibrium is that of the "
+            "undeformed structure. "
             f"{'Imposed' if settles else 'Settlements, imposed'} deformations, stiffness and dynamic effects are not "
             "considered."
         ),
@@ -71,6 +72,11 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult]) -> list[str]:
             "Beyond the collapse state a pushover follows the blocks through finite displacements, slowly and without "
             "dynamic effects: equilibrium is that where the blocks are, contacts are found anew there, "
             f"{_corners(results)}, and ties break at their elongation limits."
+        )
+    if rotates:
+        said.append(
+            "Along the capacity curve of a check a body turns through finite angles about a hinge that stays where "
+            "its joints press at collapse."
         )
     if any(r.case.flow == bs.Flow.NONASSOCIATIVE for r in results):
         said.append(

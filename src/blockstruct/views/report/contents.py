@@ -20,6 +20,7 @@ from blockstruct.views.study_text import directions_text, parameter_texts
 from blockstruct.views.words import (
     admissible_words,
     certificate_words,
+    ending_words,
     load_factor_words,
     path_words,
     pushover_words,
@@ -67,7 +68,7 @@ def contents(
         "verification": [verification(name, check) for name, check in of_case],
         "spreads": [_spread(name, spread) for name, spread in spreads.items()],
         "cases": [_case(r) for r in shown_results(analysis)],
-        "assumptions": assumptions(model, results),
+        "assumptions": assumptions(model, results, rotates=any(_rotates(check) for _, check in of_case)),
         "masses": pushed_masses(model, results),
         "settings": list(asdict(results[0].settings).items()),
         "versions": dict(analysis.versions),
@@ -84,6 +85,11 @@ def quantity(value: float, unit: str) -> str:
         return "unlimited"
     factor, unit = readable(value, unit)
     return f"{value * factor:.4g} {unit}"
+
+
+def _rotates(check: bs.assess.LocalMechanismCheck) -> bool:
+    """Whether the capacity curve of a check is that of a body that turns, and not that of a pushover."""
+    return check.curve is not None and check.result.capacity is None
 
 
 def _model(model: bs.Model) -> list[tuple[str, str]]:
@@ -269,8 +275,7 @@ def _case(r: bs.CaseResult) -> dict[str, Any]:
         "status_words": " ".join(filter(None, (status_words(r), range_words(r), admissible_words(r)))),
         "certificate_words": certificate_words(r),
         "ties": tie_words(r),
-        # That of a pushover says the same in one line.
-        "message": "" if r.capacity is not None else r.message,
+        "ending": ending_words(r),
         "pushover": pushover_words(r),
         "states": sorted(states.items(), key=lambda item: -item[1]),
         "pictures": [{"caption": d.caption, "address": address(d)} for d in drawings(r)],

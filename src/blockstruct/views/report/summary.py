@@ -69,13 +69,16 @@ def _sentence(name: str, head: bs.results.Headline, check: Check | None, cases: 
     if not np.isfinite(head.load_factor):
         other = "" if cases == 1 else f", the worst of {cases} cases"
         return f"There is no {head.answer.name} to rely on: “{name}” is {head.status.value.replace('_', ' ')}{other}."
+    # The range that belongs beside it is known of several schedules only.
+    one = head.schedules == 1 and head.flow is bs.Flow.NONASSOCIATIVE
+    range_ = " One schedule found it; others, which may find a lower one, were not run." if one else ""
     of_runs = f", the lowest of {head.certified} certified runs" if head.schedules > 1 else ""
     if check is None:
         of_cases = f", the lowest of {cases} cases" if cases > 1 else ""
         said = f"Relied on: {head.answer.name} {head.number} of “{name}”{of_runs}{of_cases}."
-        return f"{said} It is checked against no demand."
+        return f"{said} It is checked against no demand.{range_}"
     of_checks = f", the least of {checked} checks" if checked > 1 else ""
     return (
         f"Relied on: capacity / demand {check.ratio:.3g} of “{name}” ({check.relied_on}){of_checks}, from its load "
-        f"factor {head.number}{of_runs}."
+        f"factor {head.number}{of_runs}.{range_}"
     )
