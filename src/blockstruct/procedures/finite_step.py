@@ -208,8 +208,8 @@ class _Programs:
     def pressing(self, found: list[Solved]) -> Iterator[Array]:
         """Normal forces (K,) whose friction the motion may have: of the loop, and of the states that are found.
 
-        The loop comes first. What it misses the states before it often do not, but where there are several motions, they
-        take any: measured on 27 units in their plane, load factors then vary by 3 % with the steps.
+        The loop comes first. States before it often have what it misses, but where there are several motions they take
+        any: measured on 27 units in their plane, load factors then vary by 3 % with the steps.
         """
         wide, narrow = LOOP_FORCES
         yield self._looped(found[0], wide)
