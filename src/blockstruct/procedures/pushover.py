@@ -140,7 +140,7 @@ class _Path:
         self._done, self._clock = 0.0, perf_counter()
 
     def gone(self, steps: Sequence[FiniteStep]) -> State:
-        """Take the states that are known already; gives the last of them."""
+        """Take the states that are known already; gives the last of them, whose forces are found again."""
         states: list[State] = []
         longest = self._problem.lengths(Placement.of(self._problem.statics.model))
         for step in steps:
@@ -149,8 +149,11 @@ class _Path:
             states.append(State.of(step, longest))
         self.curve = [(s.displacement, s.load_factor) for s in states]
         self._done = sum(self._energy(a, b)[1] for a, b in pairwise(states))
-        self._last = states[-1]
-        return states[-1]
+        last = self._last = states[-1]
+        moved = self._at(last.placement, last, last.time)
+        question = Question.of(moved, last.time, last.twist, LEAST_WORK * self._load_factor)
+        self._stepper.solve(moved, question)
+        return last
 
     def _wanted(self, placement: Placement) -> float:
         """Displacement of the control point in the next step from a placement."""
@@ -287,7 +290,10 @@ class _Path:
 
     def _after(self, state: State, time: float) -> MovedProblem:
         """The problem where the blocks of a state are after a time."""
-        placement = state.placement.moved(state.twist * time)
+        return self._at(state.placement.moved(state.twist * time), state, time)
+
+    def _at(self, placement: Placement, state: State, time: float) -> MovedProblem:
+        """The problem at a placement, with contacts within the reach of the motion of a state in a time."""
         furthest = float(np.linalg.norm(state.twist[:, :3], axis=1).max()) * time
         return self._problem.at(placement, max(self.nearest, REACH * furthest), state.longest)
 
