@@ -113,7 +113,10 @@ def pushover(
         if np.isfinite(end):
             return f"the load factor is zero at a displacement of {end:.6g} m"
         if len(path.curve) > PATIENCE * steps:
-            return f"no end after {len(path.curve)} states, {PATIENCE} times the steps that were asked for"
+            return (
+                f"no end after {len(path.curve)} states, {PATIENCE} times the steps that were asked for: ask for more "
+                "steps, or follow a point and a direction that the mechanism goes along"
+            )
         following = path.advance(state)
         if isinstance(following, str):
             return following
