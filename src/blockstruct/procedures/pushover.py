@@ -156,6 +156,8 @@ class _Path:
         moved = self._at(last.placement, last, last.time)
         question = Question.of(moved, last.time, last.twist, LEAST_WORK * self._load_factor)
         self._stepper.solve(moved, question)
+        # That is no work of the step that follows.
+        self._stepper.spent()
         return last
 
     def _wanted(self, placement: Placement) -> float:
