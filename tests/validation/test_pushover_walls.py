@@ -91,5 +91,7 @@ def test_a_large_wall_in_its_plane(tuff, dry):
     case = bs.Pushover("push", dead=SELF_WEIGHT, variable=push(1, 0, 0), steps=20, control=control)
     curve = bs.run(model, case)["push"].capacity
     assert float(curve["displacement"][-1]) > 0.5
-    assert np.all(np.diff(curve["load_factor"]) < 0.01)
-    assert curve["energy_error"].where(curve["displacement"] > 0.01).quantile(0.9) < 1e-3
+    # Further on units drop, one after the other.
+    before = curve.sel(step=(curve["displacement"] > 0.01) & (curve["displacement"] < 0.5))
+    assert np.all(np.diff(before["load_factor"]) < 0.01)
+    assert before["energy_error"].max() < 1e-3
