@@ -44,7 +44,7 @@ def whole(question):
 
 
 def of_bodies(moved, question, carried):
-    return solve_as_bodies(moved, question, carried, SETTINGS, ClarabelSolver())
+    return solve_as_bodies(moved, carried.recalled(moved, question), carried.body, SETTINGS, ClarabelSolver())
 
 
 def test_the_same_state():

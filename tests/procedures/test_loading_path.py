@@ -321,7 +321,7 @@ def test_a_wall_too_large_for_interior_point_steps_in_time():
 
 
 def test_an_end_that_is_not_certified_is_told(small_model, monkeypatch):
-    monkeypatch.setattr("blockstruct.procedures.closing.CAP", np.nan)
+    monkeypatch.setattr("blockstruct.limit.friction.CAP", np.nan)
     result = solve(small_model, push(1, 0, 0), "nonassociative", **PATH)
     assert result.status == "converged"
     assert result.message.startswith("the loading path did not finish, its end was not certified in 5 attempts; ")

@@ -42,8 +42,7 @@ def pushed_over(
         return result
     steps: list[FiniteStep] = [] if result.capacity is None else steps_of(result.capacity, len(statics.ties))
     moving = MovingProblem(statics, problem, case)
-    resting = _resting(moving, case, collapse)
-    if resting and not steps:
+    if not steps and (resting := _resting(moving, case, collapse)):
         return replace(result, message=f"{result.message}; pushover: {resting}")
     going = pushover(moving, collapse, case.steps, settings, solver_of(settings), list(steps))
     status, load_factor, message, ended = result.status, result.load_factor, result.message, ""

@@ -9,6 +9,9 @@ from blockstruct.limit.problem import LimitProblem
 
 Array = NDArray[np.float64]
 
+#: Cohesion that keeps the program of frozen friction feasible.
+CAP = 1e-9
+
 
 @dataclass(frozen=True, slots=True)
 class Sliding:
@@ -30,6 +33,11 @@ def fictitious_sliding(problem: LimitProblem, n0: Array, c0: float, a: float) ->
     """
     slope = problem.dilatancy - a * (problem.friction - problem.dilatancy)
     return Sliding(problem.cohesion + c0 + (problem.friction - slope) * n0, slope)
+
+
+def frozen_sliding(problem: LimitProblem, n0: Array) -> Sliding:
+    """Condition whose resistance is that of normal forces n0 (K,), whatever normal forces there are."""
+    return fictitious_sliding(problem, n0, CAP, 0.0)
 
 
 def shift_of(problem: LimitProblem, v: Array, n: Array) -> Array:

@@ -46,16 +46,16 @@ class Carried:
         """That of a state."""
         return cls(bodies_of(moved, solved.u), _places(moved), solved.x)
 
-    def at(self, places: Array) -> Array:
-        """Forces (k, 3) at contact points, zero at new ones."""
+    def recalled(self, moved: MovedProblem, question: Question) -> Question:
+        """A step that remembers these forces at the contact points that were there, and none at new ones."""
         # Loaded here: scipy.spatial is slow to import.
         from scipy.spatial import KDTree
 
-        distance, nearest = KDTree(self.place).query(places, distance_upper_bound=SAME)
+        distance, nearest = KDTree(self.place).query(_places(moved), distance_upper_bound=SAME)
         known = np.isfinite(distance)
-        found = np.zeros((len(places), 3))
-        found[known] = self.force[np.asarray(nearest)[known]]
-        return found
+        force = np.zeros_like(question.rubbing)
+        force[known] = self.force[np.asarray(nearest)[known]]
+        return replace(question, rubbing=force)
 
 
 class Stepper:
@@ -70,13 +70,13 @@ class Stepper:
     def solve(self, moved: MovedProblem, question: Question) -> Solved | None:
         """A step; None if there is no state."""
         found, motion = None, None
-        if self._carried is not None:
-            question = replace(question, rubbing=self._carried.at(_places(moved)))
         self._waits -= 1
-        if self._carried is not None and self._waits < 0:
-            found, motion = solve_as_bodies(moved, question, self._carried, self._settings, self._solver)
-            self._failed = 0 if found is not None else min(self._failed + 1, MOST_WAITS)
-            self._waits = self._failed
+        if self._carried is not None:
+            question = self._carried.recalled(moved, question)
+            if self._waits < 0:
+                found, motion = solve_as_bodies(moved, question, self._carried.body, self._settings, self._solver)
+                self._failed = 0 if found is not None else min(self._failed + 1, MOST_WAITS)
+                self._waits = self._failed
         if found is None:
             found = solve_finite_step(question, self._settings, self._solver, motion=motion)
         if found is not None:
@@ -91,7 +91,7 @@ class Stepper:
 
 
 def solve_as_bodies(
-    moved: MovedProblem, question: Question, carried: Carried, settings: ProcedureSettings, solver: Solver
+    moved: MovedProblem, question: Question, body: Index, settings: ProcedureSettings, solver: Solver
 ) -> tuple[Solved | None, Array | None]:
     """A step of bodies, and the forces inside them.
 
@@ -106,11 +106,11 @@ def solve_as_bodies(
     (6 F,) array or None
         Velocities of the blocks as bodies, which that step may begin with; None if there are none.
     """
-    own = np.unique(carried.body[moved.free])
+    own = np.unique(body[moved.free])
     # Blocks that each go their own way, and a structure at rest, are no bodies.
     if not own.any() or len(own) == len(moved.free):
         return None, None
-    problem, bodies = moved.problem, Bodies.of(moved, carried.body)
+    problem, bodies = moved.problem, Bodies.of(moved, body)
     solved = solve_finite_step(question.of_bodies(bodies), settings, solver)
     if solved is None or solved.missed > CERTIFIED:
         return None, None
@@ -119,7 +119,7 @@ def solve_as_bodies(
     x = np.zeros((problem.n_points, 3))
     x[bodies.between] = solved.x
     unbalanced = problem.unbalanced(x, solved.tie_force, solved.load_factor)
-    before = carried.at(_places(moved)[~bodies.between])
+    before = question.rubbing[~bodies.between]
     forces = carried_forces(problem.A[:, inside], problem.friction[~bodies.between], before, -unbalanced)
     if forces is None:
         return None, u

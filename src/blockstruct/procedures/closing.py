@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.limit.certificate import certify
-from blockstruct.limit.friction import Sliding, fictitious_sliding, true_sliding
+from blockstruct.limit.friction import CAP, Sliding, frozen_sliding, true_sliding
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
@@ -26,8 +26,6 @@ CLOSED = 1e-4
 #: Tolerances asked of the solver. Measured on walls of 820 blocks: asked for 1e-9, its programs take a quarter more
 #: iterations, and the load factor and its gap are the same in five digits.
 MECHANISM, FORCES = 1e-6, 1e-8
-#: Cohesion that keeps the program of frozen caps feasible.
-CAP = 1e-9
 #: Of the loop for the mechanism: complementarity gap to begin with, in multiples of the load factor, and its most
 #: factorisations. Measured: begun at a tenth of it, 2,430 blocks are not solved.
 WIDE, MOST = 1.0, 40
@@ -67,7 +65,7 @@ def close_path(
         replace(settings, solver_tolerance=max(settings.solver_tolerance, tolerance))
         for tolerance in (MECHANISM, FORCES)
     )
-    caps = fictitious_sliding(program.problem, pressing, CAP, 0.0)
+    caps = frozen_sliding(program.problem, pressing)
     mechanism = _mechanism_nearby(path, caps)
     if mechanism is None:
         mechanism = solve_step(program, caps, Stage.NONASSOCIATIVE, of_mechanism, solver, c0=CAP)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from blockstruct.limit.bodies import Bodies
 from blockstruct.limit.certificate import Certificate, certify
-from blockstruct.limit.friction import Sliding, fictitious_sliding, shift_of, true_sliding
+from blockstruct.limit.friction import Sliding, frozen_sliding, shift_of, true_sliding
 from blockstruct.limit.iteration import is_solved
 from blockstruct.limit.moved import MovedProblem
 from blockstruct.limit.problem import LimitProblem
@@ -28,8 +28,6 @@ AGREED, CERTIFIED = 2e-3, 1e-2
 #: force that is none.
 TRACE, LOOP_TOLERANCE, LOOP_ITERATIONS = 2e-5, 1e-2, 80
 LOOP_FORCES, NO_FORCE = (0.7, 0.2), 1e-9
-#: Cohesion that keeps the program of frozen friction feasible.
-CAP = 1e-9
 #: Residual of equilibrium and yield excess, and interpenetration, that are certified.
 FORCES, PENETRATING = 1e-5, 5e-2
 
@@ -220,8 +218,7 @@ class _Programs:
     def closed(self, normal: Array) -> list[Solved]:
         """States with the motion that has the friction of normal forces (K,), and forces for it."""
         problem = self._question.problem
-        caps = fictitious_sliding(problem, np.maximum(normal, 0.0), CAP, 0.0)
-        moving = self._found(caps, np.zeros(problem.n_points))
+        moving = self._found(frozen_sliding(problem, np.maximum(normal, 0.0)), np.zeros(problem.n_points))
         if moving is None:
             return []
         last = self.shifted((problem.A.T @ moving.u).reshape(-1, 3), moving.x[:, 0])

@@ -134,8 +134,9 @@ def _dead_load_forces(problem: LimitProblem, path: "Path | None") -> Array | Non
     from blockstruct.procedures.carried_forces import carried_forces
 
     x = carried_forces(own.A, own.friction, state.x, -own.w_D)
-    proven = x is not None and np.abs(own.A @ x.ravel() + own.w_D).max() <= limits["equilibrium_residual"]
-    return x[:, 0] if x is not None and proven else None
+    if x is None or np.abs(own.A @ x.ravel() + own.w_D).max() > limits["equilibrium_residual"]:
+        return None
+    return x[:, 0]
 
 
 def _without_dilatancy(
