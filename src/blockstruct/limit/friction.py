@@ -36,7 +36,7 @@ def fictitious_sliding(problem: LimitProblem, n0: Array, c0: float, a: float) ->
 
 
 def frozen_sliding(problem: LimitProblem, n0: Array) -> Sliding:
-    """Condition whose resistance is that of normal forces n0 (K,), whatever normal forces there are."""
+    """Condition whose resistance beyond that of dilatancy is of normal forces n0 (K,), whatever n is."""
     return fictitious_sliding(problem, n0, CAP, 0.0)
 
 
