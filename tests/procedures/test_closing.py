@@ -8,7 +8,7 @@ from blockstruct.limit import LimitProblem
 from blockstruct.procedures import closing, solve_limit_case
 from blockstruct.procedures.carried_forces import Aim, corrected_forces
 from blockstruct.procedures.loading_path import ATTEMPTS
-from blockstruct.procedures.splitting_path import SplittingPath
+from blockstruct.procedures.path import gap_of
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.statics import Statics
 from structures import SELF_WEIGHT, model_of, push, single_block
@@ -108,16 +108,28 @@ def test_a_gap_that_is_too_large_is_not_taken(tuff, monkeypatch):
     assert iterations[-1].certificate.flow_rule_gap <= 1e-4 * load_factor
 
 
-def test_a_path_that_comes_no_nearer_is_closed_again_from_its_own_forces(tuff, monkeypatch):
-    load_factor, _, _ = ended(wall(tuff), push(1, 0, 0))
-    monkeypatch.setattr("blockstruct.procedures.loading_path.CLOSED", 0.0)
-    monkeypatch.setattr(SplittingPath, "is_steady", property(lambda _: True))
+def test_a_gap_that_is_not_small_is_closed_again_from_its_own_forces(tuff, monkeypatch):
+    load_factor, iterations, _ = ended(wall(tuff), push(1, 0, 0))
+    monkeypatch.setattr("blockstruct.procedures.loading_path.CLOSED", 0.9 * gap_of(iterations[-1]))
     again, iterations, _ = ended(wall(tuff), push(1, 0, 0))
-    stages = [str(i.stage) for i in iterations]
-    closings = stages[stages.index("nonassociative") :]
-    assert closings[: 2 * ATTEMPTS] == ["nonassociative", "admissible"] * ATTEMPTS
+    stages = [i.stage for i in iterations]
+    first = stages.index("admissible")
+    assert stages[first + 1 : first + 3] == ["nonassociative", "admissible"]
+    friction = iterations[first + 1].sliding
+    np.testing.assert_allclose(friction.bound, 0.65 * np.maximum(iterations[first].x[:, 0], 0), atol=1e-9)
+    assert again == pytest.approx(load_factor, rel=2e-3)
+
+
+def test_a_path_that_is_never_closed_exactly_ends_with_the_best_state(tuff, monkeypatch):
+    load_factor, _, _ = ended(wall(tuff), push(1, 0, 0))
+    monkeypatch.setattr("blockstruct.procedures.loading_path.CLOSED", 1e-14)
+    again, iterations, _ = ended(wall(tuff), push(1, 0, 0))
     gaps = [i.certificate.flow_rule_gap for i in iterations if i.stage == "admissible"]
+    assert ATTEMPTS <= len(gaps) <= ATTEMPTS + 1
     assert gaps[-1] == min(gaps)
+    # No closing falls that far: between two of them the path goes on.
+    stages = [str(i.stage) for i in iterations]
+    assert "loading_path" in stages[stages.index("admissible") :]
     assert again == pytest.approx(load_factor, rel=2e-3)
 
 

@@ -42,12 +42,12 @@ FREE = 1e-4
 
 
 def close_path(
-    path: Path, pressing: Array, settings: ProcedureSettings, solver: Solver
+    path: Path, near: Array, settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, Iteration]:
-    """Exact collapse state near the last step of a path, if its certificate holds.
+    """Exact collapse state near the last step of a path and near forces (K, 3), if its certificate holds.
 
-    The mechanism of the largest load with friction frozen at ``μ n`` of normal forces (K,), and forces that miss its
-    flow rule least. Both are conic programs, and both are first tried from the state of the path, for a fraction of
+    The mechanism of the largest load with friction frozen at ``μ n`` of these forces, and forces that miss its flow
+    rule least. Both are conic programs, and both are first tried from the state of the path, for a fraction of
     their time.
 
     Yields
@@ -65,14 +65,14 @@ def close_path(
         replace(settings, solver_tolerance=max(settings.solver_tolerance, tolerance))
         for tolerance in (MECHANISM, FORCES)
     )
-    caps = frozen_sliding(program.problem, pressing)
+    caps = frozen_sliding(program.problem, near[:, 0])
     mechanism = _mechanism_nearby(path, caps)
     if mechanism is None:
         mechanism = solve_step(program, caps, Stage.NONASSOCIATIVE, of_mechanism, solver, c0=CAP)
     yield mechanism
     if not mechanism.solved:
         return mechanism
-    closed = _forces_nearby(path, mechanism, pressing, settings)
+    closed = _forces_nearby(path, mechanism, near, settings)
     if closed is None:
         closed = admissible(program, mechanism, of_forces, solver)
     yield closed
@@ -98,8 +98,8 @@ def _mechanism_nearby(path: Path, caps: Sliding) -> Iteration | None:
     return replace(path.iteration(state, found.iterations, seconds), stage=Stage.NONASSOCIATIVE, sliding=caps, c0=CAP)
 
 
-def _forces_nearby(path: Path, mechanism: Iteration, pressing: Array, settings: ProcedureSettings) -> Iteration | None:
-    """Forces of a mechanism near those of the path, None if none are found that miss its flow rule by little.
+def _forces_nearby(path: Path, mechanism: Iteration, near: Array, settings: ProcedureSettings) -> Iteration | None:
+    """Forces of a mechanism near others (K, 3), None if none are found that miss its flow rule by little.
 
     They carry nothing where the mechanism opens, and rub against it where it slides.
     """
@@ -115,8 +115,8 @@ def _forces_nearby(path: Path, mechanism: Iteration, pressing: Array, settings: 
     slides = (slip > least)[pressed]
     v, slip, opening = v[pressed], slip[pressed], opening[pressed]
     mu = np.maximum(problem.friction[pressed], LEAST_FRICTION)
-    n = np.maximum(pressing, PRESSED * pressing.mean())[pressed]
-    x = within(np.column_stack([n, path.reached.y.soc[: problem.n_points, 1:][pressed]]), mu, HELD)
+    n = np.maximum(near[pressed, 0], PRESSED * near[:, 0].mean())
+    x = within(np.column_stack([n, near[pressed, 1:]]), mu, HELD)
     x[slides, 1:] = -((1 - SLIDING) * mu * n / slip)[slides, None] * v[slides, 1:]
     found = corrected_forces(
         problem.A[:, np.repeat(pressed, 3)],

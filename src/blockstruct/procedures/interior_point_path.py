@@ -122,9 +122,9 @@ class InteriorPointPath(Path):
     def refine(self) -> None:
         """Nothing to do: its steps are exact."""
 
-    def pressing(self, last: Iteration) -> Array:
-        """Normal forces of the last step."""
-        return last.x[:, 0]
+    def forces(self, last: Iteration) -> Array:
+        """Forces of the last step."""
+        return last.x
 
     def _afresh(self, s: float, bound: float) -> ContactState:
         """What a first step begins with: normal forces as they are on average, and the load factor of the bound."""

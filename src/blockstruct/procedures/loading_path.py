@@ -2,6 +2,8 @@
 
 from collections.abc import Generator
 
+import numpy as np
+
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
@@ -62,25 +64,29 @@ def loading_path(
     yield last
     best: Iteration | None = None
     closed: Iteration | None = None
-    going, again, early, attempts = True, False, False, 0
-    while attempts < ATTEMPTS and (going or again):
-        if not again:
-            step = path.advance(bound)
-            going = step is not None
-            if step is not None:
-                last, closed = step, None
-                yield last
-        if again or (closed is None and last.displacement > 0 and path.may_close(last, ended=not going)):
-            # Where steps end no nearer to a collapse state than they are, its own forces do.
-            pressing = best.x[:, 0] if best is not None and again else path.pressing(last)
-            closed = yield from close_path(path, pressing, settings, solver)
+    going, early, attempts = True, False, 0
+    while going and attempts < ATTEMPTS and (best is None or gap_of(best) > CLOSED):
+        step = path.advance(bound)
+        going = step is not None
+        if step is not None:
+            last, closed = step, None
+            yield last
+        if closed is not None or last.displacement == 0 or not path.may_close(last, ended=not going):
+            continue
+        near, missed = path.forces(last), np.inf
+        while attempts < ATTEMPTS:
+            closed = yield from close_path(path, near, settings, solver)
             attempts += 1
-            if closed.certificate.holds and (best is None or gap_of(closed) < gap_of(best)):
+            if not closed.certificate.holds:
+                break
+            gap = gap_of(closed)
+            if best is None or gap < gap_of(best):
                 best, early = closed, not path.at_its_end(last)
-                if gap_of(best) <= CLOSED:
-                    break
-            path.refine()
-            again = best is not None and path.is_steady
+            # Closed again from its own forces, a state comes nearer to one that they belong to, as long as it does.
+            if gap <= CLOSED or gap > CLOSED * missed / gap:
+                break
+            near, missed = closed.x, gap
+        path.refine()
     if best is None:
         why = path.why or f"its end was not certified in {attempts} attempts"
         return f"the loading path did not finish, {why}", None

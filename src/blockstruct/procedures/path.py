@@ -75,11 +75,6 @@ class Path(ABC):
     def _at_rest(self) -> tuple[ContactState, int] | None:
         """Take the state under dead load, and the iterations that it took."""
 
-    @property
-    def is_steady(self) -> bool:
-        """Whether further steps would end no nearer to a collapse state."""
-        return False
-
     @abstractmethod
     def advance(self, bound: float) -> Iteration | None:
         """The next step, up to a load factor that it hardly passes; None if the path has ended."""
@@ -93,8 +88,8 @@ class Path(ABC):
         """Whether a collapse state may be near the last step."""
 
     @abstractmethod
-    def pressing(self, last: Iteration) -> Array:
-        """Normal forces (K,) that friction has at the end of the path."""
+    def forces(self, last: Iteration) -> Array:
+        """Forces (K, 3) at the end of the path, the normal ones as friction follows them."""
 
     @abstractmethod
     def refine(self) -> None:

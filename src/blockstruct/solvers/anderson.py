@@ -1,0 +1,56 @@
+"""Anderson acceleration of an iteration whose fixed point is sought."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: Relative addition to the diagonal of the normal equations, and the growth of a change after which what was
+#: remembered is of no use.
+REGULARISATION, GROWN = 1e-10, 2.0
+#: What keeps the equations of changes that are all zero from being singular.
+TINY = 1e-300
+
+
+class Anderson:
+    """Points from which an iteration changes least, as far as its last changes tell.
+
+    D. G. Anderson, J. ACM 12 (1965) 547–560, doi:10.1145/321296.321305; here of the second type, H. Fang, Y. Saad,
+    Numer. Linear Algebra Appl. 16 (2009) 197–221, doi:10.1002/nla.617.
+
+    Parameters
+    ----------
+    weight : (N,) array
+        Of each number in the norm of a change.
+    memory
+        Changes that are remembered.
+    """
+
+    def __init__(self, weight: Array, memory: int) -> None:
+        self._weight, self._memory = weight, memory
+        self._points, self._changes = (np.empty((memory, len(weight))) for _ in range(2))
+        self._products = np.empty((memory, memory))
+        self._known, self._newest = 0, 0
+        self._last: tuple[Array, Array, float] | None = None
+
+    def point(self, before: Array, after: Array) -> Array:
+        """Where to go on from, after the iteration has taken a point (N,) to another."""
+        change = self._weight * (after - before)
+        size = float(np.einsum("i,i->", change, change))
+        last, self._last = self._last, (after.copy(), change, size)
+        if last is None or size > GROWN**2 * last[2]:
+            self._known = 0
+            return after
+        self._newest = self._newest + 1 if self._known else 0
+        place = self._newest % self._memory
+        self._known = min(self._known + 1, self._memory)
+        np.subtract(after, last[0], out=self._points[place])
+        np.subtract(change, last[1], out=self._changes[place])
+        known = self._changes[: self._known]
+        self._products[place, : self._known] = self._products[: self._known, place] = np.einsum(
+            "ij,j->i", known, self._changes[place]
+        )
+        matrix = self._products[: self._known, : self._known]
+        matrix = matrix + (REGULARISATION * np.trace(matrix) + TINY) * np.eye(self._known)
+        share = np.linalg.solve(matrix, np.einsum("ij,j->i", known, change))
+        return np.asarray(after - np.einsum("i,ij->j", share, self._points[: self._known]))
