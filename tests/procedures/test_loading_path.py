@@ -337,4 +337,4 @@ def test_an_end_that_is_not_certified_is_told(small_model, monkeypatch):
     monkeypatch.setattr("blockstruct.limit.friction.CAP", np.nan)
     result = solve(small_model, push(1, 0, 0), "nonassociative", **PATH)
     assert result.status == "converged"
-    assert result.message.startswith("the loading path did not finish, its end was not certified in 5 attempts; ")
+    assert result.message.startswith("the loading path did not finish, its end was not certified in 8 attempts; ")

@@ -14,7 +14,7 @@ from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.vocabulary import ALONG_PATH, DRIFTING
 
 #: Attempts at a closed state.
-ATTEMPTS = 5
+ATTEMPTS = 8
 
 
 def path_of(program: ConicProgram, settings: ProcedureSettings) -> Path:
@@ -73,18 +73,16 @@ def loading_path(
             yield last
         if closed is not None or last.displacement == 0 or not path.may_close(last, ended=not going):
             continue
-        near, missed = path.forces(last), np.inf
-        while attempts < ATTEMPTS:
+        near, missed, again = path.forces(last), np.inf, True
+        while again and attempts < ATTEMPTS:
             closed = yield from close_path(path, near, settings, solver)
             attempts += 1
-            if not closed.certificate.holds:
-                break
             gap = gap_of(closed)
-            if best is None or gap < gap_of(best):
+            if closed.certificate.holds and (best is None or gap < gap_of(best)):
                 best, early = closed, not path.at_its_end(last)
-            # Closed again from its own forces, a state comes nearer to one that they belong to, as long as it does.
-            if gap <= CLOSED or gap > CLOSED * missed / gap:
-                break
+            # Closed again from its own forces, a state comes nearer to one that they belong to. Fallen once more by as
+            # much as this time, the gap should do.
+            again = CLOSED < gap and gap / missed * gap <= CLOSED
             near, missed = closed.x, gap
         path.refine()
     if best is None:
