@@ -82,7 +82,7 @@ def loading_path(
                 best, early = closed, not path.at_its_end(last)
             # Closed again from its own forces, a state comes nearer to one that they belong to. Fallen once more by as
             # much as this time, the gap should do.
-            again = CLOSED < gap and gap / missed * gap <= CLOSED
+            again = gap > CLOSED and gap / missed * gap <= CLOSED
             near, missed = closed.x, gap
         path.refine()
     if best is None:
