@@ -85,6 +85,17 @@ def test_bodies_that_would_come_apart():
     assert of_bodies(moved, question, glued)[0] is None
 
 
+def test_a_motion_that_goes_on(monkeypatch):
+    """Where sliding and shift of the first program agree, it is the step, and no loop is begun."""
+    wall = Wall(0.65)
+    moved = wall.at(wall.placement)
+    twist = wall.moving.twist(whole(wall.question(moved)).u, wall.placement)
+    monkeypatch.setattr("blockstruct.procedures.finite_step.ContactProblem", None)
+    after = whole(Question.of(moved, 10.0, twist, 0.01))
+    assert after.programs == 1
+    assert after.holds
+
+
 def test_nothing_to_gain():
     """Blocks that each go their own way, and a structure at rest, are left to the step of all blocks."""
     wall = Wall(0.65)

@@ -28,6 +28,9 @@ AGREED, CERTIFIED = 2e-3, 1e-2
 #: force that is none.
 TRACE, LOOP_TOLERANCE, LOOP_ITERATIONS = 2e-5, 1e-2, 80
 LOOP_FORCES, NO_FORCE = (0.7, 0.2), 1e-9
+#: Complementarity gap, relative to the work of the step, from which a loop has led nowhere. Measured on walls of 55 and
+#: 205 blocks: loops end below 0.1, and programs close them, or above 2, and none does.
+NOWHERE = 1.0
 #: Residual of equilibrium and yield excess, and interpenetration, that are certified.
 FORCES, PENETRATING = 1e-5, 5e-2
 
@@ -182,9 +185,9 @@ def solve_finite_step(
     found = [first]
     if motion is not None:
         found.append(question.state(first.load_factor, first.x, motion, first.tie_force, settings))
-    for normal in programs.pressing(found):
-        if min(f.missed + f.beyond for f in found) <= AGREED:
-            break
+    pressing = programs.pressing(found)
+    # Asking for the next normal forces is what costs a loop.
+    while min(f.missed + f.beyond for f in found) > AGREED and (normal := next(pressing, None)) is not None:
         found += programs.closed(normal)
     best = min(found, key=lambda f: f.missed + f.beyond)
     return replace(best, programs=programs.solved, iterations=programs.iterations)
@@ -210,10 +213,12 @@ class _Programs:
         any: measured on 27 units in their plane, load factors then vary by 3 % with the steps.
         """
         wide, narrow = LOOP_FORCES
-        yield self._looped(found[0], wide)
+        yield from self._looped(found[0], wide)
+        before = len(found)
         yield found[0].x[:, 0]
-        yield found[-1].x[:, 0]
-        yield self._looped(found[0], narrow)
+        if len(found) > before:
+            yield found[-1].x[:, 0]
+        yield from self._looped(found[0], narrow)
 
     def closed(self, normal: Array) -> list[Solved]:
         """States with the motion that has the friction of normal forces (K,), and forces for it."""
@@ -226,8 +231,8 @@ class _Programs:
             return []
         return [self._question.state(last.load_factor, last.x, moving.u, last.tie_force, self._settings), last]
 
-    def _looped(self, before: Solved, force: float) -> Array:
-        """Normal forces (K,) by the interior-point loop, begun with a share of those of a state.
+    def _looped(self, before: Solved, force: float) -> Iterator[Array]:
+        """Normal forces (K,) by the interior-point loop, begun with a share of those of a state; none if it diverges.
 
         Joints have a trace of compliance in it, and remember friction: what a rigid structure leaves open is then as it
         was before.
@@ -249,7 +254,8 @@ class _Programs:
             max_iterations=LOOP_ITERATIONS,
         )
         self.iterations += looped.iterations
-        return looped.state.x[: 3 * K : 3]
+        if looped.gap <= NOWHERE:
+            yield looped.state.x[: 3 * K : 3]
 
     def _found(self, sliding: Sliding, shift: Array) -> Solved | None:
         question, program = self._question, self._program
