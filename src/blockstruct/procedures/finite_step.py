@@ -214,9 +214,8 @@ class _Programs:
         """
         wide, narrow = LOOP_FORCES
         yield from self._looped(found[0], wide)
-        before = len(found)
         yield found[0].x[:, 0]
-        if len(found) > before:
+        if found[-1].x is not found[0].x:
             yield found[-1].x[:, 0]
         yield from self._looped(found[0], narrow)
 
