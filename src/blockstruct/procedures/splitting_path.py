@@ -105,8 +105,8 @@ class SplittingPath(Path):
 
     def may_close(self, last: Iteration, *, ended: bool) -> bool:
         """Whether the load factor hardly moves, or will not."""
-        near = self._settled and gap_of(last) <= (CLOSE if self._settled > 1 else AT_ONCE)
-        return ended or bool(near)
+        near = CLOSE if self._settled > 1 else AT_ONCE
+        return ended or (self._settled > 0 and gap_of(last) <= near)
 
     def refine(self) -> None:
         """Solve later steps more exactly."""

@@ -164,7 +164,7 @@ class Splitting:
         follows = FOLLOWS if resistance.any() else 1.0
         parts = np.cumsum([len(y), len(resistance)])
         begun = np.concatenate([y + dual, resistance, slip])
-        accelerated = Anderson(self._measure(weight, slip), MEMORY)
+        accelerated = Anderson(self._measure(weight), MEMORY)
         for k in range(1, max_iterations + 1):
             wishes = np.concatenate([y - dual, slip])
             b = pulls @ wishes
@@ -202,10 +202,10 @@ class Splitting:
         state = ContactState(x, self._as_cones(y, resistance), self._as_cones(z, self._slip(z)), u, float(alpha))
         return SplitSolution(state, missed, changed, lag, k)
 
-    def _measure(self, weight: Array, slip: Array) -> Array:
+    def _measure(self, weight: Array) -> Array:
         """Weights of forces, resistances and slip in the norm of a change: those of work, slip going along."""
-        of_resistance = np.full(len(self._discs), np.median(weight))
-        return np.asarray(np.sqrt(np.concatenate([weight, of_resistance, 0.0 * slip])))
+        of_slip = np.zeros(len(self._discs))
+        return np.asarray(np.sqrt(np.concatenate([weight, of_slip + np.median(weight), of_slip])))
 
     def _weights(self, x: Array) -> Array:
         """What each row weighs: its compliance, and the less the more force there is."""
