@@ -52,9 +52,9 @@ def test_the_same_state():
     wall = Wall(0.65)
     moved = wall.at(wall.placement)
     first = whole(wall.question(moved))
-    carried = Carried.of(moved, first)
+    carried = Carried.of(moved, first.x, first.u)
     assert len(np.unique(carried.body)) == 2
-    twist = wall.moving.twist(first.u, wall.placement)
+    twist = moved.twist(first.u)
     angle = 0.02
     after = wall.at(wall.placement.moved(twist * angle / np.abs(twist[-1, 3])))
     question = wall.question(after)
@@ -78,7 +78,7 @@ def test_bodies_that_would_come_apart():
     question = wall.question(moved)
     slides = whole(question)
     assert slides.load_factor == pytest.approx(0.1, abs=1e-4)
-    as_one = Carried.of(moved, slides)
+    as_one = Carried.of(moved, slides.x, slides.u)
     free = np.arange(len(wall.model.blocks)) == np.arange(len(wall.model.blocks))
     free[[i for i, b in enumerate(wall.model.blocks) if b.fixed]] = False
     glued = Carried(free.astype(int), as_one.place, as_one.force)
@@ -89,7 +89,7 @@ def test_a_motion_that_goes_on(monkeypatch):
     """Where sliding and shift of the first program agree, it is the step, and no loop is begun."""
     wall = Wall(0.65)
     moved = wall.at(wall.placement)
-    twist = wall.moving.twist(whole(wall.question(moved)).u, wall.placement)
+    twist = moved.twist(whole(wall.question(moved)).u)
     monkeypatch.setattr("blockstruct.procedures.finite_step.ContactProblem", None)
     after = whole(Question.of(moved, 10.0, twist, 0.01))
     assert after.programs == 1
@@ -101,9 +101,12 @@ def test_nothing_to_gain():
     wall = Wall(0.65)
     moved = wall.at(wall.placement)
     question = wall.question(moved)
-    carried = Carried.of(moved, whole(question))
+    rocks = whole(question)
+    carried = Carried.of(moved, rocks.x, rocks.u)
     for body in (np.arange(len(carried.body)), np.zeros(len(carried.body), dtype=int)):
-        assert of_bodies(moved, question, Carried(body, carried.place, carried.force)) == (None, None)
+        found, motion = of_bodies(moved, question, Carried(body, carried.place, carried.force))
+        assert found is None
+        assert motion is question.motion
 
 
 @pytest.mark.parametrize(("share", "found"), [(0.5, True), (2.0, False)])

@@ -5,15 +5,18 @@ from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
+from numpy.typing import NDArray
 
 from blockstruct.analysis.events import Listener, StepDone, tell
-from blockstruct.limit import FiniteStep, Iteration, LimitProblem, MovingProblem, Placement
+from blockstruct.limit import FiniteStep, Iteration, LimitProblem, MovingProblem, Placement, block_motion
 from blockstruct.model import Pushover
 from blockstruct.procedures import pushover
 from blockstruct.results import CaseResult, breaking_words, capacity_of, step_arrays, steps_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import Status
+
+Array = NDArray[np.float64]
 
 #: Speed of the control point in the collapse mechanism, relative to that of the fastest block, at which it rests.
 RESTS = 1e-4
@@ -42,7 +45,7 @@ def pushed_over(
         return result
     steps: list[FiniteStep] = [] if result.capacity is None else steps_of(result.capacity, len(statics.ties))
     moving = MovingProblem(statics, problem, case)
-    if not steps and (resting := _resting(moving, case, collapse)):
+    if not steps and (resting := _resting(moving, case, block_motion(statics, problem, collapse.u[None])[0])):
         return replace(result, message=f"{result.message}; pushover: {resting}")
     going = pushover(moving, collapse, case.steps, settings, solver_of(settings), list(steps))
     status, load_factor, message, ended = result.status, result.load_factor, result.message, ""
@@ -71,15 +74,13 @@ def pushed_over(
     )
 
 
-def _resting(problem: MovingProblem, case: Pushover, collapse: Iteration) -> str:
+def _resting(problem: MovingProblem, case: Pushover, twist: Array) -> str:
     """Why there is no curve over the displacement of a control point that the collapse mechanism leaves at rest."""
     model = problem.statics.model
-    start = Placement.of(model)
-    twist = problem.twist(collapse.u, start)
     velocity = twist[:, :3]
     speed = np.linalg.norm(velocity, axis=1)
     fastest = int(speed.argmax())
-    if abs(problem.control.velocity(start, twist)) > RESTS * speed[fastest]:
+    if abs(problem.control.velocity(Placement.of(model), twist)) > RESTS * speed[fastest]:
         return ""
     block, direction = case.control
     along, moves = (

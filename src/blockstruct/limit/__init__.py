@@ -18,6 +18,7 @@ from blockstruct.limit.moved import (
     MovedProblem,
     MovingProblem,
     check_pushover,
+    comes_to_zero,
     zero_displacement,
 )
 from blockstruct.limit.problem import LimitProblem
@@ -46,6 +47,7 @@ __all__ = [
     "MovingProblem",
     "Placement",
     "check_pushover",
+    "comes_to_zero",
     "zero_displacement",
     # the programs
     "ConicProgram",

@@ -14,8 +14,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-#: Relative velocity at the contact points of two blocks, in multiples of the fastest block or point, up to which they
-#: move as one.
+#: Relative velocity of two blocks, at their contact points and by turning over a block's size, in multiples of the
+#: fastest block or point, up to which they move as one.
 TOGETHER = 1e-3
 #: Gap, in characteristic lengths, up to which a contact point holds two blocks together; and the points that does take.
 CLOSED, HOLDING = 1e-3, 3
@@ -26,21 +26,24 @@ NO_ENTRY = 1e-10
 def bodies_of(moved: MovedProblem, u: Array) -> Index:
     """Number of the body that each block belongs to, (B,), in a motion u; that of the supports is zero.
 
-    Blocks belong together where they lie on each other and at no contact point move relative to each other.
+    Blocks belong together where they lie on each other and do not move relative to each other, neither at a contact
+    point nor in turning: next to a hinge contact points are as slow.
     """
     # Loaded here: csgraph is slow to import.
     from scipy.sparse import csgraph
 
-    problem, points = moved.problem, moved.contacts.points
+    problem, points, twist = moved.problem, moved.contacts.points, moved.twist(u)
     blocks, free = len(moved.placement.position), moved.free
-    speed = np.linalg.norm((problem.A.T @ u).reshape(-1, 3), axis=1) / problem.force_unit
+    speed = np.linalg.norm(moved.relative(twist), axis=1)
+    fastest = max(float(speed.max(initial=0.0)), float(np.linalg.norm(twist[:, :3], axis=1).max()))
     code = np.minimum(points.minus, points.plus) * blocks + np.maximum(points.minus, points.plus)
     pairs, pair = np.unique(code, return_inverse=True)
-    fastest = np.zeros(len(pairs))
-    np.maximum.at(fastest, pair, speed)
+    one, other = np.divmod(pairs, blocks)
+    apart = np.linalg.norm(twist[one, 3:] - twist[other, 3:], axis=1) * problem.length
+    np.maximum.at(apart, pair, speed)
     lying = np.bincount(pair, moved.contacts.gap <= CLOSED * problem.length, len(pairs)) >= HOLDING
-    together = lying & (fastest <= TOGETHER * max(float(speed.max(initial=0.0)), problem.fastest(u)))
-    one, other = np.divmod(pairs[together], blocks)
+    together = lying & (apart <= TOGETHER * fastest)
+    one, other = one[together], other[together]
     supports = np.setdiff1d(np.arange(blocks), free)
     one, other = np.append(one, supports[:-1]), np.append(other, supports[1:])
     graph = sp.coo_array((np.ones(len(one)), (one, other)), shape=(blocks, blocks))
@@ -88,6 +91,11 @@ class Bodies:
             **{name: getattr(problem, name)[between] for name in of_points},
         )
         return cls(own, between, motion)
+
+    def of_blocks(self, u: Array) -> Array:
+        """Velocities (6 G,) of the bodies that are nearest to velocities u (6 F,) of the blocks."""
+        M = self.motion
+        return np.asarray(sp.linalg.spsolve(sp.csc_array(M.T @ M), M.T @ u))
 
 
 def _motion(moved: MovedProblem, body: Index) -> tuple[sp.csr_array, Array]:

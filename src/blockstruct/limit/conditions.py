@@ -52,6 +52,8 @@ def ties(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     Large limits are in units of their own, so that one stands for all sizes of ties.
     """
     own = problem.ties
+    if not len(own):
+        return ConstraintRows(sp.csr_array((0, n_columns)), np.zeros(0))
     limited = np.isfinite(own.capacity)
     scale, of_bond = np.maximum(own.capacity[limited], 1.0), np.maximum(own.bond, 1.0)
     upper = sp.diags_array(np.ones(len(own))).tocsr()[limited]
@@ -70,8 +72,8 @@ def linearised_edges(problem: LimitProblem, n_columns: int) -> ConstraintRows:
 
 def sliding(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     """``‖(s_k, t_k)‖ ≤ bound_k + slope_k n_k``; the step gives bound and slope."""
-    n = normal_force(np.arange(problem.n_points))
-    return _cones(*(ConstraintRows(_matrix(n_columns, (n + c, -1.0)), np.zeros(len(n))) for c in range(3)))
+    force = 1 + np.arange(3 * problem.n_points)
+    return ConstraintRows(_matrix(n_columns, (force, -1.0)), np.zeros(len(force)))
 
 
 def torsion(problem: LimitProblem, n_columns: int, first: int) -> ConstraintRows:

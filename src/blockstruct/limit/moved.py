@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.limit.motion import block_motion, unit_of_velocity
+from blockstruct.limit.motion import unit_of_velocity
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.ties import Ties
 from blockstruct.model import Model, Pushover, Tie
@@ -74,6 +74,12 @@ class MovedProblem:
         """Velocities (6 F,) of the problem of twists (B, 6) of the blocks, SI."""
         own = rotated(twist, self.placement.rotation.transpose(0, 2, 1))
         return np.asarray((own[self.free] * unit_of_velocity(self.problem)).ravel())
+
+    def twist(self, u: Array) -> Array:
+        """Twists (B, 6) of the blocks, m/s and rad/s at 1 W, of velocities u (6 F,): the inverse of the above."""
+        own = np.zeros((len(self.placement.position), 6))
+        own[self.free] = u.reshape(-1, 6) / unit_of_velocity(self.problem)
+        return rotated(own, self.placement.rotation)
 
     def relative(self, twist: Array) -> Array:
         """Relative velocities (K, 3), in the frames of the contact points, of twists (B, 6) of the blocks, SI."""
@@ -215,10 +221,6 @@ class MovingProblem:
             moved, contacts, placement, longest[holds] - table.span, longest, elongation, holds, statics.free
         )
 
-    def twist(self, u: Array, placement: Placement) -> Array:
-        """Twists (B, 6) of blocks at a placement, m/s and rad/s at 1 W, of non-dimensional velocities u (6 F,)."""
-        return rotated(block_motion(self.statics, self._problem, u[None])[0], placement.rotation)
-
 
 @dataclass(frozen=True, slots=True)
 class FiniteStep:
@@ -281,17 +283,28 @@ class FiniteStep:
 ZERO = 1e-4
 
 
-def zero_displacement(curve: Sequence[tuple[float, float]]) -> float:
-    """Displacement at which the load factor of a curve of (displacement, load factor) is zero; NaN if it ends before.
+#: Way of the control point to where the load factor is zero, relative to that of a straight curve, at which it stands.
+STANDS = 1e-3
 
-    Interpolated over the last two states.
+
+def comes_to_zero(curve: Sequence[tuple[float, float]]) -> bool:
+    """Whether the load factor of a curve of (displacement, load factor) is zero at its end."""
+    return bool(curve) and curve[-1][1] <= ZERO * abs(curve[0][1])
+
+
+def zero_displacement(curve: Sequence[tuple[float, float]]) -> float:
+    """Displacement at which the load factor of a curve is zero; NaN if it ends before.
+
+    Interpolated over the last two states. NaN also where the control point stands still there, or goes back: the
+    blocks that move then are others, and their way is not that of the curve.
     """
-    if not curve or curve[-1][1] > ZERO * abs(curve[0][1]):
+    if not comes_to_zero(curve):
         return np.nan
     if len(curve) == 1 or curve[-2][1] == curve[-1][1]:
         return curve[-1][0]
     (d0, a0), (d1, a1) = curve[-2:]
-    return d1 + a1 * (d1 - d0) / (a0 - a1)
+    end = d1 + a1 * (d1 - d0) / (a0 - a1)
+    return end if d1 - d0 > STANDS * abs(end) * (a0 - a1) / abs(curve[0][1]) and end > 0 else np.nan
 
 
 _PARTS = (

@@ -113,9 +113,10 @@ class ConicProgram:
             linear.append(conditions.edges(problem, n_columns))
             cones.append(conditions.crushing(problem, n_columns))
         of_points = sum(map(len, cones))
-        cones.append(conditions.torsion(problem, n_columns, 1 + 3 * problem.n_points + of_crushing))
+        if len(problem.torsion):
+            cones.append(conditions.torsion(problem, n_columns, 1 + 3 * problem.n_points + of_crushing))
 
-        parts = [balance, *linear, *cones]
+        parts = [part for part in (balance, *linear, *cones) if len(part)]
         G = sp.vstack([p.G for p in parts], format="csc")
         G.sort_indices()
         self.G: sp.csc_array = G

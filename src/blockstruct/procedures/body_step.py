@@ -7,11 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.limit.bodies import Bodies, bodies_of
+from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.moved import MovedProblem
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.carried_forces import carried_forces
 from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved, solve_finite_step
+from blockstruct.statics import ContactPoints
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -33,8 +35,10 @@ class Carried:
     body : (B,) array
         Body of each block; zero is that of the supports.
     place : (K, 5) array
-        Of each contact point: its two blocks, and where it is on the first of them, in characteristic lengths.
+        Of each contact point: its two blocks, the lower number first, and where it is in the axes of that one, in
+        characteristic lengths.
     force : (K, 3) array
+        On the other block, in the same axes.
     """
 
     body: Index
@@ -42,19 +46,21 @@ class Carried:
     force: Array
 
     @classmethod
-    def of(cls, moved: MovedProblem, solved: Solved) -> Self:
-        """That of a state."""
-        return cls(bodies_of(moved, solved.u), _places(moved), solved.x)
+    def of(cls, moved: MovedProblem, x: Array, u: Array, points: ContactPoints | None = None) -> Self:
+        """Of forces x (K, 3) at the contact points of a problem, or at others there, and velocities u (6 F,)."""
+        place, frame = _placed(points or moved.contacts.points, moved)
+        return cls(bodies_of(moved, u), place, np.einsum("kij,ki->kj", frame, x))
 
     def recalled(self, moved: MovedProblem, question: Question) -> Question:
         """A step that remembers these forces at the contact points that were there, and none at new ones."""
         # Loaded here: scipy.spatial is slow to import.
         from scipy.spatial import KDTree
 
-        distance, nearest = KDTree(self.place).query(_places(moved), distance_upper_bound=SAME)
+        place, frame = _placed(moved.contacts.points, moved)
+        distance, nearest = KDTree(self.place).query(place, distance_upper_bound=SAME)
         known = np.isfinite(distance)
         force = np.zeros_like(question.rubbing)
-        force[known] = self.force[np.asarray(nearest)[known]]
+        force[known] = np.einsum("kij,kj->ki", frame[known], self.force[np.asarray(nearest)[known]])
         return replace(question, rubbing=force)
 
 
@@ -67,21 +73,34 @@ class Stepper:
         self._failed = self._waits = 0
         self._spent = 0, 0
 
+    def begin(
+        self, moved: MovedProblem, question: Question, collapse: Iteration, points: ContactPoints
+    ) -> Solved | None:
+        """A collapse state as the first one; None if contacts are found elsewhere than where it has them."""
+        carried = Carried.of(moved, collapse.x, collapse.u, points)
+        x = carried.recalled(moved, question).rubbing
+        found = question.state(collapse.load_factor, x, collapse.u, collapse.tie_force, self._settings)
+        if not found.holds:
+            return None
+        self._carried = carried
+        return found
+
     def solve(self, moved: MovedProblem, question: Question) -> Solved | None:
         """A step; None if there is no state."""
-        found, motion = None, None
+        found = None
         self._waits -= 1
         if self._carried is not None:
             question = self._carried.recalled(moved, question)
             if self._waits < 0:
                 found, motion = solve_as_bodies(moved, question, self._carried.body, self._settings, self._solver)
+                question = replace(question, motion=motion)
                 self._failed = 0 if found is not None else min(self._failed + 1, MOST_WAITS)
                 self._waits = self._failed
         if found is None:
-            found = solve_finite_step(question, self._settings, self._solver, motion=motion)
+            found = solve_finite_step(question, self._settings, self._solver)
         if found is not None:
             self._spent = self._spent[0] + found.programs, self._spent[1] + found.iterations
-            self._carried = Carried.of(moved, found)
+            self._carried = Carried.of(moved, found.x, found.u)
         return found
 
     def spent(self) -> tuple[int, int]:
@@ -92,7 +111,7 @@ class Stepper:
 
 def solve_as_bodies(
     moved: MovedProblem, question: Question, body: Index, settings: ProcedureSettings, solver: Solver
-) -> tuple[Solved | None, Array | None]:
+) -> tuple[Solved | None, Array]:
     """A step of bodies, and the forces inside them.
 
     The bodies of a state go on as such for as long as forces inside them are found that their joints carry. Their
@@ -103,17 +122,17 @@ def solve_as_bodies(
     -------
     Solved or None
         None if it does not hold: the step is then one of all blocks.
-    (6 F,) array or None
-        Velocities of the blocks as bodies, which that step may begin with; None if there are none.
+    (6 F,) array
+        Velocities of the blocks as bodies, which that step may begin with; those before if there are none.
     """
     own = np.unique(body[moved.free])
     # Blocks that each go their own way, and a structure at rest, are no bodies.
     if not own.any() or len(own) == len(moved.free):
-        return None, None
+        return None, question.motion
     problem, bodies = moved.problem, Bodies.of(moved, body)
     solved = solve_finite_step(question.of_bodies(bodies), settings, solver)
     if solved is None or solved.missed > CERTIFIED:
-        return None, None
+        return None, question.motion
     u = bodies.motion @ solved.u
     inside = np.repeat(~bodies.between, 3)
     x = np.zeros((problem.n_points, 3))
@@ -132,8 +151,13 @@ def solve_as_bodies(
     return replace(found, programs=solved.programs, iterations=solved.iterations), u
 
 
-def _places(moved: MovedProblem) -> Array:
-    points, placement = moved.contacts.points, moved.placement
-    arm = points.position - placement.position[points.minus]
-    own = np.einsum("kji,kj->ki", placement.rotation[points.minus], arm)
-    return np.column_stack([points.minus, points.plus, own / moved.problem.length])
+def _placed(points: ContactPoints, moved: MovedProblem) -> tuple[Array, Array]:
+    """Where contact points are (K, 5), and their frames (K, 3, 3), as :class:`Carried` has them."""
+    placement, swapped = moved.placement, points.minus > points.plus
+    first, second = np.minimum(points.minus, points.plus), np.maximum(points.minus, points.plus)
+    axes = placement.rotation[first]
+    arm = np.einsum("kji,kj->ki", axes, points.position - placement.position[first])
+    frame = points.frame[points.interface] @ axes
+    return np.column_stack([first, second, arm / moved.problem.length]), np.where(swapped, -1.0, 1.0)[
+        :, None, None
+    ] * frame

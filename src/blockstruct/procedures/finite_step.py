@@ -1,6 +1,5 @@
 """One step of finite displacement: non-dilatant sliding by programs whose objective is shifted."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -23,6 +22,11 @@ Array = NDArray[np.float64]
 TOLERANCE = 1e-8
 #: Flow-rule gap, relative to the work of the step, at which sliding and shift agree, and that is certified.
 AGREED, CERTIFIED = 2e-3, 1e-2
+#: Flow-rule gap at which forces are forces of the last motion. Rows of units that slide may go on in many ways, and
+#: with another one in every step curves end anywhere.
+GOES_ON = 1e-5
+#: Work of friction, relative to the load factor, from which blocks slide, and forces are those that remember friction.
+RUBS = 1e-3
 #: Elastic displacement of the interior-point loop, as a share of the motion of a step; and its tolerance, and
 #: factorisations; the normal forces that it begins with, relative to those of the program before it; and a normal
 #: force that is none.
@@ -50,6 +54,8 @@ class Solved:
     certificate : Certificate
     dissipation : float
         Work of friction and of ties per unit of work of the variable load.
+    friction : float
+        That of friction alone.
     falling : float
         Work of the dead load per unit of work of the variable load.
     reaching : (K,) array
@@ -66,6 +72,7 @@ class Solved:
     tie_force: Array
     certificate: Certificate
     dissipation: float
+    friction: float
     falling: float
     reaching: Array
     missed: float
@@ -96,8 +103,8 @@ class Question:
         Of each contact point, in units of relative velocity.
     slack : (M,) array
         Of each tie, likewise.
-    sliding : (K, 3) array
-        Relative velocities whose sliding gives the first shift.
+    motion : (6 F,) array
+        Velocities before, whose sliding gives the first shift.
     rubbing : (K, 3) array
         Forces of the last step at the contact points that were there, of which friction is remembered.
     least : float
@@ -107,20 +114,20 @@ class Question:
     problem: LimitProblem
     gap: Array
     slack: Array
-    sliding: Array
+    motion: Array
     rubbing: Array
     least: float
 
     @classmethod
     def of(cls, moved: MovedProblem, work: float, twist: Array, least: float) -> Self:
         """A step in which the unit variable load does a work, J, after a motion, twists (B, 6) at 1 W."""
-        sliding = moved.relative(twist) * moved.problem.force_unit[:, None]
-        return cls(moved.problem, moved.gap(work), moved.slack_in(work), sliding, np.zeros_like(sliding), least)
+        gap, none = moved.gap(work), np.zeros((moved.problem.n_points, 3))
+        return cls(moved.problem, gap, moved.slack_in(work), moved.velocities(twist), none, least)
 
     def of_bodies(self, bodies: Bodies) -> Self:
         """The same step of bodies."""
-        of_points = {name: getattr(self, name)[bodies.between] for name in ("gap", "sliding", "rubbing")}
-        return replace(self, problem=bodies.problem, **of_points)
+        of_points = {name: getattr(self, name)[bodies.between] for name in ("gap", "rubbing")}
+        return replace(self, problem=bodies.problem, motion=bodies.of_blocks(self.motion), **of_points)
 
     def state(self, alpha: float, x: Array, u: Array, T: Array, settings: ProcedureSettings) -> Solved:
         """What a load factor, forces and velocities are worth."""
@@ -135,6 +142,7 @@ class Question:
             tie_force=T,
             certificate=certificate,
             dissipation=dissipation,
+            friction=rubbed(problem, x, u),
             falling=float(problem.w_D @ u),
             reaching=x[:, 0] * np.maximum(gap, 0.0) / scale,
             missed=certificate.flow_rule_gap / scale,
@@ -143,31 +151,30 @@ class Question:
 
 def dissipated(problem: LimitProblem, x: Array, T: Array, u: Array) -> float:
     """Rate of work of friction and of ties, of forces x (K, 3) and T (M,) in a motion u (6 F,)."""
+    return float(T @ np.maximum(problem.ties.elongation(u), 0.0)) + rubbed(problem, x, u)
+
+
+def rubbed(problem: LimitProblem, x: Array, u: Array) -> float:
+    """Rate of work of friction of forces x (K, 3) in a motion u (6 F,)."""
     v = (problem.A.T @ u).reshape(-1, 3)
-    return float(T @ np.maximum(problem.ties.elongation(u), 0.0)) - float(np.einsum("kj,kj->", x[:, 1:], v[:, 1:]))
+    return -float(np.einsum("kj,kj->", x[:, 1:], v[:, 1:]))
 
 
-def solve_finite_step(
-    question: Question,
-    settings: ProcedureSettings,
-    solver: Solver,
-    *,
-    motion: Array | None = None,
-) -> Solved | None:
+def solve_finite_step(question: Question, settings: ProcedureSettings, solver: Solver) -> Solved | None:
     """Maximise ``s α − Σ (g_k + σ_k) n_k``: equilibrium now, contacts closed or open at the end of the step.
 
     With the gaps g before the step and the shift ``σ = μ ‖v_t‖`` of De Saxcé & Feng (1998), of the displacement of the
     step itself, the program's dual says ``v_n + g ≥ 0`` and ``w_L·Δu = s``: contacts close, penetrations are pushed
     out, and sliding does not dilate. The load factor is an unknown, so that softening is found as well. The shift is
-    that of the last motion first. Where sliding and shift do not agree then, the interior-point loop finds the normal
-    forces, and two programs with them the motion and the forces.
+    that of the last motion first. Where blocks slide, a motion leaves normal forces open, and with them friction and
+    the load factor: the interior-point loop, which remembers friction, finds them then, and two programs with them the
+    motion and the forces. So it does where sliding and shift do not agree. States without memory come last: where there
+    are several motions they take any. The last motion goes on wherever the forces found are forces of it.
 
     Parameters
     ----------
     question, settings, solver
         The step, and of the case.
-    motion : (6 F,) array
-        Velocities to begin with, which may be those of the step already: then forces alone are to be found.
 
     Returns
     -------
@@ -178,19 +185,35 @@ def solve_finite_step(
     if not problem.n_points:
         return None
     programs = _Programs(question, settings, solver)
-    before = question.sliding if motion is None else (problem.A.T @ motion).reshape(-1, 3)
-    first = programs.shifted(before, np.zeros(problem.n_points))
+    first = programs.shifted((problem.A.T @ question.motion).reshape(-1, 3), np.zeros(problem.n_points))
     if first is None:
         return None
     found = [first]
-    if motion is not None:
-        found.append(question.state(first.load_factor, first.x, motion, first.tie_force, settings))
-    pressing = programs.pressing(found)
-    # Asking for the next normal forces is what costs a loop.
-    while min(f.missed + f.beyond for f in found) > AGREED and (normal := next(pressing, None)) is not None:
-        found += programs.closed(normal)
-    best = min(found, key=lambda f: f.missed + f.beyond)
+    wide, narrow = LOOP_FORCES
+    if not _agreed(found) or first.friction > RUBS * abs(first.load_factor):
+        remembered = programs.remembered(first, wide)
+        found = remembered if _agreed(remembered) else found + remembered
+    if not _agreed(found):
+        found += programs.closed(first.x[:, 0])
+    if not _agreed(found) and found[-1].x is not first.x:
+        found += programs.closed(found[-1].x[:, 0])
+    if not _agreed(found):
+        found += programs.remembered(first, narrow)
+    best = min(found, key=_missed)
+    power = float(problem.w_L @ question.motion)
+    if power > 0:
+        as_before = question.state(best.load_factor, best.x, question.motion / power, best.tie_force, settings)
+        best = as_before if _missed(as_before) <= max(GOES_ON, _missed(best)) else best
     return replace(best, programs=programs.solved, iterations=programs.iterations)
+
+
+def _missed(found: Solved) -> float:
+    return found.missed + found.beyond
+
+
+def _agreed(found: list[Solved]) -> bool:
+    """Whether the motion of one of them is that of its forces."""
+    return min(map(_missed, found), default=np.inf) <= AGREED
 
 
 class _Programs:
@@ -206,18 +229,10 @@ class _Programs:
         problem = self._question.problem
         return self._found(true_sliding(problem), shift_of(problem, v, n))
 
-    def pressing(self, found: list[Solved]) -> Iterator[Array]:
-        """Normal forces (K,) whose friction the motion may have: of the loop, and of the states that are found.
-
-        The loop comes first. States before it often have what it misses, but where there are several motions they take
-        any: measured on 27 units in their plane, load factors then vary by 3 % with the steps.
-        """
-        wide, narrow = LOOP_FORCES
-        yield from self._looped(found[0], wide)
-        yield found[0].x[:, 0]
-        if found[-1].x is not found[0].x:
-            yield found[-1].x[:, 0]
-        yield from self._looped(found[0], narrow)
+    def remembered(self, before: Solved, force: float) -> list[Solved]:
+        """States with the normal forces of the loop, which is begun with a share of those of a state."""
+        normal = self._looped(before, force)
+        return [] if normal is None else self.closed(normal)
 
     def closed(self, normal: Array) -> list[Solved]:
         """States with the motion that has the friction of normal forces (K,), and forces for it."""
@@ -230,8 +245,8 @@ class _Programs:
             return []
         return [self._question.state(last.load_factor, last.x, moving.u, last.tie_force, self._settings), last]
 
-    def _looped(self, before: Solved, force: float) -> Iterator[Array]:
-        """Normal forces (K,) by the interior-point loop, begun with a share of those of a state; none if it diverges.
+    def _looped(self, before: Solved, force: float) -> Array | None:
+        """Normal forces (K,) by the interior-point loop, begun with a share of those of a state; None if it diverges.
 
         Joints have a trace of compliance in it, and remember friction: what a rigid structure leaves open is then as it
         was before.
@@ -253,8 +268,7 @@ class _Programs:
             max_iterations=LOOP_ITERATIONS,
         )
         self.iterations += looped.iterations
-        if looped.gap <= NOWHERE:
-            yield looped.state.x[: 3 * K : 3]
+        return looped.state.x[: 3 * K : 3] if looped.gap <= NOWHERE else None
 
     def _found(self, sliding: Sliding, shift: Array) -> Solved | None:
         question, program = self._question, self._program

@@ -2,7 +2,7 @@
 
 from collections.abc import Generator, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from time import perf_counter
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from blockstruct.limit import Placement
 from blockstruct.limit.iteration import Iteration
-from blockstruct.limit.moved import ZERO, FiniteStep, MovedProblem, MovingProblem, zero_displacement
+from blockstruct.limit.moved import ZERO, FiniteStep, MovedProblem, MovingProblem, comes_to_zero, zero_displacement
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.body_step import Stepper
@@ -103,15 +103,14 @@ def pushover(
     else:
         placement = Placement.of(problem.statics.model)
         start = problem.at(placement, path.nearest, problem.lengths(placement))
-        first = path.solved(start, problem.twist(collapse.u, placement))
+        first = path.begun(start, collapse)
         if first is None:
             return path.lost(placement, None)
         yield path.record(first)
         state = first.state
     while True:
-        end = zero_displacement(path.curve)
-        if np.isfinite(end):
-            return f"the load factor is zero at a displacement of {end:.6g} m"
+        if comes_to_zero(path.curve):
+            return path.came_to_zero(state)
         if len(path.curve) > PATIENCE * steps:
             return (
                 f"no end after {len(path.curve)} states, {PATIENCE} times the steps that were asked for: ask for more "
@@ -137,6 +136,7 @@ class _Path:
         self._size = problem.statics.length
         self.nearest = NEAREST * self._size
         self.curve: list[tuple[float, float]] = []
+        self._way: list[float] = []
         self._last: State | None = None
         self._stepper = Stepper(settings, solver)
         self._divided = False
@@ -151,6 +151,7 @@ class _Path:
             longest = np.maximum(longest, lengths)
             states.append(State.of(step, longest))
         self.curve = [(s.displacement, s.load_factor) for s in states]
+        self._way = list(accumulate([0.0, *(self._gone(a.placement, b.placement) for a, b in pairwise(states))]))
         self._done = sum(self._energy(a, b)[1] for a, b in pairwise(states))
         last = self._last = states[-1]
         moved = self._at(last.placement, last, last.time)
@@ -160,17 +161,31 @@ class _Path:
         self._stepper.spent()
         return last
 
+    def _gone(self, before: Placement, after: Placement) -> float:
+        """Way of the control point between two placements, or a share of that of the block that goes furthest."""
+        control = self._problem.control
+        furthest = float(np.linalg.norm(after.position - before.position, axis=1).max())
+        return max(abs(control.displacement(after) - control.displacement(before)), furthest / FASTEST)
+
     def _wanted(self, placement: Placement) -> float:
-        """Displacement of the control point in the next step from a placement."""
-        if len(self.curve) < 2:
+        """Way of the next step from a placement."""
+        if self._last is None or len(self.curve) < 2:
             return FIRST * self._even
-        d, a = np.array(self.curve[-FORESEEN:]).T
-        slope = float(np.polyfit(d, a, 1)[0])
-        whole = d[-1] - a[-1] / slope if slope < 0 else np.inf
+        way, a = np.array(self._way[-FORESEEN:]), np.array(self.curve[-FORESEEN:])[:, 1]
+        slope = float(np.polyfit(way, a, 1)[0])
+        whole = way[-1] - a[-1] / slope if slope < 0 else np.inf
         even = min(whole / self._steps, LARGEST * self._even * max(1.0, 8 * self._load_factor))
         # A short step that ends where something happens tells nothing of the next.
-        last = max(abs(self._problem.control.displacement(placement) - d[-1]), abs(d[-1] - d[-2]))
+        last = max(self._gone(self._last.placement, placement), way[-1] - way[-2])
         return float(np.clip(even, max(LEAST * even, last / 2), max(GROWTH * last, LEAST * even)))
+
+    def begun(self, moved: MovedProblem, collapse: Iteration) -> Found | None:
+        """The collapse state, found anew where corners are rounded and contacts not where the model has them."""
+        twist = moved.twist(collapse.u)
+        time = self._time(moved.placement, twist)
+        question = Question.of(moved, time, twist, LEAST_WORK * self._load_factor)
+        solution = self._stepper.begin(moved, question, collapse, self._problem.statics.points)
+        return self.solved(moved, twist) if solution is None else self._found(moved, solution, time)
 
     def solved(self, moved: MovedProblem, twist: Array) -> Found | None:
         """A step from a placement in which the control point moves as far as wanted, or blocks as far as they may."""
@@ -184,12 +199,8 @@ class _Path:
                 break
             if found is not None and (solution.missed > CERTIFIED or self._drops(solution, found.solved)):
                 break
-            twist = self._problem.twist(solution.u, placement)
-            displacement = self._problem.control.displacement(placement)
-            state = State(
-                placement, solution.load_factor, solution.dissipation, twist, time, displacement, moved.longest
-            )
-            found = Found(state, moved, solution)
+            found = self._found(moved, solution, time)
+            twist = found.state.twist
             if solution.missed > CERTIFIED:
                 break
             if np.isinf(longest):
@@ -199,6 +210,12 @@ class _Path:
                 break
             time = better
         return found
+
+    def _found(self, moved: MovedProblem, solution: Solved, time: float) -> Found:
+        """The state of a solution, whose motion goes on for a time."""
+        placement, displacement = moved.placement, self._problem.control.displacement(moved.placement)
+        twist, alpha, dissipation = moved.twist(solution.u), solution.load_factor, solution.dissipation
+        return Found(State(placement, alpha, dissipation, twist, time, displacement, moved.longest), moved, solution)
 
     def _reached(self, moved: MovedProblem, before: State) -> Found | None:
         """A step from where the motion of a state leads to."""
@@ -310,6 +327,19 @@ class _Path:
         """Whether the dead load drives the motion, and not the push."""
         return solved.falling > FALLING * self._load_factor
 
+    def came_to_zero(self, state: State) -> str:
+        """That the load factor is zero, and where."""
+        end = zero_displacement(self.curve)
+        if np.isfinite(end):
+            return f"the load factor is zero at a displacement of {end:.6g} m"
+        blocks, control = self._problem.statics.model.blocks, self._problem.control
+        fastest = int(np.linalg.norm(state.twist[:, :3], axis=1).argmax())
+        return (
+            f"the load factor is zero, but the control point at block {blocks[control.block].name!r} stands still or "
+            f"goes back there, at {state.displacement:.6g} m, and there is no d0: follow one that moves on; block "
+            f"{blocks[fastest].name!r} moves furthest"
+        )
+
     def lost(self, placement: Placement, found: Found | None) -> str:
         """Why nothing is in equilibrium at a placement, or the pushover cannot go on from what is found there."""
         at = f"at a displacement of {self._problem.control.displacement(placement):.6g} m"
@@ -330,6 +360,9 @@ class _Path:
         if self._last is not None:
             missed, work = self._energy(self._last, state)
             self._done += work
+        self._way.append(
+            0.0 if self._last is None else self._way[-1] + self._gone(self._last.placement, state.placement)
+        )
         self._last = state
         self.curve.append((state.displacement, state.load_factor))
         spent, self._clock = perf_counter() - self._clock, perf_counter()

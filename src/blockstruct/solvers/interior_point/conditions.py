@@ -73,6 +73,7 @@ class Conditions:
         self._lines = program.nonnegative_rows - 1
         self._cones = program.cones
         self.E, self.F = sp.csr_array(E), sp.csr_array(F)
+        self._FT = sp.csr_array(F.T)
         self.offset = self._vector(forces.h[first:])
         self._friction, self._cohesion = friction, true.bound
         self.size = self.E.shape[1]
@@ -95,7 +96,7 @@ class Conditions:
 
     def flow(self, z: ConeVector) -> Array:
         """``Fᵀ z``."""
-        return np.asarray(self.F.T @ z.rows)
+        return np.asarray(self._FT @ z.rows)
 
     def weights(self, scaling: Scaling, compliance: Array) -> "Weights":
         """``(C + Fᵀ W⁻² E)⁻¹``, member by member."""
