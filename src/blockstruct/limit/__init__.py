@@ -18,7 +18,6 @@ from blockstruct.limit.moved import (
     MovedProblem,
     MovingProblem,
     check_pushover,
-    comes_to_zero,
     zero_displacement,
 )
 from blockstruct.limit.problem import LimitProblem
@@ -47,7 +46,6 @@ __all__ = [
     "MovingProblem",
     "Placement",
     "check_pushover",
-    "comes_to_zero",
     "zero_displacement",
     # the programs
     "ConicProgram",

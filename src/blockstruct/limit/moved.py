@@ -283,28 +283,17 @@ class FiniteStep:
 ZERO = 1e-4
 
 
-#: Way of the control point to where the load factor is zero, relative to that of a straight curve, at which it stands.
-STANDS = 1e-3
-
-
-def comes_to_zero(curve: Sequence[tuple[float, float]]) -> bool:
-    """Whether the load factor of a curve of (displacement, load factor) is zero at its end."""
-    return bool(curve) and curve[-1][1] <= ZERO * abs(curve[0][1])
-
-
 def zero_displacement(curve: Sequence[tuple[float, float]]) -> float:
-    """Displacement at which the load factor of a curve is zero; NaN if it ends before.
+    """Displacement at which the load factor of a curve of (displacement, load factor) is zero; NaN if it ends before.
 
-    Interpolated over the last two states. NaN also where the control point stands still there, or goes back: the
-    blocks that move then are others, and their way is not that of the curve.
+    Interpolated over the last two states.
     """
-    if not comes_to_zero(curve):
+    if not curve or curve[-1][1] > ZERO * abs(curve[0][1]):
         return np.nan
     if len(curve) == 1 or curve[-2][1] == curve[-1][1]:
         return curve[-1][0]
     (d0, a0), (d1, a1) = curve[-2:]
-    end = d1 + a1 * (d1 - d0) / (a0 - a1)
-    return end if d1 - d0 > STANDS * abs(end) * (a0 - a1) / abs(curve[0][1]) and end > 0 else np.nan
+    return d1 + a1 * (d1 - d0) / (a0 - a1)
 
 
 _PARTS = (

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from blockstruct.limit import Placement
 from blockstruct.limit.iteration import Iteration
-from blockstruct.limit.moved import ZERO, FiniteStep, MovedProblem, MovingProblem, comes_to_zero, zero_displacement
+from blockstruct.limit.moved import ZERO, FiniteStep, MovedProblem, MovingProblem, zero_displacement
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.body_step import Stepper
@@ -47,6 +47,8 @@ FALLING = 3.0
 DROPS = 0.1
 #: Speed, relative to the fastest block, from which a block is told to fall, and blocks that a message names.
 FAST, NAMED = 0.5, 5
+#: Speed of the control point, relative to the fastest block, at which it hardly goes on.
+STANDS = 1e-2
 #: Steps, in multiples of those asked for, after which the curve is left.
 PATIENCE = 5
 #: What the energy balance of a step may miss, relative to all work so far, before it is divided; and attempts.
@@ -109,8 +111,9 @@ def pushover(
         yield path.record(first)
         state = first.state
     while True:
-        if comes_to_zero(path.curve):
-            return path.came_to_zero(state)
+        end = zero_displacement(path.curve)
+        if np.isfinite(end):
+            return f"the load factor is zero at a displacement of {end:.6g} m{path.stands(state)}"
         if len(path.curve) > PATIENCE * steps:
             return (
                 f"no end after {len(path.curve)} states, {PATIENCE} times the steps that were asked for: ask for more "
@@ -327,17 +330,16 @@ class _Path:
         """Whether the dead load drives the motion, and not the push."""
         return solved.falling > FALLING * self._load_factor
 
-    def came_to_zero(self, state: State) -> str:
-        """That the load factor is zero, and where."""
-        end = zero_displacement(self.curve)
-        if np.isfinite(end):
-            return f"the load factor is zero at a displacement of {end:.6g} m"
+    def stands(self, state: State) -> str:
+        """That the control point hardly goes on at a state, if so."""
         blocks, control = self._problem.statics.model.blocks, self._problem.control
-        fastest = int(np.linalg.norm(state.twist[:, :3], axis=1).argmax())
+        speed = np.linalg.norm(state.twist[:, :3], axis=1)
+        onwards = control.velocity(state.placement, state.twist) * np.sign(state.displacement)
+        if onwards > STANDS * speed.max():
+            return ""
+        name, fastest = blocks[control.block].name, blocks[int(speed.argmax())].name
         return (
-            f"the load factor is zero, but the control point at block {blocks[control.block].name!r} stands still or "
-            f"goes back there, at {state.displacement:.6g} m, and there is no d0: follow one that moves on; block "
-            f"{blocks[fastest].name!r} moves furthest"
+            f", where the control point at block {name!r} stands still or goes back: block {fastest!r} moves furthest"
         )
 
     def lost(self, placement: Placement, found: Found | None) -> str:
