@@ -6,7 +6,7 @@ import scipy.sparse as sp
 
 import blockstruct as bs
 from blockstruct.limit import LimitProblem, MovingProblem, Placement, ProcedureSettings
-from blockstruct.limit.bodies import Bodies
+from blockstruct.limit.bodies import Bodies, bodies_of
 from blockstruct.procedures.body_step import Carried, solve_as_bodies
 from blockstruct.procedures.carried_forces import carried_forces
 from blockstruct.procedures.finite_step import Question, solve_finite_step
@@ -107,6 +107,25 @@ def test_nothing_to_gain():
         found, motion = of_bodies(moved, question, Carried(body, carried.place, carried.force))
         assert found is None
         assert motion is question.motion
+
+
+def test_blocks_that_part_at_a_hinge():
+    """One that turns about a patch of half a millimetre is slow there, and yet another body than what it touches."""
+    stone = bs.Material("stone", unit_weight="20 kN/m^3")
+    still = bs.Block.box("still", "[1, 0, -0.9995] m", "[1, 1, 1] m", stone, fixed=True)
+    turns = bs.Block.box("turns", "[0, 0, 0] m", "[1, 1, 1] m", stone)
+    model = model_of([still, turns], bs.JointMaterial("dry", 0.65))
+    case = bs.Pushover("push", SELF_WEIGHT, push(-1, 0, 0), control=("turns", (-1, 0, 0)))
+    statics = Statics.of(model)
+    moving = MovingProblem(statics, LimitProblem.of(statics, case), case)
+    placement = Placement.of(model)
+    moved = moving.at(placement, 0.02, moving.lengths(placement))
+    rocks = np.zeros((2, 6))
+    # About the axis y through the corner at (1, 0).
+    rocks[1] = [-0.5, 0, -0.5, 0, -1, 0]
+    assert len(moved.contacts.gap) == 4
+    assert bodies_of(moved, moved.velocities(rocks)).tolist() == [0, 1]
+    assert bodies_of(moved, moved.velocities(0 * rocks)).tolist() == [0, 0]
 
 
 @pytest.mark.parametrize(("share", "found"), [(0.5, True), (2.0, False)])

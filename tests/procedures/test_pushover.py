@@ -335,6 +335,19 @@ def test_a_control_point_at_rest_has_no_curve(direction):
     assert "block 'tall' moves furthest, along (0.981, 0, 0.196)" in result.message
 
 
+def test_a_control_point_that_comes_back():
+    """A cantilever point 1 m beyond the toe and 0.1 m above it goes back once ``tan θ > 0.1``, before ``tan θ = 0.2``.
+
+    The steps are those of the block, and how the curve ends is told.
+    """
+    blocks, _ = single_block(0.3, 1.5)
+    result = run(model_of(blocks, ROUGH), "block", control_point=Q_([1.3, 0.5, 0.1], "m"), steps=12)
+    curve, angle = result.capacity, np.arctan(0.2)
+    assert float(curve["d0"]) == pytest.approx(np.cos(angle) + 0.1 * np.sin(angle) - 1, rel=1e-3)
+    assert 10 <= curve.sizes["step"] <= 30
+    assert "where the control point at block 'block' stands still or goes back" in result.message
+
+
 @given(st.lists(st.floats(-1e300, 1e300, allow_subnormal=False), min_size=3, max_size=3))
 def test_directions_are_unit_vectors_to_the_last_digit(components):
     assume(any(components))
@@ -407,3 +420,36 @@ def test_units_that_slip_in_the_plane_of_a_wall():
     assert float(one["d0"]) == pytest.approx(float(other["d0"]), rel=1e-3)
     for curve in (one, other):
         assert curve["energy_error"].where(curve["displacement"] > 0.01).max() < 2e-4
+
+
+def test_the_curve_begins_at_the_collapse_state():
+    """The first state has the load factor and the forces that the limit case has, and nothing is solved for it."""
+    rows = [[1] * 3 if j % 2 == 0 else [0.5, 1, 1, 0.5] for j in range(8)]
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=STONE)
+    model = model_of(blocks, bs.JointMaterial("dry", 0.65))
+    result = run(model, blocks[-1].name, (1, 0, 0), steps=20)
+    curve = result.capacity
+    assert float(curve["load_factor"][0]) == result.load_factor
+    assert int(curve["programs"][0]) == 0
+    assert bool(curve["holds"][0])
+    assert float(curve["load_factor"][1]) == pytest.approx(result.load_factor, rel=0.02)
+
+
+def test_rows_of_units_go_on_sliding_as_they_did():
+    """Where every joint is about to slide, any units may: those that began go on together, until some overhang.
+
+    Three courses of six units, 2.7 times as long as high: α = μ = 0.75. Solved anew in every step, the motion was
+    another one in each, and curves of 30 and of 60 steps ended at 0.24 m and 0.28 m.
+    """
+    rows = [[1] * 6 if j % 2 == 0 else [0.5, *[1] * 5, 0.5] for j in range(3)]
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.15 m", depth="0.15 m", material=STONE)
+    curve = run(model_of(blocks, bs.JointMaterial("dry", 0.75)), blocks[-1].name, (1, 0, 0), steps=60).capacity
+    begun = 4
+    slides = np.flatnonzero(curve["displacement"] < 0.1)[begun:]
+    assert len(slides) > 6
+    assert curve["load_factor"].to_numpy()[slides] == pytest.approx(0.75, abs=1e-4)
+    x, way = (curve[name].to_numpy() for name in ("position", "displacement"))
+    gone = (x[slides] - x[begun])[:, :, 0]
+    moves = gone[-1] > 0.01
+    assert 0 < moves.sum() < len(blocks) - 1
+    assert gone == pytest.approx(np.where(moves, (way[slides] - way[begun])[:, None], 0.0), abs=1e-5)

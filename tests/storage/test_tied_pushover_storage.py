@@ -15,7 +15,7 @@ CASE = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("block", (1, 0, 
 def model():
     """A block on the ground, tied to a post behind it by a bar that breaks when it is 60 mm longer."""
     blocks = [
-        box("ground", [-3, 0, -0.5], [6, 1, 0.5], fixed=True),
+        box("ground", [-3, -0.5, -0.5], [6, 2, 0.5], fixed=True),
         box("post", [-2.5, 0, 0], [0.5, 1, 2], fixed=True),
         box("block", [0, 0, 0], [0.5, 1, 2]),
     ]

@@ -26,7 +26,7 @@ from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, scheduled, 
 from blockstruct.limit.settlement import Settlement, reaction_unit
 from blockstruct.limit.ties import Ties
 from blockstruct.limit.torsion import UniformTorsion
-from blockstruct.statics import Placement
+from blockstruct.statics import ContactPoints, Placement
 
 __all__ = [
     # the question
@@ -49,6 +49,7 @@ __all__ = [
     "zero_displacement",
     # the programs
     "ConicProgram",
+    "ContactPoints",
     "ProgramData",
     "Objective",
     "Sliding",

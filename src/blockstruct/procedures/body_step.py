@@ -6,6 +6,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from blockstruct.limit import ContactPoints
 from blockstruct.limit.bodies import Bodies, bodies_of
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.moved import MovedProblem
@@ -13,7 +14,6 @@ from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.carried_forces import carried_forces
 from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved, solve_finite_step
-from blockstruct.statics import ContactPoints
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -15,7 +15,7 @@ from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.body_step import Stepper
 from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved
-from blockstruct.procedures.pushover_state import Found, State
+from blockstruct.procedures.pushover_state import Found, State, stands
 
 Array = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 #: structures goes further before the load factor is zero.
 FIRST = 0.25
 #: Growth of a step over the last, and its least and largest share of one that divides the curve evenly.
-GROWTH, LEAST, LARGEST = 1.5, 1 / 64, 2.0
+GROWTH, LEAST, LARGEST = 1.5, 1 / 64, 1.0
 #: States from which the end of the curve is foreseen, along a straight line.
 FORESEEN = 8
 #: Most that a block may move, in multiples of what the control point is meant to.
@@ -47,8 +47,6 @@ FALLING = 3.0
 DROPS = 0.1
 #: Speed, relative to the fastest block, from which a block is told to fall, and blocks that a message names.
 FAST, NAMED = 0.5, 5
-#: Speed of the control point, relative to the fastest block, at which it hardly goes on.
-STANDS = 1e-2
 #: Steps, in multiples of those asked for, after which the curve is left.
 PATIENCE = 5
 #: What the energy balance of a step may miss, relative to all work so far, before it is divided; and attempts.
@@ -113,7 +111,7 @@ def pushover(
     while True:
         end = zero_displacement(path.curve)
         if np.isfinite(end):
-            return f"the load factor is zero at a displacement of {end:.6g} m{path.stands(state)}"
+            return f"the load factor is zero at a displacement of {end:.6g} m{stands(problem, state)}"
         if len(path.curve) > PATIENCE * steps:
             return (
                 f"no end after {len(path.curve)} states, {PATIENCE} times the steps that were asked for: ask for more "
@@ -139,7 +137,7 @@ class _Path:
         self._size = problem.statics.length
         self.nearest = NEAREST * self._size
         self.curve: list[tuple[float, float]] = []
-        self._way: list[float] = []
+        self._way = [0.0]
         self._last: State | None = None
         self._stepper = Stepper(settings, solver)
         self._divided = False
@@ -154,7 +152,7 @@ class _Path:
             longest = np.maximum(longest, lengths)
             states.append(State.of(step, longest))
         self.curve = [(s.displacement, s.load_factor) for s in states]
-        self._way = list(accumulate([0.0, *(self._gone(a.placement, b.placement) for a, b in pairwise(states))]))
+        self._way = list(accumulate([0.0, *(self._gone(a, b.placement, b.displacement) for a, b in pairwise(states))]))
         self._done = sum(self._energy(a, b)[1] for a, b in pairwise(states))
         last = self._last = states[-1]
         moved = self._at(last.placement, last, last.time)
@@ -164,11 +162,11 @@ class _Path:
         self._stepper.spent()
         return last
 
-    def _gone(self, before: Placement, after: Placement) -> float:
-        """Way of the control point between two placements, or a share of that of the block that goes furthest."""
-        control = self._problem.control
-        furthest = float(np.linalg.norm(after.position - before.position, axis=1).max())
-        return max(abs(control.displacement(after) - control.displacement(before)), furthest / FASTEST)
+    @staticmethod
+    def _gone(before: State, placement: Placement, displacement: float) -> float:
+        """Way of the control point from a state, or a share of that of the block that goes furthest."""
+        furthest = float(np.linalg.norm(placement.position - before.placement.position, axis=1).max())
+        return max(abs(displacement - before.displacement), furthest / FASTEST)
 
     def _wanted(self, placement: Placement) -> float:
         """Way of the next step from a placement."""
@@ -179,7 +177,8 @@ class _Path:
         whole = way[-1] - a[-1] / slope if slope < 0 else np.inf
         even = min(whole / self._steps, LARGEST * self._even * max(1.0, 8 * self._load_factor))
         # A short step that ends where something happens tells nothing of the next.
-        last = max(self._gone(self._last.placement, placement), way[-1] - way[-2])
+        gone = self._gone(self._last, placement, self._problem.control.displacement(placement))
+        last = max(gone, way[-1] - way[-2])
         return float(np.clip(even, max(LEAST * even, last / 2), max(GROWTH * last, LEAST * even)))
 
     def begun(self, moved: MovedProblem, collapse: Iteration) -> Found | None:
@@ -330,18 +329,6 @@ class _Path:
         """Whether the dead load drives the motion, and not the push."""
         return solved.falling > FALLING * self._load_factor
 
-    def stands(self, state: State) -> str:
-        """That the control point hardly goes on at a state, if so."""
-        blocks, control = self._problem.statics.model.blocks, self._problem.control
-        speed = np.linalg.norm(state.twist[:, :3], axis=1)
-        onwards = control.velocity(state.placement, state.twist) * np.sign(state.displacement)
-        if onwards > STANDS * speed.max():
-            return ""
-        name, fastest = blocks[control.block].name, blocks[int(speed.argmax())].name
-        return (
-            f", where the control point at block {name!r} stands still or goes back: block {fastest!r} moves furthest"
-        )
-
     def lost(self, placement: Placement, found: Found | None) -> str:
         """Why nothing is in equilibrium at a placement, or the pushover cannot go on from what is found there."""
         at = f"at a displacement of {self._problem.control.displacement(placement):.6g} m"
@@ -362,9 +349,7 @@ class _Path:
         if self._last is not None:
             missed, work = self._energy(self._last, state)
             self._done += work
-        self._way.append(
-            0.0 if self._last is None else self._way[-1] + self._gone(self._last.placement, state.placement)
-        )
+            self._way.append(self._way[-1] + self._gone(self._last, state.placement, state.displacement))
         self._last = state
         self.curve.append((state.displacement, state.load_factor))
         spent, self._clock = perf_counter() - self._clock, perf_counter()

@@ -7,10 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.limit import Placement
-from blockstruct.limit.moved import FiniteStep, MovedProblem
+from blockstruct.limit.moved import FiniteStep, MovedProblem, MovingProblem
 from blockstruct.procedures.finite_step import Solved, dissipated
 
 Array = NDArray[np.float64]
+
+#: Speed of the control point, relative to the fastest block, at which it hardly goes on.
+STANDS = 1e-2
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,3 +59,14 @@ class Found:
         u = self.moved.velocities(before.carried(self.state.placement))
         own = dissipated(problem, solved.x, solved.tie_force, u) / float(problem.w_L @ u)
         return replace(self, state=replace(self.state, dissipated=(before.dissipation + own) / 2))
+
+
+def stands(problem: MovingProblem, state: State) -> str:
+    """That the control point hardly goes on at a state, if so."""
+    blocks, control = problem.statics.model.blocks, problem.control
+    speed = np.linalg.norm(state.twist[:, :3], axis=1)
+    onwards = control.velocity(state.placement, state.twist) * np.sign(state.displacement)
+    if onwards > STANDS * speed.max():
+        return ""
+    name, fastest = blocks[control.block].name, blocks[int(speed.argmax())].name
+    return f", where the control point at block {name!r} stands still or goes back: block {fastest!r} moves furthest"
