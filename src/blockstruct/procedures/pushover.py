@@ -99,7 +99,7 @@ def pushover(
     """
     path = _Path(problem, collapse.load_factor, steps, settings, solver)
     if before:
-        state = path.gone(before)
+        state = path.gone(before, collapse)
     else:
         placement = Placement.of(problem.statics.model)
         start = problem.at(placement, path.nearest, problem.lengths(placement))
@@ -143,7 +143,7 @@ class _Path:
         self._divided = False
         self._done, self._clock = 0.0, perf_counter()
 
-    def gone(self, steps: Sequence[FiniteStep]) -> State:
+    def gone(self, steps: Sequence[FiniteStep], collapse: Iteration) -> State:
         """Take the states that are known already; gives the last of them, whose forces are found again."""
         states: list[State] = []
         longest = self._problem.lengths(Placement.of(self._problem.statics.model))
@@ -156,8 +156,11 @@ class _Path:
         self._done = sum(self._energy(a, b)[1] for a, b in pairwise(states))
         last = self._last = states[-1]
         moved = self._at(last.placement, last, last.time)
-        question = Question.of(moved, last.time, last.twist, LEAST_WORK * self._load_factor)
-        self._stepper.solve(moved, question)
+        if len(steps) == 1:
+            self.begun(moved, collapse)
+        else:
+            question = Question.of(moved, last.time, last.twist, LEAST_WORK * self._load_factor)
+            self._stepper.solve(moved, question)
         # That is no work of the step that follows.
         self._stepper.spent()
         return last
