@@ -56,6 +56,8 @@ class Ties:
         unit_of_block : (B,) array, N
             Of all blocks; infinite of supports.
         """
+        if not len(table):
+            return cls.none(columns.shape[0])
         unit = unit_of_block[table.ends].min(axis=1)
         # Between two supports any unit does.
         unit = np.where(np.isfinite(unit), unit, wrench_unit.mean())

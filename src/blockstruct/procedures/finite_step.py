@@ -85,6 +85,11 @@ class Solved:
         return self.beyond == 0 and self.missed <= CERTIFIED
 
     @property
+    def slides(self) -> bool:
+        """Whether friction does work to speak of."""
+        return self.friction > RUBS * abs(self.load_factor)
+
+    @property
     def beyond(self) -> float:
         """Zero, or infinity if forces or velocities are beyond the tolerances of a step."""
         c = self.certificate
@@ -190,7 +195,7 @@ def solve_finite_step(question: Question, settings: ProcedureSettings, solver: S
         return None
     found = [first]
     wide, narrow = LOOP_FORCES
-    if not _agreed(found) or first.friction > RUBS * abs(first.load_factor):
+    if not _agreed(found) or first.slides:
         remembered = programs.remembered(first, wide)
         found = remembered if _agreed(remembered) else found + remembered
     if not _agreed(found):
@@ -201,7 +206,7 @@ def solve_finite_step(question: Question, settings: ProcedureSettings, solver: S
         found += programs.remembered(first, narrow)
     best = min(found, key=_missed)
     power = float(problem.w_L @ question.motion)
-    if power > 0:
+    if best.slides and power > 0:
         as_before = question.state(best.load_factor, best.x, question.motion / power, best.tie_force, settings)
         best = as_before if _missed(as_before) <= max(GOES_ON, _missed(best)) else best
     return replace(best, programs=programs.solved, iterations=programs.iterations)
