@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from blockstruct.analysis.events import Listener, StepDone, tell
 from blockstruct.limit import FiniteStep, Iteration, LimitProblem, MovingProblem, Placement, block_motion
 from blockstruct.model import Pushover
-from blockstruct.procedures import pushover
+from blockstruct.procedures import moves_furthest, pushover
 from blockstruct.results import CaseResult, breaking_words, capacity_of, step_arrays, steps_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
@@ -77,17 +77,12 @@ def pushed_over(
 def _resting(problem: MovingProblem, case: Pushover, twist: Array) -> str:
     """Why there is no curve over the displacement of a control point that the collapse mechanism leaves at rest."""
     model = problem.statics.model
-    velocity = twist[:, :3]
-    speed = np.linalg.norm(velocity, axis=1)
-    fastest = int(speed.argmax())
-    if abs(problem.control.velocity(Placement.of(model), twist)) > RESTS * speed[fastest]:
+    fastest = np.linalg.norm(twist[:, :3], axis=1).max()
+    if abs(problem.control.velocity(Placement.of(model), twist)) > RESTS * fastest:
         return ""
     block, direction = case.control
-    along, moves = (
-        ", ".join(f"{value:.3g}" for value in np.round(vector, 4) + 0.0)
-        for vector in (direction, velocity[fastest] / speed[fastest])
-    )
+    along = ", ".join(f"{value:.3g}" for value in np.round(direction, 4) + 0.0)
     return (
         f"the control point at block {block!r} does not move along ({along}) in the collapse mechanism, and there is "
-        f"no curve over its displacement; block {model.blocks[fastest].name!r} moves furthest, along ({moves})"
+        f"no curve over its displacement; {moves_furthest(model, twist)}"
     )

@@ -305,11 +305,15 @@ _CRUSHES = (
     "raises the curve, or for a body that turns as one take a LimitCase with it: bs.assess.local_mechanism then sets "
     "its hinge back"
 )
-#: Strengths of joints that a pushover refuses: what they are without them, and why and what to do instead.
-_UNKNOWN_STRENGTHS = {
-    "cohesion": (0.0, _PARTS),
-    "tensile_strength": (0.0, _PARTS),
-    "compressive_strength": (np.inf, _CRUSHES),
+_LIFTS = (
+    "by which sliding lifts blocks, and nothing says how far: give a joint material without it, which lowers the curve"
+)
+#: Properties of joints that a pushover refuses: what they are without them, their unit, and why and what to do instead.
+_UNKNOWN_PROPERTIES = {
+    "cohesion": (0.0, "Pa", _PARTS),
+    "tensile_strength": (0.0, "Pa", _PARTS),
+    "compressive_strength": (np.inf, "Pa", _CRUSHES),
+    "dilatancy_angle": (0.0, "rad", _LIFTS),
 }
 #: Ties that a pushover refuses, likewise.
 _UNKNOWN_TIES = {
@@ -336,8 +340,8 @@ def check_pushover(model: Model, case: Pushover) -> None:
     UnknownNameError
         If the control point is on a block that the model does not have.
     ModelError
-        If it is on a support, if a joint has cohesion, tensile strength or a finite compressive strength, or if a tie
-        is prestressed, bonded or a strip.
+        If it is on a support, if a joint has cohesion, tensile strength, a finite compressive strength or dilatancy, or
+        if a tie is prestressed, bonded or a strip.
     """
     blocks = {b.name: b for b in model.blocks}
     name = case.control[0]
@@ -351,10 +355,10 @@ def check_pushover(model: Model, case: Pushover) -> None:
         msg = f"pushover {case.name!r}: control point on support {name!r}, which does not move; give a free block"
         raise ModelError(msg)
     for joint in {i.joint_material.name: i.joint_material for i in model.interfaces}.values():
-        for strength, (none, instead) in _UNKNOWN_STRENGTHS.items():
-            value = getattr(joint, strength)
+        for name, (none, unit, instead) in _UNKNOWN_PROPERTIES.items():
+            value = getattr(joint, name)
             if value != none:
-                what = f"joint material {joint.name!r} has a {strength} of {value:.6g} Pa"
+                what = f"joint material {joint.name!r} has a {name} of {value:.6g} {unit}"
                 msg = f"pushover {case.name!r}: {what}, {instead}"
                 raise ModelError(msg)
         if joint.torsion is not Torsion.CORNERS:

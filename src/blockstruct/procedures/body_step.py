@@ -92,8 +92,7 @@ class Stepper:
         if self._carried is not None:
             question = self._carried.recalled(moved, question)
             if self._waits < 0:
-                found, motion = solve_as_bodies(moved, question, self._carried.body, self._settings, self._solver)
-                question = replace(question, motion=motion)
+                found = solve_as_bodies(moved, question, self._carried.body, self._settings, self._solver)
                 self._failed = 0 if found is not None else min(self._failed + 1, MOST_WAITS)
                 self._waits = self._failed
         if found is None:
@@ -111,7 +110,7 @@ class Stepper:
 
 def solve_as_bodies(
     moved: MovedProblem, question: Question, body: Index, settings: ProcedureSettings, solver: Solver
-) -> tuple[Solved | None, Array]:
+) -> Solved | None:
     """A step of bodies, and the forces inside them.
 
     The bodies of a state go on as such for as long as forces inside them are found that their joints carry. Their
@@ -122,17 +121,15 @@ def solve_as_bodies(
     -------
     Solved or None
         None if it does not hold: the step is then one of all blocks.
-    (6 F,) array
-        Velocities of the blocks as bodies, which that step may begin with; those before if there are none.
     """
     own = np.unique(body[moved.free])
     # Blocks that each go their own way, and a structure at rest, are no bodies.
     if not own.any() or len(own) == len(moved.free):
-        return None, question.motion
+        return None
     problem, bodies = moved.problem, Bodies.of(moved, body)
     solved = solve_finite_step(question.of_bodies(bodies), settings, solver)
     if solved is None or solved.missed > CERTIFIED:
-        return None, question.motion
+        return None
     u = bodies.motion @ solved.u
     inside = np.repeat(~bodies.between, 3)
     x = np.zeros((problem.n_points, 3))
@@ -141,14 +138,14 @@ def solve_as_bodies(
     before = question.rubbing[~bodies.between]
     forces = carried_forces(problem.A[:, inside], problem.friction[~bodies.between], before, -unbalanced)
     if forces is None:
-        return None, u
+        return None
     x[~bodies.between] = forces
     none = ~bodies.between & (np.abs(moved.contacts.gap) <= NO_GAP * problem.length)
     closed = replace(question, gap=np.where(none, 0.0, question.gap))
     found = closed.state(solved.load_factor, x, u, solved.tie_force, settings)
     if not found.holds:
-        return None, u
-    return replace(found, programs=solved.programs, iterations=solved.iterations), u
+        return None
+    return replace(found, programs=solved.programs, iterations=solved.iterations)
 
 
 def _placed(points: ContactPoints, moved: MovedProblem) -> tuple[Array, Array]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.limit.bodies import Bodies
@@ -25,8 +26,14 @@ AGREED, CERTIFIED = 2e-3, 1e-2
 #: Flow-rule gap at which forces are forces of the last motion. Rows of units that slide may go on in many ways, and
 #: with another one in every step curves end anywhere.
 GOES_ON = 1e-5
+#: Normal force, relative to the mean, from which a contact is closed; share of friction below which it sticks.
+PRESSED, STICKS = 1e-3, 1 - 1e-3
+#: Of the least squares that find it.
+EXACT = 1e-12
 #: Work of friction, relative to the load factor, from which blocks slide, and forces are those that remember friction.
 RUBS = 1e-3
+#: Change of friction, relative to it, that is none.
+REMEMBERED = 1e-2
 #: Elastic displacement of the interior-point loop, as a share of the motion of a step; and its tolerance, and
 #: factorisations; the normal forces that it begins with, relative to those of the program before it; and a normal
 #: force that is none.
@@ -109,7 +116,7 @@ class Question:
     slack : (M,) array
         Of each tie, likewise.
     motion : (6 F,) array
-        Velocities before, whose sliding gives the first shift.
+        Velocities of the last motion, whose sliding gives the first shift.
     rubbing : (K, 3) array
         Forces of the last step at the contact points that were there, of which friction is remembered.
     least : float
@@ -128,6 +135,11 @@ class Question:
         """A step in which the unit variable load does a work, J, after a motion, twists (B, 6) at 1 W."""
         gap, none = moved.gap(work), np.zeros((moved.problem.n_points, 3))
         return cls(moved.problem, gap, moved.slack_in(work), moved.velocities(twist), none, least)
+
+    def remembers(self, x: Array) -> bool:
+        """Whether friction of forces x (K, 3) is hardly another than that of the last step."""
+        change = np.linalg.norm(x[:, 1:] - self.rubbing[:, 1:])
+        return bool(change <= REMEMBERED * np.linalg.norm(self.rubbing[:, 1:]))
 
     def of_bodies(self, bodies: Bodies) -> Self:
         """The same step of bodies."""
@@ -172,9 +184,10 @@ def solve_finite_step(question: Question, settings: ProcedureSettings, solver: S
     step itself, the program's dual says ``v_n + g ≥ 0`` and ``w_L·Δu = s``: contacts close, penetrations are pushed
     out, and sliding does not dilate. The load factor is an unknown, so that softening is found as well. The shift is
     that of the last motion first. Where blocks slide, a motion leaves normal forces open, and with them friction and
-    the load factor: the interior-point loop, which remembers friction, finds them then, and two programs with them the
-    motion and the forces. So it does where sliding and shift do not agree. States without memory come last: where there
-    are several motions they take any. The last motion goes on wherever the forces found are forces of it.
+    the load factor: where they are not those of the last step, the interior-point loop, which remembers friction, finds
+    them, and two programs with them the motion and the forces. So it does where sliding and shift do not agree. States
+    without memory come last: where there are several motions they take any. The last motion goes on wherever the forces
+    found are forces of it.
 
     Parameters
     ----------
@@ -195,7 +208,7 @@ def solve_finite_step(question: Question, settings: ProcedureSettings, solver: S
         return None
     found = [first]
     wide, narrow = LOOP_FORCES
-    if not _agreed(found) or first.slides:
+    if not _agreed(found) or (first.slides and not question.remembers(first.x)):
         remembered = programs.remembered(first, wide)
         found = remembered if _agreed(remembered) else found + remembered
     if not _agreed(found):
@@ -205,11 +218,27 @@ def solve_finite_step(question: Question, settings: ProcedureSettings, solver: S
     if not _agreed(found):
         found += programs.remembered(first, narrow)
     best = min(found, key=_missed)
-    power = float(problem.w_L @ question.motion)
-    if best.slides and power > 0:
-        as_before = question.state(best.load_factor, best.x, question.motion / power, best.tie_force, settings)
-        best = as_before if _missed(as_before) <= max(GOES_ON, _missed(best)) else best
+    if best.slides:
+        going_on = question.state(best.load_factor, best.x, _going_on(question, best.x), best.tie_force, settings)
+        best = going_on if _missed(going_on) <= GOES_ON else best
     return replace(best, programs=programs.solved, iterations=programs.iterations)
+
+
+def _going_on(question: Question, x: Array) -> Array:
+    """The motion nearest to the last one in which contacts that forces press stay closed, and those that stick stick.
+
+    Taken as it is, what the last motion misses would add up from step to step.
+    """
+    problem, motion = question.problem, question.motion
+    size = np.linalg.norm(x[:, 1:], axis=1)
+    pressed = x[:, 0] > PRESSED * x[:, 0].mean()
+    sticks = pressed & (size < STICKS * problem.friction * x[:, 0])
+    held = np.column_stack([pressed, sticks, sticks])
+    opening = np.zeros_like(x)
+    opening[:, 0] = question.gap
+    rows = sp.vstack([sp.csr_array(problem.A[:, held.ravel()].T), sp.csr_array(problem.w_L[None])], format="csr")
+    missed = rows @ motion + np.append(opening[held], -1.0)
+    return np.asarray(motion - sp.linalg.lsmr(rows, missed, atol=EXACT, btol=EXACT)[0])
 
 
 def _missed(found: Solved) -> float:

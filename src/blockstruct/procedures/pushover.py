@@ -22,8 +22,9 @@ Array = NDArray[np.float64]
 #: First step, as a share of one that divides an eighth of the structure's extent evenly; the control point of most
 #: structures goes further before the load factor is zero.
 FIRST = 0.25
-#: Growth of a step over the last, and its least and largest share of one that divides the curve evenly.
-GROWTH, LEAST, LARGEST = 1.5, 1 / 64, 1.0
+#: Growth of a step over the last, its least share of one that divides the curve evenly, and its largest share of the
+#: way so far, in multiples of an even one, so that what slides without end comes far.
+GROWTH, LEAST, LARGEST = 1.5, 1 / 64, 2.0
 #: States from which the end of the curve is foreseen, along a straight line.
 FORESEEN = 8
 #: Most that a block may move, in multiples of what the control point is meant to.
@@ -111,7 +112,7 @@ def pushover(
     while True:
         end = zero_displacement(path.curve)
         if np.isfinite(end):
-            return f"the load factor is zero at a displacement of {end:.6g} m{stands(problem, state)}"
+            return f"the load factor is zero at a displacement of {end:.6g} m{stands(problem, path.curve[1][0], state)}"
         if len(path.curve) > PATIENCE * steps:
             return (
                 f"no end after {len(path.curve)} states, {PATIENCE} times the steps that were asked for: ask for more "
@@ -152,7 +153,9 @@ class _Path:
             longest = np.maximum(longest, lengths)
             states.append(State.of(step, longest))
         self.curve = [(s.displacement, s.load_factor) for s in states]
-        self._way = list(accumulate([0.0, *(self._gone(a, b.placement, b.displacement) for a, b in pairwise(states))]))
+        self._way = list(
+            accumulate([0.0, *(self._way_from(a, b.placement, b.displacement) for a, b in pairwise(states))])
+        )
         self._done = sum(self._energy(a, b)[1] for a, b in pairwise(states))
         last = self._last = states[-1]
         moved = self._at(last.placement, last, last.time)
@@ -166,7 +169,7 @@ class _Path:
         return last
 
     @staticmethod
-    def _gone(before: State, placement: Placement, displacement: float) -> float:
+    def _way_from(before: State, placement: Placement, displacement: float) -> float:
         """Way of the control point from a state, or a share of that of the block that goes furthest."""
         furthest = float(np.linalg.norm(placement.position - before.placement.position, axis=1).max())
         return max(abs(displacement - before.displacement), furthest / FASTEST)
@@ -178,9 +181,10 @@ class _Path:
         way, a = np.array(self._way[-FORESEEN:]), np.array(self.curve[-FORESEEN:])[:, 1]
         slope = float(np.polyfit(way, a, 1)[0])
         whole = way[-1] - a[-1] / slope if slope < 0 else np.inf
-        even = min(whole / self._steps, LARGEST * self._even * max(1.0, 8 * self._load_factor))
+        large = max(self._even * max(1.0, 8 * self._load_factor), LARGEST * way[-1] / self._steps)
+        even = min(whole / self._steps, large)
         # A short step that ends where something happens tells nothing of the next.
-        gone = self._gone(self._last, placement, self._problem.control.displacement(placement))
+        gone = self._way_from(self._last, placement, self._problem.control.displacement(placement))
         last = max(gone, way[-1] - way[-2])
         return float(np.clip(even, max(LEAST * even, last / 2), max(GROWTH * last, LEAST * even)))
 
@@ -336,7 +340,10 @@ class _Path:
         """Why nothing is in equilibrium at a placement, or the pushover cannot go on from what is found there."""
         at = f"at a displacement of {self._problem.control.displacement(placement):.6g} m"
         if found is None:
-            return f"no forces carry the dead load {at}: blocks fall, and the method ends"
+            return (
+                f"no load factor is found {at}: no forces carry the dead load, and blocks fall, or the push meets what "
+                "it cannot move; and the method ends"
+            )
         speed = np.linalg.norm(found.state.twist[:, :3], axis=1)
         fastest = np.argsort(-speed, kind="stable")
         names = [self._problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > FAST * speed.max()]]
@@ -352,7 +359,7 @@ class _Path:
         if self._last is not None:
             missed, work = self._energy(self._last, state)
             self._done += work
-            self._way.append(self._way[-1] + self._gone(self._last, state.placement, state.displacement))
+            self._way.append(self._way[-1] + self._way_from(self._last, state.placement, state.displacement))
         self._last = state
         self.curve.append((state.displacement, state.load_factor))
         spent, self._clock = perf_counter() - self._clock, perf_counter()

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from blockstruct.limit import Placement
 from blockstruct.limit.moved import FiniteStep, MovedProblem, MovingProblem
+from blockstruct.model import Model
 from blockstruct.procedures.finite_step import Solved, dissipated
 
 Array = NDArray[np.float64]
@@ -61,12 +62,21 @@ class Found:
         return replace(self, state=replace(self.state, dissipated=(before.dissipation + own) / 2))
 
 
-def stands(problem: MovingProblem, state: State) -> str:
-    """That the control point hardly goes on at a state, if so."""
-    blocks, control = problem.statics.model.blocks, problem.control
-    speed = np.linalg.norm(state.twist[:, :3], axis=1)
-    onwards = control.velocity(state.placement, state.twist) * np.sign(state.displacement)
-    if onwards > STANDS * speed.max():
+def stands(problem: MovingProblem, begun: float, state: State) -> str:
+    """That the control point hardly goes on at a state the way that it began, by a displacement, if so."""
+    model, control = problem.statics.model, problem.control
+    fastest = np.linalg.norm(state.twist[:, :3], axis=1).max()
+    if control.velocity(state.placement, state.twist) * np.sign(begun) > STANDS * fastest:
         return ""
-    name, fastest = blocks[control.block].name, blocks[int(speed.argmax())].name
-    return f", where the control point at block {name!r} stands still or goes back: block {fastest!r} moves furthest"
+    name = model.blocks[control.block].name
+    return (
+        f", where the control point at block {name!r} stands still or goes back: {moves_furthest(model, state.twist)}"
+    )
+
+
+def moves_furthest(model: Model, twist: Array) -> str:
+    """Which block moves furthest in a motion, twists (B, 6), and where to."""
+    speed = np.linalg.norm(twist[:, :3], axis=1)
+    fastest = int(speed.argmax())
+    along = ", ".join(f"{value:.3g}" for value in np.round(twist[fastest, :3] / speed[fastest], 4) + 0.0)
+    return f"block {model.blocks[fastest].name!r} moves furthest, along ({along})"
