@@ -84,5 +84,5 @@ def _resting(problem: MovingProblem, case: Pushover, twist: Array) -> str:
     along = ", ".join(f"{value:.3g}" for value in np.round(direction, 4) + 0.0)
     return (
         f"the control point at block {block!r} does not move along ({along}) in the collapse mechanism, and there is "
-        f"no curve over its displacement; {moves_furthest(model, twist)}"
+        f"no curve over its displacement; {moves_furthest([b.name for b in model.blocks], twist)}"
     )

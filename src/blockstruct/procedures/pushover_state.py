@@ -1,5 +1,6 @@
 """Where a pushover has got to, and how it goes on from there."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -8,7 +9,6 @@ from numpy.typing import NDArray
 
 from blockstruct.limit import Placement
 from blockstruct.limit.moved import FiniteStep, MovedProblem, MovingProblem
-from blockstruct.model import Model
 from blockstruct.procedures.finite_step import Solved, dissipated
 
 Array = NDArray[np.float64]
@@ -64,19 +64,17 @@ class Found:
 
 def stands(problem: MovingProblem, begun: float, state: State) -> str:
     """That the control point hardly goes on at a state the way that it began, by a displacement, if so."""
-    model, control = problem.statics.model, problem.control
+    names, control = [b.name for b in problem.statics.model.blocks], problem.control
     fastest = np.linalg.norm(state.twist[:, :3], axis=1).max()
     if control.velocity(state.placement, state.twist) * np.sign(begun) > STANDS * fastest:
         return ""
-    name = model.blocks[control.block].name
-    return (
-        f", where the control point at block {name!r} stands still or goes back: {moves_furthest(model, state.twist)}"
-    )
+    moves = moves_furthest(names, state.twist)
+    return f", where the control point at block {names[control.block]!r} stands still or goes back: {moves}"
 
 
-def moves_furthest(model: Model, twist: Array) -> str:
-    """Which block moves furthest in a motion, twists (B, 6), and where to."""
+def moves_furthest(names: Sequence[str], twist: Array) -> str:
+    """Which of the blocks moves furthest in a motion, twists (B, 6), and where to."""
     speed = np.linalg.norm(twist[:, :3], axis=1)
     fastest = int(speed.argmax())
     along = ", ".join(f"{value:.3g}" for value in np.round(twist[fastest, :3] / speed[fastest], 4) + 0.0)
-    return f"block {model.blocks[fastest].name!r} moves furthest, along ({along})"
+    return f"block {names[fastest]!r} moves furthest, along ({along})"
