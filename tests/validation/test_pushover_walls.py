@@ -6,7 +6,7 @@ top of the wall, at its corner ahead of the push.
 
 With corners rounded by the same 20 mm wall 3 is within 2 % of that band, and wall 1, whose units slip as well, below it
 by 4 to 8 %. Sharp corners put wall 1 from 4 % above to 3 % below it, and wall 3 up to 9 % above, at 300 mm, where the
-lever is shortest. With 10 mm wall 1 is within 1 % and wall 3 within 5 %.
+lever is shortest. With 10 mm wall 1 is within 1.5 % and wall 3 within 5 %.
 """
 
 import numpy as np
