@@ -34,11 +34,11 @@ class Carried:
     ----------
     body : (B,) array
         Body of each block; zero is that of the supports.
-    place : (K, 5) array
-        Of each contact point: its two blocks, the lower number first, and where it is in the axes of that one, in
+    place : (2, K, 5) array
+        Of each contact point: its two blocks, the lower number first, and where it is in the axes of either, in
         characteristic lengths.
     force : (K, 3) array
-        On the other block, in the same axes.
+        On the second block, in the axes of the first.
     """
 
     body: Index
@@ -48,19 +48,24 @@ class Carried:
     @classmethod
     def of(cls, moved: MovedProblem, x: Array, u: Array, points: ContactPoints | None = None) -> Self:
         """Of forces x (K, 3) at the contact points of a problem, or at others there, and velocities u (6 F,)."""
-        place, frame = _placed(points or moved.contacts.points, moved)
+        place, frame = _placed(moved.contacts.points if points is None else points, moved)
         return cls(bodies_of(moved, u), place, np.einsum("kij,ki->kj", frame, x))
 
     def recalled(self, moved: MovedProblem, question: Question) -> Question:
-        """A step that remembers these forces at the contact points that were there, and none at new ones."""
+        """A step that remembers these forces at the contact points that were there, and none at new ones.
+
+        Those of blocks that slide are where they were on one of the two.
+        """
         # Loaded here: scipy.spatial is slow to import.
         from scipy.spatial import KDTree
 
         place, frame = _placed(moved.contacts.points, moved)
-        distance, nearest = KDTree(self.place).query(place, distance_upper_bound=SAME)
-        known = np.isfinite(distance)
+        found = [KDTree(old).query(new, distance_upper_bound=SAME) for old, new in zip(self.place, place, strict=True)]
+        distance, nearest = (np.array(part) for part in zip(*found, strict=True))
+        known = np.isfinite(distance).any(axis=0)
+        which = nearest[distance.argmin(axis=0), np.arange(len(known))][known]
         force = np.zeros_like(question.rubbing)
-        force[known] = np.einsum("kij,kj->ki", frame[known], self.force[np.asarray(nearest)[known]])
+        force[known] = np.einsum("kij,kj->ki", frame[known], self.force[which])
         return replace(question, rubbing=force)
 
 
@@ -149,12 +154,13 @@ def solve_as_bodies(
 
 
 def _placed(points: ContactPoints, moved: MovedProblem) -> tuple[Array, Array]:
-    """Where contact points are (K, 5), and their frames (K, 3, 3), as :class:`Carried` has them."""
+    """Where contact points are (2, K, 5), and their frames (K, 3, 3), as :class:`Carried` has them."""
     placement, swapped = moved.placement, points.minus > points.plus
-    first, second = np.minimum(points.minus, points.plus), np.maximum(points.minus, points.plus)
-    axes = placement.rotation[first]
-    arm = np.einsum("kji,kj->ki", axes, points.position - placement.position[first])
-    frame = points.frame[points.interface] @ axes
-    return np.column_stack([first, second, arm / moved.problem.length]), np.where(swapped, -1.0, 1.0)[
-        :, None, None
-    ] * frame
+    blocks = np.minimum(points.minus, points.plus), np.maximum(points.minus, points.plus)
+    arms = [
+        np.einsum("kji,kj->ki", placement.rotation[block], points.position - placement.position[block])
+        for block in blocks
+    ]
+    frame = points.frame[points.interface] @ placement.rotation[blocks[0]]
+    frame[swapped] *= -1
+    return np.stack([np.column_stack([*blocks, arm / moved.problem.length]) for arm in arms]), frame

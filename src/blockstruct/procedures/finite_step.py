@@ -30,7 +30,7 @@ GOES_ON = 1e-5
 PRESSED, STICKS = 1e-3, 1 - 1e-3
 #: Of the least squares that find it.
 EXACT = 1e-12
-#: Work of friction, relative to the load factor, from which blocks slide, and forces are those that remember friction.
+#: Work of friction, relative to that of the step, from which blocks slide, and forces are those that remember friction.
 RUBS = 1e-3
 #: Change of friction, relative to it, that is none.
 REMEMBERED = 1e-2
@@ -61,8 +61,8 @@ class Solved:
     certificate : Certificate
     dissipation : float
         Work of friction and of ties per unit of work of the variable load.
-    friction : float
-        That of friction alone.
+    slides : bool
+        Whether that of friction is any to speak of.
     falling : float
         Work of the dead load per unit of work of the variable load.
     reaching : (K,) array
@@ -79,7 +79,7 @@ class Solved:
     tie_force: Array
     certificate: Certificate
     dissipation: float
-    friction: float
+    slides: bool
     falling: float
     reaching: Array
     missed: float
@@ -90,11 +90,6 @@ class Solved:
     def holds(self) -> bool:
         """Whether the measures of the certificate are within the tolerances of a step."""
         return self.beyond == 0 and self.missed <= CERTIFIED
-
-    @property
-    def slides(self) -> bool:
-        """Whether friction does work to speak of."""
-        return self.friction > RUBS * abs(self.load_factor)
 
     @property
     def beyond(self) -> float:
@@ -159,7 +154,7 @@ class Question:
             tie_force=T,
             certificate=certificate,
             dissipation=dissipation,
-            friction=rubbed(problem, x, u),
+            slides=rubbed(problem, x, u) > RUBS * scale,
             falling=float(problem.w_D @ u),
             reaching=x[:, 0] * np.maximum(gap, 0.0) / scale,
             missed=certificate.flow_rule_gap / scale,

@@ -112,7 +112,8 @@ def pushover(
     while True:
         end = zero_displacement(path.curve)
         if np.isfinite(end):
-            return f"the load factor is zero at a displacement of {end:.6g} m{stands(problem, path.curve[1][0], state)}"
+            begun, _ = path.curve[:2][-1]
+            return f"the load factor is zero at a displacement of {end:.6g} m{stands(problem, begun, state)}"
         if len(path.curve) > PATIENCE * steps:
             return (
                 f"no end after {len(path.curve)} states, {PATIENCE} times the steps that were asked for: ask for more "

@@ -66,7 +66,7 @@ def stands(problem: MovingProblem, begun: float, state: State) -> str:
     """That the control point hardly goes on at a state the way that it began, by a displacement, if so."""
     names, control = [b.name for b in problem.statics.model.blocks], problem.control
     fastest = np.linalg.norm(state.twist[:, :3], axis=1).max()
-    if control.velocity(state.placement, state.twist) * np.sign(begun) > STANDS * fastest:
+    if not begun or control.velocity(state.placement, state.twist) * np.sign(begun) > STANDS * fastest:
         return ""
     moves = moves_furthest(names, state.twist)
     return f", where the control point at block {names[control.block]!r} stands still or goes back: {moves}"
