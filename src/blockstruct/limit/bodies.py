@@ -32,17 +32,17 @@ def bodies_of(moved: MovedProblem, u: Array) -> Index:
     # Loaded here: csgraph is slow to import.
     from scipy.sparse import csgraph
 
-    problem, points, twist = moved.problem, moved.contacts.points, moved.twist(u)
+    problem, points = moved.problem, moved.contacts.points
     blocks, free = len(moved.placement.position), moved.free
-    speed = np.linalg.norm(moved.relative(twist), axis=1)
-    fastest = max(float(speed.max(initial=0.0)), float(np.linalg.norm(twist[:, :3], axis=1).max()))
+    speed = np.linalg.norm((problem.A.T @ u).reshape(-1, 3), axis=1) / problem.force_unit
+    turning = moved.twist(u)[:, 3:]
     code = np.minimum(points.minus, points.plus) * blocks + np.maximum(points.minus, points.plus)
     pairs, pair = np.unique(code, return_inverse=True)
     one, other = np.divmod(pairs, blocks)
-    apart = np.linalg.norm(twist[one, 3:] - twist[other, 3:], axis=1) * problem.length
+    apart = np.linalg.norm(turning[one] - turning[other], axis=1) * problem.length
     np.maximum.at(apart, pair, speed)
     lying = np.bincount(pair, moved.contacts.gap <= CLOSED * problem.length, len(pairs)) >= HOLDING
-    together = lying & (apart <= TOGETHER * fastest)
+    together = lying & (apart <= TOGETHER * max(float(speed.max(initial=0.0)), problem.fastest(u)))
     one, other = one[together], other[together]
     supports = np.setdiff1d(np.arange(blocks), free)
     one, other = np.append(one, supports[:-1]), np.append(other, supports[1:])

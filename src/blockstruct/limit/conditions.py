@@ -52,8 +52,6 @@ def ties(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     Large limits are in units of their own, so that one stands for all sizes of ties.
     """
     own = problem.ties
-    if not len(own):
-        return ConstraintRows(sp.csr_array((0, n_columns)), np.zeros(0))
     limited = np.isfinite(own.capacity)
     scale, of_bond = np.maximum(own.capacity[limited], 1.0), np.maximum(own.bond, 1.0)
     upper = sp.diags_array(np.ones(len(own))).tocsr()[limited]

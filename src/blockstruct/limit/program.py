@@ -103,7 +103,8 @@ class ConicProgram:
         #: Where the rows ``0 ≤ T'`` stand among those of the nonnegative cone, and T' among the variables.
         self.slack_rows = slice(sum(map(len, linear)), sum(map(len, linear)) + len(problem.ties))
         self.tie_columns = slice(n_columns - len(problem.ties), n_columns)
-        linear.append(conditions.ties(problem, n_columns))
+        if len(problem.ties):
+            linear.append(conditions.ties(problem, n_columns))
         cones = [conditions.sliding(problem, n_columns)]
         if self.is_linearised:
             linear.append(conditions.linearised_edges(problem, n_columns))

@@ -145,7 +145,8 @@ class Question:
         """What a load factor, forces and velocities are worth."""
         problem, gap = self.problem, self.gap
         certificate = certify(problem, x, u, alpha, settings, T, gap=gap, slack=self.slack, speed=problem.fastest(u))
-        dissipation = dissipated(problem, x, T, u)
+        friction, of_ties = dissipated(problem, x, T, u)
+        dissipation = friction + of_ties
         scale = max(abs(alpha) + dissipation, self.least)
         return Solved(
             load_factor=alpha,
@@ -154,22 +155,17 @@ class Question:
             tie_force=T,
             certificate=certificate,
             dissipation=dissipation,
-            slides=rubbed(problem, x, u) > RUBS * scale,
+            slides=friction > RUBS * scale,
             falling=float(problem.w_D @ u),
             reaching=x[:, 0] * np.maximum(gap, 0.0) / scale,
             missed=certificate.flow_rule_gap / scale,
         )
 
 
-def dissipated(problem: LimitProblem, x: Array, T: Array, u: Array) -> float:
-    """Rate of work of friction and of ties, of forces x (K, 3) and T (M,) in a motion u (6 F,)."""
-    return float(T @ np.maximum(problem.ties.elongation(u), 0.0)) + rubbed(problem, x, u)
-
-
-def rubbed(problem: LimitProblem, x: Array, u: Array) -> float:
-    """Rate of work of friction of forces x (K, 3) in a motion u (6 F,)."""
+def dissipated(problem: LimitProblem, x: Array, T: Array, u: Array) -> tuple[float, float]:
+    """Rates of work of friction and of ties, of forces x (K, 3) and T (M,) in a motion u (6 F,)."""
     v = (problem.A.T @ u).reshape(-1, 3)
-    return -float(np.einsum("kj,kj->", x[:, 1:], v[:, 1:]))
+    return -float(np.einsum("kj,kj->", x[:, 1:], v[:, 1:])), float(T @ np.maximum(problem.ties.elongation(u), 0.0))
 
 
 def solve_finite_step(question: Question, settings: ProcedureSettings, solver: Solver) -> Solved | None:

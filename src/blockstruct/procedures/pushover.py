@@ -112,8 +112,7 @@ def pushover(
     while True:
         end = zero_displacement(path.curve)
         if np.isfinite(end):
-            begun, _ = path.curve[:2][-1]
-            return f"the load factor is zero at a displacement of {end:.6g} m{stands(problem, begun, state)}"
+            return f"the load factor is zero at a displacement of {end:.6g} m{stands(problem, path.curve, state)}"
         if len(path.curve) > PATIENCE * steps:
             return (
                 f"no end after {len(path.curve)} states, {PATIENCE} times the steps that were asked for: ask for more "
@@ -134,6 +133,7 @@ class _Path:
     ) -> None:
         self._problem, self._steps = problem, steps
         self._load_factor = abs(load_factor)
+        self._least = LEAST_WORK * self._load_factor
         free = np.concatenate([b.shape.vertices for b in problem.statics.model.blocks if not b.fixed])
         self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * steps)
         self._size = problem.statics.length
@@ -163,7 +163,7 @@ class _Path:
         if len(steps) == 1:
             self.begun(moved, collapse)
         else:
-            question = Question.of(moved, last.time, last.twist, LEAST_WORK * self._load_factor)
+            question = Question.of(moved, last.time, last.twist, self._least)
             self._stepper.solve(moved, question)
         # That is no work of the step that follows.
         self._stepper.spent()
@@ -193,7 +193,7 @@ class _Path:
         """The collapse state, found anew where corners are rounded and contacts not where the model has them."""
         twist = moved.twist(collapse.u)
         time = self._time(moved.placement, twist)
-        question = Question.of(moved, time, twist, LEAST_WORK * self._load_factor)
+        question = Question.of(moved, time, twist, self._least)
         solution = self._stepper.begin(moved, question, collapse, self._problem.statics.points)
         return self.solved(moved, twist) if solution is None else self._found(moved, solution, time)
 
@@ -202,9 +202,9 @@ class _Path:
         placement = moved.placement
         time, last = self._time(placement, twist), twist
         found: Found | None = None
-        least, longest = LEAST_WORK * self._load_factor, np.inf
+        longest = np.inf
         for _ in range(LENGTHS):
-            solution = self._stepper.solve(moved, Question.of(moved, time, twist, least))
+            solution = self._stepper.solve(moved, Question.of(moved, time, twist, self._least))
             if solution is None:
                 break
             if found is not None and (solution.missed > CERTIFIED or self._drops(solution, found.solved)):

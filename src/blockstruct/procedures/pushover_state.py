@@ -58,12 +58,13 @@ class Found:
         """The same, with what is dissipated on the way there: by the forces at both ends, on one motion."""
         problem, solved = self.moved.problem, self.solved
         u = self.moved.velocities(before.carried(self.state.placement))
-        own = dissipated(problem, solved.x, solved.tie_force, u) / float(problem.w_L @ u)
+        own = sum(dissipated(problem, solved.x, solved.tie_force, u)) / float(problem.w_L @ u)
         return replace(self, state=replace(self.state, dissipated=(before.dissipation + own) / 2))
 
 
-def stands(problem: MovingProblem, begun: float, state: State) -> str:
-    """That the control point hardly goes on at a state the way that it began, by a displacement, if so."""
+def stands(problem: MovingProblem, curve: Sequence[tuple[float, float]], state: State) -> str:
+    """That the control point hardly goes on at a state the way that its curve began, if so."""
+    begun, _ = curve[:2][-1]
     names, control = [b.name for b in problem.statics.model.blocks], problem.control
     fastest = np.linalg.norm(state.twist[:, :3], axis=1).max()
     if not begun or control.velocity(state.placement, state.twist) * np.sign(begun) > STANDS * fastest:
