@@ -508,3 +508,33 @@ def test_units_that_slide_first_and_rock_then():
     at = np.linspace(0.05, 0.9, 18)
     curves = [np.interp(at, curve["displacement"], curve["load_factor"]) for curve in (one, other)]
     assert curves[0] == pytest.approx(curves[1], abs=5e-4)
+
+
+@pytest.mark.parametrize("steps", [12, 20])
+def test_a_loose_unit_that_falls_ends_the_curve(steps):
+    """The end unit 5.1 falls off a wall at a seventh of its height: forces there are no load factor of the wall.
+
+    Followed on, the load factor came down to zero within a step, where the dead load did 12,000 times the push's work.
+    """
+    rows = [[1, 1] if j % 2 == 0 else [0.35, 1, 0.65] for j in range(5)]
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=STONE)
+    result = run(model_of(blocks, bs.JointMaterial("dry", 0.577)), blocks[-1].name, (-1, 0, 0), steps=steps)
+    curve = result.capacity
+    assert np.isnan(curve["d0"])
+    assert float(curve["displacement"][-1]) > 0.1
+    assert result.message.endswith("and the method ends")
+    assert float((curve["dissipation"] - curve["load_factor"]).max()) < 10 * result.load_factor
+
+
+def test_what_is_doubtful_in_a_curve_is_told(rocking):
+    """A block slides until it meets a stop: its load factor rises there, and jumps. Where one rocks it does neither."""
+    assert not bs.results.doubtful_words(rocking.capacity)
+    blocks = [
+        box("ground", (-1, 2), (-0.5, 0), fixed=True),
+        box("block", (0, 0.4), (0, 0.5)),
+        box("stop", (0.5, 0.6), (0, 0.05), fixed=True),
+    ]
+    result = run(model_of(blocks, bs.JointMaterial("dry", 0.2)), "block", steps=20)
+    top = float(result.capacity["load_factor"].max())
+    assert f"the load factor rises from 0.2 to {top:.4g} at a displacement of 100 mm" in result.message
+    assert "the load factor jumps from 0.2 to" in result.message

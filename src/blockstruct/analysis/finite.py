@@ -11,7 +11,7 @@ from blockstruct.analysis.events import Listener, StepDone, tell
 from blockstruct.limit import FiniteStep, Iteration, LimitProblem, MovingProblem, Placement, block_motion
 from blockstruct.model import Pushover
 from blockstruct.procedures import moves_furthest, pushover
-from blockstruct.results import CaseResult, breaking_words, capacity_of, step_arrays, steps_of
+from blockstruct.results import CaseResult, breaking_words, capacity_of, doubtful_words, step_arrays, steps_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import Status
@@ -62,8 +62,8 @@ def pushed_over(
         status, load_factor, message = Status.INTERRUPTED, np.nan, "interrupted by the user"
     curve = capacity_of(statics.model, step_arrays(steps), ended) if steps else None
     if ended:
-        breaking = [] if curve is None else breaking_words(curve)
-        message = f"{message}; pushover: {'; '.join([*breaking, ended])}"
+        said = [] if curve is None else [*breaking_words(curve), *doubtful_words(curve)]
+        message = f"{message}; pushover: {'; '.join([*said, ended])}"
     return replace(
         result,
         status=status,

@@ -15,7 +15,7 @@ from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.body_step import Stepper
 from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved
-from blockstruct.procedures.pushover_state import Found, State, stands
+from blockstruct.procedures.pushover_state import Found, State, lost, stands
 
 Array = NDArray[np.float64]
 
@@ -42,12 +42,11 @@ BELOW, LEAST_SHARE = 0.9, 0.25
 DEEPEST, NEAREST, REACH = 2e-3, 0.05, 2.0
 #: Flow-rule gap, relative to the work of a step, beyond which the pushover cannot go on from it.
 LOST = 0.03
-#: Rate of the dead load's work, in multiples of that of the variable load at collapse, from which blocks fall.
-FALLING = 3.0
+#: Rate of the dead load's work, in multiples of that of the variable load at collapse, from which blocks fall; and from
+#: which they do where no load factor is left. Measured where units drop a little way until they meet others: up to 5.
+FALLING, FALLING_AT_ZERO = 10.0, 3.0
 #: Rise of that rate, in the same multiples, from which a shorter step has blocks that drop.
 DROPS = 0.1
-#: Speed, relative to the fastest block, from which a block is told to fall, and blocks that a message names.
-FAST, NAMED = 0.5, 5
 #: Steps, in multiples of those asked for, after which the curve is left.
 PATIENCE = 5
 #: What the energy balance of a step may miss, relative to all work so far, before it is divided; and attempts.
@@ -268,7 +267,7 @@ class _Path:
         for _ in range(EVENTS):
             moved = self._after(state, share * time)
             found = self._reached(moved, state)
-            if found is None or found.solved.missed > CERTIFIED:
+            if found is None or not self._goes_on(found.solved):
                 break
             if self._missed(state, found) < missed:
                 best, missed = found, self._missed(state, found)
@@ -302,11 +301,11 @@ class _Path:
                 time *= max(BELOW / np.sqrt(depth), LEAST_SHARE)
                 continue
             following = self._reached(moved, state)
-            if following is not None and following.solved.missed <= CERTIFIED:
+            if following is not None and self._goes_on(following.solved):
                 break
             if not last:
                 time /= 2
-        if following is None or following.solved.missed > LOST:
+        if following is None or following.solved.missed > LOST or self._falls(following.solved):
             return self.lost(moved.placement, following), time
         for _ in range(CORRECTIONS):
             below = following.state.load_factor
@@ -315,7 +314,7 @@ class _Path:
             time *= state.load_factor / (state.load_factor - below)
             moved = self._after(state, time)
             back = self._reached(moved, state)
-            if back is None or back.solved.missed > CERTIFIED:
+            if back is None or not self._goes_on(back.solved):
                 break
             following = back
         return following, time
@@ -334,24 +333,16 @@ class _Path:
         return solved.falling > max(before.falling, 0.0) + DROPS * self._load_factor
 
     def _falls(self, solved: Solved) -> bool:
-        """Whether the dead load drives the motion, and not the push."""
-        return solved.falling > FALLING * self._load_factor
+        """Whether the dead load drives the motion, and not the push: what forces there are is no load factor then."""
+        most = FALLING if solved.load_factor > 0 else FALLING_AT_ZERO
+        return solved.falling > most * self._load_factor
+
+    def _goes_on(self, solved: Solved) -> bool:
+        return solved.missed <= CERTIFIED and not self._falls(solved)
 
     def lost(self, placement: Placement, found: Found | None) -> str:
         """Why nothing is in equilibrium at a placement, or the pushover cannot go on from what is found there."""
-        at = f"at a displacement of {self._problem.control.displacement(placement):.6g} m"
-        if found is None:
-            return (
-                f"no load factor is found {at}: no forces carry the dead load, and blocks fall, or the push meets what "
-                "it cannot move; and the method ends"
-            )
-        speed = np.linalg.norm(found.state.twist[:, :3], axis=1)
-        fastest = np.argsort(-speed, kind="stable")
-        names = [self._problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > FAST * speed.max()]]
-        listed = ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
-        if self._falls(found.solved):
-            return f"blocks fall under the dead load alone {at} ({listed}), and the method ends"
-        return f"no motion that satisfies the flow rule is found {at} (blocks {listed}), and the method ends"
+        return lost(self._problem, placement, found, falls=found is not None and self._falls(found.solved))
 
     def record(self, found: Found) -> FiniteStep:
         """The state as it is kept."""

@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 #: Speed of the control point, relative to the fastest block, at which it hardly goes on.
 STANDS = 1e-2
+#: Speed, relative to the fastest block, from which a block is told to fall, and blocks that a message names.
+FAST, NAMED = 0.5, 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +73,23 @@ def stands(problem: MovingProblem, curve: Sequence[tuple[float, float]], state: 
         return ""
     moves = moves_furthest(names, state.twist)
     return f", where the control point at block {names[control.block]!r} stands still or goes back: {moves}"
+
+
+def lost(problem: MovingProblem, placement: Placement, found: Found | None, *, falls: bool) -> str:
+    """Why nothing is in equilibrium at a placement, or a pushover cannot go on from what is found there."""
+    at = f"at a displacement of {problem.control.displacement(placement):.6g} m"
+    if found is None:
+        return (
+            f"no load factor is found {at}: no forces carry the dead load, and blocks fall, or the push meets what it "
+            "cannot move; and the method ends"
+        )
+    speed = np.linalg.norm(found.state.twist[:, :3], axis=1)
+    fastest = np.argsort(-speed, kind="stable")
+    names = [problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > FAST * speed.max()]]
+    listed = ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
+    if falls:
+        return f"blocks fall under the dead load alone {at} ({listed}), and the method ends"
+    return f"no motion that satisfies the flow rule is found {at} (blocks {listed}), and the method ends"
 
 
 def moves_furthest(names: Sequence[str], twist: Array) -> str:

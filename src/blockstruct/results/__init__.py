@@ -8,7 +8,7 @@ compression positive, and velocities belong to one watt of variable load (``w_LÂ
 from blockstruct.limit import CERTIFICATE_MEASURES
 from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.analysis import Analysis
-from blockstruct.results.capacity import block_rotations, capacity_of, step_arrays, steps_of
+from blockstruct.results.capacity import block_rotations, capacity_of, doubtful_words, step_arrays, steps_of
 from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, relative_difference
 from blockstruct.results.curve_comparison import compared_curves
@@ -58,6 +58,7 @@ __all__ = [
     # capacity curves
     "block_rotations",
     "breaking_words",
+    "doubtful_words",
     "broken_ties",
     "capacity_frame",
     "capacity_of",

@@ -47,6 +47,9 @@ _DIMS = {
 
 Arrays = Mapping[str, NDArray[Any]]
 
+#: Rise of the load factor above its first value, and its jump between two states, relative to that, that are told.
+RISES, JUMPS = 0.02, 0.03
+
 
 def step_arrays(steps: Sequence[FiniteStep]) -> dict[str, NDArray[Any]]:
     """Values of steps, of which there is at least one: an array each, along the steps first."""
@@ -102,6 +105,41 @@ def capacity_of(model: Model, arrays: Arrays, ended: str = "") -> xr.Dataset:
 
 def _length(long_name: str) -> dict[str, str]:
     return {"units": SI_UNITS["length"], "long_name": long_name}
+
+
+def doubtful_words(capacity: xr.Dataset) -> list[str]:
+    """What a capacity curve has that a load factor of one path has not: a clause each.
+
+    That it rises above the load factor of the collapse state, and that it jumps between two states. A jump is what
+    neither the way before nor the way behind goes on to, so that a kink is none; those where a tie breaks are told with
+    the tie.
+    """
+    d, alpha = (capacity[name].to_numpy() for name in ("displacement", "load_factor"))
+    if len(d) < 3 or not alpha[0]:
+        return []
+    at = [f"at a displacement of {1e3 * where:.4g} mm" for where in d]
+    said, top = [], int(alpha.argmax())
+    if alpha[top] - alpha[0] > RISES * abs(alpha[0]):
+        said.append(
+            f"the load factor rises from {alpha[0]:.4g} to {alpha[top]:.4g} {at[top]}: blocks meet or interlock, or "
+            'friction leaves more than one collapse state, and procedure="loading path" in the settings finds the one '
+            "that loading leads to"
+        )
+    way = np.concatenate([[0.0], np.abs(np.diff(d)).cumsum()])
+    length = np.diff(way)
+    # As far again before and behind; beyond its ends nothing is known of the curve.
+    before, behind = (np.interp(x, way, alpha, np.nan, np.nan) for x in (way[:-1] - length, way[1:] + length))
+    beyond = np.fmin(np.abs(alpha[1:] - 2 * alpha[:-1] + before), np.abs(alpha[:-1] - 2 * alpha[1:] + behind))
+    if "tie_break_displacement" in capacity:
+        broke = capacity["tie_break_displacement"].to_numpy()[:, None]
+        beyond[((broke >= np.minimum(d[:-1], d[1:])) & (broke <= np.maximum(d[:-1], d[1:]))).any(axis=0)] = 0.0
+    jump = int(np.nan_to_num(beyond).argmax())
+    if beyond[jump] > JUMPS * abs(alpha[0]):
+        said.append(
+            f"the load factor jumps from {alpha[jump]:.4g} to {alpha[jump + 1]:.4g} {at[jump]}: where units slip and "
+            "catch a curve hangs on its steps, so run it with other steps and compare"
+        )
+    return said
 
 
 def steps_of(capacity: xr.Dataset, n_ties: int) -> list[FiniteStep]:
