@@ -528,7 +528,7 @@ def test_a_loose_unit_that_falls_ends_the_curve(steps):
 
 def test_what_is_doubtful_in_a_curve_is_told(rocking):
     """A block slides until it meets a stop: its load factor rises there, and jumps. Where one rocks it does neither."""
-    assert not bs.results.doubtful_words(rocking.capacity)
+    assert not bs.results.doubtful_words(rocking.capacity, rocking.settings.procedure)
     blocks = [
         box("ground", (-1, 2), (-0.5, 0), fixed=True),
         box("block", (0, 0.4), (0, 0.5)),

@@ -11,6 +11,10 @@ def curve(displacement, load_factor, **more):
     return xr.Dataset({"load_factor": ("step", load_factor), **more}, coords={"displacement": ("step", displacement)})
 
 
+def told_of(capacity, procedure="fictitious"):
+    return doubtful_words(capacity, procedure)
+
+
 EVEN = np.linspace(0, 1, 21)
 #: Of short and of long steps.
 UNEVEN = np.concatenate([[0, 0.001, 0.003, 0.01], np.linspace(0.05, 0.5, 6), [0.5001, 0.503], np.linspace(0.6, 1, 5)])
@@ -29,14 +33,14 @@ UNEVEN = np.concatenate([[0, 0.001, 0.003, 0.01], np.linspace(0.05, 0.5, 6), [0.
     ids=["straight", "tangent", "kink", "another kink", "constant"],
 )
 def test_neither_curves_nor_kinks_are_jumps(d, of):
-    assert doubtful_words(curve(d, of(d))) == []
+    assert told_of(curve(d, of(d))) == []
 
 
 @pytest.mark.parametrize("d", [EVEN, UNEVEN])
 @pytest.mark.parametrize("share", [0.05, -0.05])
 def test_a_jump_is_told(d, share):
     load_factor = 0.3 * (1 - d) + 0.3 * share * (d > 0.4)
-    told = doubtful_words(curve(d, load_factor))
+    told = told_of(curve(d, load_factor))
     assert len(told) == 1
     k = int((d > 0.4).argmax())
     assert f"jumps from {load_factor[k - 1]:.4g} to {load_factor[k]:.4g}" in told[0]
@@ -46,23 +50,24 @@ def test_a_jump_is_told(d, share):
 @pytest.mark.parametrize("share", [0.05, -0.05])
 def test_a_jump_of_the_first_step_is_told(share):
     load_factor = 0.3 * (1 - EVEN) + 0.3 * share * (EVEN > 0)
-    assert "at a displacement of 0 mm" in doubtful_words(curve(EVEN, load_factor))[-1]
+    assert "at a displacement of 0 mm" in told_of(curve(EVEN, load_factor))[-1]
 
 
 def test_a_rise_is_told():
     load_factor = 0.3 + 0.1 * np.sin(np.pi * EVEN) - 0.3 * EVEN**2
-    told = doubtful_words(curve(EVEN, load_factor))
+    told = told_of(curve(EVEN, load_factor))
     assert len(told) == 1
     assert f"rises from 0.3 to {load_factor.max():.4g} at a displacement of" in told[0]
-    assert "loading path" in told[0]
+    assert "procedure='loading path'" in told[0]
+    assert told_of(curve(EVEN, load_factor), "loading path") == [told[0].split(", or friction")[0]]
 
 
 def test_jumps_of_ties_that_break_are_told_elsewhere():
     load_factor = 0.3 * (1 - EVEN) + 0.1 * (EVEN < 0.42)
     broke = {"tie_break_displacement": ("tie", [np.nan, 0.42])}
-    assert doubtful_words(curve(EVEN, load_factor))
-    assert doubtful_words(curve(EVEN, load_factor, **broke)) == []
+    assert told_of(curve(EVEN, load_factor))
+    assert told_of(curve(EVEN, load_factor, **broke)) == []
 
 
 def test_two_states_tell_nothing():
-    assert doubtful_words(curve(EVEN[:2], np.array([0.3, 0.1]))) == []
+    assert told_of(curve(EVEN[:2], np.array([0.3, 0.1]))) == []

@@ -62,7 +62,7 @@ def pushed_over(
         status, load_factor, message = Status.INTERRUPTED, np.nan, "interrupted by the user"
     curve = capacity_of(statics.model, step_arrays(steps), ended) if steps else None
     if ended:
-        said = [] if curve is None else [*breaking_words(curve), *doubtful_words(curve)]
+        said = [] if curve is None else [*breaking_words(curve), *doubtful_words(curve, settings.procedure)]
         message = f"{message}; pushover: {'; '.join([*said, ended])}"
     return replace(
         result,

@@ -338,6 +338,7 @@ class _Path:
         return solved.falling > most * self._load_factor
 
     def _goes_on(self, solved: Solved) -> bool:
+        """Whether the next step may begin at a state."""
         return solved.missed <= CERTIFIED and not self._falls(solved)
 
     def lost(self, placement: Placement, found: Found | None) -> str:

@@ -49,6 +49,10 @@ Arrays = Mapping[str, NDArray[Any]]
 
 #: Rise of the load factor above its first value, and its jump between two states, relative to that, that are told.
 RISES, JUMPS = 0.02, 0.03
+_BEGUN = (
+    ", or friction leaves more than one collapse state, and procedure='loading path' in the settings finds the one "
+    "that loading leads to"
+)
 
 
 def step_arrays(steps: Sequence[FiniteStep]) -> dict[str, NDArray[Any]]:
@@ -107,12 +111,11 @@ def _length(long_name: str) -> dict[str, str]:
     return {"units": SI_UNITS["length"], "long_name": long_name}
 
 
-def doubtful_words(capacity: xr.Dataset) -> list[str]:
-    """What a capacity curve has that a load factor of one path has not: a clause each.
+def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
+    """What of a capacity curve is to be looked at, a clause each: that it rises above the collapse state, or jumps.
 
-    That it rises above the load factor of the collapse state, and that it jumps between two states. A jump is what
-    neither the way before nor the way behind goes on to, so that a kink is none; those where a tie breaks are told with
-    the tie.
+    A jump is what neither the way before nor the way behind goes on to, so that a kink is none. Those where a tie
+    breaks are told with the tie. The procedure is that of the settings, by which the collapse state was found.
     """
     d, alpha = (capacity[name].to_numpy() for name in ("displacement", "load_factor"))
     if len(d) < 3 or not alpha[0]:
@@ -120,10 +123,10 @@ def doubtful_words(capacity: xr.Dataset) -> list[str]:
     at = [f"at a displacement of {1e3 * where:.4g} mm" for where in d]
     said, top = [], int(alpha.argmax())
     if alpha[top] - alpha[0] > RISES * abs(alpha[0]):
+        begun = "" if procedure == "loading path" else _BEGUN
         said.append(
             f"the load factor rises from {alpha[0]:.4g} to {alpha[top]:.4g} {at[top]}: blocks meet or interlock, or "
-            'friction leaves more than one collapse state, and procedure="loading path" in the settings finds the one '
-            "that loading leads to"
+            f"ties are pulled tight{begun}"
         )
     way = np.concatenate([[0.0], np.abs(np.diff(d)).cumsum()])
     length = np.diff(way)

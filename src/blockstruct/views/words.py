@@ -144,7 +144,7 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
         f"Beyond collapse {n} states were found, {'all' if certified == n else certified} of them certified, up to a "
         f"displacement of {reached:.4g} mm of the control point on {block} along ({along})"
     )
-    told = bs.results.breaking_words(curve) + bs.results.doubtful_words(curve)
+    told = bs.results.breaking_words(curve) + bs.results.doubtful_words(curve, result.settings.procedure)
     said = [states, curve.attrs.get("ended", ""), *told]
     if "tie_force" in curve:
         held = np.flatnonzero(np.isnan(curve["tie_break_displacement"]))
