@@ -123,10 +123,11 @@ def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
     at = [f"at a displacement of {1e3 * where:.4g} mm" for where in d]
     said, top = [], int(alpha.argmax())
     if alpha[top] - alpha[0] > RISES * abs(alpha[0]):
+        tight = ", or ties are pulled tight" if "tie_force" in capacity else ""
         begun = "" if procedure == "loading path" else _BEGUN
         said.append(
-            f"the load factor rises from {alpha[0]:.4g} to {alpha[top]:.4g} {at[top]}: blocks meet or interlock, or "
-            f"ties are pulled tight{begun}"
+            f"the load factor rises from {alpha[0]:.4g} to {alpha[top]:.4g} {at[top]}: blocks meet or interlock"
+            f"{tight}{begun}"
         )
     way = np.concatenate([[0.0], np.abs(np.diff(d)).cumsum()])
     length = np.diff(way)
