@@ -473,6 +473,16 @@ def test_rounded_corners_are_told_and_counted_from_the_first_state():
     assert any("rounded by 30 mm" in text and "0.09, and α0, 0.1," in text for text in check.notes)
 
 
+def test_a_curve_that_jumps_is_told():
+    pushed = pushed_over(facade(), steps=10)
+    smooth = bs.assess.local_mechanism(pushed, 1.35, SITE)
+    assert not any("capacity curve" in text for text in smooth.notes)
+    curve = pushed.capacity.copy()
+    curve["load_factor"] = curve["load_factor"].where(curve["step"] < 5, 0.8 * curve["load_factor"])
+    jumping = bs.assess.local_mechanism(dataclasses.replace(pushed, capacity=curve), 1.35, SITE)
+    assert any(text.startswith("In the capacity curve the load factor jumps from") for text in jumping.notes)
+
+
 def test_a_spread_is_checked_by_its_lowest_answer():
     model = facade()
     analysis = bs.AnalysisManager(model).run([case()], spread=True)

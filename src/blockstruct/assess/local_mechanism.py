@@ -19,7 +19,7 @@ from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords, did_you_mean
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
-from blockstruct.results import CaseResult, MacroBlock, Spread, applied_loads, macro_blocks
+from blockstruct.results import CaseResult, MacroBlock, Spread, applied_loads, doubtful_words, macro_blocks
 from blockstruct.results.macro_blocks import TOGETHER
 from blockstruct.vocabulary import Flow, Status
 
@@ -302,6 +302,9 @@ def _notes(result: CaseResult, forces: HorizontalForces, bodies: list[MacroBlock
             f"of {shown(float(result.capacity['load_factor'][0]))}, and α0, {shown(result.load_factor)}, is that of "
             "the joints as the model has them."
         )
+    if result.capacity is not None:
+        doubtful = doubtful_words(result.capacity, result.settings.procedure)
+        said += [f"In the capacity curve {text}." for text in doubtful]
     off = max((body.departure for body in bodies if body.moves), default=0.0)
     if off > TOGETHER:
         said.append(
