@@ -120,14 +120,13 @@ def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
     d, alpha = (capacity[name].to_numpy() for name in ("displacement", "load_factor"))
     if len(d) < 3 or not alpha[0]:
         return []
-    at = [f"at a displacement of {1e3 * where:.4g} mm" for where in d]
     said, top = [], int(alpha.argmax())
     if alpha[top] - alpha[0] > RISES * abs(alpha[0]):
         tight = ", or ties are pulled tight" if "tie_force" in capacity else ""
         begun = "" if procedure == "loading path" else _BEGUN
         said.append(
-            f"the load factor rises from {alpha[0]:.4g} to {alpha[top]:.4g} {at[top]}: blocks meet or interlock"
-            f"{tight}{begun}"
+            f"the load factor rises from {alpha[0]:.4g} to {alpha[top]:.4g} at a displacement of {1e3 * d[top]:.4g} "
+            f"mm: blocks meet or interlock{tight}{begun}"
         )
     way = np.concatenate([[0.0], np.abs(np.diff(d)).cumsum()])
     length = np.diff(way)
@@ -140,8 +139,9 @@ def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
     jump = int(np.nan_to_num(beyond).argmax())
     if beyond[jump] > JUMPS * abs(alpha[0]):
         said.append(
-            f"the load factor jumps from {alpha[jump]:.4g} to {alpha[jump + 1]:.4g} {at[jump]}: where units slip and "
-            "catch a curve hangs on its steps, so run it with other steps and compare"
+            f"the load factor jumps from {alpha[jump]:.4g} to {alpha[jump + 1]:.4g} at a displacement of "
+            f"{1e3 * d[jump]:.4g} mm: where units slip and catch a curve hangs on its steps, so run it with other "
+            "steps and compare"
         )
     return said
 
