@@ -90,6 +90,17 @@ def test_the_displacement_of_a_table_never_falls_with_the_period():
     assert table.displacement(1.3) == pytest.approx(8 * (1 / (2 * np.pi)) ** 2)
 
 
+def test_the_displacement_of_a_table_is_largest_between_its_periods():
+    """S = 0.469333 − 0.108333 T g from 0.4 to 4 s: S T² is largest at 2 · 0.469333 / (3 · 0.108333) = 2.89 s."""
+    table = bs.assess.table_spectrum("[0, 0.1, 0.4, 4] s", "[0.18, 0.43, 0.43, 0.04] g_0")
+    dense = np.linspace(0.4, 4, 200001)
+    by_hand = np.maximum.accumulate(table.acceleration(dense) * (dense / (2 * np.pi)) ** 2)
+    for T in (0.41, 1.0, 2.8, 3.0, 4.0):
+        assert table.displacement(T) == pytest.approx(np.interp(T, dense, by_hand), rel=1e-8)
+    assert float(table.displacement(4.0)) == pytest.approx(0.332533, rel=1e-5)
+    np.testing.assert_allclose(table.displacement([1.0, 4.0]), [table.displacement(1.0), table.displacement(4.0)])
+
+
 def test_a_floor_spectrum_by_hand():
     """One mode T = 0.4 s, γ ψ = 1.17, ξ = 10 % over the site of 0.15 g on soil B.
 
@@ -143,6 +154,7 @@ def test_on_soil_d_the_demand_does_not_rise_everywhere():
         ({"soil": "F"}, "known are A, B, C, D, E"),
         ({"topography": "flat"}, "known are T1"),
         ({"SS": -1}, "SS -1"),
+        ({"CC": 10, "Tc": "0.6 s"}, r"T_C = C_C Tc\* = 6 s is beyond T_D = 2.2 s; give a Tc\*"),
         ({"soils": "A"}, "did you mean soil"),
     ],
 )
@@ -156,13 +168,29 @@ def test_a_site_that_is_none_is_refused(change, words):
     [
         ([0, 1], [1, 2, 3], "as many"),
         ([0.1, 1], [1, 2], "rise from 0"),
-        ([0, 2, 1], [1, 2, 3], "rise from 0"),
+        ([0, 2, 1], [1, 2, 3], "period 1 s after 2 s; give periods that rise from 0"),
         ([0, 1], [1, 0], "above zero"),
     ],
 )
 def test_a_table_that_is_none_is_refused(periods, ordinates, words):
     with pytest.raises(bs.errors.ModelError, match=words):
         bs.assess.table_spectrum(Q_(periods, "s"), Q_(ordinates, "m/s^2"))
+
+
+@pytest.mark.parametrize(
+    ("more", "words"), [({"ag": "-0.15 g_0"}, "ag -1.47"), ({"ag": "0 g_0"}, "ag 0 m"), ({"damping": 5}, "damping 5")]
+)
+def test_the_ground_of_a_table_is_one(more, words):
+    with pytest.raises(bs.errors.ModelError, match=words):
+        bs.assess.table_spectrum(Q_([0, 1], "s"), Q_([1, 2], "m/s^2"), **more)
+
+
+def test_a_damping_in_per_cent_and_a_period_below_zero_are_refused():
+    site = bs.assess.ntc_spectrum(**SITE)
+    with pytest.raises(bs.errors.ModelError, match="damping 8; give a ratio"):
+        site.acceleration(1.0, 8)
+    with pytest.raises(bs.errors.ModelError, match="period -1 s"):
+        site.acceleration(-1.0)
 
 
 def test_a_table_is_not_read_beyond_its_end():
@@ -177,6 +205,8 @@ def test_floor_spectra_of_nothing_are_refused():
     for modes, more in (([], {}), ([mode], {"a": 1.2}), ([ground], {})):
         with pytest.raises(bs.errors.ModelError, match="floor_spectrum"):
             bs.assess.floor_spectrum(ground, modes, **more)
+    with pytest.raises(bs.errors.ModelError, match="every mode is 0"):
+        bs.assess.floor_spectrum(ground, [bs.assess.Mode("0.4 s", participation=0, shape=0.9)])
     with pytest.raises(bs.errors.ModelError, match="ground is a Mode"):
         bs.assess.floor_spectrum(mode, [mode])
     with pytest.raises(bs.errors.ModelError, match="a ratio such as"):

@@ -34,7 +34,8 @@ class CapacityCurve:
     lines : tuple of Line
         Where it comes from.
     losses : tuple of (float, float)
-        Displacements, m, at which ties break, and the loss of acceleration there over the largest acceleration.
+        Displacements, m, at which ties break, and what has been lost there by all that broke so far, over the largest
+        acceleration.
     """
 
     displacement: Array
@@ -92,7 +93,7 @@ def curve_of_rotation(
             "tension or other bodies hold it, too"
         )
         raise ModelError(msg)
-    force = result.history["tie_force"].isel(iteration=-1).to_numpy() if result.model.ties else None
+    force = result.history["tie_force"].isel(iteration=-1).to_numpy() if result.model.ties else np.zeros(0)
     pulls = pulls_at(result.model, body.blocks, force)
     turning = RigidRotation.of(result.model, case, members, hinge, direction, pulls)
     alpha = turning.load_factor(0.0)
@@ -150,7 +151,7 @@ def curve_of_rotation(
 def _parts(
     turning: RigidRotation, breaks: Mapping[str, float]
 ) -> tuple[list[tuple[Array, Array]], list[tuple[float, float]], float]:
-    """Angles and load factors between the breaks of ties, these with the share that is lost, and the last angle."""
+    """Angles and load factors between the breaks of ties, these with what is lost by then, and the last angle."""
     parts, losses, begin, current = [], [], 0.0, turning
     for tie in sorted(turning.ties, key=lambda tie: breaks[tie.name]):
         angle = breaks[tie.name]
@@ -165,7 +166,8 @@ def _parts(
     parts.append(_sampled(current, begin, end))
     parts[-1][1][-1] = 0.0
     largest = max(float(factors.max()) for _, factors in parts)
-    return parts, [(at, loss / largest) for at, loss in losses], end
+    lost = np.cumsum([loss for _, loss in losses]) / largest
+    return parts, list(zip([at for at, _ in losses], lost.tolist(), strict=True)), end
 
 
 def _sampled(turning: RigidRotation, begin: float, end: float) -> tuple[Array, Array]:

@@ -1,5 +1,6 @@
 """The capacity curve of a pushover, as that of the equivalent oscillator."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -8,9 +9,10 @@ from numpy.typing import NDArray
 
 from blockstruct.assess.capacity import CapacityCurve, components
 from blockstruct.assess.lines import Line, shown
-from blockstruct.assess.participation import Participation
+from blockstruct.assess.participation import HorizontalForces, Participation
 from blockstruct.errors import ModelError
-from blockstruct.results import CaseResult
+from blockstruct.model import Model
+from blockstruct.results import CaseResult, block_rotations
 
 Array = NDArray[np.float64]
 
@@ -85,15 +87,17 @@ def curve_of_pushover(
         msg = f"the pushover has {len(d_C) - 1} certified steps, or its control point turns back"
         raise ModelError(msg)
     steps = len(d_C) - 1
+    breaks = np.zeros(0, dtype=np.int64)
     if "tie_break_displacement" in capacity:
         broke = np.abs(capacity["tie_break_displacement"].to_numpy())
         # What is lost where a tie breaks is lost there, and not on the way to the next state.
         lost = np.unique(np.searchsorted(d_C, broke[broke < d_C[-1]]))
-        left = np.minimum(alpha[lost - 1], alpha[lost])
+        left = _left(d_C, alpha, lost)
         d_C, alpha = np.insert(d_C, lost, np.nextafter(d_C[lost - 1], np.inf)), np.insert(alpha, lost, left)
+        breaks = lost - 1 + np.arange(len(lost))
     factor = participation.factor / abs(delta)
     d, a = d_C * factor, a0_star / result.load_factor * alpha
-    until = "where α vanishes" if complete else "where it ends, before α vanishes: on the safe side"
+    until = "where α vanishes" if complete else "where it ends, before α vanishes, which is taken for d0"
     lines = (
         Line("curve of the pushover", f"{steps} steps, to {shown(float(d_C[-1]), 'm')}, {until}", "C8.7.1.2.1.2"),
         Line(
@@ -107,6 +111,37 @@ def curve_of_pushover(
             "C8.7.1.2.1.3 (C8.7.1.3)",
         ),
     )
-    # What a step loses at once, as where a tie breaks.
-    losses = tuple(zip(d[:-1].tolist(), (-np.diff(alpha) / alpha.max()).tolist(), strict=True))
-    return CapacityCurve(d, a, lines, losses)
+    # What a step loses at once, and ties together with those that broke before.
+    falls = -np.diff(alpha) / alpha.max()
+    falls[breaks] = np.cumsum(falls[breaks])
+    return CapacityCurve(d, a, lines, tuple(zip(d[:-1].tolist(), falls.tolist(), strict=True)))
+
+
+def d0_of_weights(
+    model: Model, capacity: xr.Dataset, forces: HorizontalForces, names: Sequence[str], e_star: float
+) -> float:
+    """d0 of a pushover by the mean way of the weights P + Q of the blocks that move, instead of a control point, m.
+
+    With their mean δ for that of the control point [C8.7.1.4] is their mean way over e*.
+    """
+    last = int(np.flatnonzero(np.cumprod(capacity["holds"].transpose("step").to_numpy()))[-1])
+    index = {b.name: i for i, b in enumerate(model.blocks)}
+    of = np.isin(forces.block, [index[name] for name in names])
+    block, weight = forces.block[of], forces.weight[of]
+    arm = forces.point[of] - np.array([b.centroid for b in model.blocks])[block]
+    position = capacity["position"].transpose("step", "block", "axis").to_numpy()[last, block]
+    now = position + np.einsum("nij,nj->ni", block_rotations(capacity)[last, block], arm)
+    return float(weight @ ((now - forces.point[of]) @ forces.direction) / weight.sum() / e_star)
+
+
+def _left(d: Array, alpha: Array, lost: NDArray[np.int64]) -> Array:
+    """Load factors just behind the breaks of ties, before states: what falls on the way to them is not lost at once.
+
+    It falls there as on the ways before and behind, the slower of the two.
+    """
+    slope = -np.diff(alpha) / np.diff(d)
+    slope[lost - 1] = np.inf
+    beside = np.pad(slope, 1, constant_values=np.inf)
+    slower = np.minimum(beside[lost - 1], beside[lost + 1])
+    on_the_way = np.where(np.isfinite(slower), np.maximum(slower, 0.0), 0.0) * (d[lost] - d[lost - 1])
+    return np.asarray(np.minimum(alpha[lost - 1], alpha[lost] + on_the_way))

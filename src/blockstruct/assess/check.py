@@ -140,6 +140,8 @@ class LocalMechanismCheck:
         holds = "satisfied" if self.satisfied else "not satisfied"
         if self.satisfied and self.ratio < 1:
             holds += " by that of SLD (C8.7.1.2.1.8)"
+        if not self.satisfied and self.ratio >= 1:
+            holds += ", as a weaker ground motion already demands as much"
         return (
             f"{self.relied_on}: capacity / demand = {shown(self.ratio)}, {holds}; equal at a_g = {in_g(self.ag, g)} "
             f"(site {shown(self.spectrum.ag / g)} g)."

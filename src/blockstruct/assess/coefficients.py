@@ -15,7 +15,7 @@ _SOURCES = {
     "q": ("behaviour factor q", "C8.7.1.2.1.7"),
     "slv_share": ("d_SLV / d0", "C8.7.1.2.1.6"),
     "slc_share": ("d_SLC / d0", "C8.7.1.2.1.6"),
-    "slv_loss": ("loss of a(d) at which a tie ends SLV", "C8.7.1.2.1.6"),
+    "slv_loss": ("loss of a(d) by broken ties that ends SLV", "C8.7.1.2.1.6"),
     "slv_period": ("factor of T_SLV, in multiples of π", "C8.7.1.2.1.8 (C8.7.1.10)"),
     "slc_period": ("factor of T_SLC, in multiples of π", "C8.7.1.2.1.8 (C8.7.1.11)"),
     "slv_damping": ("damping ξ at SLV", "C8.7.1.2.1.8"),
@@ -36,7 +36,7 @@ class Coefficients:
     slv_share, slc_share
         Displacement at SLV and SLC over d0, C8.7.1.2.1.6.
     slv_loss
-        Loss of acceleration, over the largest, at which the break of a tie ends SLV, C8.7.1.2.1.6.
+        Loss of acceleration, over the largest, by all ties that have broken, at which SLV ends, C8.7.1.2.1.6.
     slv_period, slc_period
         Factors of the equivalent periods, in multiples of π, [C8.7.1.10] and [C8.7.1.11].
     slv_damping, slc_damping
@@ -59,11 +59,13 @@ class Coefficients:
         for field in fields(self):
             value = getattr(self, field.name)
             most = 1.0 if field.name.endswith(("share", "loss", "damping")) else 10.0
+            # At d0 the acceleration is zero, and the period without end.
+            below = field.name.endswith(("share", "damping"))
             # A confidence factor below one would raise what was found.
             least = 1.0 if field.name == "without_crushing" else np.finfo(float).tiny
-            if not _is_number(value) or not least <= value <= most:
-                wanted = "from 1" if least == 1 else "above 0 and"
-                msg = f"Coefficients: {field.name} {value!r}; give a number {wanted} up to {most:g}"
+            if not _is_number(value) or not least <= value <= most or (below and value == most):
+                wanted = "from 1 up to" if least == 1 else "above 0 and below" if below else "above 0 and up to"
+                msg = f"Coefficients: {field.name} {value!r}; give a number {wanted} {most:g}"
                 raise ModelError(msg)
 
     def lines(self) -> list[Line]:
@@ -112,11 +114,8 @@ def confidence(
                 "compressive_strength, or this factor"
             )
             raise ModelError(msg)
-        value = max(without_crushing, value if factor is not None and value is not None else 0.0)
-        return (
-            value,
-            f"α0 ignores the compressive strength: that of LC1, {without_crushing:g}, is the least",
-        )
+        least = f"α0 ignores the compressive strength: that of LC1, {without_crushing:g}, is the least"
+        return max(without_crushing, value or 0.0), least
     if value is None:
         msg = f"{who}: α0 counts the compressive strength; give the factor, or knowledge_level='LC1', 'LC2' or 'LC3'"
         raise ModelError(msg)

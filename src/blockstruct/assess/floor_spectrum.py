@@ -186,7 +186,11 @@ def floor_spectrum(
         msg = f"floor_spectrum: ground is a {type(ground).__name__}; give ntc_spectrum(…) or table_spectrum(…)"
         raise ModelError(msg)
     given = checked_tuple(modes, Mode, "floor_spectrum: modes")
-    if not given or not 0 < a <= 1 <= b:
-        msg = f"floor_spectrum: {len(given)} modes, a = {a:g}, b = {b:g}; give a mode at least, and 0 < a ≤ 1 ≤ b"
+    begin, end = (si(value, "dimensionless", f"floor_spectrum: {name}") for name, value in (("a", a), ("b", b)))
+    if not given or not 0 < begin <= 1 <= end:
+        msg = f"floor_spectrum: {len(given)} modes, a = {begin:g}, b = {end:g}; give a mode at least, and 0 < a ≤ 1 ≤ b"
         raise ModelError(msg)
-    return FloorSpectrum(ground, given, float(a), float(b))
+    if not any(mode.participation * mode.shape for mode in given):
+        msg = "floor_spectrum: participation · shape of every mode is 0; give a mode that moves at the height"
+        raise ModelError(msg)
+    return FloorSpectrum(ground, given, begin, end)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from blockstruct.assess.capacity import CapacityCurve, curve_of_rotation
-from blockstruct.assess.capacity_of_pushover import curve_of_pushover
+from blockstruct.assess.capacity_of_pushover import curve_of_pushover, d0_of_weights
 from blockstruct.assess.check import LimitState, LocalMechanismCheck
 from blockstruct.assess.coefficients import Coefficients, confidence
 from blockstruct.assess.floor_spectrum import FloorSpectrum
@@ -30,6 +30,8 @@ METHODS = {"linear": "SLV, linear", "displacement": "SLV, by displacement"}
 _TRIED = g * np.geomspace(SMALLEST, LARGEST, 400)
 #: Share by which a mechanism by hand begins before the one found, for it to be told.
 _BELOW = 1e-3
+#: Difference of d0 by the control point from that by the weights, in multiples of the latter, for it to be told.
+_APART = 0.03
 #: Motion out of the plane of a mechanism, in multiples of the largest.
 _OUT_OF_PLANE = 0.05
 
@@ -120,6 +122,11 @@ def local_mechanism(
         raise ModelError(msg)
     sld = _damage(a0_star, spectrum if spectrum_sld is None else spectrum_sld, with_demand=spectrum_sld is not None)
     states, notes = [sld, _linear(a0_star, spectrum, sld.ag, c)], _notes(found, forces, bodies, whole)
+    if isinstance(spectrum, FloorSpectrum) and spectrum.peak < spectrum.ground.peak:
+        notes.append(
+            f"The largest acceleration at the height, {in_g(spectrum.peak, g)}, is less than that of the ground, "
+            f"{in_g(spectrum.ground.peak, g)}: the modes that are given leave out what moves with the ground."
+        )
     if curve is not None:
         slc = spectrum if spectrum_slc is None else spectrum_slc
         for state, of, own_site in (("SLV", spectrum, True), ("SLC", slc, spectrum_slc is not None)):
@@ -129,6 +136,15 @@ def local_mechanism(
                 if method == "displacement" and state == "SLV":
                     raise
                 notes.append(f"{state} by displacement was left out. {error}.")
+    if curve is not None and pushed is not None:
+        moving = [name for body in bodies if body.moves for name in body.blocks]
+        of_weights = d0_of_weights(found.model, pushed, forces, moving, whole.e_star)
+        if abs(curve.d0 - of_weights) > _APART * of_weights:
+            notes.append(
+                f"By its control point the oscillator goes to d0 = {shown(curve.d0, 'm')}, by the mean of the weights "
+                f"P + Q to {shown(of_weights, 'm')}: what is in proportion at the collapse state is not at its end. "
+                "Follow a point near the centroid of the weights."
+            )
     given = next(iter(result.runs.values())) if isinstance(result, Spread) else found
     if given is not found and given.capacity is not None:
         notes.append(

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from blockstruct.assess.lines import Line, section, shown
 from blockstruct.assess.participation import HorizontalForces
-from blockstruct.assess.rotation import RigidRotation, pulls_at
+from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords
-from blockstruct.model import Block, LimitCase, Model, checked_tuple
+from blockstruct.model import Block, LimitCase, Model, checked_tuple, tie_segments
 from blockstruct.results import MacroBlock, applied_loads
 from blockstruct.units import QuantityLike, si, si_array
 
@@ -20,6 +20,10 @@ Array = NDArray[np.float64]
 
 #: How far beside the blocks an edge may lie, in multiples of their extent.
 _BESIDE = 0.05
+#: Sine of the angle between an edge and the vertical at which it is upright.
+_UPRIGHT = 1e-6
+#: Rise of the normal of a joint that a block stands on.
+_LEVEL = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +69,9 @@ def overturning(
 ) -> Overturning:
     """Multiplier α0 of the rotation of a group of blocks, as one body, about an edge: [C8.7.1.1] by moments.
 
-    The loads of the case on these blocks act, and ties between them and other blocks, with their capacities; nothing
-    else holds them: no friction, no bond to other blocks. d0 is that without ties.
+    The loads of the case on these blocks act, and ties between them and other blocks: with their capacities, or with
+    their prestress where the rotation slackens them. Nothing else holds them, no friction and no bond to other blocks,
+    and nothing else weighs on them: what stands on them is told. d0 is that without ties.
 
     Parameters
     ----------
@@ -77,7 +82,8 @@ def overturning(
     edge : quantity, length, shape (2, 3)
         Two ends of the edge: its length is that over which the joint crushes.
     compressive_strength : quantity, stress
-        Sets the hinge back from the edge by half the depth of the stress block, ``N / (2 f_c l)``; none by default.
+        Sets the hinge back from the edge by half the depth of the stress block, ``N / (2 f_c l)``, of dead load and
+        ties; none by default.
 
     Raises
     ------
@@ -116,16 +122,21 @@ def overturning(
     axis, hinge = (ends[1] - ends[0]) / length, ends.mean(axis=0)
     on = np.isin(forces.block, members)
     W, G = float(forces.weight[on].sum()), forces.weight[on] @ forces.point[on] / forces.weight[on].sum()
-    setback, lines = 0.0, []
+    pulls = _pulls(model, case, names, members, hinge, axis)
+    setback, lines = 0.0, _standing_on(model, set(names))
     if compressive_strength is not None:
         f_c = si(compressive_strength, "stress", f"{who}: compressive strength")
         if f_c <= 0:
             msg = f"{who}: compressive strength {f_c:.4g} Pa; give more than zero, or leave it out for no setback"
             raise ModelError(msg)
-        dead = applied_loads(model, case.dead)
-        N = float(-dead.force[np.isin(dead.block, members), 2].sum())
-        setback = N / (2 * f_c * length)
         inward = np.cross(axis, [0.0, 0.0, 1.0])
+        if np.linalg.norm(inward) < _UPRIGHT:
+            msg = f"{who}: an edge that is upright has no joint that weight crushes; leave compressive_strength out"
+            raise ModelError(msg)
+        dead = applied_loads(model, case.dead)
+        down = -dead.force[np.isin(dead.block, members), 2].sum() - sum(p.force * p.direction[2] for p in pulls)
+        N = float(down)
+        setback = N / (2 * f_c * length)
         inward *= np.sign(inward @ (G - hinge)) / np.linalg.norm(inward)
         hinge = hinge + setback * inward
         lines.append(
@@ -136,7 +147,6 @@ def overturning(
                 "rectangular stress block; C8.7.1.2.1.1",
             )
         )
-    pulls = pulls_at(model, set(names))
     rotation = RigidRotation.of(model, case, members, hinge, axis, pulls)
     lines += [
         Line(
@@ -174,6 +184,26 @@ def overturning(
         ),
     ]
     return Overturning(names, rotation, setback, alpha0, W, d0, tuple(lines))
+
+
+def _pulls(
+    model: Model, case: LimitCase, names: Sequence[str], members: Sequence[int], hinge: Array, axis: Array
+) -> list[Pull]:
+    """Ties that pull: with their capacity where the push lengthens them, and else with their prestress."""
+    about = RigidRotation.of(model, case, members, hinge, axis)
+    stretches = tie_segments(model.ties, model.blocks)
+    forces = [np.array([getattr(s, name) for s in stretches]) for name in ("capacity", "prestress")]
+    most, least = (pulls_at(model, set(names), force) for force in forces)
+    return [p for p in most if about.moment(p, 0.0) < 0] + [p for p in least if about.moment(p, 0.0) >= 0]
+
+
+def _standing_on(model: Model, names: set[str]) -> list[Line]:
+    """Blocks that stand on these and are not among them."""
+    counted = names | {b.name for b in model.blocks if b.fixed}
+    level = [joint for joint in model.interfaces if abs(joint.normal[2]) > _LEVEL]
+    pairs = [(j.minus, j.plus) if j.normal[2] > 0 else (j.plus, j.minus) for j in level]
+    standing = dict.fromkeys(above for below, above in pairs if below in names and above not in counted)
+    return [Line("standing on them, not counted", ", ".join(standing), "C8.7.1.2.1.1")] if standing else []
 
 
 def _check_at(ends: Array, blocks: Sequence[Block]) -> None:

@@ -38,12 +38,18 @@ class Pull:
     force: float
     limit: float
 
+    @property
+    def direction(self) -> Array:
+        """In which it pulls, a unit vector."""
+        along = self.towards - self.anchor
+        return np.asarray(along / np.linalg.norm(along))
 
-def pulls_at(model: Model, blocks: Collection[str], force: Array | None = None) -> list[Pull]:
-    """Ties between these blocks and other ones that pull, with their capacities or forces (M,) of all stretches, N."""
+
+def pulls_at(model: Model, blocks: Collection[str], force: Array) -> list[Pull]:
+    """Ties between these blocks and other ones that pull, with forces (M,) of all stretches, N."""
     segments = tie_segments(model.ties, model.blocks)
     found = []
-    for segment, T in zip(segments, [s.capacity for s in segments] if force is None else force.tolist(), strict=True):
+    for segment, T in zip(segments, force.tolist(), strict=True):
         mine = [name in blocks for name in segment.blocks]
         if mine[0] != mine[1] and T > 0:
             near, far = np.array([segment.start, segment.end])[[mine.index(True), mine.index(False)]]

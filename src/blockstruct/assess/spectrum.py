@@ -88,7 +88,13 @@ def damping_factor(damping: float) -> float:
 
     >>> damping_factor(0.05)
     1.0
+
+    Raises
+    ------
+    ModelError
+        If it is no ratio, as one in per cent.
     """
+    check(0 <= damping < 1, f"damping {damping:g}", "a ratio from 0 to below 1, such as 0.05 for 5 %")
     return float(max(np.sqrt(10.0 / (5.0 + 100.0 * damping)), 0.55))
 
 
@@ -163,6 +169,7 @@ class NtcSpectrum:
     def acceleration(self, period: ArrayLike, damping: float = 0.05) -> Array:
         """S_e(T), [3.2.2], m/s²."""
         T, top = np.asarray(period, dtype=float), damping_factor(damping) * self.F0
+        check(bool(np.all(T >= 0)), f"period {T.min(initial=0.0):g} s", "periods from 0 s on")
         long = np.maximum(T, self.TC)
         branches = [1 + T / self.TB * (top - 1), np.full_like(T, top), top * self.TC / long]
         shape = np.select([T < self.TB, T < self.TC, T < self.TD], branches, top * self.TC * self.TD / long**2)
@@ -287,17 +294,29 @@ def ntc_spectrum(
             raise ModelError(msg)
     acceleration, Tc_star = si(ag, "acceleration", f"{who}: ag"), si(Tc, "time", f"{who}: Tc")
     amplification = si(F0, "dimensionless", f"{who}: F0")
-    check(SMALLEST * g <= acceleration <= LARGEST * g, f"{who}: ag {acceleration:.4g} m/s²", "an ag of up to 10 g")
+    check_ground(who, acceleration)
     between = f"{LEAST_F0} at least (NTC 2018 § 3.2), and {LARGEST_F0:g} at most"
     check(LEAST_F0 <= amplification <= LARGEST_F0, f"{who}: F0 {amplification:.4g}", between)
-    check(0 < Tc_star <= 2, f"{who}: Tc {Tc_star:.4g} s", "a Tc* of up to 2 s")
+    check(0 < Tc_star <= 2, f"{who}: Tc {Tc_star:.4g} s", "a Tc* above 0 s and up to 2 s")
     own = [
         None if c is None else si(c, "dimensionless", f"{who}: {n}")
         for n, c in zip(("SS", "CC", "ST"), (SS, CC, ST), strict=True)
     ]
     for name, value in zip(("SS", "CC", "ST"), own, strict=True):
         check(value is None or 0.1 <= value <= 10, f"{who}: {name} {value}", "a coefficient from 0.1 to 10, or none")
-    return NtcSpectrum(acceleration, amplification, Tc_star, soil, topography, *own)
+    found = NtcSpectrum(acceleration, amplification, Tc_star, soil, topography, *own)
+    check(
+        found.TC <= found.TD,
+        f"{who}: T_C = C_C Tc* = {shown(found.TC, 's')} is beyond T_D = {shown(found.TD, 's')}",
+        "a Tc* or a C_C that leaves it below",
+    )
+    return found
+
+
+def check_ground(who: str, ag: float) -> None:
+    """Refuse what is no acceleration of the ground, m/s²."""
+    between = f"an ag from {SMALLEST:g} g and up to {LARGEST:g} g"
+    check(SMALLEST * g <= ag <= LARGEST * g, f"{who}: ag {ag:.4g} m/s²", between)
 
 
 def check(holds: bool, what: str, remedy: str) -> None:

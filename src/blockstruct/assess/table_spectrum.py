@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from blockstruct.assess.lines import Line, in_g, shown
-from blockstruct.assess.spectrum import check, damping_factor
+from blockstruct.assess.spectrum import check, check_ground, damping_factor
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords
 from blockstruct.model import STANDARD_GRAVITY
@@ -45,11 +45,19 @@ class TableSpectrum:
 
     def displacement(self, period: ArrayLike, damping: float = 0.05) -> Array:
         """Largest S_e(T') (T'/2π)² of the periods up to T, m."""
-        T = np.asarray(period, dtype=float)
-        shorter = self.periods[self.periods <= T.max()]
+        T, tried = np.asarray(period, dtype=float), np.sort(np.append(self.periods, self._turning()))
+        shorter = tried[tried <= T.max()]
         upto = np.maximum.accumulate(self.acceleration(shorter, damping) * (shorter / (2 * np.pi)) ** 2)
         before = upto[np.searchsorted(shorter, T, side="right") - 1]
         return np.asarray(np.maximum(before, self.acceleration(T, damping) * (T / (2 * np.pi)) ** 2))
+
+    def _turning(self) -> Array:
+        """Periods between two of the table at which S_e T² is largest: of p + q T there, at −2 p / (3 q)."""
+        slope = np.diff(self.accelerations) / np.diff(self.periods)
+        falls = slope < 0
+        begin, end = self.periods[:-1][falls], self.periods[1:][falls]
+        at = -2 / 3 * (self.accelerations[:-1][falls] / slope[falls] - begin)
+        return at[(begin < at) & (at < end)]
 
     def at(self, ag: float) -> Self:
         """The whole table scaled to another ag, m/s²."""
@@ -115,7 +123,12 @@ def table_spectrum(
         f"{who}: {T.size} periods, {S.size} ordinates",
         "as many, two at least",
     )
-    check(T[0] == 0 and bool(np.all(np.diff(T) > 0)), f"{who}: periods from {T[0]:g} s", "periods that rise from 0")
+    rising, back = "periods that rise from 0 s", int((np.diff(T) <= 0).argmax())
+    check(T[0] == 0, f"{who}: the first period {T[0]:g} s", rising)
+    check(bool(np.all(np.diff(T) > 0)), f"{who}: period {T[back + 1]:g} s after {T[back]:g} s", rising)
     check(bool(np.all(S > 0)), f"{who}: an ordinate of {S.min():.4g} m/s²", "ordinates above zero")
-    check(0 < damping < 1, f"{who}: damping {damping:g}", "a ratio such as 0.05")
-    return TableSpectrum(S[0] if ag is None else si(ag, "acceleration", f"{who}: ag"), T, S, damping)
+    of_ground = S[0] if ag is None else si(ag, "acceleration", f"{who}: ag")
+    check_ground(who, of_ground)
+    ratio = si(damping, "dimensionless", f"{who}: damping")
+    check(0 < ratio < 1, f"{who}: damping {ratio:g}", "a ratio between 0 and 1, such as 0.05")
+    return TableSpectrum(of_ground, T, S, ratio)
