@@ -495,6 +495,36 @@ def test_a_control_point_near_the_hinge_is_told():
         assert any("by the mean of the weights P + Q to 0.3 m" in note for note in check.notes) == told
 
 
+def test_a_mechanism_at_a_height_is_told_under_the_spectrum_of_the_ground():
+    """Ties hold the lower storey: the upper one turns 3 m above the foot."""
+    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[7, 3, 0.5] m", STONE, fixed=True)
+    lower = bs.Block.box("lower", "[0, -0.5, 0] m", "[5, 1.6, 3] m", STONE)
+    upper = bs.Block.box("upper", "[0, 0, 3] m", "[5, 0.6, 3] m", STONE)
+    result = run(model_of([ground, lower, upper], DRY, "storeys"))
+    (note,) = bs.assess.local_mechanism(result, 1.35, SITE).notes
+    assert "stands 3 m above the foot of the structure, and the demand is that of the ground" in note
+    mode = bs.assess.Mode("0.4 s", participation=1.3, shape=0.9, damping=0.1)
+    assert bs.assess.local_mechanism(result, 1.35, bs.assess.floor_spectrum(SITE, [mode])).notes == ()
+
+
+def test_limit_states_that_are_not_met_beside_the_one_relied_on_are_told(result):
+    weak, strong = (bs.assess.ntc_spectrum(ag, 2.4, "0.3 s", "B") for ag in ("0.02 g_0", "0.6 g_0"))
+    check = bs.assess.local_mechanism(result, 1.35, SITE, method="displacement", spectrum_sld=weak, spectrum_slc=strong)
+    assert check.satisfied
+    ratio = check.limit_states["SLC, by displacement"].ratio
+    assert ratio < 1
+    assert check.notes == (f"SLC, by displacement is not satisfied: capacity / demand = {ratio:.4g}.",)
+    (note,) = bs.assess.local_mechanism(result, 1.35, SITE, spectrum_sld=strong).notes
+    assert note.startswith("SLD is not satisfied")
+
+
+def test_an_anchorage_that_gives_way_is_told():
+    """It is taken to slip or punch without end, and neither does."""
+    assert bs.assess.local_mechanism(run(tied()), 1.35, SITE).notes == ()
+    (note,) = bs.assess.local_mechanism(run(tied(punching_force="10 kN")), 1.35, SITE).notes
+    assert note.startswith("Tie bar 0 pulls with what its anchorage holds")
+
+
 def test_a_floor_that_moves_less_than_the_ground_is_told(result):
     """Near the base the modes leave out what moves with the ground: γ ψ = 0.13 of the site's 0.4236 g."""
     mode = bs.assess.Mode("0.4 s", participation=1.3, shape=0.1, damping=0.1)

@@ -69,5 +69,20 @@ def test_jumps_of_ties_that_break_are_told_elsewhere():
     assert told_of(curve(EVEN, load_factor, **broke)) == []
 
 
+@pytest.mark.parametrize("between", [0.44, 0.47, 0.52])
+def test_what_stands_between_two_breaks_is_no_jump(between):
+    """Neither is what two ties do at once part of what the curve goes on to."""
+    load_factor = 0.3 * (1 - EVEN) + 0.1 * (EVEN < 0.42) + 0.1 * (between > EVEN)
+    broke = {"tie_break_displacement": ("tie", [between, 0.42])}
+    assert told_of(curve(EVEN, load_factor, **broke)) == []
+
+
+def test_a_tie_that_is_pulled_tight_is_no_jump():
+    load_factor = 0.3 * (1 - EVEN) + 0.006 * (EVEN > 0.5) + 0.02 * (EVEN > 0.7)
+    force = {"tie_force": (("step", "tie"), 1e3 * (EVEN > 0.7)[:, None])}
+    assert "jumps from" in told_of(curve(EVEN, load_factor))[0]
+    assert told_of(curve(EVEN, load_factor, **force)) == []
+
+
 def test_two_states_tell_nothing():
     assert told_of(curve(EVEN[:2], np.array([0.3, 0.1]))) == []

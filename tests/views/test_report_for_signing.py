@@ -165,6 +165,11 @@ def test_the_capacity_curve_meets_the_demand_where_the_check_says(block):
     np.testing.assert_allclose(curve.get_xydata(), [[0, check.a0_star], [0.2, 0]], rtol=1e-5, atol=1e-12)
     meeting = np.array([state.demand, np.interp(state.demand, *ray.get_xydata().T)])
     assert np.abs(demand.get_xydata() / meeting - 1).max(axis=1).min() < 0.01
+    # All of the demand is the spectrum, also beyond the edge of the picture.
+    d, a = demand.get_xydata().T
+    periods = 2 * np.pi * np.sqrt(d / a)
+    np.testing.assert_allclose(a, SITE.acceleration(periods, 0.08), rtol=1e-6)
+    assert len(a) == 400
     sliding = dataclasses.replace(check, curve=None, missing_curve="no capacity curve")
     with pytest.raises(bs.errors.ModelError, match="there is none to draw"):
         figures.verification(sliding)

@@ -135,16 +135,18 @@ class LocalMechanismCheck:
         return bool(self.ag >= self.spectrum.ag)
 
     @property
+    def outcome(self) -> str:
+        """Whether it is satisfied, and why where the ratio does not tell."""
+        if self.satisfied:
+            return "satisfied" + ("" if self.ratio >= 1 else " by that of SLD (C8.7.1.2.1.8)")
+        return "not satisfied" + ("" if self.ratio < 1 else ", as a weaker ground motion already demands as much")
+
+    @property
     def verdict(self) -> str:
         """The number relied on, in a sentence."""
-        holds = "satisfied" if self.satisfied else "not satisfied"
-        if self.satisfied and self.ratio < 1:
-            holds += " by that of SLD (C8.7.1.2.1.8)"
-        if not self.satisfied and self.ratio >= 1:
-            holds += ", as a weaker ground motion already demands as much"
         return (
-            f"{self.relied_on}: capacity / demand = {shown(self.ratio)}, {holds}; equal at a_g = {in_g(self.ag, g)} "
-            f"(site {shown(self.spectrum.ag / g)} g)."
+            f"{self.relied_on}: capacity / demand = {shown(self.ratio)}, {self.outcome}; equal at a_g = "
+            f"{in_g(self.ag, g)} (site {shown(self.spectrum.ag / g)} g)."
         )
 
     @property

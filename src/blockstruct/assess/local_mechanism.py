@@ -6,34 +6,32 @@ from typing import Any
 import numpy as np
 
 from blockstruct.assess.capacity import CapacityCurve, curve_of_rotation
-from blockstruct.assess.capacity_of_pushover import curve_of_pushover, d0_of_weights
+from blockstruct.assess.capacity_of_pushover import curve_of_pushover
 from blockstruct.assess.check import LimitState, LocalMechanismCheck
 from blockstruct.assess.coefficients import Coefficients, confidence
 from blockstruct.assess.floor_spectrum import FloorSpectrum
 from blockstruct.assess.lines import Line, in_g, shown
+from blockstruct.assess.notes import notes_of, notes_of_control, notes_of_demand
 from blockstruct.assess.overturning import Overturning
-from blockstruct.assess.participation import HorizontalForces, Participation, of_bodies
+from blockstruct.assess.participation import HorizontalForces, of_bodies
 from blockstruct.assess.rotation import first_reached
 from blockstruct.assess.spectrum import LARGEST, SMALLEST, NtcSpectrum, Spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords, did_you_mean
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
-from blockstruct.results import CaseResult, MacroBlock, Spread, applied_loads, doubtful_words, macro_blocks
+from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
 from blockstruct.results.macro_blocks import TOGETHER
-from blockstruct.vocabulary import Flow, Status
+from blockstruct.vocabulary import Status
 
 g = STANDARD_GRAVITY
 #: Methods that a check can rely on, and the limit state of each.
 METHODS = {"linear": "SLV, linear", "displacement": "SLV, by displacement"}
 #: Ground accelerations that are tried before the one at which capacity and demand are equal is found to the last digit.
 _TRIED = g * np.geomspace(SMALLEST, LARGEST, 400)
+
 #: Share by which a mechanism by hand begins before the one found, for it to be told.
 _BELOW = 1e-3
-#: Difference of d0 by the control point from that by the weights, in multiples of the latter, for it to be told.
-_APART = 0.03
-#: Motion out of the plane of a mechanism, in multiples of the largest.
-_OUT_OF_PLANE = 0.05
 
 
 @checked_keywords
@@ -121,12 +119,7 @@ def local_mechanism(
         msg = f"case {found.name!r}: {missing}, or give method='linear'"
         raise ModelError(msg)
     sld = _damage(a0_star, spectrum if spectrum_sld is None else spectrum_sld, with_demand=spectrum_sld is not None)
-    states, notes = [sld, _linear(a0_star, spectrum, sld.ag, c)], _notes(found, forces, bodies, whole)
-    if isinstance(spectrum, FloorSpectrum) and spectrum.peak < spectrum.ground.peak:
-        notes.append(
-            f"The largest acceleration at the height, {in_g(spectrum.peak, g)}, is less than that of the ground, "
-            f"{in_g(spectrum.ground.peak, g)}: the modes that are given leave out what moves with the ground."
-        )
+    states, notes = [sld, _linear(a0_star, spectrum, sld.ag, c)], notes_of(found, forces, bodies, whole)
     if curve is not None:
         slc = spectrum if spectrum_slc is None else spectrum_slc
         for state, of, own_site in (("SLV", spectrum, True), ("SLC", slc, spectrum_slc is not None)):
@@ -136,15 +129,14 @@ def local_mechanism(
                 if method == "displacement" and state == "SLV":
                     raise
                 notes.append(f"{state} by displacement was left out. {error}.")
+    notes += notes_of_demand(found.model, bodies, spectrum)
+    notes += [
+        f"{state.name} is not satisfied: capacity / demand = {shown(state.ratio)}."
+        for state in states
+        if state.name not in METHODS.values() and state.ratio < 1
+    ]
     if curve is not None and pushed is not None:
-        moving = [name for body in bodies if body.moves for name in body.blocks]
-        of_weights = d0_of_weights(found.model, pushed, forces, moving, whole.e_star)
-        if abs(curve.d0 - of_weights) > _APART * of_weights:
-            notes.append(
-                f"By its control point the oscillator goes to d0 = {shown(curve.d0, 'm')}, by the mean of the weights "
-                f"P + Q to {shown(of_weights, 'm')}: what is in proportion at the collapse state is not at its end. "
-                "Follow a point near the centroid of the weights."
-            )
+        notes += notes_of_control(found.model, pushed, curve.d0, forces, bodies, whole)
     given = next(iter(result.runs.values())) if isinstance(result, Spread) else found
     if given is not found and given.capacity is not None:
         notes.append(
@@ -299,60 +291,3 @@ def _by_displacement(
     return LimitState(
         f"{state}, by displacement", d, demand if with_demand else np.nan, "m", ag, spectrum.ag, tuple(lines)
     )
-
-
-def _notes(result: CaseResult, forces: HorizontalForces, bodies: list[MacroBlock], whole: Participation) -> list[str]:
-    said = []
-    if result.case.flow is Flow.ASSOCIATIVE:
-        said.append(
-            "α0 is that of associative flow, an upper bound of every other flow rule: run the case non-associative "
-            "before relying on it."
-        )
-    if not result.settled:
-        said.append("The load factor had not settled when its procedure ended: another schedule may find another one.")
-    said += result.warnings
-    rounding = getattr(result.case, "corner_rounding", 0.0)
-    if rounding and result.capacity is not None:
-        said.append(
-            f"Corners are rounded by {1e3 * rounding:.4g} mm in the capacity curve alone: at rest it has a load factor "
-            f"of {shown(float(result.capacity['load_factor'][0]))}, and α0, {shown(result.load_factor)}, is that of "
-            "the joints as the model has them."
-        )
-    if result.capacity is not None:
-        doubtful = doubtful_words(result.capacity, result.settings.procedure)
-        said += [f"In the capacity curve {text}." for text in doubtful]
-    off = max((body.departure for body in bodies if body.moves), default=0.0)
-    if off > TOGETHER:
-        said.append(
-            f"Blocks that are taken as one body move by up to {off:.2g} of the largest motion relative to it; compare "
-            "with a smaller tolerance."
-        )
-    if _out_of_plane(bodies) > _OUT_OF_PLANE:
-        said.append(
-            "The bodies do not move parallel to one plane: the procedure is calibrated for mechanisms that do "
-            "(C8.7.1.2.1.6)."
-        )
-    moving = [name for body in bodies if body.moves for name in body.blocks]
-    index = {b.name: i for i, b in enumerate(result.model.blocks)}
-    dead = applied_loads(result.model, result.case.dead)
-    down = float(-dead.force[np.isin(dead.block, [index[name] for name in moving]), 2].sum())
-    if abs(down - whole.total) > 1e-6 * max(down, whole.total):
-        said.append(
-            f"The dead load of the bodies that move is {down / 1e3:.4g} kN, the weight of the masses that the push "
-            f"moves {whole.total / 1e3:.4g} kN: masses without a horizontal force, or forces of no weight, are among "
-            "the loads."
-        )
-    return said
-
-
-def _out_of_plane(bodies: list[MacroBlock]) -> float:
-    """Largest motion out of the plane in which most of the turning is, in multiples of the scale of the mechanism."""
-    moving = [body for body in bodies if body.moves]
-    turns = np.array([body.rotation for body in moving])
-    speeds = np.linalg.norm(turns, axis=1)
-    if not speeds.max() > 1e-6:
-        return 0.0
-    normal = turns[speeds.argmax()] / speeds.max()
-    shifts = np.array([body.translation for body in moving])
-    tilted = np.linalg.norm(np.cross(turns, normal), axis=1) / speeds.max()
-    return float(max(np.abs(shifts @ normal).max(), tilted.max()))

@@ -64,9 +64,10 @@ class Solved:
     slides : bool
         Whether that of friction is any to speak of.
     falling : float
-        Work of the dead load per unit of work of the variable load.
-    reaching : (K,) array
-        Share of the step's work that the force at each contact does while its gap closes.
+        Work of the dead load that ties do not take up, per unit of work of the variable load.
+    reaching, tightening : (K,) and (M,) arrays
+        Share of the step's work that the force at each contact does while its gap closes, and that of each tie while
+        its slack does.
     missed : float
         Flow-rule gap relative to the work of the loads and of what is dissipated.
     programs, iterations : int
@@ -82,6 +83,7 @@ class Solved:
     slides: bool
     falling: float
     reaching: Array
+    tightening: Array
     missed: float
     programs: int = 0
     iterations: int = 0
@@ -156,8 +158,9 @@ class Question:
             certificate=certificate,
             dissipation=dissipation,
             slides=friction > RUBS * scale,
-            falling=float(problem.w_D @ u),
+            falling=float(problem.w_D @ u) - of_ties,
             reaching=x[:, 0] * np.maximum(gap, 0.0) / scale,
+            tightening=T * np.maximum(self.slack, 0.0) / scale,
             missed=certificate.flow_rule_gap / scale,
         )
 

@@ -42,8 +42,9 @@ BELOW, LEAST_SHARE = 0.9, 0.25
 DEEPEST, NEAREST, REACH = 2e-3, 0.05, 2.0
 #: Flow-rule gap, relative to the work of a step, beyond which the pushover cannot go on from it.
 LOST = 0.03
-#: Rate of the dead load's work, in multiples of that of the variable load at collapse, from which blocks fall; and from
-#: which they do where no load factor is left. Measured where units drop a little way until they meet others: up to 5.
+#: Rate of the dead load's work, but for what ties take up, from which blocks fall, in multiples of that of the variable
+#: load or of friction at collapse; and from which they do where no load factor is left. Measured where units drop a
+#: little way until they meet others: up to 5.
 FALLING, FALLING_AT_ZERO = 10.0, 3.0
 #: Rise of that rate, in the same multiples, from which a shorter step has blocks that drop.
 DROPS = 0.1
@@ -131,7 +132,7 @@ class _Path:
         self, problem: MovingProblem, load_factor: float, steps: int, settings: ProcedureSettings, solver: Solver
     ) -> None:
         self._problem, self._steps = problem, steps
-        self._load_factor = abs(load_factor)
+        self._load_factor = self._driving = abs(load_factor)
         self._least = LEAST_WORK * self._load_factor
         free = np.concatenate([b.shape.vertices for b in problem.statics.model.blocks if not b.fixed])
         self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * steps)
@@ -156,6 +157,7 @@ class _Path:
         self._way = list(
             accumulate([0.0, *(self._way_from(a, b.placement, b.displacement) for a, b in pairwise(states))])
         )
+        self._driving = max(self._load_factor, states[0].dissipation)
         self._done = sum(self._energy(a, b)[1] for a, b in pairwise(states))
         last = self._last = states[-1]
         moved = self._at(last.placement, last, last.time)
@@ -194,7 +196,11 @@ class _Path:
         time = self._time(moved.placement, twist)
         question = Question.of(moved, time, twist, self._least)
         solution = self._stepper.begin(moved, question, collapse, self._problem.statics.points)
-        return self.solved(moved, twist) if solution is None else self._found(moved, solution, time)
+        found = self.solved(moved, twist) if solution is None else self._found(moved, solution, time)
+        if found is not None:
+            # A push along a slope that hardly resists it drives little of what friction takes.
+            self._driving = max(self._load_factor, found.state.dissipation)
+        return found
 
     def solved(self, moved: MovedProblem, twist: Array) -> Found | None:
         """A step from a placement in which the control point moves as far as wanted, or blocks as far as they may."""
@@ -215,7 +221,7 @@ class _Path:
             if np.isinf(longest):
                 longest = self._until_closed(moved, solution, last, time)
             better = min(self._time(placement, twist), longest)
-            if 1 / MISSED < better / time < MISSED:
+            if 1 / MISSED < better / time < MISSED and time <= longest:
                 break
             time = better
         return found
@@ -232,15 +238,18 @@ class _Path:
         return found and found.after(before)
 
     def _until_closed(self, moved: MovedProblem, solved: Solved, twist: Array, time: float) -> float:
-        """Time in which the last motion closes the first gap across which the solution has a force of weight.
+        """Time in which the last motion closes the first gap or slack across which the solution has a force of weight.
 
         Forces of a step are those at its end; what closes on the way has none before.
         """
-        reaching = solved.reaching > REACHING
-        if not reaching.any():
+        reaching, tightening = solved.reaching > REACHING, solved.tightening > REACHING
+        if not (reaching.any() or tightening.any()):
             return np.inf
         closing = -moved.relative(twist)[reaching, 0]
-        times = moved.contacts.gap[reaching] / np.maximum(closing, 1e-300)
+        longer = moved.problem.ties.elongation(moved.velocities(twist))[tightening]
+        slack = moved.slack_in(1.0)[tightening]
+        ways = np.concatenate([moved.contacts.gap[reaching], slack])
+        times = ways / np.maximum(np.concatenate([closing, longer]), 1e-300)
         shortest = LEAST * self._even / self._wanted(moved.placement) * time
         return float(max((1 - BEFORE) * times.min(), shortest))
 
@@ -257,7 +266,7 @@ class _Path:
             return following
         missed = self._missed(state, following)
         # Blocks that fall release work that nothing balances, however short the step.
-        self._divided = missed > EVENT and not self._divided and following.solved.falling < self._load_factor
+        self._divided = missed > EVENT and not self._divided and following.solved.falling < self._driving
         if not self._divided:
             return following
         # Forces that jump where something happens have not acted on the way there, and what is missed goes with the
@@ -330,12 +339,12 @@ class _Path:
 
     def _drops(self, solved: Solved, before: Solved) -> bool:
         """Whether blocks drop until they meet others: a shorter step has the drop alone, and less to meet."""
-        return solved.falling > max(before.falling, 0.0) + DROPS * self._load_factor
+        return solved.falling > max(before.falling, 0.0) + DROPS * self._driving
 
     def _falls(self, solved: Solved) -> bool:
         """Whether the dead load drives the motion, and not the push: what forces there are is no load factor then."""
         most = FALLING if solved.load_factor > 0 else FALLING_AT_ZERO
-        return solved.falling > most * self._load_factor
+        return solved.falling > most * self._driving
 
     def _goes_on(self, solved: Solved) -> bool:
         """Whether the next step may begin at a state."""

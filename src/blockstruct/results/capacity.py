@@ -49,6 +49,8 @@ Arrays = Mapping[str, NDArray[Any]]
 
 #: Rise of the load factor above its first value, and its jump between two states, relative to that, that are told.
 RISES, JUMPS = 0.02, 0.03
+#: Change of the force of a tie between two states, relative to its largest, that is one at once.
+AT_ONCE = 0.5
 _BEGUN = (
     ", or friction leaves more than one collapse state, and procedure='loading path' in the settings finds the one "
     "that loading leads to"
@@ -115,7 +117,8 @@ def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
     """What of a capacity curve is to be looked at, a clause each: that it rises above the collapse state, or jumps.
 
     A jump is what neither the way before nor the way behind goes on to, so that a kink is none. Those where a tie
-    breaks are told with the tie. The procedure is that of the settings, by which the collapse state was found.
+    breaks are told with the tie, and those where one is pulled tight or slackens are in its forces. The procedure is
+    that of the settings, by which the collapse state was found.
     """
     d, alpha = (capacity[name].to_numpy() for name in ("displacement", "load_factor"))
     if len(d) < 3 or not alpha[0]:
@@ -130,12 +133,16 @@ def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
         )
     way = np.concatenate([[0.0], np.abs(np.diff(d)).cumsum()])
     length = np.diff(way)
-    # As far again before and behind; beyond its ends nothing is known of the curve.
-    before, behind = (np.interp(x, way, alpha, np.nan, np.nan) for x in (way[:-1] - length, way[1:] + length))
+    # As far again before and behind; beyond its ends, and across what ties do at once, nothing is known of the curve.
+    at = way[:-1] - length, way[1:] + length
+    before, behind = (np.interp(x, way, alpha, np.nan, np.nan) for x in at)
+    of_ties = _of_ties(capacity)
+    so_far = np.concatenate([[0], of_ties.cumsum()])
+    first, last = way.searchsorted(at[0], "right") - 1, np.minimum(way.searchsorted(at[1]), len(length))
+    before[so_far[:-1] > so_far[first]] = np.nan
+    behind[so_far[last] > so_far[1:]] = np.nan
     beyond = np.fmin(np.abs(alpha[1:] - 2 * alpha[:-1] + before), np.abs(alpha[:-1] - 2 * alpha[1:] + behind))
-    if "tie_break_displacement" in capacity:
-        broke = capacity["tie_break_displacement"].to_numpy()[:, None]
-        beyond[((broke >= np.minimum(d[:-1], d[1:])) & (broke <= np.maximum(d[:-1], d[1:]))).any(axis=0)] = 0.0
+    beyond[of_ties] = 0.0
     jump = int(np.nan_to_num(beyond).argmax())
     if beyond[jump] > JUMPS * abs(alpha[0]):
         said.append(
@@ -144,6 +151,19 @@ def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
             "steps and compare"
         )
     return said
+
+
+def _of_ties(capacity: xr.Dataset) -> NDArray[np.bool_]:
+    """Steps (n − 1,) in which a tie breaks, or is pulled tight or slackens at once."""
+    d = capacity["displacement"].to_numpy()
+    found = np.zeros(len(d) - 1, dtype=bool)
+    if "tie_break_displacement" in capacity:
+        broke = capacity["tie_break_displacement"].to_numpy()[:, None]
+        found |= ((broke >= np.minimum(d[:-1], d[1:])) & (broke <= np.maximum(d[:-1], d[1:]))).any(axis=0)
+    if "tie_force" in capacity:
+        force = np.nan_to_num(capacity["tie_force"].transpose("step", "tie").to_numpy())
+        found |= (np.abs(np.diff(force, axis=0)) > AT_ONCE * force.max(axis=0)).any(axis=1)
+    return found
 
 
 def steps_of(capacity: xr.Dataset, n_ties: int) -> list[FiniteStep]:

@@ -30,6 +30,7 @@ _PIECE = re.compile(r"(blocks|interfaces|forces|resultants|ties|pushover|pushed-
 
 #: What a pushover shows in each step, by its pieces.
 _SHOWN = {"pushover": "blocks", "pushed-ties": "ties"}
+_CONTROL = "displacement of the control point [meter]"
 
 
 def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
@@ -46,7 +47,7 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
         name where an interface has it; names of blocks and interfaces are in the field data, in UTF-8. Where no
         interface is pressed the piece of resultants is empty. Pieces of an earlier, longer case are removed. A pushover
         has a second file, ``NAME-pushover.pvd``, of its blocks and ties where they are in each step; its time is the
-        displacement of the control point, m.
+        step, whose displacement of the control point is in the field data.
 
     Raises
     ------
@@ -75,12 +76,12 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
                 written.add(folder / name)
                 entry = {"timestep": str(i), "part": str(part), "name": kind, "file": f"{folder.name}/{name}"}
                 ElementTree.SubElement(collection, "DataSet", entry)
-        for k, (displacement, pieces) in enumerate(still.pushed(result)):
+        for k, pieces in enumerate(still.pushed(result)):
             for part, (kind, piece) in enumerate(pieces.items()):
                 name = f"{kind}-{k:04}.vtp"
                 piece.save(folder / name)
                 written.add(folder / name)
-                what = {"timestep": repr(displacement), "part": str(part), "name": _SHOWN[kind]}
+                what = {"timestep": str(k), "part": str(part), "name": _SHOWN[kind]}
                 ElementTree.SubElement(of_pushover, "DataSet", what | {"file": f"{folder.name}/{name}"})
         for old in set(folder.iterdir()) - written:
             if _PIECE.fullmatch(old.name):
@@ -166,8 +167,8 @@ class _Still:
             piece.field_data[label] = [float(number.to_numpy()[0])]
         return pieces
 
-    def pushed(self, result: bs.CaseResult) -> Iterator[tuple[float, dict[str, "pv.PolyData"]]]:
-        """Displacement of the control point, m, and blocks and ties where they are, for each step of a pushover."""
+    def pushed(self, result: bs.CaseResult) -> Iterator[dict[str, "pv.PolyData"]]:
+        """Blocks and ties where they are, for each step of a pushover."""
         curve = result.capacity
         if curve is None:
             return
@@ -175,7 +176,8 @@ class _Still:
         states = bs.results.pushed_tie_state(result.model, curve).to_numpy() if ties else np.empty(0)
         of, arm = self.solids.block_of_vertex, self.solids.vertices - self.solids.centroids[self.solids.block_of_vertex]
         position, rotation = curve["position"].to_numpy(), bs.results.block_rotations(curve)
-        for k, displacement in enumerate(curve["displacement"].to_numpy().tolist()):
+        values = {"load factor [dimensionless]": curve["load_factor"], _CONTROL: curve["displacement"]}
+        for k in range(curve.sizes["step"]):
             blocks = self.blocks.copy()
             moved = position[k, of] + np.einsum("vij,vj->vi", rotation[k, of], arm)
             blocks.point_data["displacement [meter]"] = moved - self.solids.vertices
@@ -188,8 +190,9 @@ class _Still:
                 pieces["pushed-ties"] = piece = self._tie_lines(moved, at["tie_force"].to_numpy(), states[k])
                 piece.cell_data["elongation [meter]"] = at["tie_elongation"].to_numpy()
             for piece in pieces.values():
-                piece.field_data["load factor [dimensionless]"] = [float(curve["load_factor"][k])]
-            yield displacement, pieces
+                for label, of_steps in values.items():
+                    piece.field_data[label] = [float(of_steps[k])]
+            yield pieces
 
     def _ties(self, result: bs.CaseResult, iteration: int) -> "pv.PolyData":
         history = result.history.isel(iteration=[iteration])

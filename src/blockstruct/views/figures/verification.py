@@ -9,6 +9,8 @@ from blockstruct.views.style import ACCENT, FORCE
 
 #: Longest period of the demand that is drawn, in multiples of that of the last limit state.
 _BEYOND = 1.3
+#: Largest acceleration of the picture, in multiples of that of the capacity curve.
+_TALLEST = 6.0
 
 
 def verification(check: bs.assess.LocalMechanismCheck, *, ax: Axes | None = None) -> Axes:
@@ -45,8 +47,7 @@ def verification(check: bs.assess.LocalMechanismCheck, *, ax: Axes | None = None
         periods = np.linspace(0.02 * T, T, 400)
         demand = check.spectrum.displacement(periods, c.slv_damping)
     spectral = demand * (2 * np.pi / periods) ** 2
-    drawn = spectral <= 4 * curve.acceleration.max()
-    axes.plot(demand[drawn], spectral[drawn], color=FORCE, label=f"demand, ξ = {100 * c.slv_damping:g} %")
+    axes.plot(demand, spectral, color=FORCE, label=f"demand, ξ = {100 * c.slv_damping:g} %")
     ray = np.array([0.0, max(state.capacity, state.demand)])
     axes.plot(ray, ray * (2 * np.pi / T) ** 2, color="0.6", lw=0.8, label=f"T = {T:.3g} s")
     axes.plot(state.demand, state.demand * (2 * np.pi / T) ** 2, "o", color=FORCE, ms=5)
@@ -57,8 +58,10 @@ def verification(check: bs.assess.LocalMechanismCheck, *, ax: Axes | None = None
             axes.plot(d, curve.at(d), marker, color=ACCENT, ms=5, label=f"{name}: d = {d:.3g} m")
     axes.axvline(state.capacity, color=ACCENT, lw=0.8, ls=":")
     axes.axvline(state.demand, color=FORCE, lw=0.8, ls=":")
+    # Beyond, a demand at short periods would leave no room for the curve.
+    top = min(1.05 * spectral.max(), _TALLEST * curve.acceleration.max())
     axes.set(
-        xlabel="spectral displacement d [m]", ylabel="spectral acceleration a [m/s²]", xlim=(0, None), ylim=(0, None)
+        xlabel="spectral displacement d [m]", ylabel="spectral acceleration a [m/s²]", xlim=(0, None), ylim=(0, top)
     )
     legend_above(axes)
     return axes

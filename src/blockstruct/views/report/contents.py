@@ -93,13 +93,13 @@ def _rotates(check: bs.assess.LocalMechanismCheck) -> bool:
 
 
 def _model(model: bs.Model) -> list[tuple[str, str]]:
-    corners = np.concatenate([b.shape.vertices for b in model.blocks])
     free = [b for b in model.blocks if not b.fixed]
+    corners = np.concatenate([b.shape.vertices for b in free])
     areas = np.array([i.area for i in model.interfaces])
     joined = Counter(i.joint_material.name for i in model.interfaces)
     return [
         ("blocks", f"{len(free)} free, {len(model.blocks) - len(free)} fixed (supports)"),
-        ("extent along x, y, z", " × ".join(f"{e:.4g}" for e in np.ptp(corners, axis=0)) + " m"),
+        ("extent of the free blocks along x, y, z", " × ".join(f"{e:.4g}" for e in np.ptp(corners, axis=0)) + " m"),
         ("weight of the free blocks", quantity(sum(b.weight for b in free), "N")),
         ("interfaces", f"{len(areas)}: " + ", ".join(f"{n} of {name}" for name, n in joined.items())),
         ("area of an interface", f"{areas.min():.4g} to {areas.max():.4g} m², {areas.sum():.4g} m² in all"),

@@ -40,7 +40,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
             {
                 "what": "capacity / demand",
                 "number": f"{check.ratio:.3g}",
-                "more": [check.relied_on, "satisfied" if check.satisfied else "not satisfied"],
+                "more": [check.relied_on, check.outcome],
             },
             {
                 "what": "ground acceleration borne",

@@ -1,0 +1,138 @@
+"""What one must know before relying on a check."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from blockstruct.assess.capacity_of_pushover import d0_of_weights
+from blockstruct.assess.floor_spectrum import FloorSpectrum
+from blockstruct.assess.lines import in_g, shown
+from blockstruct.assess.participation import HorizontalForces, Participation
+from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
+from blockstruct.model import STANDARD_GRAVITY, Model
+from blockstruct.results import CaseResult, MacroBlock, applied_loads, doubtful_words, tie_state
+from blockstruct.results.macro_blocks import TOGETHER
+from blockstruct.vocabulary import Flow, TieState
+
+g = STANDARD_GRAVITY
+#: Difference of d0 by the control point from that by the weights, in multiples of the latter, for it to be told.
+_APART = 0.03
+#: Motion out of the plane of a mechanism, in multiples of the largest.
+_OUT_OF_PLANE = 0.05
+#: Height over the foot of the structure, in multiples of its own, from which a mechanism stands on what moves with it.
+_HIGH = 0.1
+
+
+def notes_of(
+    result: CaseResult, forces: HorizontalForces, bodies: Sequence[MacroBlock], whole: Participation
+) -> list[str]:
+    """Of the collapse state, its procedure, its capacity curve, its bodies and its masses."""
+    said = []
+    if result.case.flow is Flow.ASSOCIATIVE:
+        said.append(
+            "α0 is that of associative flow, an upper bound of every other flow rule: run the case non-associative "
+            "before relying on it."
+        )
+    if not result.settled:
+        said.append("The load factor had not settled when its procedure ended: another schedule may find another one.")
+    said += result.warnings
+    rounding = getattr(result.case, "corner_rounding", 0.0)
+    if rounding and result.capacity is not None:
+        said.append(
+            f"Corners are rounded by {1e3 * rounding:.4g} mm in the capacity curve alone: at rest it has a load factor "
+            f"of {shown(float(result.capacity['load_factor'][0]))}, and α0, {shown(result.load_factor)}, is that of "
+            "the joints as the model has them."
+        )
+    if result.capacity is not None:
+        doubtful = doubtful_words(result.capacity, result.settings.procedure)
+        said += [f"In the capacity curve {text}." for text in doubtful]
+    said += _of_ties(result)
+    off = max((body.departure for body in bodies if body.moves), default=0.0)
+    if off > TOGETHER:
+        said.append(
+            f"Blocks that are taken as one body move by up to {off:.2g} of the largest motion relative to it; compare "
+            "with a smaller tolerance."
+        )
+    if _out_of_plane(bodies) > _OUT_OF_PLANE:
+        said.append(
+            "The bodies do not move parallel to one plane: the procedure is calibrated for mechanisms that do "
+            "(C8.7.1.2.1.6)."
+        )
+    moving = [name for body in bodies if body.moves for name in body.blocks]
+    index = {b.name: i for i, b in enumerate(result.model.blocks)}
+    dead = applied_loads(result.model, result.case.dead)
+    down = float(-dead.force[np.isin(dead.block, [index[name] for name in moving]), 2].sum())
+    if abs(down - whole.total) > 1e-6 * max(down, whole.total):
+        said.append(
+            f"The dead load of the bodies that move is {down / 1e3:.4g} kN, the weight of the masses that the push "
+            f"moves {whole.total / 1e3:.4g} kN: masses without a horizontal force, or forces of no weight, are among "
+            "the loads."
+        )
+    return said
+
+
+def _out_of_plane(bodies: Sequence[MacroBlock]) -> float:
+    """Largest motion out of the plane in which most of the turning is, in multiples of the scale of the mechanism."""
+    moving = [body for body in bodies if body.moves]
+    turns = np.array([body.rotation for body in moving])
+    speeds = np.linalg.norm(turns, axis=1)
+    if not speeds.max() > 1e-6:
+        return 0.0
+    normal = turns[speeds.argmax()] / speeds.max()
+    shifts = np.array([body.translation for body in moving])
+    tilted = np.linalg.norm(np.cross(turns, normal), axis=1) / speeds.max()
+    return float(max(np.abs(shifts @ normal).max(), tilted.max()))
+
+
+def _of_ties(result: CaseResult) -> list[str]:
+    if not result.model.ties:
+        return []
+    last = result.history.isel(iteration=-1)
+    gives_way = tie_state(last).isin([TieState.PUNCHING, TieState.SLIPPING]).to_numpy()
+    names = last["tie"].to_numpy()[gives_way]
+    text = (
+        f"Tie {', '.join(names)} pulls with what its anchorage holds, and is taken to go on doing so: punching and "
+        "bond are brittle. Design the anchorage for the strength of the bar, or leave the tie out."
+    )
+    return [text] if len(names) else []
+
+
+def notes_of_demand(model: Model, bodies: Sequence[MacroBlock], spectrum: Spectrum) -> list[str]:
+    """Whether the spectrum is that of where the mechanism stands."""
+    moving = {name for body in bodies if body.moves for name in body.blocks}
+    heights = {b.name: b.shape.vertices[:, 2] for b in model.blocks if not b.fixed}
+    foot, top = min(z.min() for z in heights.values()), max(z.max() for z in heights.values())
+    low = min(heights[name].min() for name in moving) - foot
+    if isinstance(spectrum, FloorSpectrum) and spectrum.peak < spectrum.ground.peak:
+        text = (
+            f"The largest acceleration at the height, {in_g(spectrum.peak, g)}, is less than that of the ground, "
+            f"{in_g(spectrum.ground.peak, g)}: the modes that are given leave out what moves with the ground."
+        )
+    elif isinstance(spectrum, NtcSpectrum) and low > _HIGH * (top - foot):
+        text = (
+            f"What moves stands {low:.3g} m above the foot of the structure, and the demand is that of the ground: "
+            "what is below amplifies it. Give bs.assess.floor_spectrum(…) (C8.7.1.2.1.8)."
+        )
+    else:
+        return []
+    return [text]
+
+
+def notes_of_control(
+    model: Model,
+    capacity: xr.Dataset,
+    d0: float,
+    forces: HorizontalForces,
+    bodies: Sequence[MacroBlock],
+    whole: Participation,
+) -> list[str]:
+    """Whether the control point of a pushover goes with the weights."""
+    moving = [name for body in bodies if body.moves for name in body.blocks]
+    of_weights = d0_of_weights(model, capacity, forces, moving, whole.e_star)
+    text = (
+        f"By its control point the oscillator goes to {shown(d0, 'm')}, by the mean of the weights P + Q to "
+        f"{shown(of_weights, 'm')}: what is in proportion at the collapse state is not at the end of the curve. Follow "
+        "a point near the centroid of the weights."
+    )
+    return [text] if abs(d0 - of_weights) > _APART * of_weights else []
