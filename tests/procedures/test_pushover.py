@@ -158,6 +158,19 @@ def test_a_block_slides_until_it_overhangs():
     assert np.abs(turned(curve, "upper")).max() < 1e-6
 
 
+@pytest.mark.parametrize("slope", [18, 20, 21])
+def test_a_block_slides_down_a_slope_that_hardly_holds_it(slope):
+    """``α = tan(atan μ − β)``: the dead load does up to thirty times the push's work, and friction takes all of it."""
+    blocks = [box("ground", (-2, 4), (-0.5, 0), fixed=True), box("block", (0, 1), (0, 0.3))]
+    tilted = moved(blocks, rotation((0, 1, 0), np.radians(slope)))
+    curve = run(model_of(tilted, bs.JointMaterial("dry", 0.4)), "block", steps=20).capacity
+    on = curve["displacement"].to_numpy() < 2.5
+    assert on.sum() > 10
+    expected = np.tan(np.arctan(0.4) - np.radians(slope))
+    assert curve["load_factor"].to_numpy()[on] == pytest.approx(expected, abs=1e-6)
+    assert np.isfinite(curve["d0"])
+
+
 def test_contacts_that_were_none_close():
     """A block slides until it meets a stop 0.1 m away, where no interface was; from there it turns over.
 

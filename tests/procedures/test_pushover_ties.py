@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from test_pushover import ROUGH, box, by_hand, elongated, run, tied, turned
 
 import blockstruct as bs
@@ -115,3 +116,48 @@ def test_strengths_that_are_refused_have_a_way_out(refused, instead):
 def test_ties_that_are_refused_have_a_way_out(tie, instead):
     with pytest.raises(bs.errors.ModelError, match=instead):
         run(tied().with_ties([tie]), "block")
+
+
+@pytest.mark.parametrize("steps", [10, 40, 60])
+def test_a_tie_does_not_pull_before_it_is_tight(steps):
+    """A block slides at α = μ to a post ahead, past which its tie is as long again as it was: after 2 · 0.5 m."""
+    blocks = [
+        box("ground", (-4, 8), (-0.5, 0), fixed=True),
+        box("block", (0, 1.2), (0, 0.3)),
+        box("post", (1.7, 1.9), (0.5, 1.2), fixed=True),
+    ]
+    dry = bs.detect_interfaces(blocks, bs.JointMaterial("dry", 0.4))
+    tie = bs.Tie("bar", ("post", "[1.7, 0.5, 0.8] m"), ("block", "[1.2, 0.5, 0.15] m"), yield_force="4 kN")
+    curve = run(bs.Model("sliding", blocks, dry, ties=[tie]), "block", steps=steps).capacity
+    slack = curve["tie_elongation"].sel(tie="bar").to_numpy() < -1e-3
+    assert slack.sum() > 3
+    assert curve["tie_force"].sel(tie="bar").to_numpy()[slack] == pytest.approx(0, abs=1.0)
+    assert curve["load_factor"].to_numpy()[slack] == pytest.approx(0.4, abs=1e-5)
+    assert curve["load_factor"].max() > 0.5
+
+
+@pytest.mark.parametrize("steps", [20, 30, 60])
+def test_a_tie_that_takes_up_the_dead_load_is_followed_to_zero(steps):
+    """A block of 0.5 m × 2 m, with a tie of 8 kN to a beam behind it that is slack first: its moment comes to zero.
+
+    The anchor (0, 1.5) is at (0.5 − 0.5 cos θ + 1.5 sin θ, 0.5 sin θ + 1.5 cos θ) at θ; the dead load then drives the
+    block with three times the work of the push at collapse, and the tie takes it.
+    """
+    blocks = [
+        box("ground", (-6, 3), (-0.5, 0), fixed=True),
+        box("block", (0, 0.5), (0, 2)),
+        box("beam", (-0.27, -0.07), (2.493, 2.793), fixed=True),
+    ]
+    tie = bs.Tie("bar", ("beam", "[-0.168, 0.5, 2.493] m"), ("block", "[0, 0.5, 1.5] m"), yield_force="8 kN")
+    model = bs.Model("tied", blocks, bs.detect_interfaces(blocks, ROUGH), ties=[tie])
+
+    def moment(angle):
+        c, s = np.cos(angle), np.sin(angle)
+        anchor = np.array([0.5 - 0.5 * c + 1.5 * s, 0.5 * s + 1.5 * c])
+        turning = np.array([0.5 * s + 1.5 * c, 0.5 * c - 1.5 * s])
+        along = anchor - [-0.168, 2.493]
+        return 20 * (0.25 * c - s) + 8 * along @ turning / np.linalg.norm(along)
+
+    angle = brentq(moment, 0.7, 1.0)
+    d0 = 0.25 - 0.25 * np.cos(angle) + np.sin(angle)
+    assert float(run(model, "block", steps=steps).capacity["d0"]) == pytest.approx(d0, rel=1e-6)
