@@ -187,7 +187,7 @@ class _Path:
         even = min(whole / self._steps, large)
         # A short step that ends where something happens tells nothing of the next.
         gone = self._way_from(self._last, placement, self._problem.control.displacement(placement))
-        last = max(gone, way[-1] - way[-2])
+        last = max(gone, np.diff(way[-3:]).max())
         return float(np.clip(even, max(LEAST * even, last / 2), max(GROWTH * last, LEAST * even)))
 
     def begun(self, moved: MovedProblem, collapse: Iteration) -> Found | None:
@@ -250,7 +250,7 @@ class _Path:
         slack = moved.slack_in(1.0)[tightening]
         ways = np.concatenate([moved.contacts.gap[reaching], slack])
         times = ways / np.maximum(np.concatenate([closing, longer]), 1e-300)
-        shortest = LEAST * self._even / self._wanted(moved.placement) * time
+        shortest = LEAST**2 * self._even / self._wanted(moved.placement) * time
         return float(max((1 - BEFORE) * times.min(), shortest))
 
     def _time(self, placement: Placement, twist: Array) -> float:
