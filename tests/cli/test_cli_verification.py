@@ -3,10 +3,11 @@
 import pytest
 
 import blockstruct as bs
-from blockstruct.cli.verification import site_of
+from blockstruct.cli.verification import demand_of
 from structures import SELF_WEIGHT, model_of, push, single_block
 
 SITE = "ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B"
+MODE = "T=0.4 s, participation=1.3, shape=0.9, damping=0.1"
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +22,7 @@ def file(tmp_path_factory):
 
 
 def test_a_site_is_read_from_a_text():
-    assert site_of(f"{SITE}, topography=T2") == bs.assess.ntc_spectrum("0.15 g_0", 2.4, "0.3 s", "B", "T2")
+    assert demand_of(f"{SITE}, topography=T2") == bs.assess.ntc_spectrum("0.15 g_0", 2.4, "0.3 s", "B", "T2")
 
 
 def test_every_case_with_a_load_factor_is_checked(call, file):
@@ -33,6 +34,19 @@ def test_every_case_with_a_load_factor_is_checked(call, file):
     code, out, _ = call("assess", file, "--spectrum", SITE, "--case", "rocks", "--method", "displacement")
     assert code == 0
     assert "relied on: SLV, by displacement" in out
+
+
+def test_modes_of_the_building_give_the_spectrum_at_a_height(call, file):
+    ground = bs.assess.ntc_spectrum("0.15 g_0", 2.4, "0.3 s", "B")
+    mode = bs.assess.Mode("0.4 s", participation=1.3, shape=0.9, damping=0.1)
+    assert demand_of(SITE, [MODE, MODE]) == bs.assess.floor_spectrum(ground, [mode, mode])
+    words = ("--spectrum", SITE, "--mode", MODE, "--case", "rocks", "--knowledge-level", "LC1")
+    code, out, err = call("assess", file, *words)
+    assert code == 0, err
+    assert "largest acceleration at z" in out
+    code, _, err = call("report", file, "--mode", MODE)
+    assert code == 2
+    assert "give --spectrum, too" in err
 
 
 def test_the_report_has_the_check(call, file, tmp_path):
@@ -49,6 +63,8 @@ def test_the_report_has_the_check(call, file, tmp_path):
         (["--spectrum", f"{SITE}, soils=C"], "did you mean soil?"),
         (["--spectrum", SITE.replace("2.4", "many")], "F0=many is not a number"),
         (["--spectrum", SITE.replace("0.15 g_0", "0.15")], "as in '0.15 g_0'"),
+        (["--spectrum", SITE, "--mode", "T=0.4 s"], "--mode 'T=0.4 s': no participation, shape"),
+        (["--spectrum", SITE, "--mode", MODE.replace("0.9", "top")], "shape=top is not a number"),
         (["--spectrum", SITE, "--case", "rock"], "did you mean rocks?"),
         (["--spectrum", SITE, "--case", "down"], "no case has a load factor to check"),
         (["--spectrum", SITE, "--confidence-factor", "1"], "FC is 1.35"),

@@ -9,7 +9,7 @@ import typer
 
 import blockstruct as bs
 from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, out, print_results, say
-from blockstruct.cli.verification import FactorOption, LevelOption, MethodOption, SpectrumOption, checks_of
+from blockstruct.cli.verification import FactorOption, LevelOption, MethodOption, ModeOption, SpectrumOption, checks_of
 from blockstruct.keywords import did_you_mean
 from blockstruct.views import analysis_summary, archive_table, iteration_table, parameter_texts
 from blockstruct.views.output import write_csv
@@ -188,6 +188,7 @@ def report(
     confidence_factor: FactorOption = None,
     knowledge_level: LevelOption = None,
     method: MethodOption = "linear",
+    mode: ModeOption = None,
     show_it: Annotated[bool, typer.Option("--open", help="Show the report in the browser.")] = False,
 ) -> None:
     """Write a report of an analysis, as a page or as PDF, with checks of local mechanisms for a given site."""
@@ -196,7 +197,7 @@ def report(
     target = _beside(output or file.with_name(f"{file.stem}-report.html"), file, template)
     head = dict(_project_line(line) for line in project or ())
     analysis = bs.open_analysis(file)
-    checks = checks_of(analysis, spectrum, confidence_factor, knowledge_level, method)
+    checks = checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method)
     _written(write_report(analysis, target, project=head, checks=checks, template=template), show_it)
 
 

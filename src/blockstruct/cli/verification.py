@@ -1,5 +1,6 @@
-"""Checks of local mechanisms on the command line: the site as one text, and the command that prints them."""
+"""Checks of local mechanisms on the command line: site and modes as texts, and the command that prints them."""
 
+from collections.abc import Mapping, Sequence
 from typing import Annotated
 
 import typer
@@ -8,14 +9,24 @@ import blockstruct as bs
 from blockstruct.cli.app import FileArgument, app, say
 from blockstruct.keywords import did_you_mean
 
-#: What the text of a site may state.
-_PARTS = ("ag", "F0", "Tc", "soil", "topography")
+#: What the text of a site must state, what it may, and one.
+_SITE = ("ag", "F0", "Tc", "soil"), ("topography",), "ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B"
+#: Likewise of a mode of the building.
+_MODE = ("T", "participation", "shape"), ("damping",), "T=0.4 s, participation=1.3, shape=0.9"
 
 SpectrumOption = Annotated[
     str | None,
     typer.Option(
         "--spectrum",
         help="Site of NTC 2018, as in 'ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B, topography=T1': check local mechanisms.",
+        show_default=False,
+    ),
+]
+ModeOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--mode",
+        help="Of the building, for a mechanism at a height: 'T=0.4 s, participation=1.3, shape=0.9, damping=0.1'.",
         show_default=False,
     ),
 ]
@@ -38,19 +49,21 @@ def assess(
     confidence_factor: FactorOption = None,
     knowledge_level: LevelOption = None,
     method: MethodOption = "linear",
+    mode: ModeOption = None,
 ) -> None:
     """Check local mechanisms after the Circolare 7/2019, C8.7.1.2.1, and print every formula."""
     analysis = bs.open_analysis(file)
     if case is not None and case not in analysis.headlines:
         msg = f"--case {case!r}: {did_you_mean(case, analysis.headlines)}"
         raise bs.errors.UnknownNameError(msg)
-    for check in checks_of(analysis, spectrum, confidence_factor, knowledge_level, method, only=case):
+    for check in checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method, only=case):
         say(f"{check}\n")
 
 
 def checks_of(
     analysis: bs.Analysis,
     spectrum: str | None,
+    modes: Sequence[str] | None,
     factor: float | None,
     level: str | None,
     method: str,
@@ -59,11 +72,11 @@ def checks_of(
 ) -> list[bs.assess.LocalMechanismCheck]:
     """Checks of the cases with a load factor; none without a spectrum."""
     if spectrum is None:
-        if factor is not None or level is not None:
-            msg = "--confidence-factor and --knowledge-level belong to a check; give --spectrum, too"
+        if factor is not None or level is not None or modes:
+            msg = "--confidence-factor, --knowledge-level and --mode belong to a check; give --spectrum, too"
             raise bs.errors.ModelError(msg)
         return []
-    site, spreads = site_of(spectrum), analysis.spreads
+    demand, spreads = demand_of(spectrum, modes or ()), analysis.spreads
     names = [
         name for name, head in analysis.headlines.items() if head.status is bs.Status.CONVERGED and only in (None, name)
     ]
@@ -72,28 +85,45 @@ def checks_of(
         msg = f"--spectrum: no case has a load factor to check ({ended})"
         raise bs.errors.ModelError(msg)
     return [
-        bs.assess.local_mechanism(spreads.get(name, analysis[name]), factor, site, knowledge_level=level, method=method)
+        bs.assess.local_mechanism(
+            spreads.get(name, analysis[name]), factor, demand, knowledge_level=level, method=method
+        )
         for name in names
     ]
 
 
-def site_of(text: str) -> bs.assess.NtcSpectrum:
-    """Spectrum of a text such as ``"ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B"``."""
+def demand_of(site: str, modes: Sequence[str] = ()) -> bs.assess.NtcSpectrum | bs.assess.FloorSpectrum:
+    """Spectrum of a text such as ``"ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B"``; with modes, that at a height."""
+    given = _stated("--spectrum", site, *_SITE)
+    F0, topography = _number("--spectrum", "F0", given), given.get("topography", "T1")
+    ground = bs.assess.ntc_spectrum(given["ag"], F0, given["Tc"], given["soil"], topography)
+    found = []
+    for text in modes:
+        of_mode = _stated("--mode", text, *_MODE)
+        numbers = {name: _number("--mode", name, of_mode) for name in of_mode if name != "T"}
+        found.append(bs.assess.Mode(of_mode["T"], **numbers))
+    return bs.assess.floor_spectrum(ground, found) if found else ground
+
+
+def _stated(option: str, text: str, must: Sequence[str], may: Sequence[str], example: str) -> dict[str, str]:
+    """What a text states, by name."""
     given: dict[str, str] = {}
     for part in text.split(","):
         name, equals, value = (word.strip() for word in part.partition("="))
-        if name not in _PARTS or not equals or name in given:
-            msg = f"--spectrum: {part.strip()!r}; {did_you_mean(name, _PARTS)}, each once, as in 'soil=B'"
+        if name not in (*must, *may) or not equals or name in given:
+            msg = f"{option}: {part.strip()!r}; {did_you_mean(name, (*must, *may))}, each once, as in {example!r}"
             raise bs.errors.ModelError(msg)
         given[name] = value
-    missing = [name for name in _PARTS[:4] if name not in given]
+    missing = [name for name in must if name not in given]
     if missing:
-        msg = f"--spectrum {text!r}: no {', '.join(missing)}; write it as 'ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B'"
+        msg = f"{option} {text!r}: no {', '.join(missing)}; write it as {example!r}"
         raise bs.errors.ModelError(msg)
+    return given
+
+
+def _number(option: str, name: str, given: Mapping[str, str]) -> float:
     try:
-        F0 = float(given["F0"])
+        return float(given[name])
     except ValueError:
-        msg = f"--spectrum: F0={given['F0']} is not a number; write it as 'F0=2.4'"
+        msg = f"{option}: {name}={given[name]} is not a number; write it as '{name}=0.9'"
         raise bs.errors.ModelError(msg) from None
-    topography = given.get("topography", "T1")
-    return bs.assess.ntc_spectrum(given["ag"], F0, given["Tc"], given["soil"], topography)
