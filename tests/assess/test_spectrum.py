@@ -189,8 +189,12 @@ def test_a_damping_in_per_cent_and_a_period_below_zero_are_refused():
     site = bs.assess.ntc_spectrum(**SITE)
     with pytest.raises(bs.errors.ModelError, match="damping 8; give a ratio"):
         site.acceleration(1.0, 8)
-    with pytest.raises(bs.errors.ModelError, match="period -1 s"):
-        site.acceleration(-1.0)
+    table = bs.assess.table_spectrum(Q_([0, 1], "s"), Q_([1, 2], "m/s^2"))
+    floor = bs.assess.floor_spectrum(site, [bs.assess.Mode("0.4 s", participation=1.3, shape=0.9)])
+    for spectrum in (site, table, floor):
+        for ordinate in (spectrum.acceleration, spectrum.displacement):
+            with pytest.raises(bs.errors.ModelError, match="period -1 s"):
+                ordinate(-1.0)
 
 
 def test_a_table_is_not_read_beyond_its_end():

@@ -7,6 +7,7 @@ from test_pushover import ROUGH, box, by_hand, elongated, run, tied, turned
 
 import blockstruct as bs
 from blockstruct import Q_
+from structures import moved, rotation
 
 ENDS = ("post", Q_([-2, 0.5, 1.5], "m")), ("block", Q_([0, 0.5, 1.5], "m"))
 
@@ -161,3 +162,17 @@ def test_a_tie_that_takes_up_the_dead_load_is_followed_to_zero(steps):
     angle = brentq(moment, 0.7, 1.0)
     d0 = 0.25 - 0.25 * np.cos(angle) + np.sin(angle)
     assert float(run(model, "block", steps=steps).capacity["d0"]) == pytest.approx(d0, rel=1e-6)
+
+
+@pytest.mark.parametrize("steps", [5, 12])
+def test_a_load_factor_that_falls_below_zero_where_a_tie_breaks_is_zero_there(steps):
+    """A block held by its tie alone, down a slope steeper than friction: d0 is the 0.4 m of the tie along the slope."""
+    R = rotation((0, 1, 0), np.radians(25))
+    blocks = moved([box("ground", (-4, 8), (-0.5, 0), fixed=True), box("block", (0, 1), (0, 0.3))], R)
+    ends = ("ground", Q_(R @ [-3, 0.5, 0], "m")), ("block", Q_(R @ [0, 0.5, 0.1], "m"))
+    tie = bs.Tie("bar", *ends, yield_force="1 kN", elongation_limit="0.4 m")
+    dry = bs.detect_interfaces(blocks, bs.JointMaterial("dry", 0.4))
+    curve = run(bs.Model("held", blocks, dry, ties=[tie]), "block", steps=steps).capacity
+    # From 3 m along and 0.1 m across, the anchor comes to a distance that is 0.4 m longer.
+    way = np.sqrt((np.hypot(3, 0.1) + 0.4) ** 2 - 0.1**2) - 3
+    assert float(curve["d0"]) == pytest.approx(way * np.cos(np.radians(25)), rel=1e-4)

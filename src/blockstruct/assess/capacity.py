@@ -35,7 +35,7 @@ class CapacityCurve:
         Where it comes from.
     losses : tuple of (float, float)
         Displacements, m, at which ties break, and what has been lost there by all that broke so far, over the largest
-        acceleration.
+        acceleration; of a pushover also those of its other states, and what the step behind each loses.
     """
 
     displacement: Array

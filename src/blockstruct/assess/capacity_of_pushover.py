@@ -137,11 +137,12 @@ def d0_of_weights(
 def _left(d: Array, alpha: Array, lost: NDArray[np.int64]) -> Array:
     """Load factors just behind the breaks of ties, before states: what falls on the way to them is not lost at once.
 
-    It falls there as on the ways before and behind, the slower of the two.
+    It falls there as on the nearest ways before and behind on which nothing breaks, the slower of the two.
     """
-    slope = -np.diff(alpha) / np.diff(d)
-    slope[lost - 1] = np.inf
-    beside = np.pad(slope, 1, constant_values=np.inf)
-    slower = np.minimum(beside[lost - 1], beside[lost + 1])
+    whole = np.setdiff1d(np.arange(len(d) - 1), lost - 1)
+    slope = np.full(len(whole) + 2, np.inf)
+    slope[1:-1] = -(np.diff(alpha) / np.diff(d))[whole]
+    behind = np.searchsorted(whole, lost - 1) + 1
+    slower = np.minimum(slope[behind - 1], slope[behind])
     on_the_way = np.where(np.isfinite(slower), np.maximum(slower, 0.0), 0.0) * (d[lost] - d[lost - 1])
     return np.asarray(np.minimum(alpha[lost - 1], alpha[lost] + on_the_way))

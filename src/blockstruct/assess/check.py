@@ -51,6 +51,18 @@ class LimitState:
         """Capacity over demand."""
         return self.capacity / self.demand
 
+    @property
+    def satisfied(self) -> bool:
+        """Whether the ground acceleration that it bears is not below that of the site."""
+        return bool(self.ag >= self.ag_site)
+
+    @property
+    def outcome(self) -> str:
+        """Whether it is satisfied, and why where the ratio does not tell."""
+        if self.satisfied:
+            return "satisfied" + ("" if self.ratio >= 1 else " by that of SLD (C8.7.1.2.1.8)")
+        return "not satisfied" + ("" if self.ratio < 1 else ", as a weaker ground motion already demands as much")
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LocalMechanismCheck:
@@ -131,15 +143,13 @@ class LocalMechanismCheck:
 
     @property
     def satisfied(self) -> bool:
-        """Whether the ground acceleration that it bears is not below that of the site."""
-        return bool(self.ag >= self.spectrum.ag)
+        """Whether the limit state relied on is."""
+        return self.limit_state.satisfied
 
     @property
     def outcome(self) -> str:
         """Whether it is satisfied, and why where the ratio does not tell."""
-        if self.satisfied:
-            return "satisfied" + ("" if self.ratio >= 1 else " by that of SLD (C8.7.1.2.1.8)")
-        return "not satisfied" + ("" if self.ratio < 1 else ", as a weaker ground motion already demands as much")
+        return self.limit_state.outcome
 
     @property
     def verdict(self) -> str:

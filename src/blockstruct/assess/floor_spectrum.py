@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from blockstruct.assess.lines import Line, in_g, shown
-from blockstruct.assess.spectrum import NtcSpectrum, damping_factor
+from blockstruct.assess.spectrum import NtcSpectrum, checked_periods, damping_factor
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords
@@ -92,7 +92,7 @@ class FloorSpectrum:
 
     def acceleration(self, period: ArrayLike, damping: float = 0.05) -> Array:
         """S_eZ(T, ξ, z), [C7.2.5] with [C7.2.6], m/s²."""
-        T = np.asarray(period, dtype=float)
+        T = checked_periods(period)
         squares = sum((self._of_mode(mode, T, damping) ** 2 for mode in self.modes), np.zeros_like(T))
         found = np.sqrt(squares)
         beyond = T > self.T1
@@ -108,7 +108,7 @@ class FloorSpectrum:
 
     def displacement(self, period: ArrayLike, damping: float = 0.05) -> Array:
         """S_eZ T²/4π², beyond b T_1 at least S_eZ(T_1) b² T_1²/4π² ([C8.7.1.12]), m."""
-        T = np.asarray(period, dtype=float)
+        T = checked_periods(period)
         plain = self.acceleration(T, damping) * (T / (2 * np.pi)) ** 2
         end = self.b * self.T1
         least = float(self.acceleration(self.T1, damping)) * (end / (2 * np.pi)) ** 2

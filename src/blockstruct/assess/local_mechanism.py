@@ -131,9 +131,9 @@ def local_mechanism(
                 notes.append(f"{state} by displacement was left out. {error}.")
     notes += notes_of_demand(found.model, bodies, spectrum)
     notes += [
-        f"{state.name} is not satisfied: capacity / demand = {shown(state.ratio)}."
+        f"{state.name}: capacity / demand = {shown(state.ratio)}, {state.outcome}."
         for state in states
-        if state.name not in METHODS.values() and state.ratio < 1
+        if state.name not in METHODS.values() and np.isfinite(state.demand) and not state.satisfied
     ]
     if curve is not None and pushed is not None:
         notes += notes_of_control(found.model, pushed, curve.d0, forces, bodies, whole)

@@ -21,7 +21,7 @@ _APART = 0.03
 #: Motion out of the plane of a mechanism, in multiples of the largest.
 _OUT_OF_PLANE = 0.05
 #: Height over the foot of the structure, in multiples of its own, from which a mechanism stands on what moves with it.
-_HIGH = 0.1
+_HIGH = 0.25
 
 
 def notes_of(
@@ -59,7 +59,7 @@ def notes_of(
             "The bodies do not move parallel to one plane: the procedure is calibrated for mechanisms that do "
             "(C8.7.1.2.1.6)."
         )
-    moving = [name for body in bodies if body.moves for name in body.blocks]
+    moving = _moving(bodies)
     index = {b.name: i for i, b in enumerate(result.model.blocks)}
     dead = applied_loads(result.model, result.case.dead)
     down = float(-dead.force[np.isin(dead.block, [index[name] for name in moving]), 2].sum())
@@ -85,6 +85,11 @@ def _out_of_plane(bodies: Sequence[MacroBlock]) -> float:
     return float(max(np.abs(shifts @ normal).max(), tilted.max()))
 
 
+def _moving(bodies: Sequence[MacroBlock]) -> list[str]:
+    """Names of the blocks of the bodies that move."""
+    return [name for body in bodies if body.moves for name in body.blocks]
+
+
 def _of_ties(result: CaseResult) -> list[str]:
     if not result.model.ties:
         return []
@@ -92,24 +97,26 @@ def _of_ties(result: CaseResult) -> list[str]:
     gives_way = tie_state(last).isin([TieState.PUNCHING, TieState.SLIPPING]).to_numpy()
     names = last["tie"].to_numpy()[gives_way]
     text = (
-        f"Tie {', '.join(names)} pulls with what its anchorage holds, and is taken to go on doing so: punching and "
-        "bond are brittle. Design the anchorage for the strength of the bar, or leave the tie out."
+        f"Anchorages that give way at collapse are taken to hold on ({', '.join(names)}): punching and bond are "
+        "brittle. Design them for the strength of the bar, or leave the tie out."
     )
     return [text] if len(names) else []
 
 
 def notes_of_demand(model: Model, bodies: Sequence[MacroBlock], spectrum: Spectrum) -> list[str]:
     """Whether the spectrum is that of where the mechanism stands."""
-    moving = {name for body in bodies if body.moves for name in body.blocks}
+    moving = set(_moving(bodies))
+    fixed = {b.name for b in model.blocks if b.fixed}
     heights = {b.name: b.shape.vertices[:, 2] for b in model.blocks if not b.fixed}
     foot, top = min(z.min() for z in heights.values()), max(z.max() for z in heights.values())
     low = min(heights[name].min() for name in moving) - foot
+    supported = any({i.minus, i.plus} & moving and {i.minus, i.plus} & fixed for i in model.interfaces)
     if isinstance(spectrum, FloorSpectrum) and spectrum.peak < spectrum.ground.peak:
         text = (
             f"The largest acceleration at the height, {in_g(spectrum.peak, g)}, is less than that of the ground, "
             f"{in_g(spectrum.ground.peak, g)}: the modes that are given leave out what moves with the ground."
         )
-    elif isinstance(spectrum, NtcSpectrum) and low > _HIGH * (top - foot):
+    elif isinstance(spectrum, NtcSpectrum) and low > _HIGH * (top - foot) and not supported:
         text = (
             f"What moves stands {low:.3g} m above the foot of the structure, and the demand is that of the ground: "
             "what is below amplifies it. Give bs.assess.floor_spectrum(…) (C8.7.1.2.1.8)."
@@ -128,11 +135,11 @@ def notes_of_control(
     whole: Participation,
 ) -> list[str]:
     """Whether the control point of a pushover goes with the weights."""
-    moving = [name for body in bodies if body.moves for name in body.blocks]
+    moving = _moving(bodies)
     of_weights = d0_of_weights(model, capacity, forces, moving, whole.e_star)
     text = (
         f"By its control point the oscillator goes to {shown(d0, 'm')}, by the mean of the weights P + Q to "
-        f"{shown(of_weights, 'm')}: what is in proportion at the collapse state is not at the end of the curve. Follow "
-        "a point near the centroid of the weights."
+        f"{shown(of_weights, 'm')}: what is in proportion at the collapse state is not at the end of the curve. A "
+        "point near the centroid of the weights tells most; rely on the smaller one."
     )
     return [text] if abs(d0 - of_weights) > _APART * of_weights else []

@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 #: How far beside the blocks an edge may lie, in multiples of their extent.
 _BESIDE = 0.05
+#: Corrections of the setback of the hinge.
+_PASSES = 3
 #: Sine of the angle between an edge and the vertical at which it is upright.
 _UPRIGHT = 1e-6
 #: Rise of the normal of a joint that a block stands on.
@@ -89,7 +91,7 @@ def overturning(
     ------
     ModelError
         If blocks are unknown or supports, the edge has no length or is not at the blocks, they do not overturn about
-        it, the strength is not above zero, or the push is not horizontal.
+        it or ties lift them off it, the strength is not above zero or the edge upright, or the push is not horizontal.
 
     Examples
     --------
@@ -123,6 +125,7 @@ def overturning(
     on = np.isin(forces.block, members)
     W, G = float(forces.weight[on].sum()), forces.weight[on] @ forces.point[on] / forces.weight[on].sum()
     pulls = _pulls(model, case, names, members, hinge, axis)
+    N = _pressed(model, case, members, pulls)
     setback, lines = 0.0, _standing_on(model, set(names))
     if compressive_strength is not None:
         f_c = si(compressive_strength, "stress", f"{who}: compressive strength")
@@ -133,12 +136,14 @@ def overturning(
         if np.linalg.norm(inward) < _UPRIGHT:
             msg = f"{who}: an edge that is upright has no joint that weight crushes; leave compressive_strength out"
             raise ModelError(msg)
-        dead = applied_loads(model, case.dead)
-        down = -dead.force[np.isin(dead.block, members), 2].sum() - sum(p.force * p.direction[2] for p in pulls)
-        N = float(down)
-        setback = N / (2 * f_c * length)
         inward *= np.sign(inward @ (G - hinge)) / np.linalg.norm(inward)
-        hinge = hinge + setback * inward
+        edge_at = hinge
+        # Which ties the rotation slackens hangs on where the hinge is, and that on what they pull.
+        for _ in range(_PASSES):
+            setback = N / (2 * f_c * length)
+            hinge = edge_at + setback * inward
+            pulls = _pulls(model, case, names, members, hinge, axis)
+            N = _pressed(model, case, members, pulls)
         lines.append(
             Line(
                 "hinge set back by crushing",
@@ -195,6 +200,19 @@ def _pulls(
     forces = [np.array([getattr(s, name) for s in stretches]) for name in ("capacity", "prestress")]
     most, least = (pulls_at(model, set(names), force) for force in forces)
     return [p for p in most if about.moment(p, 0.0) < 0] + [p for p in least if about.moment(p, 0.0) >= 0]
+
+
+def _pressed(model: Model, case: LimitCase, members: Sequence[int], pulls: Sequence[Pull]) -> float:
+    """Force with which dead load and ties press the blocks down, N."""
+    dead = applied_loads(model, case.dead)
+    N = float(-dead.force[np.isin(dead.block, members), 2].sum() - sum(p.force * p.direction[2] for p in pulls))
+    if N <= 0 and pulls:
+        msg = (
+            f"overturning: ties pull the blocks up by {-N / 1e3:.4g} kN more than the dead load presses them down: "
+            "they lift, and do not turn about the edge; name a mechanism in which these ties pull less"
+        )
+        raise ModelError(msg)
+    return N
 
 
 def _standing_on(model: Model, names: set[str]) -> list[Line]:

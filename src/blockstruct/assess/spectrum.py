@@ -168,8 +168,7 @@ class NtcSpectrum:
 
     def acceleration(self, period: ArrayLike, damping: float = 0.05) -> Array:
         """S_e(T), [3.2.2], m/s²."""
-        T, top = np.asarray(period, dtype=float), damping_factor(damping) * self.F0
-        check(bool(np.all(T >= 0)), f"period {T.min(initial=0.0):g} s", "periods from 0 s on")
+        T, top = checked_periods(period), damping_factor(damping) * self.F0
         long = np.maximum(T, self.TC)
         branches = [1 + T / self.TB * (top - 1), np.full_like(T, top), top * self.TC / long]
         shape = np.select([T < self.TB, T < self.TC, T < self.TD], branches, top * self.TC * self.TD / long**2)
@@ -177,7 +176,7 @@ class NtcSpectrum:
 
     def displacement(self, period: ArrayLike, damping: float = 0.05) -> Array:
         """S_De(T), [3.2.10] up to T_E and [3.2.11] beyond, m."""
-        T, row = np.asarray(period, dtype=float), SOILS[self.soil]
+        T, row = checked_periods(period), SOILS[self.soil]
         top, dg = damping_factor(damping) * self.F0, 0.025 * self.peak * self.TC * self.TD
         beyond = dg * (top + (1 - top) * np.clip((T - row.TE) / (row.TF - row.TE), 0, 1))
         return np.asarray(np.where(row.TE >= T, self.acceleration(T, damping) * (T / (2 * np.pi)) ** 2, beyond))
@@ -311,6 +310,13 @@ def ntc_spectrum(
         "a Tc* or a C_C that leaves it below",
     )
     return found
+
+
+def checked_periods(period: ArrayLike) -> Array:
+    """Periods, s, of which none is below zero."""
+    T = np.asarray(period, dtype=float)
+    check(bool(np.all(T >= 0)), f"period {T.min(initial=0.0):g} s", "periods from 0 s on")
+    return T
 
 
 def check_ground(who: str, ag: float) -> None:

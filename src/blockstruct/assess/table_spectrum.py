@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from blockstruct.assess.lines import Line, in_g, shown
-from blockstruct.assess.spectrum import check, check_ground, damping_factor
+from blockstruct.assess.spectrum import check, check_ground, checked_periods, damping_factor
 from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords
 from blockstruct.model import STANDARD_GRAVITY
@@ -33,7 +33,7 @@ class TableSpectrum:
 
     def acceleration(self, period: ArrayLike, damping: float = 0.05) -> Array:
         """Ordinates, linear in between, times η(ξ) / η of the table but at T = 0; m/s²."""
-        T = np.asarray(period, dtype=float)
+        T = checked_periods(period)
         if np.any(self.periods[-1] < T):
             msg = (
                 f"table_spectrum: asked for T = {T.max():.4g} s, but its last period is {self.periods[-1]:.4g} s; give "
@@ -45,7 +45,7 @@ class TableSpectrum:
 
     def displacement(self, period: ArrayLike, damping: float = 0.05) -> Array:
         """Largest S_e(T') (T'/2π)² of the periods up to T, m."""
-        T, tried = np.asarray(period, dtype=float), np.sort(np.append(self.periods, self._turning()))
+        T, tried = checked_periods(period), np.sort(np.append(self.periods, self._turning()))
         shorter = tried[tried <= T.max()]
         upto = np.maximum.accumulate(self.acceleration(shorter, damping) * (shorter / (2 * np.pi)) ** 2)
         before = upto[np.searchsorted(shorter, T, side="right") - 1]
@@ -111,7 +111,8 @@ def table_spectrum(
     Raises
     ------
     ModelError
-        If periods do not rise from zero, or ordinates are not positive or not as many.
+        If periods do not rise from zero, ordinates are not positive or not as many, or ag or the damping is out of
+        range.
     """
     who = "table_spectrum"
     T, S = (

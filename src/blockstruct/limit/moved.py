@@ -168,12 +168,14 @@ class MovingProblem:
         own = self.statics.ties
         return np.asarray(longest > own.span + own.elongation_limit)
 
-    def until_broken(self, before: Array, after: Array) -> float:
-        """Share of a way, on which ties reach lengths (N,) from others, that leads to the first that breaks; or one."""
+    def until_broken(self, before: Array, after: Array, at_limit: float = AT_LIMIT) -> float:
+        """Share of a way, on which ties reach lengths (N,) from others, that leads to the first that breaks; or one.
+
+        One that is within a share of its limit goes beyond.
+        """
         own = self.statics.ties
         reserve, grown = own.span + own.elongation_limit - before, after - before
-        # One that is at its limit goes beyond.
-        breaks = (reserve > AT_LIMIT * own.elongation_limit) & (grown > reserve)
+        breaks = (reserve > at_limit * np.nan_to_num(own.elongation_limit)) & (grown > reserve)
         return float((reserve[breaks] / grown[breaks]).min(initial=1.0))
 
     def at(self, placement: Placement, reach: float, longest: Array) -> MovedProblem:

@@ -15,7 +15,7 @@ from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.body_step import Stepper
 from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved
-from blockstruct.procedures.pushover_state import Found, State, lost, stands
+from blockstruct.procedures.pushover_state import Found, State, friction_of, lost, stands
 
 Array = NDArray[np.float64]
 
@@ -32,8 +32,8 @@ FASTEST = 3.0
 #: How far the control point may miss that, as a ratio, before the step is solved again; and attempts.
 MISSED, LENGTHS = 1.5, 3
 #: Work of forces across gaps that close in a step, relative to all of its work, for which it is shortened to the
-#: first of them; and what is left of that way.
-REACHING, BEFORE = 1e-3, 1e-3
+#: first of them; what is left of that way; and the least step to one, as a share of one that divides the curve evenly.
+REACHING, BEFORE, CLOSEST = 1e-3, 1e-3, 1 / 4096
 #: Attempts at a step that the blocks penetrate after, or the flow rule is missed.
 ATTEMPTS = 5
 #: Penetration after a shorter step, relative to the deepest by the square of its length; and least share of a step.
@@ -98,15 +98,13 @@ def pushover(
     str
         How it ended.
     """
-    path = _Path(problem, collapse.load_factor, steps, settings, solver)
+    path = _Path(problem, collapse, steps, settings, solver)
     if before:
         state = path.gone(before, collapse)
     else:
-        placement = Placement.of(problem.statics.model)
-        start = problem.at(placement, path.nearest, problem.lengths(placement))
-        first = path.begun(start, collapse)
+        first = path.begun(path.start, collapse)
         if first is None:
-            return path.lost(placement, None)
+            return path.lost(path.start.placement, None)
         yield path.record(first)
         state = first.state
     while True:
@@ -129,15 +127,19 @@ class _Path:
     """The curve so far, and the next step of it."""
 
     def __init__(
-        self, problem: MovingProblem, load_factor: float, steps: int, settings: ProcedureSettings, solver: Solver
+        self, problem: MovingProblem, collapse: Iteration, steps: int, settings: ProcedureSettings, solver: Solver
     ) -> None:
         self._problem, self._steps = problem, steps
-        self._load_factor = self._driving = abs(load_factor)
+        self._load_factor = abs(collapse.load_factor)
         self._least = LEAST_WORK * self._load_factor
         free = np.concatenate([b.shape.vertices for b in problem.statics.model.blocks if not b.fixed])
         self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * steps)
         self._size = problem.statics.length
-        self.nearest = NEAREST * self._size
+        self._nearest = NEAREST * self._size
+        rest = Placement.of(problem.statics.model)
+        self.start = problem.at(rest, self._nearest, problem.lengths(rest))
+        # Down a slope that hardly holds it the push drives little of what friction takes.
+        self._driving = max(self._load_factor, friction_of(self.start.problem, collapse))
         self.curve: list[tuple[float, float]] = []
         self._way = [0.0]
         self._last: State | None = None
@@ -157,7 +159,6 @@ class _Path:
         self._way = list(
             accumulate([0.0, *(self._way_from(a, b.placement, b.displacement) for a, b in pairwise(states))])
         )
-        self._driving = max(self._load_factor, states[0].dissipation)
         self._done = sum(self._energy(a, b)[1] for a, b in pairwise(states))
         last = self._last = states[-1]
         moved = self._at(last.placement, last, last.time)
@@ -187,7 +188,7 @@ class _Path:
         even = min(whole / self._steps, large)
         # A short step that ends where something happens tells nothing of the next.
         gone = self._way_from(self._last, placement, self._problem.control.displacement(placement))
-        last = max(gone, np.diff(way[-3:]).max())
+        last = max(gone, way[-1] - way[-2])
         return float(np.clip(even, max(LEAST * even, last / 2), max(GROWTH * last, LEAST * even)))
 
     def begun(self, moved: MovedProblem, collapse: Iteration) -> Found | None:
@@ -196,11 +197,7 @@ class _Path:
         time = self._time(moved.placement, twist)
         question = Question.of(moved, time, twist, self._least)
         solution = self._stepper.begin(moved, question, collapse, self._problem.statics.points)
-        found = self.solved(moved, twist) if solution is None else self._found(moved, solution, time)
-        if found is not None:
-            # A push along a slope that hardly resists it drives little of what friction takes.
-            self._driving = max(self._load_factor, found.state.dissipation)
-        return found
+        return self.solved(moved, twist) if solution is None else self._found(moved, solution, time)
 
     def solved(self, moved: MovedProblem, twist: Array) -> Found | None:
         """A step from a placement in which the control point moves as far as wanted, or blocks as far as they may."""
@@ -243,15 +240,11 @@ class _Path:
         Forces of a step are those at its end; what closes on the way has none before.
         """
         reaching, tightening = solved.reaching > REACHING, solved.tightening > REACHING
-        if not (reaching.any() or tightening.any()):
-            return np.inf
-        closing = -moved.relative(twist)[reaching, 0]
-        longer = moved.problem.ties.elongation(moved.velocities(twist))[tightening]
-        slack = moved.slack_in(1.0)[tightening]
-        ways = np.concatenate([moved.contacts.gap[reaching], slack])
-        times = ways / np.maximum(np.concatenate([closing, longer]), 1e-300)
-        shortest = LEAST**2 * self._even / self._wanted(moved.placement) * time
-        return float(max((1 - BEFORE) * times.min(), shortest))
+        longer = moved.problem.ties.elongation(moved.velocities(twist))
+        ways = np.concatenate([moved.contacts.gap[reaching], moved.slack_in(1.0)[tightening]])
+        rates = np.concatenate([-moved.relative(twist)[reaching, 0], longer[tightening]])
+        shortest = CLOSEST * self._even / self._wanted(moved.placement) * time
+        return max((1 - BEFORE) * float((ways / np.maximum(rates, 1e-300)).min(initial=np.inf)), shortest)
 
     def _time(self, placement: Placement, twist: Array) -> float:
         """Time at 1 W in which the control point moves as far as wanted, s."""
@@ -316,6 +309,12 @@ class _Path:
                 time /= 2
         if following is None or following.solved.missed > LOST or self._falls(following.solved):
             return self.lost(moved.placement, following), time
+        broken = self._problem.until_broken(state.longest, moved.longest, 0.0)
+        if broken < 1 and following.state.load_factor < 0:
+            # The load factor falls below zero where the tie breaks, and not on the way behind.
+            beyond = self._reached(self._after(state, (1 + BEFORE) * broken * time), state)
+            if beyond is not None and self._goes_on(beyond.solved):
+                return beyond, time
         for _ in range(CORRECTIONS):
             below = following.state.load_factor
             if below >= -ZERO * self._load_factor or state.load_factor <= 0:
@@ -335,11 +334,11 @@ class _Path:
     def _at(self, placement: Placement, state: State, time: float) -> MovedProblem:
         """The problem at a placement, with contacts within the reach of the motion of a state in a time."""
         furthest = float(np.linalg.norm(state.twist[:, :3], axis=1).max()) * time
-        return self._problem.at(placement, max(self.nearest, REACH * furthest), state.longest)
+        return self._problem.at(placement, max(self._nearest, REACH * furthest), state.longest)
 
     def _drops(self, solved: Solved, before: Solved) -> bool:
         """Whether blocks drop until they meet others: a shorter step has the drop alone, and less to meet."""
-        return solved.falling > max(before.falling, 0.0) + DROPS * self._driving
+        return solved.released > max(before.released, 0.0) + DROPS * self._driving
 
     def _falls(self, solved: Solved) -> bool:
         """Whether the dead load drives the motion, and not the push: what forces there are is no load factor then."""

@@ -7,7 +7,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.limit import Placement
+from blockstruct.limit import LimitProblem, Placement
+from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.moved import FiniteStep, MovedProblem, MovingProblem
 from blockstruct.procedures.finite_step import Solved, dissipated
 
@@ -62,6 +63,12 @@ class Found:
         u = self.moved.velocities(before.carried(self.state.placement))
         own = sum(dissipated(problem, solved.x, solved.tie_force, u)) / float(problem.w_L @ u)
         return replace(self, state=replace(self.state, dissipated=(before.dissipation + own) / 2))
+
+
+def friction_of(problem: LimitProblem, collapse: Iteration) -> float:
+    """Work of friction in a collapse state per unit of work of the variable load: what loads and ties leave."""
+    of_ties = collapse.tie_force @ np.maximum(problem.ties.elongation(collapse.u), 0.0)
+    return float(collapse.load_factor + problem.w_D @ collapse.u - of_ties)
 
 
 def stands(problem: MovingProblem, curve: Sequence[tuple[float, float]], state: State) -> str:
