@@ -65,8 +65,6 @@ class Solved:
         Whether that of friction is any to speak of.
     falling : float
         Work of the dead load that ties do not take up, per unit of work of the variable load.
-    released : float
-        Work of the loads that neither friction nor ties take up, likewise.
     reaching, tightening : (K,) and (M,) arrays
         Share of the step's work that the force at each contact does while its gap closes, and that of each tie while
         its slack does.
@@ -84,7 +82,6 @@ class Solved:
     dissipation: float
     slides: bool
     falling: float
-    released: float
     reaching: Array
     tightening: Array
     missed: float
@@ -151,7 +148,7 @@ class Question:
         problem, gap = self.problem, self.gap
         certificate = certify(problem, x, u, alpha, settings, T, gap=gap, slack=self.slack, speed=problem.fastest(u))
         friction, of_ties = dissipated(problem, x, T, u)
-        dissipation, by_dead = friction + of_ties, float(problem.w_D @ u)
+        dissipation = friction + of_ties
         scale = max(abs(alpha) + dissipation, self.least)
         return Solved(
             load_factor=alpha,
@@ -161,8 +158,7 @@ class Question:
             certificate=certificate,
             dissipation=dissipation,
             slides=friction > RUBS * scale,
-            falling=by_dead - of_ties,
-            released=alpha + by_dead - dissipation,
+            falling=float(problem.w_D @ u) - of_ties,
             reaching=x[:, 0] * np.maximum(gap, 0.0) / scale,
             tightening=T * np.maximum(self.slack, 0.0) / scale,
             missed=certificate.flow_rule_gap / scale,

@@ -165,8 +165,7 @@ class _Path:
         if len(steps) == 1:
             self.begun(moved, collapse)
         else:
-            question = Question.of(moved, last.time, last.twist, self._least)
-            self._stepper.solve(moved, question)
+            self._stepper.solve(moved, Question.of(moved, last.time, last.twist, self._least))
         # That is no work of the step that follows.
         self._stepper.spent()
         return last
@@ -338,7 +337,8 @@ class _Path:
 
     def _drops(self, solved: Solved, before: Solved) -> bool:
         """Whether blocks drop until they meet others: a shorter step has the drop alone, and less to meet."""
-        return solved.released > max(before.released, 0.0) + DROPS * self._driving
+        at_collapse = self._driving - self._load_factor
+        return solved.falling > max(before.falling, at_collapse) + DROPS * self._driving
 
     def _falls(self, solved: Solved) -> bool:
         """Whether the dead load drives the motion, and not the push: what forces there are is no load factor then."""
