@@ -66,8 +66,8 @@ _EXAMPLES = {
     "time": "0.3 s",
 }
 #: Names of units with small powers, multiplied and divided: nothing that a parser could make an expression of.
-_FACTOR = r"(g_0|[^\W\d]+)((\*\*|\^)-?\d)?"
-_UNIT = re.compile(rf"(1/)?({_FACTOR}((\s*[*/]\s*|\s+){_FACTOR}){{0,9}})?")
+_FACTOR = r"(g_0|[^\W\d]+)(\s*(\*\*|\^)\s*-?\d(\.\d{1,6})?)?"
+_UNIT = re.compile(rf"(1\s*/\s*)?({_FACTOR}((\s*[*/]\s*|\s+){_FACTOR}){{0,9}})?")
 #: Number in SI units beyond which nothing is a building, and its powers overflow.
 LARGEST_NUMBER = 1e30
 #: Characters of a quantity, three components with all their digits and a long unit included.
