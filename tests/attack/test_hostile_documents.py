@@ -38,6 +38,7 @@ YAML = {
     "aliases upon aliases": LAUGHS,
     "aliases upon aliases in the settings": changed("{ max_programs: 30 }", "\n  " + LAUGHS.replace("\n", "\n  ")),
     "a long text aliased": f"a: &a {'k' * 200_000}\nb: [{', '.join(['*a'] * 5_000)}]",
+    "1,000 levels by aliases": "a0: &a0 [k]\n" + "".join(f"a{k}: &a{k} [*a{k - 1}]\n" for k in range(1, 1_000)),
     "an alias of itself": "a: &a [*a]",
     "an alias of what it is part of": changed("{ max_programs: 30 }", "&a { slope: { x: *a } }"),
     "an unknown alias": "a: *b",

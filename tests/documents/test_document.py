@@ -270,6 +270,16 @@ def test_aliases_stand_for_what_they_name(tmp_path):
     assert bs.read_document(tmp_path / "shared.yaml").model.hash == bs.read_document(tmp_path / "model.yaml").model.hash
 
 
+def test_what_aliases_stand_for_is_changed_place_by_place():
+    held = yaml_core.load("a: &m {x: [1]}\nb: &n {m: *m, n: [*m]}\nc: *n\n")
+    held["c"]["m"]["x"].append(2)
+    assert held == {
+        "a": {"x": [1]},
+        "b": {"m": {"x": [1]}, "n": [{"x": [1]}]},
+        "c": {"m": {"x": [1, 2]}, "n": [{"x": [1]}]},
+    }
+
+
 def test_a_document_of_any_size_is_not_read(tmp_path, monkeypatch):
     monkeypatch.setattr(reader, "MOST_BYTES", 100)
     with pytest.raises(bs.errors.DocumentError, match="divide the structure"):

@@ -60,6 +60,27 @@ def test_a_grid_of_a_document(document, call, tmp_path):
     assert len((tmp_path / "rows.csv").read_text().splitlines()) == 5
 
 
+def test_a_place_that_an_alias_shares_is_varied_alone(document, tmp_path):
+    path = document({"joint_materials.other.friction_coefficient": [0.2, 0.4]})
+    shared = MODEL.replace(
+        "{lime 1.5: {friction_coefficient: 0.65}}", "{lime 1.5: &j {friction_coefficient: 0.3}, other: *j}"
+    )
+    (tmp_path / "wall.yaml").write_text(shared)
+    read = bs.studies.read_study(path)
+    data = bs.study(read.build, read.parameters, workers=1)
+    np.testing.assert_allclose(data.load_factor.sel(case="push"), [0.3, 0.3], rtol=1e-6)
+
+
+def test_quantities_of_every_unit_are_varied(document):
+    """A unit with powers, and one that is a power: as they are written in the document, and as files carry them."""
+    weights = ["12 kN/m^3", "2e-5 N/mm**3", "30000 newton / meter ** 3"]
+    read = bs.studies.read_study(document({"materials.tuff.unit_weight": weights}))
+    data = bs.study(read.build, read.parameters, workers=1)
+    assert set(data.problem.to_numpy()) == {""}
+    built = [read.build(**{"materials.tuff.unit_weight": weight})[0] for weight in read.parameters.popitem()[1]]
+    assert [model.blocks[1].weight / 0.5 for model in built] == pytest.approx([12e3, 20e3, 30e3])
+
+
 def test_samples_of_a_document(document, call, tmp_path):
     distribution = {"distribution": "uniform", "low": 0.2, "high": 0.4}
     path = document({MU: distribution}, runs=3, seed=2)

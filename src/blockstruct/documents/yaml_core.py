@@ -76,11 +76,10 @@ class _Reading:
 
     def _value(self, event: Any, level: int) -> tuple[Any, int]:
         if isinstance(event, yaml.AliasEvent):
-            return self._alias(event)
+            return self._alias(event, level)
         if event.tag is not None:
             _refuse(f"the tag {event.tag!r}; leave tags out, and quote a text that looks like a number", event)
-        if level > MOST_LEVELS:
-            _refuse(f"nested more than {MOST_LEVELS} deep; no model needs that", event)
+        _check_level(level, event)
         if event.anchor is not None:
             # None until it is known what it stands for.
             self._anchors[event.anchor] = None
@@ -96,7 +95,7 @@ class _Reading:
             self._anchors[event.anchor] = found
         return found
 
-    def _alias(self, event: Any) -> tuple[Any, int]:
+    def _alias(self, event: Any, level: int) -> tuple[Any, int]:
         if event.anchor not in self._anchors:
             _refuse(f"the alias *{event.anchor} stands for nothing before it", event)
         found = self._anchors[event.anchor]
@@ -105,7 +104,8 @@ class _Reading:
         self._added += found[1]
         if self._added > MOST_ADDED:
             _refuse(f"aliases stand for more than {MOST_ADDED:,} characters in all; write out what is meant", event)
-        return found
+        # A copy: what changes one place of a document must not change the others.
+        return _copied(found[0], event, level), found[1]
 
     def _sequence(self, level: int) -> tuple[list[Any], int]:
         values, size = [], 1
@@ -129,6 +129,21 @@ class _Reading:
         if twice:
             _refuse(f"repeated keys {shown(sorted(set(twice)))}; rename or merge them", start)
         return values, size
+
+
+def _copied(value: Any, alias: Any, level: int) -> Any:
+    """Value for an alias at a level: lists and mappings of its own."""
+    _check_level(level, alias)
+    if isinstance(value, dict):
+        return {key: _copied(held, alias, level + 1) for key, held in value.items()}
+    if isinstance(value, list):
+        return [_copied(held, alias, level + 1) for held in value]
+    return value
+
+
+def _check_level(level: int, place: Any) -> None:
+    if level > MOST_LEVELS:
+        _refuse(f"nested more than {MOST_LEVELS} deep; no model needs that", place)
 
 
 def _scalar(event: Any) -> Any:
