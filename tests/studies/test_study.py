@@ -1,6 +1,7 @@
 """Studies: designs, files, what is not repeated, failures, results."""
 
 import functools
+import shutil
 import warnings
 
 import numpy as np
@@ -133,6 +134,43 @@ def test_runs_of_another_study_are_not_taken_over(tmp_path, monkeypatch, change)
     data = bs.study(changed, parameters, tmp_path, workers=1, rerun=True, **options)
     assert load_factors(data) == ([0.3, 0.5] if change == "settings" else [0.25, 0.25])
     assert load_factors(bs.study(changed, parameters, tmp_path, workers=1, **options)) == load_factors(data)
+
+
+@pytest.mark.parametrize("how", ["swapped", "copied"])
+def test_files_under_the_names_of_other_runs_are_refused(tmp_path, how):
+    """Neither the first nor the last run, which are built anew to see whether they are the same."""
+    parameters = {"friction_coefficient": [0.1, 0.2, 0.3, 0.4], "height": Q_(90, "cm")}
+    path = bs.study(studied.block, parameters, tmp_path, workers=1).path.to_numpy()
+    one, two = tmp_path / path[1], tmp_path / path[2]
+    if how == "swapped":
+        one.rename(tmp_path / "aside")
+        two.rename(one)
+        (tmp_path / "aside").rename(two)
+    else:
+        shutil.copy(two, one)
+    said = rf"{one.name} was made with friction_coefficient 0\.3, but its name stands for 0\.2.*own name.*rerun=True"
+    with pytest.raises(bs.errors.StorageError, match=said):
+        bs.study(studied.block, parameters, tmp_path, workers=1)
+    data = bs.study(studied.block, parameters, tmp_path, workers=1, rerun=True)
+    assert load_factors(data) == [0.1, 0.2, 0.3, 0.4]
+    assert load_factors(bs.study(studied.block, parameters, tmp_path, workers=1)) == load_factors(data)
+
+
+def test_an_interrupted_run_under_another_name_is_not_gone_on_with(tmp_path):
+    parameters = {"friction_coefficient": 0.3, "height": Q_([90, 80], "cm")}
+    low = tmp_path / bs.study(studied.block, parameters, tmp_path, workers=1).path.to_numpy()[1]
+    whose = bs.open_analysis(low).study
+    low.unlink()
+    model, case = studied.block(0.3, Q_(1, "m"))
+
+    def stop(event):
+        if type(event).__name__ == "IterationDone":
+            raise KeyboardInterrupt
+
+    values = {"friction_coefficient": 0.3, "height": Q_(1, "m")}
+    bs.AnalysisManager(model, low, parameters=values, study=whose, listeners=[stop]).run([case])
+    with pytest.raises(bs.errors.StorageError, match=r"height 1\.0 meter, but its name stands for 0\.8 meter"):
+        bs.study(studied.block, parameters, tmp_path, workers=1)
 
 
 def test_failures_are_rows(tmp_path):

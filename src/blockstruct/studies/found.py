@@ -1,9 +1,11 @@
 """Runs of a study that are there already: whether they are its own."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
-from blockstruct.errors import StorageError
+from blockstruct.errors import StorageError, shown
+from blockstruct.results import plain_value
 from blockstruct.storage import Archive, is_unfinished, open_analysis, study_under_way
 from blockstruct.studies.design import Design, Run
 from blockstruct.studies.plan import Plan
@@ -15,7 +17,7 @@ Rows = list[dict[str, Any]]
 
 
 def found_runs(archive: Archive, design: Design, plan: Plan) -> tuple[dict[str, Rows], dict[str, str]]:
-    """Rows of the runs that are done; and those that are of another study, with what they are of.
+    """Rows of the runs that are done; and files under the names of runs that are not these, with why.
 
     Raises
     ------
@@ -29,7 +31,7 @@ def found_runs(archive: Archive, design: Design, plan: Plan) -> tuple[dict[str, 
         path = archive.folder / f"{run.name}.h5"
         if is_unfinished(path):
             if (whose := study_under_way(path)) != plan.study:
-                others[run.name] = whose
+                others[run.name] = _of_another(whose, plan)
             continue
         if not path.is_file():
             continue
@@ -37,6 +39,9 @@ def found_runs(archive: Archive, design: Design, plan: Plan) -> tuple[dict[str, 
         if of_run[0]["problem"]:
             msg = f"{path}: {of_run[0]['problem']}; move it away, then run the study again"
             raise StorageError(msg)
+        if why := _misnamed(run, of_run[0]):
+            others[run.name] = why
+            continue
         whose = of_run[0].get("study", "")
         done = all(row["status"] != Status.INTERRUPTED for row in of_run)
         if whose == plan.study:
@@ -46,24 +51,50 @@ def found_runs(archive: Archive, design: Design, plan: Plan) -> tuple[dict[str, 
         elif done and plan.differs_by_source(whose):
             changed.append(run)
         else:
-            others[run.name] = whose or "no study"
+            others[run.name] = _of_another(whose or "no study", plan)
             continue
         rows[run.name] = of_run
     # What build calls may be another although its own source is the same.
     ends = [own[k] for k in sorted({0, len(own) - 1}) if own]
     if any(_differs(run, archive, plan) for run in ends):
-        others |= {run.name: f"another model or other cases than {plan.study} makes now" for run in own}
-    others |= {run.name: rows[run.name][0]["study"] for run in changed if _differs(run, archive, plan)}
+        why = f"is of another model or other cases than {plan.study} makes now"
+        others |= {run.name: why for run in own}
+    differing = [run for run in changed if _differs(run, archive, plan)]
+    others |= {run.name: _of_another(rows[run.name][0]["study"], plan) for run in differing}
     return {name: of_run for name, of_run in rows.items() if name not in others}, others
 
 
-def told(archive: Archive, others: Mapping[str, str], plan: Plan) -> str:
-    """Why runs of another study are not taken over."""
-    name, whose = next(iter(others.items()))
+def told(archive: Archive, others: Mapping[str, str]) -> str:
+    """Why files of other runs are not taken over."""
+    name, why = next(iter(others.items()))
     return (
-        f"study: {archive.folder} has {len(others)} runs of these parameters that are not of this study: {name}.h5 is "
-        f"of {whose}; this is {plan.study}. Choose another store, or run them anew by rerun=True"
+        f"study: {archive.folder} has {len(others)} runs of these parameters, by their names, that are not of this "
+        f"study: {name}.h5 {why}. Choose another store, or run them anew by rerun=True"
     )
+
+
+def _of_another(whose: str, plan: Plan) -> str:
+    return f"is of {whose}; this is {plan.study}"
+
+
+def _misnamed(run: Run, row: Mapping[str, Any]) -> str:
+    """What tells that a file was made with other values than those its name stands for; empty if it was not."""
+    for name, value in run.values.items():
+        (due, unit), kept = plain_value(value), row.get(f"parameter_{name}")
+        if not _same(due, kept):
+            of_unit = "" if unit in ("", "dimensionless") else f" {unit}"
+            return (
+                f"was made with {name} {shown(kept)}{of_unit}, but its name stands for {shown(due)}{of_unit}: it was "
+                "renamed or copied. Give it its own name back"
+            )
+    return ""
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, float) and isinstance(other, int | float):
+        # The same quantity in two units may differ by rounding.
+        return math.isclose(one, other, rel_tol=1e-9)
+    return bool(one == other)
 
 
 def _differs(run: Run, archive: Archive, plan: Plan) -> bool:

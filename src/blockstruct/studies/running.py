@@ -84,7 +84,8 @@ def study(
     settings, spread
         Of the procedure, and of the schedules of each case, as :class:`blockstruct.AnalysisManager` takes them.
     rerun
-        Replace runs that are found but are of another ``build`` or other settings, instead of refusing them.
+        Replace runs that are found but are of another ``build``, other settings or other values, instead of refusing
+        them.
     listeners
         Called with :class:`~blockstruct.studies.StudyProgress` when a run has ended; a line on a terminal by default.
 
@@ -103,7 +104,8 @@ def study(
     UnknownKeywordError
         If ``build`` does not take a parameter, or needs one more.
     StorageError
-        If the store cannot be written, or holds runs of these parameters by another ``build`` or other settings.
+        If the store cannot be written, or holds runs of these parameters by another ``build`` or other settings, or
+        files under the names of these runs that were made with other values.
         Settings are compared. Of a ``build`` whose source is the same, the first and the last run that are found are
         built anew; of one whose source has changed, all of them: what is found is taken over where model and cases are
         the same to the last digit.
@@ -129,7 +131,7 @@ def study(
         archive = Archive(folder)
         rows, others = found_runs(archive, design, plan)
         if others and not rerun:
-            raise StorageError(told(archive, others, plan))
+            raise StorageError(told(archive, others))
         # Samples of few values may have several runs that are the same.
         runs_left = {run.name: run for run in design.runs if run.name not in rows}
         jobs = [Job(name, run.stored, name in others) for name, run in runs_left.items()]
