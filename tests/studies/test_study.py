@@ -191,6 +191,21 @@ def test_all_failures_are_rows_too(tmp_path):
     assert all("a plain number" in problem for problem in data.problem.to_numpy())
 
 
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.StudyWarning")
+@pytest.mark.parametrize("sampling", ["grid", "paired"])
+def test_a_table_of_failures_alone(sampling):
+    parameters = {"friction_coefficient": Q_([1, 2], "kPa"), "height": Q_([1, 2], "m")}
+    data = bs.study(studied.block, parameters, workers=1, sampling=sampling)
+    table = studies.frame_of(data)
+    assert len(table) == (4 if sampling == "grid" else 2)
+    assert set(table["status"]) == {"failed"}
+    assert table["problem"].str.contains("a plain number").all()
+    assert table["height"].tolist() == ([1, 2, 1, 2] if sampling == "grid" else [1, 2])
+    if sampling == "paired":
+        with pytest.raises(bs.errors.ModelError, match=r"all 2 runs failed, the first one: DimensionError.*again"):
+            studies.summary(data)
+
+
 def test_a_killed_run_is_gone_on_with(tmp_path):
     """What a study leaves that is killed: its next call resumes the run in flight."""
     values = {"friction_coefficient": 0.3, "height": Q_(1, "m")}

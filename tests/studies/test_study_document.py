@@ -157,6 +157,29 @@ def test_failures_are_printed(document, call, tmp_path):
     assert "failed" in out
 
 
+@pytest.mark.filterwarnings("default::blockstruct.errors.StudyWarning")
+@pytest.mark.parametrize(
+    ("parameters", "more"),
+    [
+        ({MU: [-1, -2], HEIGHT: ["1 m", "2 m"]}, {}),
+        ({MU: [-1, -2]}, {"sampling": "paired"}),
+        ({MU: {"distribution": "uniform", "low": -2, "high": -1}}, {"runs": 3}),
+    ],
+)
+def test_failures_alone_are_printed(document, call, tmp_path, parameters, more):
+    path = document(parameters, **more)
+    code, out, err = call("study", path, "-o", tmp_path / "runs", "--workers", "1")
+    assert code == 3, err
+    assert re.search(r"(\d) of \1 runs failed", err)
+    assert "failed:" in out
+    code, out, _ = call("study", path, "-o", tmp_path / "runs", "--workers", "1", "--json")
+    assert code == 3
+    assert {row["status"] for row in json.loads(out)["rows"]} == {"failed"}
+    code, _, _ = call("study", path, "-o", tmp_path / "runs", "--workers", "1", "--csv", tmp_path / "rows.csv")
+    assert code == 3
+    assert "failed" in (tmp_path / "rows.csv").read_text()
+
+
 def test_an_unreachable_scheduler_is_one_message(document, call, tmp_path, monkeypatch):
     monkeypatch.setattr("blockstruct.studies.cluster.PATIENCE", 0.3)
     path = document({MU: [0.3]})

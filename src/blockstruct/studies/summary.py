@@ -51,7 +51,8 @@ def summary(
     Raises
     ------
     ModelError
-        If the study is a grid or has settlements alone, or a probability is not between 0 and 1.
+        If the study is a grid, has settlements alone or no run that did not fail, or a probability is not between 0
+        and 1.
 
     Notes
     -----
@@ -64,8 +65,14 @@ def summary(
         over = ", ".join(map(str, data.dims)) or "nothing"
         msg = f"summary: data along {over} are not samples; give a study of distributions"
         raise ModelError(msg)
+    if not data.sizes["case"]:
+        msg = (
+            f"summary: all {data.sizes['run']} runs failed, the first one: {data['problem'].to_numpy()[0]}; mend what "
+            "data.problem tells of each, and run the study again"
+        )
+        raise ModelError(msg)
     names = cases_with_load_factors(data)
-    if data.sizes["case"] and not names:
+    if not names:
         of_them = "reaction" if "reaction" in data else "reaction_moment"
         named = ", ".join(map(str, data["case"].to_numpy()))
         msg = (
@@ -77,7 +84,7 @@ def summary(
     wanted, levels = _probabilities(fractiles, "fractiles"), np.asarray(below, dtype=float)
     (gamma,) = _probabilities([confidence], "confidence")
     columns = [_of_case(data.sel(case=case), wanted, float(gamma), levels) for case in data["case"].to_numpy()]
-    held = xr.concat(columns, dim="case") if columns else _of_case(data.isel(case=0), wanted, float(gamma), levels)
+    held = xr.concat(columns, dim="case")
     held["case"] = data["case"]
     exact = data.attrs.get("sampling") != LATIN
     return held.assign_attrs(confidence=float(gamma), sampling=data.attrs.get("sampling", ""), exact=int(exact))

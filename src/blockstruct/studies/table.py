@@ -99,7 +99,9 @@ def frame_of(data: xr.Dataset) -> pd.DataFrame:
     cases, along = data["case"].to_numpy(), data["problem"].dims
     of_run = {name: data[name].broadcast_like(data["problem"]).transpose(*along) for name in (*parameters, *_OF_RUN)}
     runs = {name: values.to_numpy().ravel() for name, values in of_run.items()}
-    columns = {name: data[name].transpose(*along, "case").to_numpy().reshape(-1, len(cases)) for name in of_case}
+    # There are no cases where every run failed.
+    size = (data["problem"].size, len(cases))
+    columns = {name: data[name].transpose(*along, "case").to_numpy().reshape(size) for name in of_case}
     rows = []
     for k, problem in enumerate(runs["problem"]):
         held = {name: runs[name][k] for name in parameters}
