@@ -306,6 +306,29 @@ def test_bad_studies_are_refused_before_they_begin(tmp_path, parameters, options
     assert not (tmp_path / "store").exists()
 
 
+TAKEN = [
+    *("run", "case", "load_factor", "bound", "status", "flow", "flow_rule_gap", "n_iterations", "duration", "message"),
+    *("problem", "path", "reaction", "reaction_moment", "d0", "curve_end"),
+]
+
+
+@pytest.mark.parametrize("varied", [True, False])
+@pytest.mark.parametrize("name", TAKEN)
+def test_names_of_what_a_study_gives_are_no_parameters(tmp_path, name, varied):
+    def build(friction_coefficient, **more):
+        raise AssertionError(more)
+
+    parameters = {"friction_coefficient": [0.3, 0.4], name: [1, 2] if varied else 1}
+    with pytest.raises(bs.errors.ModelError, match=rf"parameter {name}: .*as {name}_of_build"):
+        bs.study(build, parameters, tmp_path / "store", workers=1)
+    assert not (tmp_path / "store").exists()
+
+
+def test_a_study_gives_no_name_that_a_parameter_may_have():
+    data = bs.study(studied.pulled, {"friction_coefficient": [0.3, 0.4]}, workers=1, sampling="paired")
+    assert {*map(str, data.variables)} - {"friction_coefficient"} <= {*TAKEN}
+
+
 def test_what_build_returns_is_checked():
     with pytest.warns(bs.errors.StudyWarning, match=r"returned 3; return a Model and its cases"):
         bs.study(lambda mu: 3, {"mu": [1]}, workers=1)

@@ -25,7 +25,7 @@ from blockstruct.studies.found import Rows, found_runs, told
 from blockstruct.studies.plan import Plan
 from blockstruct.studies.processes import Ended, here, in_processes, in_threads
 from blockstruct.studies.progress import Listener, StudyProgress, print_progress
-from blockstruct.studies.table import dataset_of
+from blockstruct.studies.table import check_parameter_names, dataset_of
 from blockstruct.studies.task import Job
 from blockstruct.units import parse
 from blockstruct.vocabulary import Flow
@@ -100,7 +100,8 @@ def study(
     Raises
     ------
     ModelError
-        If no runs can be made of the parameters, or of the number of samples or workers.
+        If no runs can be made of the parameters, or of the number of samples or workers, or a parameter has the name
+        of a variable that a study gives, or of ``run`` or ``case``.
     UnknownKeywordError
         If ``build`` does not take a parameter, or needs one more.
     StorageError
@@ -122,6 +123,7 @@ def study(
     plan = Plan.of(build, settings, spread)
     design = design_of(parameters, sampling, runs, seed)
     plan.check_names(design.runs[0].values)
+    check_parameter_names(design.runs[0].values)
     count, limit = _workers(workers, len(design.runs)), _bytes(memory_limit, cluster, threads)
     terminal = (print_progress,) if is_terminal(sys.stderr) else ()
     heard = terminal if listeners is None else checked_tuple(listeners, Callable, "study: listeners")

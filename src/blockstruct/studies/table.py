@@ -1,12 +1,13 @@
 """The rows of a study as an xarray.Dataset."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
+from blockstruct.errors import ModelError
 from blockstruct.studies.design import GRID, Design
 
 #: Status of a case of a run that failed: no status of a limit case.
@@ -27,10 +28,27 @@ _TEXTS = ("status", "flow", "message")
 #: Variables that every case of a run has.
 _OF_CASE = (*_NUMBERS, *_TEXTS)
 _OF_RUN = ("problem", "path")
+_TAKEN = {"run", "case", *_OF_CASE, *_OF_RUN}
 _REACTIONS = {"reaction", "reaction_moment"}
 #: Numbers of some kinds of cases alone.
 _OF_SOME = (*_REACTIONS, "d0", "curve_end")
 _COLUMNS = {"bound": "associative_load_factor"}
+
+
+def check_parameter_names(names: Iterable[str]) -> None:
+    """Refuse parameters whose names are taken by what a study gives.
+
+    Raises
+    ------
+    ModelError
+    """
+    taken = [name for name in names if name in _TAKEN]
+    if taken:
+        msg = (
+            f"study: {'parameter' if len(taken) == 1 else 'parameters'} {', '.join(taken)}: what a study gives has "
+            f"these names itself: {', '.join(sorted(_TAKEN))}; give build other ones, as {taken[0]}_of_build"
+        )
+        raise ModelError(msg)
 
 
 def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], problems: Sequence[str]) -> xr.Dataset:
