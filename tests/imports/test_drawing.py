@@ -70,9 +70,10 @@ def test_a_plan_rises(draw):
 
 @pytest.mark.parametrize("standing", [True, False])
 @pytest.mark.parametrize("order", [1, -1])
-def test_a_prism_looks_outward_whichever_way_its_outline_runs(standing, order):
+@pytest.mark.parametrize("thickness", [2.0, -2.0])
+def test_a_prism_looks_outward_whichever_way_its_outline_runs(standing, order, thickness):
     outline = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)], dtype=float)[::order]
-    vertices, faces = prism(outline, 0.5, 2.0, standing=standing)
+    vertices, faces = prism(outline, 0.5, thickness, standing=standing)
     shape = bs.Block.from_faces("L", bs.Q_(vertices, "m"), faces, STONE).shape
     assert shape.volume == pytest.approx(10)
     assert np.ptp(vertices, axis=0) == pytest.approx((3, 2, 3) if standing else (3, 3, 2))
@@ -186,6 +187,37 @@ def test_a_polyline_may_have_its_own_thickness(draw):
         bs.errors.GeometryFileError, match=r"polyline from \(0, 250\) on layer 'STONE', handle .*, is flat"
     ):
         read(thickness=None)
+
+
+@pytest.mark.parametrize("given", [None, "0.7 m"])
+@pytest.mark.parametrize(("plane", "axis"), [("elevation", 1), ("plan", 2)])
+@pytest.mark.parametrize(
+    ("attributes", "reach"),
+    [
+        ({"thickness": 700}, (0, 0.7)),
+        ({"thickness": 700, "elevation": -100}, (-0.1, 0.6)),
+        ({"thickness": -700, "elevation": 1000}, (0.3, 1)),
+        ({"thickness": 700, "elevation": -2000, "extrusion": (0, 0, -1)}, (1.3, 2)),
+        ({"thickness": -700, "elevation": -2000, "extrusion": (0, 0, -1)}, (2, 2.7)),
+    ],
+)
+def test_a_thickness_grows_from_the_level_to_the_side_on_which_it_is_drawn(draw, plane, axis, attributes, reach, given):
+    space, read = draw
+    rectangle(space, 0, 0, 500, 250, **attributes)
+    (block,) = read(plane=plane, thickness=given).blocks
+    along = block.shape.vertices[:, axis]
+    assert (along.min(), along.max()) == pytest.approx(reach)
+    # Seen from behind, x of the drawing runs the other way.
+    assert block.centroid[0] == pytest.approx(-0.25 if "extrusion" in attributes else 0.25)
+    assert block.shape.volume == pytest.approx(0.5 * 0.25 * 0.7)
+
+
+def test_flat_outlines_lie_side_by_side_whether_or_not_they_were_mirrored(draw):
+    space, read = draw
+    rectangle(space, 0, 0, 500, 250)
+    rectangle(space, 0, 0, 500, 250, extrusion=(0, 0, -1))
+    for block in read().blocks:
+        assert (block.shape.vertices[:, 1].min(), block.shape.vertices[:, 1].max()) == pytest.approx((0, 0.3))
 
 
 SQUARE = [(0, 0), (500, 0), (500, 250), (0, 250)]

@@ -66,10 +66,12 @@ def read_drawing(
     override_unit
         Take ``unit`` although the drawing states another one: ``$INSUNITS`` is often that of the template.
     thickness : quantity, length
-        Of the prisms. Polylines that have a thickness of their own in the drawing need none.
+        Of the prisms. Polylines that have a thickness of their own in the drawing need none; where it is negative,
+        or the polyline was drawn from behind, the prism lies on the other side.
     plane : {"elevation", "plan"}
-        ``"elevation"`` stands the drawing up: its x and y become x and z, and prisms reach from y = 0 to the
-        thickness. ``"plan"`` keeps x and y, and prisms rise from z = 0. Bodies in 3D stay where they are.
+        ``"elevation"`` stands the drawing up: its x, y and z become x, z and y, and prisms reach from y = 0, or the
+        elevation of their polyline, to the thickness. ``"plan"`` keeps x, y and z, and prisms rise from z = 0, or that
+        elevation. Bodies in 3D stay where they are.
     segments
         Number of straight segments that stand for each arc of a polyline; without it, arcs are refused.
     closing : quantity, length
@@ -276,11 +278,14 @@ class _Reading:
         if len(outline.corners) < 3 or abs(area(outline.corners)) <= OUTLINE * size**2:
             self.leave_out(f"polyline without area on layer {layer}", handle)
             return
-        thickness = self.thickness or abs(entity.dxf.get("thickness", 0.0))
+        # Along the normal of the polyline, which may look down, or against it.
+        own = entity.dxf.get("thickness", 0.0) * float(np.sign(ocs.uz.z))
+        thickness = self.thickness or abs(own)
         if not thickness:
             msg = f"{who} is flat; give a thickness"
             raise GeometryFileError(msg)
-        body = prism(outline.corners, float(level), thickness, standing=self.standing)
+        side = -1 if own < 0 else 1
+        body = prism(outline.corners, float(level), side * thickness, standing=self.standing)
         name = self.add_body(layer, *body)
         done = {"arcs": outline.rise * self.scale, "retraced": outline.retraced}
         if outline.gap > OUTLINE * size:

@@ -128,13 +128,14 @@ def divided_arcs(points: Array, bulges: Array, segments: int) -> tuple[Array, fl
 
 
 def prism(points: Array, level: float, thickness: float, *, standing: bool) -> tuple[Array, list[Face]]:
-    """Vertices (2n, 3) and outward faces of the prism over an outline (n, 2) at a level over the drawing plane.
+    """Vertices (2n, 3) and outward faces of the prism over an outline (n, 2), from a level to a thickness over it.
 
-    Standing, x and y of the drawing become x and z, and the prism reaches along +y; otherwise it rises along +z.
+    The thickness may be negative. Standing, x, y and z of the drawing become x, z and y; otherwise they stay.
     """
     x, y = points.T
-    # The drawing's own z looks at the reader: standing up, it points to -y.
-    levels = (thickness - level, -level) if standing else (level, level + thickness)
+    low, high = sorted((level, level + thickness))
+    # The drawing stands with its z into the page, which takes outlines the other way round.
+    levels = (high, low) if standing else (low, high)
     rings = [np.column_stack([x, np.full(len(x), z), y] if standing else [x, y, np.full(len(x), z)]) for z in levels]
     vertices, faces = lofted(*rings)
     return vertices, list(faces)
