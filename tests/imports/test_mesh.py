@@ -84,9 +84,9 @@ def test_inward_normals_are_turned_with_a_warning(tmp_path, wall):
     assert set(found.report.table().query("kind == 'turned'").amount) == {12.0}
 
 
-def shifted(faces):
-    """Faces of the eight vertices that come after the first eight."""
-    return [[i + 8 for i in face] for face in faces]
+def shifted(faces, by=8):
+    """Faces of vertices that come after some others."""
+    return [[i + by for i in face] for face in faces]
 
 
 def cube(**changes):
@@ -232,6 +232,34 @@ def test_names_used_twice_are_numbered(tmp_path):
     assert [b.name for b in found.blocks] == ["stone", "stone#2"]
 
 
+def test_a_hash_inside_a_word_is_part_of_a_name_and_after_a_space_begins_a_comment(tmp_path):
+    # Drawn in this order, pier#1 would become the second "pier" of two, and take the name of the first.
+    text = "".join(
+        f"{name}\n" + obj_text([(x + at, y, z) for x, y, z in CUBE], shifted(QUADS, 8 * k))
+        for k, (name, at) in enumerate([("o pier#2", 4), ("o pier#1 # of two", 0), ("o \\\nbeam#a b", 2)])
+    )
+    path = saved(tmp_path, "piers.obj", text)
+    found = bs.imports.read_mesh(path, unit="m", material=STONE, fixed=["pier#2"])
+    assert {b.name: float(b.centroid[0]) for b in found.blocks} == pytest.approx(
+        {"pier#2": 4.5, "pier#1": 0.5, "beam#a b": 2.5}
+    )
+    assert (found.report.supports, found.report.repairs) == (("pier#2",), ())
+    again = bs.imports.write_obj(tmp_path / "again.obj", found.blocks)
+    assert [b.name for b in bs.imports.read_mesh(again, unit="m", material=STONE).blocks] == [
+        b.name for b in found.blocks
+    ]
+
+
+def test_a_body_of_several_does_not_take_the_name_of_an_object(tmp_path):
+    apart = [*CUBE, *((x + 2, y, z) for x, y, z in CUBE)]
+    text = "o arch\n" + obj_text(apart, [*QUADS, *shifted(QUADS)])
+    text += "o arch.1\n" + obj_text([(x + 4, y, z) for x, y, z in CUBE], shifted(QUADS, 16))
+    found = bs.imports.read_mesh(saved(tmp_path, "a.obj", text), unit="m", material=STONE, fixed=["arch.1"])
+    assert [b.name for b in found.blocks] == ["arch.2", "arch.3", "arch.1"]
+    assert [b.name for b in found.blocks if b.fixed] == ["arch.1"]
+    assert found.blocks[2].centroid[0] == pytest.approx(4.5)
+
+
 def test_several_files_stand_with_their_names_before_their_blocks(tmp_path):
     path = saved(tmp_path, "arch.obj", "o stone\n" + obj_text())
     other = saved(tmp_path, "wall.obj", "o stone\n" + obj_text([(x + 2, y, z) for x, y, z in CUBE]))
@@ -330,8 +358,9 @@ def test_obj_is_written_once_and_only_with_names_that_come_back(tmp_path, wall):
     path = bs.imports.write_obj(tmp_path / "wall.obj", wall)
     with pytest.raises(bs.errors.StorageError, match="exists and is not replaced"):
         bs.imports.write_obj(path, wall)
-    odd = bs.Block.box("a  b", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
-    with pytest.raises(bs.errors.ModelError, match="does not survive OBJ"):
-        bs.imports.write_obj(tmp_path / "odd.obj", [odd])
+    for name in ("a  b", "a #b", "#a", "a\\"):
+        odd = bs.Block.box(name, Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
+        with pytest.raises(bs.errors.ModelError, match="does not survive OBJ"):
+            bs.imports.write_obj(tmp_path / "odd.obj", [odd])
     with pytest.raises(bs.errors.ModelError, match="no blocks to write"):
         bs.imports.write_obj(tmp_path / "none.obj", [])

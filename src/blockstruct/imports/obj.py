@@ -1,6 +1,7 @@
 """Wavefront OBJ: polygons of objects and groups, read and written."""
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
@@ -34,6 +35,8 @@ _OTHER = {
     "bmat",
     "step",
 }
+#: Where a comment begins in a line that gives a name.
+_COMMENT_AFTER_NAME = r"(?<!\S)#"
 
 
 def read_obj(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
@@ -89,7 +92,9 @@ def _statements(text: str) -> Iterable[tuple[int, str]]:
     """Numbered lines without comments; a backslash at the end joins a line to the next."""
     held = ""
     for number, raw in enumerate(text.splitlines(), start=1):
-        line = held + raw.partition("#")[0].strip()
+        # Inside a word of a name, # is part of it.
+        comment = _COMMENT_AFTER_NAME if (held + raw).split(maxsplit=1)[:1] in (["o"], ["g"]) else "#"
+        line = held + re.split(comment, raw, maxsplit=1)[0].strip()
         if line.endswith("\\"):
             held = line[:-1] + " "
             continue
@@ -137,7 +142,8 @@ def write_obj(path: str | Path, blocks: Iterable[Block], *, unit: QuantityLike =
     path
         A new file.
     blocks
-        Blocks with names that OBJ can tell apart: without spaces at their ends.
+        Blocks with names that OBJ can hold: of words with single spaces between them, none of which begins with ``#``,
+        and no backslash at the end.
     unit
         Unit of the coordinates: ``"mm"``, or a length.
 
@@ -156,8 +162,12 @@ def write_obj(path: str | Path, blocks: Iterable[Block], *, unit: QuantityLike =
     lines = [f"# blockstruct: {len(blocks)} blocks, 1 unit is {scale!r} m"]
     start = 1
     for block in blocks:
-        if " ".join(block.name.partition("#")[0].split()) != block.name:
-            msg = f"{path}: block name {block.name!r} does not survive OBJ; rename it, without '#' and double spaces"
+        read_back = [line.split() for _, line in _statements(f"o {block.name}")]
+        if read_back != [["o", *block.name.split(" ")]]:
+            msg = (
+                f"{path}: block name {block.name!r} does not survive OBJ; rename it, without double spaces, '#' at the "
+                "start of a word and a backslash at the end"
+            )
             raise ModelError(msg)
         lines.append(f"o {block.name}")
         lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in (block.shape.vertices / scale).tolist()]

@@ -3,9 +3,9 @@
 import re
 import warnings
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import chain
+from itertools import chain, count, islice
 from pathlib import Path
 
 import numpy as np
@@ -102,7 +102,9 @@ def make_blocks(
         msg = f"{source}: up is {up!r}; give the axis of the file that points up: 'x', 'y' or 'z'"
         raise ModelError(msg)
     repairs, notes = list(content.repairs), list(content.notes)
-    bodies = _renamed([b for solid in content.solids for b in _bodies(solid, scale, up, source, repairs)], repairs)
+    taken = {solid.name for solid in content.solids}
+    divided = [b for solid in content.solids for b in _bodies(solid, scale, up, source, repairs, taken)]
+    bodies = _renamed(divided, repairs)
     bodies = _without(bodies, exclude, source, notes)
     if not bodies:
         others = f" (left out: {'; '.join(content.left_out)})" if content.left_out else ""
@@ -147,8 +149,10 @@ def _joined(contents: Sequence[Content], paths: Sequence[Path]) -> Content:
     return whole
 
 
-def _bodies(solid: Solid, scale: float, up: str, source: str, repairs: list[Repair]) -> list[Solid]:
-    """Closed bodies of a solid in m, upright, with welded corners."""
+def _bodies(
+    solid: Solid, scale: float, up: str, source: str, repairs: list[Repair], taken: Collection[str]
+) -> list[Solid]:
+    """Closed bodies of a solid in m, upright, with welded corners; of several, none takes a name given to a solid."""
     given = [f for f in solid.faces if len(f) > 2]
     if not given:
         return []
@@ -168,7 +172,8 @@ def _bodies(solid: Solid, scale: float, up: str, source: str, repairs: list[Repa
     dropped = len(solid.faces) - len(proper)
     done = {"welded": joined, "no area": dropped, "twin": twins, "doubled": doubled, "divided": len(parts) - 1}
     repairs += [Repair(solid.name, kind, amount) for kind, amount in done.items() if amount > 0]
-    names = [solid.name] if len(parts) == 1 else [f"{solid.name}.{k}" for k in range(1, len(parts) + 1)]
+    numbered = (name for k in count(1) if (name := f"{solid.name}.{k}") not in taken)
+    names = [solid.name] if len(parts) == 1 else list(islice(numbered, len(parts)))
     bodies = [compact(vertices, [proper[i] for i in part]) for part in parts]
     return [replace(solid, name=n, vertices=v, faces=f) for n, (v, f) in zip(names, bodies, strict=True)]
 
