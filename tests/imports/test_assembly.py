@@ -1,6 +1,7 @@
 """Blocks from COMPAS JSON files, in the layouts that its packages have written over the years."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -96,6 +97,21 @@ def test_every_layout(tmp_path, content, names, supports):
         assert block.centroid == pytest.approx((0.5, 0.5, i + 0.5))
     assert found.report.warnings == ()
     assert bs.detect_interfaces(found.blocks, joint_material=JOINT).report.accepted == 2
+
+
+@pytest.mark.parametrize(("mark", "fixed"), [(1, True), (0, False), (None, False), (True, True), (False, False)])
+@pytest.mark.parametrize("layout", [assembly, first, model])
+def test_a_support_may_be_marked_by_a_number(tmp_path, layout, mark, fixed):
+    text = json.dumps(layout()).replace('"is_support": true', f'"is_support": {json.dumps(mark)}')
+    assert [b.fixed for b in read(tmp_path, text).blocks] == [fixed, False, False]
+
+
+@pytest.mark.parametrize("mark", ["true", "", 2, 1.0, [], [True], {}])
+def test_other_marks_of_a_support_are_refused(tmp_path, mark):
+    text = json.dumps(assembly()).replace('"is_support": true', f'"is_support": {json.dumps(mark)}')
+    said = f"block 0: is_support is {mark!r}; give true or false"
+    with pytest.raises(bs.errors.GeometryFileError, match=re.escape(said)):
+        read(tmp_path, text)
 
 
 def test_supports_add_up(tmp_path):

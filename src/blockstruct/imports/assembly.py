@@ -49,8 +49,8 @@ def read_assembly(
 
     Read are assemblies (compas, compas_assembly, compas_cra of all versions: a graph whose nodes hold blocks), models
     (compas_model, compas_dem: elements with a geometry), and meshes or lists of meshes. Blocks keep their names if all
-    differ, otherwise they take the key of their node or a running number. What is marked ``is_support`` is fixed.
-    Interfaces in the file are left out, to be detected anew.
+    differ, otherwise they take the key of their node or a running number. What is marked ``is_support``, true or 1, is
+    fixed. Interfaces in the file are left out, to be detected anew.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def read_assembly(
     StorageError
         If the file cannot be read.
     GeometryFileError
-        If the file is of another kind, or solids are not blocks.
+        If the file is of another kind, ``is_support`` is neither true nor false, or solids are not blocks.
 
     Warns
     -----
@@ -191,7 +191,16 @@ def _part(key: str, solid: Any, attributes: dict[str, Any], path: Path) -> _Part
         raise GeometryFileError(msg) from error
     marks = {**(body.get("attributes") or {}), **attributes}
     name = next((n for n in (attributes.get("name"), _name(outer), _name(solid)) if isinstance(n, str) and n), None)
-    return _Part(str(key), name, vertices, faces, marks.get("is_support") is True)
+    return _Part(str(key), name, vertices, faces, _support(marks.get("is_support"), str(key), path))
+
+
+def _support(mark: Any, key: str, path: Path) -> bool:
+    """What a block says on whether it is a support; nothing is no."""
+    # Some programs write 0 and 1 for false and true.
+    if mark is None or (isinstance(mark, bool | int) and mark in (0, 1)):
+        return bool(mark)
+    msg = f"{path}: block {key}: is_support is {mark!r}; give true or false"
+    raise GeometryFileError(msg)
 
 
 def _name(solid: Any) -> Any:
