@@ -311,6 +311,17 @@ def test_the_lowest_blocks_are_those_within_a_height_and_the_next_ones_are_noted
     assert (found.report.supports, found.report.notes) == (("c0", "c1", "c2"), ())
 
 
+@pytest.mark.parametrize("name", ["lowest", "lowest 3 cm"])
+def test_a_block_with_the_name_of_the_keyword_is_not_taken_for_it(tmp_path, name):
+    text = "o base\n" + obj_text() + f"o {name}\n" + obj_text([(x, y, z + 1) for x, y, z in CUBE], shifted(QUADS))
+    path = saved(tmp_path, "a.obj", text)
+    for fixed in (name, [name], ["base", name]):
+        with pytest.raises(bs.errors.ModelError, match=f"fixed is '{name}', which asks for .* name of a block; rename"):
+            bs.imports.read_mesh(path, unit="m", material=STONE, fixed=fixed)
+    for fixed in (["base"], "lowest 1 cm"):
+        assert bs.imports.read_mesh(path, unit="m", material=STONE, fixed=fixed).report.supports == ("base",)
+
+
 @pytest.mark.parametrize("exclude", [["two"], "t*", ["t*o"]])
 def test_blocks_are_left_out_by_name_before_they_are_judged(tmp_path, exclude):
     text = "o one\n" + obj_text() + "o two\n" + obj_text(CUBE, shifted(QUADS[:-1]))

@@ -255,9 +255,16 @@ def _supported(blocks: list[Block], fixed: str | Iterable[str], source: str, not
     known = {b.name for b in blocks}
     names: set[str] = set()
     for name in fixed:
+        keyword = name.partition(" ")[0] == "lowest"
+        if name in known and keyword:
+            msg = (
+                f"{source}: fixed is {name!r}, which asks for the lowest blocks and is the name of a block; rename "
+                "that block, give the supports by their names, or give another height, as in 'lowest 3 cm'"
+            )
+            raise ModelError(msg)
         if name in known:
             names.add(name)
-        elif name.partition(" ")[0] == "lowest":
+        elif keyword:
             names |= _lowest(blocks, name.removeprefix("lowest").strip(), source, notes)
         else:
             raise UnknownNameError(_no_block(name, "fix", [b.name for b in blocks], source))
