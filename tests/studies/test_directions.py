@@ -130,6 +130,48 @@ def test_directions_of_a_document(tmp_path, call):
     assert names == ["push 30 deg, 0.5 down", "push 300 deg, 0.5 down"]
 
 
+@pytest.mark.parametrize("second", ["push", "quake"])
+def test_each_case_with_directions_has_its_summary(tmp_path, call, second):
+    path = tmp_path / "pier.yaml"
+    more = (
+        f"{{name: {second}, dead: dead, directions: [0 deg, 90 deg], vertical: 0.5, flow: associative}}, "
+        "{name: along, dead: dead, variable: along, flow: associative}"
+    )
+    text = (DOCUMENT % "directions: 4").replace("associative}]", f"associative}}, {more}]")
+    path.write_text(text.replace("{dead: [", "{along: [{kind: body_force, direction: +x}], dead: ["))
+    code, out, err = call("run", path, "-o", tmp_path / "pier.h5")
+    assert code == 0, err
+    assert "case push, pier: pushed in 4 directions\n" in out
+    assert "  governing: 90 deg, load factor 0.2\n" in out
+    # About the edge, the lever of the weight is b / 2, that of the push h / 2 and of its part upwards b / 2.
+    assert f"case {second}, pier: pushed in 2 directions, with 0.5 of it up\n" in out
+    assert f"  governing: 90 deg, load factor {0.2 / (1 + 0.5 * 0.2):.4g}\n" in out
+    summaries, _, _ = out[out.index("case push, pier:") :].partition("written:")
+    code, out, _ = call("show", tmp_path / "pier.h5")
+    assert code == 0
+    assert summaries in out
+
+
+def test_a_direction_beside_another_case_along_it_keeps_its_summary(tower):
+    from blockstruct.views import directions_text
+
+    cases = bs.studies.direction_cases(SELF_WEIGHT, 4, flow="associative")
+    along = bs.LimitCase("along", SELF_WEIGHT, bs.LoadPattern("along", [bs.BodyForce("+x")]), "associative")
+    alone = bs.AnalysisManager(tower).run(cases)
+    assert directions_text(bs.AnalysisManager(tower).run([*cases, along])) == directions_text(alone)
+    assert directions_text(bs.AnalysisManager(tower).run([along])) == ""
+
+
+def test_one_direction_twice_in_a_set_is_said(tower):
+    from blockstruct.views import directions_text
+
+    push = bs.LoadPattern("push", [bs.BodyForce("+x")])
+    cases = [bs.LimitCase(f"push {angle} deg", SELF_WEIGHT, push, "associative") for angle in ("0", "0.0")]
+    text = directions_text(bs.AnalysisManager(tower).run(cases))
+    assert "no load factors around the compass:" in text
+    assert "several cases push in one direction" in text
+
+
 @pytest.mark.parametrize("given", ["directions: 4, variable: dead", "vertical: 1, variable: dead", "directions: [30]"])
 def test_bad_directions_of_a_document(tmp_path, given):
     path = tmp_path / "pier.yaml"

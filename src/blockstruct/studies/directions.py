@@ -1,6 +1,7 @@
 """Load factors around the compass."""
 
 import math
+import re
 import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -14,12 +15,14 @@ from blockstruct.analysis import AnalysisManager, Listener
 from blockstruct.errors import ModelError, StudyWarning
 from blockstruct.keywords import checked_keywords
 from blockstruct.limit import ProcedureSettings
-from blockstruct.model import LoadPattern, Model, direction_cases, direction_of
+from blockstruct.model import LimitCase, LoadPattern, Model, direction_cases, direction_of
 from blockstruct.results import Analysis, CaseResult
 from blockstruct.vocabulary import Flow, Status
 
 _NONE = {"units": "dimensionless"}
 _ROUNDING = 1e-6
+#: Names of the cases that direction_cases makes.
+_TITLE = re.compile(r"(?P<name>.*) \S+ deg(, \S+ (up|down))?", re.DOTALL)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +50,28 @@ class Directions:
         ModelError
             If the analysis has no such cases, or several of one direction.
         """
-        found = {name: direction_of(analysis[name].case) for name in analysis.headlines}
+        return cls._of(analysis, analysis.headlines)
+
+    @classmethod
+    def each_of(cls, analysis: Analysis) -> "list[tuple[str, Directions]]":
+        """Directions of each case with ``directions`` of a document, after the name of that case.
+
+        Raises
+        ------
+        ModelError
+            If several cases are of one name and one direction.
+        """
+        groups: dict[tuple[str, float, Flow], list[str]] = {}
+        for name in analysis.headlines:
+            case = analysis[name].case
+            at, title = direction_of(case), _TITLE.fullmatch(name)
+            if title and at and isinstance(case, LimitCase):
+                groups.setdefault((title["name"], at[1], case.flow), []).append(name)
+        return [(name, cls._of(analysis, names)) for (name, _, _), names in groups.items()]
+
+    @classmethod
+    def _of(cls, analysis: Analysis, among: Iterable[str]) -> "Directions":
+        found = {name: direction_of(analysis[name].case) for name in among}
         pushed = {name: at for name, at in found.items() if at is not None}
         if not pushed or len({upwards for _, upwards in pushed.values()}) > 1:
             msg = (

@@ -81,7 +81,13 @@ def study_summary(summary: xr.Dataset) -> str:
 
 
 def directions_text(analysis: bs.Analysis) -> str:
-    """Load factors around the compass of an analysis that pushes in three directions or more; empty without them."""
+    """Load factors around the compass of each case with directions; without one, of three pushes or more together."""
+    try:
+        each = bs.studies.Directions.each_of(analysis)
+    except bs.errors.ModelError as error:
+        return f"no load factors around the compass: {error}\n"
+    if each:
+        return "".join(f"case {name}, {around}\n" if len(each) > 1 else f"{around}\n" for name, around in each)
     try:
         around = bs.studies.Directions.of(analysis)
     except bs.errors.ModelError:
