@@ -220,6 +220,15 @@ def test_flat_outlines_lie_side_by_side_whether_or_not_they_were_mirrored(draw):
         assert (block.shape.vertices[:, 1].min(), block.shape.vertices[:, 1].max()) == pytest.approx((0, 0.3))
 
 
+def test_a_polyline_that_looks_aside_is_left_out_with_a_remedy(draw):
+    space, read = draw
+    rectangle(space, 0, 0, 500, 250)
+    rectangle(space, 0, 0, 500, 250, "GROUND", thickness=100, extrusion=(0, -1, 0))
+    said = "1 polyline out of the drawing plane on layer GROUND, to be drawn in it or exported as a mesh"
+    with pytest.warns(bs.errors.GeometryWarning, match=said):
+        assert [b.name for b in read().blocks] == ["STONE.1"]
+
+
 SQUARE = [(0, 0), (500, 0), (500, 250), (0, 250)]
 
 

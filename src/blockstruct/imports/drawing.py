@@ -257,7 +257,8 @@ class _Reading:
             return
         ocs = entity.ocs()
         if abs(ocs.uz.z) < IN_DRAWING_PLANE:
-            self.leave_out(f"polyline out of the drawing plane on layer {layer}", handle)
+            remedy = "to be drawn in it or exported as a mesh"
+            self.leave_out(f"polyline out of the drawing plane on layer {layer}, {remedy}", handle)
             return
         points = np.array([tuple(ocs.to_wcs(c[:3])) for c in corners], dtype=float)
         x, y, level = points[0]
