@@ -190,6 +190,32 @@ def test_corner_torsion_is_told():
     assert found["share"] == pytest.approx(1 - UNIFORM / CORNERS, rel=1e-4)
 
 
+@pytest.mark.parametrize(("y", "shown"), [(0.3, "5%"), (0.2, "10%"), (0.1, "15%"), (0.0, "20%")])
+def test_torque_is_told_with_the_shear_beside_it(y, shown):
+    """A force beside the centre: the torque alone is below that of uniform pressure, with its shear it is above."""
+    beside = bs.LoadPattern("beside", [bs.PointLoad("block", Q_([0.5, y, 0], "m"), Q_([1, 0, 0], "N"))])
+    result, limited = (solve(block(torsion), beside) for torsion in ("corners", "uniform pressure"))
+    assert limited.load_factor == pytest.approx(FRICTION * WEIGHT / np.hypot(1, (0.5 - y) / UNIFORM), rel=1e-6)
+    found = bs.results.corner_torsion(result.model, result.history).loc["base|block"]
+    assert abs(found["torque"]) < found["uniform"]
+    assert found["times"] == pytest.approx(result.load_factor / limited.load_factor, rel=1e-6)
+    assert found["share"] == pytest.approx(1 - limited.load_factor / result.load_factor, rel=1e-6)
+    assert f"some {shown} of the load factor" in result.torsion_warning
+
+
+def test_the_settlement_of_a_block_held_by_shear_and_torque_is_told():
+    """A force beside the centre presses a block against a stop, which gives way: friction keeps part of the force."""
+    force = bs.PointLoad("block", Q_([0.5, 0.1, 0], "m"), Q_([6e3, 0, 0], "N"))
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), force])
+    case = bs.SettlementCase("case", dead, ["stop"], "+x", flow="associative")
+    stop = bs.Block.box("stop", Q_([1, 0, 0], "m"), Q_([0.2, 0.2, HEIGHT], "m"), STONE, fixed=True)
+    model = block("corners")
+    model = model_of([*model.blocks, stop], bs.JointMaterial("joint", FRICTION, torsion="corners"))
+    result = bs.run(model, case)["case"]
+    assert result.status == "converged"
+    assert "of the reaction is due to it" in result.torsion_warning
+
+
 def test_nothing_is_told_where_corners_carry_no_torsion():
     assert solve(block(), COUPLE, "nonassociative").torsion_warning == ""
     assert solve(block("corners"), push(1, 0, 0), "nonassociative").torsion_warning == ""

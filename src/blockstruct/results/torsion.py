@@ -17,7 +17,10 @@ WORTH_TELLING, LISTED = 0.02, 3
 
 
 def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
-    """Torque of each interface in the last iteration, and what uniform pressure on its whole area would carry.
+    """Torque and shear of each interface in the last iteration, and what uniform pressure on its whole area carries.
+
+    With the shear force V, the torque T about the centre of the sliding resistance R and the mean distance r̄ of the
+    area from its centroid, uniform pressure carries ``‖(V, T / r̄)‖ ≤ R``: shear leaves less of R to the torque.
 
     Parameters
     ----------
@@ -27,10 +30,10 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Indexed by interface: ``torque`` (N·m), of its friction about its normal through the centre of its sliding
-        resistance; ``uniform`` (N·m), the resistance times the mean distance of the area from its centroid; and
-        ``share``, the work that the torque does beyond ``uniform`` in the mechanism, relative to the load factor or, if
-        it is larger, the work of friction: about what the load factor owes to it.
+        Indexed by interface: ``torque`` (N·m), T; ``uniform`` (N·m), ``R r̄``, what is carried without shear;
+        ``shear`` (N), V; ``times``, the multiple of R that ``‖(V, T / r̄)‖`` is; and ``share``, the work that friction
+        does beyond R in the mechanism, relative to the load factor or, if it is larger, the work of friction: about
+        what the load factor owes to it.
     """
     last = history.isel(iteration=-1)
     index, J = last["interface_of_contact_point"].to_numpy(), last.sizes["interface"]
@@ -48,17 +51,16 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
     held = np.where(whole > 0, whole, 1.0)
     x, y = (a - (total(resistance * a) / held)[index] for a in (x, y))
     torque = total(x * force[:, 2] - y * force[:, 1])
+    shear = np.hypot(total(force[:, 1]), total(force[:, 2]))
     uniform = whole * np.array([i.torsion_lever for i in model.interfaces])
+    of_torque = np.divide(np.abs(torque), uniform, out=np.zeros(J), where=uniform > 0)
+    times = np.hypot(np.divide(shear, whole, out=np.zeros(J), where=whole > 0), of_torque)
 
-    number = {b.name: i for i, b in enumerate(model.blocks)}
-    turn = last["block_angular_velocity"].transpose("block", "axis").to_numpy()
-    plus, minus = (np.array([number[getattr(i, side)] for i in model.interfaces]) for side in ("plus", "minus"))
-    rate = np.einsum("ja,ja->j", turn[plus] - turn[minus], frame[:, 0])
-    beyond = np.where(torque * rate < 0, np.maximum(np.abs(torque) - uniform, 0.0), 0.0)
-    friction = -(force[:, 1:] * v[:, 1:]).sum()
-    scale = max(abs(float(last["load_factor"])), float(friction), np.finfo(float).tiny)
+    friction = -(force[:, 1:] * v[:, 1:]).sum(axis=1)
+    beyond = (1 - 1 / np.maximum(times, 1.0)) * np.maximum(total(friction), 0.0)
+    scale = max(abs(float(last["load_factor"])), float(friction.sum()), np.finfo(float).tiny)
     return pd.DataFrame(
-        {"torque": torque, "uniform": uniform, "share": beyond * np.abs(rate) / scale},
+        {"torque": torque, "uniform": uniform, "shear": shear, "times": times, "share": beyond / scale},
         index=pd.Index(last["interface"].to_numpy(), name="interface"),
     )
 
@@ -86,10 +88,10 @@ def torsion_words(model: Model, history: xr.Dataset, answer: str) -> str:
     if not share > WORTH_TELLING:
         return ""
     worst = found[found["share"] > 0].sort_values("share", ascending=False)
-    times = float((worst["torque"].abs() / worst["uniform"]).iloc[0])
+    times = float(worst["times"].iloc[0])
     names = listed([str(name) for name in worst.index], LISTED)
     return (
-        f"Friction at corners resists torsion by more than uniform pressure would, up to {times:.3g} times as much "
-        f"({names}): some {share:.0%} of the {answer} is due to it. Joint materials with "
+        "Friction at corners resists torsion, with the shear beside it, by more than uniform pressure would, "
+        f"{times:.3g} times as much ({names}): some {share:.0%} of the {answer} is due to it. Joint materials with "
         'torsion="uniform pressure" limit it.'
     )
