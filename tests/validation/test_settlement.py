@@ -101,6 +101,33 @@ def test_a_support_that_carries_all_keeps_all():
     assert result.active_joints.empty
 
 
+@pytest.mark.parametrize("flow", ["associative", "nonassociative"])
+def test_a_support_that_is_not_needed_keeps_nothing(flow):
+    """A third ledge under the middle: the beam stands without it, and nothing follows it."""
+    middle = bs.Block.box("middle", Q_([1.75, 0, -0.3], "m"), Q_([LEDGE, 1, 0.3], "m"), STONE, fixed=True)
+    model = model_of([*beam().blocks, middle], bs.JointMaterial("joint", 0.6))
+    down = settle(model, ["middle"], "-z", flow=flow)
+    assert down.status == "converged"
+    assert abs(down.reaction.magnitude) < 1e-6 * WEIGHT
+    assert down.certificate.flow_rule_gap_limit == pytest.approx(1e-3 * down.settings.gap_tolerance, rel=1e-6)
+    # The middle alone carries the beam at most: the other two then carry nothing, and the beam stands on it.
+    np.testing.assert_allclose(down.reaction_range.magnitude, [0, WEIGHT], atol=1e-6 * WEIGHT)
+    up = settle(model, ["middle"], "+z", flow=flow)
+    np.testing.assert_allclose(up.reaction_range.magnitude, [-WEIGHT, 0], atol=1e-6 * WEIGHT)
+
+
+def test_the_reaction_of_a_pebble_beside_a_beam_is_as_exact():
+    """The gap of a reaction is measured by what it carries, and not by the weight of all that stands around."""
+    size = 0.02
+    pebble = [
+        bs.Block.box("slab", Q_([9, 0, -0.3], "m"), Q_([1, 1, 0.3], "m"), STONE, fixed=True),
+        bs.Block.box("pebble", Q_([9.5, 0.5, 0], "m"), Q_([size, size, size], "m"), STONE),
+    ]
+    found = settle(model_of([*beam().blocks, *pebble], bs.JointMaterial("joint", 0.6)), ["slab"], "-z")
+    assert found.reaction.magnitude == pytest.approx(20e3 * size**3, rel=1e-6)
+    assert found.certificate.flow_rule_gap_limit <= 1.01 * found.settings.gap_tolerance * -found.load_factor
+
+
 def test_supports_settle_as_one_body():
     both = settle(beam(), ["left", "right"], "-z", flow="associative")
     assert both.reaction.magnitude == pytest.approx(WEIGHT, rel=1e-9)

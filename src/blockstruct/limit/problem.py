@@ -216,10 +216,18 @@ class LimitProblem:
     def work_scale(self, u: Array) -> float:
         """Size of the work of the dead load in a mechanism, in units of the load factor: ``Σ |w_D| |u|``.
 
-        Without dead load it is that of the variable load.
+        Without dead load it is that of the variable load. Where supports give way it is at least that of the heaviest
+        block that touches them, or hangs on them by a tie, moved along: if no block follows, the dead load does no
+        work, and the reaction is none.
         """
         w = self.w_D if self.w_D.any() else self.w_L
-        return float(_magnitudes(w) @ _magnitudes(u))
+        of_blocks = float(_magnitudes(w) @ _magnitudes(u))
+        if self.settlement is None:
+            return of_blocks
+        at_joints = np.linalg.norm(self.settlement.row.reshape(-1, 3), axis=1) * self.force_unit
+        at_ties = np.abs(self.settlement.tie_row) * self.ties.force_unit
+        touching = float(np.append(at_joints, at_ties).max() / self.settlement.force)
+        return max(of_blocks, touching * abs(float(u[-1])))
 
     def speed(self, v: Array, u: Array) -> float:
         """Largest velocity that tells whether something moves: of the joints, or of supports that give way."""
