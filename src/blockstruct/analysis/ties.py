@@ -141,7 +141,7 @@ def with_and_without(
 
 @dataclass(frozen=True, slots=True)
 class LeastTieForce:
-    """Ties of the least strength with which a structure carries a load factor.
+    """Ties of the least strength with which a structure stands under its dead load, and carries a load factor.
 
     Attributes
     ----------
@@ -151,13 +151,17 @@ class LeastTieForce:
     forces : mapping
         Strength of each tie that was sought, N; NaN if no strength of these ties will do.
     certificate : Certificate or None
-        Of the structure whose ties have these strengths: its load factor is the one that was asked for. None where the
-        ties are not needed, or no strength of them will do.
+        Of the structure whose ties have these strengths: its load factor is the one that was asked for, or, where the
+        dead load alone governs, one of the dead load. None where the ties are not needed, or no strength of them will
+        do.
     proven : bool
         Whether the certificate holds and its mechanism proves that no weaker ties will do; without one, whether forces
         in equilibrium prove that no ties are needed.
     solver_status : SolverStatus
         ``infeasible`` if no strength of these ties will do.
+    governing : "load factor", "dead load" or "both"
+        What asks for these strengths. If it is the dead load alone, the structure does not stand with those that the
+        load factor asks for. If it is both, each asks for others: these carry either, but a smaller sum may.
     """
 
     load_factor: float
@@ -166,6 +170,7 @@ class LeastTieForce:
     certificate: Certificate | None
     proven: bool
     solver_status: SolverStatus
+    governing: str = "load factor"
 
     @property
     def total(self) -> float:
@@ -177,14 +182,21 @@ class LeastTieForce:
             why = "no strength of these is enough"
             if self.solver_status is not SolverStatus.INFEASIBLE:
                 why = f"the solver ended as {self.solver_status}"
-            return f"load factor {self.load_factor:.6g}: none ({', '.join(self.forces)}: {why})"
+            at = ", under the dead load alone" if self.governing == "dead load" else ""
+            return f"load factor {self.load_factor:.6g}: none ({', '.join(self.forces)}: {why}{at})"
         # What is left of the force of a tie that is not needed is the solver's rounding.
         rounded = {name: force if force > _ROUNDING * self.total else 0.0 for name, force in self.forces.items()}
         each = ", ".join(f"{name} {force / 1e3:.5g} kN" for name, force in rounded.items())
         said = f"load factor {self.load_factor:.6g}: {self.total / 1e3:.5g} kN in all ({each})"
         if self.flow is Flow.NONASSOCIATIVE:
             said += "; with associative flow: without dilatancy these ties may carry less, run the case with them"
-        return said if self.proven else f"{said}; not proven, the certificate does not hold"
+        if self.governing == "dead load":
+            said += "; the dead load alone asks for them"
+        if self.proven:
+            return said
+        if self.governing == "both":
+            return f"{said}; not proven, the dead load alone asks for others than the load factor: a smaller sum may do"
+        return f"{said}; not proven, the certificate does not hold"
 
 
 def least_tie_force(
@@ -195,10 +207,11 @@ def least_tie_force(
     *,
     settings: ProcedureSettings | None = None,
 ) -> LeastTieForce:
-    """Ties of the least strength in all with which a structure carries a load factor: one conic program.
+    """Ties of the least strength in all with which a structure carries a load factor, by conic programs.
 
-    It is exact for associative flow. Without dilatancy the strengths are a lower bound of what is needed, because the
-    load factor of the same structure is at most the associative one: run the case with ties of these strengths.
+    With them it stands under the dead load, too, and carries any load factor in between. It is exact for associative
+    flow. Without dilatancy the strengths are a lower bound of what is needed, because the load factor of the same
+    structure is at most the associative one: run the case with ties of these strengths.
 
     Parameters
     ----------
@@ -246,11 +259,14 @@ def least_tie_force(
     sought = np.isin(np.array(statics.ties.name), names)
     found = least_ties(problem, sought, float(load_factor), settings, solver_of(settings))
     force = found.tie_force * problem.ties.force_unit
-    forces = dict(zip(statics.ties.name, np.maximum(force, 0.0).tolist(), strict=True))
     c = found.certificate
     admissible = c.equilibrium_residual <= settings.equilibrium_tolerance and c.yield_excess <= settings.yield_tolerance
     beyond_prestress = float((force - statics.ties.prestress)[sought].sum())
-    needed = beyond_prestress > settings.yield_tolerance * float(problem.wrench_unit.sum())
+    rounding = settings.yield_tolerance * float(problem.wrench_unit.sum())
+    needed = beyond_prestress > rounding
+    if beyond_prestress <= rounding:
+        force = statics.ties.prestress
+    forces = dict(zip(statics.ties.name, np.maximum(force, 0.0).tolist(), strict=True))
     return LeastTieForce(
         load_factor=float(load_factor),
         flow=case.flow,
@@ -258,4 +274,5 @@ def least_tie_force(
         certificate=c if needed else None,
         proven=c.holds and found.least if needed else admissible,
         solver_status=found.solver_status,
+        governing=found.governing,
     )
