@@ -175,6 +175,20 @@ def test_a_tie_between_beam_and_ledge():
     assert rate == pytest.approx(0.25 / (LENGTH - LEDGE), rel=1e-5)
 
 
+def test_loads_on_supports_are_told():
+    on_ledge = bs.PointLoad("left", Q_([0.25, 0.5, 0], "m"), Q_([0, 0, -5], "kN"))
+    bell = bs.Weight("left", Q_([0.25, 0.5, 0], "m"), "2 kN")
+    couple = bs.Moment("right", Q_([0, 3, 0], "kN*m"))
+    loaded = settle(beam(), ["left"], "-z", bs.LoadPattern("dead", [bs.SelfWeight(), on_ledge, bell, couple]))
+    plain = settle(beam(), ["left"], "-z")
+    assert loaded.reaction.magnitude == pytest.approx(plain.reaction.magnitude, rel=1e-9)
+    said = "Loads of 'dead' on supports do nothing, forces of 7 kN and moments of 3 kN·m on left, right:"
+    assert said in loaded.describe()
+    assert "do nothing" not in plain.describe()
+    on_beam = bs.PointLoad("beam", Q_([2, 0.5, HEIGHT], "m"), Q_([0, 0, -5], "kN"))
+    assert settle(beam(), ["left"], "-z", bs.LoadPattern("dead", [bs.SelfWeight(), on_beam])).masses == ""
+
+
 # -- thrust ------------------------------------------------------------------------------------------------------------
 
 

@@ -359,7 +359,7 @@ class CaseResult:
 
     @property
     def masses(self) -> str:
-        """Which weights a mass-proportional push takes along, in words; of the blocks' own weight alone, nothing."""
+        """Which weights a push takes along, and loads on supports of a settlement, in words; empty for own weight."""
         plain = all(isinstance(load, SelfWeight) for load in self.case.dead.loads)
         return "" if plain else pushed_masses(self.model, self.case)
 

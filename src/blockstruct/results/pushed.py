@@ -1,8 +1,8 @@
-"""Which masses a mass-proportional push takes along, in words."""
+"""Which masses a mass-proportional push takes along, and which loads do nothing, in words."""
 
 import numpy as np
 
-from blockstruct.model import BodyForce, Case, Model, SelfWeight, kind_of
+from blockstruct.model import BodyForce, Case, Model, SelfWeight, SettlementCase, kind_of, listed
 from blockstruct.statics import applied_loads, carried_weights
 
 _NAMES = {
@@ -14,10 +14,16 @@ _NAMES = {
 
 
 def pushed_masses(model: Model, case: Case) -> str:
-    """Which weights a mass-proportional push of a case acts on, and what it leaves out; empty without such a push.
+    """Which loads of a case act, in words: empty as a rule.
 
-    Weights on supports do not count.
+    Of a mass-proportional push, which weights it acts on, and what it leaves out: weights on supports do not count. Of
+    a settlement, loads on supports.
     """
+    on_supports = _on_supports(model, case) if isinstance(case, SettlementCase) else ""
+    return " ".join(filter(None, (_of_push(model, case), on_supports)))
+
+
+def _of_push(model: Model, case: Case) -> str:
     patterns = [p.name for p in case.patterns if any(isinstance(load, BodyForce) for load in p.loads)]
     if not patterns:
         return ""
@@ -45,6 +51,23 @@ def pushed_masses(model: Model, case: Case) -> str:
     if down > 1e-9 * max(own, 1.0):
         said += f" Forces of {case.dead.name!r}, {_kn(down)} downwards, have no mass and are not pushed."
     return said
+
+
+def _on_supports(model: Model, case: Case) -> str:
+    """What the dead load applies to supports beside their own weight; empty if nothing."""
+    others = np.array([not isinstance(load, SelfWeight | BodyForce) for load in case.dead.loads])
+    found = applied_loads(model, case.dead)
+    fixed = np.array([b.fixed for b in model.blocks])
+    chosen = fixed[found.block] & others[found.load]
+    force, couple = (np.linalg.norm(part[chosen], axis=1).sum() for part in (found.force, found.couple))
+    parts = [f"forces of {_kn(force)}"] * bool(force) + [f"moments of {_kn(couple)}·m"] * bool(couple)
+    if not parts:
+        return ""
+    names = listed([model.blocks[k].name for k in np.unique(found.block[chosen])], 3)
+    return (
+        f"Loads of {case.dead.name!r} on supports do nothing, {' and '.join(parts)} on {names}: a reaction is what "
+        "joints and ties bring to the supports that give way."
+    )
 
 
 def _kn(force: float) -> str:
