@@ -202,6 +202,11 @@ def test_a_stored_analysis_is_reproduced(small_analysis, tmp_path):
     assert found.cases["same_question"].all()
 
 
+def test_the_name_of_a_file_is_not_reproduced():
+    with pytest.raises(bs.errors.ModelError, match=r"reproduce: str is not an analysis; give bs\.open_analysis"):
+        bs.reproduce("run.h5")
+
+
 def test_what_is_not_reproduced_is_told(small_analysis):
     name = "push associative"
     wrong = dataclasses.replace(small_analysis[name], load_factor=small_analysis[name].load_factor * 1.01)

@@ -73,6 +73,22 @@ def test_report_and_figures_show_the_compass(tower, tmp_path):
     assert figures.overview(bs.directions(tower, SELF_WEIGHT, 2, flow="associative").analysis) == []
 
 
+def test_each_case_with_directions_has_its_compass(tower):
+    from blockstruct.views import figures
+
+    def pushed(flow, angle):
+        along = (np.cos(np.radians(angle)), np.sin(np.radians(angle)), 0)
+        push = bs.LoadPattern(f"{flow} {angle}", [bs.BodyForce(along)])
+        return bs.LimitCase(f"{flow} {angle} deg", SELF_WEIGHT, push, flow)
+
+    flows = ["associative", "nonassociative"]
+    analysis = bs.AnalysisManager(tower).run([pushed(flow, angle) for flow in flows for angle in (0, 90, 180)])
+    assert [name for name, _ in bs.studies.Directions.each_of(analysis)] == flows
+    drawn = figures.overview(analysis)
+    assert [d.name for d in drawn] == ["directions-1", "directions-2"]
+    assert [d.caption.rpartition(": ")[2] for d in drawn] == flows
+
+
 def test_directions_without_a_load_factor_are_told(tower):
     settings = bs.ProcedureSettings(max_programs=2)
     with pytest.warns(bs.errors.StudyWarning, match=r"no load factor for push 0 deg.*the envelope may be lower"):

@@ -8,6 +8,7 @@ from typing import Any
 from blockstruct.analysis.events import Listener
 from blockstruct.analysis.manager import AnalysisManager
 from blockstruct.analysis.progress import Progress
+from blockstruct.errors import ModelError
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import Case, LimitCase, Model, SettlementCase
 from blockstruct.results import Analysis, Comparison, compare
@@ -59,5 +60,13 @@ def reproduce(analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Comp
     -------
     Comparison
         The analysis, and as the other one what this installation finds; versions that differ are part of it.
+
+    Raises
+    ------
+    ModelError
+        If it is none, as the name of a file.
     """
+    if not isinstance(analysis, Analysis):
+        msg = f"reproduce: {type(analysis).__name__} is not an analysis; give bs.open_analysis(file)"
+        raise ModelError(msg)
     return compare(analysis, AnalysisManager.again(analysis, listeners=listeners))

@@ -60,8 +60,7 @@ def restored_value(stored: Any, what: str) -> Parameter:
             msg = f"{what}: {shown(stored)} is not a quantity"
             raise ModelError(msg)
         # Read as a text from anywhere is read: a unit is never evaluated as an expression.
-        unit = stored["units"].replace(" ** ", "**").replace("1 / ", "1/")
-        return checked_value(parse(f"{float(stored['value'])!r} {unit}", what), what)
+        return checked_value(parse(f"{float(stored['value'])!r} {stored['units']}", what), what)
     return checked_value(stored, what)
 
 

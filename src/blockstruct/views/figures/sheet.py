@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -114,15 +115,25 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
 
 
 def overview(analysis: bs.Analysis) -> list[Drawing]:
-    """Figures of all cases together: the compass, of an analysis that pushes in three directions or more."""
+    """Figures of all cases together: a compass of three directions or more, of each case with directions if several."""
+    caption = "Load factors around the compass; the arrow is the direction that governs"
     try:
-        around = bs.studies.Directions.of(analysis)
+        each = bs.studies.Directions.each_of(analysis)
+        if len(each) > 1:
+            shown = [(f"directions-{k}", f"{caption}: {name}", at) for k, (name, at) in enumerate(each, start=1)]
+        else:
+            shown = [("directions", caption, bs.studies.Directions.of(analysis))]
     except bs.errors.ModelError:
         return []
-    if around.data.sizes["direction"] < 3:
-        return []
-    caption = "Load factors around the compass; the arrow is the direction that governs"
-    return [Drawing("directions", caption, lambda ax: compass(around, ax=ax), _STRUCTURE, "polar")]
+    return [
+        Drawing(name, said, partial(_compass, around), _STRUCTURE, "polar")
+        for name, said, around in shown
+        if around.data.sizes["direction"] > 2
+    ]
+
+
+def _compass(around: bs.studies.Directions, ax: Axes) -> None:
+    compass(around, ax=ax)
 
 
 def write_figures(
