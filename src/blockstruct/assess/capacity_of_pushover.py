@@ -71,7 +71,7 @@ def curve_of_pushover(
     if abs(delta) < _MOVES:
         msg = f"the control point at block {block!r} rests in the mechanism"
         raise ModelError(msg)
-    certified = np.cumprod(capacity["holds"].transpose("step").to_numpy()).astype(bool)
+    certified = _certified(capacity)
     d_C = np.abs(capacity["displacement"].transpose("step").to_numpy()[certified])
     alpha = capacity["load_factor"].transpose("step").to_numpy()[certified]
     end = float(abs(capacity["d0"]))
@@ -124,7 +124,7 @@ def d0_of_weights(
 
     With their mean δ for that of the control point [C8.7.1.4] is their mean way over e*.
     """
-    last = int(np.flatnonzero(np.cumprod(capacity["holds"].transpose("step").to_numpy()))[-1])
+    last = int(np.flatnonzero(_certified(capacity))[-1])
     index = {b.name: i for i, b in enumerate(model.blocks)}
     of = np.isin(forces.block, [index[name] for name in names])
     block, weight = forces.block[of], forces.weight[of]
@@ -132,6 +132,11 @@ def d0_of_weights(
     position = capacity["position"].transpose("step", "block", "axis").to_numpy()[last, block]
     now = position + np.einsum("nij,nj->ni", block_rotations(capacity)[last, block], arm)
     return float(weight @ ((now - forces.point[of]) @ forces.direction) / weight.sum() / e_star)
+
+
+def _certified(capacity: xr.Dataset) -> NDArray[np.bool_]:
+    """The steps before the first one on whose certificate does not hold."""
+    return np.cumprod(capacity["holds"].transpose("step").to_numpy()).astype(bool)
 
 
 def _left(d: Array, alpha: Array, lost: NDArray[np.int64]) -> Array:

@@ -29,7 +29,6 @@ g = STANDARD_GRAVITY
 METHODS = {"linear": "SLV, linear", "displacement": "SLV, by displacement"}
 #: Ground accelerations that are tried before the one at which capacity and demand are equal is found to the last digit.
 _TRIED = g * np.geomspace(SMALLEST, LARGEST, 400)
-
 #: Share by which a mechanism by hand begins before the one found, for it to be told.
 _BELOW = 1e-3
 

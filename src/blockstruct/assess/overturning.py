@@ -124,8 +124,12 @@ def overturning(
     axis, hinge = (ends[1] - ends[0]) / length, ends.mean(axis=0)
     on = np.isin(forces.block, members)
     W, G = float(forces.weight[on].sum()), forces.weight[on] @ forces.point[on] / forces.weight[on].sum()
-    pulls = _pulls(model, case, names, members, hinge, axis)
-    N = _pressed(model, case, members, pulls)
+    dead, stretches = applied_loads(model, case.dead), tie_segments(model.ties, model.blocks)
+    down = float(-dead.force[np.isin(dead.block, members), 2].sum())
+    strengths = [np.array([getattr(s, name) for s in stretches]) for name in ("capacity", "prestress")]
+    most, least = (pulls_at(model, set(names), force) for force in strengths)
+    pulls = _pulls(RigidRotation.of(model, case, members, hinge, axis), most, least)
+    N = _pressed(down, pulls)
     setback, lines = 0.0, _standing_on(model, set(names))
     if compressive_strength is not None:
         f_c = si(compressive_strength, "stress", f"{who}: compressive strength")
@@ -142,8 +146,8 @@ def overturning(
         for _ in range(_PASSES):
             setback = N / (2 * f_c * length)
             hinge = edge_at + setback * inward
-            pulls = _pulls(model, case, names, members, hinge, axis)
-            N = _pressed(model, case, members, pulls)
+            pulls = _pulls(RigidRotation.of(model, case, members, hinge, axis), most, least)
+            N = _pressed(down, pulls)
         lines.append(
             Line(
                 "hinge set back by crushing",
@@ -191,21 +195,14 @@ def overturning(
     return Overturning(names, rotation, setback, alpha0, W, d0, tuple(lines))
 
 
-def _pulls(
-    model: Model, case: LimitCase, names: Sequence[str], members: Sequence[int], hinge: Array, axis: Array
-) -> list[Pull]:
-    """Ties that pull: with their capacity where the push lengthens them, and else with their prestress."""
-    about = RigidRotation.of(model, case, members, hinge, axis)
-    stretches = tie_segments(model.ties, model.blocks)
-    forces = [np.array([getattr(s, name) for s in stretches]) for name in ("capacity", "prestress")]
-    most, least = (pulls_at(model, set(names), force) for force in forces)
+def _pulls(about: RigidRotation, most: Sequence[Pull], least: Sequence[Pull]) -> list[Pull]:
+    """Ties that pull: with the most where the rotation lengthens them, and else with the least."""
     return [p for p in most if about.moment(p, 0.0) < 0] + [p for p in least if about.moment(p, 0.0) >= 0]
 
 
-def _pressed(model: Model, case: LimitCase, members: Sequence[int], pulls: Sequence[Pull]) -> float:
-    """Force with which dead load and ties press the blocks down, N."""
-    dead = applied_loads(model, case.dead)
-    N = float(-dead.force[np.isin(dead.block, members), 2].sum() - sum(p.force * p.direction[2] for p in pulls))
+def _pressed(down: float, pulls: Sequence[Pull]) -> float:
+    """Force with which dead load, by itself of a force down, and ties press the blocks, N."""
+    N = down - float(sum(p.force * p.direction[2] for p in pulls))
     if N <= 0 and pulls:
         msg = (
             f"overturning: ties pull the blocks up by {-N / 1e3:.4g} kN more than the dead load presses them down: "

@@ -175,6 +175,7 @@ class MovingProblem:
         """
         own = self.statics.ties
         reserve, grown = own.span + own.elongation_limit - before, after - before
+        # A share of no limit is not reached, and none of it is no number.
         breaks = (reserve > at_limit * np.nan_to_num(own.elongation_limit)) & (grown > reserve)
         return float((reserve[breaks] / grown[breaks]).min(initial=1.0))
 

@@ -308,8 +308,8 @@ class _Path:
                 time /= 2
         if following is None or following.solved.missed > LOST or self._falls(following.solved):
             return self.lost(moved.placement, following), time
-        broken = self._problem.until_broken(state.longest, moved.longest, 0.0)
-        if broken < 1 and following.state.load_factor < 0:
+        negative = following.state.load_factor < 0
+        if negative and (broken := self._problem.until_broken(state.longest, moved.longest, 0.0)) < 1:
             # The load factor falls below zero where the tie breaks, and not on the way behind.
             beyond = self._reached(self._after(state, (1 + BEFORE) * broken * time), state)
             if beyond is not None and self._goes_on(beyond.solved):
