@@ -52,6 +52,22 @@ def model_of(blocks: Sequence[bs.Block], joint: bs.JointMaterial, name: str = "m
     return bs.Model(name, blocks, bs.detect_interfaces(blocks, joint_material=joint).interfaces)
 
 
+def random_frame(seed: int, torsion: str, **joint: object) -> tuple[bs.Model, bs.LoadPattern]:
+    """A beam on a stack of two or three blocks and on a column, pushed and twisted at random."""
+    random = np.random.default_rng(seed)
+    blocks, height, shift = [box("ground", [-1, -1, -0.5], [5, 3, 0.5], fixed=True)], 0.0, np.zeros(2)
+    for k in range(int(random.integers(2, 4))):
+        size = [*random.uniform(0.6, 1, 2), random.uniform(0.4, 0.8)]
+        blocks.append(box(f"block {k}", [*shift, height], size))
+        height, shift = height + size[2], random.uniform(-0.1, 0.1, 2)
+    blocks += [box("column", [1.8, 0, 0], [0.6, 0.9, height]), box("beam", [0, 0.1, height], [2.4, 0.5, 0.4])]
+    friction = float(random.uniform(0.3, 0.9))
+    model = model_of(blocks, bs.JointMaterial("joint", friction, torsion=torsion, **joint))
+    direction = random.normal(size=3) * (1, 1, 0.2)
+    moment = bs.Moment("block 0", Q_(random.normal(size=3) * 2, "kN m"))
+    return model, bs.LoadPattern("push", [bs.BodyForce(direction / np.linalg.norm(direction)), moment])
+
+
 def solve(
     model: bs.Model,
     variable: bs.LoadPattern,

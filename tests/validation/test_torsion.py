@@ -12,9 +12,10 @@ from scipy.optimize import minimize
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.limit import LimitProblem
+from blockstruct.limit.division import sliding
 from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.statics import ContactPoints, Statics
-from structures import SELF_WEIGHT, model_of, moved, push, rotation
+from structures import SELF_WEIGHT, model_of, moved, push, random_frame, rotation
 
 STONE = bs.Material("stone", "20 kN/m^3")
 FRICTION, HEIGHT = 0.6, 0.5
@@ -172,6 +173,63 @@ def test_division_of_rates_dissipates_least():
             minimize(work, w, method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-12}).fun for w in starts
         )
         assert R[own] @ slip[own] == pytest.approx(least, rel=1e-4)
+
+
+# -- joints that dilate ------------------------------------------------------------------------------------------------
+
+
+def test_a_joint_that_carries_nothing_opens_as_it_slides():
+    """A block on two bases turns about a corner of the one that carries it; over the other it opens and slides.
+
+    The load W rests at ``(q, q)`` from the corner, whose neighbours carry q W each and slide: the torque is
+    ``2 μ q W b``, beside the cone for ``2 q b < r̄``. At ``(x, y)`` from the corner the block is lifted by
+    ``μ ω (x + y)`` and slides by ``ω √(x² + y²)``: no point penetrates if each slides by itself, as the cone of a joint
+    that carries nothing must know, though any division dissipates nothing there.
+    """
+    W, q = 100.0, 0.15
+    blocks = [
+        bs.Block.box("base", Q_([0, 0, -0.5], "m"), Q_([1, 1, 0.5], "m"), STONE, fixed=True),
+        bs.Block.box("idle", Q_([2, 0.1, -0.5], "m"), Q_([1, 0.9, 0.5], "m"), STONE, fixed=True),
+        bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([3, 1, HEIGHT], "m"), STONE),
+    ]
+    model = model_of(blocks, bs.JointMaterial("joint", FRICTION, torsion="uniform pressure"))
+    dead = bs.LoadPattern("dead", [bs.PointLoad("block", Q_([q, q, 0], "m"), Q_([0, 0, -W], "N"))])
+    twist = bs.LoadPattern("twist", [bs.Moment("block", Q_([0, 0, 1], "N m"))])
+    result = solve(model, twist, dead=dead)
+    assert result.status == "converged"
+    assert result.load_factor == pytest.approx(2 * FRICTION * q * W, rel=1e-6)
+    assert result.certificate.interpenetration < 1e-6
+
+
+@pytest.mark.parametrize("seed", [1, 5, 8, 10, 13, 19])
+def test_frames_of_dilating_joints_converge(seed):
+    model, variable = random_frame(seed, "uniform pressure")
+    result = solve(model, variable)
+    assert result.status == "converged"
+    assert result.certificate.interpenetration < 1e-6
+    assert result.certificate.flow_rule_gap < 1e-5 * result.load_factor
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, 4, 5])
+def test_division_is_found_that_lets_nothing_penetrate(seed):
+    """A joint without force whose openings are those of a division that uneven resistances would ask for."""
+    random = np.random.default_rng(seed)
+    problem = LimitProblem.of(Statics.of(block()), bs.LimitCase("case", SELF_WEIGHT, COUPLE, "associative"))
+    x, y = problem.torsion.place.T
+    motion = random.normal(size=3)
+    v = np.column_stack([np.zeros(4), motion[:2] + motion[2] * np.column_stack([-y, x])])
+    rate = problem.torsion.slip(v, random.permutation([1.0, 0.1, 0.01, 0.001]))
+    v[:, 0] = FRICTION * rate
+    unloaded = np.zeros_like(v)
+    assert (problem.slip(v, unloaded[:, 0]) - rate).max() > 1e-3
+    found = sliding(problem, unloaded, v, biaxial=False)
+    assert (found - rate).max() < 1e-6
+
+
+def test_division_does_not_matter_without_dilatancy():
+    problem = LimitProblem.of(Statics.of(block()), bs.LimitCase("case", SELF_WEIGHT, COUPLE, "nonassociative"))
+    x, v = np.random.default_rng(0).normal(size=(2, 4, 3))
+    assert sliding(problem, x, v, biaxial=False).tolist() == problem.slip(v, x[:, 0]).tolist()
 
 
 # -- the warning -------------------------------------------------------------------------------------------------------

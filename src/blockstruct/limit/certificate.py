@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.limit import crushing
+from blockstruct.limit.division import sliding as rates_of_sliding
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.notebook import html_table
@@ -151,7 +152,8 @@ def certify(
     residual = float(np.abs(unbalanced).max())
     v = (problem.A.T @ u).reshape(-1, 3)
     n, v_n = x[:, 0], v[:, 0]
-    sliding = problem.slip(v, n)
+    apart = v_n + gap
+    sliding = rates_of_sliding(problem, x, np.column_stack([apart, v[:, 1:]]), biaxial=biaxial)
     resistance = problem.cohesion + problem.friction * n
     corners = problem.rectangles
     beyond_crushing = crushing.excess(n[corners], problem.capacity, biaxial=biaxial)
@@ -167,7 +169,7 @@ def certify(
     )
     # Unlike max, numpy passes a NaN on.
     excess = float(np.concatenate(excesses).max())
-    opening = v_n + gap - problem.dilatancy * sliding
+    opening = apart - problem.dilatancy * sliding
     rigid = ~problem.crushes
     # Velocities are relative to local units of force; what penetrates is measured against the fastest point.
     largest = max(problem.speed(v, u), speed)

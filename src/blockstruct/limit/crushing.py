@@ -19,6 +19,8 @@ Flags = NDArray[np.bool_]
 
 #: Corners of the four edges, in turn.
 EDGES = np.array([(0, 1), (1, 2), (2, 3), (3, 0)])
+#: The corners in turn, beginning with each.
+TURNED = (np.arange(4)[:, None] + np.arange(4)) % 4
 #: Row e marks the corners of edge e.
 EDGE_OF_CORNER = np.array([[corner in edge for corner in range(4)] for edge in EDGES.tolist()], dtype=float)
 
@@ -80,59 +82,78 @@ class Linearisation:
 
 
 def dissipation(w: Array, capacity: Array, *, biaxial: bool) -> Array:
-    """Work that crushing dissipates, (R,): largest ``n·w`` of admissible forces at penetration rates w, (R, 4).
+    """Work that crushing dissipates, (R,): largest ``n·w`` of admissible forces at penetration rates w, (R, 4)."""
+    return np.asarray((hardest(w, capacity, biaxial=biaxial) * w).sum(axis=1))
+
+
+def hardest(w: Array, capacity: Array, *, biaxial: bool) -> Array:
+    """Admissible corner forces with the largest work at penetration rates w, both (R, 4).
 
     Uniaxial: for a given ``ν = N / F`` the best forces stand in one of eight patterns, linear in ν, so the largest
-    work is that of eight parabolas over 0 ≤ ν ≤ 1. Biaxial: with the sides of the effective rectangle in shares
-    ``a1, a2`` of the edges, the work of a plane distribution of rates is ``F a1 a2 (w0 + G1 (1 − a1) + G2 (1 − a2))``;
-    the part of the rates that is not plane (there is none without dilatancy) is counted in full.
+    work is that of eight parabolas over 0 ≤ ν ≤ 1.
+
+    Biaxial: let the resultant lean towards corner 0, so that p and q, the shares of N on the two edges off it, are at
+    most a half. The effective rectangle has the sides 2 p and 2 q of the whole, ``N ≤ 4 F p q``. N and its two moments
+    leave one share free, r at the corner across: the corners have ``1 − p − q + r, p − r, r, q − r`` in turn, with
+    ``0 ≤ r ≤ min(p, q)``. The work is linear in N and in r, thus largest at their ends: at ``N = 4 F p q`` it is
+    ``4 F p q (w0 + a p + b q)``, with ``a = w1 − w0, b = w3 − w0`` over the square where r = 0, with ``a = w2 − w3``
+    instead over the triangle where ``r = p ≤ q``, and with ``b = w2 − w1`` over that where ``r = q ≤ p``. It is
+    largest where both derivatives are zero, ``a p = b q = −w0 / 3``, or on an edge. Rates need not be those of a
+    plane: with dilatancy every corner is lifted by its own sliding.
     """
-    return _biaxial(w) * capacity if biaxial else _uniaxial(w) * capacity
+    # The corner that the resultant leans towards first, in turn.
+    turned = w[:, TURNED]
+    patterns = _biaxial(turned) if biaxial else _uniaxial(turned)
+    work = np.einsum("mrkc,rkc->rkm", patterns, turned).reshape(len(w), 4 * len(patterns))
+    best = work.argmax(axis=1)
+    corner, pattern = np.divmod(best, len(patterns))
+    every = np.arange(len(w))
+    found = np.zeros_like(w)
+    found[every[:, None], TURNED[corner]] = patterns[pattern, every, corner] * capacity[:, None]
+    return np.where((work[every, best] > 0)[:, None], found, 0.0)
 
 
 def _uniaxial(w: Array) -> Array:
-    best = np.zeros(len(w))
-    for k in range(4):
-        corner, after, across, before = (np.roll(w, -k, axis=1)[:, m] for m in range(4))
-        # Resultant towards a corner: shared with the opposite one, or with its two neighbours.
-        for c0, c1 in (
-            (corner, (across - corner) / 2),
-            (corner, (after + before) / 2 - corner),
-        ):
-            best = np.maximum(best, _parabola(c0, c1))
-    return best
-
-
-def _parabola(c0: Array, c1: Array) -> Array:
-    """Largest ``c0 ν + c1 ν²`` over 0 ≤ ν ≤ 1."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        peak = np.where(c1 < 0, np.clip(-c0 / (2 * c1), 0, 1), 1.0)
-    return np.asarray(np.maximum(c0 * peak + c1 * peak**2, 0.0))
+    """The best forces of two patterns towards the first corner, (2, R, 4, 4), in multiples of the capacity."""
+    corner, after, across, before = np.moveaxis(w, -1, 0)
+    # Shared with the opposite corner, or with the two neighbours.
+    opposite, beside = _peak(corner, (across - corner) / 2), _peak(corner, (after + before) / 2 - corner)
+    nu = np.stack([opposite, beside])
+    return _towards(nu, nu / 2, nu / 2, np.stack([opposite / 2, 0 * beside]))
 
 
 def _biaxial(w: Array) -> Array:
-    w0 = w.mean(axis=1)
-    G1 = np.abs(w[:, 1] + w[:, 2] - w[:, 0] - w[:, 3]) / 4
-    G2 = np.abs(w[:, 2] + w[:, 3] - w[:, 0] - w[:, 1]) / 4
-    w0 = w0 + np.abs(w[:, 0] + w[:, 2] - w[:, 1] - w[:, 3]) / 4
-
-    def share(rest: Array, G: Array) -> Array:
-        """Best a of ``a (rest + G (1 − a))``."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(np.where(G > 0, np.clip((rest + G) / (2 * G), 0, 1), 1.0))
-
-    def work(a1: Array, a2: Array) -> Array:
-        return np.asarray(a1 * a2 * (w0 + G1 * (1 - a1) + G2 * (1 - a2)))
-
-    one = np.ones_like(w0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        inner = [np.where(G > 0, np.clip((w0 + G1 + G2) / (3 * G), 0, 1), 1.0) for G in (G1, G2)]
-    candidates = [
-        work(one, one),
-        work(one, share(w0, G2)),
-        work(share(w0, G1), one),
-        work(inner[0], inner[1]),
-        work(inner[0], share(w0 + G1 * (1 - inner[0]), G2)),
-        work(share(w0 + G2 * (1 - inner[1]), G1), inner[1]),
+    """Forces towards the first corner where the work may be largest, (10, R, 4, 4), in multiples of the capacity."""
+    corner, after, across, before = np.moveaxis(w, -1, 0)
+    half = np.full_like(corner, 0.5)
+    a, b = after - corner, before - corner
+    shares = [(_stationary(corner, 3 * a), _stationary(corner, 3 * b), 0 * half), (half, half, 0 * half)]
+    shares += [
+        (_stationary(corner + b / 2, 2 * a), half, 0 * half),
+        (half, _stationary(corner + a / 2, 2 * b), 0 * half),
     ]
-    return np.asarray(np.maximum(np.max(candidates, axis=0), 0.0))
+    for of_less, of_more, swapped in ((across - before, b, False), (across - after, a, True)):
+        equal = _stationary(2 * corner, 3 * (of_less + of_more))
+        inside = _stationary(corner, 3 * of_less), _stationary(corner, 3 * of_more)
+        for less, more in (inside, (equal, equal), (_stationary(corner + of_more / 2, 2 * of_less), half)):
+            r = np.minimum(less, more)
+            shares.append((more, r, r) if swapped else (r, more, r))
+    p, q, r = (np.stack(part) for part in zip(*shares, strict=True))
+    return _towards(4 * p * q, p, q, r)
+
+
+def _stationary(c0: Array, c1: Array) -> Array:
+    """Share ``−c0 / c1``, from 0 to 1/2; the half where the work grows with it."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.where(c1 < 0, np.clip(-c0 / c1, 0, 0.5), 0.5))
+
+
+def _towards(N: Array, p: Array, q: Array, across: Array) -> Array:
+    """Corner forces of resultants N towards the first corner, of shares p and q on the edges off it."""
+    return np.stack([1 - p - q + across, p - across, across, q - across], axis=-1) * N[..., None]
+
+
+def _peak(c0: Array, c1: Array) -> Array:
+    """Where ``c0 ν + c1 ν²`` is largest over 0 ≤ ν ≤ 1."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.where(c1 < 0, np.clip(-c0 / (2 * c1), 0, 1), 1.0))

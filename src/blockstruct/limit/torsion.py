@@ -7,7 +7,8 @@ pressure: r̄ is the mean distance of its area from the centroid. The whole area
 r̄ is then above the lever of the pressed part, and a shear force beside the centroid counts as torsion.
 
 Sliding is that of the contact points and that of the cone together. The rate of the two is found from the velocities:
-of all ways to divide them the one that dissipates least.
+of all ways to divide them the one that dissipates least. Where joints dilate, a certificate asks for more than that:
+:mod:`blockstruct.limit.division`.
 """
 
 from dataclasses import dataclass
@@ -59,15 +60,25 @@ class UniformTorsion:
     def __len__(self) -> int:
         return len(self.interface)
 
+    def part(self, chosen: NDArray[np.bool_]) -> Self:
+        """Those of the I interfaces that are chosen, (I,)."""
+        mine = chosen[self.owner]
+        owner = (np.cumsum(chosen) - 1)[self.owner[mine]]
+        return type(self)(self.interface[chosen], self.point[mine], owner, self.place[mine])
+
+    def summed(self, values: Array) -> Array:
+        """Sum over each interface, (I,), of values at its own points, (P,)."""
+        return np.asarray(np.bincount(self.owner, values, len(self)), dtype=float)
+
     def total(self, values: Array) -> Array:
         """Sum over each interface, (I,), of values at all K contact points."""
-        return self._summed(values[self.point])
+        return self.summed(values[self.point])
 
     def shear(self, x: Array) -> Array:
         """``(V_s, V_t, T / r̄)`` of contact forces x (K, 3), (I, 3)."""
         s, t = x[self.point, 1:].T
         parts = (s, t, self.place[:, 0] * t - self.place[:, 1] * s)
-        return np.column_stack([self._summed(part) for part in parts])
+        return np.column_stack([self.summed(part) for part in parts])
 
     def excess(self, x: Array, resistance: Array) -> Array:
         """Force by which each interface misses its cone, (I,), for the sliding resistances (K,) of its points."""
@@ -100,8 +111,8 @@ class UniformTorsion:
         fastest = np.where(fastest > 0, fastest, 1.0)
         along = along / fastest[self.owner, None]
         # Where nothing resists, any division is as good; the shortest motion is taken.
-        R = R + 1e-9 * np.maximum(self._summed(R), 1e-3)[self.owner]
-        whole = self._summed(R)
+        R = R + 1e-9 * np.maximum(self.summed(R), 1e-3)[self.owner]
+        whole = self.summed(R)
 
         def rates(w: Array) -> tuple[Array, Array]:
             x, y = self.place.T
@@ -110,7 +121,7 @@ class UniformTorsion:
 
         def work(w: Array) -> Array:
             of_points, of_cone = rates(w)
-            return np.asarray(self._summed(R * of_points) + whole * of_cone)
+            return np.asarray(self.summed(R * of_points) + whole * of_cone)
 
         best = np.zeros((len(self), 3))
         least = work(best)
@@ -132,15 +143,11 @@ class UniformTorsion:
         """Motion w (I, 3) with the least ``Σ weight ‖v_t − J w‖² + of_cone ‖w‖²``."""
         (x, y), (a, b) = self.place.T, along.T
 
-        one, sx, sy, inertia = (self._summed(weight * part) for part in (np.ones_like(x), x, y, x**2 + y**2))
+        one, sx, sy, inertia = (self.summed(weight * part) for part in (np.ones_like(x), x, y, x**2 + y**2))
         H = np.zeros((len(self), 3, 3))
         H[:, 0, 0] = H[:, 1, 1] = one + of_cone
         H[:, 2, 2] = inertia + of_cone
         H[:, 0, 2] = H[:, 2, 0] = -sy
         H[:, 1, 2] = H[:, 2, 1] = sx
-        right = np.column_stack([self._summed(weight * part) for part in (a, b, x * b - y * a)])
+        right = np.column_stack([self.summed(weight * part) for part in (a, b, x * b - y * a)])
         return np.asarray(np.linalg.solve(H, right[:, :, None])[:, :, 0])
-
-    def _summed(self, values: Array) -> Array:
-        """Sum over each interface, (I,), of values at its own points, (P,)."""
-        return np.asarray(np.bincount(self.owner, values, len(self)), dtype=float)
