@@ -26,7 +26,8 @@ def rocking():
 def ending(whole, n):
     """An analysis whose pushover ends after so many states."""
     result = whole["push"]
-    curve = result.capacity.isel(step=slice(n)).assign(d0=((), np.nan, result.capacity["d0"].attrs))
+    curve = result.capacity.assign(d0=((), np.nan, result.capacity["d0"].attrs))
+    curve = curve.isel(step=slice(n), contact=np.flatnonzero(curve["step_of_contact"] < n))
     curve.attrs["ended"] = "blocks fall"
     return whole.replaced(results={"push": replace(result, capacity=curve)})
 

@@ -28,6 +28,7 @@ _INDICES = {
     "block_of_load": ("block", -1),
     "block_of_tie": ("block", -1),
     "tie_of_model": ("tie", 0),
+    "step_of_contact": ("step", 0),
     "minus_of_contact": ("block", 0),
     "plus_of_contact": ("block", 0),
     "interface_of_contact": ("interface", -1),
@@ -44,6 +45,7 @@ _ASCENDING = (
     "interface_of_contact_point",
     "interface_of_interface_corner",
     "tie_of_model",
+    "step_of_contact",
 )
 
 
@@ -97,3 +99,5 @@ def capacity_findings(path: str, capacity: xr.Dataset, model: xr.Dataset) -> Ite
         capacity["block"].to_numpy() != model["block"].to_numpy()
     ):
         yield path, "the block names of the capacity curve are not those of /model"
+    else:
+        yield from index_findings(path, capacity)
