@@ -6,9 +6,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from blockstruct.results import CaseResult
 from blockstruct.storage.case_group import group_name
 from blockstruct.vocabulary import Stage, Status
 
+#: Relative difference of reactions that rounding makes.
+_SAME = 1e-9
 #: A place in a file and what is wrong there.
 Finding = tuple[str, str]
 
@@ -72,6 +75,15 @@ def case_findings(path: str, case: xr.Dataset, load_factors: Any) -> Iterator[Fi
         expected = last if "settlement" in case.attrs else max(last, 0.0)
         if "holds" not in case or not int(case["holds"]) or float(case["load_factor"]) != expected:
             yield path, "converged, but the certificate does not hold or the load factor is not the last of the history"
+
+
+def reaction_findings(path: str, case: xr.Dataset, result: CaseResult) -> Iterator[Finding]:
+    """What the reaction of a settlement says against its load factor and the dead load of the model."""
+    if "reaction" in case:
+        stated, found = float(case["reaction"]), result.answer.factor * result.load_factor
+        if not np.isclose(stated, found, rtol=_SAME, atol=0.0, equal_nan=True):
+            unit = result.answer.unit
+            yield f"{path}/reaction", f"the reaction is {stated:.6g} {unit}, that of its load factor {found:.6g} {unit}"
 
 
 def bound_findings(path: str, case: xr.Dataset, history: xr.Dataset) -> Iterator[Finding]:
