@@ -195,18 +195,18 @@ def _of_ties(capacity: xr.Dataset) -> NDArray[np.bool_]:
 
 def steps_of(capacity: xr.Dataset) -> list[FiniteStep]:
     """The steps of a capacity curve; none where it does not keep what they are gone on with from."""
-    if "force_of_contact" not in capacity:
+    names = [f.name for f in fields(FiniteStep)]
+    if not {"step_of_contact", *names} - {"tie_force", "tie_elongation"} <= set(capacity.variables):
         return []
     n = capacity.sizes["step"]
     of_next = np.searchsorted(capacity["step_of_contact"].to_numpy(), np.arange(1, n))
     columns: dict[str, Any] = {}
-    for name in (f.name for f in fields(FiniteStep)):
+    for name in names:
         # Without ties a curve tells nothing of them.
         values = capacity[name].to_numpy() if name in capacity else np.empty((n, 0))
         of_steps = np.split(values, of_next) if "contact" in _DIMS.get(name, ()) else values
         columns[name] = of_steps if name in _DIMS else values.tolist()
-    flags = ("holds", "divided")
-    columns |= {name: [bool(value) for value in columns[name]] for name in flags}
+    columns |= {name: [bool(value) for value in columns[name]] for name in ("holds", "divided")}
     return [FiniteStep(**{name: values[k] for name, values in columns.items()}) for k in range(n)]
 
 
