@@ -139,6 +139,28 @@ def test_comparisons_compare_reactions(stored, model, tmp_path):
     assert tables["relative_difference"].item() == pytest.approx(0.1, rel=1e-5)
 
 
+def test_differences_of_reactions_have_their_units(stored, call):
+    analysis, folder = stored
+    turned, down = (analysis[name].reaction for name in ("left turns", "left goes down"))
+    said = str(bs.compare(analysis, analysis))
+    assert f"left goes down: converged {down.m_as('kN'):.8g} kN, other converged {down.m_as('kN'):.8g} kN," in said
+    assert f"left turns: converged {turned.m_as('kN m'):.8g} kN·m, other" in said
+    assert f"push: converged {analysis['push'].load_factor:.8g}, other converged" in said
+    assert bs.compare(analysis, analysis).cases["unit"].to_list() == ["N", "N·m", ""]
+    tables = bs.Archive(folder).difference(bs.Archive(folder))
+    assert tables.droplevel("path")["unit_other"].to_dict() == {"left goes down": "N", "left turns": "N·m", "push": ""}
+    code, out, _ = call("diff", folder, folder)
+    assert code == 0
+    assert "N·m" in out
+
+
+def test_a_case_of_one_analysis_alone_has_no_unit_in_the_other(stored):
+    analysis, _ = stored
+    alone = analysis.replaced(results={"push": analysis["push"]})
+    assert "left goes down: converged" in str(bs.compare(analysis, alone))
+    assert bs.compare(alone, analysis).cases["unit"].to_list() == ["", "", ""]
+
+
 def test_documents_keep_settlements(model, tmp_path):
     bs.write_document(tmp_path / "beam.yaml", model, CASES)
     assert bs.read_document(tmp_path / "beam.yaml").cases == CASES

@@ -26,7 +26,8 @@ def rocking():
 def ending(whole, n):
     """An analysis whose pushover ends after so many states."""
     result = whole["push"]
-    curve = result.capacity.isel(step=slice(n)).assign(d0=((), np.nan, result.capacity["d0"].attrs))
+    curve = result.capacity.assign(d0=((), np.nan, result.capacity["d0"].attrs))
+    curve = curve.isel(step=slice(n), contact=np.flatnonzero(curve["step_of_contact"] < n))
     curve.attrs["ended"] = "blocks fall"
     return whole.replaced(results={"push": replace(result, capacity=curve)})
 
@@ -91,7 +92,7 @@ def test_a_curve_is_held_against_its_blocks(rocking):
         what
         for _, what in bs.results.contradictions(rocking.replaced(results={"push": replace(result, capacity=curve)}))
     ]
-    assert said[0] == "the displacements of the capacity curve are not those of its blocks"
+    assert said[0].startswith("state 1 and 13 more of the capacity curve: its displacement is 0.0048099 m, that of its")
     assert said[1].startswith("d0 is 0.15 m, that of the capacity curve 0.151")
 
 

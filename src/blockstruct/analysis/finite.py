@@ -43,7 +43,7 @@ def pushed_over(
     case, settings, start = result.case, result.settings, perf_counter()
     if not isinstance(case, Pushover):
         return result
-    steps: list[FiniteStep] = [] if result.capacity is None else steps_of(result.capacity, len(statics.ties))
+    steps: list[FiniteStep] = [] if result.capacity is None else steps_of(result.capacity)
     moving = MovingProblem(statics, problem, case)
     if not steps and (resting := _resting(moving, case, block_motion(statics, problem, collapse.u[None])[0])):
         return replace(result, message=f"{result.message}; pushover: {resting}")

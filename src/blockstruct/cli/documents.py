@@ -168,6 +168,7 @@ def validate(
             found = bs.results.contradictions(analysis)
             if found:
                 say("\n".join(f"{file}: case {name!r}: {what}" for name, what in found))
+                say("these numbers are no proof: take the original file, or run the cases again")
                 raise typer.Exit(VIOLATIONS)
             say(f"{file}: a valid analysis of {len(analysis)} cases")
     except (bs.errors.FormatError, bs.errors.ModelError) as error:

@@ -20,6 +20,8 @@ _JUDGED = {
     "interpenetration": ("interpenetration", "largest relative velocities"),
     "flow_rule_gap": ("flow-rule gap", "of the load factor; of the dead load, if a reaction"),
 }
+#: Residual of equilibrium, and yield excess, with which the certificate of a state of a pushover holds.
+FORCES = 1e-5
 
 
 @dataclass(frozen=True, slots=True)

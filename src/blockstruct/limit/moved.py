@@ -137,6 +137,8 @@ AT_LIMIT = 1e-3
 class MovingProblem:
     """The limit problems of a case, wherever its blocks are.
 
+    Forces at contact points are measured in the ``unit`` (B,) of the lighter block, N; that of supports is infinite.
+
     Parameters
     ----------
     statics, problem, case
@@ -152,12 +154,12 @@ class MovingProblem:
 
     def __init__(self, statics: Statics, problem: LimitProblem, case: Pushover) -> None:
         check_pushover(statics.model, case)
-        self.statics, self._problem = statics, problem
+        self.statics, self.at_rest = statics, problem
         self.structure = MovingStructure(statics, case.corner_rounding)
         self.control = ControlPoint.of(statics.model, case)
         self.dead, self.variable = (MovingLoads.of(statics.model, p, case.dead) for p in (case.dead, case.variable))
-        self._unit = np.full(len(statics.model.blocks), np.inf)
-        self._unit[statics.free] = problem.wrench_unit
+        self.unit = np.full(len(statics.model.blocks), np.inf)
+        self.unit[statics.free] = problem.wrench_unit
 
     def lengths(self, placement: Placement) -> Array:
         """Lengths (N,) of the ties of the model, m."""
@@ -191,10 +193,10 @@ class MovingProblem:
         longest : (N,) array, m
             Length that each tie has had on the way there. It pulls again where it has that length, unless it broke.
         """
-        statics, problem = self.statics, self._problem
+        statics, problem = self.statics, self.at_rest
         contacts = self.structure.contacts(placement, reach)
         points, K = contacts.points, len(contacts.gap)
-        force_unit = np.minimum(self._unit[points.minus], self._unit[points.plus])
+        force_unit = np.minimum(self.unit[points.minus], self.unit[points.plus])
         rows, columns = sp.diags_array(np.repeat(1 / problem.wrench_unit, 6)), sp.diags_array(np.repeat(force_unit, 3))
         scale = unit_of_velocity(problem)
         dead, variable = ((loads.own(placement)[statics.free] / scale).ravel() for loads in (self.dead, self.variable))
@@ -206,7 +208,7 @@ class MovingProblem:
         wrench = table.columns(placement.position, statics.free, statics.length, placement.rotation)
         moved = replace(
             problem,
-            ties=Ties.of(table, wrench, problem.wrench_unit, self._unit),
+            ties=Ties.of(table, wrench, problem.wrench_unit, self.unit),
             A=sp.csc_array(rows @ contacts.A @ columns),
             w_D=dead,
             w_L=variable,
@@ -244,6 +246,12 @@ class FiniteStep:
         Work of friction and of ties per unit of work of the variable load.
     tie_force, tie_elongation : (N,) arrays
         Of each tie of the model: N, zero once it has broken; and m, beyond its length in the model.
+    minus_of_contact, plus_of_contact : (P,) arrays
+        The two blocks at each contact point with a force.
+    point_of_contact, normal_of_contact, force_of_contact : (P, 3) arrays
+        Where it is, m, the direction from its minus to its plus block, and the force on the plus block, N.
+    body : (B,) array
+        The body that each block moves on as part of; that of the supports is zero.
     penetration : float
         Deepest penetration, m.
     energy_error : float
@@ -257,6 +265,10 @@ class FiniteStep:
         Those of attempts at too long a step are among them.
     solver_time : float
         Seconds of the whole step.
+    divided : bool
+        Whether the step to the state was divided: the next one is not.
+    body_failures, body_waits : int
+        Steps of bodies that failed one after the other, and programs of all blocks before bodies are tried again.
     """
 
     load_factor: float
@@ -269,6 +281,12 @@ class FiniteStep:
     dissipation: float
     tie_force: Array
     tie_elongation: Array
+    minus_of_contact: Index
+    plus_of_contact: Index
+    point_of_contact: Array
+    normal_of_contact: Array
+    force_of_contact: Array
+    body: Index
     penetration: float
     energy_error: float
     equilibrium_residual: float
@@ -280,6 +298,9 @@ class FiniteStep:
     programs: int
     solver_iterations: int
     solver_time: float
+    divided: bool
+    body_failures: int
+    body_waits: int
 
 
 #: Load factor, relative to the first one of a curve, that is zero.

@@ -6,10 +6,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.limit import ContactPoints
+from blockstruct.limit import ContactPoints, Placement
 from blockstruct.limit.bodies import Bodies, bodies_of
 from blockstruct.limit.iteration import Iteration
-from blockstruct.limit.moved import MovedProblem
+from blockstruct.limit.moved import FiniteStep, MovedProblem, MovingProblem
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.carried_forces import carried_forces
@@ -51,6 +51,16 @@ class Carried:
         place, frame = _placed(moved.contacts.points if points is None else points, moved)
         return cls(bodies_of(moved, u), place, np.einsum("kij,ki->kj", frame, x))
 
+    @classmethod
+    def of_step(cls, problem: MovingProblem, step: FiniteStep) -> Self:
+        """Of a state that is kept."""
+        placement, minus, plus = Placement.at(step.position, step.rotation), step.minus_of_contact, step.plus_of_contact
+        lower, other = np.minimum(minus, plus), np.maximum(minus, plus)
+        place = _places(lower, other, step.point_of_contact, placement, problem.statics.length)
+        on_other = np.where(minus < plus, 1.0, -1.0) / np.minimum(problem.unit[minus], problem.unit[plus])
+        own = np.einsum("kji,kj->ki", placement.rotation[lower], step.force_of_contact)
+        return cls(step.body, place, own * on_other[:, None])
+
     def recalled(self, moved: MovedProblem, question: Question) -> Question:
         """A step that remembers these forces at the contact points that were there, and none at new ones.
 
@@ -75,31 +85,34 @@ class Stepper:
     def __init__(self, settings: ProcedureSettings, solver: Solver) -> None:
         self._settings, self._solver = settings, solver
         self._carried: Carried | None = None
-        self._failed = self._waits = 0
+        #: Steps of bodies that failed one after the other, and solutions before bodies are tried again.
+        self.waiting = 0, 0
         self._spent = 0, 0
 
     def begin(
         self, moved: MovedProblem, question: Question, collapse: Iteration, points: ContactPoints
     ) -> Solved | None:
         """A collapse state as the first one; None if contacts are found elsewhere than where it has them."""
-        carried = Carried.of(moved, collapse.x, collapse.u, points)
-        x = carried.recalled(moved, question).rubbing
+        x = Carried.of(moved, collapse.x, collapse.u, points).recalled(moved, question).rubbing
         found = question.state(collapse.load_factor, x, collapse.u, collapse.tie_force, self._settings)
-        if not found.holds:
-            return None
-        self._carried = carried
-        return found
+        return found if found.holds else None
+
+    def go_on(self, carried: Carried, waiting: tuple[int, int]) -> None:
+        """Take the state that the next step begins at, whatever was tried since: the forces of no other act there."""
+        self._carried, self.waiting = carried, waiting
 
     def solve(self, moved: MovedProblem, question: Question) -> Solved | None:
         """A step; None if there is no state."""
         found = None
-        self._waits -= 1
+        failed, waits = self.waiting
         if self._carried is not None:
             question = self._carried.recalled(moved, question)
-            if self._waits < 0:
+            if waits == 0:
                 found = solve_as_bodies(moved, question, self._carried.body, self._settings, self._solver)
-                self._failed = 0 if found is not None else min(self._failed + 1, MOST_WAITS)
-                self._waits = self._failed
+                failed = waits = 0 if found is not None else min(failed + 1, MOST_WAITS)
+            else:
+                waits -= 1
+            self.waiting = failed, waits
         if found is None:
             found = solve_finite_step(question, self._settings, self._solver)
         if found is not None:
@@ -155,12 +168,16 @@ def solve_as_bodies(
 
 def _placed(points: ContactPoints, moved: MovedProblem) -> tuple[Array, Array]:
     """Where contact points are (2, K, 5), and their frames (K, 3, 3), as :class:`Carried` has them."""
-    placement, swapped = moved.placement, points.minus > points.plus
-    blocks = np.minimum(points.minus, points.plus), np.maximum(points.minus, points.plus)
+    lower, other = np.minimum(points.minus, points.plus), np.maximum(points.minus, points.plus)
+    frame = points.frame[points.interface] @ moved.placement.rotation[lower]
+    frame[points.minus > points.plus] *= -1
+    return _places(lower, other, points.position, moved.placement, moved.problem.length), frame
+
+
+def _places(lower: Index, other: Index, position: Array, placement: Placement, length: float) -> Array:
+    """Where points (K, 3) of two blocks are (2, K, 5), as :class:`Carried` has them."""
     arms = [
-        np.einsum("kji,kj->ki", placement.rotation[block], points.position - placement.position[block])
-        for block in blocks
+        np.einsum("kji,kj->ki", placement.rotation[block], position - placement.position[block])
+        for block in (lower, other)
     ]
-    frame = points.frame[points.interface] @ placement.rotation[blocks[0]]
-    frame[swapped] *= -1
-    return np.stack([np.column_stack([*blocks, arm / moved.problem.length]) for arm in arms]), frame
+    return np.stack([np.column_stack([lower, other, arm / length]) for arm in arms])

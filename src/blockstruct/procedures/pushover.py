@@ -2,7 +2,6 @@
 
 from collections.abc import Generator, Sequence
 from dataclasses import replace
-from itertools import accumulate, pairwise
 from time import perf_counter
 
 import numpy as np
@@ -13,7 +12,7 @@ from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.moved import ZERO, FiniteStep, MovedProblem, MovingProblem, zero_displacement
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.body_step import Stepper
+from blockstruct.procedures.body_step import Carried, Stepper
 from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved
 from blockstruct.procedures.pushover_state import Found, State, friction_of, lost, stands
 
@@ -98,15 +97,17 @@ def pushover(
     str
         How it ended.
     """
-    path = _Path(problem, collapse, steps, settings, solver)
-    if before:
-        state = path.gone(before, collapse)
-    else:
-        first = path.begun(path.start, collapse)
+    path, state = _Path(problem, collapse, steps, settings, solver), None
+    for known in before:
+        state = path.taken(known)
+    if state is None:
+        rest = Placement.of(problem.statics.model)
+        first = path.begun(rest, collapse)
         if first is None:
-            return path.lost(path.start.placement, None)
-        yield path.record(first)
-        state = first.state
+            return path.lost(rest, None)
+        step = path.record(first)
+        yield step
+        state = path.taken(step)
     while True:
         end = zero_displacement(path.curve)
         if np.isfinite(end):
@@ -119,8 +120,9 @@ def pushover(
         following = path.advance(state)
         if isinstance(following, str):
             return following
-        yield path.record(following)
-        state = following.state
+        step = path.record(following)
+        yield step
+        state = path.taken(step)
 
 
 class _Path:
@@ -136,10 +138,9 @@ class _Path:
         self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * steps)
         self._size = problem.statics.length
         self._nearest = NEAREST * self._size
-        rest = Placement.of(problem.statics.model)
-        self.start = problem.at(rest, self._nearest, problem.lengths(rest))
+        self._longest = problem.lengths(Placement.of(problem.statics.model))
         # Down a slope that hardly holds it the push drives little of what friction takes.
-        self._driving = max(self._load_factor, friction_of(self.start.problem, collapse))
+        self._driving = max(self._load_factor, friction_of(problem.at_rest, collapse))
         self.curve: list[tuple[float, float]] = []
         self._way = [0.0]
         self._last: State | None = None
@@ -147,28 +148,19 @@ class _Path:
         self._divided = False
         self._done, self._clock = 0.0, perf_counter()
 
-    def gone(self, steps: Sequence[FiniteStep], collapse: Iteration) -> State:
-        """Take the states that are known already; gives the last of them, whose forces are found again."""
-        states: list[State] = []
-        longest = self._problem.lengths(Placement.of(self._problem.statics.model))
-        for step in steps:
-            lengths = self._problem.lengths(Placement.at(step.position, step.rotation))
-            longest = np.maximum(longest, lengths)
-            states.append(State.of(step, longest))
-        self.curve = [(s.displacement, s.load_factor) for s in states]
-        self._way = list(
-            accumulate([0.0, *(self._way_from(a, b.placement, b.displacement) for a, b in pairwise(states))])
-        )
-        self._done = sum(self._energy(a, b)[1] for a, b in pairwise(states))
-        last = self._last = states[-1]
-        moved = self._at(last.placement, last, last.time)
-        if len(steps) == 1:
-            self.begun(moved, collapse)
-        else:
-            self._stepper.solve(moved, Question.of(moved, last.time, last.twist, self._least))
-        # That is no work of the step that follows.
-        self._stepper.spent()
-        return last
+    def taken(self, step: FiniteStep) -> State:
+        """Take a state as the last one, from what is kept of it alone: a curve that is gone on with is the same."""
+        placement = Placement.at(step.position, step.rotation)
+        self._longest = np.maximum(self._longest, self._problem.lengths(placement))
+        state = State.of(step, self._longest)
+        if self._last is not None:
+            self._done += self._energy(self._last, state)[1]
+            self._way.append(self._way[-1] + self._way_from(self._last, placement, state.displacement))
+        self._last = state
+        self.curve.append((state.displacement, state.load_factor))
+        self._divided = step.divided
+        self._stepper.go_on(Carried.of_step(self._problem, step), (step.body_failures, step.body_waits))
+        return state
 
     @staticmethod
     def _way_from(before: State, placement: Placement, displacement: float) -> float:
@@ -190,8 +182,9 @@ class _Path:
         last = max(gone, way[-1] - way[-2])
         return float(np.clip(even, max(LEAST * even, last / 2), max(GROWTH * last, LEAST * even)))
 
-    def begun(self, moved: MovedProblem, collapse: Iteration) -> Found | None:
+    def begun(self, rest: Placement, collapse: Iteration) -> Found | None:
         """The collapse state, found anew where corners are rounded and contacts not where the model has them."""
+        moved = self._problem.at(rest, self._nearest, self._longest)
         twist = moved.twist(collapse.u)
         time = self._time(moved.placement, twist)
         question = Question.of(moved, time, twist, self._least)
@@ -355,38 +348,17 @@ class _Path:
 
     def record(self, found: Found) -> FiniteStep:
         """The state as it is kept."""
-        state, solved, c = found.state, found.solved, found.solved.certificate
-        missed = 0.0
+        missed = work = 0.0
         if self._last is not None:
-            missed, work = self._energy(self._last, state)
-            self._done += work
-            self._way.append(self._way[-1] + self._way_from(self._last, state.placement, state.displacement))
-        self._last = state
-        self.curve.append((state.displacement, state.load_factor))
-        spent, self._clock = perf_counter() - self._clock, perf_counter()
-        programs, iterations = self._stepper.spent()
-        return FiniteStep(
-            load_factor=state.load_factor,
-            displacement=state.displacement,
-            position=state.placement.position,
-            rotation=state.placement.vectors,
-            velocity=state.twist[:, :3],
-            angular_velocity=state.twist[:, 3:],
-            motion_time=state.time,
-            dissipation=state.dissipation,
-            tie_force=found.moved.tie_force(solved.tie_force),
-            tie_elongation=found.moved.elongation,
-            penetration=found.moved.penetration,
-            energy_error=missed / self._done if self._done else 0.0,
-            equilibrium_residual=c.equilibrium_residual,
-            yield_excess=c.yield_excess,
-            interpenetration=c.interpenetration,
-            flow_rule_gap=c.flow_rule_gap,
-            holds=solved.holds,
-            contact_points=len(found.moved.contacts.gap),
-            programs=programs,
-            solver_iterations=iterations,
-            solver_time=spent,
+            missed, work = self._energy(self._last, found.state)
+        all_work = self._done + work
+        time, self._clock = perf_counter() - self._clock, perf_counter()
+        return found.kept(
+            divided=self._divided,
+            waiting=self._stepper.waiting,
+            energy_error=missed / all_work if all_work else 0.0,
+            spent=self._stepper.spent(),
+            time=time,
         )
 
     def _energy(self, before: State, after: State) -> tuple[float, float]:

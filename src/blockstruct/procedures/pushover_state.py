@@ -8,12 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.limit import LimitProblem, Placement
+from blockstruct.limit.bodies import bodies_of
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.moved import FiniteStep, MovedProblem, MovingProblem
 from blockstruct.procedures.finite_step import Solved, dissipated
 
 Array = NDArray[np.float64]
 
+#: Force at a contact point, in dead wrenches of the lighter block, that is none.
+NO_FORCE = 1e-9
 #: Speed of the control point, relative to the fastest block, at which it hardly goes on.
 STANDS = 1e-2
 #: Speed, relative to the fastest block, from which a block is told to fall, and blocks that a message names.
@@ -63,6 +66,67 @@ class Found:
         u = self.moved.velocities(before.carried(self.state.placement))
         own = sum(dissipated(problem, solved.x, solved.tie_force, u)) / float(problem.w_L @ u)
         return replace(self, state=replace(self.state, dissipated=(before.dissipation + own) / 2))
+
+    def kept(
+        self,
+        *,
+        divided: bool,
+        waiting: tuple[int, int],
+        energy_error: float,
+        spent: tuple[int, int],
+        time: float,
+    ) -> FiniteStep:
+        """The state as it is kept, with all that the next step hangs on.
+
+        Parameters
+        ----------
+        divided
+            Whether the step to it was.
+        waiting
+            Steps of bodies that failed one after the other, and solutions before they are tried again.
+        energy_error
+            Of the step.
+        spent
+            Programs and interior-point iterations.
+        time
+            That the step took, s.
+        """
+        state, solved, moved, c = self.state, self.solved, self.moved, self.solved.certificate
+        points = moved.contacts.points
+        frame, force = points.frame[points.interface], solved.x * moved.problem.force_unit[:, None]
+        loaded = np.linalg.norm(solved.x, axis=1) > NO_FORCE
+        return FiniteStep(
+            load_factor=state.load_factor,
+            displacement=state.displacement,
+            position=state.placement.position,
+            rotation=state.placement.vectors,
+            velocity=state.twist[:, :3],
+            angular_velocity=state.twist[:, 3:],
+            motion_time=state.time,
+            dissipation=state.dissipation,
+            tie_force=moved.tie_force(solved.tie_force),
+            tie_elongation=moved.elongation,
+            minus_of_contact=points.minus[loaded],
+            plus_of_contact=points.plus[loaded],
+            point_of_contact=points.position[loaded],
+            normal_of_contact=frame[loaded, 0],
+            force_of_contact=np.einsum("kij,ki->kj", frame, force)[loaded],
+            body=bodies_of(moved, solved.u),
+            penetration=moved.penetration,
+            energy_error=energy_error,
+            equilibrium_residual=c.equilibrium_residual,
+            yield_excess=c.yield_excess,
+            interpenetration=c.interpenetration,
+            flow_rule_gap=c.flow_rule_gap,
+            holds=solved.holds,
+            contact_points=len(moved.contacts.gap),
+            programs=spent[0],
+            solver_iterations=spent[1],
+            solver_time=time,
+            divided=divided,
+            body_failures=waiting[0],
+            body_waits=waiting[1],
+        )
 
 
 def friction_of(problem: LimitProblem, collapse: Iteration) -> float:

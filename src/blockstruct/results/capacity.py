@@ -27,6 +27,12 @@ _VALUES = {
     "dissipation": ("dimensionless", "work of friction and of ties per unit of work of the variable load"),
     "tie_force": ("force", "force of the tie, tension positive; zero once it has broken"),
     "tie_elongation": ("length", "of the tie beyond its length in the model"),
+    "minus_of_contact": (None, "index of the block that the normal points from, at each contact point with a force"),
+    "plus_of_contact": (None, "index of the block that it points to"),
+    "point_of_contact": ("length", "where the contact point is"),
+    "normal_of_contact": ("dimensionless", "direction from its minus to its plus block"),
+    "force_of_contact": ("force", "on its plus block"),
+    "body": ("dimensionless", "number of the body that each block moves on as part of; zero is that of supports"),
     "penetration": ("length", "deepest penetration of two blocks"),
     "energy_error": ("dimensionless", "work that the way from the state before misses, relative to all work so far"),
     "equilibrium_residual": ("dimensionless", "in multiples of the dead wrench of the block"),
@@ -38,11 +44,21 @@ _VALUES = {
     "programs": ("dimensionless", "number of conic programs"),
     "solver_iterations": ("dimensionless", "interior-point iterations"),
     "solver_time": ("time", "time of the step"),
+    "divided": ("dimensionless", "1 if the step to the state was divided"),
+    "body_failures": ("dimensionless", "steps of bodies that failed one after the other"),
+    "body_waits": ("dimensionless", "solutions of all blocks before bodies are tried again"),
 }
-_WHOLE = ("holds", "contact_points", "programs", "solver_iterations")
+_OF_CONTACT = ("minus_of_contact", "plus_of_contact")
+_WHOLE = (
+    *("holds", "contact_points", "programs", "solver_iterations", "divided", "body_failures", "body_waits", "body"),
+    *_OF_CONTACT,
+)
 _DIMS = {
     **dict.fromkeys(("position", "rotation", "velocity", "angular_velocity"), ("step", "block", "axis")),
     **dict.fromkeys(("tie_force", "tie_elongation"), ("step", "tie")),
+    **dict.fromkeys(_OF_CONTACT, ("contact",)),
+    **dict.fromkeys(("point_of_contact", "normal_of_contact", "force_of_contact"), ("contact", "axis")),
+    "body": ("step", "block"),
 }
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -58,11 +74,15 @@ _BEGUN = (
 
 
 def step_arrays(steps: Sequence[FiniteStep]) -> dict[str, NDArray[Any]]:
-    """Values of steps, of which there is at least one: an array each, along the steps first."""
-    return {
-        name: np.array([getattr(step, name) for step in steps], dtype=np.int64 if name in _WHOLE else np.float64)
-        for name in _VALUES
-    }
+    """Values of steps, of which there is at least one: an array each, along the steps first.
+
+    Those of contact points are one step after the other, so many as ``loaded_points`` tells.
+    """
+    found = {"loaded_points": np.array([len(step.force_of_contact) for step in steps])}
+    for name in _VALUES:
+        values = [np.asarray(getattr(step, name), dtype=np.int64 if name in _WHOLE else np.float64) for step in steps]
+        found[name] = np.concatenate(values) if "contact" in _DIMS.get(name, ()) else np.stack(values)
+    return found
 
 
 def capacity_of(model: Model, arrays: Arrays, ended: str = "") -> xr.Dataset:
@@ -78,14 +98,19 @@ def capacity_of(model: Model, arrays: Arrays, ended: str = "") -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        Dimensions step, block, axis (x, y, z) and, with ties, tie; ``displacement`` is a coordinate along ``step``.
+        Dimensions step, block, axis (x, y, z), contact and, with ties, tie; ``displacement`` is a coordinate along
+        ``step``. Contact points with a force are one step after the other, ``step_of_contact`` tells that of each.
         ``d0`` is the displacement at which the load factor is zero, NaN if the method ended before;
         ``tie_break_displacement`` that at which each tie breaks, NaN where it does not. The attribute ``ended`` tells
         how the curve ended.
     """
     n = len(arrays["load_factor"])
     variables: dict[str, Any] = {
-        name: (_DIMS.get(name, ("step",)), arrays[name], {"units": SI_UNITS[dimension], "long_name": long_name})
+        name: (
+            _DIMS.get(name, ("step",)),
+            arrays[name],
+            {"units": SI_UNITS[dimension], "long_name": long_name} if dimension else {"long_name": long_name},
+        )
         for name, (dimension, long_name) in _VALUES.items()
         # Without ties there is nothing to tell of them, and what older working data do not tell is left out.
         if name in arrays and (model.ties or "tie" not in _DIMS.get(name, ()))
@@ -97,6 +122,8 @@ def capacity_of(model: Model, arrays: Arrays, ended: str = "") -> xr.Dataset:
         "block": ("block", np.array([b.name for b in model.blocks], dtype=object)),
         "axis": ("axis", np.array(AXES, dtype=object)),
     }
+    if "loaded_points" in arrays:
+        coords["step_of_contact"] = ("contact", np.repeat(np.arange(n), arrays["loaded_points"]))
     d0 = zero_displacement(curve)
     data = {**variables, "d0": ((), d0, _length("displacement at which the load factor is zero"))}
     if "tie_elongation" in variables:
@@ -166,16 +193,21 @@ def _of_ties(capacity: xr.Dataset) -> NDArray[np.bool_]:
     return found
 
 
-def steps_of(capacity: xr.Dataset, n_ties: int) -> list[FiniteStep]:
-    """The steps of a capacity curve; what it does not tell of its ties is NaN."""
+def steps_of(capacity: xr.Dataset) -> list[FiniteStep]:
+    """The steps of a capacity curve; none where it does not keep what they are gone on with from."""
+    names = [f.name for f in fields(FiniteStep)]
+    if not {"step_of_contact", *names} - {"tie_force", "tie_elongation"} <= set(capacity.variables):
+        return []
     n = capacity.sizes["step"]
-    unknown = np.full((n, n_ties), np.nan)
-    columns = {f.name: capacity[f.name].to_numpy() if f.name in capacity else unknown for f in fields(FiniteStep)}
-    steps = []
-    for k in range(n):
-        values = {name: v[k] if v.ndim > 1 else v[k].item() for name, v in columns.items()}
-        steps.append(FiniteStep(**{**values, "holds": bool(values["holds"])}))
-    return steps
+    of_next = np.searchsorted(capacity["step_of_contact"].to_numpy(), np.arange(1, n))
+    columns: dict[str, Any] = {}
+    for name in names:
+        # Without ties a curve tells nothing of them.
+        values = capacity[name].to_numpy() if name in capacity else np.empty((n, 0))
+        of_steps = np.split(values, of_next) if "contact" in _DIMS.get(name, ()) else values
+        columns[name] = of_steps if name in _DIMS else values.tolist()
+    columns |= {name: [bool(value) for value in columns[name]] for name in ("holds", "divided")}
+    return [FiniteStep(**{name: values[k] for name, values in columns.items()}) for k in range(n)]
 
 
 def block_rotations(capacity: xr.Dataset) -> NDArray[np.float64]:

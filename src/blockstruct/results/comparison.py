@@ -15,6 +15,7 @@ from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.curve_comparison import compared_curves
 from blockstruct.results.mechanism import motion_of
+from blockstruct.units import readable
 
 #: Relative difference of two measures beyond their tolerances that rounding makes.
 _ROUNDING = 1e-3
@@ -29,14 +30,14 @@ class Comparison:
     same_model : bool
         Whether both have the same model, to the last bit.
     cases : pandas.DataFrame
-        Indexed by the name of the case, of one analysis or both: ``load_factor`` (of a settlement its reaction, N or
-        N·m), ``status`` and ``n_iterations`` of
-        each, with ``_other`` for the other one's, ``relative_difference`` of the load factor (0 where both are the
-        same, as two infinite ones are), ``force_difference`` and ``mechanism_difference`` of the final states,
-        relative to the largest contact force and relative velocity (infinite where they cannot be compared), whether
-        both have the ``same_certificate``, within the tolerances of the settings, and whether loads, flow and
-        settings are ``same_question``. Of pushovers, ``d0``, ``curve_ended``, ``curve_difference`` and
-        ``curves_part_at``: :func:`blockstruct.results.compared_curves`.
+        Indexed by the name of the case, of one analysis or both: ``load_factor`` (of a settlement its reaction), its
+        ``unit`` (N or N·m, empty of a load factor), ``status`` and ``n_iterations`` of each, with ``_other`` for the
+        other one's, ``relative_difference`` of the load factor (0 where both are the same, as two infinite ones are),
+        ``force_difference`` and ``mechanism_difference`` of the final states, relative to the largest contact force and
+        relative velocity (infinite where they cannot be compared), whether both have the ``same_certificate``, within
+        the tolerances of the settings, and whether loads, flow and settings are ``same_question``. Of pushovers,
+        ``d0``, ``curve_ended``, ``curve_difference`` and ``curves_part_at``:
+        :func:`blockstruct.results.compared_curves`.
     versions : mapping
         Packages of different versions, and both versions.
     settings : mapping
@@ -71,9 +72,10 @@ class Comparison:
     def __str__(self) -> str:
         lines = [f"{'the same model' if self.same_model else 'different models'}, {len(self.cases)} cases"]
         for name, row in self.cases.iterrows():
+            answers = [_said(row[f"load_factor{suffix}"], row[f"unit{suffix}"]) for suffix in ("", "_other")]
             lines.append(
-                f"  {name}: {row['status']} {row['load_factor']:.8g}, other {row['status_other']} "
-                f"{row['load_factor_other']:.8g}, relative difference {row['relative_difference']:.1e}, "
+                f"  {name}: {row['status']} {answers[0]}, other {row['status_other']} {answers[1]}, relative "
+                f"difference {row['relative_difference']:.1e}, "
                 f"of forces {row['force_difference']:.1e}, of the mechanism {row['mechanism_difference']:.1e}"
                 f"{'' if row['same_certificate'] else ', another certificate'}"
                 f"{'' if row['same_question'] else ', another question'}"
@@ -84,6 +86,14 @@ class Comparison:
         for case, changed in self.settings.items():
             lines += [f"  {case}: {name} {one!r}, other {two!r}" for name, (one, two) in changed.items()]
         return "\n".join(lines)
+
+
+def _said(value: float, unit: str) -> str:
+    """A load factor, or a reaction in a unit that reads well."""
+    if not (unit and np.isfinite(value)):
+        return f"{value:.8g}"
+    scale, readable_unit = readable(value, unit)
+    return f"{value * scale:.8g} {readable_unit}"
 
 
 def _of_curves(row: Any) -> list[str]:
@@ -109,6 +119,7 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
         row: dict[str, Any] = {}
         for result, suffix in ((first, ""), (second, "_other")):
             row[f"load_factor{suffix}"] = np.nan if result is None else result.answer.factor * result.load_factor
+            row[f"unit{suffix}"] = "" if result is None else result.answer.unit
             row[f"status{suffix}"] = "missing" if result is None else result.status.value
             row[f"n_iterations{suffix}"] = 0 if result is None else result.n_iterations
         row["relative_difference"] = float(relative_difference(row["load_factor"], row["load_factor_other"]))

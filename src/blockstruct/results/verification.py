@@ -12,19 +12,18 @@ from blockstruct.errors import BlockstructError, CertificateError
 from blockstruct.limit import (
     CERTIFICATE_MEASURES,
     Certificate,
-    ControlPoint,
     LimitProblem,
     ProcedureSettings,
     block_motion,
     certify,
     velocities_of,
-    zero_displacement,
 )
-from blockstruct.model import Pushover, SettlementCase
+from blockstruct.model import SettlementCase
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
+from blockstruct.results.curve_verification import curve_contradictions
 from blockstruct.results.mechanism import motion_of
-from blockstruct.statics import Placement, Statics
+from blockstruct.statics import Statics
 from blockstruct.vocabulary import Stage, Status
 
 Array = NDArray[np.float64]
@@ -33,8 +32,6 @@ Array = NDArray[np.float64]
 _ROUNDING = 1e-3
 #: Difference of coordinates and strengths of the history from those of the model, relative to their size.
 _SAME = 1e-9
-#: Difference of displacements from those of moved blocks, relative to the mean size of blocks: rounding of rotations.
-_MOVED = 1e-6
 #: Statuses whose final state is one under a share of the dead load alone.
 _OF_DEAD_LOAD = (Status.UNSTABLE, Status.SELF_STRESS)
 
@@ -124,30 +121,13 @@ def confirm(analysis: Analysis) -> None:
         raise CertificateError(msg)
 
 
-def _of_curve(result: CaseResult) -> Iterator[str]:
-    """What a capacity curve says against the places of its blocks, and against itself."""
-    curve, case = result.capacity, result.case
-    if curve is None or not isinstance(case, Pushover):
-        return
-    control = ControlPoint.of(result.model, case)
-    position, rotation = (
-        curve[name].transpose("step", "block", "axis").to_numpy() for name in ("position", "rotation")
-    )
-    stated, alpha = (curve[name].transpose("step").to_numpy() for name in ("displacement", "load_factor"))
-    found = np.array([control.displacement(Placement.at(*at)) for at in zip(position, rotation, strict=True)])
-    if not np.abs(found - stated).max() <= _MOVED * result.model.characteristic_length:
-        yield "the displacements of the capacity curve are not those of its blocks"
-    d0, expected = float(curve["d0"]), zero_displacement(list(zip(stated.tolist(), alpha.tolist(), strict=True)))
-    if not np.isclose(d0, expected, rtol=_SAME, atol=0.0, equal_nan=True):
-        yield f"d0 is {d0:.6g} m, that of the capacity curve {expected:.6g} m"
-
-
 def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
     yield from _status(result)
-    yield from _of_curve(result)
     if not result.n_iterations:
         return
     problem = LimitProblem.of(statics, result.case)
+    yield from curve_contradictions(statics, problem, result)
+    yield from _reactions(result)
     yield from _other_model(statics, problem, result.history)
     if result.status is Status.UNBOUNDED or (result.status is Status.INTERRUPTED and result.certificate is None):
         # An interrupted case claims nothing.
@@ -239,6 +219,18 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
         same = stored.shape == values.shape
         if not (same and np.allclose(stored, values, rtol=_SAME, atol=_SAME * finite.max(initial=0.0))):
             yield f"{name} of the history is not that of the model"
+
+
+def _reactions(result: CaseResult) -> Iterator[str]:
+    """Reactions of a settlement against the load factors that they are multiples of."""
+    if not result.answer.is_reaction:
+        return
+    stored, alpha = (result.history[name].to_numpy() for name in ("reaction", "load_factor"))
+    expected = result.answer.factor * alpha + 0.0
+    wrong = np.flatnonzero(~np.isclose(stored, expected, rtol=_SAME, atol=0, equal_nan=True))
+    if len(wrong):
+        k, said = wrong[0], result.answer.said
+        yield f"the reaction of iteration {k} is {said(stored[k], 6)}, that of its load factor {said(expected[k], 6)}"
 
 
 def _velocities(statics: Statics, state: _State, last: xr.Dataset) -> Iterator[str]:

@@ -193,13 +193,18 @@ class MovingStructure:
         direction = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
         return replace(table, position=position, direction=direction)
 
+    def friction(self, minus: Index, plus: Index) -> tuple[Array, Array]:
+        """Friction coefficient and dilatancy (K,) between two blocks each."""
+        code = np.minimum(minus, plus) * self._n_blocks + np.maximum(minus, plus)
+        place = np.minimum(np.searchsorted(self._pairs, code), len(self._pairs) - 1)
+        known = self._pairs[place] == code
+        least = np.minimum(self._least[minus], self._least[plus])
+        return np.where(known, self._friction[place, 0], least), np.where(known, self._friction[place, 1], 0.0)
+
     def _points(self, found: Touching, rotation: Array) -> ContactPoints:
         K = len(found.gap)
         none, infinite = np.zeros(K), np.full(K, np.inf)
-        code = np.minimum(found.minus, found.plus) * self._n_blocks + np.maximum(found.minus, found.plus)
-        place = np.minimum(np.searchsorted(self._pairs, code), len(self._pairs) - 1)
-        known = self._pairs[place] == code
-        least = np.minimum(self._least[found.minus], self._least[found.plus])
+        friction, dilatancy = self.friction(found.minus, found.plus)
         own = rotation[found.minus]
         axes = np.stack(plane_axes(np.einsum("kij,ki->kj", own, found.normal)), axis=1)
         return ContactPoints(
@@ -212,8 +217,8 @@ class MovingStructure:
             area=none,
             strength=infinite,
             torsion_lever=infinite,
-            friction=np.where(known, self._friction[place, 0], least),
-            dilatancy=np.where(known, self._friction[place, 1], 0.0),
+            friction=friction,
+            dilatancy=dilatancy,
             cohesion=none,
             tension=none,
             tributary_area=none,

@@ -222,19 +222,17 @@ class Archive:
         Returns
         -------
         pandas.DataFrame
-            Indexed by path and case: ``load_factor`` (of a settlement its reaction, N or N·m), ``status``,
-            ``model_hash`` and ``problem`` of each, with ``_other`` for the other one's; ``relative_difference`` of the
-            load factor (0 where both are the same); of pushovers ``d0``, ``curve_end`` and ``end_difference``, the
-            relative difference of d0 or, where the load factor did not come down to zero, of ``curve_end``; and whether
-            they ``agree``: both there and readable, of one model and status, and pushovers to the same end, within 1 %.
+            Indexed by path and case: ``load_factor`` (of a settlement its reaction), its ``unit`` (N or N·m, empty of a
+            load factor), ``status``, ``model_hash`` and ``problem`` of each, with ``_other`` for the other one's;
+            ``relative_difference`` of the load factor (0 where both are the same); of pushovers ``d0``, ``curve_end``
+            and ``end_difference``, the relative difference of d0 or, where the load factor did not come down to zero,
+            of ``curve_end``; and whether they ``agree``: both there and readable, of one model and status, and
+            pushovers to the same end, within 1 %.
         """
-        columns = ["load_factor", "status", "model_hash", "problem", "d0", "curve_end"]
+        columns = ["load_factor", "unit", "status", "model_hash", "problem", "d0", "curve_end"]
         tables = (a.table(all_columns=True).astype({"case": object}).fillna({"case": ""}) for a in (self, other))
-        answered = (
-            t.assign(load_factor=t[["load_factor", *REACTIONS.values()]].bfill(axis=1).iloc[:, 0]) for t in tables
-        )
-        one, two = (table.set_index(["path", "case"])[columns] for table in answered)
-        joined = one.join(two.add_suffix("_other"), how="outer")
+        one, two = (_answered(table).set_index(["path", "case"])[columns] for table in tables)
+        joined = one.join(two.add_suffix("_other"), how="outer").fillna({"unit": "", "unit_other": ""})
         joined["relative_difference"] = relative_difference(joined["load_factor"], joined["load_factor_other"])
         ends = [joined[f"d0{suffix}"].fillna(joined[f"curve_end{suffix}"]) for suffix in ("", "_other")]
         joined["end_difference"] = relative_difference(*ends)
@@ -279,3 +277,12 @@ def _time(text: str) -> pd.Timestamp:
     except (ValueError, TypeError) as error:
         msg = f"{text!r} is not a date; write ISO 8601, as in '2026-01-31' or '2026-01-31T12:00'"
         raise StorageError(msg) from error
+
+
+def _answered(table: pd.DataFrame) -> pd.DataFrame:
+    """A table whose load factors are reactions where the cases are settlements, with their units."""
+    answers = table[["load_factor", *REACTIONS.values()]]
+    unit = pd.Series("", index=table.index)
+    for column, symbol in zip(REACTIONS.values(), ("N", "N·m"), strict=True):
+        unit = unit.mask(table[column].notna(), symbol)
+    return table.assign(load_factor=answers.bfill(axis=1).iloc[:, 0], unit=unit)

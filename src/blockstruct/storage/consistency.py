@@ -6,9 +6,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from blockstruct.results import CaseResult
 from blockstruct.storage.case_group import group_name
 from blockstruct.vocabulary import Stage, Status
 
+#: Relative difference of reactions that rounding makes.
+_SAME = 1e-9
 #: A place in a file and what is wrong there.
 Finding = tuple[str, str]
 
@@ -28,6 +31,7 @@ _INDICES = {
     "block_of_load": ("block", -1),
     "block_of_tie": ("block", -1),
     "tie_of_model": ("tie", 0),
+    "step_of_contact": ("step", 0),
     "minus_of_contact": ("block", 0),
     "plus_of_contact": ("block", 0),
     "interface_of_contact": ("interface", -1),
@@ -44,6 +48,7 @@ _ASCENDING = (
     "interface_of_contact_point",
     "interface_of_interface_corner",
     "tie_of_model",
+    "step_of_contact",
 )
 
 
@@ -72,6 +77,15 @@ def case_findings(path: str, case: xr.Dataset, load_factors: Any) -> Iterator[Fi
             yield path, "converged, but the certificate does not hold or the load factor is not the last of the history"
 
 
+def reaction_findings(path: str, case: xr.Dataset, result: CaseResult) -> Iterator[Finding]:
+    """What the reaction of a settlement says against its load factor and the dead load of the model."""
+    if "reaction" in case:
+        stated, found = float(case["reaction"]), result.answer.factor * result.load_factor
+        if not np.isclose(stated, found, rtol=_SAME, atol=0.0, equal_nan=True):
+            unit = result.answer.unit
+            yield f"{path}/reaction", f"the reaction is {stated:.6g} {unit}, that of its load factor {found:.6g} {unit}"
+
+
 def bound_findings(path: str, case: xr.Dataset, history: xr.Dataset) -> Iterator[Finding]:
     """What the associative load factor of a result says against its history."""
     found = history["load_factor"].to_numpy()[history["stage"].to_numpy() == Stage.ASSOCIATIVE.value]
@@ -97,3 +111,5 @@ def capacity_findings(path: str, capacity: xr.Dataset, model: xr.Dataset) -> Ite
         capacity["block"].to_numpy() != model["block"].to_numpy()
     ):
         yield path, "the block names of the capacity curve are not those of /model"
+    else:
+        yield from index_findings(path, capacity)

@@ -22,6 +22,7 @@ from blockstruct.storage.consistency import (
     case_findings,
     history_findings,
     index_findings,
+    reaction_findings,
 )
 from blockstruct.storage.lock import folder_of
 from blockstruct.storage.migration import migrated
@@ -156,9 +157,12 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank
     for name, place in file.cases.items():
         try:
             results[name] = _result(file, groups, place, patterns, model, names, blank)
+            found += reaction_findings(place, groups[place], results[name])
         except DAMAGE as error:
             msg = f"{file.path}: {place}: {error}"
             raise FormatError(msg) from error
+    if found:
+        raise violated(file.path, found)
     return Analysis(
         model,
         results,

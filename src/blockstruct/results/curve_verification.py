@@ -1,0 +1,286 @@
+"""A capacity curve recomputed: what its states say, against the model, their forces and where their blocks are."""
+
+from collections.abc import Callable, Iterator
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from blockstruct.limit import LimitProblem, MovingProblem, Placement, zero_displacement
+from blockstruct.limit.certificate import FORCES
+from blockstruct.limit.motion import unit_of_velocity
+from blockstruct.model import Pushover
+from blockstruct.results.capacity import block_rotations
+from blockstruct.results.case_result import CaseResult
+from blockstruct.statics import Statics, rotated
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+#: Difference of places from those that motions lead to, relative to the mean size of blocks: rounding of rotations.
+MOVED = 1e-6
+#: Relative difference of d0, and of the work of the variable load in a second from 1 J, that rounding makes.
+SAME, AT_ONE_WATT = 1e-9, 1e-5
+#: Difference of works, as a share of all work, that is none: measured 1e-9, of forces that are too small to be kept.
+OF_WORK = 1e-6
+#: Relative difference of two computations of one residual beyond what holds.
+ROUNDING = 1e-3
+#: How far a way may go beyond the time of the motion, as a share of it: just behind where a tie breaks.
+BEYOND = 2e-3
+#: Newton steps to the time of a way, and change of it that gives the speed.
+NEWTON, CHANGE = 6, 1e-6
+
+
+def curve_contradictions(statics: Statics, problem: LimitProblem, result: CaseResult) -> Iterator[str]:
+    """What a capacity curve says against its model, loads, forces and the places of its blocks; nothing without one.
+
+    Contacts are not searched: that blocks penetrate, and that the flow rule holds across gaps, is not recomputed.
+    """
+    if result.capacity is None or not isinstance(result.case, Pushover):
+        return
+    states = _States(MovingProblem(statics, problem, result.case), result.capacity)
+    yield from states.places()
+    yield from states.motions()
+    yield from states.lengths_of_ties()
+    if "force_of_contact" in result.capacity:
+        yield from states.forces()
+        yield from states.works()
+
+
+class _States:
+    """The states of a curve; arrays are along them first, in SI."""
+
+    def __init__(self, moving: MovingProblem, curve: xr.Dataset) -> None:
+        self._moving, self._curve = moving, curve
+        self._names = [b.name for b in moving.statics.model.blocks]
+        self._alpha, self._displacement = self._of("load_factor"), self._of("displacement")
+        self._position, self._rotation = self._of("position", "block", "axis"), block_rotations(curve)
+        self._twist = np.concatenate(
+            [self._of(name, "block", "axis") for name in ("velocity", "angular_velocity")], axis=2
+        )
+        self._placements = [Placement(*at) for at in zip(self._position, self._rotation, strict=True)]
+        self._size = moving.statics.length
+
+    def _of(self, name: str, *dims: str) -> Array:
+        return np.asarray(self._curve[name].transpose("step", *dims))
+
+    def places(self) -> Iterator[str]:
+        """Displacements and d0 against the places of blocks, and these against the motions that led there."""
+        found = np.array([self._moving.control.displacement(at) for at in self._placements])
+        yield from _told(
+            ~(np.abs(found - self._displacement) <= MOVED * self._size),
+            lambda k: f"its displacement is {self._displacement[k]:.6g} m, that of its blocks {found[k]:.6g} m",
+        )
+        curve = list(zip(self._displacement.tolist(), self._alpha.tolist(), strict=True))
+        d0, expected = float(self._curve["d0"]), zero_displacement(curve)
+        if not np.isclose(d0, expected, rtol=SAME, atol=0.0, equal_nan=True):
+            yield f"d0 is {d0:.6g} m, that of the capacity curve {expected:.6g} m"
+        off, time, whole = *self._off_way(), self._of("motion_time")[:-1]
+        yield from _told(
+            ~(off.max(axis=1) <= MOVED * self._size),
+            lambda k: (
+                f"block {self._names[off[k].argmax()]!r} is {off[k].max():.3g} m off "
+                f"{f'the way that the motion of state {k - 1} leads' if k else 'its place in the model'}, more than "
+                f"{MOVED * self._size:.3g} m"
+            ),
+        )
+        yield from _told(
+            ~((time > 0) & (time <= (1 + BEYOND) * whole)),
+            lambda k: f"its motion_time is {whole[k]:.6g} s, and the next state {time[k]:.6g} s further",
+        )
+
+    def _off_way(self) -> tuple[Array, Array]:
+        """How far each block (S, B) is off its way, m, turning over a characteristic length, and its times (S − 1,)."""
+        places = np.array([self._flat(at) for at in self._placements])
+        motions = list(zip(self._placements[:-1], self._twist[:-1], strict=True))
+
+        def off(time: Array) -> Array:
+            led: list[Array] = [self._flat(at.moved(twist * t)) for (at, twist), t in zip(motions, time, strict=True)]
+            return np.asarray(np.array(led).reshape(places[1:].shape) - places[1:])
+
+        time = self._of("motion_time")[:-1]
+        with np.errstate(all="ignore"):
+            for _ in range(NEWTON):
+                left = off(time)
+                speed = (off((1 + CHANGE) * time) - left) / (CHANGE * time[:, None, None])
+                time = time - (left * speed).sum(axis=(1, 2)) / (speed**2).sum(axis=(1, 2))
+            rest = self._flat(Placement.of(self._moving.statics.model))
+            missed = np.abs(np.concatenate([places[:1] - rest, off(time)]))
+        return np.asarray(missed.max(axis=2)), time
+
+    def _flat(self, placement: Placement) -> Array:
+        """Positions, and rotation matrices over a characteristic length, (B, 12), m."""
+        return np.asarray(np.column_stack([placement.position, self._size * placement.rotation.reshape(-1, 9)]))
+
+    def motions(self) -> Iterator[str]:
+        """Velocities against the one watt that they belong to."""
+        power = np.einsum("sbi,sbi->s", self._variable, self._twist)
+        yield from _told(
+            ~(np.abs(power - 1) <= AT_ONE_WATT),
+            lambda k: f"its velocities belong to {power[k]:.6g} W of variable load, not to 1 W",
+        )
+
+    def lengths_of_ties(self) -> Iterator[str]:
+        """Elongations against where the anchors are."""
+        if "tie_elongation" not in self._curve:
+            return
+        stored = self._of("tie_elongation", "tie")
+        rest = self._moving.statics.ties.span
+        found = np.array([self._moving.lengths(at) for at in self._placements]) - rest
+        off = np.abs(stored - found)
+        names = self._curve["tie"].to_numpy()
+        yield from _told(
+            ~(off.max(axis=1) <= MOVED * self._size),
+            lambda k: (
+                f"tie {names[off[k].argmax()]!r} is {stored[k, off[k].argmax()]:.6g} m longer, by its anchors "
+                f"{found[k, off[k].argmax()]:.6g} m"
+            ),
+        )
+
+    def forces(self) -> Iterator[str]:
+        """Equilibrium and yield conditions of the forces against those that the certificates state."""
+        length, k = np.linalg.norm(self._of_contact("normal_of_contact"), axis=1), self._contacts[0]
+        if not np.abs(length - 1).max(initial=0.0) <= SAME:
+            at = int(np.abs(length - 1).argmax())
+            of_contact = f"the normal of contact {at} has a length of {length[at]:.6g}, not 1"
+            yield f"state {k[at]} of the capacity curve: {of_contact}"
+        yield from self._measure("equilibrium_residual", self._of("equilibrium_residual"), self._residual())
+        # Contact points without a force are not kept: the excess of one is zero.
+        yield from self._measure("yield_excess", np.maximum(self._of("yield_excess"), 0.0), self._excess())
+
+    def _measure(self, name: str, stored: Array, found: Array) -> Iterator[str]:
+        differs = ~(np.abs(found - stored) <= FORCES + ROUNDING * np.abs(found))
+        beyond = (self._of("holds") == 1) & ~(found <= 2 * FORCES)
+        yield from _told(
+            differs | beyond,
+            lambda k: (
+                f"its {name.replace('_', ' ')} by its load factor, forces and places is {found[k]:.3g}, the stored one "
+                f"{stored[k]:.3g}, and one that holds {FORCES:g} at most"
+            ),
+        )
+
+    def works(self) -> Iterator[str]:
+        """What friction and ties dissipate, and what the energy balance of each step misses."""
+        stored, found = self._of("dissipation"), self._dissipated(self._twist)
+        yield from _told(
+            ~(np.abs(found - stored) <= OF_WORK * (np.abs(self._alpha) + np.abs(found))),
+            lambda k: (
+                f"its forces and velocities dissipate {found[k]:.6g} of the variable load's work, not {stored[k]:.6g}"
+            ),
+        )
+        errors, error = self._of("energy_error"), self._energy_error(found)
+        yield from _told(
+            ~(np.abs(errors - error) <= OF_WORK),
+            lambda k: f"the energy error of the way there is {error[k]:.3g}, not {errors[k]:.3g}",
+        )
+
+    @cached_property
+    def _variable(self) -> Array:
+        return np.array([self._moving.variable.at(at) for at in self._placements])
+
+    @cached_property
+    def _contacts(self) -> tuple[NDArray[np.int64], tuple[NDArray[np.int64], NDArray[np.int64]]]:
+        """State of each contact point, and its plus and minus blocks."""
+        names = ("step_of_contact", "plus_of_contact", "minus_of_contact")
+        state, plus, minus = (np.asarray(self._curve[name], dtype=np.int64) for name in names)
+        return state, (plus, minus)
+
+    def _of_contact(self, name: str) -> Array:
+        return np.asarray(self._curve[name].transpose("contact", "axis"))
+
+    @cached_property
+    def _tie_columns(self) -> list[Array]:
+        """Wrenches (6 F, N) of unit forces of the ties in each state."""
+        statics = self._moving.statics
+        return [
+            self._moving.structure.ties(at).columns(at.position, statics.free, statics.length, at.rotation).toarray()
+            for at in self._placements
+        ]
+
+    @cached_property
+    def _tie_force(self) -> Array:
+        if "tie_force" not in self._curve:
+            return np.zeros((len(self._alpha), 0))
+        return self._of("tie_force", "tie")
+
+    def _own(self, values: Array) -> Array:
+        """Wrenches or twists (S, B, 6) in the axes of each free block, (S, F, 6)."""
+        turned = self._rotation.reshape(-1, 3, 3).transpose(0, 2, 1)
+        own = rotated(values.reshape(-1, 6), turned).reshape(values.shape)
+        return np.asarray(own[:, self._moving.statics.free])
+
+    def _residual(self) -> Array:
+        """Equilibrium residual (S,), as of a certificate."""
+        state, blocks = self._contacts
+        point, force = self._of_contact("point_of_contact"), self._of_contact("force_of_contact")
+        dead = np.array([self._moving.dead.at(at) for at in self._placements])
+        wrench = dead + self._alpha[:, None, None] * self._variable
+        for block, on_block in zip(blocks, (force, -force), strict=True):
+            moment = np.cross(point - self._position[state, block], on_block)
+            np.add.at(wrench, (state, block), np.column_stack([on_block, moment]))
+        problem = self._moving.at_rest
+        found = self._own(wrench) / unit_of_velocity(problem)
+        for k, columns in enumerate(self._tie_columns):
+            found[k] += (columns @ self._tie_force[k]).reshape(-1, 6) / problem.wrench_unit[:, None]
+        return np.asarray(np.abs(found).max(axis=(1, 2)))
+
+    def _excess(self) -> Array:
+        """Yield excess (S,), as of a certificate; zero inside."""
+        state, (plus, minus) = self._contacts
+        normal = self._of_contact("normal_of_contact")
+        force = self._of_contact("force_of_contact") / np.minimum(*self._moving.unit[[plus, minus]])[:, None]
+        n = np.einsum("ki,ki->k", force, normal)
+        along = np.linalg.norm(force - n[:, None] * normal, axis=1)
+        friction, _ = self._moving.structure.friction(minus, plus)
+        found = np.zeros(len(self._alpha))
+        np.maximum.at(found, state, np.maximum(along - friction * n, -n) / np.maximum(n, 1.0))
+        ties = self._moving.at_rest.ties
+        if len(ties):
+            limit = self._moving.statics.ties.elongation_limit
+            broken = np.maximum.accumulate(self._of("tie_elongation", "tie"), axis=0) > limit
+            for k, T in enumerate(self._tie_force / ties.force_unit):
+                found[k] = max(found[k], ties.excess(T, T).max(), T[broken[k]].max(initial=0.0))
+        return found
+
+    def _dissipated(self, twist: Array) -> Array:
+        """Work (S,) of friction and of ties in a second of motions (S, B, 6), J."""
+        state, (plus, minus) = self._contacts
+        point, normal = self._of_contact("point_of_contact"), self._of_contact("normal_of_contact")
+        at_plus, at_minus = (
+            twist[state, block, :3] + np.cross(twist[state, block, 3:], point - self._position[state, block])
+            for block in (plus, minus)
+        )
+        v = at_plus - at_minus
+        v -= np.einsum("ki,ki->k", v, normal)[:, None] * normal
+        found = np.zeros(len(twist))
+        np.add.at(found, state, -np.einsum("ki,ki->k", self._of_contact("force_of_contact"), v))
+        own = self._own(twist) * np.repeat([1.0, self._size], 3)
+        for k, columns in enumerate(self._tie_columns):
+            found[k] += self._tie_force[k] @ np.maximum(-(own[k].ravel() @ columns), 0.0)
+        return found
+
+    def _energy_error(self, dissipation: Array) -> Array:
+        """What the work of each way misses (S,), relative to all so far; zero at the first state."""
+        carried = self._twist.copy()
+        way = np.diff(self._position, axis=0)
+        carried[1:] = self._twist[:-1]
+        carried[1:, :, :3] += np.cross(self._twist[:-1, :, 3:], way)
+        power = np.einsum("sbi,sbi->s", self._variable, carried)
+        own = self._dissipated(carried) / power
+        pairs = list(zip(self._placements[:-1], self._placements[1:], strict=True))
+        dead, variable = (
+            np.array([loads.work(*pair) for pair in pairs]) for loads in (self._moving.dead, self._moving.variable)
+        )
+        pushed = variable * (self._alpha[:-1] + self._alpha[1:]) / 2
+        missed = np.abs(dead + pushed - variable * (dissipation[:-1] + own[1:]) / 2)
+        done = np.cumsum(np.abs(dead) + np.abs(pushed) + np.abs(dead + pushed))
+        return np.concatenate([[0.0], np.divide(missed, done, out=np.zeros_like(missed), where=done > 0)])
+
+
+def _told(wrong: Flags, words: Callable[[int], str]) -> Iterator[str]:
+    """What is wrong of the first of the states where something is."""
+    at = np.flatnonzero(wrong)
+    if len(at):
+        more = f" and {len(at) - 1} more" if len(at) > 1 else ""
+        yield f"state {at[0]}{more} of the capacity curve: {words(int(at[0]))}"

@@ -1,0 +1,152 @@
+"""What a stored capacity curve or reaction says is recomputed: a change of one hundredth is found and named."""
+
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import SELF_WEIGHT, box, model_of, push, seal_again
+
+
+@pytest.fixture(scope="module")
+def tied():
+    """A block on a bar that yields and breaks, and turns over."""
+    blocks = [
+        box("ground", [-3, 0, -0.5], [6, 1, 0.5], fixed=True),
+        box("post", [-2.5, 0, 0], [0.5, 1, 2], fixed=True),
+        box("block", [0, 0, 0], [0.5, 1, 2]),
+    ]
+    ends = ("post", Q_([-2, 0.5, 1.5], "m")), ("block", Q_([0, 0.5, 1.5], "m"))
+    bar = bs.Tie("bar", *ends, yield_force="4 kN", elongation_limit="0.1 m")
+    model = model_of(blocks, bs.JointMaterial("rough", 2.0)).with_ties([bar])
+    return bs.run(model, bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("block", (1, 0, 0)), steps=6))
+
+
+@pytest.fixture(scope="module")
+def wall():
+    """Ten units with rounded corners, which slip and rock."""
+    rows = [[1] * 2 if j % 2 == 0 else [0.5, 1, 0.5] for j in range(4)]
+    stone = bs.Material("stone", "20 kN/m^3")
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=stone)
+    control = (blocks[-1].name, (1, 0, 0))
+    case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=control, steps=6, corner_rounding="5 mm")
+    return bs.run(model_of(blocks, bs.JointMaterial("dry", 0.5)), case)
+
+
+def changed(analysis, name, at, by=1.01):
+    """An analysis whose curve has one value times a factor."""
+    curve = analysis["push"].capacity.copy(deep=True)
+    values = curve[name].to_numpy().copy()
+    values[at] *= by
+    stored = curve[name].dims, values, curve[name].attrs
+    curve = curve.assign_coords({name: stored}) if name in curve.coords else curve.assign({name: stored})
+    return analysis.replaced(results={"push": replace(analysis["push"], capacity=curve)})
+
+
+def largest(analysis, name, state):
+    """Where the largest value of a state is."""
+    curve = analysis["push"].capacity
+    values = np.abs(curve[name].to_numpy())
+    if "contact" in curve[name].dims:
+        values = np.where((curve["step_of_contact"] == state).to_numpy()[:, None], values, -1.0)
+    else:
+        values = np.where((np.arange(len(values)) == state).reshape(-1, *[1] * (values.ndim - 1)), values, -1.0)
+    return np.unravel_index(values.argmax(), values.shape)
+
+
+LIES = {
+    "load_factor": "equilibrium residual",
+    "displacement": "displacement is",
+    "position": "off the way that the motion of state {before} leads",
+    "rotation": "off the way that the motion of state {before} leads",
+    "velocity": "W of variable load",
+    "angular_velocity": "off the way that the motion of state {before} leads",
+    "force_of_contact": "equilibrium residual",
+    "normal_of_contact": "the normal of contact",
+    "dissipation": "of the variable load's work",
+    "tie_force": "equilibrium residual",
+    "tie_elongation": "tie 'bar' is",
+}
+
+
+@pytest.mark.parametrize("name", LIES)
+def test_one_hundredth_is_found(tied, wall, name):
+    assert bs.results.contradictions(tied) == bs.results.contradictions(wall) == []
+    # The bar has not broken yet; the units slide first, and rock then.
+    of_wall = 3 if name == "dissipation" else 8
+    for analysis, state in ((tied, 3),) if name.startswith("tie_") else ((tied, 3), (wall, of_wall)):
+        found = [what for _, what in bs.results.contradictions(changed(analysis, name, largest(analysis, name, state)))]
+        at = state + 1 if name == "angular_velocity" else state
+        words = LIES[name].format(before=at - 1)
+        assert any(what.startswith(f"state {at} ") and words in what for what in found), found
+
+
+@pytest.mark.parametrize(
+    ("name", "state", "by", "words"),
+    [
+        ("position", 0, 1.01, "off its place in the model"),
+        ("load_factor", 9, 0.9, "equilibrium residual"),
+        ("energy_error", 8, 2.0, "energy error"),
+        ("equilibrium_residual", 2, np.nan, "the stored one nan"),
+        ("yield_excess", 2, np.inf, "yield excess"),
+        ("motion_time", 2, 0.1, "motion_time"),
+        ("load_factor", 2, np.nan, "nan"),
+    ],
+)
+def test_other_lies(wall, name, state, by, words):
+    found = bs.results.contradictions(changed(wall, name, largest(wall, name, state), by))
+    assert any(what.startswith(f"state {state} ") and words in what for _, what in found), found
+
+
+def test_forces_beyond_friction_are_found(wall):
+    """And joints that are pulled."""
+    curve = wall["push"].capacity.copy(deep=True)
+    curve["force_of_contact"][0] *= -1
+    found = bs.results.contradictions(wall.replaced(results={"push": replace(wall["push"], capacity=curve)}))
+    assert any("yield excess by its load factor" in what for _, what in found)
+
+
+def test_validate_names_case_and_state(wall, tmp_path, call):
+    path = tmp_path / "wall.h5"
+    bs.save_analysis(wall, path)
+    assert call("validate", path)[0] == 0
+    with h5py.File(path, "r+") as file:
+        file["cases/push/capacity/load_factor"][3] *= 1.01
+    seal_again(path)
+    code, out, _ = call("validate", path)
+    assert code == 4
+    assert "case 'push': state 3 of the capacity curve: its equilibrium residual" in out
+    assert "and one that holds 1e-05 at most" in out
+    assert "take the original file, or run the cases again" in out
+
+
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        ("cases/down/reaction", "/cases/down/reaction: the reaction is"),
+        ("cases/down/history/reaction", "case 'down': the reaction of iteration"),
+    ],
+)
+def test_validate_finds_another_reaction(tmp_path, call, place, words):
+    stone = bs.Material("stone", "20 kN/m^3")
+    blocks = [
+        bs.Block.box("left", Q_([0, 0, -0.3], "m"), Q_([0.5, 1, 0.3], "m"), stone, fixed=True),
+        bs.Block.box("right", Q_([3.5, 0, -0.3], "m"), Q_([0.5, 1, 0.3], "m"), stone, fixed=True),
+        bs.Block.box("beam", Q_([0, 0, 0], "m"), Q_([4, 1, 0.6], "m"), stone),
+    ]
+    path = tmp_path / "beam.h5"
+    bs.run(model_of(blocks, bs.JointMaterial("joint", 0.6)), bs.SettlementCase("down", SELF_WEIGHT, "left", "-z"), path)
+    assert call("validate", path)[0] == 0
+    with h5py.File(path, "r+") as file:
+        reaction = file[place]
+        if reaction.shape:
+            reaction[-1] *= 1.01
+        else:
+            reaction[()] *= 1.01
+    seal_again(path)
+    code, out, _ = call("validate", path)
+    assert code == 4
+    assert words in out

@@ -1,0 +1,99 @@
+"""A pushover that was killed at any of its states goes on as the one run through, to the last digit."""
+
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.analysis import StepDone
+from blockstruct.storage.lock import folder_of
+from structures import SELF_WEIGHT, box, model_of, push
+
+
+def sliding_to_a_stop():
+    """A block slides until it meets a low stop, and turns over there."""
+    blocks = [
+        box("ground", [-1, 0, -0.5], [3, 1, 0.5], fixed=True),
+        box("block", [0, 0, 0], [0.4, 1, 0.5]),
+        box("stop", [0.5, 0, 0], [0.1, 1, 0.05], fixed=True),
+    ]
+    return model_of(blocks, bs.JointMaterial("smooth", 0.2)), "block"
+
+
+def turning_onto_others():
+    """A tall block falls against one that turns and meets a third."""
+    blocks = [
+        box("ground", [-1, 0, -0.5], [6, 1, 0.5], fixed=True),
+        box("tall", [0, 0, 0], [0.3, 1, 1.2]),
+        box("other", [0.4, 0, 0], [0.5, 1, 1]),
+        box("third", [1, 0, 0], [0.5, 1, 0.4]),
+    ]
+    return model_of(blocks, bs.JointMaterial("rough", 2.0)), "tall"
+
+
+def on_a_tie():
+    """A block on a bar that yields and breaks."""
+    blocks = [
+        box("ground", [-3, 0, -0.5], [6, 1, 0.5], fixed=True),
+        box("post", [-2.5, 0, 0], [0.5, 1, 2], fixed=True),
+        box("block", [0, 0, 0], [0.5, 1, 2]),
+    ]
+    ends = ("post", Q_([-2, 0.5, 1.5], "m")), ("block", Q_([0, 0.5, 1.5], "m"))
+    bar = bs.Tie("bar", *ends, yield_force="4 kN", elongation_limit="0.1 m")
+    return model_of(blocks, bs.JointMaterial("rough", 2.0)).with_ties([bar]), "block"
+
+
+def slipping_units():
+    """A wall of ten units, which slip and rock."""
+    rows = [[1] * 2 if j % 2 == 0 else [0.5, 1, 0.5] for j in range(4)]
+    stone = bs.Material("stone", "20 kN/m^3")
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=stone)
+    return model_of(blocks, bs.JointMaterial("dry", 0.5)), blocks[-1].name
+
+
+@pytest.mark.parametrize(
+    ("structure", "steps", "divided"),
+    [(sliding_to_a_stop, 4, True), (turning_onto_others, 3, True), (on_a_tie, 6, False), (slipping_units, 6, False)],
+)
+def test_killed_at_any_state_it_is_the_same_curve(tmp_path, structure, steps, divided):
+    model, control = structure()
+    case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=(control, (1, 0, 0)), steps=steps)
+    path, kept = tmp_path / "run.h5", []
+
+    def keep(event):
+        """The working data as a kill would leave them."""
+        if isinstance(event, StepDone):
+            copy = tmp_path / f"{event.index}" / "run.h5"
+            shutil.copytree(folder_of(path), folder_of(copy))
+            kept.append(copy)
+
+    whole = bs.AnalysisManager(model, path, listeners=[keep]).run([case])["push"]
+    assert whole.capacity["divided"].any() == divided
+    assert len(kept) == whole.capacity.sizes["step"] > steps
+    for at, copy in enumerate(kept):
+        done = bs.AnalysisManager.resume(copy)["push"]
+        assert done.message == whole.message, at
+        for name, values in whole.capacity.drop_vars("solver_time").variables.items():
+            np.testing.assert_array_equal(done.capacity[name], values, f"{name}, gone on with at {at}")
+
+
+def test_a_curve_without_the_forces_of_its_states_is_found_anew(tmp_path):
+    """Working data of older versions lack them."""
+    model, control = on_a_tie()
+    case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=(control, (1, 0, 0)), steps=6)
+    whole = bs.run(model, case)["push"]
+
+    def stop(event):
+        if isinstance(event, StepDone) and event.index == 3:
+            raise KeyboardInterrupt
+
+    path = tmp_path / "run.h5"
+    cut = bs.AnalysisManager(model, path, listeners=[stop]).run([case])
+    of_older = cut["push"].capacity.drop_dims("contact").drop_vars(["body", "divided", "body_failures", "body_waits"])
+    bs.save_analysis(cut.replaced(results={"push": replace(cut["push"], capacity=of_older)}), tmp_path / "older.h5")
+    done = bs.AnalysisManager.resume(tmp_path / "older.h5")["push"]
+    assert done.message == whole.message
+    np.testing.assert_array_equal(done.capacity["load_factor"], whole.capacity["load_factor"])
