@@ -14,20 +14,11 @@ from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.body_step import Carried, Stepper
 from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved
+from blockstruct.procedures.pace import Pace
 from blockstruct.procedures.pushover_state import Found, State, friction_of, lost, stands
 
 Array = NDArray[np.float64]
 
-#: First step, as a share of one that divides an eighth of the structure's extent evenly; the control point of most
-#: structures goes further before the load factor is zero.
-FIRST = 0.25
-#: Growth of a step over the last, its least share of one that divides the curve evenly, and its largest share of the
-#: way so far, in multiples of an even one, so that what slides without end comes far.
-GROWTH, LEAST, LARGEST = 1.5, 1 / 64, 2.0
-#: States from which the end of the curve is foreseen, along a straight line.
-FORESEEN = 8
-#: Most that a block may move, in multiples of what the control point is meant to.
-FASTEST = 3.0
 #: How far the control point may miss that, as a ratio, before the step is solved again; and attempts.
 MISSED, LENGTHS = 1.5, 3
 #: Work of forces across gaps that close in a step, relative to all of its work, for which it is shortened to the
@@ -131,22 +122,24 @@ class _Path:
     def __init__(
         self, problem: MovingProblem, collapse: Iteration, steps: int, settings: ProcedureSettings, solver: Solver
     ) -> None:
-        self._problem, self._steps = problem, steps
+        self._problem = problem
         self._load_factor = abs(collapse.load_factor)
         self._least = LEAST_WORK * self._load_factor
-        free = np.concatenate([b.shape.vertices for b in problem.statics.model.blocks if not b.fixed])
-        self._even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * steps)
+        self._pace = Pace(problem, steps, self._load_factor)
         self._size = problem.statics.length
         self._nearest = NEAREST * self._size
         self._longest = problem.lengths(Placement.of(problem.statics.model))
         # Down a slope that hardly holds it the push drives little of what friction takes.
         self._driving = max(self._load_factor, friction_of(problem.at_rest, collapse))
-        self.curve: list[tuple[float, float]] = []
-        self._way = [0.0]
         self._last: State | None = None
         self._stepper = Stepper(settings, solver)
         self._divided = False
         self._done, self._clock = 0.0, perf_counter()
+
+    @property
+    def curve(self) -> list[tuple[float, float]]:
+        """Displacement, m, and load factor of each state."""
+        return self._pace.curve
 
     def taken(self, step: FiniteStep) -> State:
         """Take a state as the last one, from what is kept of it alone: a curve that is gone on with is the same."""
@@ -155,38 +148,17 @@ class _Path:
         state = State.of(step, self._longest)
         if self._last is not None:
             self._done += self._energy(self._last, state)[1]
-            self._way.append(self._way[-1] + self._way_from(self._last, placement, state.displacement))
+        self._pace.taken(state)
         self._last = state
-        self.curve.append((state.displacement, state.load_factor))
         self._divided = step.divided
         self._stepper.go_on(Carried.of_step(self._problem, step), (step.body_failures, step.body_waits))
         return state
-
-    @staticmethod
-    def _way_from(before: State, placement: Placement, displacement: float) -> float:
-        """Way of the control point from a state, or a share of that of the block that goes furthest."""
-        furthest = float(np.linalg.norm(placement.position - before.placement.position, axis=1).max())
-        return max(abs(displacement - before.displacement), furthest / FASTEST)
-
-    def _wanted(self, placement: Placement) -> float:
-        """Way of the next step from a placement."""
-        if self._last is None or len(self.curve) < 2:
-            return FIRST * self._even
-        way, a = np.array(self._way[-FORESEEN:]), np.array(self.curve[-FORESEEN:])[:, 1]
-        slope = float(np.polyfit(way, a, 1)[0])
-        whole = way[-1] - a[-1] / slope if slope < 0 else np.inf
-        large = max(self._even * max(1.0, 8 * self._load_factor), LARGEST * way[-1] / self._steps)
-        even = min(whole / self._steps, large)
-        # A short step that ends where something happens tells nothing of the next.
-        gone = self._way_from(self._last, placement, self._problem.control.displacement(placement))
-        last = max(gone, way[-1] - way[-2])
-        return float(np.clip(even, max(LEAST * even, last / 2), max(GROWTH * last, LEAST * even)))
 
     def begun(self, rest: Placement, collapse: Iteration) -> Found | None:
         """The collapse state, found anew where corners are rounded and contacts not where the model has them."""
         moved = self._problem.at(rest, self._nearest, self._longest)
         twist = moved.twist(collapse.u)
-        time = self._time(moved.placement, twist)
+        time = self._pace.time(moved.placement, twist)
         question = Question.of(moved, time, twist, self._least)
         solution = self._stepper.begin(moved, question, collapse, self._problem.statics.points)
         return self.solved(moved, twist) if solution is None else self._found(moved, solution, time)
@@ -194,7 +166,7 @@ class _Path:
     def solved(self, moved: MovedProblem, twist: Array) -> Found | None:
         """A step from a placement in which the control point moves as far as wanted, or blocks as far as they may."""
         placement = moved.placement
-        time, last = self._time(placement, twist), twist
+        time, last = self._pace.time(placement, twist), twist
         found: Found | None = None
         longest = np.inf
         for _ in range(LENGTHS):
@@ -209,7 +181,7 @@ class _Path:
                 break
             if np.isinf(longest):
                 longest = self._until_closed(moved, solution, last, time)
-            better = min(self._time(placement, twist), longest)
+            better = min(self._pace.time(placement, twist), longest)
             if 1 / MISSED < better / time < MISSED and time <= longest:
                 break
             time = better
@@ -235,14 +207,8 @@ class _Path:
         longer = moved.problem.ties.elongation(moved.velocities(twist))
         ways = np.concatenate([moved.contacts.gap[reaching], moved.slack_in(1.0)[tightening]])
         rates = np.concatenate([-moved.relative(twist)[reaching, 0], longer[tightening]])
-        shortest = CLOSEST * self._even / self._wanted(moved.placement) * time
+        shortest = CLOSEST * self._pace.even / self._pace.way(moved.placement) * time
         return max((1 - BEFORE) * float((ways / np.maximum(rates, 1e-300)).min(initial=np.inf)), shortest)
-
-    def _time(self, placement: Placement, twist: Array) -> float:
-        """Time at 1 W in which the control point moves as far as wanted, s."""
-        speed = abs(self._problem.control.velocity(placement, twist))
-        fastest = float(np.linalg.norm(twist[:, :3], axis=1).max())
-        return self._wanted(placement) / max(speed, fastest / FASTEST, 1e-300)
 
     def advance(self, state: State) -> Found | str:
         """The state after a step, or why there is none."""
