@@ -273,6 +273,85 @@ def test_the_trap_of_small_blocks_is_closed(result, small):
     assert "e* = 0.7513" in text
 
 
+def prism(base, height, angle, **joint):
+    """The push, along an angle, of a block on a base [(x, y), …] and a joint that does not slide."""
+    n, joint = len(base), bs.JointMaterial("rough", 3).varied(**joint)
+    corners = [[x, y, z] for z in (0, height) for x, y in base]
+    sides = [[k, (k + 1) % n, n + (k + 1) % n, n + k] for k in range(n)]
+    block = bs.Block.from_faces(
+        "block", Q_(corners, "m"), [[*range(n)][::-1], [n + k for k in range(n)], *sides], STONE
+    )
+    ground = bs.Block.box("ground", "[-5, -5, -1] m", "[10, 10, 1] m", STONE, fixed=True)
+    model, towards = model_of([ground, block], joint), np.array([np.cos(angle), np.sin(angle), 0.0])
+    return run(model, case(push(*towards)))
+
+
+PENTAGON = [(-0.5, -0.5), (0.2, -0.5), (0.5, 0.4), (0.5, 0.5), (-0.5, 0.5)]
+
+
+def to_the_short_edge():
+    """Direction from the centroid of the pentagon to the middle of its edge from (0.5, 0.4) to (0.5, 0.5)."""
+    x, y = 0.5 + 0.0624277, 0.45 - 0.0312139
+    return np.arctan2(y, x)
+
+
+def test_a_resultant_that_leaves_the_hinge_has_no_straight_curve():
+    """About the edge at x = 0.5 m the resultant is at y = y_G + α u_y z_G, at rest at its middle, 0.45 m.
+
+    With R = √(0.5624² + 1.5²) and β = atan(0.5624 / 1.5), α = tan(β − θ) / u_x, z_G = R cos(β − θ): y falls below the
+    end of the edge, 0.4 m, at R (sin β − sin(β − θ)) u_x = 0.0540 m, and α vanishes about it at 0.4511 m.
+    """
+    at, u = np.array([0.5624277, 1.5]), to_the_short_edge()
+    R, beta = np.hypot(*at), np.arctan(at[0] / at[1])
+
+    def y(theta):
+        return 0.0312139 + np.tan(u) * np.tan(beta - theta) * R * np.cos(beta - theta)
+
+    assert y(0) == pytest.approx(0.45, abs=1e-5)
+    left = brentq(lambda theta: y(theta) - 0.4, 0, 0.2)
+    d = R * (np.sin(beta) - np.sin(beta - left)) * np.cos(u)
+    found = prism(PENTAGON, 3, u)
+    check = bs.assess.local_mechanism(found, 1.35, SITE)
+    assert check.curve is None
+    assert check.missing_curve.startswith("no capacity curve: at d = 0.05")
+    assert d == pytest.approx(0.054, abs=2e-4)
+    told = float(check.missing_curve.split("d = ")[1].split(" m")[0])
+    assert told == pytest.approx(d, rel=0.01)
+    assert "vanishes about it at 0.4511 m, the resultant leaves the hinge, which is 0.1 m long" in check.missing_curve
+    with pytest.raises(bs.errors.ModelError, match="goes over to another edge; it takes a pushover"):
+        bs.assess.local_mechanism(found, 1.35, SITE, method="displacement")
+    edge = Q_([[0.5, 0.4, 0], [0.5, 0.5, 0]], "m")
+    hand = bs.assess.overturning(found.model, found.case, ["block"], edge)
+    assert hand.d0 == pytest.approx(0.4511, abs=1e-4)
+    (line,) = (line for line in hand.lines if line.what == "the resultant leaves the edge")
+    assert float(line.formula.split("d = ")[1].split(" m")[0]) == pytest.approx(d, rel=0.01)
+    assert "and d0 is less; run a Pushover" in line.formula
+
+
+@pytest.mark.parametrize("sides", [(0.6, 0.6), (0.6, 0.4)])
+def test_a_pier_over_its_corner_has_no_straight_curve(sides):
+    """0.6 × 0.6 × 2 m at 45°: over the corner d0 would be 0.4243 m, and over the edge beside it it is 0.2121 m."""
+    a, b = sides
+    base, diagonal = [(-a / 2, -b / 2), (a / 2, -b / 2), (a / 2, b / 2), (-a / 2, b / 2)], np.arctan2(b, a)
+    check = bs.assess.local_mechanism(prism(base, 2, diagonal), 1.35, SITE)
+    assert check.alpha0 == pytest.approx(np.hypot(a, b) / 2, rel=1e-5)
+    assert "turns about a point and not about an edge" in check.missing_curve
+    crushing = bs.assess.local_mechanism(prism(base, 2, diagonal, compressive_strength="2 MPa"), 1.35, SITE)
+    assert "turns about a point and not about an edge" in crushing.missing_curve
+    over = bs.assess.local_mechanism(prism(base, 2, 0.0), 1.35, SITE)
+    assert over.curve.d0 == pytest.approx(a / 2, rel=1e-5)
+
+
+def test_an_edge_named_beside_the_resultant_is_told(result):
+    """Its weight is at the middle of the façade, which an edge over 0.4 of it from one end does not reach."""
+    told = [
+        "at d = 0 m"
+        in str(bs.assess.overturning(result.model, result.case, ["façade"], Q_([[0, 0, 0], [x, 0, 0]], "m")))
+        for x in (0.4 * LENGTH, 0.6 * LENGTH, LENGTH)
+    ]
+    assert told == [True, False, False]
+
+
 def test_two_bodies_by_hand():
     """Weights of 2 and 1 with δ = 1 and 1/2: e* = 2.5² / (3 · 2.25) = 0.925926; d = d_C · 2.25 / 2.5 at δ_C = 1."""
     found = bs.assess.Participation.of(

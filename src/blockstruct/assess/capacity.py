@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +72,8 @@ def curve_of_rotation(
     Raises
     ------
     ModelError
-        If several bodies move, or one slides or does not turn where it presses: that takes a pushover.
+        If several bodies move, or one slides, does not turn where it presses, or turns about a point or an edge that
+        the resultant leaves: that takes a pushover.
     """
     moving = [body for body in bodies if body.moves]
     if len(moving) != 1:
@@ -84,10 +86,12 @@ def curve_of_rotation(
     index = {b.name: i for i, b in enumerate(result.model.blocks)}
     members = [index[name] for name in body.blocks]
     direction, on_axis = body.axis
-    hinge, depth = _pressed(result, set(body.blocks), direction)
+    pressed = _Pressed.of(result, set(body.blocks), direction)
+    hinge = pressed.point
     corners = np.concatenate([result.model.blocks[i].shape.vertices for i in members])
     apart = np.cross(direction, hinge - on_axis)
-    if np.linalg.norm(apart) > _APART * np.ptp(corners, axis=0).max() + depth:
+    near = _APART * np.ptp(corners, axis=0).max()
+    if np.linalg.norm(apart) > near + pressed.depth:
         msg = (
             f"the body turns about an axis {np.linalg.norm(apart):.3g} m from where its joints press: friction, "
             "tension or other bodies hold it, too"
@@ -116,8 +120,19 @@ def curve_of_rotation(
     if np.isnan(theta0):
         msg = "the dead load does not overturn the body"
         raise ModelError(msg)
-    where = ", ".join(f"{value:.4g}" for value in np.round(hinge, 6) + 0.0)
     d0 = displacement(theta0)
+    ends = pressed.ends(turning.axis, near)
+    if ends[1] - ends[0] <= near:
+        msg = "the body turns about a point and not about an edge: once it leans, it can go over to an edge beside it"
+        raise ModelError(msg)
+    left = min(current.leaves(ends, pressed.normal, angles) for current, angles, _ in parts)
+    if np.isfinite(left):
+        msg = (
+            f"at d = {shown(displacement(left), 'm')}, before α vanishes about it at {shown(d0, 'm')}, the resultant "
+            f"leaves the hinge, which is {shown(ends[1] - ends[0], 'm')} long: the body goes over to another edge"
+        )
+        raise ModelError(msg)
+    where = ", ".join(f"{value:.4g}" for value in np.round(hinge, 6) + 0.0)
     lines = [
         Line("hinge", f"along ({components(direction)}) through ({where}) m, where the joints press", "C8.7.1.2.1.1"),
         *(_tie_line(tie, breaks.get(tie.name), displacement) for tie in turning.ties),
@@ -140,7 +155,7 @@ def curve_of_rotation(
         return CapacityCurve(np.array([0.0, d0]), np.array([start, 0.0]), tuple(lines))
     said = f"a(d) = α(θ) g / (e* FC), from {shown(start, 'm/s²')} to 0 at {shown(d0, 'm')}, with ties until they break"
     lines.append(Line("capacity curve", said, source))
-    angles, factors = (np.concatenate(column) for column in zip(*parts, strict=True))
+    angles, factors = (np.concatenate(column) for column in list(zip(*parts, strict=True))[1:])
     d = np.array([displacement(angle) for angle in angles.tolist()])
     # Two points at a loss: before it, and just beyond.
     d = np.maximum.accumulate(np.where(np.diff(d, prepend=-1.0) <= 0, np.nextafter(d, np.inf), d))
@@ -150,22 +165,22 @@ def curve_of_rotation(
 
 def _parts(
     turning: RigidRotation, breaks: Mapping[str, float]
-) -> tuple[list[tuple[Array, Array]], list[tuple[float, float]], float]:
-    """Angles and load factors between the breaks of ties, these with what is lost by then, and the last angle."""
+) -> tuple[list[tuple[RigidRotation, Array, Array]], list[tuple[float, float]], float]:
+    """Body, angles and load factors between the breaks of ties, these with what is lost by then, and the last angle."""
     parts, losses, begin, current = [], [], 0.0, turning
     for tie in sorted(turning.ties, key=lambda tie: breaks[tie.name]):
         angle = breaks[tie.name]
         if not np.isfinite(angle) or current.capacity <= angle:
             break
-        parts.append(_sampled(current, begin, angle))
+        parts.append((current, *_sampled(current, begin, angle)))
         before, current, begin = current.load_factor(angle), current.without([tie]), angle
         losses.append((angle, before - max(current.load_factor(angle), 0.0)))
     end = max(current.capacity, begin)
     if np.isnan(end):
         return parts, losses, end
-    parts.append(_sampled(current, begin, end))
-    parts[-1][1][-1] = 0.0
-    largest = max(float(factors.max()) for _, factors in parts)
+    parts.append((current, *_sampled(current, begin, end)))
+    parts[-1][2][-1] = 0.0
+    largest = max(float(factors.max()) for _, _, factors in parts)
     lost = np.cumsum([loss for _, loss in losses]) / largest
     return parts, list(zip([at for at, _ in losses], lost.tolist(), strict=True)), end
 
@@ -186,23 +201,56 @@ def _tie_line(tie: Pull, angle: float | None, displacement: Callable[[float], fl
     )
 
 
-def _pressed(result: CaseResult, members: Collection[str], axis: Array) -> tuple[Array, float]:
-    """Mean point at which other bodies press these blocks, and the depth of the deepest stress block, m."""
-    last, model = result.history.isel(iteration=-1), result.model
-    outside = np.array([(i.minus in members) != (i.plus in members) for i in model.interfaces])
-    of_point = last["interface_of_contact_point"].to_numpy()
-    at = outside[of_point]
-    normal = np.maximum(last["contact_force"].transpose("contact_point", "component").to_numpy()[at, 0], 0.0)
-    if not normal.sum() > 0:
-        msg = "nothing presses the body"
-        raise ModelError(msg)
-    position = last["contact_point_position"].to_numpy()[at]
-    total = np.bincount(of_point[at], normal, minlength=len(outside))
-    strength, area = last["compressive_strength"].to_numpy(), last["interface_area"].to_numpy()
-    used = (total / (strength * area))[outside]
-    polygons = [i.polygon for i, at in zip(model.interfaces, outside, strict=True) if at]
-    extent = np.array([np.linalg.norm(np.ptp(np.cross(polygon, axis), axis=0)) for polygon in polygons])
-    return normal @ position / normal.sum(), float((used * extent).max(initial=0.0))
+@dataclass(frozen=True, slots=True)
+class _Pressed:
+    """Where other bodies press some blocks.
+
+    Attributes
+    ----------
+    point, normal : (3,) arrays
+        Mean point, m, and the direction across the axis in which the blocks are pressed there.
+    depth : float
+        Of the deepest stress block, m.
+    corners : (n, 3) array
+        Of the joints at which bodies meet them, m.
+    """
+
+    point: Array
+    normal: Array
+    depth: float
+    corners: Array
+
+    @classmethod
+    def of(cls, result: CaseResult, members: Collection[str], axis: Array) -> Self:
+        last, model = result.history.isel(iteration=-1), result.model
+        outside = np.array([(i.minus in members) != (i.plus in members) for i in model.interfaces])
+        of_point = last["interface_of_contact_point"].to_numpy()
+        at = outside[of_point]
+        normal = np.maximum(last["contact_force"].transpose("contact_point", "component").to_numpy()[at, 0], 0.0)
+        if not normal.sum() > 0:
+            msg = "nothing presses the body"
+            raise ModelError(msg)
+        position = last["contact_point_position"].to_numpy()[at]
+        total = np.bincount(of_point[at], normal, minlength=len(outside))
+        strength, area = last["compressive_strength"].to_numpy(), last["interface_area"].to_numpy()
+        used = (total / (strength * area))[outside]
+        joints = [i for i, at in zip(model.interfaces, outside, strict=True) if at]
+        extent = np.array([np.linalg.norm(np.ptp(np.cross(i.polygon, axis), axis=0)) for i in joints])
+        pushes = total[outside] @ np.array([i.normal if i.plus in members else -i.normal for i in joints])
+        pushes = pushes - (pushes @ axis) * axis
+        return cls(
+            normal @ position / normal.sum(),
+            pushes / np.linalg.norm(pushes),
+            float((used * extent).max(initial=0.0)),
+            np.concatenate([i.polygon for i in joints]),
+        )
+
+    def ends(self, axis: Array, near: float) -> tuple[float, float]:
+        """Ends of the hinge along an axis through its point: corners that are near it or in the stress block, m."""
+        arm = self.corners - self.point
+        along = arm @ axis
+        at = along[np.linalg.norm(arm - along[:, None] * axis, axis=1) <= near + self.depth]
+        return float(at.min(initial=0.0)), float(at.max(initial=0.0))
 
 
 def components(vector: Array) -> str:

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 _BESIDE = 0.05
 #: Corrections of the setback of the hinge.
 _PASSES = 3
+#: Angles among which one is looked for at which the resultant leaves the edge.
+_ANGLES = 60
 #: Sine of the angle between an edge and the vertical at which it is upright.
 _UPRIGHT = 1e-6
 #: Rise of the normal of a joint that a block stands on.
@@ -73,7 +75,8 @@ def overturning(
 
     The loads of the case on these blocks act, and ties between them and other blocks: with their capacities, or with
     their prestress where the rotation slackens them. Nothing else holds them, no friction and no bond to other blocks,
-    and nothing else weighs on them: what stands on them is told. d0 is that without ties.
+    and nothing else weighs on them: what stands on them is told. d0 is that without ties. Where the resultant leaves
+    the edge before, which is then not the one that they turn about, the lines tell it.
 
     Parameters
     ----------
@@ -176,7 +179,9 @@ def overturning(
     d0 = float(rotation.moved(G, theta0) @ forces.direction) if np.isfinite(theta0) else np.nan
     resisting = "(dead+T)" if pulls else "dead"
     held = sum(rotation.moment(pull, 0.0) for pull in pulls)
-    stabilising, pushing = -(rotation.dead[0] + held) / 1e3, rotation.variable[0] / forces.share / 1e3
+    at_rest = np.eye(3)
+    stabilising = -(float(rotation.dead.moment(at_rest) @ rotation.axis) + held) / 1e3
+    pushing = float(rotation.variable.moment(at_rest) @ rotation.axis) / forces.share / 1e3
     lines += [
         Line(
             "multiplier, moments about the hinge",
@@ -192,12 +197,35 @@ def overturning(
             "C8.7.1.2.1.2",
         ),
     ]
+    left = _leaves(rotation, pulls, theta0, length)
+    if np.isfinite(left):
+        d = float(rotation.moved(G, left) @ forces.direction)
+        lines.append(
+            Line(
+                "the resultant leaves the edge",
+                f"at d = {shown(d, 'm')} its line of action is beyond the ends of the edge, {shown(length, 'm')} long: "
+                f"the blocks go over to another edge{', and d0 is less' if left else ''}; run a Pushover",
+                "C8.7.1.2.1.2",
+            )
+        )
     return Overturning(names, rotation, setback, alpha0, W, d0, tuple(lines))
 
 
 def _pulls(about: RigidRotation, most: Sequence[Pull], least: Sequence[Pull]) -> list[Pull]:
     """Ties that pull: with the most where the rotation lengthens them, and else with the least."""
     return [p for p in most if about.moment(p, 0.0) < 0] + [p for p in least if about.moment(p, 0.0) >= 0]
+
+
+def _leaves(rotation: RigidRotation, pulls: Sequence[Pull], theta0: float, length: float) -> float:
+    """Angle at which the resultant leaves the edge, at rest with ties and then without; infinite if it stays."""
+    level = np.array([0.0, 0.0, 1.0]) - rotation.axis[2] * rotation.axis
+    if np.linalg.norm(level) < _UPRIGHT:
+        return np.inf
+    ends, normal = (-length / 2, length / 2), level / np.linalg.norm(level)
+    at_rest = rotation.leaves(ends, normal, np.zeros(1))
+    if np.isfinite(at_rest) or np.isnan(theta0):
+        return at_rest
+    return rotation.without(pulls).leaves(ends, normal, np.linspace(0.0, theta0, _ANGLES))
 
 
 def _pressed(down: float, pulls: Sequence[Pull]) -> float:
