@@ -352,6 +352,49 @@ def test_an_edge_named_beside_the_resultant_is_told(result):
     assert told == [True, False, False]
 
 
+def leaning(*limits):
+    """A wall 0.5 m × 3 m that leans by 0.7 m towards -y, held by ties of 10 kN to a wall 3.5 m behind, at 2.8 m."""
+    corners = [[x, y - 0.7 * z / 3, z] for z in (0, 3) for x, y in ((0, 0), (1, 0), (1, 0.5), (0, 0.5))]
+    faces = [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    blocks = [
+        bs.Block.from_faces("wall", Q_(corners, "m"), faces, STONE),
+        bs.Block.box("ground", "[-1, -3, -1] m", "[3, 8, 1] m", STONE, fixed=True),
+        bs.Block.box("back", "[0, 3, 0] m", "[1, 1, 3] m", STONE, fixed=True),
+    ]
+    at = [("wall", Q_([0.5, -0.7 * 2.8 / 3, 2.8], "m")), ("back", Q_([0.5, 3, 2.8], "m"))]
+    ties = [
+        bs.Tie(f"bar {k}", *at, yield_force="10 kN", **({"elongation_limit": Q_(limit, "m")} if limit else {}))
+        for k, limit in enumerate(limits)
+    ]
+    return bs.Model("leaning", blocks, bs.detect_interfaces(blocks, joint_material=DRY), ties=ties)
+
+
+def test_a_leaning_wall_that_ties_hold_goes_as_far_as_they_do():
+    """W = 27 kN, its centroid 0.1 m beyond the edge: α0 = (Σ T · 2.8 − 27 · 0.1) / (27 · 1.5).
+
+    A tie of 20 mm breaks at θ = 0.02 / 2.8, to first order: d0 = 1.5 θ = 10.71 mm; a second one of 30 mm at 16.07 mm.
+    They lose their share of the moment, 28 of 25.3 kN m and 28 and 56 of 53.3 kN m, down to zero, at most all of it.
+    """
+    one, two = (bs.assess.local_mechanism(run(leaning(*limits)), 1.35, SITE) for limits in ((0.02,), (0.02, 0.03)))
+    assert one.alpha0 == pytest.approx((28 - 2.7) / 40.5, rel=1e-6)
+    assert two.alpha0 == pytest.approx((56 - 2.7) / 40.5, rel=1e-6)
+    assert one.curve.d0 == pytest.approx(1.5 * 0.02 / 2.8, rel=2e-3)
+    assert two.curve.d0 == pytest.approx(1.5 * 0.03 / 2.8, rel=2e-3)
+    assert [d for d, _ in two.curve.losses] == pytest.approx([one.curve.d0, two.curve.d0], rel=1e-9)
+    assert [lost for _, lost in one.curve.losses] == pytest.approx([1.0], abs=0.015)
+    assert [lost for _, lost in two.curve.losses] == pytest.approx([28 / 53.3, 1.0], abs=0.015)
+    assert one.curve.at(0.999 * one.curve.d0) > 0.9 * one.a0_star
+    assert one.curve.at(one.curve.d0) == 0.0
+
+
+def test_a_leaning_wall_whose_ties_have_no_limit_says_what_is_missing():
+    check = bs.assess.local_mechanism(run(leaning(None)), 1.35, SITE)
+    assert check.missing_curve == (
+        "no capacity curve: without the ties that have no elongation limit the dead load overturns the body at rest: "
+        "give them one"
+    )
+
+
 def test_two_bodies_by_hand():
     """Weights of 2 and 1 with δ = 1 and 1/2: e* = 2.5² / (3 · 2.25) = 0.925926; d = d_C · 2.25 / 2.5 at δ_C = 1."""
     found = bs.assess.Participation.of(

@@ -77,11 +77,11 @@ def curve_of_rotation(
     """
     moving = [body for body in bodies if body.moves]
     if len(moving) != 1:
-        msg = f"{len(moving)} bodies move against each other"
+        msg = f"{len(moving)} bodies move against each other; it takes a pushover"
         raise ModelError(msg)
     body = moving[0]
     if body.axis is None:
-        msg = "the body slides without turning, which has no d0"
+        msg = "the body slides without turning, which has no d0; it takes a pushover"
         raise ModelError(msg)
     index = {b.name: i for i, b in enumerate(result.model.blocks)}
     members = [index[name] for name in body.blocks]
@@ -94,7 +94,7 @@ def curve_of_rotation(
     if np.linalg.norm(apart) > near + pressed.depth:
         msg = (
             f"the body turns about an axis {np.linalg.norm(apart):.3g} m from where its joints press: friction, "
-            "tension or other bodies hold it, too"
+            "tension or other bodies hold it, too; it takes a pushover"
         )
         raise ModelError(msg)
     force = result.history["tie_force"].isel(iteration=-1).to_numpy() if result.model.ties else np.zeros(0)
@@ -104,7 +104,7 @@ def curve_of_rotation(
     if abs(alpha - result.load_factor) > 1e-3 * result.load_factor:
         msg = (
             f"moments about the hinge give a load factor of {alpha:.4g}, not {result.load_factor:.4g}: more than "
-            "weight and ties resists"
+            "weight and ties resists; it takes a pushover"
         )
         raise ModelError(msg)
     on = np.isin(forces.block, members)
@@ -115,21 +115,28 @@ def curve_of_rotation(
         return float(turning.moved(control, angle) @ forces.direction) * factor
 
     counted = turning.without([tie for tie in turning.ties if not np.isfinite(tie.limit)])
+    if turning.ties and counted.load_factor(0.0) <= 0:
+        msg = "without the ties that have no elongation limit the dead load overturns the body at rest: give them one"
+        raise ModelError(msg)
     breaks = {tie.name: counted.breaks(tie) for tie in counted.ties}
     parts, losses, theta0 = _parts(counted, breaks)
     if np.isnan(theta0):
-        msg = "the dead load does not overturn the body"
+        msg = "the dead load does not overturn the body, however far it turns"
         raise ModelError(msg)
     d0 = displacement(theta0)
     ends = pressed.ends(turning.axis, near)
     if ends[1] - ends[0] <= near:
-        msg = "the body turns about a point and not about an edge: once it leans, it can go over to an edge beside it"
+        msg = (
+            "the body turns about a point and not about an edge, and once it leans it can go over to an edge beside "
+            "it; it takes a pushover"
+        )
         raise ModelError(msg)
     left = min(current.leaves(ends, pressed.normal, angles) for current, angles, _ in parts)
     if np.isfinite(left):
         msg = (
             f"at d = {shown(displacement(left), 'm')}, before α vanishes about it at {shown(d0, 'm')}, the resultant "
-            f"leaves the hinge, which is {shown(ends[1] - ends[0], 'm')} long: the body goes over to another edge"
+            f"leaves the hinge, which is {shown(ends[1] - ends[0], 'm')} long: the body goes over to another "
+            "edge; it takes a pushover"
         )
         raise ModelError(msg)
     where = ", ".join(f"{value:.4g}" for value in np.round(hinge, 6) + 0.0)
@@ -170,12 +177,12 @@ def _parts(
     parts, losses, begin, current = [], [], 0.0, turning
     for tie in sorted(turning.ties, key=lambda tie: breaks[tie.name]):
         angle = breaks[tie.name]
-        if not np.isfinite(angle) or current.capacity <= angle:
+        if not np.isfinite(angle) or current.capacity(begin) <= angle:
             break
         parts.append((current, *_sampled(current, begin, angle)))
         before, current, begin = current.load_factor(angle), current.without([tie]), angle
         losses.append((angle, before - max(current.load_factor(angle), 0.0)))
-    end = max(current.capacity, begin)
+    end = current.capacity(begin)
     if np.isnan(end):
         return parts, losses, end
     parts.append((current, *_sampled(current, begin, end)))
@@ -186,7 +193,7 @@ def _parts(
 
 
 def _sampled(turning: RigidRotation, begin: float, end: float) -> tuple[Array, Array]:
-    angles = np.linspace(begin, end, _SAMPLES)
+    angles = np.linspace(begin, end, _SAMPLES if begin < end else 1)
     return angles, np.maximum([turning.load_factor(angle) for angle in angles.tolist()], 0.0)
 
 

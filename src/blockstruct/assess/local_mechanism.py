@@ -113,7 +113,7 @@ def local_mechanism(
             else curve_of_pushover(found, pushed, forces.direction, whole, a0_star)
         )
     except ModelError as error:
-        missing = f"no capacity curve: {error}" + ("; it takes a pushover" if pushed is None else "")
+        missing = f"no capacity curve: {error}"
     if method == "displacement" and curve is None:
         msg = f"case {found.name!r}: {missing}, or give method='linear'"
         raise ModelError(msg)

@@ -175,7 +175,8 @@ def overturning(
             f"{shown(alpha0)}); give the edge that the push turns them about"
         )
         raise ModelError(msg)
-    theta0 = rotation.without(pulls).capacity
+    free = rotation.without(pulls)
+    theta0 = free.capacity() if free.load_factor(0.0) > 0 else np.nan
     d0 = float(rotation.moved(G, theta0) @ forces.direction) if np.isfinite(theta0) else np.nan
     resisting = "(dead+T)" if pulls else "dead"
     held = sum(rotation.moment(pull, 0.0) for pull in pulls)

@@ -187,13 +187,14 @@ class RigidRotation:
         """The same body without some of its ties."""
         return replace(self, ties=tuple(tie for tie in self.ties if all(tie is not gone for gone in ties)))
 
-    @property
-    def capacity(self) -> float:
-        """Least angle θ0 at which α vanishes, rad; NaN where the body is not overturned."""
+    def capacity(self, begin: float = 0.0) -> float:
+        """Least angle from one on at which α is no longer above zero, rad; NaN where the body is not overturned."""
+        if self.load_factor(begin) <= 0:
+            return begin
         if not self.ties:
             A, B = (float(self.dead.moment(turn) @ self.axis) for turn in (np.eye(3), _across(self.axis)))
             return float(np.arctan2(-A, B)) if A < 0 < B else np.nan
-        angle = first_reached(lambda angle: -self.load_factor(angle), _TRIED)
+        angle = first_reached(lambda angle: -self.load_factor(angle), np.append(begin, _TRIED[begin < _TRIED]))
         return angle if np.isfinite(angle) else np.nan
 
     def breaks(self, tie: Pull) -> float:
