@@ -86,6 +86,10 @@ def test_a_free_standing_facade_by_hand(result):
     slc = check.limit_states["SLC, by displacement"]
     assert slc.capacity == pytest.approx(0.18, rel=1e-6)
     assert np.isnan(slc.ratio)
+    for state in (slc, check.limit_states["SLD"]):
+        assert (state.satisfied, state.outcome) == (False, "not checked: no spectrum of this limit state")
+    weak = bs.assess.local_mechanism(result, 1.35, SITE, spectrum_slc=SITE.at(0.01 * g)).limit_states
+    assert (weak["SLC, by displacement"].satisfied, weak["SLC, by displacement"].outcome) == (True, "satisfied")
 
 
 def test_a_facade_that_crushes_by_hand():
