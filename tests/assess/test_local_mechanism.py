@@ -760,7 +760,12 @@ def test_a_push_that_is_not_horizontal_in_proportion_to_weight_is_refused(variab
         ({"knowledge_level": "LC4"}, "known are LC1, LC2, LC3"),
         ({"confidence_factor": 1.35, "knowledge_level": "LC2"}, "give one of the two"),
         ({"method": "by eye"}, "known are linear, displacement"),
-        ({"spectrum": 0.15}, "spectrum is a float"),
+        ({"spectrum": 0.15}, r"spectrum 0.15 is a float; give bs.assess.ntc_spectrum"),
+        ({"spectrum": None}, "spectrum None is a NoneType; give"),
+        ({"spectrum_sld": 0.15}, "spectrum_sld 0.15 is a float; give bs.assess.ntc_spectrum"),
+        ({"spectrum_slc": "x"}, "spectrum_slc 'x' is a str; give bs.assess.ntc_spectrum"),
+        ({"coefficients": {"q": 1.5}}, "coefficients .* is a dict; give bs.assess.Coefficients"),
+        ({"beside": 0.1}, "beside 0.1 is a float; give bs.assess.overturning"),
         ({"confidence": 1.35}, "did you mean confidence_factor"),
     ],
 )
@@ -809,6 +814,12 @@ def test_a_hand_calculation_of_nothing_is_refused(result):
     ):
         with pytest.raises(error, match=words):
             bs.assess.overturning(model, of, blocks, edge)
+
+
+def test_a_hand_calculation_without_a_push_is_refused(result):
+    settled = bs.SettlementCase("sinking", SELF_WEIGHT, ["ground"], "-z")
+    with pytest.raises(bs.errors.ModelError, match="case 'sinking' is a SettlementCase; give a LimitCase with a push"):
+        bs.assess.overturning(result.model, settled, ["façade"], EDGE)
 
 
 @pytest.mark.parametrize(

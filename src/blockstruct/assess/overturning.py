@@ -11,6 +11,7 @@ from blockstruct.assess.lines import Line, section, shown
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
 from blockstruct.errors import ModelError
+from blockstruct.errors import shown as as_given
 from blockstruct.keywords import checked_keywords
 from blockstruct.model import Block, LimitCase, Model, checked_tuple, tie_segments
 from blockstruct.results import MacroBlock, applied_loads
@@ -110,6 +111,10 @@ def overturning(
     0.5
     """
     who = "overturning"
+    if not isinstance(case, LimitCase):
+        given = as_given(getattr(case, "name", case))
+        msg = f"{who}: case {given} is a {type(case).__name__}; give a LimitCase with a push"
+        raise ModelError(msg)
     names = blocks.blocks if isinstance(blocks, MacroBlock) else checked_tuple(blocks, str, f"{who}: blocks")
     turning = [model.block(name) for name in names]
     if not turning or any(b.fixed for b in turning):
