@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.assess.lines import Line, shown
-from blockstruct.assess.participation import HorizontalForces, Participation
+from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
 from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase
@@ -59,7 +59,6 @@ def curve_of_rotation(
     case: LimitCase,
     bodies: Sequence[MacroBlock],
     forces: HorizontalForces,
-    participation: Participation,
     a0_star: float,
 ) -> CapacityCurve:
     """Curve of one macro-block that turns about a fixed hinge, C8.7.1.2.1.2: straight, a0* (1 − d/d0), without ties.
@@ -109,10 +108,9 @@ def curve_of_rotation(
         raise ModelError(msg)
     on = np.isin(forces.block, members)
     control = forces.weight[on] @ forces.point[on] / forces.weight[on].sum()
-    factor = participation.factor / float(participation.displacement[0])
 
     def displacement(angle: float) -> float:
-        return float(turning.moved(control, angle) @ forces.direction) * factor
+        return float(turning.moved(control, angle) @ forces.direction)
 
     counted = turning.without([tie for tie in turning.ties if not np.isfinite(tie.limit)])
     if turning.ties and counted.load_factor(0.0) <= 0:
@@ -148,8 +146,7 @@ def curve_of_rotation(
         ),
         Line(
             "displacement of the oscillator",
-            f"d0 = d_C,0 Σ(P+Q)δ² / (δ_C Σ(P+Q)δ) = {shown(d0 / factor, 'm')} · {shown(factor)} = {shown(d0, 'm')}; C "
-            "is the centroid of the weights",
+            f"d0 = d_C,0 Σ(P+Q)δ² / (δ_C Σ(P+Q)δ) = d_C,0 = {shown(d0, 'm')}; C is the centroid of one body",
             "C8.7.1.2.1.3 (C8.7.1.4)",
         ),
     ]

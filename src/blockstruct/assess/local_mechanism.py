@@ -113,7 +113,7 @@ def local_mechanism(
     pushed, curve, missing = found.capacity, None, ""
     try:
         curve = (
-            curve_of_rotation(found, case, bodies, forces, whole, a0_star)
+            curve_of_rotation(found, case, bodies, forces, a0_star)
             if pushed is None
             else curve_of_pushover(found, pushed, forces.direction, whole, a0_star)
         )
