@@ -463,6 +463,7 @@ def test_every_formula_is_printed_with_its_paragraph(result):
         "T_SLV = 1.68 π √(d/a) = 1.68 π √(0.12 m / 0.4359 m/s²) = 2.769 s   [C8.7.1.2.1.8 (C8.7.1.10)]",
         "T_SLC = 1.56 π √(d/a)",
         "η = √(10/(5 + ξ)) = 0.8771 for ξ = 8 %",
+        "η = √(10/(5 + ξ)) = 0.8165 for ξ = 10 %",
         "S_S = 1.40 − 0.40 F0 a_g/g, from 1.00 to 1.20 = 1.2   [NTC 2018 Tab. 3.2.IV]",
         "FC = 1.35: α0 ignores the compressive strength: that of LC1, 1.35, is the least",
         "behaviour factor q",
