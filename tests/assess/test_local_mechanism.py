@@ -10,7 +10,8 @@ from scipy.optimize import brentq
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.assess.capacity_of_pushover import curve_of_pushover
+from blockstruct.assess.capacity_of_pushover import _left, curve_of_pushover
+from blockstruct.assess.rotation import Pull
 from structures import SELF_WEIGHT, model_of, push, solve
 
 g = 9.80665
@@ -209,6 +210,68 @@ def test_a_tie_that_breaks_by_hand():
     assert "where a tie breaks, less than 0.4 d0" in str(check)
 
 
+def test_what_a_tie_loses_is_over_the_largest_acceleration():
+    """A tie of 150 kN rises steeply from (y, z) = (0, 5) m to (1, 8) m: its arm grows faster than the weight gives way.
+
+    At θ its anchor is A = 5 (−sin θ, cos θ), its arm |A × (1, 8)| / |(1, 8) − A|; it is 90 mm longer at 0.048 rad, and
+    α = (324 (0.3 cos θ − 3 sin θ) + 150 arm) / (324 (3 cos θ + 0.3 sin θ)) is 0.378 there and 0.344 at rest.
+    """
+
+    def length(theta):
+        return np.hypot(1 + 5 * np.sin(theta), 8 - 5 * np.cos(theta))
+
+    theta = brentq(lambda t: length(t) - length(0) - 0.09, 0, 0.1)
+    arm = 5 * (np.cos(theta) + 8 * np.sin(theta)) / length(theta)
+    free, of_tie = 324 * (0.3 * np.cos(theta) - 3 * np.sin(theta)), 150 * arm
+    curve = bs.assess.local_mechanism(run(tied(0.09, 150, to=(1, 8), fixed=True)), 1.35, SITE).curve
+    ((d, loss),) = curve.losses
+    assert curve.at(d) > 1.05 * curve.at(0)
+    assert (d, loss) == pytest.approx(
+        (3 * np.sin(theta) + 0.3 * (1 - np.cos(theta)), of_tie / (free + of_tie)), rel=1e-5
+    )
+
+
+def test_what_a_pushover_loses_at_a_break_is_without_what_falls_on_the_way():
+    """Slopes of 1 before the break and 2 behind it: of 9 to 5 the slower falls on the way, never above 9."""
+    d = np.arange(5.0)
+    for alpha, left in (([10, 9, 5, 3, 1], 6), ([11, 10, 5, 4.5, 4], 5.5), ([12, 9, 8, 6, 4], 9)):
+        assert _left(d, np.array(alpha, float), np.array([2])) == pytest.approx([left])
+
+
+def test_a_tie_that_slackens_and_tightens_does_not_hide_where_the_wall_goes_over(result):
+    """17 kN pull the façade outwards to a point 0.2 m in front, at 5 m, and back once it has passed it at 0.04 rad.
+
+    α vanishes near (97.2 − 85) / 972 = 0.0126 rad, and is above zero again before 0.08 rad.
+    """
+    hand = bs.assess.overturning(result.model, result.case, ["façade"], EDGE)
+    bar = Pull("bar", np.array([2.5, 0, 5]), np.array([2.5, -0.2, 5]), 17e3, np.inf)
+
+    def moment(theta):
+        A = 5 * np.array([-np.sin(theta), np.cos(theta)])
+        along = np.array([-0.2, 5]) - A
+        return 324 * (0.3 * np.cos(theta) - 3 * np.sin(theta)) + 17 * (A[1] * along[0] - A[0] * along[1]) / np.hypot(
+            *along
+        )
+
+    turning = dataclasses.replace(hand.rotation, ties=(bar,))
+    assert turning.capacity() == pytest.approx(brentq(moment, 0, 0.02), rel=1e-9)
+    assert turning.load_factor(0.08) > 0
+
+
+def test_a_tie_breaks_at_the_first_angle_of_its_limit(result):
+    """Its length is largest near 0.06 rad, where its anchor is above its other end; it is at the limit before."""
+    hand = bs.assess.overturning(result.model, result.case, ["façade"], EDGE)
+    # |A|² = 0.3² + 5²; the largest length is |A| + 1.
+    longest = np.hypot(0.3, 5) + 1 - np.hypot(0.3, 6)
+    below, beyond = (
+        Pull("bar", np.array([2.5, 0.3, 5]), np.array([2.5, 0, -1]), 1e3, part * longest) for part in (0.99, 1.01)
+    )
+    angle = hand.rotation.breaks(below)
+    assert hand.rotation.elongation(below, angle) == pytest.approx(below.limit, rel=1e-9)
+    assert angle == pytest.approx(np.arctan(0.3 / 5) * 0.9, rel=1e-3)
+    assert hand.rotation.breaks(beyond) == np.inf
+
+
 @pytest.mark.parametrize("of", ["straight", "pushover"])
 def test_ties_that_break_together_are_one_loss(of):
     """Two bars of 10 kN are one of 20 kN: each alone loses less than half of the strength, both more."""
@@ -399,6 +462,15 @@ def test_a_leaning_wall_whose_ties_have_no_limit_says_what_is_missing():
     )
 
 
+def test_ties_count_where_the_resultant_is(result):
+    """T upwards at one end of the edge: 324 · 2.5 / (324 − T) from it, beyond the other one, at 5 m, from 162 kN on."""
+    hand, up = bs.assess.overturning(result.model, result.case, ["façade"], EDGE), np.array([0.0, 0.0, 1.0])
+    for force, left in ((150e3, np.inf), (170e3, 0.0), (400e3, 0.0)):
+        bar = Pull("bar", np.zeros(3), np.array([0.0, 0.0, 1e3]), force, np.inf)
+        turning = dataclasses.replace(hand.rotation, ties=(bar,))
+        assert turning.leaves((-LENGTH / 2, LENGTH / 2), up, np.linspace(0, 0.02, 3)) == left
+
+
 def test_two_bodies_by_hand():
     """Weights of 2 and 1 with δ = 1 and 1/2: e* = 2.5² / (3 · 2.25) = 0.925926; d = d_C · 2.25 / 2.5 at δ_C = 1."""
     found = bs.assess.Participation.of(
@@ -421,6 +493,8 @@ def test_the_mechanism_of_a_wall_in_its_plane_has_several_bodies_and_no_straight
     assert 0 < check.participation_of_blocks.e_star <= check.e_star <= 1
     with pytest.raises(bs.errors.ModelError, match="takes a pushover, or give method='linear'"):
         bs.assess.local_mechanism(found, 1.35, SITE, method="displacement")
+    (coarse,) = set(bs.assess.local_mechanism(found, 1.35, SITE, tolerance=0.5).notes) - set(check.notes)
+    assert coarse.startswith("Blocks that are taken as one body move by up to 0.5")
 
 
 def test_a_sliding_block_takes_part_as_one_and_has_no_d0():
@@ -434,22 +508,67 @@ def test_a_sliding_block_takes_part_as_one_and_has_no_d0():
     assert "slides without turning" in check.missing_curve
 
 
-def test_a_body_that_friction_holds_has_no_straight_curve():
-    """A façade pressed with 30 kN against a side wall that it rubs along: more than its weight resists."""
+@pytest.mark.parametrize(("force", "strength"), [(30, None), (20, "0.5 MPa")])
+def test_a_body_that_friction_holds_has_no_straight_curve(force, strength):
+    """A façade pressed against a side wall that it rubs along: more than its weight resists.
+
+    Its stress block at the foot is 64.8 / (500 · 2) = 0.0648 m deep, and with 20 kN the hinge is 0.177 m off the axis.
+    """
     wall = bs.Block.box("façade", "[0, 0, 0] m", "[2, 0.6, 3] m", STONE)
     side = bs.Block.box("side", "[2, 0, 0] m", "[0.5, 3, 3] m", STONE)
     ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[5, 6, 0.5] m", STONE, fixed=True)
     pressed = [
-        bs.PointLoad("side", "[2.5, 0.3, 1.5] m", "[-30, 0, 0] kN"),
-        bs.PointLoad("façade", "[0, 0.3, 1.5] m", "[30, 0, 0] kN"),
+        bs.PointLoad("side", "[2.5, 0.3, 1.5] m", Q_([-force, 0, 0], "kN")),
+        bs.PointLoad("façade", "[0, 0.3, 1.5] m", Q_([force, 0, 0], "kN")),
     ]
     dead = bs.LoadPattern("dead", [bs.SelfWeight(), *pressed])
-    check = bs.assess.local_mechanism(run(model_of([ground, wall, side], DRY), case(dead=dead)), 1.35, SITE)
+    model = model_of([ground, wall, side], DRY.varied(compressive_strength=strength))
+    check = bs.assess.local_mechanism(run(model, case(dead=dead)), 1.35, SITE)
     assert [body.blocks for body in check.bodies if body.moves] == [("façade",)]
     # Its own weight gives 0.6 / 3.
-    assert check.alpha0 > 0.3
+    assert check.alpha0 > 0.25
     assert check.curve is None
     assert "hold it, too" in check.missing_curve
+
+
+def test_a_body_that_tension_holds_has_no_straight_curve():
+    """A foot that bonds with 5 kPa: it turns about its edge, at more than its weight resists, 0.1."""
+    check = bs.assess.local_mechanism(run(facade(DRY.varied(cohesion="10 kPa", tensile_strength="5 kPa"))), 1.35, SITE)
+    assert 1.01 < check.alpha0 / 0.1 < 1.1
+    assert "give a load factor of 0.1, not 0.10" in check.missing_curve
+    assert "more than weight and ties resists" in check.missing_curve
+
+
+def test_bodies_that_turn_about_other_axes_are_told():
+    """A slender wall leans on a low one, whose far edge runs askew by 0.3 in 1."""
+    base = [(0.5, 0), (1.0, 0), (1.3, 1), (0.5, 1)]
+    corners = [[x, y, z] for z in (0, 2) for x, y in base]
+    sides = [[k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k] for k in range(4)]
+    blocks = [
+        bs.Block.box("ground", "[-5, -5, -1] m", "[10, 10, 1] m", STONE, fixed=True),
+        bs.Block.box("slender", "[0, 0, 0] m", "[0.5, 1, 4] m", STONE),
+        bs.Block.from_faces("low", Q_(corners, "m"), [[3, 2, 1, 0], [4, 5, 6, 7], *sides], STONE),
+    ]
+    check = bs.assess.local_mechanism(run(model_of(blocks, DRY), case(push(1, 0, 0))), 1.35, SITE)
+    assert any(text.startswith("The bodies do not move parallel to one plane") for text in check.notes)
+
+
+def test_a_portal_goes_as_far_by_its_control_point_as_by_its_weights():
+    """Columns of 27 kN move by half of what their lintel of 22.5 kN does.
+
+    e* = (54 / 2 + 22.5)² / (76.5 (54 / 4 + 22.5)) = 0.889706.
+    """
+    blocks = [
+        bs.Block.box("ground", "[-1, -1, -0.5] m", "[6, 3, 0.5] m", STONE, fixed=True),
+        *(bs.Block.box(f"column {x:g}", Q_([x, 0, 0], "m"), "[0.5, 1, 3] m", STONE) for x in (0, 2)),
+        bs.Block.box("lintel", "[0, 0, 3] m", "[2.5, 1, 0.5] m", STONE),
+    ]
+    control = ("lintel", (1, 0, 0))
+    pushed = bs.Pushover("portal", SELF_WEIGHT, push(1, 0, 0), control=control, steps=10)
+    check = bs.assess.local_mechanism(bs.run(model_of(blocks, DRY), pushed)["portal"], 1.35, SITE)
+    assert check.e_star == pytest.approx(0.889706, rel=1e-5)
+    assert check.curve is not None
+    assert check.notes == ()
 
 
 def test_every_formula_is_printed_with_its_paragraph(result):
@@ -695,7 +814,7 @@ def test_a_pushover_that_tells_no_displacement_is_refused(result):
         curve_of(result, capacity_of_facade(holds=1))
 
 
-@pytest.mark.parametrize("along", [(1, 0, 0), (0, 0, 1), (0, -1, -1), (1, -1, 0)])
+@pytest.mark.parametrize("along", [(1, 0, 0), (0, 0, 1), (0, -1, -1), (1, -1, 0), (0.1, -1, 0)])
 def test_a_control_point_that_is_not_followed_along_the_push_is_refused(result, along):
     """Followed downwards as well, the corner of the top would have a larger d0: what it sinks by."""
     along = tuple(np.array(along) / np.linalg.norm(along))
@@ -736,6 +855,7 @@ def test_a_spread_is_checked_by_its_lowest_answer():
     [
         (bs.LoadPattern("roof", [bs.PointLoad("façade", "[2.5, 0.3, 6] m", "[0, -9, 0] kN")]), "has no BodyForce"),
         (push(0, -0.8, 0.6), "pushes along"),
+        (push(0, -1, 0.005), "pushes along"),
         (
             bs.LoadPattern("turn", [bs.BodyForce("-y"), bs.Moment("façade", "[5, 0, 0] kN*m")]),
             "has couples",
@@ -785,6 +905,16 @@ def test_the_factor_of_confidence_follows_from_what_counts(result):
     with pytest.raises(bs.errors.ModelError, match="give the factor, or knowledge_level"):
         bs.assess.local_mechanism(crushing, spectrum=SITE)
     assert bs.assess.local_mechanism(crushing, 1.2, SITE).confidence_factor == 1.2
+    # Another joint of the same body that does not count crushing.
+    ground, wall = facade().blocks
+    behind = bs.Block.box("behind", Q_([0, DEPTH, 0], "m"), "[5, 1, 2] m", STONE, fixed=True)
+    foot = bs.detect_interfaces(
+        [ground, wall], joint_material=bs.JointMaterial("lime", 0.7, compressive_strength="2 MPa")
+    )
+    back = bs.detect_interfaces([wall, behind], joint_material=DRY)
+    both = bs.Model("two joints", [ground, wall, behind], [*foot.interfaces, *back.interfaces])
+    with pytest.raises(bs.errors.ModelError, match=r"FC is 1\.35, that of LC1"):
+        bs.assess.local_mechanism(run(both), 1.2, SITE)
 
 
 def test_results_without_a_collapse_state_are_refused(result):

@@ -198,8 +198,20 @@ class RigidRotation:
         return angle if np.isfinite(angle) else np.nan
 
     def breaks(self, tie: Pull) -> float:
-        """Angle at which a tie reaches its limit, rad; infinite if it never does."""
-        return first_reached(lambda angle: self.elongation(tie, angle) - tie.limit, _TRIED)
+        """Angle, up to the right one, at which a tie reaches its limit, rad; infinite if it never does.
+
+        The square of its length is that at rest plus ``2 (p · t (1 − cos θ) − a × p · t sin θ)``, with the arm p of its
+        anchor across the axis a and the arm t of its other end.
+        """
+        arm, towards = tie.anchor - self.hinge, tie.towards - self.hinge
+        across = arm - (arm @ self.axis) * self.axis
+        cos, sin = float(across @ towards), float(np.cross(self.axis, across) @ towards)
+        length, reach = float(np.linalg.norm(towards - arm)), float(np.hypot(cos, sin))
+        at_limit = cos - (2 * length * tie.limit + tie.limit**2) / 2
+        if at_limit < -reach:
+            return np.inf
+        angle = float(np.arctan2(sin, cos) + np.arccos(at_limit / reach))
+        return angle if angle < np.pi / 2 else np.inf
 
     def moved(self, point: Array, angle: float) -> Array:
         """Displacement (3,) of a point of the body at an angle, m."""
