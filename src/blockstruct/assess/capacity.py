@@ -82,7 +82,7 @@ def curve_of_rotation(
     if body.axis is None:
         msg = "the body slides without turning, which has no d0; it takes a pushover"
         raise ModelError(msg)
-    index = {b.name: i for i, b in enumerate(result.model.blocks)}
+    index = result.model.block_index
     members = [index[name] for name in body.blocks]
     direction, on_axis = body.axis
     pressed = _Pressed.of(result, set(body.blocks), direction)

@@ -126,7 +126,7 @@ def overturning(
         raise ModelError(msg)
     _check_at(ends, turning)
     forces = HorizontalForces.of(model, case)
-    index = {b.name: i for i, b in enumerate(model.blocks)}
+    index = model.block_index
     members = [index[name] for name in names]
     length = float(np.linalg.norm(ends[1] - ends[0]))
     axis, hinge = (ends[1] - ends[0]) / length, ends.mean(axis=0)
