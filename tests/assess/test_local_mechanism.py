@@ -409,6 +409,20 @@ def test_a_pier_over_its_corner_has_no_straight_curve(sides):
     assert over.curve.d0 == pytest.approx(a / 2, rel=1e-5)
 
 
+@pytest.mark.parametrize("strength", ["2 MPa", "20 MPa"])
+def test_an_outline_that_crushes_by_cells_keeps_its_straight_curve(strength):
+    """The hinge is set back by cells, by more than the stress block is deep; its edge is still where it turns."""
+    base = [(-1, 0), (1, 0), (0.6, 0.6), (-0.6, 0.6)]
+    whole, cells = (
+        bs.assess.local_mechanism(prism(base, 3, -np.pi / 2, **joint), spectrum=SITE, knowledge_level="LC1")
+        for joint in ({}, {"compressive_strength": strength})
+    )
+    # The centroid of the trapezoid is 0.6 (2 + 2 · 1.2) / (3 (2 + 1.2)) = 0.275 m from its long side.
+    assert whole.curve.d0 == pytest.approx(0.275, rel=1e-5)
+    assert cells.curve.d0 < whole.curve.d0
+    assert cells.curve.d0 == pytest.approx(1.5 * cells.alpha0, rel=1e-5)
+
+
 def test_an_edge_named_beside_the_resultant_is_told(result):
     """Its weight is at the middle of the façade, which an edge over 0.4 of it from one end does not reach."""
     told = [

@@ -250,11 +250,11 @@ class _Pressed:
         )
 
     def ends(self, axis: Array, near: float) -> tuple[float, float]:
-        """Ends of the hinge along an axis through its point: corners that are near it or in the stress block, m."""
+        """Ends of the hinge along the axis of the rotation: of corners at it, or before it where it is set back, m."""
         arm = self.corners - self.point
-        along = arm @ axis
-        at = along[np.linalg.norm(arm - along[:, None] * axis, axis=1) <= near + self.depth]
-        return float(at.min(initial=0.0)), float(at.max(initial=0.0))
+        at_level = np.abs(arm @ self.normal) <= near + self.depth
+        at = (arm @ axis)[at_level & (arm @ np.cross(axis, self.normal) >= -near)]
+        return float(at.min(initial=np.inf)), float(at.max(initial=-np.inf))
 
 
 def components(vector: Array) -> str:
