@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.assess.capacity import _Pressed
 from blockstruct.assess.capacity_of_pushover import _left, curve_of_pushover
 from blockstruct.assess.rotation import Pull
 from structures import SELF_WEIGHT, model_of, push, solve
@@ -421,6 +422,14 @@ def test_an_outline_that_crushes_by_cells_keeps_its_straight_curve(strength):
     assert whole.curve.d0 == pytest.approx(0.275, rel=1e-5)
     assert cells.curve.d0 < whole.curve.d0
     assert cells.curve.d0 == pytest.approx(1.5 * cells.alpha0, rel=1e-5)
+
+
+def test_the_ends_of_a_hinge_are_corners_at_its_level_and_not_behind_it():
+    """Turning about +x leans the body towards −y: what is at y = 1 m is behind the hinge, what is at z = 2 m above."""
+    corners = np.array([[-1, 0, 0], [2, 0, 0], [5, 1, 0], [-5, 0, 2]], dtype=float)
+    pressed = _Pressed(np.zeros(3), np.array([0.0, 0, 1]), 0.0, corners)
+    assert pressed.ends(np.array([1.0, 0, 0]), 0.01) == (-1, 2)
+    assert pressed.ends(np.array([-1.0, 0, 0]), 0.01) == (-5, 1)
 
 
 def test_an_edge_named_beside_the_resultant_is_told(result):
