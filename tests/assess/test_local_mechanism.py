@@ -10,7 +10,9 @@ from scipy.optimize import brentq
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.assess.capacity_of_pushover import curve_of_pushover
+from blockstruct.assess.capacity import _Pressed
+from blockstruct.assess.capacity_of_pushover import _left, curve_of_pushover
+from blockstruct.assess.rotation import Pull
 from structures import SELF_WEIGHT, model_of, push, solve
 
 g = 9.80665
@@ -86,6 +88,10 @@ def test_a_free_standing_facade_by_hand(result):
     slc = check.limit_states["SLC, by displacement"]
     assert slc.capacity == pytest.approx(0.18, rel=1e-6)
     assert np.isnan(slc.ratio)
+    for state in (slc, check.limit_states["SLD"]):
+        assert (state.satisfied, state.outcome) == (False, "not checked: no spectrum of this limit state")
+    weak = bs.assess.local_mechanism(result, 1.35, SITE, spectrum_slc=SITE.at(0.01 * g)).limit_states
+    assert (weak["SLC, by displacement"].satisfied, weak["SLC, by displacement"].outcome) == (True, "satisfied")
 
 
 def test_a_facade_that_crushes_by_hand():
@@ -205,6 +211,68 @@ def test_a_tie_that_breaks_by_hand():
     assert "where a tie breaks, less than 0.4 d0" in str(check)
 
 
+def test_what_a_tie_loses_is_over_the_largest_acceleration():
+    """A tie of 150 kN rises steeply from (y, z) = (0, 5) m to (1, 8) m: its arm grows faster than the weight gives way.
+
+    At θ its anchor is A = 5 (−sin θ, cos θ), its arm |A × (1, 8)| / |(1, 8) − A|; it is 90 mm longer at 0.048 rad, and
+    α = (324 (0.3 cos θ − 3 sin θ) + 150 arm) / (324 (3 cos θ + 0.3 sin θ)) is 0.378 there and 0.344 at rest.
+    """
+
+    def length(theta):
+        return np.hypot(1 + 5 * np.sin(theta), 8 - 5 * np.cos(theta))
+
+    theta = brentq(lambda t: length(t) - length(0) - 0.09, 0, 0.1)
+    arm = 5 * (np.cos(theta) + 8 * np.sin(theta)) / length(theta)
+    free, of_tie = 324 * (0.3 * np.cos(theta) - 3 * np.sin(theta)), 150 * arm
+    curve = bs.assess.local_mechanism(run(tied(0.09, 150, to=(1, 8), fixed=True)), 1.35, SITE).curve
+    ((d, loss),) = curve.losses
+    assert curve.at(d) > 1.05 * curve.at(0)
+    assert (d, loss) == pytest.approx(
+        (3 * np.sin(theta) + 0.3 * (1 - np.cos(theta)), of_tie / (free + of_tie)), rel=1e-5
+    )
+
+
+def test_what_a_pushover_loses_at_a_break_is_without_what_falls_on_the_way():
+    """Slopes of 1 before the break and 2 behind it: of 9 to 5 the slower falls on the way, never above 9."""
+    d = np.arange(5.0)
+    for alpha, left in (([10, 9, 5, 3, 1], 6), ([11, 10, 5, 4.5, 4], 5.5), ([12, 9, 8, 6, 4], 9)):
+        assert _left(d, np.array(alpha, float), np.array([2])) == pytest.approx([left])
+
+
+def test_a_tie_that_slackens_and_tightens_does_not_hide_where_the_wall_goes_over(result):
+    """17 kN pull the façade outwards to a point 0.2 m in front, at 5 m, and back once it has passed it at 0.04 rad.
+
+    α vanishes near (97.2 − 85) / 972 = 0.0126 rad, and is above zero again before 0.08 rad.
+    """
+    hand = bs.assess.overturning(result.model, result.case, ["façade"], EDGE)
+    bar = Pull("bar", np.array([2.5, 0, 5]), np.array([2.5, -0.2, 5]), 17e3, np.inf)
+
+    def moment(theta):
+        A = 5 * np.array([-np.sin(theta), np.cos(theta)])
+        along = np.array([-0.2, 5]) - A
+        return 324 * (0.3 * np.cos(theta) - 3 * np.sin(theta)) + 17 * (A[1] * along[0] - A[0] * along[1]) / np.hypot(
+            *along
+        )
+
+    turning = dataclasses.replace(hand.rotation, ties=(bar,))
+    assert turning.capacity() == pytest.approx(brentq(moment, 0, 0.02), rel=1e-9)
+    assert turning.load_factor(0.08) > 0
+
+
+def test_a_tie_breaks_at_the_first_angle_of_its_limit(result):
+    """Its length is largest near 0.06 rad, where its anchor is above its other end; it is at the limit before."""
+    hand = bs.assess.overturning(result.model, result.case, ["façade"], EDGE)
+    # |A|² = 0.3² + 5²; the largest length is |A| + 1.
+    longest = np.hypot(0.3, 5) + 1 - np.hypot(0.3, 6)
+    below, beyond = (
+        Pull("bar", np.array([2.5, 0.3, 5]), np.array([2.5, 0, -1]), 1e3, part * longest) for part in (0.99, 1.01)
+    )
+    angle = hand.rotation.breaks(below)
+    assert hand.rotation.elongation(below, angle) == pytest.approx(below.limit, rel=1e-9)
+    assert angle == pytest.approx(np.arctan(0.3 / 5) * 0.9, rel=1e-3)
+    assert hand.rotation.breaks(beyond) == np.inf
+
+
 @pytest.mark.parametrize("of", ["straight", "pushover"])
 def test_ties_that_break_together_are_one_loss(of):
     """Two bars of 10 kN are one of 20 kN: each alone loses less than half of the strength, both more."""
@@ -273,6 +341,159 @@ def test_the_trap_of_small_blocks_is_closed(result, small):
     assert "e* = 0.7513" in text
 
 
+def prism(base, height, angle, **joint):
+    """The push, along an angle, of a block on a base [(x, y), …] and a joint that does not slide."""
+    n, joint = len(base), bs.JointMaterial("rough", 3).varied(**joint)
+    corners = [[x, y, z] for z in (0, height) for x, y in base]
+    sides = [[k, (k + 1) % n, n + (k + 1) % n, n + k] for k in range(n)]
+    block = bs.Block.from_faces(
+        "block", Q_(corners, "m"), [[*range(n)][::-1], [n + k for k in range(n)], *sides], STONE
+    )
+    ground = bs.Block.box("ground", "[-5, -5, -1] m", "[10, 10, 1] m", STONE, fixed=True)
+    model, towards = model_of([ground, block], joint), np.array([np.cos(angle), np.sin(angle), 0.0])
+    return run(model, case(push(*towards)))
+
+
+PENTAGON = [(-0.5, -0.5), (0.2, -0.5), (0.5, 0.4), (0.5, 0.5), (-0.5, 0.5)]
+
+
+def to_the_short_edge():
+    """Direction from the centroid of the pentagon to the middle of its edge from (0.5, 0.4) to (0.5, 0.5)."""
+    x, y = 0.5 + 0.0624277, 0.45 - 0.0312139
+    return np.arctan2(y, x)
+
+
+def test_a_resultant_that_leaves_the_hinge_has_no_straight_curve():
+    """About the edge at x = 0.5 m the resultant is at y = y_G + α u_y z_G, at rest at its middle, 0.45 m.
+
+    With R = √(0.5624² + 1.5²) and β = atan(0.5624 / 1.5), α = tan(β − θ) / u_x, z_G = R cos(β − θ): y falls below the
+    end of the edge, 0.4 m, at R (sin β − sin(β − θ)) u_x = 0.0540 m, and α vanishes about it at 0.4511 m.
+    """
+    at, u = np.array([0.5624277, 1.5]), to_the_short_edge()
+    R, beta = np.hypot(*at), np.arctan(at[0] / at[1])
+
+    def y(theta):
+        return 0.0312139 + np.tan(u) * np.tan(beta - theta) * R * np.cos(beta - theta)
+
+    assert y(0) == pytest.approx(0.45, abs=1e-5)
+    left = brentq(lambda theta: y(theta) - 0.4, 0, 0.2)
+    d = R * (np.sin(beta) - np.sin(beta - left)) * np.cos(u)
+    found = prism(PENTAGON, 3, u)
+    check = bs.assess.local_mechanism(found, 1.35, SITE)
+    assert check.curve is None
+    assert check.missing_curve.startswith("no capacity curve: at d = 0.05")
+    assert d == pytest.approx(0.054, abs=2e-4)
+    told = float(check.missing_curve.split("d = ")[1].split(" m")[0])
+    assert told == pytest.approx(d, rel=0.01)
+    assert "vanishes about it at 0.4511 m, the resultant leaves the hinge, which is 0.1 m long" in check.missing_curve
+    with pytest.raises(bs.errors.ModelError, match="goes over to another edge; it takes a pushover"):
+        bs.assess.local_mechanism(found, 1.35, SITE, method="displacement")
+    edge = Q_([[0.5, 0.4, 0], [0.5, 0.5, 0]], "m")
+    hand = bs.assess.overturning(found.model, found.case, ["block"], edge)
+    assert hand.d0 == pytest.approx(0.4511, abs=1e-4)
+    (line,) = (line for line in hand.lines if line.what == "the resultant leaves the edge")
+    assert float(line.formula.split("d = ")[1].split(" m")[0]) == pytest.approx(d, rel=0.01)
+    assert "and d0 is less; run a Pushover" in line.formula
+
+
+@pytest.mark.parametrize("sides", [(0.6, 0.6), (0.6, 0.4)])
+def test_a_pier_over_its_corner_has_no_straight_curve(sides):
+    """0.6 × 0.6 × 2 m at 45°: over the corner d0 would be 0.4243 m, and over the edge beside it it is 0.2121 m."""
+    a, b = sides
+    base, diagonal = [(-a / 2, -b / 2), (a / 2, -b / 2), (a / 2, b / 2), (-a / 2, b / 2)], np.arctan2(b, a)
+    check = bs.assess.local_mechanism(prism(base, 2, diagonal), 1.35, SITE)
+    assert check.alpha0 == pytest.approx(np.hypot(a, b) / 2, rel=1e-5)
+    assert "turns about a point and not about an edge" in check.missing_curve
+    crushing = bs.assess.local_mechanism(prism(base, 2, diagonal, compressive_strength="2 MPa"), 1.35, SITE)
+    assert "turns about a point and not about an edge" in crushing.missing_curve
+    over = bs.assess.local_mechanism(prism(base, 2, 0.0), 1.35, SITE)
+    assert over.curve.d0 == pytest.approx(a / 2, rel=1e-5)
+
+
+@pytest.mark.parametrize("strength", ["2 MPa", "20 MPa"])
+def test_an_outline_that_crushes_by_cells_keeps_its_straight_curve(strength):
+    """The hinge is set back by cells, by more than the stress block is deep; its edge is still where it turns."""
+    base = [(-1, 0), (1, 0), (0.6, 0.6), (-0.6, 0.6)]
+    whole, cells = (
+        bs.assess.local_mechanism(prism(base, 3, -np.pi / 2, **joint), spectrum=SITE, knowledge_level="LC1")
+        for joint in ({}, {"compressive_strength": strength})
+    )
+    # The centroid of the trapezoid is 0.6 (2 + 2 · 1.2) / (3 (2 + 1.2)) = 0.275 m from its long side.
+    assert whole.curve.d0 == pytest.approx(0.275, rel=1e-5)
+    assert cells.curve.d0 < whole.curve.d0
+    assert cells.curve.d0 == pytest.approx(1.5 * cells.alpha0, rel=1e-5)
+
+
+def test_the_ends_of_a_hinge_are_corners_at_its_level_and_not_behind_it():
+    """Turning about +x leans the body towards −y: what is at y = 1 m is behind the hinge, what is at z = 2 m above."""
+    corners = np.array([[-1, 0, 0], [2, 0, 0], [5, 1, 0], [-5, 0, 2]], dtype=float)
+    pressed = _Pressed(np.zeros(3), np.array([0.0, 0, 1]), 0.0, corners)
+    assert pressed.ends(np.array([1.0, 0, 0]), 0.01) == (-1, 2)
+    assert pressed.ends(np.array([-1.0, 0, 0]), 0.01) == (-5, 1)
+
+
+def test_an_edge_named_beside_the_resultant_is_told(result):
+    """Its weight is at the middle of the façade, which an edge over 0.4 of it from one end does not reach."""
+    told = [
+        "at d = 0 m"
+        in str(bs.assess.overturning(result.model, result.case, ["façade"], Q_([[0, 0, 0], [x, 0, 0]], "m")))
+        for x in (0.4 * LENGTH, 0.6 * LENGTH, LENGTH)
+    ]
+    assert told == [True, False, False]
+
+
+def leaning(*limits):
+    """A wall 0.5 m × 3 m that leans by 0.7 m towards -y, held by ties of 10 kN to a wall 3.5 m behind, at 2.8 m."""
+    corners = [[x, y - 0.7 * z / 3, z] for z in (0, 3) for x, y in ((0, 0), (1, 0), (1, 0.5), (0, 0.5))]
+    faces = [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    blocks = [
+        bs.Block.from_faces("wall", Q_(corners, "m"), faces, STONE),
+        bs.Block.box("ground", "[-1, -3, -1] m", "[3, 8, 1] m", STONE, fixed=True),
+        bs.Block.box("back", "[0, 3, 0] m", "[1, 1, 3] m", STONE, fixed=True),
+    ]
+    at = [("wall", Q_([0.5, -0.7 * 2.8 / 3, 2.8], "m")), ("back", Q_([0.5, 3, 2.8], "m"))]
+    ties = [
+        bs.Tie(f"bar {k}", *at, yield_force="10 kN", **({"elongation_limit": Q_(limit, "m")} if limit else {}))
+        for k, limit in enumerate(limits)
+    ]
+    return bs.Model("leaning", blocks, bs.detect_interfaces(blocks, joint_material=DRY), ties=ties)
+
+
+def test_a_leaning_wall_that_ties_hold_goes_as_far_as_they_do():
+    """W = 27 kN, its centroid 0.1 m beyond the edge: α0 = (Σ T · 2.8 − 27 · 0.1) / (27 · 1.5).
+
+    A tie of 20 mm breaks at θ = 0.02 / 2.8, to first order: d0 = 1.5 θ = 10.71 mm; a second one of 30 mm at 16.07 mm.
+    They lose their share of the moment, 28 of 25.3 kN m and 28 and 56 of 53.3 kN m, down to zero, at most all of it.
+    """
+    one, two = (bs.assess.local_mechanism(run(leaning(*limits)), 1.35, SITE) for limits in ((0.02,), (0.02, 0.03)))
+    assert one.alpha0 == pytest.approx((28 - 2.7) / 40.5, rel=1e-6)
+    assert two.alpha0 == pytest.approx((56 - 2.7) / 40.5, rel=1e-6)
+    assert one.curve.d0 == pytest.approx(1.5 * 0.02 / 2.8, rel=2e-3)
+    assert two.curve.d0 == pytest.approx(1.5 * 0.03 / 2.8, rel=2e-3)
+    assert [d for d, _ in two.curve.losses] == pytest.approx([one.curve.d0, two.curve.d0], rel=1e-9)
+    assert [lost for _, lost in one.curve.losses] == pytest.approx([1.0], abs=0.015)
+    assert [lost for _, lost in two.curve.losses] == pytest.approx([28 / 53.3, 1.0], abs=0.015)
+    assert one.curve.at(0.999 * one.curve.d0) > 0.9 * one.a0_star
+    assert one.curve.at(one.curve.d0) == 0.0
+
+
+def test_a_leaning_wall_whose_ties_have_no_limit_says_what_is_missing():
+    check = bs.assess.local_mechanism(run(leaning(None)), 1.35, SITE)
+    assert check.missing_curve == (
+        "no capacity curve: without the ties that have no elongation limit the dead load overturns the body at rest: "
+        "give them one"
+    )
+
+
+def test_ties_count_where_the_resultant_is(result):
+    """T upwards at one end of the edge: 324 · 2.5 / (324 − T) from it, beyond the other one, at 5 m, from 162 kN on."""
+    hand, up = bs.assess.overturning(result.model, result.case, ["façade"], EDGE), np.array([0.0, 0.0, 1.0])
+    for force, left in ((150e3, np.inf), (170e3, 0.0), (400e3, 0.0)):
+        bar = Pull("bar", np.zeros(3), np.array([0.0, 0.0, 1e3]), force, np.inf)
+        turning = dataclasses.replace(hand.rotation, ties=(bar,))
+        assert turning.leaves((-LENGTH / 2, LENGTH / 2), up, np.linspace(0, 0.02, 3)) == left
+
+
 def test_two_bodies_by_hand():
     """Weights of 2 and 1 with δ = 1 and 1/2: e* = 2.5² / (3 · 2.25) = 0.925926; d = d_C · 2.25 / 2.5 at δ_C = 1."""
     found = bs.assess.Participation.of(
@@ -295,6 +516,8 @@ def test_the_mechanism_of_a_wall_in_its_plane_has_several_bodies_and_no_straight
     assert 0 < check.participation_of_blocks.e_star <= check.e_star <= 1
     with pytest.raises(bs.errors.ModelError, match="takes a pushover, or give method='linear'"):
         bs.assess.local_mechanism(found, 1.35, SITE, method="displacement")
+    (coarse,) = set(bs.assess.local_mechanism(found, 1.35, SITE, tolerance=0.5).notes) - set(check.notes)
+    assert coarse.startswith("Blocks that are taken as one body move by up to 0.5")
 
 
 def test_a_sliding_block_takes_part_as_one_and_has_no_d0():
@@ -308,22 +531,67 @@ def test_a_sliding_block_takes_part_as_one_and_has_no_d0():
     assert "slides without turning" in check.missing_curve
 
 
-def test_a_body_that_friction_holds_has_no_straight_curve():
-    """A façade pressed with 30 kN against a side wall that it rubs along: more than its weight resists."""
+@pytest.mark.parametrize(("force", "strength"), [(30, None), (20, "0.5 MPa")])
+def test_a_body_that_friction_holds_has_no_straight_curve(force, strength):
+    """A façade pressed against a side wall that it rubs along: more than its weight resists.
+
+    Its stress block at the foot is 64.8 / (500 · 2) = 0.0648 m deep, and with 20 kN the hinge is 0.177 m off the axis.
+    """
     wall = bs.Block.box("façade", "[0, 0, 0] m", "[2, 0.6, 3] m", STONE)
     side = bs.Block.box("side", "[2, 0, 0] m", "[0.5, 3, 3] m", STONE)
     ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[5, 6, 0.5] m", STONE, fixed=True)
     pressed = [
-        bs.PointLoad("side", "[2.5, 0.3, 1.5] m", "[-30, 0, 0] kN"),
-        bs.PointLoad("façade", "[0, 0.3, 1.5] m", "[30, 0, 0] kN"),
+        bs.PointLoad("side", "[2.5, 0.3, 1.5] m", Q_([-force, 0, 0], "kN")),
+        bs.PointLoad("façade", "[0, 0.3, 1.5] m", Q_([force, 0, 0], "kN")),
     ]
     dead = bs.LoadPattern("dead", [bs.SelfWeight(), *pressed])
-    check = bs.assess.local_mechanism(run(model_of([ground, wall, side], DRY), case(dead=dead)), 1.35, SITE)
+    model = model_of([ground, wall, side], DRY.varied(compressive_strength=strength))
+    check = bs.assess.local_mechanism(run(model, case(dead=dead)), 1.35, SITE)
     assert [body.blocks for body in check.bodies if body.moves] == [("façade",)]
     # Its own weight gives 0.6 / 3.
-    assert check.alpha0 > 0.3
+    assert check.alpha0 > 0.25
     assert check.curve is None
     assert "hold it, too" in check.missing_curve
+
+
+def test_a_body_that_tension_holds_has_no_straight_curve():
+    """A foot that bonds with 5 kPa: it turns about its edge, at more than its weight resists, 0.1."""
+    check = bs.assess.local_mechanism(run(facade(DRY.varied(cohesion="10 kPa", tensile_strength="5 kPa"))), 1.35, SITE)
+    assert 1.01 < check.alpha0 / 0.1 < 1.1
+    assert "give a load factor of 0.1, not 0.10" in check.missing_curve
+    assert "more than weight and ties resists" in check.missing_curve
+
+
+def test_bodies_that_turn_about_other_axes_are_told():
+    """A slender wall leans on a low one, whose far edge runs askew by 0.3 in 1."""
+    base = [(0.5, 0), (1.0, 0), (1.3, 1), (0.5, 1)]
+    corners = [[x, y, z] for z in (0, 2) for x, y in base]
+    sides = [[k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k] for k in range(4)]
+    blocks = [
+        bs.Block.box("ground", "[-5, -5, -1] m", "[10, 10, 1] m", STONE, fixed=True),
+        bs.Block.box("slender", "[0, 0, 0] m", "[0.5, 1, 4] m", STONE),
+        bs.Block.from_faces("low", Q_(corners, "m"), [[3, 2, 1, 0], [4, 5, 6, 7], *sides], STONE),
+    ]
+    check = bs.assess.local_mechanism(run(model_of(blocks, DRY), case(push(1, 0, 0))), 1.35, SITE)
+    assert any(text.startswith("The bodies do not move parallel to one plane") for text in check.notes)
+
+
+def test_a_portal_goes_as_far_by_its_control_point_as_by_its_weights():
+    """Columns of 27 kN move by half of what their lintel of 22.5 kN does.
+
+    e* = (54 / 2 + 22.5)² / (76.5 (54 / 4 + 22.5)) = 0.889706.
+    """
+    blocks = [
+        bs.Block.box("ground", "[-1, -1, -0.5] m", "[6, 3, 0.5] m", STONE, fixed=True),
+        *(bs.Block.box(f"column {x:g}", Q_([x, 0, 0], "m"), "[0.5, 1, 3] m", STONE) for x in (0, 2)),
+        bs.Block.box("lintel", "[0, 0, 3] m", "[2.5, 1, 0.5] m", STONE),
+    ]
+    control = ("lintel", (1, 0, 0))
+    pushed = bs.Pushover("portal", SELF_WEIGHT, push(1, 0, 0), control=control, steps=10)
+    check = bs.assess.local_mechanism(bs.run(model_of(blocks, DRY), pushed)["portal"], 1.35, SITE)
+    assert check.e_star == pytest.approx(0.889706, rel=1e-5)
+    assert check.curve is not None
+    assert check.notes == ()
 
 
 def test_every_formula_is_printed_with_its_paragraph(result):
@@ -337,6 +605,7 @@ def test_every_formula_is_printed_with_its_paragraph(result):
         "T_SLV = 1.68 π √(d/a) = 1.68 π √(0.12 m / 0.4359 m/s²) = 2.769 s   [C8.7.1.2.1.8 (C8.7.1.10)]",
         "T_SLC = 1.56 π √(d/a)",
         "η = √(10/(5 + ξ)) = 0.8771 for ξ = 8 %",
+        "η = √(10/(5 + ξ)) = 0.8165 for ξ = 10 %",
         "S_S = 1.40 − 0.40 F0 a_g/g, from 1.00 to 1.20 = 1.2   [NTC 2018 Tab. 3.2.IV]",
         "FC = 1.35: α0 ignores the compressive strength: that of LC1, 1.35, is the least",
         "behaviour factor q",
@@ -568,7 +837,7 @@ def test_a_pushover_that_tells_no_displacement_is_refused(result):
         curve_of(result, capacity_of_facade(holds=1))
 
 
-@pytest.mark.parametrize("along", [(1, 0, 0), (0, 0, 1), (0, -1, -1), (1, -1, 0)])
+@pytest.mark.parametrize("along", [(1, 0, 0), (0, 0, 1), (0, -1, -1), (1, -1, 0), (0.1, -1, 0)])
 def test_a_control_point_that_is_not_followed_along_the_push_is_refused(result, along):
     """Followed downwards as well, the corner of the top would have a larger d0: what it sinks by."""
     along = tuple(np.array(along) / np.linalg.norm(along))
@@ -609,6 +878,7 @@ def test_a_spread_is_checked_by_its_lowest_answer():
     [
         (bs.LoadPattern("roof", [bs.PointLoad("façade", "[2.5, 0.3, 6] m", "[0, -9, 0] kN")]), "has no BodyForce"),
         (push(0, -0.8, 0.6), "pushes along"),
+        (push(0, -1, 0.005), "pushes along"),
         (
             bs.LoadPattern("turn", [bs.BodyForce("-y"), bs.Moment("façade", "[5, 0, 0] kN*m")]),
             "has couples",
@@ -634,7 +904,12 @@ def test_a_push_that_is_not_horizontal_in_proportion_to_weight_is_refused(variab
         ({"knowledge_level": "LC4"}, "known are LC1, LC2, LC3"),
         ({"confidence_factor": 1.35, "knowledge_level": "LC2"}, "give one of the two"),
         ({"method": "by eye"}, "known are linear, displacement"),
-        ({"spectrum": 0.15}, "spectrum is a float"),
+        ({"spectrum": 0.15}, r"spectrum 0.15 is a float; give bs.assess.ntc_spectrum"),
+        ({"spectrum": None}, "spectrum None is a NoneType; give"),
+        ({"spectrum_sld": 0.15}, "spectrum_sld 0.15 is a float; give bs.assess.ntc_spectrum"),
+        ({"spectrum_slc": "x"}, "spectrum_slc 'x' is a str; give bs.assess.ntc_spectrum"),
+        ({"coefficients": {"q": 1.5}}, "coefficients .* is a dict; give bs.assess.Coefficients"),
+        ({"beside": 0.1}, "beside 0.1 is a float; give bs.assess.overturning"),
         ({"confidence": 1.35}, "did you mean confidence_factor"),
     ],
 )
@@ -653,6 +928,16 @@ def test_the_factor_of_confidence_follows_from_what_counts(result):
     with pytest.raises(bs.errors.ModelError, match="give the factor, or knowledge_level"):
         bs.assess.local_mechanism(crushing, spectrum=SITE)
     assert bs.assess.local_mechanism(crushing, 1.2, SITE).confidence_factor == 1.2
+    # Another joint of the same body that does not count crushing.
+    ground, wall = facade().blocks
+    behind = bs.Block.box("behind", Q_([0, DEPTH, 0], "m"), "[5, 1, 2] m", STONE, fixed=True)
+    foot = bs.detect_interfaces(
+        [ground, wall], joint_material=bs.JointMaterial("lime", 0.7, compressive_strength="2 MPa")
+    )
+    back = bs.detect_interfaces([wall, behind], joint_material=DRY)
+    both = bs.Model("two joints", [ground, wall, behind], [*foot.interfaces, *back.interfaces])
+    with pytest.raises(bs.errors.ModelError, match=r"FC is 1\.35, that of LC1"):
+        bs.assess.local_mechanism(run(both), 1.2, SITE)
 
 
 def test_results_without_a_collapse_state_are_refused(result):
@@ -683,6 +968,12 @@ def test_a_hand_calculation_of_nothing_is_refused(result):
     ):
         with pytest.raises(error, match=words):
             bs.assess.overturning(model, of, blocks, edge)
+
+
+def test_a_hand_calculation_without_a_push_is_refused(result):
+    settled = bs.SettlementCase("sinking", SELF_WEIGHT, ["ground"], "-z")
+    with pytest.raises(bs.errors.ModelError, match="case 'sinking' is a SettlementCase; give a LimitCase with a push"):
+        bs.assess.overturning(result.model, settled, ["façade"], EDGE)
 
 
 @pytest.mark.parametrize(

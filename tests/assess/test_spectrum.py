@@ -50,6 +50,28 @@ def test_every_row_of_the_table_of_soils_and_its_limits(soil, SS, CC):
     assert pytest.approx(CC) == weak.CC
 
 
+@pytest.mark.parametrize(("soil", "SS"), [("A", 1.0), ("B", 1.112), ("C", 1.268), ("D", 1.32), ("E", 1.208)])
+def test_every_row_of_the_table_of_soils_between_its_limits(soil, SS):
+    """Tab. 3.2.IV at F0 ag/g = 2.4 · 0.3 = 0.72: 1.40 − 0.40 · 0.72 = 1.112 on soil B, 2.00 − 1.10 · 0.72 on E."""
+    assert pytest.approx(SS) == bs.assess.ntc_spectrum("0.3 g_0", 2.4, "0.3 s", soil).SS
+
+
+@pytest.mark.parametrize(("soil", "TE"), [("A", 4.5), ("B", 5.0), ("C", 6.0), ("D", 6.0), ("E", 6.0)])
+def test_every_row_of_the_table_of_long_periods(soil, TE):
+    """Tab. 3.2.VII: half-way between T_E and T_F = 10 s the displacement is dg (F0 + 1) / 2, [3.2.11]."""
+    site = bs.assess.ntc_spectrum(**SITE | {"soil": soil})
+    dg = 0.025 * 0.15 * g * site.S * site.TC * site.TD
+    assert site.displacement((TE + 10) / 2) == pytest.approx(dg * (2.4 + 1) / 2)
+    assert site.displacement(10.0) == pytest.approx(dg)
+    assert site.displacement(TE) == pytest.approx(site.acceleration(TE) * (TE / (2 * np.pi)) ** 2)
+
+
+def test_damping_does_not_lower_a_spectrum_without_end():
+    """[3.2.4]: √(10 / (5 + 50)) = 0.4264 is below the least, 0.55."""
+    site = bs.assess.ntc_spectrum(**SITE)
+    assert site.acceleration(site.TC, 0.5) == pytest.approx(0.55 * site.acceleration(site.TC))
+
+
 @pytest.mark.parametrize(("topography", "ST"), [("T1", 1.0), ("T2", 1.2), ("T3", 1.2), ("T4", 1.4)])
 def test_topography(topography, ST):
     flat, steep = (bs.assess.ntc_spectrum(**SITE, topography=t) for t in ("T1", topography))
@@ -115,12 +137,18 @@ def test_a_floor_spectrum_by_hand():
     assert floor.peak == pytest.approx(a_Z)
     np.testing.assert_allclose(floor.acceleration([0, 0.32, 0.4, 0.44]), a_Z * np.array([1, *[1.1 / np.sqrt(0.1)] * 3]))
     assert floor.acceleration(0.88) == pytest.approx(a_Z)
+    # Half-way before and behind the peak, [C7.2.6].
+    r = 1.1 / np.sqrt(0.1)
+    assert floor.acceleration(0.16) == pytest.approx(r * a_Z / (1 + (r - 1) * 0.5**1.6))
+    assert floor.acceleration(0.66) == pytest.approx(r * a_Z / (1 + (r - 1) * 0.5**1.2))
     # Beyond T_1 at least the ground, and beyond b T_1 at least the displacement there ([C7.2.5], [C8.7.1.12]).
     weak = bs.assess.floor_spectrum(ground, [bs.assess.Mode("0.4 s", participation=0.1, shape=0.9)])
     assert weak.acceleration(3.0) == pytest.approx(float(ground.acceleration(3.0)))
     assert weak.acceleration(0.3) < ground.acceleration(0.3)
     least = float(floor.acceleration(0.4)) * (0.44 / (2 * np.pi)) ** 2
     assert np.all(floor.displacement(np.linspace(0.45, 4, 20)) >= least)
+    sharp = bs.assess.floor_spectrum(ground, [bs.assess.Mode("0.4 s", participation=1.3, shape=0.9, damping=0.02)])
+    assert sharp.displacement(0.6) == pytest.approx(float(sharp.acceleration(0.4)) * (0.44 / (2 * np.pi)) ** 2)
     assert floor.at(2 * floor.ag).ag == pytest.approx(2 * floor.ag)
 
 

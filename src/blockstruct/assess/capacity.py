@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.assess.lines import Line, shown
-from blockstruct.assess.participation import HorizontalForces, Participation
+from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
 from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase
@@ -58,7 +59,6 @@ def curve_of_rotation(
     case: LimitCase,
     bodies: Sequence[MacroBlock],
     forces: HorizontalForces,
-    participation: Participation,
     a0_star: float,
 ) -> CapacityCurve:
     """Curve of one macro-block that turns about a fixed hinge, C8.7.1.2.1.2: straight, a0* (1 − d/d0), without ties.
@@ -71,26 +71,29 @@ def curve_of_rotation(
     Raises
     ------
     ModelError
-        If several bodies move, or one slides or does not turn where it presses: that takes a pushover.
+        If several bodies move, or one slides, does not turn where it presses, or turns about a point or an edge that
+        the resultant leaves: that takes a pushover.
     """
     moving = [body for body in bodies if body.moves]
     if len(moving) != 1:
-        msg = f"{len(moving)} bodies move against each other"
+        msg = f"{len(moving)} bodies move against each other; it takes a pushover"
         raise ModelError(msg)
     body = moving[0]
     if body.axis is None:
-        msg = "the body slides without turning, which has no d0"
+        msg = "the body slides without turning, which has no d0; it takes a pushover"
         raise ModelError(msg)
-    index = {b.name: i for i, b in enumerate(result.model.blocks)}
+    index = result.model.block_index
     members = [index[name] for name in body.blocks]
     direction, on_axis = body.axis
-    hinge, depth = _pressed(result, set(body.blocks), direction)
+    pressed = _Pressed.of(result, set(body.blocks), direction)
+    hinge = pressed.point
     corners = np.concatenate([result.model.blocks[i].shape.vertices for i in members])
     apart = np.cross(direction, hinge - on_axis)
-    if np.linalg.norm(apart) > _APART * np.ptp(corners, axis=0).max() + depth:
+    near = _APART * np.ptp(corners, axis=0).max()
+    if np.linalg.norm(apart) > near + pressed.depth:
         msg = (
             f"the body turns about an axis {np.linalg.norm(apart):.3g} m from where its joints press: friction, "
-            "tension or other bodies hold it, too"
+            "tension or other bodies hold it, too; it takes a pushover"
         )
         raise ModelError(msg)
     force = result.history["tie_force"].isel(iteration=-1).to_numpy() if result.model.ties else np.zeros(0)
@@ -100,24 +103,41 @@ def curve_of_rotation(
     if abs(alpha - result.load_factor) > 1e-3 * result.load_factor:
         msg = (
             f"moments about the hinge give a load factor of {alpha:.4g}, not {result.load_factor:.4g}: more than "
-            "weight and ties resists"
+            "weight and ties resists; it takes a pushover"
         )
         raise ModelError(msg)
     on = np.isin(forces.block, members)
     control = forces.weight[on] @ forces.point[on] / forces.weight[on].sum()
-    factor = participation.factor / float(participation.displacement[0])
 
     def displacement(angle: float) -> float:
-        return float(turning.moved(control, angle) @ forces.direction) * factor
+        return float(turning.moved(control, angle) @ forces.direction)
 
     counted = turning.without([tie for tie in turning.ties if not np.isfinite(tie.limit)])
+    if turning.ties and counted.load_factor(0.0) <= 0:
+        msg = "without the ties that have no elongation limit the dead load overturns the body at rest: give them one"
+        raise ModelError(msg)
     breaks = {tie.name: counted.breaks(tie) for tie in counted.ties}
     parts, losses, theta0 = _parts(counted, breaks)
     if np.isnan(theta0):
-        msg = "the dead load does not overturn the body"
+        msg = "the dead load does not overturn the body, however far it turns"
+        raise ModelError(msg)
+    d0 = displacement(theta0)
+    ends = pressed.ends(turning.axis, near)
+    if ends[1] - ends[0] <= near:
+        msg = (
+            "the body turns about a point and not about an edge, and once it leans it can go over to an edge beside "
+            "it; it takes a pushover"
+        )
+        raise ModelError(msg)
+    left = min(current.leaves(ends, pressed.normal, angles) for current, angles, _ in parts)
+    if np.isfinite(left):
+        msg = (
+            f"at d = {shown(displacement(left), 'm')}, before α vanishes about it at {shown(d0, 'm')}, the resultant "
+            f"leaves the hinge, which is {shown(ends[1] - ends[0], 'm')} long: the body goes over to another "
+            "edge; it takes a pushover"
+        )
         raise ModelError(msg)
     where = ", ".join(f"{value:.4g}" for value in np.round(hinge, 6) + 0.0)
-    d0 = displacement(theta0)
     lines = [
         Line("hinge", f"along ({components(direction)}) through ({where}) m, where the joints press", "C8.7.1.2.1.1"),
         *(_tie_line(tie, breaks.get(tie.name), displacement) for tie in turning.ties),
@@ -126,8 +146,7 @@ def curve_of_rotation(
         ),
         Line(
             "displacement of the oscillator",
-            f"d0 = d_C,0 Σ(P+Q)δ² / (δ_C Σ(P+Q)δ) = {shown(d0 / factor, 'm')} · {shown(factor)} = {shown(d0, 'm')}; C "
-            "is the centroid of the weights",
+            f"d0 = d_C,0 Σ(P+Q)δ² / (δ_C Σ(P+Q)δ) = d_C,0 = {shown(d0, 'm')}; C is the centroid of one body",
             "C8.7.1.2.1.3 (C8.7.1.4)",
         ),
     ]
@@ -140,7 +159,7 @@ def curve_of_rotation(
         return CapacityCurve(np.array([0.0, d0]), np.array([start, 0.0]), tuple(lines))
     said = f"a(d) = α(θ) g / (e* FC), from {shown(start, 'm/s²')} to 0 at {shown(d0, 'm')}, with ties until they break"
     lines.append(Line("capacity curve", said, source))
-    angles, factors = (np.concatenate(column) for column in zip(*parts, strict=True))
+    angles, factors = (np.concatenate(column) for column in list(zip(*parts, strict=True))[1:])
     d = np.array([displacement(angle) for angle in angles.tolist()])
     # Two points at a loss: before it, and just beyond.
     d = np.maximum.accumulate(np.where(np.diff(d, prepend=-1.0) <= 0, np.nextafter(d, np.inf), d))
@@ -150,28 +169,28 @@ def curve_of_rotation(
 
 def _parts(
     turning: RigidRotation, breaks: Mapping[str, float]
-) -> tuple[list[tuple[Array, Array]], list[tuple[float, float]], float]:
-    """Angles and load factors between the breaks of ties, these with what is lost by then, and the last angle."""
+) -> tuple[list[tuple[RigidRotation, Array, Array]], list[tuple[float, float]], float]:
+    """Body, angles and load factors between the breaks of ties, these with what is lost by then, and the last angle."""
     parts, losses, begin, current = [], [], 0.0, turning
     for tie in sorted(turning.ties, key=lambda tie: breaks[tie.name]):
         angle = breaks[tie.name]
-        if not np.isfinite(angle) or current.capacity <= angle:
+        if not np.isfinite(angle) or current.capacity(begin) <= angle:
             break
-        parts.append(_sampled(current, begin, angle))
+        parts.append((current, *_sampled(current, begin, angle)))
         before, current, begin = current.load_factor(angle), current.without([tie]), angle
         losses.append((angle, before - max(current.load_factor(angle), 0.0)))
-    end = max(current.capacity, begin)
+    end = current.capacity(begin)
     if np.isnan(end):
         return parts, losses, end
-    parts.append(_sampled(current, begin, end))
-    parts[-1][1][-1] = 0.0
-    largest = max(float(factors.max()) for _, factors in parts)
+    parts.append((current, *_sampled(current, begin, end)))
+    parts[-1][2][-1] = 0.0
+    largest = max(float(factors.max()) for _, _, factors in parts)
     lost = np.cumsum([loss for _, loss in losses]) / largest
     return parts, list(zip([at for at, _ in losses], lost.tolist(), strict=True)), end
 
 
 def _sampled(turning: RigidRotation, begin: float, end: float) -> tuple[Array, Array]:
-    angles = np.linspace(begin, end, _SAMPLES)
+    angles = np.linspace(begin, end, _SAMPLES if begin < end else 1)
     return angles, np.maximum([turning.load_factor(angle) for angle in angles.tolist()], 0.0)
 
 
@@ -186,23 +205,56 @@ def _tie_line(tie: Pull, angle: float | None, displacement: Callable[[float], fl
     )
 
 
-def _pressed(result: CaseResult, members: Collection[str], axis: Array) -> tuple[Array, float]:
-    """Mean point at which other bodies press these blocks, and the depth of the deepest stress block, m."""
-    last, model = result.history.isel(iteration=-1), result.model
-    outside = np.array([(i.minus in members) != (i.plus in members) for i in model.interfaces])
-    of_point = last["interface_of_contact_point"].to_numpy()
-    at = outside[of_point]
-    normal = np.maximum(last["contact_force"].transpose("contact_point", "component").to_numpy()[at, 0], 0.0)
-    if not normal.sum() > 0:
-        msg = "nothing presses the body"
-        raise ModelError(msg)
-    position = last["contact_point_position"].to_numpy()[at]
-    total = np.bincount(of_point[at], normal, minlength=len(outside))
-    strength, area = last["compressive_strength"].to_numpy(), last["interface_area"].to_numpy()
-    used = (total / (strength * area))[outside]
-    polygons = [i.polygon for i, at in zip(model.interfaces, outside, strict=True) if at]
-    extent = np.array([np.linalg.norm(np.ptp(np.cross(polygon, axis), axis=0)) for polygon in polygons])
-    return normal @ position / normal.sum(), float((used * extent).max(initial=0.0))
+@dataclass(frozen=True, slots=True)
+class _Pressed:
+    """Where other bodies press some blocks.
+
+    Attributes
+    ----------
+    point, normal : (3,) arrays
+        Mean point, m, and the direction across the axis in which the blocks are pressed there.
+    depth : float
+        Of the deepest stress block, m.
+    corners : (n, 3) array
+        Of the joints at which bodies meet them, m.
+    """
+
+    point: Array
+    normal: Array
+    depth: float
+    corners: Array
+
+    @classmethod
+    def of(cls, result: CaseResult, members: Collection[str], axis: Array) -> Self:
+        last, model = result.history.isel(iteration=-1), result.model
+        outside = np.array([(i.minus in members) != (i.plus in members) for i in model.interfaces])
+        of_point = last["interface_of_contact_point"].to_numpy()
+        at = outside[of_point]
+        normal = np.maximum(last["contact_force"].transpose("contact_point", "component").to_numpy()[at, 0], 0.0)
+        if not normal.sum() > 0:
+            msg = "nothing presses the body"
+            raise ModelError(msg)
+        position = last["contact_point_position"].to_numpy()[at]
+        total = np.bincount(of_point[at], normal, minlength=len(outside))
+        strength, area = last["compressive_strength"].to_numpy(), last["interface_area"].to_numpy()
+        used = (total / (strength * area))[outside]
+        joints = [i for i, at in zip(model.interfaces, outside, strict=True) if at]
+        extent = np.array([np.linalg.norm(np.ptp(np.cross(i.polygon, axis), axis=0)) for i in joints])
+        pushes = total[outside] @ np.array([i.normal if i.plus in members else -i.normal for i in joints])
+        pushes = pushes - (pushes @ axis) * axis
+        return cls(
+            normal @ position / normal.sum(),
+            pushes / np.linalg.norm(pushes),
+            float((used * extent).max(initial=0.0)),
+            np.concatenate([i.polygon for i in joints]),
+        )
+
+    def ends(self, axis: Array, near: float) -> tuple[float, float]:
+        """Ends of the hinge along the axis of the rotation: of corners at it, or before it where it is set back, m."""
+        arm = self.corners - self.point
+        at_level = np.abs(arm @ self.normal) <= near + self.depth
+        at = (arm @ axis)[at_level & (arm @ np.cross(axis, self.normal) >= -near)]
+        return float(at.min(initial=np.inf)), float(at.max(initial=-np.inf))
 
 
 def components(vector: Array) -> str:

@@ -125,7 +125,7 @@ def d0_of_weights(
     With their mean δ for that of the control point [C8.7.1.4] is their mean way over e*.
     """
     last = int(np.flatnonzero(_certified(capacity))[-1])
-    index = {b.name: i for i, b in enumerate(model.blocks)}
+    index = model.block_index
     of = np.isin(forces.block, [index[name] for name in names])
     block, weight = forces.block[of], forces.weight[of]
     arm = forces.point[of] - np.array([b.centroid for b in model.blocks])[block]

@@ -34,7 +34,7 @@ class LimitState:
     ag : float
         Acceleration of the ground at which capacity and demand are equal, m/s².
     ag_site : float
-        That of the site, m/s².
+        That of the site, m/s²; without a spectrum of this limit state that of SLV.
     lines : tuple of Line
     """
 
@@ -53,12 +53,14 @@ class LimitState:
 
     @property
     def satisfied(self) -> bool:
-        """Whether the ground acceleration that it bears is not below that of the site."""
-        return bool(self.ag >= self.ag_site)
+        """Whether the ground acceleration that it bears is not below that of the site; never without a demand."""
+        return bool(self.ag >= self.ag_site and np.isfinite(self.demand))
 
     @property
     def outcome(self) -> str:
         """Whether it is satisfied, and why where the ratio does not tell."""
+        if np.isnan(self.demand):
+            return "not checked: no spectrum of this limit state"
         if self.satisfied:
             return "satisfied" + ("" if self.ratio >= 1 else " by that of SLD (C8.7.1.2.1.8)")
         return "not satisfied" + ("" if self.ratio < 1 else ", as a weaker ground motion already demands as much")

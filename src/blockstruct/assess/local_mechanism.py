@@ -1,7 +1,7 @@
 """Check of a local mechanism, Circolare 21/01/2019 n. 7 C.S.LL.PP., C8.7.1.2.1."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from blockstruct.assess.rotation import first_reached
 from blockstruct.assess.spectrum import LARGEST, SMALLEST, NtcSpectrum, Spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.errors import ModelError
+from blockstruct.errors import shown as as_given
 from blockstruct.keywords import checked_keywords, did_you_mean
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
@@ -88,9 +89,14 @@ def local_mechanism(
         mechanism has no capacity curve for the method.
     """
     found, case = _converged(result)
-    if not isinstance(spectrum, NtcSpectrum | TableSpectrum | FloorSpectrum):
-        msg = f"local_mechanism: spectrum is a {type(spectrum).__name__}; give bs.assess.ntc_spectrum(…) or another"
-        raise ModelError(msg)
+    spectrum = _spectrum("spectrum", spectrum)
+    for name, one in (("spectrum_sld", spectrum_sld), ("spectrum_slc", spectrum_slc)):
+        if one is not None:
+            _spectrum(name, one)
+    if beside is not None and not isinstance(beside, Overturning):
+        _refuse_kind("beside", beside, "bs.assess.overturning(…)")
+    if coefficients is not None and not isinstance(coefficients, Coefficients):
+        _refuse_kind("coefficients", coefficients, "bs.assess.Coefficients(…), such as Coefficients(q=1.5)")
     if method not in METHODS:
         msg = f"local_mechanism: method {method!r}; {did_you_mean(str(method), METHODS)}"
         raise ModelError(msg)
@@ -104,16 +110,15 @@ def local_mechanism(
     )
     alpha0 = found.load_factor * forces.share
     a0_star = alpha0 * g / (whole.e_star * FC)
-    # Only the result of a pushover has a capacity.
-    pushed, curve, missing = getattr(found, "capacity", None), None, ""
+    pushed, curve, missing = found.capacity, None, ""
     try:
         curve = (
-            curve_of_rotation(found, case, bodies, forces, whole, a0_star)
+            curve_of_rotation(found, case, bodies, forces, a0_star)
             if pushed is None
             else curve_of_pushover(found, pushed, forces.direction, whole, a0_star)
         )
     except ModelError as error:
-        missing = f"no capacity curve: {error}" + ("; it takes a pushover" if pushed is None else "")
+        missing = f"no capacity curve: {error}"
     if method == "displacement" and curve is None:
         msg = f"case {found.name!r}: {missing}, or give method='linear'"
         raise ModelError(msg)
@@ -136,10 +141,10 @@ def local_mechanism(
     ]
     if curve is not None and pushed is not None:
         notes += notes_of_control(found.model, pushed, curve.d0, forces, bodies, whole)
-    given = next(iter(result.runs.values())) if isinstance(result, Spread) else found
-    if given is not found and given.capacity is not None:
+    first = next(iter(result.runs.values())) if isinstance(result, Spread) else found
+    if first is not found and first.capacity is not None:
         notes.append(
-            f"The pushover began at the load factor {shown(given.load_factor)}, and a lower one is relied on, "
+            f"The pushover began at the load factor {shown(first.load_factor)}, and a lower one is relied on, "
             f"{shown(found.load_factor)}: its capacity curve is not used."
         )
     if beside is not None and beside.alpha0 < (1 - _BELOW) * alpha0:
@@ -167,6 +172,17 @@ def local_mechanism(
         coefficients=c,
         notes=tuple(notes),
     )
+
+
+def _spectrum(name: str, value: object) -> NtcSpectrum | TableSpectrum | FloorSpectrum:
+    if not isinstance(value, NtcSpectrum | TableSpectrum | FloorSpectrum):
+        _refuse_kind(name, value, "bs.assess.ntc_spectrum(…) or another")
+    return value
+
+
+def _refuse_kind(name: str, value: object, remedy: str) -> NoReturn:
+    msg = f"local_mechanism: {name} {as_given(value)} is a {type(value).__name__}; give {remedy}"
+    raise ModelError(msg)
 
 
 def _converged(result: Any) -> tuple[CaseResult, LimitCase]:

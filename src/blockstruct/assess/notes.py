@@ -60,7 +60,7 @@ def notes_of(
             "(C8.7.1.2.1.6)."
         )
     moving = _moving(bodies)
-    index = {b.name: i for i, b in enumerate(result.model.blocks)}
+    index = result.model.block_index
     dead = applied_loads(result.model, result.case.dead)
     down = float(-dead.force[np.isin(dead.block, [index[name] for name in moving]), 2].sum())
     if abs(down - whole.total) > 1e-6 * max(down, whole.total):

@@ -11,6 +11,7 @@ from blockstruct.assess.lines import Line, section, shown
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
 from blockstruct.errors import ModelError
+from blockstruct.errors import shown as as_given
 from blockstruct.keywords import checked_keywords
 from blockstruct.model import Block, LimitCase, Model, checked_tuple, tie_segments
 from blockstruct.results import MacroBlock, applied_loads
@@ -22,6 +23,8 @@ Array = NDArray[np.float64]
 _BESIDE = 0.05
 #: Corrections of the setback of the hinge.
 _PASSES = 3
+#: Angles among which one is looked for at which the resultant leaves the edge.
+_ANGLES = 60
 #: Sine of the angle between an edge and the vertical at which it is upright.
 _UPRIGHT = 1e-6
 #: Rise of the normal of a joint that a block stands on.
@@ -73,7 +76,8 @@ def overturning(
 
     The loads of the case on these blocks act, and ties between them and other blocks: with their capacities, or with
     their prestress where the rotation slackens them. Nothing else holds them, no friction and no bond to other blocks,
-    and nothing else weighs on them: what stands on them is told. d0 is that without ties.
+    and nothing else weighs on them: what stands on them is told. d0 is that without ties. Where the resultant leaves
+    the edge before, which is then not the one that they turn about, the lines tell it.
 
     Parameters
     ----------
@@ -107,6 +111,10 @@ def overturning(
     0.5
     """
     who = "overturning"
+    if not isinstance(case, LimitCase):
+        given = as_given(getattr(case, "name", case))
+        msg = f"{who}: case {given} is a {type(case).__name__}; give a LimitCase with a push"
+        raise ModelError(msg)
     names = blocks.blocks if isinstance(blocks, MacroBlock) else checked_tuple(blocks, str, f"{who}: blocks")
     turning = [model.block(name) for name in names]
     if not turning or any(b.fixed for b in turning):
@@ -118,7 +126,7 @@ def overturning(
         raise ModelError(msg)
     _check_at(ends, turning)
     forces = HorizontalForces.of(model, case)
-    index = {b.name: i for i, b in enumerate(model.blocks)}
+    index = model.block_index
     members = [index[name] for name in names]
     length = float(np.linalg.norm(ends[1] - ends[0]))
     axis, hinge = (ends[1] - ends[0]) / length, ends.mean(axis=0)
@@ -172,11 +180,14 @@ def overturning(
             f"{shown(alpha0)}); give the edge that the push turns them about"
         )
         raise ModelError(msg)
-    theta0 = rotation.without(pulls).capacity
+    free = rotation.without(pulls)
+    theta0 = free.capacity() if free.load_factor(0.0) > 0 else np.nan
     d0 = float(rotation.moved(G, theta0) @ forces.direction) if np.isfinite(theta0) else np.nan
     resisting = "(dead+T)" if pulls else "dead"
     held = sum(rotation.moment(pull, 0.0) for pull in pulls)
-    stabilising, pushing = -(rotation.dead[0] + held) / 1e3, rotation.variable[0] / forces.share / 1e3
+    at_rest = np.eye(3)
+    stabilising = -(float(rotation.dead.moment(at_rest) @ rotation.axis) + held) / 1e3
+    pushing = float(rotation.variable.moment(at_rest) @ rotation.axis) / forces.share / 1e3
     lines += [
         Line(
             "multiplier, moments about the hinge",
@@ -192,12 +203,35 @@ def overturning(
             "C8.7.1.2.1.2",
         ),
     ]
+    left = _leaves(rotation, pulls, theta0, length)
+    if np.isfinite(left):
+        d = float(rotation.moved(G, left) @ forces.direction)
+        lines.append(
+            Line(
+                "the resultant leaves the edge",
+                f"at d = {shown(d, 'm')} its line of action is beyond the ends of the edge, {shown(length, 'm')} long: "
+                f"the blocks go over to another edge{', and d0 is less' if left else ''}; run a Pushover",
+                "C8.7.1.2.1.2",
+            )
+        )
     return Overturning(names, rotation, setback, alpha0, W, d0, tuple(lines))
 
 
 def _pulls(about: RigidRotation, most: Sequence[Pull], least: Sequence[Pull]) -> list[Pull]:
     """Ties that pull: with the most where the rotation lengthens them, and else with the least."""
     return [p for p in most if about.moment(p, 0.0) < 0] + [p for p in least if about.moment(p, 0.0) >= 0]
+
+
+def _leaves(rotation: RigidRotation, pulls: Sequence[Pull], theta0: float, length: float) -> float:
+    """Angle at which the resultant leaves the edge, at rest with ties and then without; infinite if it stays."""
+    level = np.array([0.0, 0.0, 1.0]) - rotation.axis[2] * rotation.axis
+    if np.linalg.norm(level) < _UPRIGHT:
+        return np.inf
+    ends, normal = (-length / 2, length / 2), level / np.linalg.norm(level)
+    at_rest = rotation.leaves(ends, normal, np.zeros(1))
+    if np.isfinite(at_rest) or np.isnan(theta0):
+        return at_rest
+    return rotation.without(pulls).leaves(ends, normal, np.linspace(0.0, theta0, _ANGLES))
 
 
 def _pressed(down: float, pulls: Sequence[Pull]) -> float:

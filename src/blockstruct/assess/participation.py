@@ -165,7 +165,7 @@ def of_bodies(
     model: Model, forces: HorizontalForces, mechanism: xr.Dataset, bodies: Sequence[MacroBlock]
 ) -> tuple[Participation, Participation]:
     """Participation of the macro-blocks that move, and of their blocks one by one."""
-    index = {b.name: i for i, b in enumerate(model.blocks)}
+    index = model.block_index
     delta = forces.displacements(model, mechanism)
     moving = [body for body in bodies if body.moves]
     of_body = [np.flatnonzero(np.isin(forces.block, [index[name] for name in body.blocks])) for body in moving]

@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 #: Angles, between none and the right one, among which one is looked for.
 _TRIED = np.linspace(0, np.pi / 2, 2000, endpoint=False)
+#: How far beyond the ends of a hinge its resultant may seem to lie, in multiples of its length.
+_BEYOND = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +60,27 @@ def pulls_at(model: Model, blocks: Collection[str], force: Array) -> list[Pull]:
 
 
 @dataclass(frozen=True, slots=True)
+class Load:
+    """Forces whose points turn with a body and whose directions do not.
+
+    Attributes
+    ----------
+    force : (3,) array
+        Their sum, N.
+    arms : (3, 3) array
+        Sum of arms from a point of the hinge, along the first axis, times forces, N·m.
+    """
+
+    force: Array
+    arms: Array
+
+    def moment(self, turn: Array) -> Array:
+        """Moment (3,) about that point when the body has turned by a matrix (3, 3), N·m."""
+        r = turn @ self.arms
+        return np.array([r[1, 2] - r[2, 1], r[2, 0] - r[0, 2], r[0, 1] - r[1, 0]])
+
+
+@dataclass(frozen=True, slots=True)
 class RigidRotation:
     """Moments about a fixed hinge of loads whose points turn with the body and whose directions do not.
 
@@ -71,15 +94,14 @@ class RigidRotation:
         A point of it, m.
     axis : (3,) array
         Unit vector along it; positive angles are those in which the variable load does work.
-    dead, variable : tuple of two floats
-        A and B, N·m.
+    dead, variable : Load
     ties : tuple of Pull
     """
 
     hinge: Array
     axis: Array
-    dead: tuple[float, float]
-    variable: tuple[float, float]
+    dead: Load
+    variable: Load
     ties: tuple[Pull, ...] = ()
 
     @classmethod
@@ -99,29 +121,62 @@ class RigidRotation:
         ModelError
             If there are couples among the loads, or the variable load does not turn the body.
         """
-        parts = [_moments(model, case, pattern, blocks, hinge, axis) for pattern in (case.dead, case.variable)]
-        turning, reach = parts[1][0], np.hypot(*parts[1])
+        dead, variable = (_load(model, case, pattern, blocks, hinge) for pattern in (case.dead, case.variable))
+        turning, later = (float(variable.moment(turn) @ axis) for turn in (np.eye(3), _across(axis)))
+        reach = np.hypot(turning, later)
         if abs(turning) <= 1e-9 * reach or reach == 0:
             msg = (
                 f"case {case.name!r}: {case.variable.name!r} does not turn these blocks about the hinge; choose another"
             )
             raise ModelError(msg)
-        # About the opposite axis A has the other sign; B, of the moment of arms that turn about it, keeps its own.
-        sign = float(np.sign(turning))
-        dead, variable = ((sign * A, B) for A, B in parts)
-        return cls(hinge, sign * axis, dead, variable, tuple(ties))
+        return cls(hinge, float(np.sign(turning)) * axis, dead, variable, tuple(ties))
 
     def load_factor(self, angle: float) -> float:
         """α at an angle, rad."""
-        turn = np.array([np.cos(angle), np.sin(angle)])
+        turn = self._turn(angle)
         held = sum(self.moment(tie, angle) for tie in self.ties)
-        return float(-(turn @ self.dead + held) / (turn @ self.variable))
+        return float(-(self.dead.moment(turn) @ self.axis + held) / (self.variable.moment(turn) @ self.axis))
 
     def moment(self, tie: Pull, angle: float) -> float:
         """Moment of a tie about the hinge at an angle, N·m; against the push below zero."""
+        return float(np.cross(*self._pull(tie, angle)) @ self.axis)
+
+    def leaves(self, ends: tuple[float, float], normal: Array, angles: Array) -> float:
+        """Least angle among these at which the resultant lies beyond the ends of the hinge; infinite if it stays.
+
+        The moments about the axis are in balance at any angle, but those along it only where the force that presses
+        the hinge, which pushes and does not pull, acts between its ends.
+
+        Parameters
+        ----------
+        ends
+            Of the hinge, along the axis from its point, m.
+        normal : (3,) array
+            In which the body is pressed: a unit vector across the axis.
+        angles
+            Ascending, rad.
+        """
+        across, room = np.cross(self.axis, normal), _BEYOND * (ends[1] - ends[0])
+
+        def beyond(angle: float) -> float:
+            turn, alpha = self._turn(angle), self.load_factor(angle)
+            pulls = [self._pull(tie, angle) for tie in self.ties]
+            force = self.dead.force + alpha * self.variable.force + sum(pull for _, pull in pulls)
+            moment = self.dead.moment(turn) + alpha * self.variable.moment(turn) + sum(np.cross(*p) for p in pulls)
+            pressed, along = -float(force @ normal), -float(moment @ across)
+            return max(ends[0] * pressed - along, along - ends[1] * pressed) - room * pressed
+
+        return first_reached(beyond, angles)
+
+    def _pull(self, tie: Pull, angle: float) -> tuple[Array, Array]:
+        """Arm and force of a tie at an angle."""
         at = tie.anchor + self.moved(tie.anchor, angle)
         along = tie.towards - at
-        return float(tie.force * np.cross(at - self.hinge, along) @ self.axis / np.linalg.norm(along))
+        return at - self.hinge, tie.force * along / np.linalg.norm(along)
+
+    def _turn(self, angle: float) -> Array:
+        along = np.outer(self.axis, self.axis)
+        return np.asarray(along + np.cos(angle) * (np.eye(3) - along) + np.sin(angle) * _across(self.axis))
 
     def elongation(self, tie: Pull, angle: float) -> float:
         """Elongation of a tie at an angle, m."""
@@ -132,18 +187,31 @@ class RigidRotation:
         """The same body without some of its ties."""
         return replace(self, ties=tuple(tie for tie in self.ties if all(tie is not gone for gone in ties)))
 
-    @property
-    def capacity(self) -> float:
-        """Least angle θ0 at which α vanishes, rad; NaN where the body is not overturned."""
-        A, B = self.dead
+    def capacity(self, begin: float = 0.0) -> float:
+        """Least angle from one on at which α is no longer above zero, rad; NaN where the body is not overturned."""
+        if self.load_factor(begin) <= 0:
+            return begin
         if not self.ties:
+            A, B = (float(self.dead.moment(turn) @ self.axis) for turn in (np.eye(3), _across(self.axis)))
             return float(np.arctan2(-A, B)) if A < 0 < B else np.nan
-        angle = first_reached(lambda angle: -self.load_factor(angle), _TRIED)
+        angle = first_reached(lambda angle: -self.load_factor(angle), np.append(begin, _TRIED[begin < _TRIED]))
         return angle if np.isfinite(angle) else np.nan
 
     def breaks(self, tie: Pull) -> float:
-        """Angle at which a tie reaches its limit, rad; infinite if it never does."""
-        return first_reached(lambda angle: self.elongation(tie, angle) - tie.limit, _TRIED)
+        """Angle, up to the right one, at which a tie reaches its limit, rad; infinite if it never does.
+
+        The square of its length is that at rest plus ``2 (p · t (1 − cos θ) − a × p · t sin θ)``, with the arm p of its
+        anchor across the axis a and the arm t of its other end.
+        """
+        arm, towards = tie.anchor - self.hinge, tie.towards - self.hinge
+        across = arm - (arm @ self.axis) * self.axis
+        cos, sin = float(across @ towards), float(np.cross(self.axis, across) @ towards)
+        length, reach = float(np.linalg.norm(towards - arm)), float(np.hypot(cos, sin))
+        at_limit = cos - (2 * length * tie.limit + tie.limit**2) / 2
+        if at_limit < -reach:
+            return np.inf
+        angle = float(np.arctan2(sin, cos) + np.arccos(at_limit / reach))
+        return angle if angle < np.pi / 2 else np.inf
 
     def moved(self, point: Array, angle: float) -> Array:
         """Displacement (3,) of a point of the body at an angle, m."""
@@ -168,9 +236,12 @@ def first_reached(excess: Callable[[float], float], tried: Array) -> float:
     return np.inf
 
 
-def _moments(
-    model: Model, case: LimitCase, pattern: LoadPattern, blocks: Sequence[int], hinge: Array, axis: Array
-) -> tuple[float, float]:
+def _across(axis: Array) -> Array:
+    """Matrix (3, 3) of the cross product with an axis."""
+    return np.cross(axis, np.eye(3)).T
+
+
+def _load(model: Model, case: LimitCase, pattern: LoadPattern, blocks: Sequence[int], hinge: Array) -> Load:
     found = applied_loads(model, pattern, case.dead)
     on = np.isin(found.block, list(blocks))
     if found.couple[on].any():
@@ -180,7 +251,4 @@ def _moments(
             "known; give a pair of PointLoads"
         )
         raise ModelError(msg)
-    arm = found.point[on] - hinge
-    turned = np.cross(axis, arm)
-    A, B = (float(np.cross(r, found.force[on]).sum(axis=0) @ axis) for r in (arm, turned))
-    return A, B
+    return Load(found.force[on].sum(axis=0), (found.point[on] - hinge).T @ found.force[on])

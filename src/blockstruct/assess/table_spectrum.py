@@ -19,7 +19,19 @@ g = STANDARD_GRAVITY
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TableSpectrum:
-    """A spectrum by its ordinates: see :func:`table_spectrum`."""
+    """A spectrum by its ordinates: see :func:`table_spectrum`.
+
+    Attributes
+    ----------
+    ag : float
+        Acceleration of the ground that the table belongs to, m/s².
+    periods : (n,) array
+        Rising from 0 s, s.
+    accelerations : (n,) array
+        m/s².
+    damping : float
+        Of the table, as a ratio.
+    """
 
     ag: float
     periods: Array

@@ -111,6 +111,11 @@ class Model:
         return {i.joint_material.name: i.joint_material for i in self.interfaces}
 
     @property
+    def block_index(self) -> dict[str, int]:
+        """Index of each block by its name."""
+        return {b.name: i for i, b in enumerate(self.blocks)}
+
+    @property
     def characteristic_length(self) -> float:
         """Cube root of the mean volume of the free blocks, m."""
         return float(np.mean([b.volume for b in self.blocks if not b.fixed]) ** (1 / 3))
@@ -180,7 +185,7 @@ class Model:
         if all(b.fixed for b in self.blocks):
             msg = f"{who}: every block is fixed, nothing can collapse; leave at least one free"
             raise ModelError(msg)
-        known = {b.name: i for i, b in enumerate(self.blocks)}
+        known = self.block_index
         for interface in self.interfaces:
             for end in (interface.minus, interface.plus):
                 if end not in known:

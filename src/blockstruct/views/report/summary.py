@@ -15,8 +15,9 @@ Check = bs.assess.LocalMechanismCheck
 def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dict[str, Any]:
     """The case that governs, its number in words and its picture.
 
-    The case with the lowest capacity over demand governs, without checks that with the lowest certified load factor;
-    settlements govern where nothing else was asked for.
+    The case that bears the least share of the ground acceleration of its site governs, which capacity over demand need
+    not tell; without checks that with the lowest certified load factor. Settlements govern where nothing else was asked
+    for.
     """
     heads = analysis.headlines
     loaded = {name: head for name, head in heads.items() if not head.answer.is_reaction} or heads
@@ -77,7 +78,8 @@ def _sentence(name: str, head: bs.results.Headline, check: Check | None, cases: 
         of_cases = f", the lowest of {cases} cases" if cases > 1 else ""
         said = f"Relied on: {head.answer.name} {head.number} of “{name}”{of_runs}{of_cases}."
         return f"{said} It is checked against no demand.{range_}"
-    of_checks = f", the least of {checked} checks" if checked > 1 else ""
+    least = f", which of {checked} checks bears the least share of the ground acceleration of its site"
+    of_checks = least if checked > 1 else ""
     return (
         f"Relied on: capacity / demand {check.ratio:.3g} of “{name}” ({check.relied_on}){of_checks}, from its load "
         f"factor {head.number}{of_runs}.{range_}"
