@@ -25,7 +25,7 @@ from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.sweep import sweep_of
-from blockstruct.results.ties import tie_sentences, tie_state, ties_at_collapse
+from blockstruct.results.ties import tie_forces, tie_sentences, tie_state, ties_at_collapse
 from blockstruct.results.torsion import corner_torsion, sliding_rates
 from blockstruct.results.utilisation import utilisation
 from blockstruct.results.verification import confirm, contradictions, recomputed_certificate
@@ -83,6 +83,7 @@ __all__ = [
     "MacroBlock",
     "macro_blocks",
     "mechanism",
+    "tie_forces",
     "tie_sentences",
     "tie_state",
     "ties_at_collapse",

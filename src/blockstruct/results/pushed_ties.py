@@ -120,14 +120,20 @@ def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:
     tension, segments = force.to_numpy(), tie_segments(model.ties, model.blocks)
     largest = np.array([segment.capacity for segment in segments])
     limits = np.array([OF_LIMIT[segment.governing].value for segment in segments], dtype=object)
-    weight = sum(b.weight for b in model.blocks if not b.fixed)
     state = np.full(tension.shape, TieState.STRESSED.value, dtype=object)
     state = np.where(tension >= (1 - AT_LIMIT) * largest, limits, state)
-    state = np.where(tension <= AT_LIMIT * np.fmin(largest, weight), TieState.SLACK.value, state)
+    state = np.where(slack(model, tension), TieState.SLACK.value, state)
     state = np.where(np.isfinite(tension), state, TieState.UNKNOWN.value)
     beyond = elongation.to_numpy() > capacity["tie_elongation_limit"].to_numpy()
     state = np.where(np.logical_or.accumulate(beyond), TieState.BROKEN.value, state)
     return force.copy(data=state).rename("tie_state").drop_attrs()
+
+
+def slack(model: Model, force: Array) -> NDArray[np.bool_]:
+    """Whether ties are slack by their forces (…, N) in a pushover, N; not where these are unknown."""
+    largest = np.array([segment.capacity for segment in tie_segments(model.ties, model.blocks)])
+    weight = sum(b.weight for b in model.blocks if not b.fixed)
+    return np.asarray(force <= AT_LIMIT * np.fmin(largest, weight))
 
 
 def breaking_words(capacity: xr.Dataset) -> list[str]:
