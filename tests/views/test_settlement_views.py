@@ -117,7 +117,7 @@ def test_figures_show_the_reaction(analysis):
 
 def test_corner_torsion_is_told_everywhere(twisted):
     said = twisted["twist"].torsion_warning
-    assert said in printed(views.result_text(twisted["twist"])).replace("\n", "")
+    assert said in " ".join(printed(views.result_text(twisted["twist"])).split())
     assert said in views.analysis_summary(twisted)["cases"][0]["warnings"]
     html = report_html(twisted)
     assert "1.85 times as much" in html
