@@ -20,7 +20,13 @@ from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.parameters import checked_parameters, checked_value, plain_value, restored_value, stored_value
 from blockstruct.results.pushed import pushed_masses
-from blockstruct.results.pushed_ties import breaking_words, broken_ties, curve_with_losses, pushed_tie_state
+from blockstruct.results.pushed_ties import (
+    breaking_words,
+    broken_ties,
+    curve_with_losses,
+    left_behind,
+    pushed_tie_state,
+)
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
@@ -63,6 +69,7 @@ __all__ = [
     "capacity_frame",
     "capacity_of",
     "curve_with_losses",
+    "left_behind",
     "pushed_tie_state",
     "step_arrays",
     "steps_of",
