@@ -744,15 +744,18 @@ def test_the_check_of_a_pushover_is_that_of_the_straight_curve(result):
 
 def test_the_check_of_a_pushover_whose_tie_breaks():
     """As in :func:`test_a_tie_that_breaks_by_hand`; without a limit of the tie there is no curve to rely on."""
-    by_hand, found = (
-        bs.assess.local_mechanism(of(tied(breaks_at=0.1)), 1.35, SITE, method="displacement")
-        for of in (run, pushed_over)
-    )
+    by_hand, result = run(tied(breaks_at=0.1)), pushed_over(tied(breaks_at=0.1))
+    by_hand, found = (bs.assess.local_mechanism(of, 1.35, SITE, method="displacement") for of in (by_hand, result))
     assert found.limit_state.capacity == pytest.approx(by_hand.limit_state.capacity, rel=1e-2)
     assert found.ratio == pytest.approx(by_hand.ratio, rel=2e-2)
     # The whole loss is where the bar breaks: just beyond it, the curve is that without the bar, and not above it.
     at = found.limit_state.capacity * (1 + 1e-2)
     assert 0.9 < found.curve.at(at) / by_hand.curve.at(at) < 1.001
+    # And the one that is drawn.
+    (before, after), *_ = result.broken_ties[["load factor before", "load factor after"]].to_numpy()
+    k = int(np.diff(found.curve.displacement).argmin())
+    lost = found.curve.acceleration[k + 1] / found.curve.acceleration[k]
+    assert lost == pytest.approx(after / before, rel=1e-3)
     unlimited = bs.assess.local_mechanism(pushed_over(tied()), 1.35, SITE)
     assert unlimited.curve is None
     assert "no elongation limit" in unlimited.missing_curve

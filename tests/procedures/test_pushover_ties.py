@@ -7,6 +7,8 @@ from test_pushover import ROUGH, box, by_hand, elongated, run, tied, turned
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.results import doubtful_words
+from blockstruct.views.words import pushover_words as told
 from structures import moved, rotation
 
 ENDS = ("post", Q_([-2, 0.5, 1.5], "m")), ("block", Q_([0, 0.5, 1.5], "m"))
@@ -176,3 +178,25 @@ def test_a_load_factor_that_falls_below_zero_where_a_tie_breaks_is_zero_there(st
     # From 3 m along and 0.1 m across, the anchor comes to a distance that is 0.4 m longer.
     way = np.sqrt((np.hypot(3, 0.1) + 0.4) ** 2 - 0.1**2) - 3
     assert float(curve["d0"]) == pytest.approx(way * np.cos(np.radians(25)), rel=1e-4)
+
+
+def test_a_slack_tie_beside_one_that_pulls_hides_no_jump():
+    """Bars to posts on both sides: the solver rounds the force of the one behind, which is neither force nor change."""
+    blocks = [
+        box("ground", (-3, 4), (-0.5, 0), fixed=True),
+        box("post", (-2.5, -2), (0, 2), fixed=True),
+        box("behind", (3, 3.5), (0, 2), fixed=True),
+        box("block", (0, 0.5), (0, 2)),
+    ]
+    slack = bs.Tie("slack", ("behind", "[3, 0.5, 1.5] m"), ("block", "[0.5, 0.5, 1.5] m"), yield_force="4 kN")
+    bars = [bs.Tie("bar", *ENDS, yield_force="4 kN"), slack]
+    model = bs.Model("between", blocks, bs.detect_interfaces(blocks, ROUGH), ties=bars)
+    result = run(model, "block", steps=12)
+    curve = result.capacity
+    assert bs.results.pushed_tie_state(model, curve).sel(tie="slack").to_numpy().tolist() == ["slack"] * len(curve.step)
+    assert not curve["tie_force"].sel(tie="slack").any()
+    assert any(said.startswith("Tie slack holds: ") and said.endswith("under 0 kN at most.") for said in told(result))
+    assert doubtful_words(curve, "fictitious") == []
+    jump = 0.2 * curve["load_factor"][0].item() * (curve["displacement"] > 0.4 * curve["displacement"][-1])
+    (said,) = doubtful_words(curve.assign(load_factor=curve["load_factor"] - jump), "fictitious")
+    assert "jumps from" in said

@@ -98,6 +98,7 @@ def test_a_slack_tie_has_no_force(model, result):
     slack = away.history.assign(tie_force=away.history["tie_force"].copy(data=[[1e3, -8.7e-10, 1e3, 1e3]]))
     said = "\n".join(bs.results.tie_sentences(slack))
     assert "Tie bar [ground|low]: slack, 0 kN of" in said
+    assert bs.results.tie_forces(slack)[-1, 1] == 0.0 == bs.ties.ties_at_collapse(slack)["force [newton]"].iloc[1]
 
 
 def test_files_keep_ties(model, stored):

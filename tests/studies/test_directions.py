@@ -168,13 +168,15 @@ def test_each_case_with_directions_has_its_summary(tmp_path, call, second):
     assert summaries in out
 
 
-def test_a_direction_beside_another_case_along_it_keeps_its_summary(tower):
-    from blockstruct.views import directions_text
+def test_directions_beside_another_case_along_one_keep_their_summary_and_figure(tower):
+    from blockstruct.views import directions_text, figures
 
     cases = bs.studies.direction_cases(SELF_WEIGHT, 4, flow="associative")
     along = bs.LimitCase("along", SELF_WEIGHT, bs.LoadPattern("along", [bs.BodyForce("+x")]), "associative")
     alone = bs.AnalysisManager(tower).run(cases)
-    assert directions_text(bs.AnalysisManager(tower).run([*cases, along])) == directions_text(alone)
+    beside = bs.AnalysisManager(tower).run([*cases, along])
+    assert directions_text(beside) == directions_text(alone)
+    assert [d.name for d in figures.overview(beside)] == ["directions"]
     assert directions_text(bs.AnalysisManager(tower).run([along])) == ""
 
 

@@ -7,14 +7,15 @@ A square block of side b and weight W is twisted about its axis. Corners slide a
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
+from scipy.optimize import minimize, minimize_scalar
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.geometry import mean_distances, plane_axes
 from blockstruct.limit import LimitProblem
 from blockstruct.limit.division import sliding
 from blockstruct.limit.torsion import UniformTorsion
-from blockstruct.statics import ContactPoints, Statics
+from blockstruct.statics import ContactPoints, Statics, multiple_of_uniform_friction
 from structures import SELF_WEIGHT, model_of, moved, push, random_frame, rotation
 
 STONE = bs.Material("stone", "20 kN/m^3")
@@ -235,6 +236,10 @@ def test_division_does_not_matter_without_dilatancy():
 # -- the warning -------------------------------------------------------------------------------------------------------
 
 
+#: A joint of 5 m by 1 cm.
+NARROW = np.array([(0, 0, 0), (5, 0, 0), (5, 0.01, 0), (0, 0.01, 0)])
+
+
 def test_corner_torsion_is_told():
     result = solve(block("corners"), COUPLE, "nonassociative")
     said = result.torsion_warning
@@ -248,7 +253,22 @@ def test_corner_torsion_is_told():
     assert found["share"] == pytest.approx(1 - UNIFORM / CORNERS, rel=1e-4)
 
 
-@pytest.mark.parametrize(("y", "shown"), [(0.3, "5%"), (0.2, "10%"), (0.1, "15%"), (0.0, "20%")])
+def uniform_friction(a, b, beside, cells=1500):
+    """Share of its friction with which a uniformly pressed area of a by b, long along x, resists a force along y.
+
+    By summing over cells of the area, least over the centre of rotation, which lies on the axis of x.
+    """
+    x, y = ((np.arange(cells) + 0.5) / cells - 0.5 for _ in range(2))
+    x, y = a * x[:, None], b * y[None, ::10]
+
+    def needed(centre):
+        return float(np.hypot(x - centre, y).mean()) / (beside - centre)
+
+    best = minimize_scalar(needed, bounds=(-20 * a, 0.0), method="bounded", options={"xatol": 1e-9 * a})
+    return min(best.fun, 1.0)
+
+
+@pytest.mark.parametrize(("y", "shown"), [(0.3, "10%"), (0.2, "16%"), (0.1, "20%"), (0.0, "24%")])
 def test_torque_is_told_with_the_shear_beside_it(y, shown):
     """A force beside the centre: the torque alone is below that of uniform pressure, with its shear it is above."""
     beside = bs.LoadPattern("beside", [bs.PointLoad("block", Q_([0.5, y, 0], "m"), Q_([1, 0, 0], "N"))])
@@ -256,9 +276,69 @@ def test_torque_is_told_with_the_shear_beside_it(y, shown):
     assert limited.load_factor == pytest.approx(FRICTION * WEIGHT / np.hypot(1, (0.5 - y) / UNIFORM), rel=1e-6)
     found = bs.results.corner_torsion(result.model, result.history).loc["base|block"]
     assert abs(found["torque"]) < found["uniform"]
-    assert found["times"] == pytest.approx(result.load_factor / limited.load_factor, rel=1e-6)
-    assert found["share"] == pytest.approx(1 - limited.load_factor / result.load_factor, rel=1e-6)
+    exact = FRICTION * WEIGHT * uniform_friction(1, 1, 0.5 - y)
+    assert found["times"] == pytest.approx(result.load_factor / exact, rel=1e-4)
+    assert found["share"] == pytest.approx(1 - exact / result.load_factor, abs=1e-4)
     assert f"some {shown} of the load factor" in result.torsion_warning
+
+
+@pytest.mark.parametrize("torsion", ["corners", "uniform pressure"])
+@pytest.mark.parametrize(
+    ("a", "b", "beside", "exact"), [(2, 0.5, 0.4, 0.4211), (5, 0.6, 1.5, 0.3440), (5, 0.3, 0.5, 0.6 / 1.2165)]
+)
+def test_narrow_joints_pushed_across_beside_their_middle_are_told(a, b, beside, exact, torsion):
+    """Neither the corners nor the ellipse is on the safe side there, by up to 13 %."""
+    blocks = [
+        bs.Block.box("base", Q_([-6, -6, -1], "m"), Q_([12, 12, 1], "m"), STONE, fixed=True),
+        bs.Block.box("block", Q_([-a / 2, -b / 2, 0], "m"), Q_([a, b, 0.3], "m"), STONE),
+    ]
+    model = model_of(blocks, bs.JointMaterial("joint", FRICTION, torsion=torsion))
+    weight = 20e3 * a * b * 0.3
+    across = bs.LoadPattern("across", [bs.PointLoad("block", Q_([beside, 0, 0], "m"), Q_([0, weight, 0], "N"))])
+    result = solve(model, across)
+    assert uniform_friction(a, b, beside) * FRICTION == pytest.approx(exact, abs=1e-4)
+    found = bs.results.corner_torsion(model, result.history).loc["base|block"]
+    assert result.load_factor / found["times"] == pytest.approx(exact, rel=1e-3)
+    assert found["share"] == pytest.approx(1 - exact / result.load_factor, abs=1e-3)
+    assert found["share"] > 0.03
+    assert f"{found['times']:.3g} times as much (base|block)" in result.torsion_warning
+    assert ("which an ellipse bounds" in result.torsion_warning) is (torsion == "uniform pressure")
+
+
+def test_uniform_friction_against_a_general_minimiser():
+    """Outlines of any narrowness, a triangle and an angle, turned, under random shear and torque."""
+    random = np.random.default_rng(3)
+    narrow = [[(0, 0), (3, 0), (3, w), (0, w)] for w in (3, 1, 0.2, 0.02)]
+    others = [[(0, 0), (3, 0), (0, 1)], [(0, 0), (4, 0), (4, 0.5), (0.5, 0.5), (0.5, 4), (0, 4)]]
+    for corners in (narrow + others) * 3:
+        flat = np.column_stack([corners, np.zeros(len(corners))])
+        of = bs.Interface("a|b", "a", "b", Q_(flat @ rotation((1, 2, 3), 0.7).T, "m"), bs.JointMaterial("joint", 0.6))
+        forces = 2 * random.normal(size=3)
+        axes = np.stack(plane_axes(of.normal))
+
+        def work(z, of=of, forces=forces, axes=axes):
+            w = forces / (forces @ forces) + z @ np.linalg.svd(forces[None])[2][1:]
+            centre = of.centroid + of.torsion_lever / w[2] * np.array([-w[1], w[0]]) @ axes
+            arms = np.array([0]), centre[None], of.normal[None]
+            return abs(w[2]) / of.torsion_lever * mean_distances(of.polygon, *arms)[0]
+
+        starts = np.array([(0.0, 0.0), (0.2, 0.3), (-0.3, 0.1)])
+        least = min(
+            minimize(work, z, method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-12}).fun for z in starts
+        )
+        (found,) = multiple_of_uniform_friction([of], forces[None])
+        surely = np.linalg.norm(forces[:2]) + abs(forces[2])
+        assert found == pytest.approx(1 / least if surely > 1 else surely, rel=1e-4)
+
+
+@pytest.mark.parametrize("v", [0.2, 1 / np.sqrt(2), 0.9])
+def test_a_narrow_joint_resists_a_parabola_of_shear_across_it_and_torque(v):
+    """Outside of which the ellipse lies by ``1 / √(1 − v² + v⁴)``; along the joint it lies inside."""
+    of = bs.Interface("a|b", "a", "b", Q_(NARROW, "m"), bs.JointMaterial("joint", 0.6))
+    both = np.array([[0, v, 1 - v**2], [v, 0, 1 - v**2]])
+    across, along = multiple_of_uniform_friction([of, of], both)
+    assert across == pytest.approx(1.0, rel=2e-3)
+    assert along < np.linalg.norm(both[1]) * (1 - 1e-3)
 
 
 def test_the_settlement_of_a_block_held_by_shear_and_torque_is_told():

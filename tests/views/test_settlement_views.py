@@ -1,5 +1,6 @@
 """Settlements and torsion in texts, figures, report and page."""
 
+import dataclasses
 import json
 import re
 
@@ -116,9 +117,15 @@ def test_figures_show_the_reaction(analysis):
 
 def test_corner_torsion_is_told_everywhere(twisted):
     said = twisted["twist"].torsion_warning
-    assert said in printed(views.result_text(twisted["twist"])).replace("\n", "")
+    assert said in " ".join(printed(views.result_text(twisted["twist"])).split())
     assert said in views.analysis_summary(twisted)["cases"][0]["warnings"]
     html = report_html(twisted)
     assert "1.85 times as much" in html
     assert "limited by friction at its contact points" in html
     assert said in payload(twisted)["cases"][0]["head"]["below"]
+
+
+def test_the_reaction_of_a_settlement_that_drifts_is_called_one(analysis):
+    case = analysis[0]["goes down"]
+    words = views.words.status_words(dataclasses.replace(case, message="still drifting"))
+    assert words.endswith("another schedule would have stopped at another reaction.")

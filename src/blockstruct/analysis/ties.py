@@ -260,7 +260,6 @@ def least_tie_force(
     found = least_ties(problem, sought, float(load_factor), settings, solver_of(settings))
     force = found.tie_force * problem.ties.force_unit
     c = found.certificate
-    admissible = c.equilibrium_residual <= settings.equilibrium_tolerance and c.yield_excess <= settings.yield_tolerance
     beyond_prestress = float((force - statics.ties.prestress)[sought].sum())
     rounding = settings.yield_tolerance * float(problem.wrench_unit.sum())
     needed = beyond_prestress > rounding
@@ -272,7 +271,7 @@ def least_tie_force(
         flow=case.flow,
         forces={name: forces[name] for name in names},
         certificate=c if needed else None,
-        proven=c.holds and found.least if needed else admissible,
+        proven=c.holds and found.least if needed else c.admissible,
         solver_status=found.solver_status,
         governing=found.governing,
     )

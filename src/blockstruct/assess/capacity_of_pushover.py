@@ -12,7 +12,7 @@ from blockstruct.assess.lines import Line, shown
 from blockstruct.assess.participation import HorizontalForces, Participation
 from blockstruct.errors import ModelError
 from blockstruct.model import Model
-from blockstruct.results import CaseResult, block_rotations
+from blockstruct.results import CaseResult, block_rotations, left_behind
 
 Array = NDArray[np.float64]
 
@@ -92,7 +92,7 @@ def curve_of_pushover(
         broke = np.abs(capacity["tie_break_displacement"].to_numpy())
         # What is lost where a tie breaks is lost there, and not on the way to the next state.
         lost = np.unique(np.searchsorted(d_C, broke[broke < d_C[-1]]))
-        left = _left(d_C, alpha, lost)
+        left = left_behind(d_C, alpha, lost, d_C[lost - 1])
         d_C, alpha = np.insert(d_C, lost, np.nextafter(d_C[lost - 1], np.inf)), np.insert(alpha, lost, left)
         breaks = lost - 1 + np.arange(len(lost))
     factor = participation.factor / abs(delta)
@@ -137,17 +137,3 @@ def d0_of_weights(
 def _certified(capacity: xr.Dataset) -> NDArray[np.bool_]:
     """The steps before the first one on whose certificate does not hold."""
     return np.cumprod(capacity["holds"].transpose("step").to_numpy()).astype(bool)
-
-
-def _left(d: Array, alpha: Array, lost: NDArray[np.int64]) -> Array:
-    """Load factors just behind the breaks of ties, before states: what falls on the way to them is not lost at once.
-
-    It falls there as on the nearest ways before and behind on which nothing breaks, the slower of the two.
-    """
-    whole = np.setdiff1d(np.arange(len(d) - 1), lost - 1)
-    slope = np.full(len(whole) + 2, np.inf)
-    slope[1:-1] = -(np.diff(alpha) / np.diff(d))[whole]
-    behind = np.searchsorted(whole, lost - 1) + 1
-    slower = np.minimum(slope[behind - 1], slope[behind])
-    on_the_way = np.where(np.isfinite(slower), np.maximum(slower, 0.0), 0.0) * (d[lost] - d[lost - 1])
-    return np.asarray(np.minimum(alpha[lost - 1], alpha[lost] + on_the_way))

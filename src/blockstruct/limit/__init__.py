@@ -8,7 +8,7 @@ Everything in this room is non-dimensional: lengths by a characteristic block si
 wrench of each block and, at a contact, of the lighter of its two blocks.
 """
 
-from blockstruct.limit.certificate import CERTIFICATE_MEASURES, Certificate, certify
+from blockstruct.limit.certificate import CERTIFICATE_MEASURES, Certificate, are_admissible, certify
 from blockstruct.limit.friction import Sliding, fictitious_sliding, relax, true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome
 from blockstruct.limit.motion import block_motion, velocities_of
@@ -66,5 +66,6 @@ __all__ = [
     "Certificate",
     "Iteration",
     "Outcome",
+    "are_admissible",
     "certify",
 ]

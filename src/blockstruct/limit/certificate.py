@@ -80,6 +80,11 @@ class Certificate:
         return dict(zip(_JUDGED, limits, strict=True))
 
     @property
+    def admissible(self) -> bool:
+        """Whether forces are in equilibrium inside the true conditions, whatever the mechanism."""
+        return bool(are_admissible(self.equilibrium_residual, self.yield_excess, self.settings))
+
+    @property
     def verdict(self) -> str:
         """Whether it holds, in words."""
         return f"certificate {'holds' if self.holds else 'does not hold'}"
@@ -98,6 +103,12 @@ class Certificate:
 
     def _rows(self) -> list[tuple[str, str, str, str]]:
         return [(_JUDGED[measure][0], *texts, _JUDGED[measure][1]) for measure, texts in self.texts.items()]
+
+
+def are_admissible(residual: Array | float, excess: Array | float, settings: ProcedureSettings) -> NDArray[np.bool_]:
+    """Whether forces are in equilibrium inside the true conditions, by their residuals and their yield excesses."""
+    # A NaN fails every comparison, so a state that is not a number never is.
+    return np.asarray((residual <= settings.equilibrium_tolerance) & (excess <= settings.yield_tolerance))
 
 
 def _said(value: float) -> str:
@@ -192,8 +203,7 @@ def certify(
     gap_limit = settings.gap_tolerance * max(abs(alpha), 1e-3 * problem.work_scale(u))
     # A NaN fails every comparison, so a state that is not a number never holds.
     holds = (
-        residual <= settings.equilibrium_tolerance
-        and excess <= settings.yield_tolerance
+        are_admissible(residual, excess, settings)
         and interpenetration <= settings.interpenetration_tolerance
         and gap <= gap_limit
         and abs(problem.w_L @ u - 1) < 1e-6

@@ -42,11 +42,7 @@ def dead_load_program(
     step = solve_step(program, sliding, Stage.DEAD_LOAD, settings, solver, max_load_factor=1.0)
     share, proof = step.load_factor, step.certificate
     whole = share >= 1 - settings.equilibrium_tolerance
-    if (
-        whole
-        and proof.equilibrium_residual <= settings.equilibrium_tolerance
-        and proof.yield_excess <= settings.yield_tolerance
-    ):
+    if whole and proof.admissible:
         return step.x[:, 0]
     yield replace(step, load_factor=np.nan, u=problem.released(step.u))
     if proof.holds and not whole:

@@ -124,8 +124,7 @@ def _dead_load_forces(problem: LimitProblem, path: "Path | None") -> Array | Non
     state = None if path is None else path.dead_load
     if state is None:
         return None
-    measures, limits = state.certificate.measures, state.certificate.tolerances
-    if all(measures[name] <= limits[name] for name in ("equilibrium_residual", "yield_excess")):
+    if state.certificate.admissible:
         return state.x[:, 0]
     own = problem.held
     if not own.is_plain:
@@ -134,7 +133,7 @@ def _dead_load_forces(problem: LimitProblem, path: "Path | None") -> Array | Non
     from blockstruct.procedures.carried_forces import carried_forces
 
     x = carried_forces(own.A, own.friction, state.x, -own.w_D)
-    if x is None or np.abs(own.A @ x.ravel() + own.w_D).max() > limits["equilibrium_residual"]:
+    if x is None or np.abs(own.A @ x.ravel() + own.w_D).max() > state.certificate.settings.equilibrium_tolerance:
         return None
     return x[:, 0]
 

@@ -20,12 +20,18 @@ from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.parameters import checked_parameters, checked_value, plain_value, restored_value, stored_value
 from blockstruct.results.pushed import pushed_masses
-from blockstruct.results.pushed_ties import breaking_words, broken_ties, curve_with_losses, pushed_tie_state
+from blockstruct.results.pushed_ties import (
+    breaking_words,
+    broken_ties,
+    curve_with_losses,
+    left_behind,
+    pushed_tie_state,
+)
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.sweep import sweep_of
-from blockstruct.results.ties import tie_sentences, tie_state, ties_at_collapse
+from blockstruct.results.ties import tie_forces, tie_sentences, tie_state, ties_at_collapse
 from blockstruct.results.torsion import corner_torsion, sliding_rates
 from blockstruct.results.utilisation import utilisation
 from blockstruct.results.verification import confirm, contradictions, recomputed_certificate
@@ -63,6 +69,7 @@ __all__ = [
     "capacity_frame",
     "capacity_of",
     "curve_with_losses",
+    "left_behind",
     "pushed_tie_state",
     "step_arrays",
     "steps_of",
@@ -83,6 +90,7 @@ __all__ = [
     "MacroBlock",
     "macro_blocks",
     "mechanism",
+    "tie_forces",
     "tie_sentences",
     "tie_state",
     "ties_at_collapse",

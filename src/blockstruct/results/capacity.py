@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from blockstruct.limit import FiniteStep, zero_displacement
 from blockstruct.model import Model, tie_segments
-from blockstruct.results.pushed_ties import break_displacements
+from blockstruct.results.pushed_ties import break_displacements, slack
 from blockstruct.statics import Placement
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES
@@ -25,7 +25,7 @@ _VALUES = {
     "angular_velocity": ("angular velocity", "angular velocity about the centroid, at 1 W"),
     "motion_time": ("time", "for which the velocities act until the next state, if the step is not halved"),
     "dissipation": ("dimensionless", "work of friction and of ties per unit of work of the variable load"),
-    "tie_force": ("force", "force of the tie, tension positive; zero once it has broken"),
+    "tie_force": ("force", "force of the tie, tension positive; zero where it is slack, and once it has broken"),
     "tie_elongation": ("length", "of the tie beyond its length in the model"),
     "minus_of_contact": (None, "index of the block that the normal points from, at each contact point with a force"),
     "plus_of_contact": (None, "index of the block that it points to"),
@@ -105,6 +105,10 @@ def capacity_of(model: Model, arrays: Arrays, ended: str = "") -> xr.Dataset:
         how the curve ended.
     """
     n = len(arrays["load_factor"])
+    if "tie_force" in arrays and model.ties:
+        # What is left of the force of a slack tie is the solver's rounding.
+        force = arrays["tie_force"]
+        arrays = {**arrays, "tie_force": np.where(slack(model, force), 0.0, force)}
     variables: dict[str, Any] = {
         name: (
             _DIMS.get(name, ("step",)),

@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
-from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, ProcedureSettings
+from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, ProcedureSettings, are_admissible
 from blockstruct.model import Case, Model, SelfWeight, SettlementCase
 from blockstruct.notebook import html_table
 from blockstruct.results.answer import Answer
@@ -324,8 +324,7 @@ class CaseResult:
     @property
     def _admissible(self) -> NDArray[np.bool_]:
         residual, excess = (self.history[name].to_numpy() for name in ("equilibrium_residual", "yield_excess"))
-        s = self.settings
-        return np.asarray((residual <= s.equilibrium_tolerance) & (excess <= s.yield_tolerance))
+        return are_admissible(residual, excess, self.settings)
 
     def with_spread(self, path_dependence: tuple[float, float] | None, relied_on: Headline | None) -> Self:
         """The same result with what the runs of its case found; a history that is not read yet stays so."""

@@ -55,8 +55,8 @@ def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Indexed by the tie: ``displacement [meter]`` of the control point at which it breaks, ``elongation [meter]``
-        there, which is its limit, ``force [newton]`` before, and ``load factor before`` and ``after``, of the states
-        between which it breaks.
+        there, which is its limit, ``force [newton]`` before, and ``load factor before``, that of the state before, and
+        ``after``, as :func:`left_behind`. Ties that break between the same states have the same ones.
     """
     meter, newton = SI_UNITS["length"], SI_UNITS["force"]
     lengths = [f"{name} [{meter}]" for name in ("displacement", "elongation")]
@@ -65,9 +65,9 @@ def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
         return pd.DataFrame(columns=columns, index=pd.Index([], name="tie"), dtype=float)
     at, limit = (capacity[name].to_numpy() for name in ("tie_break_displacement", "tie_elongation_limit"))
     force, elongation = (capacity[name].transpose("step", "tie").to_numpy() for name in ("tie_force", "tie_elongation"))
-    alpha = capacity["load_factor"].transpose("step").to_numpy()
     breaking = _breaking(elongation, limit)
-    rows = [(at[tie], limit[tie], force[k - 1, tie], alpha[k - 1], alpha[k]) for tie, k in breaking.items()]
+    falls = _falls(capacity)
+    rows = [(at[tie], limit[tie], force[k - 1, tie], *falls[k][1:]) for tie, k in breaking.items()]
     names = pd.Index(capacity["tie"].to_numpy()[list(breaking)], name="tie")
     return pd.DataFrame(rows, columns=columns, index=names, dtype=float).sort_values(lengths[0], kind="stable")
 
@@ -88,6 +88,18 @@ def curve_with_losses(capacity: xr.Dataset) -> tuple[Array, Array]:
     displacement, alpha = (capacity[name].transpose("step").to_numpy() for name in ("displacement", "load_factor"))
     if "tie_break_displacement" not in capacity:
         return displacement, alpha
+    falls = _falls(capacity)
+    places = np.repeat(list(falls), 2).astype(np.int64)
+    levels = [level for _, before, after in falls.values() for level in (before, after)]
+    return (
+        np.insert(displacement, places, np.repeat([at for at, _, _ in falls.values()], 2)),
+        np.insert(alpha, places, levels),
+    )
+
+
+def _falls(capacity: xr.Dataset) -> dict[int, tuple[float, float, float]]:
+    """Where ties break: displacement and the load factors just before and behind, by the number of the next state."""
+    displacement, alpha = (capacity[name].transpose("step").to_numpy() for name in ("displacement", "load_factor"))
     elongation = capacity["tie_elongation"].transpose("step", "tie").to_numpy()
     at = capacity["tie_break_displacement"].to_numpy()
     first: dict[int, float] = {}
@@ -95,12 +107,34 @@ def curve_with_losses(capacity: xr.Dataset) -> tuple[Array, Array]:
         nearer = abs(at[tie] - displacement[k - 1]) < abs(first.get(k, np.inf) - displacement[k - 1])
         first |= {k: float(at[tie])} if nearer else {}
     steps = sorted(first)
-    places = np.repeat(steps, 2).astype(np.int64)
-    levels = [level for k in steps for level in (alpha[k - 1], min(alpha[k - 1], alpha[k]))]
-    return (
-        np.insert(displacement, places, np.repeat([first[k] for k in steps], 2)),
-        np.insert(alpha, places, levels),
-    )
+    places = [first[k] for k in steps]
+    after = left_behind(displacement, alpha, np.array(steps, dtype=np.int64), np.array(places))
+    before = alpha[[k - 1 for k in steps]].tolist()
+    return dict(zip(steps, zip(places, before, after.tolist(), strict=True), strict=True))
+
+
+def left_behind(displacement: Array, load_factor: Array, lost: NDArray[np.int64], at: Array) -> Array:
+    """Load factors just behind the breaks of ties: what falls on the way to the next state is not lost at once.
+
+    It falls there as on the nearest ways before and behind on which nothing breaks, the slower of the two.
+
+    Parameters
+    ----------
+    displacement, load_factor : (S,) arrays
+        Of the states, m and α.
+    lost : (L,) array
+        Number of the state before which ties break, ascending.
+    at : (L,) array
+        Displacement at which they do, m.
+    """
+    length = np.abs(np.diff(displacement))
+    whole = np.setdiff1d(np.flatnonzero(length > 0), lost - 1)
+    slope = np.full(len(whole) + 2, np.inf)
+    slope[1:-1] = -np.diff(load_factor)[whole] / length[whole]
+    behind = np.searchsorted(whole, lost - 1) + 1
+    slower = np.minimum(slope[behind - 1], slope[behind])
+    on_the_way = np.where(np.isfinite(slower), np.maximum(slower, 0.0), 0.0) * np.abs(displacement[lost] - at)
+    return np.asarray(np.minimum(load_factor[lost - 1], load_factor[lost] + on_the_way))
 
 
 def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:
@@ -120,14 +154,20 @@ def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:
     tension, segments = force.to_numpy(), tie_segments(model.ties, model.blocks)
     largest = np.array([segment.capacity for segment in segments])
     limits = np.array([OF_LIMIT[segment.governing].value for segment in segments], dtype=object)
-    weight = sum(b.weight for b in model.blocks if not b.fixed)
     state = np.full(tension.shape, TieState.STRESSED.value, dtype=object)
     state = np.where(tension >= (1 - AT_LIMIT) * largest, limits, state)
-    state = np.where(tension <= AT_LIMIT * np.fmin(largest, weight), TieState.SLACK.value, state)
+    state = np.where(slack(model, tension), TieState.SLACK.value, state)
     state = np.where(np.isfinite(tension), state, TieState.UNKNOWN.value)
     beyond = elongation.to_numpy() > capacity["tie_elongation_limit"].to_numpy()
     state = np.where(np.logical_or.accumulate(beyond), TieState.BROKEN.value, state)
     return force.copy(data=state).rename("tie_state").drop_attrs()
+
+
+def slack(model: Model, force: Array) -> NDArray[np.bool_]:
+    """Whether ties are slack by their forces (…, N) in a pushover, N; not where these are unknown."""
+    largest = np.array([segment.capacity for segment in tie_segments(model.ties, model.blocks)])
+    weight = sum(b.weight for b in model.blocks if not b.fixed)
+    return np.asarray(force <= AT_LIMIT * np.fmin(largest, weight))
 
 
 def breaking_words(capacity: xr.Dataset) -> list[str]:

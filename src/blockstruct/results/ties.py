@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import xarray as xr
+from numpy.typing import NDArray
 
 from blockstruct.results.mechanism import largest_motion
 from blockstruct.units import SI_UNITS
@@ -61,6 +62,12 @@ def tie_state(history: xr.Dataset, tolerance: float = AT_LIMIT) -> xr.DataArray:
     return history["tie_force"].transpose(..., "tie").copy(data=state).rename("tie_state").drop_attrs()
 
 
+def tie_forces(history: xr.Dataset) -> NDArray[np.float64]:
+    """Force (…, tie) of every tie, N; of a slack one, of which the solver's rounding is left, zero."""
+    force = history["tie_force"].transpose(..., "tie").to_numpy()
+    return np.where(tie_state(history) == TieState.SLACK.value, 0.0, force)
+
+
 def ties_at_collapse(history: xr.Dataset) -> pd.DataFrame:
     """Force, state and elongation of every tie in the last iteration of a case.
 
@@ -85,7 +92,7 @@ def ties_at_collapse(history: xr.Dataset) -> pd.DataFrame:
     reached = np.divide(limit, elongation, out=np.full(len(limit), np.nan), where=longer)
     index = pd.Index(last["tie"].to_numpy(), name="tie")
     columns = {
-        f"force [{newton}]": last["tie_force"].to_numpy(),
+        f"force [{newton}]": tie_forces(last),
         f"capacity [{newton}]": last["tie_capacity"].to_numpy(),
         "governing": last["tie_governing"].to_numpy(),
         "state": tie_state(last).to_numpy(),
@@ -102,8 +109,6 @@ def tie_sentences(history: xr.Dataset) -> list[str]:
     said = []
     for name, row in ties_at_collapse(history).iterrows():
         force, capacity, elongation = row[f"force [{newton}]"], row[f"capacity [{newton}]"], row["elongation"]
-        # What is left of the force of a slack tie is the solver's rounding.
-        force = 0.0 if row["state"] == TieState.SLACK else force
         text = f"Tie {name}: {row['state']}, {_kilo(force)} of {_kilo(capacity)} ({row['governing']})"
         if elongation > AT_REST:
             text += f"; it gets longer by {elongation:.3g} times the largest displacement of a block"

@@ -1,4 +1,4 @@
-"""Torsion that corners carry, and a uniformly pressed joint would not."""
+"""Torsion that joints carry by the conditions of a program, and friction under uniform pressure would not."""
 
 import numpy as np
 import pandas as pd
@@ -7,20 +7,29 @@ from numpy.typing import NDArray
 
 from blockstruct.limit import UniformTorsion
 from blockstruct.model import Model, listed
-from blockstruct.statics import ContactPoints
+from blockstruct.statics import ContactPoints, multiple_of_uniform_friction
 from blockstruct.vocabulary import Torsion
 
 Array = NDArray[np.float64]
 
 #: Share of the resistance from which on the torsion of corners is told, and names of joints that are listed.
 WORTH_TELLING, LISTED = 0.02, 3
+_OF_CORNERS = (
+    "Friction at corners resists torsion, with the shear beside it,",
+    'Joint materials with torsion="uniform pressure" limit it, in narrow joints hardly.',
+)
+_OF_CONE = (
+    'Joints with torsion="uniform pressure" resist torsion and shear together, which an ellipse bounds,',
+    "Lower the friction coefficient of these joints by as much where it counts.",
+)
 
 
 def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
     """Torque and shear of each interface in the last iteration, and what uniform pressure on its whole area carries.
 
-    With the shear force V, the torque T about the centre of the sliding resistance R and the mean distance r̄ of the
-    area from its centroid, uniform pressure carries ``‖(V, T / r̄)‖ ≤ R``: shear leaves less of R to the torque.
+    With the shear force V and the torque T about the centre of the sliding resistance R: shear leaves less of R to the
+    torque. How much depends on the outline and on the direction of the shear, and is found exactly; the ellipsoid
+    ``‖(V, T / r̄)‖ ≤ R``, the condition of joints with the torsion of uniform pressure, may lie outside by some 15 %.
 
     Parameters
     ----------
@@ -31,9 +40,9 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Indexed by interface: ``torque`` (N·m), T; ``uniform`` (N·m), ``R r̄``, what is carried without shear;
-        ``shear`` (N), V; ``times``, the multiple of R that ``‖(V, T / r̄)‖`` is; and ``share``, the work that friction
-        does beyond R in the mechanism, relative to the load factor or, if it is larger, the work of friction: about
-        what the load factor owes to it.
+        ``shear`` (N), V; ``times``, the multiple that the two are of what is carried in these proportions, at most if
+        it is below one; and ``share``, the work that friction does beyond that in the mechanism, relative to the load
+        factor or, if it is larger, the work of friction: about what the load factor owes to it.
     """
     last = history.isel(iteration=-1)
     index, J = last["interface_of_contact_point"].to_numpy(), last.sizes["interface"]
@@ -51,16 +60,22 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
     held = np.where(whole > 0, whole, 1.0)
     x, y = (a - (total(resistance * a) / held)[index] for a in (x, y))
     torque = total(x * force[:, 2] - y * force[:, 1])
-    shear = np.hypot(total(force[:, 1]), total(force[:, 2]))
-    uniform = whole * np.array([i.torsion_lever for i in model.interfaces])
-    of_torque = np.divide(np.abs(torque), uniform, out=np.zeros(J), where=uniform > 0)
-    times = np.hypot(np.divide(shear, whole, out=np.zeros(J), where=whole > 0), of_torque)
+    lever = np.array([i.torsion_lever for i in model.interfaces])
+    carried = np.column_stack([total(force[:, 1]), total(force[:, 2]), torque / lever])
+    of_resistance = np.divide(carried, whole[:, None], out=np.zeros((J, 3)), where=whole[:, None] > 0)
+    times = multiple_of_uniform_friction(model.interfaces, of_resistance)
 
     friction = -(force[:, 1:] * v[:, 1:]).sum(axis=1)
     beyond = (1 - 1 / np.maximum(times, 1.0)) * np.maximum(total(friction), 0.0)
     scale = max(abs(float(last["load_factor"])), float(friction.sum()), np.finfo(float).tiny)
     return pd.DataFrame(
-        {"torque": torque, "uniform": uniform, "shear": shear, "times": times, "share": beyond / scale},
+        {
+            "torque": torque,
+            "uniform": whole * lever,
+            "shear": np.hypot(*carried[:, :2].T),
+            "times": times,
+            "share": beyond / scale,
+        },
         index=pd.Index(last["interface"].to_numpy(), name="interface"),
     )
 
@@ -77,21 +92,20 @@ def sliding_rates(model: Model, iteration: xr.Dataset, cells: int) -> Array:
 
 
 def torsion_words(model: Model, history: xr.Dataset, answer: str) -> str:
-    """What the number of a case owes to torsion at corners, in a sentence; empty if it is little.
+    """What the number of a case owes to torsion beyond uniform pressure, in sentences; empty if it is little.
 
     ``answer`` is what the number is called.
     """
-    # By the torsion of uniform pressure no joint carries more.
-    of_corners = [i.joint_material.torsion is Torsion.CORNERS for i in model.interfaces]
-    found = corner_torsion(model, history)[of_corners]
-    share = float(found["share"].sum())
-    if not share > WORTH_TELLING:
-        return ""
-    worst = found[found["share"] > 0].sort_values("share", ascending=False)
-    times = float(worst["times"].iloc[0])
-    names = listed([str(name) for name in worst.index], LISTED)
-    return (
-        "Friction at corners resists torsion, with the shear beside it, by more than uniform pressure would, "
-        f"{times:.3g} times as much ({names}): some {share:.0%} of the {answer} is due to it. Joint materials with "
-        'torsion="uniform pressure" limit it.'
-    )
+    found = corner_torsion(model, history)
+    of_corners = np.array([i.joint_material.torsion is Torsion.CORNERS for i in model.interfaces])
+    said = []
+    for joints, (resists, remedy) in ((found[of_corners], _OF_CORNERS), (found[~of_corners], _OF_CONE)):
+        share = float(joints["share"].sum())
+        if share > WORTH_TELLING:
+            worst = joints[joints["share"] > 0].sort_values("share", ascending=False)
+            times, names = float(worst["times"].iloc[0]), listed([str(name) for name in worst.index], LISTED)
+            said.append(
+                f"{resists} by more than friction under uniform pressure would, {times:.3g} times as much ({names}): "
+                f"some {share:.0%} of the {answer} is due to it. {remedy}"
+            )
+    return " ".join(said)

@@ -15,6 +15,7 @@ from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.moved import MovedContacts, MovingLoads, MovingStructure, Placement, rotated
 from blockstruct.statics.statics import Statics
 from blockstruct.statics.ties import TieTable
+from blockstruct.statics.uniform_friction import multiple_of_uniform_friction
 from blockstruct.statics.wrenches import AppliedLoads, applied_loads, wrenches
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "applied_loads",
     "carried_weights",
     "equilibrium_matrix",
+    "multiple_of_uniform_friction",
     "rotated",
     "wrenches",
 ]

@@ -1,4 +1,4 @@
-"""Which iterations and interfaces a view shows."""
+"""Which iterations, interfaces and directions a view shows."""
 
 import operator
 
@@ -118,3 +118,21 @@ def _of_headline(spread: bs.Spread, head: bs.results.Headline) -> bs.CaseResult:
     if head.status is bs.Status.CONVERGED and spread.lowest is not None:
         return spread.lowest
     return next(r for r in spread.runs.values() if r.status is head.status)
+
+
+def compasses(analysis: bs.Analysis) -> list[tuple[str, bs.studies.Directions]]:
+    """Directions of each case that has them, after its name; without one, three pushes or more together.
+
+    Raises
+    ------
+    ModelError
+        As of :meth:`blockstruct.studies.Directions.each_of`.
+    """
+    each = bs.studies.Directions.each_of(analysis)
+    if each:
+        return each
+    try:
+        around = bs.studies.Directions.of(analysis)
+    except bs.errors.ModelError:
+        return []
+    return [(analysis.model.name, around)] if around.data.sizes["direction"] > 2 else []

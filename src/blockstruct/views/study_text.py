@@ -12,6 +12,7 @@ from rich.text import Text
 
 import blockstruct as bs
 from blockstruct.units import short_unit
+from blockstruct.views.selection import compasses
 
 #: Rows that a terminal shows; the rest is in the store.
 _SHOWN = 50
@@ -83,16 +84,10 @@ def study_summary(summary: xr.Dataset) -> str:
 def directions_text(analysis: bs.Analysis) -> str:
     """Load factors around the compass of each case with directions; without one, of three pushes or more together."""
     try:
-        each = bs.studies.Directions.each_of(analysis)
+        each = compasses(analysis)
     except bs.errors.ModelError as error:
         return f"no load factors around the compass: {error}\n"
-    if each:
-        return "".join(f"case {name}, {around}\n" if len(each) > 1 else f"{around}\n" for name, around in each)
-    try:
-        around = bs.studies.Directions.of(analysis)
-    except bs.errors.ModelError:
-        return ""
-    return f"{around}\n" if around.data.sizes["direction"] > 2 else ""
+    return "".join(f"case {name}, {around}\n" if len(each) > 1 else f"{around}\n" for name, around in each)
 
 
 def parameter_texts(analysis: bs.Analysis) -> list[tuple[str, str]]:

@@ -32,7 +32,7 @@ _STATUS = {
 
 _DRIFTING = (
     "It was still drifting from one such state to the next when the procedure was stopped: another schedule would have "
-    "stopped at another load factor."
+    "stopped at another {}."
 )
 
 #: Endings that say that the certificate holds, and by which procedure.
@@ -52,7 +52,7 @@ def status_words(result: bs.CaseResult) -> str:
     """
     words = _OF_SETTLEMENT if isinstance(result.case, bs.SettlementCase) else _STATUS
     said = words.get(result.status, _STATUS[result.status])
-    return f"{said} {_DRIFTING}" if result.drifts else said
+    return f"{said} {_DRIFTING.format(result.answer.name)}" if result.drifts else said
 
 
 def range_words(result: bs.CaseResult) -> str:

@@ -98,7 +98,7 @@ def _tie_forces(canvas: Canvas, result: bs.CaseResult, iteration: int) -> None:
     """Write the force of each tie beside it."""
     if not result.model.ties:
         return
-    force = result.history["tie_force"].to_numpy()[iteration]
+    force = bs.results.tie_forces(result.history)[iteration]
     factor, unit = readable(force, "N")
     right, up = 0.02 * Solids.of(result.model).size * canvas.view.basis[:2]
     for ends, value in zip(TieLines.of(result.model).ends, force, strict=True):

@@ -23,7 +23,7 @@ from blockstruct.views.figures.mechanism import mechanism
 from blockstruct.views.figures.structure import structure
 from blockstruct.views.figures.studies import compass
 from blockstruct.views.output import write_bytes
-from blockstruct.views.selection import is_pressed, shown_results
+from blockstruct.views.selection import compasses, is_pressed, shown_results
 
 #: Width and height, inches, of pictures of the structure and of diagrams: 160 mm is the width of a page.
 _STRUCTURE, _DIAGRAM = (6.3, 4.0), (6.3, 3.0)
@@ -118,16 +118,19 @@ def overview(analysis: bs.Analysis) -> list[Drawing]:
     """Figures of all cases together: a compass of three directions or more, of each case with directions if several."""
     caption = "Load factors around the compass; the arrow is the direction that governs"
     try:
-        each = bs.studies.Directions.each_of(analysis)
-        if len(each) > 1:
-            shown = [(f"directions-{k}", f"{caption}: {name}", at) for k, (name, at) in enumerate(each, start=1)]
-        else:
-            shown = [("directions", caption, bs.studies.Directions.of(analysis))]
+        each = compasses(analysis)
     except bs.errors.ModelError:
         return []
+    several = len(each) > 1
     return [
-        Drawing(name, said, partial(_compass, around), _STRUCTURE, "polar")
-        for name, said, around in shown
+        Drawing(
+            f"directions-{k}" if several else "directions",
+            f"{caption}: {name}" if several else caption,
+            partial(_compass, around),
+            _STRUCTURE,
+            "polar",
+        )
+        for k, (name, around) in enumerate(each, start=1)
         if around.data.sizes["direction"] > 2
     ]
 

@@ -211,7 +211,7 @@ def _tie_rows(result: bs.CaseResult) -> list[list[tuple[str, float | None]]]:
     """State and force of each tie in every iteration."""
     if not result.model.ties:
         return []
-    states, force = bs.ties.tie_state(result.history).to_numpy(), result.history["tie_force"].to_numpy()
+    states, force = bs.ties.tie_state(result.history).to_numpy(), bs.results.tie_forces(result.history)
     return [list(zip(row.tolist(), _plain(values), strict=True)) for row, values in zip(states, force, strict=True)]
 
 
