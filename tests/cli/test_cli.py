@@ -421,3 +421,21 @@ def test_a_warning_is_one_line(call, tmp_path):
     assert (code, "ready to run" in out) == (0, True)
     assert err.startswith("warning: material 'tuff': a unit weight of 1.2e+10 kN/m^3 is not one of masonry")
     assert len(err.splitlines()) == 1
+
+
+@pytest.mark.filterwarnings("default::blockstruct.errors.UnusualValueWarning")
+@pytest.mark.parametrize(
+    ("loads", "code", "message"),
+    [
+        ("[{ kind: self_weight }, { kind: self_weight }]", 2, "SelfWeight (self_weight) is given 2 times"),
+        ("[]", 0, "has no loads, and joints without cohesion"),
+        ("[{ kind: moment, block: '1.1', moment: [0 N*m, 0 N*m, 0 N*m] }]", 0, "is zero on every free block, and"),
+    ],
+)
+def test_a_dead_load_that_is_not_the_weight_is_told(call, tmp_path, loads, code, message):
+    wall = WALL.read_text(encoding="utf-8").replace("dead: [{ kind: self_weight }]", f"dead: {loads}")
+    (tmp_path / "m.yaml").write_text(wall, encoding="utf-8")
+    found, _, err = call("check", tmp_path / "m.yaml")
+    assert found == code
+    assert message in err
+    assert err.count("error:") + err.count("warning:") == 1

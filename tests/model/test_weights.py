@@ -39,6 +39,12 @@ def test_loads_without_a_meaning_are_refused(make, words):
         make()
 
 
+@pytest.mark.parametrize("count", [2, 3])
+def test_the_weight_of_the_blocks_is_given_once(count):
+    with pytest.raises(bs.errors.ModelError, match=rf"load pattern 'd': SelfWeight .* {count} times.*; give it once"):
+        bs.LoadPattern("d", [bs.SelfWeight(), *[bs.SelfWeight()] * (count - 1)])
+
+
 def test_units_are_due():
     with pytest.raises(bs.errors.UnitError, match=r"weight_per_length.*Q_\(5, 'kN/m'\)"):
         bs.LineLoad(5, A, B)

@@ -19,7 +19,7 @@ from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.recovery import blank_history, planned_result
 from blockstruct.analysis.replay import ReplaySolver, followed
 from blockstruct.analysis.sweeps import axes_of, joints_at, keep_point, names_at, points_of
-from blockstruct.errors import LoadFactorWarning, ModelError, shown
+from blockstruct.errors import LoadFactorWarning, ModelError, UnusualValueWarning, shown
 from blockstruct.keywords import checked_keywords
 from blockstruct.limit import (
     Iteration,
@@ -130,6 +130,9 @@ class AnalysisManager:
         When all cases have ended, a LoadFactorWarning says where a load factor means less than it seems to:
         :attr:`CaseResult.warnings`.
 
+        An UnusualValueWarning tells, before anything is solved, of a dead load of zero that leaves joints nothing to
+        hold on with.
+
         A KeyboardInterrupt ends the run; the case at work gets the status ``interrupted`` and keeps the
         iterations it has, as do the cases after it, without any; the cases before it are complete.
 
@@ -234,7 +237,9 @@ class AnalysisManager:
         patterns(cases)
         for case in (c for c in cases if isinstance(c, Pushover)):
             check_pushover(self.model, case)
-        return [LimitProblem.of(self.statics, case) for case in cases]
+        problems = [LimitProblem.of(self.statics, case) for case in cases]
+        _look_at_dead_loads(cases, problems)
+        return problems
 
     def sweep(
         self,
@@ -386,6 +391,26 @@ class AnalysisManager:
         if settings.crushing_cells == self.settings.crushing_cells:
             return self.statics
         return Statics.of(self.model, settings.crushing_cells)
+
+
+def _look_at_dead_loads(cases: Sequence[Case], problems: Sequence[LimitProblem]) -> None:
+    """Tell of dead loads that are zero where joints hold by friction alone: they are hardly meant.
+
+    Without them all is in proportion to the variable load: the load factor is 0 or infinite, unless joints crush.
+    """
+    first = dict[str, Case]()
+    for case, problem in zip(cases, problems, strict=True):
+        if not (problem.w_D.any() or problem.cohesion.any() or problem.tension.any() or len(problem.ties.capacity)):
+            first.setdefault(case.dead.name, case)
+    for name, case in first.items():
+        lacks = "is zero on every free block" if case.dead.loads else "has no loads"
+        text = (
+            f"case {case.name!r}: the dead load {name!r} {lacks}, and joints without cohesion or tensile strength "
+            "have nothing but the variable load to press them together: what is found is hardly a load factor of a "
+            "structure; give the dead load the weight of the blocks, SelfWeight() (self_weight)"
+        )
+        # It names the line that calls run.
+        warnings.warn(text, UnusualValueWarning, stacklevel=4)
 
 
 def _warn_of(results: Iterable[CaseResult]) -> None:
