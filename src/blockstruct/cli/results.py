@@ -9,7 +9,15 @@ import typer
 
 import blockstruct as bs
 from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, out, print_results, say
-from blockstruct.cli.verification import FactorOption, LevelOption, MethodOption, ModeOption, SpectrumOption, checks_of
+from blockstruct.cli.verification import (
+    CaseOption,
+    FactorOption,
+    LevelOption,
+    MethodOption,
+    ModeOption,
+    SpectrumOption,
+    checks_of,
+)
 from blockstruct.keywords import did_you_mean
 from blockstruct.views import analysis_summary, archive_table, iteration_table, parameter_texts
 from blockstruct.views.output import write_csv
@@ -185,9 +193,10 @@ def report(
         typer.Option("--project", help="A line of its head, as in 'client=Town of Lucca'.", show_default=False),
     ] = None,
     spectrum: SpectrumOption = None,
+    case: CaseOption = None,
     confidence_factor: FactorOption = None,
     knowledge_level: LevelOption = None,
-    method: MethodOption = "linear",
+    method: MethodOption = None,
     mode: ModeOption = None,
     show_it: Annotated[bool, typer.Option("--open", help="Show the report in the browser.")] = False,
 ) -> None:
@@ -197,7 +206,7 @@ def report(
     target = _beside(output or file.with_name(f"{file.stem}-report.html"), file, template)
     head = dict(_project_line(line) for line in project or ())
     analysis = bs.open_analysis(file)
-    checks = checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method)
+    checks = checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method, only=case)
     _written(write_report(analysis, target, project=head, checks=checks, template=template), show_it)
 
 
