@@ -439,3 +439,34 @@ def test_a_dead_load_that_is_not_the_weight_is_told(call, tmp_path, loads, code,
     assert found == code
     assert message in err
     assert err.count("error:") + err.count("warning:") == 1
+
+
+def test_what_still_drifts_is_told_in_every_table(call, small_model, tmp_path):
+    settings = bs.ProcedureSettings(patience=3, load_factor_tolerance=1e-15)
+    around = bs.directions(small_model, SELF_WEIGHT, 2, settings=settings, store=tmp_path / "drifts" / "a.h5")
+    assert all(result.drifts for result in around.analysis.values())
+    assert str(around).count("converged, still drifting") == 2
+    _, out, _ = call("archive", tmp_path / "drifts")
+    assert " ".join(out.split()).count("still drifting") == 2
+    table = bs.Archive(tmp_path / "drifts").query("settled == False")
+    assert table["status"].tolist() == ["converged"] * 2
+    settles = bs.directions(small_model, SELF_WEIGHT, 2, store=tmp_path / "settles" / "a.h5")
+    assert "drifting" not in str(settles)
+    _, out, _ = call("archive", tmp_path / "settles")
+    assert "drifting" not in out
+    assert bs.Archive(tmp_path / "settles").table()["settled"].tolist() == [True] * 2
+
+
+def test_what_still_drifts_is_told_in_the_table_of_a_study(call, tmp_path):
+    drifting = "settings: { patience: 3, load_factor_tolerance: 1.0e-15 }"
+    wall = WALL.read_text(encoding="utf-8")
+    for name, more in (("drifts", drifting), ("settles", "")):
+        (tmp_path / "wall.yaml").write_text(f"{wall}\n{more}\n", encoding="utf-8")
+        (tmp_path / "study.yaml").write_text(
+            "blockstruct: study-1\nmodel: wall.yaml\nparameters:\n"
+            "  joint_materials.dry joint.friction_coefficient: [0.65]\n",
+            encoding="utf-8",
+        )
+        code, out, err = call("study", tmp_path / "study.yaml", "-o", tmp_path / name, "--workers", 1)
+        assert code == 0, err
+        assert ("converged, still drifting" in " ".join(out.split())) == (name == "drifts")

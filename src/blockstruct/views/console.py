@@ -14,7 +14,7 @@ from rich.text import Text
 
 import blockstruct as bs
 from blockstruct.units import SI_UNITS, short_unit
-from blockstruct.views.study_text import answer_cell, answer_title, short_names
+from blockstruct.views.study_text import answer_cell, answer_title, short_names, status_cell
 from blockstruct.views.words import admissible_words, path_words, range_words, tie_words
 
 _COLUMNS = {
@@ -135,7 +135,9 @@ def archive_table(rows: pd.DataFrame) -> Table:
     for row in shown:
         numbers = (answer_cell(row), *[_d0(row)] * pushed, f"{row['n_iterations']:.0f}")
         values = (Text(_cell(row[name])) for name in varied)
-        table.add_row(Text(row["path"]), Text(row["case"]), *values, row["status"], *numbers)
+        table.add_row(
+            Text(row["path"]), Text(row["case"]), *values, status_cell(row, settled=bool(row["settled"])), *numbers
+        )
     return table
 
 
