@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 import xarray as xr
 
+from blockstruct.analysis.checks import checked_problems
 from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener, tell
 from blockstruct.analysis.finite import pushed_over
 from blockstruct.analysis.progress import Progress, with_progress
@@ -19,14 +20,13 @@ from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.recovery import blank_history, planned_result
 from blockstruct.analysis.replay import ReplaySolver, followed
 from blockstruct.analysis.sweeps import axes_of, joints_at, keep_point, names_at, points_of
-from blockstruct.errors import LoadFactorWarning, ModelError, UnusualValueWarning, shown
+from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.keywords import checked_keywords
 from blockstruct.limit import (
     Iteration,
     LimitProblem,
     Outcome,
     ProcedureSettings,
-    check_pushover,
     scheduled,
     schedules_of,
 )
@@ -35,7 +35,7 @@ from blockstruct.procedures import solve_limit_case
 from blockstruct.results import Analysis, CaseResult, checked_parameters, failures, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
-from blockstruct.storage import Checkpoint, checked_keep_every, claim, is_unfinished, open_analysis, patterns, tidy
+from blockstruct.storage import Checkpoint, checked_keep_every, claim, is_unfinished, open_analysis, tidy
 from blockstruct.vocabulary import Flow, Status
 
 #: Statuses whose last iteration shows how the structure falls under its dead load.
@@ -226,20 +226,7 @@ class AnalysisManager:
 
     def check(self, cases: Sequence[Case]) -> list[LimitProblem]:
         """Check cases as :meth:`run` does before it solves anything, and return their limit problems."""
-        names = [case.name for case in cases]
-        if not names:
-            msg = "AnalysisManager.run: no case; give at least one LimitCase or SettlementCase"
-            raise ModelError(msg)
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
-            msg = f"AnalysisManager.run: case names used more than once: {', '.join(twice)}; rename them"
-            raise ModelError(msg)
-        patterns(cases)
-        for case in (c for c in cases if isinstance(c, Pushover)):
-            check_pushover(self.model, case)
-        problems = [LimitProblem.of(self.statics, case) for case in cases]
-        _look_at_dead_loads(cases, problems)
-        return problems
+        return checked_problems(self.statics, cases)
 
     def sweep(
         self,
@@ -391,26 +378,6 @@ class AnalysisManager:
         if settings.crushing_cells == self.settings.crushing_cells:
             return self.statics
         return Statics.of(self.model, settings.crushing_cells)
-
-
-def _look_at_dead_loads(cases: Sequence[Case], problems: Sequence[LimitProblem]) -> None:
-    """Tell of dead loads that are zero where joints hold by friction alone: they are hardly meant.
-
-    Without them all is in proportion to the variable load: the load factor is 0 or infinite, unless joints crush.
-    """
-    first = dict[str, Case]()
-    for case, problem in zip(cases, problems, strict=True):
-        if not (problem.w_D.any() or problem.cohesion.any() or problem.tension.any() or len(problem.ties.capacity)):
-            first.setdefault(case.dead.name, case)
-    for name, case in first.items():
-        lacks = "is zero on every free block" if case.dead.loads else "has no loads"
-        text = (
-            f"case {case.name!r}: the dead load {name!r} {lacks}, and joints without cohesion or tensile strength "
-            "have nothing but the variable load to press them together: what is found is hardly a load factor of a "
-            "structure; give the dead load the weight of the blocks, SelfWeight() (self_weight)"
-        )
-        # It names the line that calls run.
-        warnings.warn(text, UnusualValueWarning, stacklevel=4)
 
 
 def _warn_of(results: Iterable[CaseResult]) -> None:

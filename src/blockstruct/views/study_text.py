@@ -12,7 +12,6 @@ from rich.text import Text
 
 import blockstruct as bs
 from blockstruct.units import short_unit
-from blockstruct.vocabulary import DRIFTING
 
 #: Rows that a terminal shows; the rest is in the store.
 _SHOWN = 50
@@ -33,7 +32,7 @@ def study_table(data: xr.Dataset) -> Table:
         table.add_column(title, justify="right" if title == answer else "left", overflow="fold")
     for row in rows:
         values = [f"{row[n]:.6g}" if isinstance(row[n], float) else str(row[n]) for n in varied]
-        ended = status_cell(row, settled=DRIFTING not in str(row.get("message")))
+        ended = status_cell(row)
         status = f"{ended}: {row['problem']}" if row["problem"] else ended
         table.add_row(*map(Text, (*values, row["case"], answer_cell(row), status)))
     if len(frame) > _SHOWN:
@@ -51,10 +50,10 @@ def answer_cell(row: Mapping[Any, Any]) -> str:
     return (_reactions(row) or [f"{row['load_factor']:.6g}"])[0]
 
 
-def status_cell(row: Mapping[Any, Any], *, settled: bool) -> str:
+def status_cell(row: Mapping[Any, Any]) -> str:
     """Status of a case, and that its load factor was still drifting when the procedure was stopped."""
-    status = str(row["status"])
-    return status if settled or status != bs.Status.CONVERGED else f"{status}, {DRIFTING}"
+    drifts = row["status"] == bs.Status.CONVERGED and not row["settled"]
+    return f"{row['status']}, still drifting" if drifts else str(row["status"])
 
 
 def _reactions(row: Mapping[Any, Any]) -> list[str]:
