@@ -470,3 +470,31 @@ def test_what_still_drifts_is_told_in_the_table_of_a_study(call, tmp_path):
         code, out, err = call("study", tmp_path / "study.yaml", "-o", tmp_path / name, "--workers", 1)
         assert code == 0, err
         assert ("converged, still drifting" in " ".join(out.split())) == (name == "drifts")
+
+
+def test_a_pushover_without_a_curve_exits_with_3(call, tmp_path):
+    case = "{ kind: pushover, name: p, dead: dead, variable: push +x, control: {block: '6.1', direction: [-1, 0, 0]} }"
+    wall = WALL.read_text(encoding="utf-8")
+    (tmp_path / "m.yaml").write_text(f"{wall[: wall.index('cases:')]}cases:\n  - {case}\n", encoding="utf-8")
+    code, out, err = call("run", tmp_path / "m.yaml", "-o", tmp_path / "m.h5", "--quiet")
+    assert (code, out, err) == (3, "", "")
+    assert bs.open_analysis(tmp_path / "m.h5")["p"].status == "converged"
+    _, out, _ = call("show", tmp_path / "m.h5", "--json")
+    (warning,) = json.loads(out)["cases"][0]["warnings"]
+    assert warning.startswith("pushover: the control point at block '6.1' does not move along (-1, 0, 0)")
+
+
+def test_jumps_of_a_curve_are_warnings_of_its_json(call, tmp_path):
+    """A block slides until it meets a stop."""
+    blocks = [
+        box("ground", [-1, 0, -0.5], [3, 1, 0.5], fixed=True),
+        box("block", [0, 0, 0], [0.4, 1, 0.5]),
+        box("stop", [0.5, 0, 0], [0.1, 1, 0.05], fixed=True),
+    ]
+    model = model_of(blocks, bs.JointMaterial("dry", 0.2))
+    case = bs.Pushover("p", SELF_WEIGHT, push(1, 0, 0), control=("block", (1, 0, 0)), steps=20)
+    bs.AnalysisManager(model, tmp_path / "p.h5").run([case])
+    _, out, _ = call("show", tmp_path / "p.h5", "--json")
+    rises, jumps = json.loads(out)["cases"][0]["warnings"]
+    assert rises.startswith("pushover: the load factor rises from 0.2 to ")
+    assert jumps.startswith("pushover: the load factor jumps from 0.2 to ")
