@@ -498,3 +498,38 @@ def test_jumps_of_a_curve_are_warnings_of_its_json(call, tmp_path):
     rises, jumps = json.loads(out)["cases"][0]["warnings"]
     assert rises.startswith("pushover: the load factor rises from 0.2 to ")
     assert jumps.startswith("pushover: the load factor jumps from 0.2 to ")
+
+
+def test_corners_too_round_are_refused_before_the_run(call, tmp_path):
+    case = "{ kind: pushover, name: p, dead: dead, variable: push +x, control: {block: '6.1', direction: [1, 0, 0]}"
+    wall = WALL.read_text(encoding="utf-8")
+    document = f"{wall[: wall.index('cases:')]}cases:\n  - {case}, steps: 3, corner_rounding: RADIUS }}\n"
+    for command in ("check", "validate", "run"):
+        (tmp_path / "m.yaml").write_text(document.replace("RADIUS", "2 m"), encoding="utf-8")
+        words = ("-o", tmp_path / "m.h5") if command == "run" else ()
+        code, out, err = call(command, tmp_path / "m.yaml", *words)
+        assert code == (4 if command == "validate" else 2)
+        # The limit is half of the depth of 0.1 m.
+        assert "pushover 'p': corner_rounding: block '" in out + err
+        assert "give a radius of at most 0.0495 m" in out + err
+    assert [path.name for path in tmp_path.iterdir()] == ["m.yaml"]
+    (tmp_path / "m.yaml").write_text(document.replace("RADIUS", "0.0495 m"), encoding="utf-8")
+    code, _, err = call("run", tmp_path / "m.yaml", "-o", tmp_path / "m.h5")
+    assert code == 0, err
+
+
+def test_the_remedy_for_a_killed_run_is_a_command(call, tmp_path, small_model, small_cases):
+    class KilledError(BaseException):
+        pass
+
+    def die(event):
+        if isinstance(event, IterationDone):
+            raise KilledError
+
+    with pytest.raises(KilledError):
+        bs.AnalysisManager(small_model, tmp_path / "m.h5", listeners=[die]).run(small_cases)
+    code, _, err = call("run", WALL, "-o", tmp_path / "m.h5")
+    assert code == 2
+    assert "(blockstruct resume), keep what it found by recover (blockstruct recover)" in err
+    code, _, err = call("resume", tmp_path / "m.h5")
+    assert code == 0, err

@@ -3,10 +3,10 @@
 import warnings
 from collections.abc import Sequence
 
-from blockstruct.errors import ModelError, UnusualValueWarning
+from blockstruct.errors import GeometryError, ModelError, UnusualValueWarning
 from blockstruct.limit import LimitProblem, check_pushover
 from blockstruct.model import Case, Pushover
-from blockstruct.statics import Statics
+from blockstruct.statics import MovingStructure, Statics
 from blockstruct.storage import patterns
 
 
@@ -34,9 +34,20 @@ def checked_problems(statics: Statics, cases: Sequence[Case]) -> list[LimitProbl
     patterns(cases)
     for case in (c for c in cases if isinstance(c, Pushover)):
         check_pushover(statics.model, case)
+        _check_rounding(statics, case)
     problems = [LimitProblem.of(statics, case) for case in cases]
     _look_at_dead_loads(cases, problems)
     return problems
+
+
+def _check_rounding(statics: Statics, case: Pushover) -> None:
+    """Refuse rounded corners that leave nothing of a face, before the collapse state is searched for."""
+    if case.corner_rounding:
+        try:
+            MovingStructure(statics, case.corner_rounding)
+        except GeometryError as error:
+            msg = f"pushover {case.name!r}: corner_rounding: {error}"
+            raise GeometryError(msg) from error
 
 
 def _look_at_dead_loads(cases: Sequence[Case], problems: Sequence[LimitProblem]) -> None:
