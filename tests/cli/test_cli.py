@@ -514,7 +514,7 @@ def test_corners_too_round_are_refused_before_the_run(call, tmp_path):
         assert "give a radius of at most 0.0495 m" in out + err
     assert [path.name for path in tmp_path.iterdir()] == ["m.yaml"]
     (tmp_path / "m.yaml").write_text(document.replace("RADIUS", "0.0495 m"), encoding="utf-8")
-    code, _, err = call("run", tmp_path / "m.yaml", "-o", tmp_path / "m.h5")
+    code, _, err = call("check", tmp_path / "m.yaml")
     assert code == 0, err
 
 
