@@ -286,8 +286,8 @@ def _above_zero(value: Any, dimension: str, what: str) -> float:
 
 def _share(value: Any, who: str) -> float:
     found = si(value, "dimensionless", f"{who}: mass_share")
-    if found < 0:
-        msg = f"{who}: mass_share {found:.6g}; give zero (its mass is not pushed) or more"
+    if not 0 <= found <= 1:
+        msg = f"{who}: mass_share {found:.6g}; give from 0 (its mass is not pushed) to 1 (all of it is)"
         raise ModelError(msg)
     return found
 
