@@ -533,3 +533,11 @@ def test_the_remedy_for_a_killed_run_is_a_command(call, tmp_path, small_model, s
     assert "(blockstruct resume), keep what it found by recover (blockstruct recover)" in err
     code, _, err = call("resume", tmp_path / "m.h5")
     assert code == 0, err
+
+
+@pytest.mark.parametrize("name", ["r.docx", "r", "r.htm"])
+def test_a_report_is_a_page_or_a_pdf(call, file, tmp_path, name):
+    code, _, err = call("report", file, "-o", tmp_path / name)
+    assert code == 2
+    assert f"{name}: a report is a page or a PDF; give a name that ends in .html or .pdf" in err
+    assert list(tmp_path.iterdir()) == []
