@@ -37,7 +37,7 @@ def violations(instance: Any, name: str, part: str = "") -> list[tuple[str, str]
     """Violations of a schema or a part of it, up to a hundred, as (path, message), in order of the paths."""
     import jsonschema
 
-    found = []
+    found, misspelt, lacking = list[tuple[str, str]](), set[str](), list[tuple[str, str]]()
     for error in islice(_validator(name, part).iter_errors(instance), MOST_VIOLATIONS):
         best = jsonschema.exceptions.best_match([error]) or error
         path = "/" + "/".join(str(p) for p in best.absolute_path)
@@ -46,12 +46,30 @@ def violations(instance: Any, name: str, part: str = "") -> list[tuple[str, str]
             known = best.schema.get("properties", {})
             unknown = [key for key in best.instance if key not in known][:10]
             message = "; ".join(f"unknown key {reprlib.repr(key)}, {did_you_mean(key, known)}" for key in unknown)
+            misspelt.add(_cut(path))
+        elif alternatives := _alternatives(best):
+            given = [key for key in alternatives if key in best.instance]
+            if not given:
+                lacking.append((_cut(path), _cut(f"give one of {', '.join(alternatives)}")))
+                continue
+            message = f"{' and '.join(given)} are given; give one of {', '.join(alternatives)}"
+        elif best.validator in ("oneOf", "anyOf") and "description" in best.schema:
+            message = f"found {reprlib.repr(best.instance)}; {best.schema['description']}"
         elif best.validator in ("const", "enum", "pattern"):
             message = f"found {best.instance!r}, {message}"
         elif best.validator == "type" and "description" in best.schema:
             message = f"{message}; {best.schema['description']}"
         found.append((_cut(path), _cut(message)))
-    return sorted(found)
+    # A key that is missing is mostly the one that is misspelt.
+    return sorted([*found, *(violation for violation in lacking if violation[0] not in misspelt)])
+
+
+def _alternatives(error: Any) -> list[str]:
+    """Keys of which one has to be given, if that is what an error is about."""
+    options = error.validator_value if error.validator in ("oneOf", "anyOf") else []
+    if not isinstance(error.instance, dict) or any(set(option) != {"required"} for option in options):
+        return []
+    return [key for option in options for key in option["required"]]
 
 
 def listed_violations(found: list[tuple[str, str]]) -> str:

@@ -421,3 +421,123 @@ def test_a_warning_is_one_line(call, tmp_path):
     assert (code, "ready to run" in out) == (0, True)
     assert err.startswith("warning: material 'tuff': a unit weight of 1.2e+10 kN/m^3 is not one of masonry")
     assert len(err.splitlines()) == 1
+
+
+@pytest.mark.filterwarnings("default::blockstruct.errors.UnusualValueWarning")
+@pytest.mark.parametrize(
+    ("loads", "code", "message"),
+    [
+        ("[{ kind: self_weight }, { kind: self_weight }]", 2, "SelfWeight (self_weight) is given 2 times"),
+        ("[]", 0, "has no loads, and joints without cohesion"),
+        ("[{ kind: moment, block: '1.1', moment: [0 N*m, 0 N*m, 0 N*m] }]", 0, "is zero on every free block, and"),
+    ],
+)
+def test_a_dead_load_that_is_not_the_weight_is_told(call, tmp_path, loads, code, message):
+    wall = WALL.read_text(encoding="utf-8").replace("dead: [{ kind: self_weight }]", f"dead: {loads}")
+    (tmp_path / "m.yaml").write_text(wall, encoding="utf-8")
+    found, _, err = call("check", tmp_path / "m.yaml")
+    assert found == code
+    assert message in err
+    assert err.count("error:") + err.count("warning:") == 1
+
+
+def test_what_still_drifts_is_told_in_every_table(call, small_model, tmp_path):
+    settings = bs.ProcedureSettings(patience=3, load_factor_tolerance=1e-15)
+    around = bs.directions(small_model, SELF_WEIGHT, 2, settings=settings, store=tmp_path / "drifts" / "a.h5")
+    assert all(result.drifts for result in around.analysis.values())
+    assert str(around).count("converged, still drifting") == 2
+    _, out, _ = call("archive", tmp_path / "drifts")
+    assert " ".join(out.split()).count("still drifting") == 2
+    table = bs.Archive(tmp_path / "drifts").query("settled == False")
+    assert table["status"].tolist() == ["converged"] * 2
+    settles = bs.directions(small_model, SELF_WEIGHT, 2, store=tmp_path / "settles" / "a.h5")
+    assert "drifting" not in str(settles)
+    _, out, _ = call("archive", tmp_path / "settles")
+    assert "drifting" not in out
+    assert bs.Archive(tmp_path / "settles").table()["settled"].tolist() == [True] * 2
+
+
+def test_what_still_drifts_is_told_in_the_table_of_a_study(call, tmp_path):
+    drifting = "settings: { patience: 3, load_factor_tolerance: 1.0e-15 }"
+    wall = WALL.read_text(encoding="utf-8")
+    for name, more in (("drifts", drifting), ("settles", "")):
+        (tmp_path / "wall.yaml").write_text(f"{wall}\n{more}\n", encoding="utf-8")
+        (tmp_path / "study.yaml").write_text(
+            "blockstruct: study-1\nmodel: wall.yaml\nparameters:\n"
+            "  joint_materials.dry joint.friction_coefficient: [0.65]\n",
+            encoding="utf-8",
+        )
+        code, out, err = call("study", tmp_path / "study.yaml", "-o", tmp_path / name, "--workers", 1)
+        assert code == 0, err
+        assert ("converged, still drifting" in " ".join(out.split())) == (name == "drifts")
+
+
+def test_a_pushover_without_a_curve_exits_with_3(call, tmp_path):
+    case = "{ kind: pushover, name: p, dead: dead, variable: push +x, control: {block: '6.1', direction: [-1, 0, 0]} }"
+    wall = WALL.read_text(encoding="utf-8")
+    (tmp_path / "m.yaml").write_text(f"{wall[: wall.index('cases:')]}cases:\n  - {case}\n", encoding="utf-8")
+    code, out, err = call("run", tmp_path / "m.yaml", "-o", tmp_path / "m.h5", "--quiet")
+    assert (code, out, err) == (3, "", "")
+    assert bs.open_analysis(tmp_path / "m.h5")["p"].status == "converged"
+    _, out, _ = call("show", tmp_path / "m.h5", "--json")
+    (warning,) = json.loads(out)["cases"][0]["warnings"]
+    assert warning.startswith("pushover: the control point at block '6.1' does not move along (-1, 0, 0)")
+
+
+def test_jumps_of_a_curve_are_warnings_of_its_json(call, tmp_path):
+    """A block slides until it meets a stop."""
+    blocks = [
+        box("ground", [-1, 0, -0.5], [3, 1, 0.5], fixed=True),
+        box("block", [0, 0, 0], [0.4, 1, 0.5]),
+        box("stop", [0.5, 0, 0], [0.1, 1, 0.05], fixed=True),
+    ]
+    model = model_of(blocks, bs.JointMaterial("dry", 0.2))
+    case = bs.Pushover("p", SELF_WEIGHT, push(1, 0, 0), control=("block", (1, 0, 0)), steps=20)
+    bs.AnalysisManager(model, tmp_path / "p.h5").run([case])
+    _, out, _ = call("show", tmp_path / "p.h5", "--json")
+    rises, jumps = json.loads(out)["cases"][0]["warnings"]
+    assert rises.startswith("pushover: the load factor rises from 0.2 to ")
+    assert jumps.startswith("pushover: the load factor jumps from 0.2 to ")
+
+
+def test_corners_too_round_are_refused_before_the_run(call, tmp_path):
+    case = "{ kind: pushover, name: p, dead: dead, variable: push +x, control: {block: '6.1', direction: [1, 0, 0]}"
+    wall = WALL.read_text(encoding="utf-8")
+    document = f"{wall[: wall.index('cases:')]}cases:\n  - {case}, steps: 3, corner_rounding: RADIUS }}\n"
+    for command in ("check", "validate", "run"):
+        (tmp_path / "m.yaml").write_text(document.replace("RADIUS", "2 m"), encoding="utf-8")
+        words = ("-o", tmp_path / "m.h5") if command == "run" else ()
+        code, out, err = call(command, tmp_path / "m.yaml", *words)
+        assert code == (4 if command == "validate" else 2)
+        # The limit is half of the depth of 0.1 m.
+        assert "pushover 'p': corner_rounding: block '" in out + err
+        assert "give a radius of at most 0.0495 m" in out + err
+    assert [path.name for path in tmp_path.iterdir()] == ["m.yaml"]
+    (tmp_path / "m.yaml").write_text(document.replace("RADIUS", "0.0495 m"), encoding="utf-8")
+    code, _, err = call("check", tmp_path / "m.yaml")
+    assert code == 0, err
+
+
+def test_the_remedy_for_a_killed_run_is_a_command(call, tmp_path, small_model, small_cases):
+    class KilledError(BaseException):
+        pass
+
+    def die(event):
+        if isinstance(event, IterationDone):
+            raise KilledError
+
+    with pytest.raises(KilledError):
+        bs.AnalysisManager(small_model, tmp_path / "m.h5", listeners=[die]).run(small_cases)
+    code, _, err = call("run", WALL, "-o", tmp_path / "m.h5")
+    assert code == 2
+    assert "(blockstruct resume), keep what it found by recover (blockstruct recover)" in err
+    code, _, err = call("resume", tmp_path / "m.h5")
+    assert code == 0, err
+
+
+@pytest.mark.parametrize("name", ["r.docx", "r", "r.htm"])
+def test_a_report_is_a_page_or_a_pdf(call, file, tmp_path, name):
+    code, _, err = call("report", file, "-o", tmp_path / name)
+    assert code == 2
+    assert f"{name}: a report is a page or a PDF; give a name that ends in .html or .pdf" in err
+    assert list(tmp_path.iterdir()) == []

@@ -66,7 +66,8 @@ def test_the_report_has_the_check(call, file, tmp_path):
         (["--spectrum", SITE, "--mode", "T=0.4 s"], "--mode 'T=0.4 s': no participation, shape"),
         (["--spectrum", SITE, "--mode", MODE.replace("0.9", "top")], "shape=top is not a number"),
         (["--spectrum", SITE, "--case", "rock"], "did you mean rocks?"),
-        (["--spectrum", SITE, "--case", "down"], "no case has a load factor to check"),
+        (["--spectrum", SITE, "--case", "down"], "--case 'down': unbounded, without a load factor to check"),
+        (["--spectrum", SITE, "--case", "down", "--method", "displacement"], "--case 'down': unbounded"),
         (["--spectrum", SITE, "--confidence-factor", "1"], "FC is 1.35"),
     ],
 )
@@ -76,7 +77,60 @@ def test_what_is_no_check_is_one_message(call, file, words, message):
     assert message in err
 
 
-def test_a_factor_without_a_site_is_refused(call, file):
-    code, _, err = call("report", file, "--confidence-factor", "1.35")
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--confidence-factor", "1.35"], "--confidence-factor belongs to a check"),
+        (["--method", "displacement"], "--method belongs to a check"),
+        (["--method", "linear", "--case", "rocks"], "--method, --case belong to a check"),
+    ],
+)
+def test_options_of_a_check_without_a_site_are_refused(call, file, tmp_path, words, message):
+    code, _, err = call("report", file, "-o", tmp_path / "r.html", *words)
     assert code == 2
-    assert "give --spectrum, too" in err
+    assert f"{message}; give --spectrum, too" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_one_case_that_cannot_be_checked_is_named_alone(call, file):
+    _, _, err = call("assess", file, "--spectrum", SITE, "--case", "down")
+    assert "rocks" not in err
+    assert "--spectrum" not in err
+
+
+def test_settlements_are_left_out_of_all_cases(call, tmp_path):
+    blocks, joint = single_block(0.4, 4.0)
+    settles = bs.SettlementCase("settles", SELF_WEIGHT, ["ground"], "-z", flow="associative")
+    rocks = bs.LimitCase("rocks", SELF_WEIGHT, push(1, 0, 0))
+    file = bs.save_analysis(bs.AnalysisManager(model_of(blocks, joint)).run([settles, rocks]), tmp_path / "both.h5")
+    words = ("--spectrum", SITE, "--knowledge-level", "LC1")
+    code, out, err = call("assess", file, *words)
+    assert (code, err) == (0, "")
+    assert out.startswith("not checked: settles (a settlement has no push)\n")
+    assert out.count("relied on: SLV, linear") == 1
+    target = tmp_path / "r.html"
+    code, out, err = call("report", file, "-o", target, *words)
+    assert (code, err) == (0, "")
+    assert "not checked: settles" in out
+    assert "capacity / demand 0.823 of “rocks”" in target.read_text(encoding="utf-8")
+    code, out, _ = call("report", file, "-o", target, *words, "--case", "rocks")
+    assert (code, "not checked" in out) == (0, False)
+    code, _, err = call("assess", file, *words, "--case", "settles")
+    assert (code, "case 'settles': a SettlementCase has no push" in err) == (2, True)
+    alone = bs.save_analysis(bs.AnalysisManager(model_of(blocks, joint)).run([settles]), tmp_path / "alone.h5")
+    code, _, err = call("assess", alone, *words)
+    assert code == 2
+    assert "no case has a push and a load factor to check (settles: a settlement has no push)" in err
+
+
+@pytest.mark.parametrize("case", ["rocks", "also"])
+def test_the_report_checks_one_case(call, tmp_path, case):
+    blocks, joint = single_block(0.4, 4.0)
+    cases = [bs.LimitCase(name, SELF_WEIGHT, push(1, 0, 0)) for name in ("rocks", "also")]
+    file = bs.save_analysis(bs.AnalysisManager(model_of(blocks, joint)).run(cases), tmp_path / "two.h5")
+    target = tmp_path / "r.html"
+    code, _, err = call("report", file, "-o", target, "--spectrum", SITE, "--knowledge-level", "LC1", "--case", case)
+    assert code == 0, err
+    text = target.read_text(encoding="utf-8")
+    assert f"Relied on: capacity / demand 0.823 of “{case}” (SLV, linear)" in text
+    assert "the least of 2 checks" not in text

@@ -228,6 +228,53 @@ def test_a_misspelt_key_is_told_the_one_that_was_meant(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (
+            {"friction_coefficient": 0.6, "friction_angle": "30 deg"},
+            "friction_coefficient and friction_angle are given; ",
+        ),
+        ({"cohesion": "1 kPa"}, ""),
+    ],
+)
+def test_one_of_two_keys_is_asked_for(tmp_path, given, said):
+    with pytest.raises(bs.errors.DocumentError) as refused:
+        bs.read_document(write(tmp_path, changed("joint_materials", "dry", to=given)))
+    assert str(refused.value).splitlines()[1:] == [
+        f"  /joint_materials/dry: {said}give one of friction_coefficient, friction_angle"
+    ]
+
+
+def test_a_case_with_a_variable_load_and_directions(tmp_path):
+    content = changed("cases", 0, "directions", to=4)
+    with pytest.raises(
+        bs.errors.DocumentError, match="/cases/0: variable and directions are given; give one of variable"
+    ):
+        bs.read_document(write(tmp_path, content))
+
+
+def test_a_misspelt_key_is_one_violation(tmp_path):
+    content = changed("materials", "tuff", to={"unitweight": "20 kN/m^3"})
+    with pytest.raises(bs.errors.DocumentError) as refused:
+        bs.read_document(write(tmp_path, content))
+    assert str(refused.value).splitlines()[1:] == [
+        "  /materials/tuff: unknown key 'unitweight', did you mean unit_weight?"
+    ]
+
+
+@pytest.mark.parametrize("direction", ["+x", [1, 0, 0]])
+def test_the_direction_of_a_control_point_may_be_an_axis(tmp_path, direction):
+    case = {"kind": "pushover", "name": "p", "dead": "dead", "variable": "push"}
+    content = changed("cases", to=[case | {"control": {"block": "wedge", "direction": direction}}])
+    content["load_patterns"] = {"dead": [{"kind": "self_weight"}], "push": [{"kind": "body_force", "direction": "+x"}]}
+    (read,) = bs.read_document(write(tmp_path, content)).cases
+    assert read.control == ("wedge", (1.0, 0.0, 0.0))
+    content["cases"][0]["control"]["direction"] = "+w"
+    with pytest.raises(bs.errors.DocumentError, match=r"/cases/0/control/direction: found '\+w'; .* such as '\+x'"):
+        bs.read_document(write(tmp_path, content))
+
+
+@pytest.mark.parametrize(
     ("load", "violations"),
     [
         (

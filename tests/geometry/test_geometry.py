@@ -19,7 +19,7 @@ from blockstruct.geometry import (
     tributary_areas,
 )
 from blockstruct.geometry.polygon import flat_polygons
-from blockstruct.geometry.rounding import inset
+from blockstruct.geometry.rounding import inset, largest_radius
 from blockstruct.geometry.screws import rotation_matrices, rotation_vectors
 from structures import moved, rotation
 
@@ -268,3 +268,5 @@ def test_faces_of_rounded_bodies():
     expected = np.array([[0.1, 0, -0.1], [right, 0, -0.1], [right, 1, -0.1], [0.1, 1, -0.1]])
     assert inset(square, up, others, 0.1) == pytest.approx(expected, abs=1e-12)
     assert inset(square, up, sides, 0.5) is None
+    assert largest_radius(square, up, sides) == pytest.approx(0.5, rel=1e-12)
+    assert largest_radius(square, up, np.tile(up, (4, 1))) == np.inf

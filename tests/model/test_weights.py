@@ -14,7 +14,10 @@ A, B, LOW, HIGH = ["0 m", "0 m", "2 m"], ["1 m", "1 m", "2 m"], ["0 m", "0 m", "
             lambda: bs.Weight("b", A, "-1 kN"),
             r"Weight on 'b': weight -1000 N; weights act downwards, give more than zero",
         ),
-        (lambda: bs.Weight("b", A, "1 kN", mass_share=-1), "mass_share -1; give zero"),
+        (lambda: bs.Weight("b", A, "1 kN", mass_share=-1), "mass_share -1; give from 0"),
+        (lambda: bs.LineLoad("1 kN/m", A, B, mass_share=1.001), r"mass_share 1.001; give from 0 .* to 1"),
+        (lambda: bs.AreaLoad("1 kPa", block="b", mass_share=5), "mass_share 5; give from 0"),
+        (lambda: bs.FillLoad("18 kN/m^3", LOW, B, mass_share=1000), "mass_share 1000; give from 0"),
         (lambda: bs.Weight("", A, "1 kN"), "a name must be a text"),
         (lambda: bs.LineLoad("0 kN/m", A, B), "weight_per_length 0 N/m"),
         (lambda: bs.LineLoad("1 kN/m", A, A), "are one point in plan; give a line, or a Weight"),
@@ -37,6 +40,12 @@ A, B, LOW, HIGH = ["0 m", "0 m", "2 m"], ["1 m", "1 m", "2 m"], ["0 m", "0 m", "
 def test_loads_without_a_meaning_are_refused(make, words):
     with pytest.raises(bs.errors.ModelError, match=words):
         make()
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_the_weight_of_the_blocks_is_given_once(count):
+    with pytest.raises(bs.errors.ModelError, match=rf"load pattern 'd': SelfWeight .* {count} times.*; give it once"):
+        bs.LoadPattern("d", [bs.SelfWeight(), *[bs.SelfWeight()] * (count - 1)])
 
 
 def test_units_are_due():

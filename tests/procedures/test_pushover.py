@@ -363,6 +363,12 @@ def test_a_control_point_that_comes_back():
     assert "block 'block' moves furthest, along (1, 0, " in result.message
 
 
+@pytest.mark.parametrize(("name", "vector"), [("+x", (1, 0, 0)), ("-y", (0, -1, 0)), (" +z ", (0, 0, 1))])
+def test_directions_may_be_axes(name, vector):
+    case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("block", name))
+    assert case.control == ("block", vector)
+
+
 @given(st.lists(st.floats(-1e300, 1e300, allow_subnormal=False), min_size=3, max_size=3))
 def test_directions_are_unit_vectors_to_the_last_digit(components):
     assume(any(components))
@@ -376,6 +382,7 @@ def test_directions_are_unit_vectors_to_the_last_digit(components):
     ("more", "said"),
     [
         ({"control": "block"}, "give the name of a block and a direction"),
+        ({"control": ("block", "x")}, "give the name of a block and a direction"),
         ({"control": ("block", (0, 0, 0))}, "give the name of a block and a direction"),
         ({"control": ("block", (1, np.nan, 0))}, "give the name of a block and a direction"),
         ({"control": ("block", (1, 0, 0)), "steps": 2}, "whole number from 3"),

@@ -237,7 +237,9 @@ def test_states_of_rocking_and_sliding():
 def test_dead_load_pattern_may_be_empty():
     # Without dead load nothing presses a block without cohesion to the ground.
     model = model_of(*single_block(1.0, 1.0))
-    result = solve(model, push(1, 0, 0), dead=bs.LoadPattern("none", []))
+    with pytest.warns(bs.errors.UnusualValueWarning, match="the dead load 'none' has no loads") as told:
+        result = solve(model, push(1, 0, 0), dead=bs.LoadPattern("none", []))
+    assert len(told) == 1
     assert result.status == "converged"
     assert result.load_factor == pytest.approx(0.0, abs=1e-6)
 

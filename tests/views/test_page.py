@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
+from blockstruct import Q_
 from blockstruct.analysis import CaseStarted
 from blockstruct.views.loads import load_arrows
 from blockstruct.views.page import page_html, write_page
 from blockstruct.views.page.payload import payload
 from blockstruct.views.selection import is_pressed
 from blockstruct.views.style import AMPLITUDE
-from structures import SELF_WEIGHT, model_of, moved, push, single_block
+from structures import SELF_WEIGHT, box, model_of, moved, push, single_block
 
 #: Traces of the scene.
 BLOCKS, EDGES, INTERFACES, JOINTS, FORCES, HEADS = range(1, 7)
@@ -443,3 +444,37 @@ def test_a_large_page_follows_the_slider_with_its_blocks_alone(browser, tuff, dr
         )
         assert (shown[0], shown[-1]) == (False, True)
         assert np.abs(coordinates(page, 1) - still).max() > 0.01
+
+
+def test_long_names_stay_within_the_panel(browser, tmp_path):
+    """Names without a blank to break them at, as of patterns, blocks, joints and ties."""
+
+    def long(what):
+        return f"{what}_{'senza_spazi_nel_nome_' * 5}"
+
+    blocks = [box(long("suolo"), [-1, -1, -1], [4, 3, 1], fixed=True), box(long("muro"), [0, 0, 0], [0.4, 1, 2])]
+    tie = bs.Tie(
+        long("catena"),
+        (blocks[0].name, Q_([2, 0.5, 0], "m")),
+        (blocks[1].name, Q_([0.4, 0.5, 1.5], "m")),
+        yield_force="1 kN",
+    )
+    model = model_of(blocks, bs.JointMaterial(long("malta"), 0.6), name=long("casa")).with_ties([tie])
+    carried = bs.Weight(blocks[1].name, Q_([0.2, 0.5, 2], "m"), "1 kN")
+    dead = bs.LoadPattern(long("permanenti"), [bs.SelfWeight(), carried])
+    case = bs.LimitCase(long("ribaltamento"), dead, bs.LoadPattern(long("spinta"), [bs.BodyForce("-x")]))
+    analysis = bs.AnalysisManager(model).run([case])
+    with opened(browser, write_page(analysis, tmp_path / "page.html")) as page:
+        choose(page, "find", blocks[1].name)
+        page.check("#show-bodies")
+        settle(page)
+        assert blocks[1].name in page.inner_text("#picked")
+        beyond = page.evaluate(
+            "() => { const panel = document.querySelector('aside'), end = panel.getBoundingClientRect().right;"
+            " return [...panel.querySelectorAll('*')].filter(e => e.getBoundingClientRect().right > end + 1"
+            " && !e.closest('#convergence, #capacity')).map(e => e.outerHTML); }"
+        )
+        assert beyond == []
+        assert page.evaluate(
+            "document.querySelector('aside').scrollWidth <= document.querySelector('aside').clientWidth"
+        )

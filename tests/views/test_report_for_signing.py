@@ -203,3 +203,14 @@ def test_many_cases_leave_the_summary_on_one_page(tmp_path, monkeypatch):
     found = pages(write_report(analysis, tmp_path / "r.pdf"))
     assert "partial safety factor" in found[0]
     assert "Verification" in found[1]
+
+
+def test_the_name_of_a_tie_stays_whole(tmp_path, monkeypatch):
+    monkeypatch.setattr("blockstruct.views.report.contents.drawings", lambda result: [])
+    blocks, joint = single_block(0.4, 4.0)
+    ends = ("ground", ["0.35 m", "0.25 m", "-0.15 m"]), ("block", ["0.15 m", "0.25 m", "2.75 m"])
+    tie = bs.Tie("catena", *ends, yield_force="10 kN", elongation_limit="30 mm")
+    tied = model_of(blocks, joint).with_ties([tie])
+    found = pages(write_report(bs.AnalysisManager(tied).run([case("push", (1, 0, 0))]), tmp_path / "r.pdf"))
+    rows = next(page for page in found if "yield force 10 kN" in page).partition("name kind from to")[2]
+    assert "\ncatena tie ground at" in rows

@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 import xarray as xr
 
+from blockstruct.analysis.checks import checked_problems
 from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener, tell
 from blockstruct.analysis.finite import pushed_over
 from blockstruct.analysis.progress import Progress, with_progress
@@ -26,7 +27,6 @@ from blockstruct.limit import (
     LimitProblem,
     Outcome,
     ProcedureSettings,
-    check_pushover,
     scheduled,
     schedules_of,
 )
@@ -35,7 +35,7 @@ from blockstruct.procedures import solve_limit_case
 from blockstruct.results import Analysis, CaseResult, checked_parameters, failures, history_of, run_name, sweep_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
-from blockstruct.storage import Checkpoint, checked_keep_every, claim, is_unfinished, open_analysis, patterns, tidy
+from blockstruct.storage import Checkpoint, checked_keep_every, claim, is_unfinished, open_analysis, tidy
 from blockstruct.vocabulary import Flow, Status
 
 #: Statuses whose last iteration shows how the structure falls under its dead load.
@@ -130,6 +130,9 @@ class AnalysisManager:
         When all cases have ended, a LoadFactorWarning says where a load factor means less than it seems to:
         :attr:`CaseResult.warnings`.
 
+        An UnusualValueWarning tells, before anything is solved, of a dead load of zero that leaves joints nothing to
+        hold on with.
+
         A KeyboardInterrupt ends the run; the case at work gets the status ``interrupted`` and keeps the
         iterations it has, as do the cases after it, without any; the cases before it are complete.
 
@@ -223,18 +226,7 @@ class AnalysisManager:
 
     def check(self, cases: Sequence[Case]) -> list[LimitProblem]:
         """Check cases as :meth:`run` does before it solves anything, and return their limit problems."""
-        names = [case.name for case in cases]
-        if not names:
-            msg = "AnalysisManager.run: no case; give at least one LimitCase or SettlementCase"
-            raise ModelError(msg)
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
-            msg = f"AnalysisManager.run: case names used more than once: {', '.join(twice)}; rename them"
-            raise ModelError(msg)
-        patterns(cases)
-        for case in (c for c in cases if isinstance(c, Pushover)):
-            check_pushover(self.model, case)
-        return [LimitProblem.of(self.statics, case) for case in cases]
+        return checked_problems(self.statics, cases)
 
     def sweep(
         self,

@@ -52,7 +52,8 @@ def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
 @app.callback(
     invoke_without_command=True,
     epilog="Exit codes: 0 done; 1 diff found differences; 2 refused input, with one message; "
-    "3 a case ended without a load factor; 4 a file violates its schema; 130 interrupted.",
+    "3 a case ended without a load factor, or a pushover without a curve; 4 a file violates its schema; "
+    "130 interrupted.",
 )
 def top(
     context: typer.Context,

@@ -9,7 +9,15 @@ import typer
 
 import blockstruct as bs
 from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, out, print_results, say
-from blockstruct.cli.verification import FactorOption, LevelOption, MethodOption, ModeOption, SpectrumOption, checks_of
+from blockstruct.cli.verification import (
+    CaseOption,
+    FactorOption,
+    LevelOption,
+    MethodOption,
+    ModeOption,
+    SpectrumOption,
+    checks_of,
+)
 from blockstruct.keywords import did_you_mean
 from blockstruct.views import analysis_summary, archive_table, iteration_table, parameter_texts
 from blockstruct.views.output import write_csv
@@ -17,6 +25,9 @@ from blockstruct.views.words import without_curve_words
 
 #: What is printed of each state of a pushover.
 _OF_STATES = ("displacement [meter]", "load_factor", "holds", "penetration [meter]", "energy_error")
+
+#: Endings of the names of reports.
+_REPORTS = (".html", ".pdf")
 
 
 @app.command()
@@ -185,9 +196,10 @@ def report(
         typer.Option("--project", help="A line of its head, as in 'client=Town of Lucca'.", show_default=False),
     ] = None,
     spectrum: SpectrumOption = None,
+    case: CaseOption = None,
     confidence_factor: FactorOption = None,
     knowledge_level: LevelOption = None,
-    method: MethodOption = "linear",
+    method: MethodOption = None,
     mode: ModeOption = None,
     show_it: Annotated[bool, typer.Option("--open", help="Show the report in the browser.")] = False,
 ) -> None:
@@ -195,9 +207,12 @@ def report(
     from blockstruct.views.report import write_report
 
     target = _beside(output or file.with_name(f"{file.stem}-report.html"), file, template)
+    if target.suffix.lower() not in _REPORTS:
+        msg = f"--output {target}: a report is a page or a PDF; give a name that ends in {' or '.join(_REPORTS)}"
+        raise bs.errors.StorageError(msg)
     head = dict(_project_line(line) for line in project or ())
     analysis = bs.open_analysis(file)
-    checks = checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method)
+    checks = checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method, only=case)
     _written(write_report(analysis, target, project=head, checks=checks, template=template), show_it)
 
 

@@ -13,6 +13,9 @@ from blockstruct.keywords import did_you_mean
 _SITE = ("ag", "F0", "Tc", "soil"), ("topography",), "ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B"
 #: Likewise of a mode of the building.
 _MODE = ("T", "participation", "shape"), ("damping",), "T=0.4 s, participation=1.3, shape=0.9"
+#: What a check relies on unless another method is given.
+_LINEAR = "linear"
+_NO_PUSH = "a settlement has no push"
 
 SpectrumOption = Annotated[
     str | None,
@@ -36,26 +39,28 @@ FactorOption = Annotated[
 LevelOption = Annotated[
     str | None, typer.Option("--knowledge-level", help="LC1, LC2 or LC3, instead of FC.", show_default=False)
 ]
-MethodOption = Annotated[str, typer.Option("--method", help="linear or displacement: what the check relies on.")]
+MethodOption = Annotated[
+    str | None,
+    typer.Option("--method", help="linear or displacement: what the check relies on.", show_default=_LINEAR),
+]
+CaseOption = Annotated[
+    str | None,
+    typer.Option("--case", help="Check one case; all with a push that converged otherwise.", show_default=False),
+]
 
 
 @app.command()
 def assess(
     file: FileArgument,
     spectrum: SpectrumOption,
-    case: Annotated[
-        str | None, typer.Option("--case", help="One case; all that converged otherwise.", show_default=False)
-    ] = None,
+    case: CaseOption = None,
     confidence_factor: FactorOption = None,
     knowledge_level: LevelOption = None,
-    method: MethodOption = "linear",
+    method: MethodOption = None,
     mode: ModeOption = None,
 ) -> None:
     """Check local mechanisms after the Circolare 7/2019, C8.7.1.2.1, and print every formula."""
     analysis = bs.open_analysis(file)
-    if case is not None and case not in analysis.headlines:
-        msg = f"--case {case!r}: {did_you_mean(case, analysis.headlines)}"
-        raise bs.errors.UnknownNameError(msg)
     for check in checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method, only=case):
         say(f"{check}\n")
 
@@ -66,30 +71,55 @@ def checks_of(
     modes: Sequence[str] | None,
     factor: float | None,
     level: str | None,
-    method: str,
+    method: str | None,
     *,
     only: str | None = None,
 ) -> list[bs.assess.LocalMechanismCheck]:
-    """Checks of the cases with a load factor; none without a spectrum."""
+    """Checks of the cases with a push and a load factor, or of one; none without a spectrum."""
     if spectrum is None:
-        if factor is not None or level is not None or modes:
-            msg = "--confidence-factor, --knowledge-level and --mode belong to a check; give --spectrum, too"
+        given = {
+            "--confidence-factor": factor,
+            "--knowledge-level": level,
+            "--mode": modes or None,
+            "--method": method,
+            "--case": only,
+        }
+        alone = [option for option, value in given.items() if value is not None]
+        if alone:
+            verb = "belongs" if len(alone) == 1 else "belong"
+            msg = f"{', '.join(alone)} {verb} to a check; give --spectrum, too"
             raise bs.errors.ModelError(msg)
         return []
     demand, spreads = demand_of(spectrum, modes or ()), analysis.spreads
-    names = [
-        name for name, head in analysis.headlines.items() if head.status is bs.Status.CONVERGED and only in (None, name)
-    ]
-    if not names:
-        ended = ", ".join(f"{name}: {head.status}" for name, head in analysis.headlines.items())
-        msg = f"--spectrum: no case has a load factor to check ({ended})"
-        raise bs.errors.ModelError(msg)
     return [
         bs.assess.local_mechanism(
-            spreads.get(name, analysis[name]), factor, demand, knowledge_level=level, method=method
+            spreads.get(name, analysis[name]), factor, demand, knowledge_level=level, method=method or _LINEAR
         )
-        for name in names
+        for name in _checked(analysis, only)
     ]
+
+
+def _checked(analysis: bs.Analysis, only: str | None) -> list[str]:
+    """Names of the cases to check: one, or all that have a push and a load factor."""
+    heads = analysis.headlines
+    if only is not None:
+        if only not in heads:
+            msg = f"--case {only!r}: {did_you_mean(only, heads)}"
+            raise bs.errors.UnknownNameError(msg)
+        if heads[only].status is not bs.Status.CONVERGED:
+            msg = f"--case {only!r}: {heads[only].status}, without a load factor to check; give one that converged"
+            raise bs.errors.ModelError(msg)
+        return [only]
+    pushed = [name for name in heads if not isinstance(analysis[name].case, bs.SettlementCase)]
+    names = [name for name in pushed if heads[name].status is bs.Status.CONVERGED]
+    if not names:
+        ended = ", ".join(f"{name}: {head.status if name in pushed else _NO_PUSH}" for name, head in heads.items())
+        msg = f"--spectrum: no case has a push and a load factor to check ({ended}); run a LimitCase, then check it"
+        raise bs.errors.ModelError(msg)
+    settling = [name for name in heads if name not in pushed]
+    if settling:
+        say(f"not checked: {', '.join(settling)} ({_NO_PUSH})")
+    return names
 
 
 def demand_of(site: str, modes: Sequence[str] = ()) -> bs.assess.NtcSpectrum | bs.assess.FloorSpectrum:

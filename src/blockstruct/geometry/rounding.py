@@ -27,16 +27,31 @@ def inset(corner: Array, normal: Array, others: Array, radius: float) -> Array |
     (k, 3) array or None
         Its corners; None if nothing is left of the face.
     """
-    along = np.roll(corner, -1, axis=0) - corner
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
-    inwards = np.cross(normal, along)
-    lean = -np.einsum("ki,ki->k", others, inwards)
-    away = radius * np.maximum(lean, 0.0) / np.maximum(1 + others @ normal, 1e-9)
-    rows = np.stack([inwards, np.roll(inwards, 1, axis=0), np.tile(normal, (len(corner), 1))], axis=1)
-    moved = np.stack([away, np.roll(away, 1), np.full(len(corner), -radius)], axis=1)
-    # Edges in one line give one condition twice.
-    points = corner + np.einsum("kij,kj->ki", np.linalg.pinv(rows, rcond=1e-9), moved)
+    along, moves = _moves(corner, normal, others)
+    points = corner + radius * moves
     left = np.roll(points, -1, axis=0) - points
     if not np.all(np.einsum("ki,ki->k", left, along) > 0):
         return None
     return np.asarray(points)
+
+
+def largest_radius(corner: Array, normal: Array, others: Array) -> float:
+    """Radius, m, from which on :func:`inset` leaves nothing of a face; infinite where it takes nothing off."""
+    along, moves = _moves(corner, normal, others)
+    # Edges get shorter in proportion to the radius.
+    length = np.linalg.norm(np.roll(corner, -1, axis=0) - corner, axis=1)
+    shorter = -np.einsum("ki,ki->k", np.roll(moves, -1, axis=0) - moves, along)
+    return float(np.min(length[shorter > 0] / shorter[shorter > 0], initial=np.inf))
+
+
+def _moves(corner: Array, normal: Array, others: Array) -> tuple[Array, Array]:
+    """Directions of the edges that leave the corners, and the way of the corners at a radius of one."""
+    along = np.roll(corner, -1, axis=0) - corner
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    inwards = np.cross(normal, along)
+    lean = -np.einsum("ki,ki->k", others, inwards)
+    away = np.maximum(lean, 0.0) / np.maximum(1 + others @ normal, 1e-9)
+    rows = np.stack([inwards, np.roll(inwards, 1, axis=0), np.tile(normal, (len(corner), 1))], axis=1)
+    moved = np.stack([away, np.roll(away, 1), np.full(len(corner), -1.0)], axis=1)
+    # Edges in one line give one condition twice.
+    return along, np.einsum("kij,kj->ki", np.linalg.pinv(rows, rcond=1e-9), moved)

@@ -12,7 +12,7 @@ from blockstruct.geometry.clipping import Clipped, clipped
 from blockstruct.geometry.neighbours import box_pairs, expanded
 from blockstruct.geometry.polygon import plane_axes
 from blockstruct.geometry.polyhedron import Polyhedron
-from blockstruct.geometry.rounding import inset
+from blockstruct.geometry.rounding import inset, largest_radius
 from blockstruct.geometry.tolerances import DEEP, FACING, FLAT, NO_CROSSING, NO_EDGE, NO_WIDTH
 from blockstruct.geometry.triangles import triangulated
 
@@ -86,6 +86,7 @@ class MovingBodies:
         """
         corners: list[Array] = []
         normals, owner, flat = [], [], []
+        least = (np.inf, "")
         for i, (name, body) in enumerate(bodies.items()):
             parts = [(f, part) for f, face in enumerate(body.faces) for part in _convex_parts(body, f, face)]
             beyond = {(a, b): f for f, part in parts for a, b in zip(part, (*part[1:], part[0]), strict=True)}
@@ -94,16 +95,19 @@ class MovingBodies:
                 points = body.vertices[list(part)] - body.centroid
                 left = inset(points, body.normals[f], others, radius) if radius else points
                 if left is None:
-                    size = np.linalg.norm(np.ptp(points, axis=0))
-                    msg = (
-                        f"block {name!r}: corners rounded by {radius:.6g} m leave nothing of a face that is "
-                        f"{size:.6g} m across; give a smaller radius"
-                    )
-                    raise GeometryError(msg)
+                    least = min((largest_radius(points, body.normals[f], others), name), least)
+                    continue
                 corners.append(left)
                 normals.append(body.normals[f])
                 owner.append(i)
                 flat.append([bool(body.normals[f] @ other > FLAT) for other in others])
+        if least[0] < np.inf:
+            # What the message tells is below the limit when it is rounded.
+            msg = (
+                f"block {least[1]!r}: corners rounded by {radius:.6g} m leave nothing of a face; give a radius of at "
+                f"most {0.99 * least[0]:.3g} m, which leaves something of every face"
+            )
+            raise GeometryError(msg)
         most = max(map(len, corners))
         return cls(
             corner=np.array([np.concatenate([c, np.repeat(c[-1:], most - len(c), axis=0)]) for c in corners]),

@@ -286,7 +286,12 @@ class LoadPattern:
     name
         Unique among the patterns of an analysis.
     loads
-        SelfWeight, Weight, LineLoad, AreaLoad, FillLoad, BodyForce, PointLoad, FaceLoad or Moment, in any number.
+        Weight, LineLoad, AreaLoad, FillLoad, BodyForce, PointLoad, FaceLoad or Moment, in any number; SelfWeight once.
+
+    Raises
+    ------
+    ModelError
+        If a load is none of these, or the weight of the blocks is given more than once.
 
     Examples
     --------
@@ -300,5 +305,12 @@ class LoadPattern:
     def __init__(self, name: str, loads: Iterable[Load]) -> None:
         checked_name(name, "load pattern")
         loads = checked_tuple(loads, Load, f"load pattern {name!r}: loads")
+        weights = sum(isinstance(load, SelfWeight) for load in loads)
+        if weights > 1:
+            msg = (
+                f"load pattern {name!r}: SelfWeight (self_weight) is given {weights} times, and blocks would weigh as "
+                "many times what their materials say; give it once, or other materials"
+            )
+            raise ModelError(msg)
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "loads", loads)

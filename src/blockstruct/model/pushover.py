@@ -10,6 +10,7 @@ import numpy as np
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords
+from blockstruct.model.checks import AXES_BY_NAME
 from blockstruct.model.limit_case import LimitCase
 from blockstruct.units import si, si_vector
 from blockstruct.vocabulary import Flow
@@ -38,7 +39,8 @@ class Pushover(LimitCase):
     flow
         Non-associative: blocks that dilate by the friction angle would rise without end.
     control
-        Name of a block, and a direction: the curve is drawn over the displacement of its centroid along it.
+        Name of a block, and a direction, three numbers or the name of an axis such as ``"+x"``: the curve is drawn over
+        the displacement of its centroid along it.
     control_point : quantity, length, three components
         Another point of that block, where the model has it.
     steps
@@ -90,11 +92,13 @@ def _control(given: Any, name: str) -> tuple[str, tuple[float, float, float]]:
     """A block and a unit direction."""
     msg = (
         f"pushover {name!r}: control is {shown(given)}; give the name of a block and a direction, as in "
-        'control=("top", (1, 0, 0))'
+        'control=("top", "+x") or control=("top", (0.6, 0.8, 0))'
     )
     if not isinstance(given, Sequence) or isinstance(given, str) or len(given) != 2:
         raise ModelError(msg)
     block, direction = given
+    if isinstance(direction, str):
+        direction = AXES_BY_NAME.get(direction.strip(), direction)
     numbers = np.iterable(direction) and not isinstance(direction, str)
     values = list(direction) if numbers else []
     if not isinstance(block, str) or not block or len(values) != 3:

@@ -74,7 +74,7 @@ class LineLoad:
         Whether parts of the line without a block below are borne by the others, in proportion of their lengths.
         Otherwise such parts are refused.
     mass_share : float
-        Share of the weight whose mass takes part in a push.
+        Share of the weight whose mass takes part in a push, from 0 to 1.
 
     Attributes
     ----------
@@ -141,7 +141,7 @@ class AreaLoad:
         Whether the blocks also bear the load on those parts of the rectangle that have no block below, all of it in
         proportion of their areas: a floor that spans from wall to wall. Otherwise such parts are refused.
     mass_share : float
-        Share of the weight whose mass takes part in a push.
+        Share of the weight whose mass takes part in a push, from 0 to 1.
 
     Attributes
     ----------
@@ -216,7 +216,7 @@ class FillLoad:
         K of the horizontal pressure K γ h on the faces that carry fill, h below the level; 0 (none) by default. Faces
         that are vertical carry no fill: their pressure is a :class:`FaceLoad` with a unit weight.
     mass_share : float
-        Share of the weight whose mass takes part in a push.
+        Share of the weight whose mass takes part in a push, from 0 to 1.
 
     Attributes
     ----------
@@ -286,8 +286,8 @@ def _above_zero(value: Any, dimension: str, what: str) -> float:
 
 def _share(value: Any, who: str) -> float:
     found = si(value, "dimensionless", f"{who}: mass_share")
-    if found < 0:
-        msg = f"{who}: mass_share {found:.6g}; give zero (its mass is not pushed) or more"
+    if not 0 <= found <= 1:
+        msg = f"{who}: mass_share {found:.6g}; give from 0 (its mass is not pushed) to 1 (all of it is)"
         raise ModelError(msg)
     return found
 

@@ -75,9 +75,10 @@ class Archive:
         Columns: ``path`` (relative to the folder), ``case``, ``model``, a column ``parameter_…`` for each parameter
         that an analysis was made with, ``load_factor`` of limit cases, ``reaction`` (N) or ``reaction_moment`` (N·m) of
         settlements, ``d0`` and ``curve_end`` (m) of pushovers, of which the second is the displacement of their last
-        state, ``status``, ``flow``, ``n_iterations`` and ``problem``: why a file, which has one row then, cannot be
-        read. A run that is under way or was killed has a row of that kind, too. The units of columns, coherent SI, are
-        in ``table.attrs["units"]``.
+        state, ``status``, ``settled``, which is false where the load factor was still drifting when the procedure was
+        stopped, ``flow``, ``n_iterations`` and ``problem``: why a file, which has one row then, cannot be read. A run
+        that is under way or was killed has a row of that kind, too. The units of columns, coherent SI, are in
+        ``table.attrs["units"]``.
 
         Parameters
         ----------

@@ -12,7 +12,7 @@ from blockstruct.storage.archive_rows import Row
 from blockstruct.storage.snapshot import Stamp
 
 #: Name of the file in the folder of the archive, and the version of what it holds.
-NAME, VERSION = ".blockstruct-index.json", 2
+NAME, VERSION = ".blockstruct-index.json", 3
 
 #: Stamp and rows of the files of an archive.
 Known = dict[Path, tuple[Stamp, list[Row]]]

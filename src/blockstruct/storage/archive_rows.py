@@ -15,6 +15,7 @@ from blockstruct.results import CERTIFICATE_MEASURES, plain_value
 from blockstruct.storage.analysis_file import AnalysisFile, member, parameters_of
 from blockstruct.storage.file_outline import plain
 from blockstruct.units import SI_UNITS
+from blockstruct.vocabulary import DRIFTING, Status
 
 #: A row of the table: a case, or a file that cannot be read.
 Row = dict[str, Any]
@@ -34,6 +35,7 @@ _FIRST = (
     "curve_end",
     *_NUMBERS[1:],
     "curve_ended",
+    "settled",
     *_TEXTS,
     "created_at",
     "version",
@@ -45,7 +47,7 @@ _FIRST = (
 #: Columns of the short view, before and behind the parameters.
 _SHORT = (
     ("path", "case", "model"),
-    ("load_factor", *REACTIONS.values(), "d0", "curve_end", "status", "flow", "n_iterations", "problem"),
+    ("load_factor", *REACTIONS.values(), "d0", "curve_end", "status", "settled", "flow", "n_iterations", "problem"),
 )
 #: Units of the columns that have one.
 _UNITS = {
@@ -84,13 +86,15 @@ def rows_of(file: AnalysisFile) -> Iterator[Row]:
         for name, place in file.cases.items():
             case = member(groups, place)
             settings = json.loads(plain(case.attrs["settings"]))
+            texts = {text: plain(case.attrs[text]) for text in _TEXTS}
             yield {
                 **of_file,
                 "case": name,
                 **{number: _scalar(case, place, number) for number in _NUMBERS if number in case},
                 **_reaction(case, place),
                 **(_curve(groups, file.curves[place]) if place in file.curves else {}),
-                **{text: plain(case.attrs[text]) for text in _TEXTS},
+                **texts,
+                "settled": texts["status"] == Status.CONVERGED and DRIFTING not in texts["message"],
                 **{f"settings_{key}": value for key, value in settings.items()},
             }
 

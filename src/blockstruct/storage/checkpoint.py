@@ -157,7 +157,7 @@ class Checkpoint:
         except OSError as error:
             msg = (
                 f"{journal.path}: cannot be written ({error.strerror or error}); free some space, then go on by "
-                f"AnalysisManager.resume({str(self.place)!r})"
+                f"AnalysisManager.resume({str(self.place)!r}), or blockstruct resume"
             )
             raise StorageError(msg) from error
 

@@ -29,8 +29,8 @@ def refuse_killed(place: Path) -> None:
     folder = folder_of(place)
     if is_unfinished(place) and any(folder.glob("*.journal")):
         msg = (
-            f"{place}: {folder} holds the iterations of a run that was killed; go on with it by "
-            f"AnalysisManager.resume, keep what it found by recover, or delete the folder"
+            f"{place}: {folder} holds the iterations of a run that was killed; go on with it by AnalysisManager.resume "
+            "(blockstruct resume), keep what it found by recover (blockstruct recover), or delete the folder"
         )
         raise StorageError(msg)
 

@@ -17,7 +17,7 @@ from blockstruct.keywords import checked_keywords
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import LimitCase, LoadPattern, Model, direction_cases, direction_of
 from blockstruct.results import Analysis, CaseResult
-from blockstruct.vocabulary import Flow, Status
+from blockstruct.vocabulary import DRIFTING, Flow, Status
 
 _NONE = {"units": "dimensionless"}
 _ROUNDING = 1e-6
@@ -164,13 +164,18 @@ class Directions:
         n = self.data.sizes["direction"]
         push = f", with {abs(vertical):g} of it {'up' if vertical > 0 else 'down'}" if vertical else ""
         lines = [f"{self.analysis.model.name}: pushed in {n} direction{'s' if n > 1 else ''}{push}"]
-        for angle, alpha, status in zip(
+        heads = self.analysis.headlines
+        for angle, alpha, status, name in zip(
             self.data["direction"].to_numpy(),
             self.data["load_factor"].to_numpy(),
             self.data["status"].to_numpy(),
+            self.data["case"].to_numpy(),
             strict=True,
         ):
-            lines.append(f"  {angle:6g} deg  {alpha:<10.4g}{status}")
+            head = heads[str(name)]
+            # Of a spread a number that drifts is shown only where no run has settled.
+            drifts = head.status is Status.CONVERGED and head.certified == len(head.drifting)
+            lines.append(f"  {angle:6g} deg  {alpha:<10.4g}{status}{f', {DRIFTING}' * drifts}")
         if not math.isnan(self.load_factor):
             lines.append(f"  governing: {self.governing_direction:g} deg, load factor {self.load_factor:.4g}")
         if not math.isnan(self.least_between):

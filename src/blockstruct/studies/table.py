@@ -9,6 +9,7 @@ import xarray as xr
 
 from blockstruct.errors import ModelError
 from blockstruct.studies.design import GRID, Design
+from blockstruct.vocabulary import DRIFTING, Status
 
 #: Status of a case of a run that failed: no status of a limit case.
 FAILED = "failed"
@@ -28,7 +29,7 @@ _TEXTS = ("status", "flow", "message")
 #: Variables that every case of a run has.
 _OF_CASE = (*_NUMBERS, *_TEXTS)
 _OF_RUN = ("problem", "path")
-_TAKEN = {"run", "case", *_OF_CASE, *_OF_RUN}
+_TAKEN = {"run", "case", "settled", *_OF_CASE, *_OF_RUN}
 _REACTIONS = {"reaction", "reaction_moment"}
 #: Numbers of some kinds of cases alone.
 _OF_SOME = (*_REACTIONS, "d0", "curve_end")
@@ -110,7 +111,8 @@ def frame_of(data: xr.Dataset) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        ``run``, the parameters, ``case`` and the variables of the study; ``attrs["units"]`` has the units.
+        ``run``, the parameters, ``case``, the variables of the study and ``settled``, which is false where the load
+        factor was still drifting when the procedure was stopped; ``attrs["units"]`` has the units.
     """
     of_case = [name for name in _OF_CASE if name in data]
     parameters = [str(name) for name in data.coords if name not in ("run", "case")]
@@ -129,6 +131,10 @@ def frame_of(data: xr.Dataset) -> pd.DataFrame:
         if not present:
             rows.append({**held, "case": "", "load_factor": np.nan, "status": FAILED})
     table = pd.DataFrame(rows, columns=["run", *parameters, "case", *of_case, "problem", "path"])
+    table["settled"] = [
+        status == Status.CONVERGED and DRIFTING not in str(message)
+        for status, message in zip(table["status"], table["message"], strict=True)
+    ]
     units = {name: data[name].attrs.get("units") for name in (*parameters, *of_case)}
     table.attrs["units"] = {name: unit for name, unit in units.items() if unit}
     return table

@@ -14,7 +14,7 @@ from rich.text import Text
 
 import blockstruct as bs
 from blockstruct.units import SI_UNITS, short_unit
-from blockstruct.views.study_text import answer_cell, answer_title, short_names
+from blockstruct.views.study_text import answer_cell, answer_title, short_names, status_cell
 from blockstruct.views.words import admissible_words, path_words, range_words, tie_words
 
 _COLUMNS = {
@@ -135,7 +135,7 @@ def archive_table(rows: pd.DataFrame) -> Table:
     for row in shown:
         numbers = (answer_cell(row), *[_d0(row)] * pushed, f"{row['n_iterations']:.0f}")
         values = (Text(_cell(row[name])) for name in varied)
-        table.add_row(Text(row["path"]), Text(row["case"]), *values, row["status"], *numbers)
+        table.add_row(Text(row["path"]), Text(row["case"]), *values, status_cell(row), *numbers)
     return table
 
 
@@ -179,7 +179,7 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
                 "message": r.message,
                 "settled": r.settled,
                 "path_dependence": r.path_dependence,
-                "warnings": [*r.warnings, *filter(None, [r.torsion_warning])],
+                "warnings": [*r.warnings, *filter(None, [r.torsion_warning]), *_of_curve(r)],
                 "admissible_load_factor": None if r.answer.is_reaction else _finite(r.admissible_load_factor),
                 "certificate": None if r.certificate is None else _measures(r.certificate),
                 "ties": _rows(r.ties),
@@ -231,6 +231,14 @@ def _pushover(r: bs.CaseResult) -> dict[str, Any] | None:
         "certified": int(curve["holds"].sum()),
         "broken_ties": _rows(r.broken_ties),
     }
+
+
+def _of_curve(r: bs.CaseResult) -> list[str]:
+    """What is to be looked at of the curve of a pushover, and why there is none, as the message tells."""
+    if r.capacity is not None:
+        return [f"pushover: {text}" for text in bs.results.doubtful_words(r.capacity, r.settings.procedure)]
+    _, named, why = r.message.partition("pushover: ")
+    return [f"pushover: {why}"] if named and isinstance(r.case, bs.Pushover) else []
 
 
 def _rows(table: pd.DataFrame) -> list[dict[str, Any]]:

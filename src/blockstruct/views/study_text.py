@@ -33,7 +33,8 @@ def study_table(data: xr.Dataset) -> Table:
         table.add_column(title, justify="right" if title == answer else "left", overflow="fold")
     for row in rows:
         values = [f"{row[n]:.6g}" if isinstance(row[n], float) else str(row[n]) for n in varied]
-        status = f"{row['status']}: {row['problem']}" if row["problem"] else row["status"]
+        ended = status_cell(row)
+        status = f"{ended}: {row['problem']}" if row["problem"] else ended
         table.add_row(*map(Text, (*values, row["case"], answer_cell(row), status)))
     if len(frame) > _SHOWN:
         table.add_row(Text(f"… {len(frame)} rows"))
@@ -48,6 +49,12 @@ def answer_title(rows: Iterable[Mapping[Any, Any]]) -> str:
 def answer_cell(row: Mapping[Any, Any]) -> str:
     """Load factor of a case, or of a settlement its reaction with the unit."""
     return (_reactions(row) or [f"{row['load_factor']:.6g}"])[0]
+
+
+def status_cell(row: Mapping[Any, Any]) -> str:
+    """Status of a case, and that its load factor was still drifting when the procedure was stopped."""
+    drifts = row["status"] == bs.Status.CONVERGED and not row["settled"]
+    return f"{row['status']}, still drifting" if drifts else str(row["status"])
 
 
 def _reactions(row: Mapping[Any, Any]) -> list[str]:

@@ -1,0 +1,70 @@
+"""What is checked of cases before anything is solved."""
+
+import warnings
+from collections.abc import Sequence
+
+from blockstruct.errors import GeometryError, ModelError, UnusualValueWarning
+from blockstruct.limit import LimitProblem, check_pushover
+from blockstruct.model import Case, Pushover
+from blockstruct.statics import MovingStructure, Statics
+from blockstruct.storage import patterns
+
+
+def checked_problems(statics: Statics, cases: Sequence[Case]) -> list[LimitProblem]:
+    """Limit problems of cases.
+
+    Raises
+    ------
+    ModelError
+        If there is no case, two have one name, or one cannot be run.
+
+    Warns
+    -----
+    UnusualValueWarning
+        If a dead load is zero where joints hold by friction alone.
+    """
+    names = [case.name for case in cases]
+    if not names:
+        msg = "AnalysisManager.run: no case; give at least one LimitCase or SettlementCase"
+        raise ModelError(msg)
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        msg = f"AnalysisManager.run: case names used more than once: {', '.join(twice)}; rename them"
+        raise ModelError(msg)
+    patterns(cases)
+    for case in (c for c in cases if isinstance(c, Pushover)):
+        check_pushover(statics.model, case)
+        _check_rounding(statics, case)
+    problems = [LimitProblem.of(statics, case) for case in cases]
+    _look_at_dead_loads(cases, problems)
+    return problems
+
+
+def _check_rounding(statics: Statics, case: Pushover) -> None:
+    """Refuse rounded corners that leave nothing of a face, before the collapse state is searched for."""
+    if case.corner_rounding:
+        try:
+            MovingStructure(statics, case.corner_rounding)
+        except GeometryError as error:
+            msg = f"pushover {case.name!r}: corner_rounding: {error}"
+            raise GeometryError(msg) from error
+
+
+def _look_at_dead_loads(cases: Sequence[Case], problems: Sequence[LimitProblem]) -> None:
+    """Tell of dead loads that are zero where joints hold by friction alone: they are hardly meant.
+
+    Without them all is in proportion to the variable load: the load factor is 0 or infinite, unless joints crush.
+    """
+    first = dict[str, Case]()
+    for case, problem in zip(cases, problems, strict=True):
+        if not (problem.w_D.any() or problem.cohesion.any() or problem.tension.any() or len(problem.ties.capacity)):
+            first.setdefault(case.dead.name, case)
+    for name, case in first.items():
+        lacks = "is zero on every free block" if case.dead.loads else "has no loads"
+        text = (
+            f"case {case.name!r}: the dead load {name!r} {lacks}, and joints without cohesion or tensile strength "
+            "have nothing but the variable load to press them together: what is found is hardly a load factor of a "
+            "structure; give the dead load the weight of the blocks, SelfWeight() (self_weight)"
+        )
+        # It names the line that calls run.
+        warnings.warn(text, UnusualValueWarning, stacklevel=5)
