@@ -11,20 +11,24 @@ from blockstruct.views.selection import shown_results
 
 Check = bs.assess.LocalMechanismCheck
 
+#: Statuses without a load factor, from the one that is proven to fall down to those that nothing is known of.
+_WORST_FIRST = (bs.Status.UNSTABLE, bs.Status.SELF_STRESS, bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
+
 
 def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dict[str, Any]:
     """The case that governs, its number in words and its picture.
 
-    The case with the lowest capacity over demand governs, without checks that with the lowest certified load factor;
-    settlements govern where nothing else was asked for.
+    A case that is pushed and has no load factor governs, whatever the checks of others; else the check that bears the
+    least share of its site's ground acceleration, without checks the case with the lowest load factor; settlements
+    govern where nothing else was asked for.
     """
     heads = analysis.headlines
     loaded = {name: head for name, head in heads.items() if not head.answer.is_reaction} or heads
-    name = _governing(loaded, checks)
+    name, check = _governing(loaded, checks)
     if name is None:
         said = "The analysis has no case."
         return {"name": "", "sentence": said, "figures": [], "picture": None, "holds": None, "notes": []}
-    head, check = heads[name], dict(checks).get(name)
+    head = heads[name]
     shown = dict(zip(heads, shown_results(analysis), strict=True))[name]
     figures = [
         {
@@ -53,22 +57,39 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
         "sentence": _sentence(name, head, check, len(loaded), len(checks)),
         "figures": figures,
         "picture": mechanism_picture(shown, small=True),
-        "holds": None if check is None else check.satisfied,
+        "holds": _holds(check, checks),
         "notes": [] if check is None else list(check.notes),
     }
 
 
-def _governing(heads: Mapping[str, bs.results.Headline], checks: Sequence[tuple[str, Check]]) -> str | None:
+def _governing(
+    heads: Mapping[str, bs.results.Headline], checks: Sequence[tuple[str, Check]]
+) -> tuple[str | None, Check | None]:
+    """Name of the case that governs, and its check if that does."""
+    without = [name for name, head in heads.items() if np.isnan(head.load_factor)]
+    if without:
+        # Worse than any number, and than any check of another case.
+        return min(without, key=lambda name: _WORST_FIRST.index(heads[name].status)), None
     if checks:
-        return min(checks, key=lambda item: item[1].ag / item[1].limit_state.ag_site)[0]
-    # A case without a load factor is worse than any number.
-    return min(heads, key=lambda name: np.nan_to_num(heads[name].load_factor, nan=-1.0, posinf=np.inf), default=None)
+        return min(checks, key=lambda item: item[1].ag / item[1].limit_state.ag_site)
+    return min(heads, key=lambda name: heads[name].load_factor, default=None), None
+
+
+def _holds(check: Check | None, checks: Sequence[tuple[str, Check]]) -> bool | None:
+    """Whether the verification is satisfied: not by checks that do not govern; None without any."""
+    if check is None:
+        return False if checks else None
+    return check.satisfied
 
 
 def _sentence(name: str, head: bs.results.Headline, check: Check | None, cases: int, checked: int) -> str:
     if not np.isfinite(head.load_factor):
         other = "" if cases == 1 else f", the worst of {cases} cases"
-        return f"There is no {head.answer.name} to rely on: “{name}” is {head.status.value.replace('_', ' ')}{other}."
+        said = f"There is no {head.answer.name} to rely on: “{name}” is {head.status.value.replace('_', ' ')}{other}."
+        if not checked:
+            return said
+        of_others = "The check of another case says" if checked == 1 else f"The {checked} checks of other cases say"
+        return f"{said} The verification is not satisfied. {of_others} nothing of it."
     # The range that belongs beside it is known of several schedules only.
     one = head.schedules == 1 and head.flow is bs.Flow.NONASSOCIATIVE
     range_ = " One schedule found it; others, which may find a lower one, were not run." if one else ""

@@ -1,0 +1,99 @@
+"""What the first page of a report must not leave unsaid."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.views.figures import drawings
+from blockstruct.views.report import report_html
+from structures import SELF_WEIGHT, model_of, push, single_block
+
+SITE = bs.assess.ntc_spectrum(Q_(0.15, "g_0"), 2.4, "0.3 s", "B")
+
+
+@pytest.fixture(autouse=True)
+def few_pictures(monkeypatch):
+    """Pictures of cases are tested where they are drawn, and take longer than all the rest."""
+    monkeypatch.setattr("blockstruct.views.report.contents.drawings", lambda result: drawings(result)[:1])
+
+
+def summary(analysis, checks=()):
+    html = report_html(analysis, checks=checks)
+    return html[html.index('<section class="summary">') : html.index("<h2>Verification</h2>")]
+
+
+def checked(result, **of_state):
+    """Its check, with other numbers at the limit state relied on."""
+    check = bs.assess.local_mechanism(result, 1.35, SITE)
+    state = dataclasses.replace(check.limit_state, **of_state)
+    return dataclasses.replace(check, limit_states={**check.limit_states, check.relied_on: state})
+
+
+def ended(analysis, **statuses):
+    """The analysis, some cases of which ended otherwise, without a load factor."""
+    results = {
+        name: dataclasses.replace(r, status=bs.Status(statuses[name]), load_factor=np.nan) if name in statuses else r
+        for name, r in analysis.items()
+    }
+    return bs.Analysis(analysis.model, results, analysis.created_at, analysis.versions)
+
+
+@pytest.fixture(scope="module")
+def block():
+    """A block that bears its site, and that falls where a thrust is part of the dead load."""
+    blocks, joint = single_block(0.8, 2.0)
+    thrust = bs.PointLoad("block", Q_([0, 0.5, 1.9], "m"), Q_([30, 0, 0], "kN"))
+    dead = bs.LoadPattern("dead + thrust", [bs.SelfWeight(), thrust])
+    cases = [
+        bs.LimitCase("good", SELF_WEIGHT, push(1, 0, 0)),
+        bs.LimitCase("back", SELF_WEIGHT, bs.LoadPattern("push back", push(-1, 0, 0).loads)),
+        bs.LimitCase("falls", dead, push(1, 0, 0)),
+    ]
+    return bs.AnalysisManager(model_of(blocks, joint)).run(cases)
+
+
+@pytest.fixture(scope="module")
+def stands(block):
+    names = ("good", "back")
+    return bs.Analysis(block.model, {name: block[name] for name in names}, block.created_at, block.versions)
+
+
+def test_no_check_makes_up_for_a_case_that_falls(block):
+    assert block["falls"].status == "unstable_under_dead_load"
+    check = checked(block["good"])
+    assert check.satisfied
+    for given in ([], [check], [check, checked(block["back"])]):
+        head = summary(block, given)
+        said = "There is no load factor to rely on: “falls” is unstable under dead load, the worst of 3 cases."
+        assert said in head
+        assert "Relied on" not in head
+        assert "<b>none</b>" in head
+        assert ('class="key missed"' in head) == bool(given)
+        assert "satisfied" not in head.replace("not satisfied", "")
+    assert "The 2 checks of other cases say nothing of it." in head
+
+
+@pytest.mark.parametrize("status", ["interrupted", "not_converged", "depends_on_self_stress"])
+def test_no_check_makes_up_for_a_case_without_an_end(stands, status):
+    found = ended(stands, back=status)
+    head = summary(found, [checked(found["good"])])
+    assert f"“back” is {status.replace('_', ' ')}, the worst of 2 cases. The verification is not satisfied." in head
+    assert "The check of another case says nothing of it." in head
+    worst = ended(stands, good="interrupted", back="not_converged")
+    assert "“back” is not converged" in summary(worst)
+
+
+def test_a_settlement_that_ends_early_is_apart_from_what_is_checked(block):
+    settlement = bs.SettlementCase("sinks", dead=SELF_WEIGHT, supports=["ground"], direction=(0, 0, -1))
+    found = bs.AnalysisManager(block.model).run([block["good"].case, settlement])
+    head = summary(ended(found, sinks="interrupted"), [checked(found["good"])])
+    assert "Relied on: capacity / demand" in head
+
+
+def test_of_two_checks_of_a_case_the_one_that_governs_is_shown(stands):
+    low, high = checked(stands["good"], ag=0.2 * SITE.ag, capacity=0.2, demand=1.0), checked(stands["good"])
+    for given in ([low, high], [high, low]):
+        assert "Relied on: capacity / demand 0.2 of “good”" in summary(stands, given)
