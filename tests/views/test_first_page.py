@@ -97,3 +97,35 @@ def test_of_two_checks_of_a_case_the_one_that_governs_is_shown(stands):
     low, high = checked(stands["good"], ag=0.2 * SITE.ag, capacity=0.2, demand=1.0), checked(stands["good"])
     for given in ([low, high], [high, low]):
         assert "Relied on: capacity / demand 0.2 of “good”" in summary(stands, given)
+
+
+def test_runs_that_drift_are_not_those_the_number_is_the_lowest_of(small_model):
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
+    settings = bs.ProcedureSettings(patience=3, load_factor_tolerance=1e-15)
+    found = bs.AnalysisManager(small_model, settings=settings).run([case], spread=["slow", "loading path"])
+    spread = found.spread("push")
+    assert (spread.certified, len(spread.headline.drifting)) == (3, 2)
+    ends = " to ".join(f"{end:.4g}" for end in spread.headline.drifting)
+    said = f", the lowest of 1 certified run that settled (2 more, at {ends}, were still drifting when stopped)"
+    relied = f"load factor {spread.load_factor:.4g}"
+    assert f"Relied on: {relied} of “push”{said}." in summary(found)
+    check = bs.assess.local_mechanism(spread, 1.35, SITE)
+    assert f"from its {relied}{said}." in summary(found, [check])
+    alone = bs.Analysis(
+        found.model,
+        {name: r for name, r in found.items() if "loading path" not in name},
+        found.created_at,
+        found.versions,
+    )
+    assert "the lowest of 2 certified runs, none of which had settled." in summary(alone)
+    check = bs.assess.local_mechanism(alone.spread("push"), 1.35, SITE)
+    assert "The load factor had not settled when its procedure ended" in summary(alone, [check])
+
+
+def test_of_reactions_the_largest_is_relied_on(block):
+    cases = [
+        bs.SettlementCase(name, dead=SELF_WEIGHT, supports=["ground"], direction=direction)
+        for name, direction in (("sinks", (0, 0, -1)), ("leans", (0.6, 0, -0.8)))
+    ]
+    found = bs.AnalysisManager(block.model).run(cases)
+    assert "the largest of 2 cases" in summary(found)

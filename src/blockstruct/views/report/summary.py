@@ -93,13 +93,34 @@ def _sentence(name: str, head: bs.results.Headline, check: Check | None, cases: 
     # The range that belongs beside it is known of several schedules only.
     one = head.schedules == 1 and head.flow is bs.Flow.NONASSOCIATIVE
     range_ = " One schedule found it; others, which may find a lower one, were not run." if one else ""
-    of_runs = f", the lowest of {head.certified} certified runs" if head.schedules > 1 else ""
+    of_runs = _of_runs(head)
     if check is None:
-        of_cases = f", the lowest of {cases} cases" if cases > 1 else ""
+        of_cases = f", the {_first(head)} of {cases} cases" if cases > 1 else ""
         said = f"Relied on: {head.answer.name} {head.number} of “{name}”{of_runs}{of_cases}."
         return f"{said} It is checked against no demand.{range_}"
     of_checks = f", the least of {checked} checks" if checked > 1 else ""
     return (
         f"Relied on: capacity / demand {check.ratio:.3g} of “{name}” ({check.relied_on}){of_checks}, from its load "
         f"factor {head.number}{of_runs}.{range_}"
+    )
+
+
+def _first(head: bs.results.Headline) -> str:
+    """Which of several answers counts: the lowest load factor is the largest reaction."""
+    return "largest" if head.answer.is_reaction else "lowest"
+
+
+def _of_runs(head: bs.results.Headline) -> str:
+    """Among which runs the number counts, and where those are that do not count; empty for a single run."""
+    if head.schedules == 1:
+        return ""
+    if not head.drifting:
+        return f", the {_first(head)} of {head.certified} certified runs"
+    settled, drifting = head.certified - len(head.drifting), len(head.drifting)
+    if not settled:
+        return f", the {_first(head)} of {drifting} certified runs, none of which had settled"
+    ends = dict.fromkeys(head.answer.text(end, 4) for end in (head.drifting[0], head.drifting[-1]))
+    return (
+        f", the {_first(head)} of {settled} certified run{'s' * (settled > 1)} that settled ({drifting} more, at "
+        f"{' to '.join(ends)}, {'was' if drifting == 1 else 'were'} still drifting when stopped)"
     )
