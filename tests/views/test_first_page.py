@@ -1,6 +1,7 @@
 """What the first page of a report must not leave unsaid."""
 
 import dataclasses
+import html
 
 import numpy as np
 import pytest
@@ -21,8 +22,8 @@ def few_pictures(monkeypatch):
 
 
 def summary(analysis, checks=()):
-    html = report_html(analysis, checks=checks)
-    return html[html.index('<section class="summary">') : html.index("<h2>Verification</h2>")]
+    text = report_html(analysis, checks=checks)
+    return html.unescape(text[text.index('<section class="summary">') : text.index("<h2>Verification</h2>")])
 
 
 def checked(result, **of_state):
@@ -129,3 +130,48 @@ def test_of_reactions_the_largest_is_relied_on(block):
     ]
     found = bs.AnalysisManager(block.model).run(cases)
     assert "the largest of 2 cases" in summary(found)
+
+
+def test_the_check_that_governs_need_not_have_the_least_ratio(stands):
+    """By displacement, capacity over demand and the ground acceleration that is borne rank checks otherwise."""
+    governs = checked(stands["good"], ag=1.05 * SITE.ag, capacity=1.14, demand=1.0)
+    below = checked(stands["back"], ag=1.1 * SITE.ag, capacity=0.846, demand=1.0)
+    head = summary(stands, [below, governs])
+    assert (
+        "Relied on: capacity / demand 1.14 of “good” (SLV, linear), which of 2 checks bears the least share of its "
+        "site's ground acceleration, from its load factor"
+    ) in head
+    said = "Other checks: capacity / demand 0.846 of “back” (SLV, linear), satisfied by that of SLD (C8.7.1.2.1.8)."
+    assert said in head
+    assert "Other checks" not in summary(stands, [governs, checked(stands["back"])])
+    weaker = checked(stands["back"], ag=0.9 * SITE.ag, capacity=1.2, demand=1.0)
+    lowest = checked(stands["good"], ag=0.8 * SITE.ag, capacity=0.9, demand=1.0)
+    assert "1.2 of “back” (SLV, linear), not satisfied, as a weaker" in summary(stands, [weaker, lowest])
+
+
+def test_checks_below_their_demand_are_named_where_a_case_falls(block):
+    head = summary(block, [checked(block["good"], ag=0.5 * SITE.ag, capacity=0.6, demand=1.0)])
+    assert "Other checks: capacity / demand 0.6 of “good” (SLV, linear), not satisfied." in head
+
+
+def test_of_many_checks_below_their_demand_the_worst_are_named():
+    blocks, joint = single_block(0.4, 4.0, t=0.4)
+    found = bs.directions(model_of(blocks, joint), SELF_WEIGHT, 12, flow="associative").analysis
+    head = summary(found, [bs.assess.local_mechanism(r, 1.35, SITE) for r in found.values()])
+    missed = head[head.index("Other checks") : head.index(" more, in the verification below.")]
+    assert missed.count(", not satisfied; ") == 8
+
+
+@pytest.mark.parametrize(
+    ("share", "borne", "ratio"),
+    [(0.9983, "0.1497", "0.998"), (0.99996, "0.14999", "0.99996"), (1.0, "0.15", "1"), (1.2, "0.18", "1.2")],
+)
+def test_digits_tell_what_is_borne_from_the_demand(stands, share, borne, ratio):
+    head = summary(stands, [checked(stands["good"], ag=share * SITE.ag, capacity=share, demand=1.0)])
+    assert f"<b>{borne} g</b><span>site 0.15 g</span>" in head
+    assert f"<b>{ratio}</b><span>SLV, linear</span>" in head
+    assert f"Relied on: capacity / demand {ratio} of" in head
+
+
+def test_an_acceleration_beyond_all_that_was_looked_for_is_told(stands):
+    assert "<b>more than 10 g</b>" in summary(stands, [checked(stands["good"], ag=np.inf)])

@@ -13,6 +13,8 @@ Check = bs.assess.LocalMechanismCheck
 
 #: Statuses without a load factor, from the one that is proven to fall down to those that nothing is known of.
 _WORST_FIRST = (bs.Status.UNSTABLE, bs.Status.SELF_STRESS, bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
+#: Other checks that miss their demand that the first page has room for.
+_LISTED = 8
 
 
 def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dict[str, Any]:
@@ -39,17 +41,17 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
     ]
     if check is not None:
         g = bs.assess.STANDARD_GRAVITY
-        site = f"site {check.limit_state.ag_site / g:.3g} g"
+        borne, site = _told_apart(check.ag / g, check.limit_state.ag_site / g)
         figures += [
             {
                 "what": "capacity / demand",
-                "number": f"{check.ratio:.3g}",
+                "number": _ratio(check),
                 "more": [check.relied_on, check.outcome],
             },
             {
                 "what": "ground acceleration borne",
-                "number": f"{check.ag / g:.3g} g",
-                "more": [site, f"e* = {check.e_star:.3g}, FC = {check.confidence_factor:g}"],
+                "number": f"{borne} g" if np.isfinite(check.ag) else "more than 10 g",
+                "more": [f"site {site} g", f"e* = {check.e_star:.3g}, FC = {check.confidence_factor:g}"],
             },
         ]
     return {
@@ -58,7 +60,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
         "figures": figures,
         "picture": mechanism_picture(shown, small=True),
         "holds": _holds(check, checks),
-        "notes": [] if check is None else list(check.notes),
+        "notes": _missed([item for item in checks if item[1] is not check]) + list(check.notes if check else ()),
     }
 
 
@@ -98,9 +100,11 @@ def _sentence(name: str, head: bs.results.Headline, check: Check | None, cases: 
         of_cases = f", the {_first(head)} of {cases} cases" if cases > 1 else ""
         said = f"Relied on: {head.answer.name} {head.number} of “{name}”{of_runs}{of_cases}."
         return f"{said} It is checked against no demand.{range_}"
-    of_checks = f", the least of {checked} checks" if checked > 1 else ""
+    of_checks = (
+        f", which of {checked} checks bears the least share of its site's ground acceleration" if checked > 1 else ""
+    )
     return (
-        f"Relied on: capacity / demand {check.ratio:.3g} of “{name}” ({check.relied_on}){of_checks}, from its load "
+        f"Relied on: capacity / demand {_ratio(check)} of “{name}” ({check.relied_on}){of_checks}, from its load "
         f"factor {head.number}{of_runs}.{range_}"
     )
 
@@ -124,3 +128,25 @@ def _of_runs(head: bs.results.Headline) -> str:
         f", the {_first(head)} of {settled} certified run{'s' * (settled > 1)} that settled ({drifting} more, at "
         f"{' to '.join(ends)}, {'was' if drifting == 1 else 'were'} still drifting when stopped)"
     )
+
+
+def _missed(others: Sequence[tuple[str, Check]]) -> list[str]:
+    """Of checks that do not govern those whose capacity is below the demand, or that are not satisfied, in words."""
+    missed = [(name, check) for name, check in others if check.ratio < 1 or not check.satisfied]
+    if not missed:
+        return []
+    missed.sort(key=lambda item: item[1].ratio)
+    said = [f"{_ratio(check)} of “{name}” ({check.relied_on}), {check.outcome}" for name, check in missed[:_LISTED]]
+    if len(missed) > _LISTED:
+        said.append(f"and {len(missed) - _LISTED} more, in the verification below")
+    return [f"Other checks: capacity / demand {'; '.join(said)}."]
+
+
+def _ratio(check: Check) -> str:
+    return _told_apart(check.ratio, 1.0)[0]
+
+
+def _told_apart(value: float, limit: float) -> tuple[str, str]:
+    """Two numbers to three digits, or to as many as it takes to tell which is larger."""
+    texts = [(f"{value:.{digits}g}", f"{limit:.{digits}g}") for digits in range(3, 17)]
+    return next((pair for pair in texts if pair[0] != pair[1]), texts[0])
