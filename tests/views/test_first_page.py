@@ -175,3 +175,81 @@ def test_digits_tell_what_is_borne_from_the_demand(stands, share, borne, ratio):
 
 def test_an_acceleration_beyond_all_that_was_looked_for_is_told(stands):
     assert "<b>more than 10 g</b>" in summary(stands, [checked(stands["good"], ag=np.inf)])
+
+
+def pushover(name="push", **of_case):
+    """A slender block pushed over."""
+    blocks, joint = single_block(0.5, 3.0)
+    case = bs.Pushover(name, dead=SELF_WEIGHT, variable=push(1, 0, 0), control=("block", (1, 0, 0)), steps=8, **of_case)
+    return bs.AnalysisManager(model_of(blocks, joint)).run([case])
+
+
+@pytest.fixture(scope="module")
+def rounded():
+    return pushover(corner_rounding=Q_(80, "mm"))
+
+
+def beginning(analysis, first):
+    """The analysis, its curve as if it began at another load factor."""
+    curve = analysis["push"].capacity.copy(deep=True)
+    curve["load_factor"][0] = first
+    results = {"push": dataclasses.replace(analysis["push"], capacity=curve)}
+    return bs.Analysis(analysis.model, results, analysis.created_at, analysis.versions)
+
+
+def test_a_curve_of_rounded_corners_stands_beside_every_load_factor(rounded):
+    result = rounded["push"]
+    first = result.capacity["load_factor"].to_numpy()[0]
+    assert first < 0.8 * result.load_factor
+    said = f"the curve of rounded corners begins at {first:.4g}"
+    page = report_html(rounded)
+    for beside in (
+        f"<b>0.1667</b><span>{said}</span>",
+        f"<strong>0.1667</strong><br><small>{said}</small>",
+        f"<strong>Load factor: 0.1667; {said}.</strong>",
+        f"<p>Pushover “push”: {said}; the load factor is zero at a displacement of ",
+    ):
+        assert beside in page, beside
+    assert f"<p>Pushover “push”: {said}" in summary(rounded, [bs.assess.local_mechanism(result, 1.35, SITE)])
+
+
+def test_a_curve_of_sharp_corners_that_begins_elsewhere_is_told_beyond_half_a_per_cent():
+    sharp = pushover()
+    alpha = sharp["push"].load_factor
+    for factor, told in ((0.996, False), (1.004, False), (0.994, True), (1.006, True)):
+        head = summary(beginning(sharp, factor * alpha))
+        assert (f"the curve begins at {factor * alpha:.4g}" in head) is told
+        assert "rounded corners" not in head
+
+
+def test_the_first_page_has_the_end_of_a_curve_and_what_is_to_be_looked_at(rounded):
+    sharp = pushover()
+    plain = summary(sharp)
+    ended = sharp["push"].capacity.attrs["ended"]
+    assert f"<p>Pushover “push”: {ended}.</p>" in plain
+    high = beginning(sharp, 0.9 * sharp["push"].load_factor)
+    warned = bs.results.doubtful_words(high["push"].capacity, "shifted")[0]
+    assert f"; {ended}; {warned}.</p>" in summary(high)
+    # A note of the check that governs need not be said again.
+    check = bs.assess.local_mechanism(high["push"], 1.35, SITE)
+    head = summary(high, [check])
+    assert head.count(warned) == 1
+    assert f"; {ended}.</p>" in head
+
+
+def test_a_curve_that_begins_below_the_number_relied_on_is_told_of_any_case(rounded):
+    lower = bs.LimitCase("lower", SELF_WEIGHT, bs.LoadPattern("more", [bs.BodyForce((1, 0, 0), share=1.2)]))
+    found = bs.AnalysisManager(rounded.model).run([lower])
+    both = bs.Analysis(rounded.model, {**found, **rounded}, rounded.created_at, rounded.versions)
+    head = summary(both)
+    assert f"Relied on: load factor {found['lower'].load_factor:.4g} of “lower”" in head
+    assert "Pushover “push”: the curve of rounded corners begins at" in head
+
+
+def test_of_many_pushovers_the_first_page_tells_three(rounded):
+    results = {
+        f"p{k}": dataclasses.replace(rounded["push"], case=rounded["push"].case.renamed(f"p{k}")) for k in range(5)
+    }
+    head = summary(bs.Analysis(rounded.model, results, rounded.created_at, rounded.versions))
+    assert head.count("<p>Pushover “") == 3
+    assert "Of 2 more pushovers the curves are told below." in head

@@ -7,6 +7,7 @@ import numpy as np
 
 import blockstruct as bs
 from blockstruct.views.report.pictures import mechanism_picture
+from blockstruct.views.report.pushovers import beginning_words, curve_sentences
 from blockstruct.views.selection import shown_results
 
 Check = bs.assess.LocalMechanismCheck
@@ -29,14 +30,16 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
     name, check = _governing(loaded, checks)
     if name is None:
         said = "The analysis has no case."
-        return {"name": "", "sentence": said, "figures": [], "picture": None, "holds": None, "notes": []}
+        return {"name": "", "sentence": said, "curves": [], "figures": [], "picture": None, "holds": None, "notes": []}
     head = heads[name]
     shown = dict(zip(heads, shown_results(analysis), strict=True))[name]
+    begins = beginning_words(analysis[name], head.load_factor)
+    notes = list(check.notes) if check else []
     figures = [
         {
             "what": f"{head.answer.name} {head.answer.symbol}",
             "number": head.number,
-            "more": [head.range, head.bound, f"{head.flow} flow"],
+            "more": [begins, head.range, head.bound, f"{head.flow} flow"],
         }
     ]
     if check is not None:
@@ -57,10 +60,11 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
     return {
         "name": name,
         "sentence": _sentence(name, head, check, len(loaded), len(checks)),
+        "curves": curve_sentences(analysis, name, [case for case, _ in checks], notes),
         "figures": figures,
         "picture": mechanism_picture(shown, small=True),
         "holds": _holds(check, checks),
-        "notes": _missed([item for item in checks if item[1] is not check]) + list(check.notes if check else ()),
+        "notes": _missed([item for item in checks if item[1] is not check]) + notes,
     }
 
 
