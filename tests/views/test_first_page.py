@@ -253,3 +253,27 @@ def test_of_many_pushovers_the_first_page_tells_three(rounded):
     head = summary(bs.Analysis(rounded.model, results, rounded.created_at, rounded.versions))
     assert head.count("<p>Pushover “") == 3
     assert "Of 2 more pushovers the curves are told below." in head
+
+
+def test_what_no_direction_is_below_stands_on_the_first_page():
+    blocks, joint = single_block(0.4, 4.0, t=0.4)
+    around = bs.directions(model_of(blocks, joint), SELF_WEIGHT, 4, flow="associative")
+    assert around.least_between < 0.99 * around.load_factor
+    said = (
+        f"With associative flow no direction is below load factor {around.least_between:.4g} between those of “push”."
+    )
+    found = around.analysis
+    assert f"It is checked against no demand. {said}" in summary(found)
+    assert said in summary(found, [bs.assess.local_mechanism(r, 1.35, SITE) for r in found.values()])
+    one = next(iter(found))
+    assert "no direction is below" not in summary(ended(found, **{one: "not_converged"}))
+    named = {
+        f"towards {k}": dataclasses.replace(r, case=r.case.renamed(f"towards {k}"))
+        for k, r in enumerate(found.values())
+    }
+    plain = bs.Analysis(found.model, named, found.created_at, found.versions)
+    assert said.replace("of “push”", "that were run") in summary(plain)
+
+
+def test_without_a_bound_between_directions_nothing_is_said_of_them(stands):
+    assert "no direction is below" not in summary(stands)

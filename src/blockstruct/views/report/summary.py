@@ -30,7 +30,8 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
     name, check = _governing(loaded, checks)
     if name is None:
         said = "The analysis has no case."
-        return {"name": "", "sentence": said, "curves": [], "figures": [], "picture": None, "holds": None, "notes": []}
+        nothing = {"name": "", "sentence": said, "between": "", "curves": [], "figures": [], "notes": []}
+        return nothing | {"picture": None, "holds": None}
     head = heads[name]
     shown = dict(zip(heads, shown_results(analysis), strict=True))[name]
     begins = beginning_words(analysis[name], head.load_factor)
@@ -60,6 +61,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
     return {
         "name": name,
         "sentence": _sentence(name, head, check, len(loaded), len(checks)),
+        "between": "" if np.isnan(head.load_factor) else _between(analysis),
         "curves": curve_sentences(analysis, name, [case for case, _ in checks], notes),
         "figures": figures,
         "picture": mechanism_picture(shown, small=True),
@@ -132,6 +134,21 @@ def _of_runs(head: bs.results.Headline) -> str:
         f", the {_first(head)} of {settled} certified run{'s' * (settled > 1)} that settled ({drifting} more, at "
         f"{' to '.join(ends)}, {'was' if drifting == 1 else 'were'} still drifting when stopped)"
     )
+
+
+def _between(analysis: bs.Analysis) -> str:
+    """What no direction is below, those between the ones that were run included; empty where it is not known."""
+    try:
+        of_cases = bs.studies.Directions.each_of(analysis)
+        around = of_cases or [("", bs.studies.Directions.of(analysis))]
+    except bs.errors.ModelError:
+        return ""
+    said = [
+        f"{found.least_between:.4g} between those {f'of “{name}”' if name else 'that were run'}"
+        for name, found in around
+        if np.isfinite(found.least_between)
+    ]
+    return f"With associative flow no direction is below load factor {', '.join(said)}." if said else ""
 
 
 def _missed(others: Sequence[tuple[str, Check]]) -> list[str]:
