@@ -9,7 +9,7 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.views.figures import drawings
-from blockstruct.views.report import report_html
+from blockstruct.views.report import report_html, write_report
 from structures import SELF_WEIGHT, model_of, push, single_block
 
 SITE = bs.assess.ntc_spectrum(Q_(0.15, "g_0"), 2.4, "0.3 s", "B")
@@ -277,3 +277,33 @@ def test_what_no_direction_is_below_stands_on_the_first_page():
 
 def test_without_a_bound_between_directions_nothing_is_said_of_them(stands):
     assert "no direction is below" not in summary(stands)
+
+
+def first_pages(analysis, path, checks=()):
+    pypdf = pytest.importorskip("pypdf")
+    return [page.extract_text() for page in pypdf.PdfReader(write_report(analysis, path, checks=checks)).pages[:2]]
+
+
+@pytest.mark.parametrize("others", [0, 2, 7])
+def test_all_that_is_told_leaves_the_summary_on_one_page(rounded, others, tmp_path, monkeypatch):
+    monkeypatch.setattr("blockstruct.views.report.contents.drawings", lambda result: [])
+    given = rounded["push"]
+    settlement = bs.SettlementCase("sinks", dead=SELF_WEIGHT, supports=["ground"], direction=(0, 0, -1))
+    pushed = [bs.LimitCase(f"other {k}", SELF_WEIGHT, push(1, 0, 0), "associative") for k in range(others)]
+    more = bs.AnalysisManager(rounded.model).run([settlement, *pushed])
+    found = bs.Analysis(rounded.model, {**rounded, **more}, rounded.created_at, rounded.versions)
+    check = bs.assess.local_mechanism(given, 1.35, SITE)
+    for notes in (check.notes, check.notes * 3):
+        first, second = first_pages(found, tmp_path / "r.pdf", [dataclasses.replace(check, notes=notes)])
+        assert "partial safety factor" in first
+        assert "Pushover “push”" in first
+        assert "Verification" in second
+
+
+def test_warnings_beyond_two_stand_with_the_analysis(block, monkeypatch):
+    monkeypatch.setattr("blockstruct.views.report.contents.warning_words", lambda found: f"look at {found.name}" * 12)
+    page = report_html(block)
+    first, rest = summary(block), page[page.index("<h2>Analysis</h2>") :]
+    assert [f"<strong>{name}:</strong>" in first for name in block] == [True, False, True]
+    assert "Warnings of 1 more case, below." in first
+    assert [f"<strong>{name}:</strong>" in rest for name in block] == [False, True, False]

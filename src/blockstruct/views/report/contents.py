@@ -14,6 +14,7 @@ from blockstruct.views.report.assumptions import assumptions, pushed_masses
 from blockstruct.views.report.detection import detection_rows
 from blockstruct.views.report.pictures import address
 from blockstruct.views.report.pushovers import beginning_words
+from blockstruct.views.report.room import CASES, WARNINGS, crowding
 from blockstruct.views.report.summary import relied_on
 from blockstruct.views.report.verification import checked, verification
 from blockstruct.views.selection import shown_results
@@ -45,7 +46,7 @@ def contents(
     model, spreads, of_case = analysis.model, analysis.spreads, checked(analysis, checks)
     results = list(analysis.values())
     flows = list(dict.fromkeys(r.case.flow for r in results))
-    return {
+    said: dict[str, Any] = {
         "project": {str(what): str(text) for what, text in project.items()},
         "name": model.name,
         "created_at": analysis.created_at,
@@ -74,6 +75,12 @@ def contents(
         "settings": list(asdict(results[0].settings).items()),
         "versions": dict(analysis.versions),
     }
+    # Of the warnings that of the case relied on comes first.
+    warned = sorted(
+        (case for case in said["results"] if case["warning"]),
+        key=lambda case: case["name"] != said["relied_on"]["name"],
+    )
+    return said | {"warned": warned, "crowding": crowding(said, warned), "room": {"cases": CASES, "warnings": WARNINGS}}
 
 
 def quantity(value: float, unit: str) -> str:
