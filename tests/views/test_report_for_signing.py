@@ -1,6 +1,7 @@
 """The report that an engineer signs: what stands on its first page, its verification, and its pages as PDF."""
 
 import dataclasses
+import html
 import io
 import re
 
@@ -106,10 +107,8 @@ def test_the_worst_case_comes_first(small_model):
     lowest = min(analysis.values(), key=lambda r: r.load_factor)
     assert f"load factor {lowest.load_factor:.4g} of “{lowest.name}”, the lowest of 3 cases" in head
     checks = [bs.assess.local_mechanism(analysis[name], 1.35, SITE) for name in ("along", "across")]
-    head = summary(report_html(analysis, checks=checks))
-    assert (
-        "which of 2 checks bears the least share of the ground acceleration of its site, from its load factor" in head
-    )
+    said = "which of 2 checks bears the least share of its site's ground acceleration"
+    assert said in html.unescape(summary(report_html(analysis, checks=checks)))
 
 
 def test_a_case_without_a_load_factor_is_what_counts():

@@ -13,6 +13,8 @@ from blockstruct.views.figures import drawings, overview
 from blockstruct.views.report.assumptions import assumptions, pushed_masses
 from blockstruct.views.report.detection import detection_rows
 from blockstruct.views.report.pictures import address
+from blockstruct.views.report.pushovers import beginning_words
+from blockstruct.views.report.room import CASES, WARNINGS, crowding
 from blockstruct.views.report.summary import relied_on
 from blockstruct.views.report.verification import checked, verification
 from blockstruct.views.selection import shown_results
@@ -44,7 +46,7 @@ def contents(
     model, spreads, of_case = analysis.model, analysis.spreads, checked(analysis, checks)
     results = list(analysis.values())
     flows = list(dict.fromkeys(r.case.flow for r in results))
-    return {
+    said: dict[str, Any] = {
         "project": {str(what): str(text) for what, text in project.items()},
         "name": model.name,
         "created_at": analysis.created_at,
@@ -64,7 +66,7 @@ def contents(
         "patterns": _patterns(results),
         "relied_on": relied_on(analysis, of_case),
         "answers": " / ".join(dict.fromkeys(r.answer.name + " [-]" * (not r.answer.is_reaction) for r in results)),
-        "results": [_headline(name, spreads.get(name, analysis[name])) for name in analysis.headlines],
+        "results": [_headline(analysis[name], spreads.get(name, analysis[name])) for name in analysis.headlines],
         "verification": [verification(name, check) for name, check in of_case],
         "spreads": [_spread(name, spread) for name, spread in spreads.items()],
         "cases": [_case(r) for r in shown_results(analysis)],
@@ -73,6 +75,12 @@ def contents(
         "settings": list(asdict(results[0].settings).items()),
         "versions": dict(analysis.versions),
     }
+    # Of the warnings that of the case relied on comes first.
+    warned = sorted(
+        (case for case in said["results"] if case["warning"]),
+        key=lambda case: case["name"] != said["relied_on"]["name"],
+    )
+    return said | {"warned": warned, "crowding": crowding(said, warned), "room": {"cases": CASES, "warnings": WARNINGS}}
 
 
 def quantity(value: float, unit: str) -> str:
@@ -218,14 +226,16 @@ def _vector(values: Any, unit: str) -> str:
     return "(" + ", ".join(f"{v * factor:.4g}" for v in values) + f") {unit}"
 
 
-def _headline(name: str, found: bs.CaseResult | bs.Spread) -> dict[str, str]:
+def _headline(given: bs.CaseResult, found: bs.CaseResult | bs.Spread) -> dict[str, str]:
+    """Of the run as given, which has the curve if there is one, and of all runs of its case."""
     head = found.headline
     return {
-        "name": name,
+        "name": given.name,
         "flow": head.flow.value,
         "status": head.status.value.replace("_", " "),
         "number": head.number,
         "range": head.range,
+        "begins": beginning_words(given, head.load_factor),
         "bound": head.bound.removeprefix("associative bound "),
         "warning": warning_words(found),
         "path": path_words(found),
@@ -238,6 +248,7 @@ def _result(r: bs.CaseResult) -> dict[str, str]:
         "flow": r.case.flow.value,
         "status": r.status.value.replace("_", " "),
         "load_factor": load_factor_words(r),
+        "begins": beginning_words(r, r.load_factor),
     }
 
 

@@ -7,80 +7,167 @@ import numpy as np
 
 import blockstruct as bs
 from blockstruct.views.report.pictures import mechanism_picture
+from blockstruct.views.report.pushovers import beginning_words, curve_sentences
 from blockstruct.views.selection import shown_results
 
 Check = bs.assess.LocalMechanismCheck
+
+#: Statuses without a load factor, from the one that is proven to fall down to those that nothing is known of.
+_WORST_FIRST = (bs.Status.UNSTABLE, bs.Status.SELF_STRESS, bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
+#: Other checks that miss their demand that the first page has room for.
+_LISTED = 8
 
 
 def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dict[str, Any]:
     """The case that governs, its number in words and its picture.
 
-    The case that bears the least share of the ground acceleration of its site governs, which capacity over demand need
-    not tell; without checks that with the lowest certified load factor. Settlements govern where nothing else was asked
-    for.
+    A case that is pushed and has no load factor governs, whatever the checks of others; else the check that bears the
+    least share of its site's ground acceleration, without checks the case with the lowest load factor; settlements
+    govern where nothing else was asked for.
     """
     heads = analysis.headlines
     loaded = {name: head for name, head in heads.items() if not head.answer.is_reaction} or heads
-    name = _governing(loaded, checks)
+    name, check = _governing(loaded, checks)
     if name is None:
         said = "The analysis has no case."
-        return {"name": "", "sentence": said, "figures": [], "picture": None, "holds": None, "notes": []}
-    head, check = heads[name], dict(checks).get(name)
+        nothing = {"name": "", "sentence": said, "between": "", "curves": [], "figures": [], "notes": []}
+        return nothing | {"picture": None, "holds": None}
+    head = heads[name]
     shown = dict(zip(heads, shown_results(analysis), strict=True))[name]
+    begins = beginning_words(analysis[name], head.load_factor)
+    notes = list(check.notes) if check else []
     figures = [
         {
             "what": f"{head.answer.name} {head.answer.symbol}",
             "number": head.number,
-            "more": [head.range, head.bound, f"{head.flow} flow"],
+            "more": [begins, head.range, head.bound, f"{head.flow} flow"],
         }
     ]
     if check is not None:
         g = bs.assess.STANDARD_GRAVITY
-        site = f"site {check.limit_state.ag_site / g:.3g} g"
+        borne, site = _told_apart(check.ag / g, check.limit_state.ag_site / g)
         figures += [
             {
                 "what": "capacity / demand",
-                "number": f"{check.ratio:.3g}",
+                "number": _ratio(check),
                 "more": [check.relied_on, check.outcome],
             },
             {
                 "what": "ground acceleration borne",
-                "number": f"{check.ag / g:.3g} g",
-                "more": [site, f"e* = {check.e_star:.3g}, FC = {check.confidence_factor:g}"],
+                "number": f"{borne} g" if np.isfinite(check.ag) else "more than 10 g",
+                "more": [f"site {site} g", f"e* = {check.e_star:.3g}, FC = {check.confidence_factor:g}"],
             },
         ]
     return {
         "name": name,
         "sentence": _sentence(name, head, check, len(loaded), len(checks)),
+        "between": "" if np.isnan(head.load_factor) else _between(analysis),
+        "curves": curve_sentences(analysis, name, [case for case, _ in checks], notes),
         "figures": figures,
         "picture": mechanism_picture(shown, small=True),
-        "holds": None if check is None else check.satisfied,
-        "notes": [] if check is None else list(check.notes),
+        "holds": _holds(check, checks),
+        "notes": _missed([item for item in checks if item[1] is not check]) + notes,
     }
 
 
-def _governing(heads: Mapping[str, bs.results.Headline], checks: Sequence[tuple[str, Check]]) -> str | None:
+def _governing(
+    heads: Mapping[str, bs.results.Headline], checks: Sequence[tuple[str, Check]]
+) -> tuple[str | None, Check | None]:
+    """Name of the case that governs, and its check if that does."""
+    without = [name for name, head in heads.items() if np.isnan(head.load_factor)]
+    if without:
+        # Worse than any number, and than any check of another case.
+        return min(without, key=lambda name: _WORST_FIRST.index(heads[name].status)), None
     if checks:
-        return min(checks, key=lambda item: item[1].ag / item[1].limit_state.ag_site)[0]
-    # A case without a load factor is worse than any number.
-    return min(heads, key=lambda name: np.nan_to_num(heads[name].load_factor, nan=-1.0, posinf=np.inf), default=None)
+        return min(checks, key=lambda item: item[1].ag / item[1].limit_state.ag_site)
+    return min(heads, key=lambda name: heads[name].load_factor, default=None), None
+
+
+def _holds(check: Check | None, checks: Sequence[tuple[str, Check]]) -> bool | None:
+    """Whether the verification is satisfied: not by checks that do not govern; None without any."""
+    if check is None:
+        return False if checks else None
+    return check.satisfied
 
 
 def _sentence(name: str, head: bs.results.Headline, check: Check | None, cases: int, checked: int) -> str:
     if not np.isfinite(head.load_factor):
         other = "" if cases == 1 else f", the worst of {cases} cases"
-        return f"There is no {head.answer.name} to rely on: “{name}” is {head.status.value.replace('_', ' ')}{other}."
+        said = f"There is no {head.answer.name} to rely on: “{name}” is {head.status.value.replace('_', ' ')}{other}."
+        if not checked:
+            return said
+        of_others = "The check of another case says" if checked == 1 else f"The {checked} checks of other cases say"
+        return f"{said} The verification is not satisfied. {of_others} nothing of it."
     # The range that belongs beside it is known of several schedules only.
     one = head.schedules == 1 and head.flow is bs.Flow.NONASSOCIATIVE
     range_ = " One schedule found it; others, which may find a lower one, were not run." if one else ""
-    of_runs = f", the lowest of {head.certified} certified runs" if head.schedules > 1 else ""
+    of_runs = _of_runs(head)
     if check is None:
-        of_cases = f", the lowest of {cases} cases" if cases > 1 else ""
+        of_cases = f", the {_first(head)} of {cases} cases" if cases > 1 else ""
         said = f"Relied on: {head.answer.name} {head.number} of “{name}”{of_runs}{of_cases}."
         return f"{said} It is checked against no demand.{range_}"
-    least = f", which of {checked} checks bears the least share of the ground acceleration of its site"
-    of_checks = least if checked > 1 else ""
+    of_checks = (
+        f", which of {checked} checks bears the least share of its site's ground acceleration" if checked > 1 else ""
+    )
     return (
-        f"Relied on: capacity / demand {check.ratio:.3g} of “{name}” ({check.relied_on}){of_checks}, from its load "
+        f"Relied on: capacity / demand {_ratio(check)} of “{name}” ({check.relied_on}){of_checks}, from its load "
         f"factor {head.number}{of_runs}.{range_}"
     )
+
+
+def _first(head: bs.results.Headline) -> str:
+    """Which of several answers counts: the lowest load factor is the largest reaction."""
+    return "largest" if head.answer.is_reaction else "lowest"
+
+
+def _of_runs(head: bs.results.Headline) -> str:
+    """Among which runs the number counts, and where those are that do not count; empty for a single run."""
+    if head.schedules == 1:
+        return ""
+    if not head.drifting:
+        return f", the {_first(head)} of {head.certified} certified runs"
+    settled, drifting = head.certified - len(head.drifting), len(head.drifting)
+    if not settled:
+        return f", the {_first(head)} of {drifting} certified runs, none of which had settled"
+    ends = dict.fromkeys(head.answer.text(end, 4) for end in (head.drifting[0], head.drifting[-1]))
+    return (
+        f", the {_first(head)} of {settled} certified run{'s' * (settled > 1)} that settled ({drifting} more, at "
+        f"{' to '.join(ends)}, {'was' if drifting == 1 else 'were'} still drifting when stopped)"
+    )
+
+
+def _between(analysis: bs.Analysis) -> str:
+    """What no direction is below, those between the ones that were run included; empty where it is not known."""
+    try:
+        of_cases = bs.studies.Directions.each_of(analysis)
+        around = of_cases or [("", bs.studies.Directions.of(analysis))]
+    except bs.errors.ModelError:
+        return ""
+    said = [
+        f"{found.least_between:.4g} between those {f'of “{name}”' if name else 'that were run'}"
+        for name, found in around
+        if np.isfinite(found.least_between)
+    ]
+    return f"With associative flow no direction is below load factor {', '.join(said)}." if said else ""
+
+
+def _missed(others: Sequence[tuple[str, Check]]) -> list[str]:
+    """Of checks that do not govern those whose capacity is below the demand, or that are not satisfied, in words."""
+    missed = [(name, check) for name, check in others if check.ratio < 1 or not check.satisfied]
+    if not missed:
+        return []
+    missed.sort(key=lambda item: item[1].ratio)
+    said = [f"{_ratio(check)} of “{name}” ({check.relied_on}), {check.outcome}" for name, check in missed[:_LISTED]]
+    if len(missed) > _LISTED:
+        said.append(f"and {len(missed) - _LISTED} more, in the verification below")
+    return [f"Other checks: capacity / demand {'; '.join(said)}."]
+
+
+def _ratio(check: Check) -> str:
+    return _told_apart(check.ratio, 1.0)[0]
+
+
+def _told_apart(value: float, limit: float) -> tuple[str, str]:
+    """Two numbers to three digits, or to as many as it takes to tell which is larger."""
+    texts = [(f"{value:.{digits}g}", f"{limit:.{digits}g}") for digits in range(3, 17)]
+    return next((pair for pair in texts if pair[0] != pair[1]), texts[0])

@@ -1,0 +1,309 @@
+"""What the first page of a report must not leave unsaid."""
+
+import dataclasses
+import html
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.views.figures import drawings
+from blockstruct.views.report import report_html, write_report
+from structures import SELF_WEIGHT, model_of, push, single_block
+
+SITE = bs.assess.ntc_spectrum(Q_(0.15, "g_0"), 2.4, "0.3 s", "B")
+
+
+@pytest.fixture(autouse=True)
+def few_pictures(monkeypatch):
+    """Pictures of cases are tested where they are drawn, and take longer than all the rest."""
+    monkeypatch.setattr("blockstruct.views.report.contents.drawings", lambda result: drawings(result)[:1])
+
+
+def summary(analysis, checks=()):
+    text = report_html(analysis, checks=checks)
+    return html.unescape(text[text.index('<section class="summary">') : text.index("<h2>Verification</h2>")])
+
+
+def checked(result, **of_state):
+    """Its check, with other numbers at the limit state relied on."""
+    check = bs.assess.local_mechanism(result, 1.35, SITE)
+    state = dataclasses.replace(check.limit_state, **of_state)
+    return dataclasses.replace(check, limit_states={**check.limit_states, check.relied_on: state})
+
+
+def ended(analysis, **statuses):
+    """The analysis, some cases of which ended otherwise, without a load factor."""
+    results = {
+        name: dataclasses.replace(r, status=bs.Status(statuses[name]), load_factor=np.nan) if name in statuses else r
+        for name, r in analysis.items()
+    }
+    return bs.Analysis(analysis.model, results, analysis.created_at, analysis.versions)
+
+
+@pytest.fixture(scope="module")
+def block():
+    """A block that bears its site, and that falls where a thrust is part of the dead load."""
+    blocks, joint = single_block(0.8, 2.0)
+    thrust = bs.PointLoad("block", Q_([0, 0.5, 1.9], "m"), Q_([30, 0, 0], "kN"))
+    dead = bs.LoadPattern("dead + thrust", [bs.SelfWeight(), thrust])
+    cases = [
+        bs.LimitCase("good", SELF_WEIGHT, push(1, 0, 0)),
+        bs.LimitCase("back", SELF_WEIGHT, bs.LoadPattern("push back", push(-1, 0, 0).loads)),
+        bs.LimitCase("falls", dead, push(1, 0, 0)),
+    ]
+    return bs.AnalysisManager(model_of(blocks, joint)).run(cases)
+
+
+@pytest.fixture(scope="module")
+def stands(block):
+    names = ("good", "back")
+    return bs.Analysis(block.model, {name: block[name] for name in names}, block.created_at, block.versions)
+
+
+def test_no_check_makes_up_for_a_case_that_falls(block):
+    assert block["falls"].status == "unstable_under_dead_load"
+    check = checked(block["good"])
+    assert check.satisfied
+    for given in ([], [check], [check, checked(block["back"])]):
+        head = summary(block, given)
+        said = "There is no load factor to rely on: “falls” is unstable under dead load, the worst of 3 cases."
+        assert said in head
+        assert "Relied on" not in head
+        assert "<b>none</b>" in head
+        assert ('class="key missed"' in head) == bool(given)
+        assert "satisfied" not in head.replace("not satisfied", "")
+    assert "The 2 checks of other cases say nothing of it." in head
+
+
+@pytest.mark.parametrize("status", ["interrupted", "not_converged", "depends_on_self_stress"])
+def test_no_check_makes_up_for_a_case_without_an_end(stands, status):
+    found = ended(stands, back=status)
+    head = summary(found, [checked(found["good"])])
+    assert f"“back” is {status.replace('_', ' ')}, the worst of 2 cases. The verification is not satisfied." in head
+    assert "The check of another case says nothing of it." in head
+    worst = ended(stands, good="interrupted", back="not_converged")
+    assert "“back” is not converged" in summary(worst)
+
+
+def test_a_settlement_that_ends_early_is_apart_from_what_is_checked(block):
+    settlement = bs.SettlementCase("sinks", dead=SELF_WEIGHT, supports=["ground"], direction=(0, 0, -1))
+    found = bs.AnalysisManager(block.model).run([block["good"].case, settlement])
+    head = summary(ended(found, sinks="interrupted"), [checked(found["good"])])
+    assert "Relied on: capacity / demand" in head
+
+
+def test_of_two_checks_of_a_case_the_one_that_governs_is_shown(stands):
+    low, high = checked(stands["good"], ag=0.2 * SITE.ag, capacity=0.2, demand=1.0), checked(stands["good"])
+    for given in ([low, high], [high, low]):
+        assert "Relied on: capacity / demand 0.2 of “good”" in summary(stands, given)
+
+
+def test_runs_that_drift_are_not_those_the_number_is_the_lowest_of(small_model):
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
+    settings = bs.ProcedureSettings(patience=3, load_factor_tolerance=1e-15)
+    found = bs.AnalysisManager(small_model, settings=settings).run([case], spread=["slow", "loading path"])
+    spread = found.spread("push")
+    assert (spread.certified, len(spread.headline.drifting)) == (3, 2)
+    ends = " to ".join(f"{end:.4g}" for end in spread.headline.drifting)
+    said = f", the lowest of 1 certified run that settled (2 more, at {ends}, were still drifting when stopped)"
+    relied = f"load factor {spread.load_factor:.4g}"
+    assert f"Relied on: {relied} of “push”{said}." in summary(found)
+    check = bs.assess.local_mechanism(spread, 1.35, SITE)
+    assert f"from its {relied}{said}." in summary(found, [check])
+    alone = bs.Analysis(
+        found.model,
+        {name: r for name, r in found.items() if "loading path" not in name},
+        found.created_at,
+        found.versions,
+    )
+    assert "the lowest of 2 certified runs, none of which had settled." in summary(alone)
+    check = bs.assess.local_mechanism(alone.spread("push"), 1.35, SITE)
+    assert "The load factor had not settled when its procedure ended" in summary(alone, [check])
+
+
+def test_of_reactions_the_largest_is_relied_on(block):
+    cases = [
+        bs.SettlementCase(name, dead=SELF_WEIGHT, supports=["ground"], direction=direction)
+        for name, direction in (("sinks", (0, 0, -1)), ("leans", (0.6, 0, -0.8)))
+    ]
+    found = bs.AnalysisManager(block.model).run(cases)
+    assert "the largest of 2 cases" in summary(found)
+
+
+def test_the_check_that_governs_need_not_have_the_least_ratio(stands):
+    """By displacement, capacity over demand and the ground acceleration that is borne rank checks otherwise."""
+    governs = checked(stands["good"], ag=1.05 * SITE.ag, capacity=1.14, demand=1.0)
+    below = checked(stands["back"], ag=1.1 * SITE.ag, capacity=0.846, demand=1.0)
+    head = summary(stands, [below, governs])
+    assert (
+        "Relied on: capacity / demand 1.14 of “good” (SLV, linear), which of 2 checks bears the least share of its "
+        "site's ground acceleration, from its load factor"
+    ) in head
+    said = "Other checks: capacity / demand 0.846 of “back” (SLV, linear), satisfied by that of SLD (C8.7.1.2.1.8)."
+    assert said in head
+    assert "Other checks" not in summary(stands, [governs, checked(stands["back"])])
+    weaker = checked(stands["back"], ag=0.9 * SITE.ag, capacity=1.2, demand=1.0)
+    lowest = checked(stands["good"], ag=0.8 * SITE.ag, capacity=0.9, demand=1.0)
+    assert "1.2 of “back” (SLV, linear), not satisfied, as a weaker" in summary(stands, [weaker, lowest])
+
+
+def test_checks_below_their_demand_are_named_where_a_case_falls(block):
+    head = summary(block, [checked(block["good"], ag=0.5 * SITE.ag, capacity=0.6, demand=1.0)])
+    assert "Other checks: capacity / demand 0.6 of “good” (SLV, linear), not satisfied." in head
+
+
+def test_of_many_checks_below_their_demand_the_worst_are_named():
+    blocks, joint = single_block(0.4, 4.0, t=0.4)
+    found = bs.directions(model_of(blocks, joint), SELF_WEIGHT, 12, flow="associative").analysis
+    head = summary(found, [bs.assess.local_mechanism(r, 1.35, SITE) for r in found.values()])
+    missed = head[head.index("Other checks") : head.index(" more, in the verification below.")]
+    assert missed.count(", not satisfied; ") == 8
+
+
+@pytest.mark.parametrize(
+    ("share", "borne", "ratio"),
+    [(0.9983, "0.1497", "0.998"), (0.99996, "0.14999", "0.99996"), (1.0, "0.15", "1"), (1.2, "0.18", "1.2")],
+)
+def test_digits_tell_what_is_borne_from_the_demand(stands, share, borne, ratio):
+    head = summary(stands, [checked(stands["good"], ag=share * SITE.ag, capacity=share, demand=1.0)])
+    assert f"<b>{borne} g</b><span>site 0.15 g</span>" in head
+    assert f"<b>{ratio}</b><span>SLV, linear</span>" in head
+    assert f"Relied on: capacity / demand {ratio} of" in head
+
+
+def test_an_acceleration_beyond_all_that_was_looked_for_is_told(stands):
+    assert "<b>more than 10 g</b>" in summary(stands, [checked(stands["good"], ag=np.inf)])
+
+
+def pushover(name="push", **of_case):
+    """A slender block pushed over."""
+    blocks, joint = single_block(0.5, 3.0)
+    case = bs.Pushover(name, dead=SELF_WEIGHT, variable=push(1, 0, 0), control=("block", (1, 0, 0)), steps=8, **of_case)
+    return bs.AnalysisManager(model_of(blocks, joint)).run([case])
+
+
+@pytest.fixture(scope="module")
+def rounded():
+    return pushover(corner_rounding=Q_(80, "mm"))
+
+
+def beginning(analysis, first):
+    """The analysis, its curve as if it began at another load factor."""
+    curve = analysis["push"].capacity.copy(deep=True)
+    curve["load_factor"][0] = first
+    results = {"push": dataclasses.replace(analysis["push"], capacity=curve)}
+    return bs.Analysis(analysis.model, results, analysis.created_at, analysis.versions)
+
+
+def test_a_curve_of_rounded_corners_stands_beside_every_load_factor(rounded):
+    result = rounded["push"]
+    first = result.capacity["load_factor"].to_numpy()[0]
+    assert first < 0.8 * result.load_factor
+    said = f"the curve of rounded corners begins at {first:.4g}"
+    page = report_html(rounded)
+    for beside in (
+        f"<b>0.1667</b><span>{said}</span>",
+        f"<strong>0.1667</strong><br><small>{said}</small>",
+        f"<strong>Load factor: 0.1667; {said}.</strong>",
+        f"<p>Pushover “push”: {said}; the load factor is zero at a displacement of ",
+    ):
+        assert beside in page, beside
+    assert f"<p>Pushover “push”: {said}" in summary(rounded, [bs.assess.local_mechanism(result, 1.35, SITE)])
+
+
+def test_a_curve_of_sharp_corners_that_begins_elsewhere_is_told_beyond_half_a_per_cent():
+    sharp = pushover()
+    alpha = sharp["push"].load_factor
+    for factor, told in ((0.996, False), (1.004, False), (0.994, True), (1.006, True)):
+        head = summary(beginning(sharp, factor * alpha))
+        assert (f"the curve begins at {factor * alpha:.4g}" in head) is told
+        assert "rounded corners" not in head
+
+
+def test_the_first_page_has_the_end_of_a_curve_and_what_is_to_be_looked_at(rounded):
+    sharp = pushover()
+    plain = summary(sharp)
+    ended = sharp["push"].capacity.attrs["ended"]
+    assert f"<p>Pushover “push”: {ended}.</p>" in plain
+    high = beginning(sharp, 0.9 * sharp["push"].load_factor)
+    warned = bs.results.doubtful_words(high["push"].capacity, "shifted")[0]
+    assert f"; {ended}; {warned}.</p>" in summary(high)
+    # A note of the check that governs need not be said again.
+    check = bs.assess.local_mechanism(high["push"], 1.35, SITE)
+    head = summary(high, [check])
+    assert head.count(warned) == 1
+    assert f"; {ended}.</p>" in head
+
+
+def test_a_curve_that_begins_below_the_number_relied_on_is_told_of_any_case(rounded):
+    lower = bs.LimitCase("lower", SELF_WEIGHT, bs.LoadPattern("more", [bs.BodyForce((1, 0, 0), share=1.2)]))
+    found = bs.AnalysisManager(rounded.model).run([lower])
+    both = bs.Analysis(rounded.model, {**found, **rounded}, rounded.created_at, rounded.versions)
+    head = summary(both)
+    assert f"Relied on: load factor {found['lower'].load_factor:.4g} of “lower”" in head
+    assert "Pushover “push”: the curve of rounded corners begins at" in head
+
+
+def test_of_many_pushovers_the_first_page_tells_three(rounded):
+    results = {
+        f"p{k}": dataclasses.replace(rounded["push"], case=rounded["push"].case.renamed(f"p{k}")) for k in range(5)
+    }
+    head = summary(bs.Analysis(rounded.model, results, rounded.created_at, rounded.versions))
+    assert head.count("<p>Pushover “") == 3
+    assert "Of 2 more pushovers the curves are told below." in head
+
+
+def test_what_no_direction_is_below_stands_on_the_first_page():
+    blocks, joint = single_block(0.4, 4.0, t=0.4)
+    around = bs.directions(model_of(blocks, joint), SELF_WEIGHT, 4, flow="associative")
+    assert around.least_between < 0.99 * around.load_factor
+    said = (
+        f"With associative flow no direction is below load factor {around.least_between:.4g} between those of “push”."
+    )
+    found = around.analysis
+    assert f"It is checked against no demand. {said}" in summary(found)
+    assert said in summary(found, [bs.assess.local_mechanism(r, 1.35, SITE) for r in found.values()])
+    one = next(iter(found))
+    assert "no direction is below" not in summary(ended(found, **{one: "not_converged"}))
+    named = {
+        f"towards {k}": dataclasses.replace(r, case=r.case.renamed(f"towards {k}"))
+        for k, r in enumerate(found.values())
+    }
+    plain = bs.Analysis(found.model, named, found.created_at, found.versions)
+    assert said.replace("of “push”", "that were run") in summary(plain)
+
+
+def test_without_a_bound_between_directions_nothing_is_said_of_them(stands):
+    assert "no direction is below" not in summary(stands)
+
+
+def first_pages(analysis, path, checks=()):
+    pypdf = pytest.importorskip("pypdf")
+    return [page.extract_text() for page in pypdf.PdfReader(write_report(analysis, path, checks=checks)).pages[:2]]
+
+
+@pytest.mark.parametrize("others", [0, 2, 7])
+def test_all_that_is_told_leaves_the_summary_on_one_page(rounded, others, tmp_path, monkeypatch):
+    monkeypatch.setattr("blockstruct.views.report.contents.drawings", lambda result: [])
+    given = rounded["push"]
+    settlement = bs.SettlementCase("sinks", dead=SELF_WEIGHT, supports=["ground"], direction=(0, 0, -1))
+    pushed = [bs.LimitCase(f"other {k}", SELF_WEIGHT, push(1, 0, 0), "associative") for k in range(others)]
+    more = bs.AnalysisManager(rounded.model).run([settlement, *pushed])
+    found = bs.Analysis(rounded.model, {**rounded, **more}, rounded.created_at, rounded.versions)
+    check = bs.assess.local_mechanism(given, 1.35, SITE)
+    for notes in (check.notes, check.notes * 3):
+        first, second = first_pages(found, tmp_path / "r.pdf", [dataclasses.replace(check, notes=notes)])
+        assert "partial safety factor" in first
+        assert "Pushover “push”" in first
+        assert "Verification" in second
+
+
+def test_warnings_beyond_two_stand_with_the_analysis(block, monkeypatch):
+    monkeypatch.setattr("blockstruct.views.report.contents.warning_words", lambda found: f"look at {found.name}" * 12)
+    page = report_html(block)
+    first, rest = summary(block), page[page.index("<h2>Analysis</h2>") :]
+    assert [f"<strong>{name}:</strong>" in first for name in block] == [True, False, True]
+    assert "Warnings of 1 more case, below." in first
+    assert [f"<strong>{name}:</strong>" in rest for name in block] == [False, True, False]
