@@ -11,8 +11,9 @@ from scipy.optimize import brentq
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.assess.capacity import _Pressed
-from blockstruct.assess.capacity_of_pushover import _left, curve_of_pushover
+from blockstruct.assess.capacity_of_pushover import curve_of_pushover
 from blockstruct.assess.rotation import Pull
+from blockstruct.results import left_behind
 from structures import SELF_WEIGHT, model_of, push, solve
 
 g = 9.80665
@@ -236,7 +237,7 @@ def test_what_a_pushover_loses_at_a_break_is_without_what_falls_on_the_way():
     """Slopes of 1 before the break and 2 behind it: of 9 to 5 the slower falls on the way, never above 9."""
     d = np.arange(5.0)
     for alpha, left in (([10, 9, 5, 3, 1], 6), ([11, 10, 5, 4.5, 4], 5.5), ([12, 9, 8, 6, 4], 9)):
-        assert _left(d, np.array(alpha, float), np.array([2])) == pytest.approx([left])
+        assert left_behind(d, np.array(alpha, float), np.array([2]), d[[1]]) == pytest.approx([left])
 
 
 def test_a_tie_that_slackens_and_tightens_does_not_hide_where_the_wall_goes_over(result):

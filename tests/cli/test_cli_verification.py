@@ -98,6 +98,16 @@ def test_the_one_case_that_cannot_be_checked_is_named_alone(call, file):
     assert "--spectrum" not in err
 
 
+def test_a_case_that_falls_is_told_beside_the_checks(call, tmp_path):
+    blocks, joint = single_block(0.4, 4.0)
+    away = bs.LoadPattern("away", [bs.SelfWeight(), bs.BodyForce((1, 0, 0), share=0.2)])
+    cases = [bs.LimitCase("rocks", SELF_WEIGHT, push(1, 0, 0)), bs.LimitCase("falls", away, push(1, 0, 0))]
+    path = bs.save_analysis(bs.AnalysisManager(model_of(blocks, joint)).run(cases), tmp_path / "falls.h5")
+    code, out, _ = call("assess", path, "--spectrum", SITE, "--confidence-factor", "1.35")
+    assert code == 3
+    assert "not checked, as there is no load factor: falls (unstable under dead load); nothing above tells" in out
+
+
 def test_settlements_are_left_out_of_all_cases(call, tmp_path):
     blocks, joint = single_block(0.4, 4.0)
     settles = bs.SettlementCase("settles", SELF_WEIGHT, ["ground"], "-z", flow="associative")

@@ -45,7 +45,7 @@ def random_box(rng, stone):
     return [ground, bs.Block.box("box", Q_([0, 0, 0], "m"), Q_(size, "m"), stone)]
 
 
-def random_frame(rng, stone):
+def random_stack(rng, stone):
     blocks = [bs.Block.box("ground", Q_([-3, -3, -1], "m"), Q_([6, 6, 1], "m"), stone, fixed=True)]
     low = np.zeros(3)
     for i in range(rng.integers(2, 7)):

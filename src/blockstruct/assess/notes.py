@@ -52,7 +52,7 @@ def notes_of(
     if off > TOGETHER:
         said.append(
             f"Blocks that are taken as one body move by up to {off:.2g} of the largest motion relative to it; compare "
-            "with a smaller tolerance."
+            "with a smaller tolerance=, in Python."
         )
     if _out_of_plane(bodies) > _OUT_OF_PLANE:
         said.append(
@@ -119,7 +119,8 @@ def notes_of_demand(model: Model, bodies: Sequence[MacroBlock], spectrum: Spectr
     elif isinstance(spectrum, NtcSpectrum) and low > _HIGH * (top - foot) and not supported:
         text = (
             f"What moves stands {low:.3g} m above the foot of the structure, and the demand is that of the ground: "
-            "what is below amplifies it. Give bs.assess.floor_spectrum(…) (C8.7.1.2.1.8)."
+            "what is below amplifies it. Give bs.assess.floor_spectrum(…), or --mode on the command line "
+            "(C8.7.1.2.1.8)."
         )
     else:
         return []

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 import blockstruct as bs
-from blockstruct.cli.app import FileArgument, app, say
+from blockstruct.cli.app import NO_LOAD_FACTOR, FileArgument, app, say
 from blockstruct.keywords import did_you_mean
 
 #: What the text of a site must state, what it may, and one.
@@ -63,6 +63,12 @@ def assess(
     analysis = bs.open_analysis(file)
     for check in checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method, only=case):
         say(f"{check}\n")
+    # A load that no structure fails under needs no check.
+    held = bs.Status.CONVERGED, bs.Status.UNBOUNDED
+    missing = [f"{name} ({head.status})" for name, head in _pushed(analysis).items() if head.status not in held]
+    if case is None and missing:
+        say(f"not checked, as there is no load factor: {', '.join(missing)}; nothing above tells of these cases")
+        raise typer.Exit(NO_LOAD_FACTOR)
 
 
 def checks_of(
@@ -99,6 +105,11 @@ def checks_of(
     ]
 
 
+def _pushed(analysis: bs.Analysis) -> dict[str, bs.results.Headline]:
+    """What is relied on of each case with a push."""
+    return {name: head for name, head in analysis.headlines.items() if not head.answer.is_reaction}
+
+
 def _checked(analysis: bs.Analysis, only: str | None) -> list[str]:
     """Names of the cases to check: one, or all that have a push and a load factor."""
     heads = analysis.headlines
@@ -110,7 +121,7 @@ def _checked(analysis: bs.Analysis, only: str | None) -> list[str]:
             msg = f"--case {only!r}: {heads[only].status}, without a load factor to check; give one that converged"
             raise bs.errors.ModelError(msg)
         return [only]
-    pushed = [name for name in heads if not isinstance(analysis[name].case, bs.SettlementCase)]
+    pushed = _pushed(analysis)
     names = [name for name in pushed if heads[name].status is bs.Status.CONVERGED]
     if not names:
         ended = ", ".join(f"{name}: {head.status if name in pushed else _NO_PUSH}" for name, head in heads.items())
