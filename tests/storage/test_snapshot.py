@@ -184,9 +184,9 @@ def test_salvage_keeps_what_can_be_read_and_says_so(copy, small_analysis):
 
 
 def test_salvage_of_zeroed_sectors(copy):
-    """Whatever they held, all that can be read without them is."""
+    """Whatever they held, all that can be read without them is; none of them holds the root of the file."""
     content = bytearray(copy.read_bytes())
-    for start in range(40_000, len(content) - 1000, 40_000):
+    for start in range(50_000, len(content) - 1000, 40_000):
         content[start : start + 512] = bytes(512)
     copy.write_bytes(content)
     found = bs.salvage(copy, time_limit=15)

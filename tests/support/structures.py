@@ -84,3 +84,20 @@ def seal_again(path: Path) -> None:
     """Seal a file after a change, as who damages it on purpose would."""
     content = path.read_bytes()
     path.write_bytes(content + seal_of(content))
+
+
+def slid_from_under() -> bs.Model:
+    """A block ``a`` of 1 m, 4 kN, and on its end a block ``b``, 0.96 kN, which a tie holds back.
+
+    Once a has moved by 0.1 m the centroid of b is beyond its edge, and b turns until it meets a ledge, 10 mm below.
+    """
+    blocks = [
+        box("ground", [-1, 0, -0.2], [3, 0.4, 0.2], fixed=True),
+        box("ledge", [-0.6, 0, 0.2], [0.598, 0.4, 0.29], fixed=True),
+        box("post", [-0.8, 0, 0], [0.2, 0.4, 0.8], fixed=True),
+        box("a", [0, 0, 0], [1, 0.4, 0.5]),
+        box("b", [-0.1, 0, 0.5], [0.4, 0.4, 0.3]),
+    ]
+    ends = ("post", Q_([-0.6, 0.2, 0.5], "m")), ("b", Q_([-0.1, 0.2, 0.5], "m"))
+    tie = bs.Tie("tie", *ends, yield_force="100 kN")
+    return model_of(blocks, bs.JointMaterial("smooth", 0.3)).with_ties([tie])

@@ -8,18 +8,12 @@ Everything in this room is non-dimensional: lengths by a characteristic block si
 wrench of each block and, at a contact, of the lighter of its two blocks.
 """
 
+from blockstruct.limit.capacity_curve import FiniteStep, zero_displacement
 from blockstruct.limit.certificate import CERTIFICATE_MEASURES, Certificate, are_admissible, certify
 from blockstruct.limit.friction import Sliding, fictitious_sliding, relax, true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome
 from blockstruct.limit.motion import block_motion, velocities_of
-from blockstruct.limit.moved import (
-    ControlPoint,
-    FiniteStep,
-    MovedProblem,
-    MovingProblem,
-    check_pushover,
-    zero_displacement,
-)
+from blockstruct.limit.moved import ControlPoint, MovedProblem, MovingProblem, check_pushover
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
 from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, scheduled, schedules_of

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from blockstruct.limit import ContactPoints, Placement
 from blockstruct.limit.bodies import Bodies, bodies_of
+from blockstruct.limit.capacity_curve import FiniteStep
 from blockstruct.limit.iteration import Iteration
-from blockstruct.limit.moved import FiniteStep, MovedProblem, MovingProblem
+from blockstruct.limit.moved import MovedProblem, MovingProblem
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.carried_forces import carried_forces

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.limit import Placement
+from blockstruct.limit.capacity_curve import ZERO, FiniteStep, zero_displacement
 from blockstruct.limit.iteration import Iteration
-from blockstruct.limit.moved import ZERO, FiniteStep, MovedProblem, MovingProblem, zero_displacement
+from blockstruct.limit.moved import MovedProblem, MovingProblem
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.body_step import Carried, Stepper
@@ -30,14 +31,19 @@ ATTEMPTS = 5
 BELOW, LEAST_SHARE = 0.9, 0.25
 #: Deepest penetration, and least reach of contacts, in mean block sizes; reach in multiples of the last motion.
 DEEPEST, NEAREST, REACH = 2e-3, 0.05, 2.0
-#: Flow-rule gap, relative to the work of a step, beyond which the pushover cannot go on from it.
-LOST = 0.03
+#: Flow-rule gap, relative to the work of a step, beyond which the pushover cannot go on from it; and how often it may
+#: one after the other where the gap is not certified.
+LOST, DOUBTFUL = 0.03, 3
 #: Rate of the dead load's work, but for what ties take up, from which blocks fall, in multiples of that of the variable
 #: load or of friction at collapse; and from which they do where no load factor is left. Measured where units drop a
 #: little way until they meet others: up to 5.
 FALLING, FALLING_AT_ZERO = 10.0, 3.0
 #: Rise of that rate, in the same multiples, from which a shorter step has blocks that drop.
 DROPS = 0.1
+#: Rise of that rate, in the same multiples, and change of velocity, relative to the fastest, in a step on which blocks
+#: may have begun to drop; the least rise, in multiples of that one, in a step shortened by a factor, if they have; and
+#: of that, if they have there as well; and halvings of the step until there.
+BEGINS, CHANGES, ALONE, SHORT, AS_FAR, HALVINGS = 0.005, 0.07, 4.0, 1 / 32, 0.2, 4
 #: Steps, in multiples of those asked for, after which the curve is left.
 PATIENCE = 5
 #: What the energy balance of a step may miss, relative to all work so far, before it is divided; and attempts.
@@ -63,7 +69,8 @@ def pushover(
     In each step the displacement of the control point is prescribed, by the work of the variable load. Blocks then
     move along the screws of their twists, and contacts are found anew where they are. A step is halved where the
     blocks penetrate by more than a bound after it, or no motion from there satisfies the flow rule, as where a contact
-    leaves its face or a block meets another; and divided where its energy balance is missed, as where forces jump.
+    leaves its face or a block meets another; divided where its energy balance is missed, as where forces jump; and ends
+    where blocks begin to drop, whose drop is a step of its own.
 
     Parameters
     ----------
@@ -100,13 +107,13 @@ def pushover(
         yield step
         state = path.taken(step)
     while True:
-        end = zero_displacement(path.curve)
+        end = zero_displacement(path.pace.curve)
         if np.isfinite(end):
-            return f"the load factor is zero at a displacement of {end:.6g} m{stands(problem, path.curve, state)}"
-        if len(path.curve) > PATIENCE * steps:
+            return f"the load factor is zero at a displacement of {end:.6g} m{stands(problem, path.pace.curve, state)}"
+        if len(path.pace.curve) > PATIENCE * steps:
             return (
-                f"no end after {len(path.curve)} states, {PATIENCE} times the steps that were asked for: ask for more "
-                "steps, or follow a point and a direction that the mechanism goes along"
+                f"no end after {len(path.pace.curve)} states, {PATIENCE} times the steps that were asked for: ask for "
+                "more steps, or follow a point and a direction that the mechanism goes along"
             )
         following = path.advance(state)
         if isinstance(following, str):
@@ -125,21 +132,17 @@ class _Path:
         self._problem = problem
         self._load_factor = abs(collapse.load_factor)
         self._least = LEAST_WORK * self._load_factor
-        self._pace = Pace(problem, steps, self._load_factor)
+        self.pace = Pace(problem, steps, self._load_factor)
         self._size = problem.statics.length
         self._nearest = NEAREST * self._size
         self._longest = problem.lengths(Placement.of(problem.statics.model))
         # Down a slope that hardly holds it the push drives little of what friction takes.
         self._driving = max(self._load_factor, friction_of(problem.at_rest, collapse))
+        self._before: State | None = None
         self._last: State | None = None
         self._stepper = Stepper(settings, solver)
-        self._divided = False
+        self._divided, self._doubtful = False, 0
         self._done, self._clock = 0.0, perf_counter()
-
-    @property
-    def curve(self) -> list[tuple[float, float]]:
-        """Displacement, m, and load factor of each state."""
-        return self._pace.curve
 
     def taken(self, step: FiniteStep) -> State:
         """Take a state as the last one, from what is kept of it alone: a curve that is gone on with is the same."""
@@ -148,17 +151,22 @@ class _Path:
         state = State.of(step, self._longest)
         if self._last is not None:
             self._done += self._energy(self._last, state)[1]
-        self._pace.taken(state)
-        self._last = state
-        self._divided = step.divided
-        self._stepper.go_on(Carried.of_step(self._problem, step), (step.body_failures, step.body_waits))
+        self.pace.taken(state)
+        self._before, self._last = self._last, state
+        self._divided, self._doubtful = step.divided, 0 if step.holds else self._doubtful + 1
+        self._carried = Carried.of_step(self._problem, step), (step.body_failures, step.body_waits)
+        self._go_on()
         return state
+
+    def _go_on(self) -> None:
+        """Begin the next step, whatever was tried since: the forces of no other state act there."""
+        self._stepper.go_on(*self._carried)
 
     def begun(self, rest: Placement, collapse: Iteration) -> Found | None:
         """The collapse state, found anew where corners are rounded and contacts not where the model has them."""
         moved = self._problem.at(rest, self._nearest, self._longest)
         twist = moved.twist(collapse.u)
-        time = self._pace.time(moved.placement, twist)
+        time = self.pace.time(moved.placement, twist)
         question = Question.of(moved, time, twist, self._least)
         solution = self._stepper.begin(moved, question, collapse, self._problem.statics.points)
         return self.solved(moved, twist) if solution is None else self._found(moved, solution, time)
@@ -166,7 +174,7 @@ class _Path:
     def solved(self, moved: MovedProblem, twist: Array) -> Found | None:
         """A step from a placement in which the control point moves as far as wanted, or blocks as far as they may."""
         placement = moved.placement
-        time, last = self._pace.time(placement, twist), twist
+        time, last = self.pace.time(placement, twist), twist
         found: Found | None = None
         longest = np.inf
         for _ in range(LENGTHS):
@@ -181,7 +189,7 @@ class _Path:
                 break
             if np.isinf(longest):
                 longest = self._until_closed(moved, solution, last, time)
-            better = min(self._pace.time(placement, twist), longest)
+            better = min(self.pace.time(placement, twist), longest)
             if 1 / MISSED < better / time < MISSED and time <= longest:
                 break
             time = better
@@ -191,11 +199,15 @@ class _Path:
         """The state of a solution, whose motion goes on for a time."""
         placement, displacement = moved.placement, self._problem.control.displacement(moved.placement)
         twist, alpha, dissipation = moved.twist(solution.u), solution.load_factor, solution.dissipation
-        return Found(State(placement, alpha, dissipation, twist, time, displacement, moved.longest), moved, solution)
+        falling, longest = solution.falling, moved.longest
+        state = State(placement, alpha, dissipation, twist, time, displacement, longest, falling)
+        return Found(state, moved, solution)
 
     def _reached(self, moved: MovedProblem, before: State) -> Found | None:
         """A step from where the motion of a state leads to."""
-        found = self.solved(moved, before.carried(moved.placement))
+        # What dropped has met others: the push goes on as it did before.
+        going = self._before if before.dropped and self._before is not None else before
+        found = self.solved(moved, going.carried(moved.placement))
         return found and found.after(before)
 
     def _until_closed(self, moved: MovedProblem, solved: Solved, twist: Array, time: float) -> float:
@@ -207,7 +219,7 @@ class _Path:
         longer = moved.problem.ties.elongation(moved.velocities(twist))
         ways = np.concatenate([moved.contacts.gap[reaching], moved.slack_in(1.0)[tightening]])
         rates = np.concatenate([-moved.relative(twist)[reaching, 0], longer[tightening]])
-        shortest = CLOSEST * self._pace.even / self._pace.way(moved.placement) * time
+        shortest = CLOSEST * self.pace.even / self.pace.way(moved.placement) * time
         return max((1 - BEFORE) * float((ways / np.maximum(rates, 1e-300)).min(initial=np.inf)), shortest)
 
     def advance(self, state: State) -> Found | str:
@@ -215,9 +227,13 @@ class _Path:
         following, time = self._tried(state)
         if isinstance(following, str):
             return following
+        self._divided, divided = False, self._divided
+        dropping = self._dropping(state, following, time)
+        if dropping is not None:
+            return dropping
         missed = self._missed(state, following)
         # Blocks that fall release work that nothing balances, however short the step.
-        self._divided = missed > EVENT and not self._divided and following.solved.falling < self._driving
+        self._divided = missed > EVENT and not divided and following.solved.falling < self._driving
         if not self._divided:
             return following
         # Forces that jump where something happens have not acted on the way there, and what is missed goes with the
@@ -239,6 +255,52 @@ class _Path:
         speed = abs(self._problem.control.velocity(best.state.placement, best.state.twist))
         rest = abs(whole - best.state.displacement) / max(speed, 1e-300)
         return replace(best, state=replace(best.state, time=min(best.state.time, rest)))
+
+    def _dropping(self, state: State, following: Found, time: float) -> Found | None:
+        """The state just before blocks drop on a step, or the drop itself where they do at once; None if none do.
+
+        What the push drives goes with its step. What drops until it meets others goes all of that way in a step
+        however short; on a step as long as others it would seem to hold for so long.
+        """
+        waiting, short = self._stepper.waiting, SHORT * following.state.time
+        if state.drops_next:
+            return self._alone(state, following.moved, short)
+        rise = following.solved.falling - state.falling
+        falls = state.falling > self._driving * (1 + DROPS) - self._load_factor
+        velocity = state.carried(following.state.placement)[:, :3]
+        change = np.abs(following.state.twist[:, :3] - velocity).max() / np.abs(velocity).max()
+        if state.dropped or falls or rise < BEGINS * self._driving or change < CHANGES:
+            return None
+        found = self._alone(state, following.moved, short)
+        if found is None or found.solved.falling - state.falling < ALONE * rise:
+            self._stepper.waiting = waiting
+            return None
+        least = state.falling + AS_FAR * (found.solved.falling - state.falling)
+        before, behind = 0.0, time
+        for _ in range(HALVINGS):
+            half = (before + behind) / 2
+            earlier = self._alone(state, self._after(state, half), short)
+            if earlier is None:
+                break
+            if earlier.solved.falling > least:
+                behind, found = half, earlier
+            else:
+                before = half
+        if before:
+            self._go_on()
+            holds = self._reached(self._after(state, before), state)
+            if holds is not None and self._goes_on(holds.solved):
+                return replace(holds, state=replace(holds.state, time=behind - before, drops_next=True))
+        return found
+
+    def _alone(self, state: State, moved: MovedProblem, time: float) -> Found | None:
+        """A step from where the motion of a state leads to, for a time in which only what drops moves."""
+        self._go_on()
+        solution = self._stepper.solve(moved, Question.of(moved, time, state.carried(moved.placement), self._least))
+        if solution is None or not solution.holds:
+            return None
+        found = self._found(moved, solution, time)
+        return replace(found, state=replace(found.state, dropped=True)).after(state)
 
     def _missed(self, state: State, found: Found) -> float:
         """What the energy balance of a step misses, relative to all work so far."""
@@ -265,7 +327,8 @@ class _Path:
                 break
             if not last:
                 time /= 2
-        if following is None or following.solved.missed > LOST or self._falls(following.solved):
+        most = CERTIFIED if self._doubtful == DOUBTFUL else LOST
+        if following is None or following.solved.missed > most or self._falls(following.solved):
             return self.lost(moved.placement, following), time
         negative = following.state.load_factor < 0
         if negative and (broken := self._problem.until_broken(state.longest, moved.longest, 0.0)) < 1:
@@ -309,7 +372,6 @@ class _Path:
         return solved.missed <= CERTIFIED and not self._falls(solved)
 
     def lost(self, placement: Placement, found: Found | None) -> str:
-        """Why nothing is in equilibrium at a placement, or the pushover cannot go on from what is found there."""
         return lost(self._problem, placement, found, falls=found is not None and self._falls(found.solved))
 
     def record(self, found: Found) -> FiniteStep:

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from blockstruct.limit import LimitProblem, Placement
 from blockstruct.limit.bodies import bodies_of
+from blockstruct.limit.capacity_curve import FiniteStep
 from blockstruct.limit.iteration import Iteration
-from blockstruct.limit.moved import FiniteStep, MovedProblem, MovingProblem
+from blockstruct.limit.moved import MovedProblem, MovingProblem
 from blockstruct.procedures.finite_step import Solved, dissipated
 
 Array = NDArray[np.float64]
@@ -25,9 +26,11 @@ FAST, NAMED = 0.5, 5
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """Where the blocks are, and how they go on: twists (B, 6) at 1 W, for a time.
+    """Where the blocks are, and how they go on: twists (B, 6) at 1 W, for a time, s.
 
-    Friction and ties have dissipated a work, per unit of work of the variable load, on the way from the state before.
+    On the way the dead load does a work that ties do not take up, per unit of work of the variable load; ``dropped`` is
+    a motion of blocks that drop alone, and ``drops_next`` the one before it. Friction and ties have dissipated such a
+    work on the way from the state before.
     """
 
     placement: Placement
@@ -37,6 +40,9 @@ class State:
     time: float
     displacement: float
     longest: Array
+    falling: float
+    dropped: bool = False
+    drops_next: bool = False
     dissipated: float = 0.0
 
     @classmethod
@@ -44,7 +50,18 @@ class State:
         """That of a step, with the lengths (N,) that ties have had on the way there, m."""
         twist = np.column_stack([step.velocity, step.angular_velocity])
         placement = Placement.at(step.position, step.rotation)
-        return cls(placement, step.load_factor, step.dissipation, twist, step.motion_time, step.displacement, longest)
+        return cls(
+            placement,
+            step.load_factor,
+            step.dissipation,
+            twist,
+            step.motion_time,
+            step.displacement,
+            longest,
+            step.falling,
+            step.dropped,
+            step.drops_next,
+        )
 
     def carried(self, placement: Placement) -> Array:
         """The same screws, as twists (B, 6) of the centroids at another placement."""
@@ -104,6 +121,9 @@ class Found:
             angular_velocity=state.twist[:, 3:],
             motion_time=state.time,
             dissipation=state.dissipation,
+            falling=state.falling,
+            dropped=state.dropped,
+            drops_next=state.drops_next,
             tie_force=moved.tie_force(solved.tie_force),
             tie_elongation=moved.elongation,
             minus_of_contact=points.minus[loaded],

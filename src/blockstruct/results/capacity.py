@@ -25,6 +25,12 @@ _VALUES = {
     "angular_velocity": ("angular velocity", "angular velocity about the centroid, at 1 W"),
     "motion_time": ("time", "for which the velocities act until the next state, if the step is not halved"),
     "dissipation": ("dimensionless", "work of friction and of ties per unit of work of the variable load"),
+    "falling": (
+        "dimensionless",
+        "work of the dead load that ties do not take up, per unit of work of the variable load",
+    ),
+    "dropped": ("dimensionless", "1 if the motion is that of blocks that drop until they meet others"),
+    "drops_next": ("dimensionless", "1 if they begin to on the way to the next state"),
     "tie_force": ("force", "force of the tie, tension positive; zero where it is slack, and once it has broken"),
     "tie_elongation": ("length", "of the tie beyond its length in the model"),
     "minus_of_contact": (None, "index of the block that the normal points from, at each contact point with a force"),
@@ -49,8 +55,10 @@ _VALUES = {
     "body_waits": ("dimensionless", "solutions of all blocks before bodies are tried again"),
 }
 _OF_CONTACT = ("minus_of_contact", "plus_of_contact")
+_FLAGS = ("holds", "dropped", "drops_next", "divided")
 _WHOLE = (
-    *("holds", "contact_points", "programs", "solver_iterations", "divided", "body_failures", "body_waits", "body"),
+    *_FLAGS,
+    *("contact_points", "programs", "solver_iterations", "body_failures", "body_waits", "body"),
     *_OF_CONTACT,
 )
 _DIMS = {
@@ -210,7 +218,7 @@ def steps_of(capacity: xr.Dataset) -> list[FiniteStep]:
         values = capacity[name].to_numpy() if name in capacity else np.empty((n, 0))
         of_steps = np.split(values, of_next) if "contact" in _DIMS.get(name, ()) else values
         columns[name] = of_steps if name in _DIMS else values.tolist()
-    columns |= {name: [bool(value) for value in columns[name]] for name in ("holds", "divided")}
+    columns |= {name: [bool(value) for value in columns[name]] for name in _FLAGS}
     return [FiniteStep(**{name: values[k] for name, values in columns.items()}) for k in range(n)]
 
 

@@ -1,0 +1,35 @@
+"""Blocks that drop on the way of a pushover."""
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import SELF_WEIGHT, slid_from_under
+
+
+@pytest.mark.parametrize("steps", [6, 10, 20])
+def test_a_block_drops_where_nothing_holds_it(steps):
+    """Whatever the steps, b turns onto the ledge once its centroid is beyond the edge of a, at 0.1 m.
+
+    Before, α is friction on the ground, 0.3 (4 + 0.96) kN, and below b, 0.3 · 0.96 kN, over 1 kN. Behind, b is
+    inclined by θ with sin θ = 0.01 / (0.1 + d). On the edge stands a force V, and pushed along the face V tan(φ − θ),
+    in balance about the corner on the ledge: V (0.1 + d) − 0.01 V tan(φ − θ) = 0.96 (0.2 cos θ − 0.15 sin θ). With the
+    drop on the way of a whole step, α was up to 9 % low on it, and behind it as far away as the step was long.
+    """
+    pushed = bs.LoadPattern("push", [bs.PointLoad("a", Q_([1, 0.2, 0.1], "m"), Q_([1, 0, 0], "kN"))])
+    case = bs.Pushover("push", SELF_WEIGHT, pushed, control=("a", (1, 0, 0)), steps=steps)
+    curve = bs.run(slid_from_under(), case)["push"].capacity
+    d, alpha = curve["displacement"].to_numpy(), curve["load_factor"].to_numpy()
+    drops = d[curve["dropped"].to_numpy() == 1]
+    begins = d[curve["drops_next"].to_numpy() == 1]
+    assert 0.1 <= drops[0] < 0.11
+    assert begins[0] < drops[0] < begins[0] + 0.005
+    theta = np.arcsin(0.01 / (0.1 + d))
+    slope = np.tan(np.arctan(0.3) - theta)
+    V = 0.96 * (0.2 * np.cos(theta) - 0.15 * np.sin(theta)) / (0.1 + d - 0.01 * slope)
+    assert alpha[d < 0.1] == pytest.approx(0.3 * 4.96 + 0.3 * 0.96, rel=1e-4)
+    behind = (d > 0.115) & (d < 0.25)
+    assert behind.sum() > 2
+    assert alpha[behind] == pytest.approx((0.3 * (4 + V) + V * slope)[behind], rel=2e-3)
+    assert float(curve["energy_error"].max()) < 5e-3
