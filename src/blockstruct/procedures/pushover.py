@@ -42,8 +42,8 @@ FALLING, FALLING_AT_ZERO = 10.0, 3.0
 DROPS = 0.1
 #: Rise of that rate, in the same multiples, and change of velocity, relative to the fastest, in a step on which blocks
 #: may have begun to drop; the least rise, in multiples of that one, in a step shortened by a factor, if they have; and
-#: of that, if they have there as well; and halvings of the step until there.
-BEGINS, CHANGES, ALONE, SHORT, AS_FAR, HALVINGS = 0.005, 0.07, 4.0, 1 / 32, 0.2, 4
+#: of that, if they have there as well; halvings of the step until there; and what its load factor may be away by.
+BEGINS, CHANGES, ALONE, SHORT, AS_FAR, HALVINGS, STEADY = 0.005, 0.07, 4.0, 1 / 32, 0.2, 4, 0.05
 #: Steps, in multiples of those asked for, after which the curve is left.
 PATIENCE = 5
 #: What the energy balance of a step may miss, relative to all work so far, before it is divided; and attempts.
@@ -262,16 +262,16 @@ class _Path:
         What the push drives goes with its step. What drops until it meets others goes all of that way in a step
         however short; on a step as long as others it would seem to hold for so long.
         """
-        waiting, short = self._stepper.waiting, SHORT * following.state.time
+        waiting, short, alpha = self._stepper.waiting, SHORT * following.state.time, following.solved.load_factor
         if state.drops_next:
-            return self._alone(state, following.moved, short)
+            return self._alone(state, following.moved, short, alpha)
         rise = following.solved.falling - state.falling
         falls = state.falling > self._driving * (1 + DROPS) - self._load_factor
         velocity = state.carried(following.state.placement)[:, :3]
         change = np.abs(following.state.twist[:, :3] - velocity).max() / np.abs(velocity).max()
         if state.dropped or falls or rise < BEGINS * self._driving or change < CHANGES:
             return None
-        found = self._alone(state, following.moved, short)
+        found = self._alone(state, following.moved, short, alpha)
         if found is None or found.solved.falling - state.falling < ALONE * rise:
             self._stepper.waiting = waiting
             return None
@@ -279,7 +279,7 @@ class _Path:
         before, behind = 0.0, time
         for _ in range(HALVINGS):
             half = (before + behind) / 2
-            earlier = self._alone(state, self._after(state, half), short)
+            earlier = self._alone(state, self._after(state, half), short, alpha)
             if earlier is None:
                 break
             if earlier.solved.falling > least:
@@ -293,11 +293,11 @@ class _Path:
                 return replace(holds, state=replace(holds.state, time=behind - before, drops_next=True))
         return found
 
-    def _alone(self, state: State, moved: MovedProblem, time: float) -> Found | None:
-        """A step from where the motion of a state leads to, for a time in which only what drops moves."""
+    def _alone(self, state: State, moved: MovedProblem, time: float, alpha: float) -> Found | None:
+        """A step for a time in which only what drops moves, and in which little else tells of the load factor."""
         self._go_on()
         solution = self._stepper.solve(moved, Question.of(moved, time, state.carried(moved.placement), self._least))
-        if solution is None or not solution.holds:
+        if solution is None or not solution.holds or abs(solution.load_factor - alpha) > STEADY * self._load_factor:
             return None
         found = self._found(moved, solution, time)
         return replace(found, state=replace(found.state, dropped=True)).after(state)
