@@ -8,32 +8,23 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import SELF_WEIGHT, box, model_of, push, seal_again
+from structures import SELF_WEIGHT, block_on_a_bar, model_of, push, seal_again, slipping_units
 
 
 @pytest.fixture(scope="module")
 def tied():
     """A block on a bar that yields and breaks, and turns over."""
-    blocks = [
-        box("ground", [-3, 0, -0.5], [6, 1, 0.5], fixed=True),
-        box("post", [-2.5, 0, 0], [0.5, 1, 2], fixed=True),
-        box("block", [0, 0, 0], [0.5, 1, 2]),
-    ]
-    ends = ("post", Q_([-2, 0.5, 1.5], "m")), ("block", Q_([0, 0.5, 1.5], "m"))
-    bar = bs.Tie("bar", *ends, yield_force="4 kN", elongation_limit="0.1 m")
-    model = model_of(blocks, bs.JointMaterial("rough", 2.0)).with_ties([bar])
+    model = block_on_a_bar()
     return bs.run(model, bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("block", (1, 0, 0)), steps=6))
 
 
 @pytest.fixture(scope="module")
 def wall():
     """Ten units with rounded corners, which slip and rock."""
-    rows = [[1] * 2 if j % 2 == 0 else [0.5, 1, 0.5] for j in range(4)]
-    stone = bs.Material("stone", "20 kN/m^3")
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=stone)
-    control = (blocks[-1].name, (1, 0, 0))
+    model = slipping_units()
+    control = (model.blocks[-1].name, (1, 0, 0))
     case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=control, steps=6, corner_rounding="5 mm")
-    return bs.run(model_of(blocks, bs.JointMaterial("dry", 0.5)), case)
+    return bs.run(model, case)
 
 
 def changed(analysis, name, at, by=1.01):

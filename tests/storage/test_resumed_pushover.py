@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from blockstruct import Q_
 from blockstruct.analysis import StepDone
 from blockstruct.storage.lock import folder_of
-from structures import SELF_WEIGHT, box, model_of, push, slid_from_under
+from structures import SELF_WEIGHT, block_on_a_bar, box, model_of, push, slid_from_under, slipping_units
 
 
 def sliding_to_a_stop():
@@ -36,22 +35,13 @@ def turning_onto_others():
 
 def on_a_tie():
     """A block on a bar that yields and breaks."""
-    blocks = [
-        box("ground", [-3, 0, -0.5], [6, 1, 0.5], fixed=True),
-        box("post", [-2.5, 0, 0], [0.5, 1, 2], fixed=True),
-        box("block", [0, 0, 0], [0.5, 1, 2]),
-    ]
-    ends = ("post", Q_([-2, 0.5, 1.5], "m")), ("block", Q_([0, 0.5, 1.5], "m"))
-    bar = bs.Tie("bar", *ends, yield_force="4 kN", elongation_limit="0.1 m")
-    return model_of(blocks, bs.JointMaterial("rough", 2.0)).with_ties([bar]), "block"
+    return block_on_a_bar(), "block"
 
 
-def slipping_units():
+def slipping():
     """A wall of ten units, which slip and rock."""
-    rows = [[1] * 2 if j % 2 == 0 else [0.5, 1, 0.5] for j in range(4)]
-    stone = bs.Material("stone", "20 kN/m^3")
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=stone)
-    return model_of(blocks, bs.JointMaterial("dry", 0.5)), blocks[-1].name
+    model = slipping_units()
+    return model, model.blocks[-1].name
 
 
 def dropping():
@@ -65,7 +55,7 @@ def dropping():
         (sliding_to_a_stop, 4, "divided"),
         (turning_onto_others, 3, "divided"),
         (on_a_tie, 6, None),
-        (slipping_units, 6, None),
+        (slipping, 6, None),
         (dropping, 10, "dropped"),
     ],
 )

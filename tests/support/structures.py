@@ -101,3 +101,23 @@ def slid_from_under() -> bs.Model:
     ends = ("post", Q_([-0.6, 0.2, 0.5], "m")), ("b", Q_([-0.1, 0.2, 0.5], "m"))
     tie = bs.Tie("tie", *ends, yield_force="100 kN")
     return model_of(blocks, bs.JointMaterial("smooth", 0.3)).with_ties([tie])
+
+
+def block_on_a_bar() -> bs.Model:
+    """A ``block`` of 0.5 m by 2 m on a bar that yields and breaks."""
+    blocks = [
+        box("ground", [-3, 0, -0.5], [6, 1, 0.5], fixed=True),
+        box("post", [-2.5, 0, 0], [0.5, 1, 2], fixed=True),
+        box("block", [0, 0, 0], [0.5, 1, 2]),
+    ]
+    ends = ("post", Q_([-2, 0.5, 1.5], "m")), ("block", Q_([0, 0.5, 1.5], "m"))
+    bar = bs.Tie("bar", *ends, yield_force="4 kN", elongation_limit="0.1 m")
+    return model_of(blocks, bs.JointMaterial("rough", 2.0)).with_ties([bar])
+
+
+def slipping_units() -> bs.Model:
+    """A wall of ten units, which slip and rock."""
+    rows = [[1] * 2 if j % 2 == 0 else [0.5, 1, 0.5] for j in range(4)]
+    stone = bs.Material("stone", "20 kN/m^3")
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=stone)
+    return model_of(blocks, bs.JointMaterial("dry", 0.5))

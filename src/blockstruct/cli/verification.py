@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Annotated
 
+import numpy as np
 import typer
 
 import blockstruct as bs
@@ -63,9 +64,9 @@ def assess(
     analysis = bs.open_analysis(file)
     for check in checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method, only=case):
         say(f"{check}\n")
-    # A load that no structure fails under needs no check.
-    held = bs.Status.CONVERGED, bs.Status.UNBOUNDED
-    missing = [f"{name} ({head.status})" for name, head in _pushed(analysis).items() if head.status not in held]
+    pushed = _pushed(analysis.headlines)
+    # A load that no structure fails under has an infinite one, and needs no check.
+    missing = [f"{name} ({head.status})" for name, head in pushed.items() if np.isnan(head.load_factor)]
     if case is None and missing:
         say(f"not checked, as there is no load factor: {', '.join(missing)}; nothing above tells of these cases")
         raise typer.Exit(NO_LOAD_FACTOR)
@@ -105,9 +106,9 @@ def checks_of(
     ]
 
 
-def _pushed(analysis: bs.Analysis) -> dict[str, bs.results.Headline]:
+def _pushed(heads: Mapping[str, bs.results.Headline]) -> dict[str, bs.results.Headline]:
     """What is relied on of each case with a push."""
-    return {name: head for name, head in analysis.headlines.items() if not head.answer.is_reaction}
+    return {name: head for name, head in heads.items() if not head.answer.is_reaction}
 
 
 def _checked(analysis: bs.Analysis, only: str | None) -> list[str]:
@@ -121,8 +122,8 @@ def _checked(analysis: bs.Analysis, only: str | None) -> list[str]:
             msg = f"--case {only!r}: {heads[only].status}, without a load factor to check; give one that converged"
             raise bs.errors.ModelError(msg)
         return [only]
-    pushed = _pushed(analysis)
-    names = [name for name in pushed if heads[name].status is bs.Status.CONVERGED]
+    pushed = _pushed(heads)
+    names = [name for name, head in pushed.items() if head.status is bs.Status.CONVERGED]
     if not names:
         ended = ", ".join(f"{name}: {head.status if name in pushed else _NO_PUSH}" for name, head in heads.items())
         msg = f"--spectrum: no case has a push and a load factor to check ({ended}); run a LimitCase, then check it"

@@ -20,7 +20,7 @@ from blockstruct.procedures.pushover_state import Found, State, friction_of, los
 
 Array = NDArray[np.float64]
 
-#: How far the control point may miss that, as a ratio, before the step is solved again; and attempts.
+#: How far the way of a step may be from the one that is wanted, as a ratio, before it is solved again; and attempts.
 MISSED, LENGTHS = 1.5, 3
 #: Work of forces across gaps that close in a step, relative to all of its work, for which it is shortened to the
 #: first of them; what is left of that way; and the least step to one, as a share of one that divides the curve evenly.

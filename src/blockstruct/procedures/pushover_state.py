@@ -151,7 +151,7 @@ class Found:
 
 def friction_of(problem: LimitProblem, collapse: Iteration) -> float:
     """Work of friction in a collapse state per unit of work of the variable load: what loads and ties leave."""
-    of_ties = collapse.tie_force @ np.maximum(problem.ties.elongation(collapse.u), 0.0)
+    _, of_ties = dissipated(problem, collapse.x, collapse.tie_force, collapse.u)
     return float(collapse.load_factor + problem.w_D @ collapse.u - of_ties)
 
 
