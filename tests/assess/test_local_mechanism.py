@@ -563,6 +563,15 @@ def test_a_body_that_tension_holds_has_no_straight_curve():
     assert "more than weight and ties resists" in check.missing_curve
 
 
+@pytest.mark.parametrize("tensile_strength", ["1 kPa", "5 kPa"])
+def test_a_body_that_mortar_holds_as_it_crushes_has_no_straight_curve(tensile_strength):
+    """The hinge is where the stress block is, and not the resultant beyond it, which the tension moves outwards."""
+    mortar = DRY.varied(cohesion="10 kPa", tensile_strength=tensile_strength, compressive_strength="2 MPa")
+    check = bs.assess.local_mechanism(run(facade(mortar)), 1.35, SITE)
+    assert check.curve is None
+    assert "more than weight and ties resists" in check.missing_curve
+
+
 def test_bodies_that_turn_about_other_axes_are_told():
     """A slender wall leans on a low one, whose far edge runs askew by 0.3 in 1."""
     base = [(0.5, 0), (1.0, 0), (1.3, 1), (0.5, 1)]

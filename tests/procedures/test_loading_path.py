@@ -125,7 +125,9 @@ def test_dilatancy_of_the_friction_angle_is_associative(tuff):
         bs.JointMaterial("partly dilatant", 0.65, dilatancy_angle="15 deg"),
         bs.JointMaterial("mortar", 0.65, cohesion="0.5 kPa", tensile_strength="0.3 kPa"),
         bs.JointMaterial("weak", 0.65, compressive_strength="60 kPa"),
-        bs.JointMaterial("cells", 0.65, cohesion="0.5 kPa", tensile_strength="0.3 kPa", compressive_strength="60 kPa"),
+        bs.JointMaterial(
+            "weak mortar", 0.65, cohesion="0.5 kPa", tensile_strength="0.3 kPa", compressive_strength="60 kPa"
+        ),
     ],
     ids=lambda j: j.name,
 )

@@ -6,7 +6,7 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import CaseFinished
-from structures import SELF_WEIGHT, model_of, push, single_block, solve
+from structures import SELF_WEIGHT, divided, model_of, push, single_block, solve
 
 
 def block(share, mu=0.9, b=0.5, h=1.0):
@@ -50,14 +50,29 @@ def test_twisting():
 
 
 def test_cells_say_the_same():
-    joint = bs.JointMaterial(
-        "cells", 0.9, compressive_strength="50 kPa", cohesion="9e-7 Pa", tensile_strength="1e-6 Pa"
-    )
-    result = solve(model_of(single_block(0.5, 1.0)[0], joint), push(1, 0, 0), crushing_cells=400)
+    result = solve(divided(block(0.4)), push(1, 0, 0), crushing_cells=400)
     used = result.utilisation.isel(iteration=-1)
     assert result.states[-1].item() == "hinge + crushing"
     assert used.crushing.item() == pytest.approx(1.0, abs=0.1)
     assert used.neutral_axis_depth.item() == pytest.approx(0.2, rel=0.1)
+
+
+def test_utilisation_of_mortar_is_the_share_of_all_forces():
+    """Push and weight grow together by 1 / utilisation until the block that rests on mortar is at its limit."""
+    fc, ft, b, push_x = 2e5, 5e4, 0.5, 0.3
+    joint = bs.JointMaterial(
+        "mortar", 2.0, cohesion="1 MPa", tensile_strength=Q_(ft, "Pa"), compressive_strength=Q_(fc, "Pa")
+    )
+    model = model_of(single_block(b, 1.0)[0], joint)
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.BodyForce((1, 0, 0), share=push_x)])
+    both = bs.LoadPattern("both", [bs.BodyForce((0, 0, -1)), bs.BodyForce((1, 0, 0), share=push_x)])
+    more = bs.AnalysisManager(model).run([bs.LimitCase("more", dead, both, "associative")])["more"]
+    N = more.resultants.force.sel(component="n")[-1].item()
+    assert pytest.approx((1 + more.load_factor) * 20e3 * b) == N
+    history = more.history.isel(iteration=[-1]).copy(deep=True)
+    for factor in (1.0, 0.5, 0.02):
+        history["contact_force"] = factor * more.history["contact_force"].isel(iteration=[-1])
+        assert bs.results.utilisation(history).crushing.item() == pytest.approx(factor, rel=1e-5)
 
 
 def test_the_interface_that_crushes_under_dead_load_is_named():

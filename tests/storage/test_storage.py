@@ -21,10 +21,11 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import IterationDone
 from blockstruct.model import LOAD_KINDS
+from blockstruct.statics import Statics
 from blockstruct.storage import reader, writer
 from blockstruct.storage.migration import MIGRATIONS
 from properties import few
-from structures import box, model_of, push, seal_again
+from structures import box, divided, model_of, push, seal_again, single_block
 
 
 @pytest.fixture(scope="module")
@@ -552,18 +553,42 @@ def test_corrupt_files_are_never_half_read(tmp_path, seeds):
 
 
 def test_joints_in_cells_are_stored_with_their_cells(tmp_path):
-    ground = bs.Block.box("ground", Q_([0, 0, -1], "m"), Q_([1, 1, 1], "m"), STONE, fixed=True)
-    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([0.5, 1, 1], "m"), STONE)
-    mortar = bs.JointMaterial("m", 0.6, cohesion="1 kPa", tensile_strength="1 kPa", compressive_strength="1 MPa")
-    blocks = [ground, block]
-    model = bs.Model("cells", blocks, bs.detect_interfaces(blocks, joint_material=mortar).interfaces)
-    case = bs.LimitCase("push", bs.LoadPattern("dead", [bs.SelfWeight()]), push(1, 0, 0))
-    analysis = bs.AnalysisManager(model, tmp_path / "x.h5", settings=bs.ProcedureSettings(crushing_cells=50)).run(
-        [case]
-    )
+    model = divided(model_of(single_block(0.5, 1.0)[0], MORTAR))
+    analysis = bs.AnalysisManager(model, tmp_path / "x.h5", settings=IN_50_CELLS).run([PUSH])
     assert analysis["push"].status == "converged"
     assert analysis["push"].history.sizes["contact_point"] == 50
     same(analysis, bs.open_analysis(tmp_path / "x.h5"))
+
+
+MORTAR = bs.JointMaterial("m", 0.6, cohesion="1 kPa", tensile_strength="1 kPa", compressive_strength="1 MPa")
+PUSH = bs.LimitCase("push", bs.LoadPattern("dead", [bs.SelfWeight()]), push(1, 0, 0))
+IN_50_CELLS = bs.ProcedureSettings(crushing_cells=50)
+
+
+@pytest.mark.parametrize("stopped_after", [None, 0, 3])
+def test_rectangles_that_an_earlier_version_divided_stay_divided(tmp_path, stopped_after):
+    """Joints with a tensile strength were in cells: their files are valid, gone on with, and reproduced in them."""
+
+    def stop(event):
+        if isinstance(event, IterationDone) and event.index == stopped_after:
+            raise KeyboardInterrupt
+
+    path = tmp_path / "x.h5"
+    model = model_of(single_block(0.5, 1.0)[0], MORTAR)
+    manager = bs.AnalysisManager(model, path, settings=IN_50_CELLS, listeners=[stop])
+    manager.statics = Statics.of(model, 50, divided=[0])
+    manager.run([PUSH])
+    analysis = bs.AnalysisManager.resume(path)
+    found = analysis["push"]
+    assert found.status == "converged"
+    assert found.history.sizes["contact_point"] == 50
+    assert bs.results.contradictions(bs.open_analysis(path)) == []
+    assert bs.results.recomputed_certificate(bs.open_analysis(path), "push").holds
+    again = bs.AnalysisManager.again(analysis)["push"]
+    assert again.load_factor == pytest.approx(found.load_factor, rel=1e-6)
+    now = bs.AnalysisManager(model, settings=IN_50_CELLS).run([PUSH])["push"]
+    assert now.history.sizes["contact_point"] == 4
+    assert found.load_factor < now.load_factor
 
 
 def test_large_arrays_of_some_iterations_only(small_model, small_cases, small_analysis, tmp_path):

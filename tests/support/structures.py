@@ -52,6 +52,16 @@ def model_of(blocks: Sequence[bs.Block], joint: bs.JointMaterial, name: str = "m
     return bs.Model(name, blocks, bs.detect_interfaces(blocks, joint_material=joint).interfaces)
 
 
+def divided(model: bs.Model) -> bs.Model:
+    """The same joints, divided into cells where they crush: one more corner on an edge, and none is a rectangle."""
+    joints = []
+    for i in model.interfaces:
+        middle = (i.polygon[0] + i.polygon[1]) / 2
+        polygon = Q_(np.insert(i.polygon, 1, middle, axis=0), "m")
+        joints.append(bs.Interface(i.name, i.minus, i.plus, polygon, i.joint_material))
+    return bs.Model(model.name, model.blocks, joints)
+
+
 def random_frame(seed: int, torsion: str, **joint: object) -> tuple[bs.Model, bs.LoadPattern]:
     """A beam on a stack of two or three blocks and on a column, pushed and twisted at random."""
     random = np.random.default_rng(seed)

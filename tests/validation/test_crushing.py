@@ -17,7 +17,7 @@ from test_ferris_tin_loi_walls import WALLS
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.limit import crushing
-from structures import model_of, push, random_frame, single_block, solve
+from structures import divided, model_of, moved, push, random_frame, rotation, single_block, solve
 
 EXACT = {"crushing": "conic"}, {"crushing": "linearised"}, {"crushing_interaction": "biaxial"}
 
@@ -80,15 +80,148 @@ def test_strength_below_the_weight_is_unstable():
     assert "0.8 of the dead load" in result.message
 
 
-def test_cells_approach_the_closed_form_from_below():
-    # Tensile strength puts the joint in cells; so small that it does not count.
-    exact, errors = 0.5 * (1 - 0.4), []
-    joint = bs.JointMaterial(
-        "cells", 0.9, compressive_strength=Q_(20e3 / 0.4, "Pa"), cohesion="9e-7 Pa", tensile_strength="1e-6 Pa"
+def mortar(fc, ft, mu=0.9):
+    """Of a compressive and a tensile strength, Pa, whose cohesion lets the latter be."""
+    cohesion = 2 * mu * ft
+    return bs.JointMaterial(
+        "mortar", mu, cohesion=Q_(cohesion, "Pa"), tensile_strength=Q_(ft, "Pa"), compressive_strength=Q_(fc, "Pa")
     )
+
+
+@pytest.mark.parametrize("settings", EXACT, ids=str)
+@pytest.mark.parametrize("flow", list(bs.Flow))
+@pytest.mark.parametrize(("fc", "ft"), [(1e5, 2e4), (4e4, 1e4), (1e6, 1e5)])
+def test_block_rocks_on_mortar(fc, ft, flow, settings):
+    """Stresses from −f_t to f_c: a tension f_t all over, and a block of f_c + f_t that is ``N + f_t A`` large.
+
+    Its depth is d: ``N = f_c b d − f_t b (t − d)``, and ``M = (f_c + f_t) b d (t − d) / 2`` about the middle.
+    """
+    b, h, t = 0.5, 1.5, 0.8
+    N = 20e3 * b * h * t
+    blocks, _ = single_block(b, h, t=t)
+    for direction, depth in (((1, 0, 0), b), ((0, 1, 0), t)):
+        width = b * t / depth
+        d = (N + ft * b * t) / ((fc + ft) * width)
+        M = (fc + ft) * width * d * (depth - d) / 2
+        result = solve(model_of(blocks, mortar(fc, ft)), push(*direction), flow, **settings)
+        assert result.status == "converged"
+        assert result.load_factor == pytest.approx(M / (N * h / 2), rel=1e-6)
+        assert result.utilisation.crushing[-1].item() == pytest.approx(1, abs=1e-5)
+
+
+@pytest.mark.parametrize("settings", EXACT, ids=str)
+@pytest.mark.parametrize("N", [-35e3, -10e3, 0.0, 30e3, 150e3])
+def test_a_couple_on_mortar_under_any_normal_force(N, settings):
+    """``|M| = (N + f_t A) b / 2 (1 − (N + f_t A) / ((f_c + f_t) A))`` and both its ends, −f_t A and f_c A."""
+    fc, ft, b, W = 4e5, 1e5, 0.4, 20e3 * 0.4 * 0.5
+    blocks, _ = single_block(b, 0.5)
+    model = model_of(blocks, mortar(fc, ft))
+    at = Q_([b / 2, 0.5, 0.25], "m")
+    dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.PointLoad("block", at, Q_([0, 0, W - N], "N"))])
+    couple = bs.LoadPattern("couple", [bs.Moment("block", Q_([0, 1, 0], "N m"))])
+    share = (N + ft * b) / ((fc + ft) * b)
+    expected = (N + ft * b) * b / 2 * (1 - share)
+    assert solve(model, couple, dead=dead, **settings).load_factor == pytest.approx(expected, rel=1e-6)
+    for sign, strength in ((1, ft * b + N), (-1, fc * b - N)):
+        pull = bs.LoadPattern("pull", [bs.PointLoad("block", at, Q_([0, 0, sign], "N"))])
+        assert solve(model, pull, dead=dead, **settings).load_factor == pytest.approx(strength, rel=1e-6)
+
+
+def test_block_on_mortar_pushed_at_45_degrees():
+    """As without tensile strength, of the force ``N + f_t A`` with the strength ``f_c + f_t``.
+
+    The stress blocks of a square about its diagonal bear more than the effective rectangle, and less than four edges
+    that do not know of each other. Cells come up to them.
+    """
+    b, h, fc, ft = 0.5, 1.0, 6e4, 1e4
+    W = 20e3 * b * b * h
+    N, F = W + ft * b * b, (fc + ft) * b * b
+    root = math.sqrt(0.5)
+    blocks, _ = single_block(b, h, t=b)
+    model, load = model_of(blocks, mortar(fc, ft)), push(root, root, 0)
+    uniaxial, biaxial = (solve(model, load, crushing_interaction=i) for i in ("uniaxial", "biaxial"))
+    assert uniaxial.load_factor == pytest.approx(math.sqrt(2) * b / h * N / W * (1 - N / F), rel=1e-6)
+    assert biaxial.load_factor == pytest.approx(math.sqrt(2) * b / h * N / W * (1 - math.sqrt(N / F)), rel=1e-6)
+    # A triangle of the legs l at the corner has N = (f_c + f_t) l² / 2 and its centroid at l / 3.
+    leg = math.sqrt(2 * N / (fc + ft))
+    assert leg < b
+    exact = math.sqrt(2) * N / W * (b / 2 - leg / 3) / (h / 2)
+    assert biaxial.load_factor < exact < uniaxial.load_factor
+    cells = [solve(divided(model), load, crushing_cells=c).load_factor for c in (16, 256, 1600)]
+    assert cells[0] < cells[1] < cells[2] < exact * (1 + 1e-7)
+    assert cells[2] == pytest.approx(exact, rel=0.02)
+
+
+@pytest.mark.parametrize("flow", list(bs.Flow))
+def test_cells_approach_the_corners_of_mortar_from_below(flow):
+    blocks, _ = single_block(1.0, 2.0)
+    model = model_of(blocks, mortar(1e7, 1e5))
+    corners = solve(model, push(1, 0, 0), flow).load_factor
+    errors = [
+        1 - solve(divided(model), push(1, 0, 0), flow, crushing_cells=c).load_factor / corners for c in (16, 256, 4096)
+    ]
+    assert 0 <= errors[2] < errors[1] < errors[0] < 0.3
+    assert errors[2] < 0.005
+
+
+def test_tensile_strength_counts_alike_with_and_without_crushing():
     blocks, _ = single_block(0.5, 1.0)
+    rigid = bs.JointMaterial("mortar", 0.9, cohesion="36 kPa", tensile_strength="20 kPa")
+    for direction in ((1, 0, 0), (0.6, 0.8, 0)):
+        one, other = (
+            solve(model_of(blocks, joint), push(*direction)).load_factor for joint in (rigid, mortar(2e11, 2e4))
+        )
+        assert one == pytest.approx(other, rel=1e-5)
+
+
+@pytest.mark.parametrize("biaxial", [False, True])
+def test_dissipation_of_mortar_is_that_of_its_stresses(biaxial):
+    """In bending about one axis f_c times the rate where stresses press, and f_t times the rate where they pull."""
+    fc, ft, A = 3.0, 0.7, 1.0
+    x = (np.arange(20_000) + 0.5) / 20_000
+    for a, b in np.random.default_rng(1).normal(size=(20, 2)):
+        rate = a + b * x
+        exact = A * np.where(rate > 0, fc * rate, -ft * rate).mean()
+        w = np.array([[a, a + b, a + b, a]])
+        found = crushing.dissipation(w, np.array([(fc + ft) * A]), biaxial=biaxial) - ft * A * w.mean()
+        assert found[0] == pytest.approx(exact, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("seed", "torsion"), [(0, "corners"), (3, "uniform pressure"), (11, "corners"), (21, "uniform pressure")]
+)
+@pytest.mark.parametrize("flow", list(bs.Flow))
+@pytest.mark.parametrize("settings", EXACT, ids=str)
+def test_frames_on_mortar_converge_wherever_they_stand(settings, flow, seed, torsion):
+    strengths = {"compressive_strength": "300 kPa", "tensile_strength": "10 kPa", "cohesion": "20 kPa"}
+    model, variable = random_frame(seed, torsion, **strengths)
+    here = solve(model, variable, flow, **settings)
+    assert here.status == "converged"
+    R = rotation((1, 2, -1), 0.7 + seed)
+    body, moment = variable.loads
+    turned = bs.LoadPattern(
+        "push", [bs.BodyForce(R @ body.direction), bs.Moment("block 0", Q_(R @ moment.moment, "N m"))]
+    )
+    dead = bs.LoadPattern("dead", [bs.BodyForce(R @ [0, 0, -1])])
+    joint = next(iter(model.joint_materials.values()))
+    there = solve(model_of(moved(model.blocks, R, (3, -8, 2)), joint), turned, flow, dead, **settings)
+    assert there.load_factor == pytest.approx(here.load_factor, rel=1e-6 if flow == "associative" else 1e-3)
+    if flow == "associative":
+        assert here.certificate.flow_rule_gap < 1e-5 * here.load_factor
+
+
+def test_the_history_tells_where_mortar_is_linearised():
+    blocks, _ = single_block(0.5, 1.0)
+    result = solve(model_of(blocks, mortar(1e5, 2e4)), push(1, 0, 0), crushing="linearised")
+    assert result.n_iterations > 1
+    assert result.history.crushing_linearisation[-1].item() == pytest.approx(20e3 * 0.5, rel=1e-4)
+
+
+def test_cells_approach_the_closed_form_from_below():
+    exact, errors = 0.5 * (1 - 0.4), []
+    model = divided(block(0.5, 1.0, 1.0, fc=20e3 / 0.4))
     for cells in (10, 100, 1000):
-        result = solve(model_of(blocks, joint), push(1, 0, 0), crushing_cells=cells)
+        result = solve(model, push(1, 0, 0), crushing_cells=cells)
         assert result.certificate.holds
         errors.append(1 - result.load_factor / exact)
     assert 0 <= errors[2] < errors[1] < errors[0] < 0.2
@@ -96,9 +229,7 @@ def test_cells_approach_the_closed_form_from_below():
 
 
 def test_a_single_cell_carries_no_moment():
-    joint = bs.JointMaterial("cell", 0.9, compressive_strength="50 kPa", cohesion="9e-7 Pa", tensile_strength="1e-6 Pa")
-    blocks, _ = single_block(0.5, 1.0)
-    result = solve(model_of(blocks, joint), push(1, 0, 0), crushing_cells=1)
+    result = solve(divided(block(0.5, 1.0, 1.0, fc=50e3)), push(1, 0, 0), crushing_cells=1)
     assert result.load_factor == pytest.approx(0.0, abs=1e-6)
 
 

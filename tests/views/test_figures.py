@@ -24,7 +24,7 @@ from blockstruct.views.selection import application_points
 from blockstruct.views.solids import Solids, triangles
 from blockstruct.views.style import ACCENT, DISPLACEMENT, FORCE, STATE_COLOURS, SUPPORT, parts
 from blockstruct.views.view import View
-from structures import SELF_WEIGHT, model_of, push, single_block, solve
+from structures import SELF_WEIGHT, divided, model_of, push, single_block, solve
 
 mpl.use("Agg")
 
@@ -357,15 +357,24 @@ def test_crushing_domain_of_a_rectangle_is_the_parabola(about, depth):
     assert ax.get_xlabel() == "N [kN]"
 
 
-def crushing(direction, *, interaction="uniaxial", **strengths):
+def test_crushing_domain_of_mortar_reaches_from_tension_to_compression():
+    _, result = crushing((1, 0, 0), cohesion=Q_(60, "kPa"), tensile_strength=Q_(50, "kPa"))
+    ax = figures.crushing_domain(result, "ground|block", about="t", ax=axes())
+    N, M = (ax.patches[0].get_path().vertices * [1e3, 1e3]).T
+    depth, A = 0.4, 0.4
+    np.testing.assert_allclose(np.abs(M), (N + 5e4 * A) * depth / 2 * (1 - (N + 5e4 * A) / (2.5e5 * A)), atol=0.1)
+    assert (N.min(), N.max()) == pytest.approx((-5e4 * A, 2e5 * A))
+    (n,), (m,) = ax.lines[-1].get_data()
+    beyond = 1e3 * n + 5e4 * A
+    assert abs(m * 1e3) == pytest.approx(beyond * depth / 2 * (1 - beyond / (2.5e5 * A)), rel=1e-5)
+
+
+def crushing(direction, *, interaction="uniaxial", cells=False, **strengths):
     """A block 0.4 × 1 × 0.8 m on a weak joint, pushed until it crushes."""
     blocks, joint = single_block(0.4, 0.8)
     model = model_of(blocks, joint.varied(compressive_strength=Q_(0.2, "MPa"), **strengths))
+    model = divided(model) if cells else model
     return model, solve(model, push(*direction), crushing_interaction=interaction)
-
-
-#: A joint that bears tension is checked by cells.
-TENSION = {"cohesion": Q_(1, "kPa"), "tensile_strength": Q_(1, "kPa")}
 
 
 @pytest.mark.parametrize(
@@ -374,7 +383,7 @@ TENSION = {"cohesion": Q_(1, "kPa"), "tensile_strength": Q_(1, "kPa")}
         ((1, 0, 0), {}, "utilisation of crushing 1.00"),
         ((1, 0.5, 0), {}, "utilisation of crushing 1.00\n589 N·m about s"),
         ((1, 0.5, 0), {"interaction": "biaxial"}, " N·m about s reduces the domain"),
-        ((1, 0.5, 0), TENSION, " N·m about s reduces the domain"),
+        ((1, 0.5, 0), {"cells": True}, " N·m about s reduces the domain"),
     ],
 )
 def test_the_domain_says_what_its_point_does_not_show(direction, more, text):

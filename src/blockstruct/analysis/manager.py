@@ -32,7 +32,16 @@ from blockstruct.limit import (
 )
 from blockstruct.model import Case, LimitCase, Model, Pushover, checked_tuple
 from blockstruct.procedures import solve_limit_case
-from blockstruct.results import Analysis, CaseResult, checked_parameters, failures, history_of, run_name, sweep_of
+from blockstruct.results import (
+    Analysis,
+    CaseResult,
+    checked_parameters,
+    divided_interfaces,
+    failures,
+    history_of,
+    run_name,
+    sweep_of,
+)
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
 from blockstruct.storage import Checkpoint, checked_keep_every, claim, is_unfinished, open_analysis, tidy
@@ -219,7 +228,7 @@ class AnalysisManager:
         manager = cls._resuming(analysis, None, listeners)
         planned, started_at = {}, now()
         for name, result in analysis.items():
-            statics = manager._statics_of(result.settings)
+            statics = manager._statics_of(result)
             problem = LimitProblem.of(statics, result.case)
             planned[name] = planned_result(result.case, result.settings, statics, problem, started_at)
         return manager._conduct(analysis.replaced(results=planned, created_at=started_at), manager.listeners)
@@ -324,7 +333,7 @@ class AnalysisManager:
                 continue
             of_numbers = versions()
             try:
-                statics = self._statics_of(before.settings)
+                statics = self._statics_of(before)
                 problem = LimitProblem.of(statics, before.case)
                 place = (number, len(analysis))
                 results[name] = result = self._run_case(before, statics, problem, listeners, place)
@@ -374,10 +383,11 @@ class AnalysisManager:
             return done
         return pushed_over(done, statics, problem, iterations[-1], listeners)
 
-    def _statics_of(self, settings: ProcedureSettings) -> Statics:
-        if settings.crushing_cells == self.settings.crushing_cells:
+    def _statics_of(self, result: CaseResult) -> Statics:
+        cells, divided = result.settings.crushing_cells, divided_interfaces(result.history)
+        if cells == self.settings.crushing_cells and divided == self.statics.points.divided:
             return self.statics
-        return Statics.of(self.model, settings.crushing_cells)
+        return Statics.of(self.model, cells, divided)
 
 
 def _warn_of(results: Iterable[CaseResult]) -> None:

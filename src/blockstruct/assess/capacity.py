@@ -230,14 +230,18 @@ class _Pressed:
         outside = np.array([(i.minus in members) != (i.plus in members) for i in model.interfaces])
         of_point = last["interface_of_contact_point"].to_numpy()
         at = outside[of_point]
-        normal = np.maximum(last["contact_force"].transpose("contact_point", "component").to_numpy()[at, 0], 0.0)
+        # Where joints resist tension, the forces beyond it are those of the stress block.
+        tension = last["tensile_strength"].to_numpy()[at]
+        force = last["contact_force"].transpose("contact_point", "component").to_numpy()[at, 0]
+        normal = np.maximum(force + tension, 0.0)
         if not normal.sum() > 0:
             msg = "nothing presses the body"
             raise ModelError(msg)
         position = last["contact_point_position"].to_numpy()[at]
         total = np.bincount(of_point[at], normal, minlength=len(outside))
         strength, area = last["compressive_strength"].to_numpy(), last["interface_area"].to_numpy()
-        used = (total / (strength * area))[outside]
+        most = strength * area + np.bincount(of_point[at], tension, minlength=len(outside))
+        used = (total / most)[outside]
         joints = [i for i, at in zip(model.interfaces, outside, strict=True) if at]
         extent = np.array([np.linalg.norm(np.ptp(np.cross(i.polygon, axis), axis=0)) for i in joints])
         pushes = total[outside] @ np.array([i.normal if i.plus in members else -i.normal for i in joints])

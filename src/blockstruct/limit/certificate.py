@@ -169,7 +169,8 @@ def certify(
     sliding = rates_of_sliding(problem, x, np.column_stack([apart, v[:, 1:]]), biaxial=biaxial)
     resistance = problem.cohesion + problem.friction * n
     corners = problem.rectangles
-    beyond_crushing = crushing.excess(n[corners], problem.capacity, biaxial=biaxial)
+    beyond_tension = problem.beyond_tension(n)
+    beyond_crushing = crushing.excess(beyond_tension, problem.capacity, biaxial=biaxial)
     beyond_prestress = T - problem.ties.prestress(alpha)
     at_point, at_rectangle = np.maximum(n, 1.0), np.maximum(n[corners].sum(axis=1), 1.0)
     excesses = (
@@ -195,7 +196,9 @@ def certify(
     most = np.where(opening[cell] > 0, problem.tension[cell], -problem.compression[cell]) * opening[cell]
     at_cells = most + n[cell] * opening[cell]
     rates = -opening[corners]
-    at_rectangles = crushing.dissipation(rates, problem.capacity, biaxial=biaxial) - (n[corners] * rates).sum(axis=1)
+    at_rectangles = crushing.dissipation(rates, problem.capacity, biaxial=biaxial) - (beyond_tension * rates).sum(
+        axis=1
+    )
     friction = problem.torsion.by_joint(resistance * sliding + np.einsum("kj,kj->k", x[:, 1:], v[:, 1:]))
     at_ties = problem.ties.missed_work(beyond_prestress, problem.ties.elongation(u) - slack)
     missed = (at_rigid, at_cells, at_rectangles, friction, at_ties, unbalanced * u)

@@ -105,18 +105,19 @@ def crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     m = 1 + 3 * problem.n_points + np.arange(len(problem.rectangles))
     scale, one = np.sqrt(2 / problem.capacity), np.ones(len(m))
     N = [(column, -scale) for column in normal_force(problem.rectangles).T]
-    return _cones(
+    rows = _cones(
         ConstraintRows(_matrix(n_columns, (m, -1.0)), one),
         ConstraintRows(_matrix(n_columns, (m, -1.0)), -one),
         ConstraintRows(_matrix(n_columns, *N), 0 * one),
     )
+    return _beyond_tension(problem, rows)
 
 
 def edges(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     """``n_e ≥ m`` at the four edges of each rectangle: with :func:`crushing`, ``n_e ≥ N² / (2 F)`` by one cone."""
     m = np.repeat(1 + 3 * problem.n_points + np.arange(len(problem.rectangles)), 4)
     n_e = [(column, -1.0) for column in normal_force(problem.rectangles)[:, EDGES].reshape(-1, 2).T]
-    return ConstraintRows(_matrix(n_columns, (m, 1.0), *n_e), np.zeros(len(m)))
+    return _beyond_tension(problem, ConstraintRows(_matrix(n_columns, (m, 1.0), *n_e), np.zeros(len(m))))
 
 
 def biaxial_crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:
@@ -138,7 +139,7 @@ def biaxial_crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:
         return ConstraintRows(_matrix(n_columns, *terms), np.full(len(terms[0][0]), h))
 
     N_once = [(column, -1.0) for column in corners[::4].T]
-    return _joined(
+    cones = _joined(
         _cones(rows(1.0, *N_once), rows(-1.0, *N_once), rows(0.0, (q, -2.0))),
         _cones(rows(0.0, *n_e, *n_f), rows(0.0, *n_e, *minus_n_f), rows(0.0, (p, -2.0))),
         _cones(
@@ -147,6 +148,14 @@ def biaxial_crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:
             rows(0.0, *((column, -2 * (4 * F) ** -0.25) for column in corners.T)),
         ),
     )
+    return _beyond_tension(problem, cones)
+
+
+def _beyond_tension(problem: LimitProblem, rows: ConstraintRows) -> ConstraintRows:
+    """Conditions of the forces of corners beyond their tensile strength, ``n_k + f_t A_k``, as rows of n_k."""
+    y = np.zeros(rows.G.shape[1])
+    y[normal_force(problem.rectangles)] = problem.tension[problem.rectangles]
+    return ConstraintRows(rows.G, rows.h - rows.G @ y)
 
 
 def _edges(problem: LimitProblem) -> tuple[Index, Index, Array]:

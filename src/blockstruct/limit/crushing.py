@@ -4,6 +4,11 @@ With ``n_e`` the sum of the two corners of edge e, N the sum of all four and ``F
 gives ``|M| ≤ (N b / 2) (1 − N / F)`` about an axis as ``n_e ≥ N² / (2 F)`` for the two edges along it. The four edges
 together bound each direction by itself. The stricter *biaxial* interaction, the effective rectangle
 ``N ≤ f_c (b1 − 2 |e1|) (b2 − 2 |e2|)``, is ``N³ ≤ 4 F n_e n_f`` for every two adjacent edges e, f.
+
+Where a joint has a tensile strength f_t, stresses from −f_t to f_c are a uniform tension f_t and stresses from 0 to
+``f_c + f_t``. That tension has no moment about the centroid, and a quarter of it stands at each corner: the conditions
+are these of the forces ``n_k + f_t A / 4``, with ``F = (f_c + f_t) A``. All corner forces here are those
+(:meth:`LimitProblem.beyond_tension`).
 """
 
 from dataclasses import dataclass
@@ -67,7 +72,7 @@ class Linearisation:
         tangents it would swing for ever.
         """
         corners = problem.rectangles
-        N = np.clip(x[corners, 0].sum(axis=1), 0, problem.capacity)
+        N = np.clip(problem.beyond_tension(x[:, 0]).sum(axis=1), 0, problem.capacity)
         penetration = problem.dilatancy * problem.slip(v, x[:, 0]) - v[:, 0]
         speed = np.linalg.norm(v, axis=1) / problem.force_unit
         crushes = ((penetration / problem.force_unit)[corners] > 1e-6 * speed.max()).any(axis=1)

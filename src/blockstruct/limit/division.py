@@ -126,7 +126,7 @@ class _Flow:
         of_cell = np.isfinite(self.compression)
         beyond = np.where(of_cell, np.where(inwards, self.compression, -self.tension) - self.n, beyond)
         most = crushing.hardest(penetration[self.corners], self.capacity, biaxial=self.biaxial)
-        beyond[self.corners] = most - self.n[self.corners]
+        beyond[self.corners] = most - (self.n + self.tension)[self.corners]
         work = self.torsion.summed(self.resistance * rate + self.done + beyond * penetration)
         # Below zero by rounding alone: what a point dissipates grows with its sliding.
         return work, np.maximum(self.resistance + self.dilatancy * beyond, 0.0)

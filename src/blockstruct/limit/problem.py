@@ -44,7 +44,7 @@ class LimitProblem:
     rectangles : (R, 4) array
         Corners, in turn, of the interfaces that crush as rectangles.
     capacity : (R,) array
-        Their strength in pure compression, ``f_c A``.
+        Their strength in pure compression, and in pure tension: ``(f_c + f_t) A``.
     length : float
         Unit of length, m.
     wrench_unit : (F,) array
@@ -123,6 +123,7 @@ class LimitProblem:
         compliance, work_unit = _compliance(points, force_unit)
         of_rectangle = points.rectangles[:, 0]
         strength = (points.strength * points.area)[points.interface[of_rectangle]]
+        strength = strength + points.tension[points.rectangles].sum(axis=1)
         driven = float(wrench_unit.sum()) if settles else float(np.linalg.norm(variable, axis=1).sum())
         problem = cls(
             A=sp.csc_array(rows @ statics.A @ columns),
@@ -185,6 +186,10 @@ class LimitProblem:
         mask = np.isfinite(self.compression)
         mask[self.rectangles] = True
         return mask
+
+    def beyond_tension(self, n: Array) -> Array:
+        """``n_k + f_t A_k`` at the corners of rectangles, (R, 4), of normal forces (K,)."""
+        return np.asarray((n + self.tension)[self.rectangles])
 
     @property
     def is_plain(self) -> bool:

@@ -177,9 +177,10 @@ class ConicProgram:
         h[self._limit_row] = 1.0 if max_load_factor is None else max_load_factor * self.unit
         if self.is_linearised:
             slope, offset = (linearisation or Linearisation.first(self.problem)).lines(self.problem.capacity)
-            # −n_e + slope N ≤ offset, on the corners of edge e in turn.
+            # −n_e + slope N ≤ offset of forces beyond the tensile strength, on the corners of edge e in turn.
             G[self._edge_entries] = np.repeat(slope, 4)[:, None] - np.tile(EDGE_OF_CORNER, (len(slope), 1))
-            h[self._edge_rows] = np.repeat(offset, 4)
+            pulled = np.repeat(self.problem.tension[self.problem.rectangles], 4, axis=0)
+            h[self._edge_rows] = np.repeat(offset, 4) - (G[self._edge_entries] * pulled).sum(axis=1)
         q = np.zeros(self.G.shape[1])
         q[0] = -self.total / self.unit
         if objective is not None:

@@ -73,8 +73,8 @@ class ProcedureSettings:
         ``"uniaxial"`` bounds bending about each axis by itself, ``"biaxial"`` by the effective rectangle, which is
         stricter; it needs ``crushing="conic"``.
     crushing_cells
-        Number of cells, about, of an interface that crushes and is not a rectangle or has a tensile strength. A block
-        that rocks turns about the middle of the outer row: 64 cells may take an eighth off its lever.
+        Number of cells, about, of an interface that crushes and is not a rectangle. A block that rocks turns about the
+        middle of the outer row: 64 cells may take an eighth off its lever.
     solver
         ``"clarabel"`` (direct, reused between iterations) or ``"cvxpy:NAME"`` for any conic solver CVXPY has.
     solver_tolerance

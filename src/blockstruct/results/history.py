@@ -102,6 +102,16 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
     return xr.Dataset(of_iterations, coords=coords, attrs={"long_name": "iteration history"})
 
 
+def divided_interfaces(history: xr.Dataset) -> tuple[int, ...]:
+    """Indices of the interfaces that a history has in cells.
+
+    In files of before they are also the rectangles that resist tension: they are verified, and gone on with, as they
+    are.
+    """
+    in_cells = np.isfinite(history["cell_strength"].to_numpy())
+    return tuple(np.unique(history["interface_of_contact_point"].to_numpy()[in_cells]).tolist())
+
+
 def iteration_variables(
     statics: Statics, problem: LimitProblem, iterations: Sequence[Iteration]
 ) -> dict[str, tuple[Any, NDArray[Any], dict[str, str]]]:
@@ -228,10 +238,10 @@ def _ties(table: TieTable) -> dict[str, Any]:
 
 def _linearised_at(statics: Statics, problem: LimitProblem, iterations: Sequence[Iteration]) -> Array:
     N0 = np.full((len(iterations), len(statics.points.area)), np.nan)
-    corner = problem.rectangles[:, 0]
+    corner, tension = problem.rectangles[:, 0], problem.tension[problem.rectangles].sum(axis=1)
     for row, iteration in zip(N0, iterations, strict=True):
         if iteration.linearised_at is not None:
-            row[statics.points.interface[corner]] = iteration.linearised_at * problem.force_unit[corner]
+            row[statics.points.interface[corner]] = (iteration.linearised_at - tension) * problem.force_unit[corner]
     return N0
 
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from blockstruct.limit import UniformTorsion
 from blockstruct.model import Model, listed
+from blockstruct.results.history import divided_interfaces
 from blockstruct.statics import ContactPoints, multiple_of_uniform_friction
 from blockstruct.vocabulary import Torsion
 
@@ -87,7 +88,7 @@ def sliding_rates(model: Model, iteration: xr.Dataset, cells: int) -> Array:
     """
     v = iteration["relative_velocity"].transpose("contact_point", "component").to_numpy()
     normal = iteration["contact_force"].sel(component="n").to_numpy()
-    torsion = UniformTorsion.of(ContactPoints.of(model, cells))
+    torsion = UniformTorsion.of(ContactPoints.of(model, cells, divided=divided_interfaces(iteration)))
     return torsion.slip(v, iteration["cohesion"].to_numpy() + iteration["friction_coefficient"].to_numpy() * normal)
 
 

@@ -28,10 +28,10 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
         - ``sliding``: ``Σ ‖(s, t)‖ / Σ (c A_k + μ n)`` over the contact points; 1 where all of them slide, whether the
           interface slips or twists. Where the torsion is that of uniform pressure, at least ``‖(V, T / r̄)‖`` over
           that sum. NaN where nothing resists to speak of.
-        - ``crushing``: N over the largest N that the joint takes at the same eccentricity. For a rectangle it is
-          ``N² / (2 f_c A n_e)`` at the weakest edge e (with biaxial interaction the limit is lower: there it
-          proves nothing); for cells it is N over the strength of the cells that are pressed by more than 1e-6 of
-          theirs. 0 where the strength is infinite, NaN where N is not compression.
+        - ``crushing``: N over the largest N that the joint takes at the same eccentricity. For a rectangle without
+          tensile strength it is ``N² / (2 f_c A n_e)`` at the weakest edge e (with biaxial interaction the limit is
+          lower: there it proves nothing); for cells it is N over the strength of the cells that are pressed by more
+          than 1e-6 of theirs. 0 where the strength is infinite, NaN where N is not compression.
         - ``neutral_axis_depth`` (m): depth of the uniform stress block about the resultant, ``2 (b / 2 − |e|)``, from
           the edge that leaves least; at most the depth of the interface, 0 at a hinge of infinite strength. NaN where N
           is not compression.
@@ -61,9 +61,15 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
     corners = np.flatnonzero(np.isfinite(strength) & ~in_cells)
     of_corner = n[..., starts[corners][:, None] + np.arange(4)]
     least = (of_corner + np.roll(of_corner, -1, axis=-1)).min(axis=-1)
+    tension = sum_of(history["tensile_strength"].to_numpy())[corners]
+    capacity = (strength * area)[corners] + tension
     crushing = np.where(np.isnan(compressed), np.nan, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        crushing[..., corners] = compressed[..., corners] ** 2 / (2 * (strength * area)[corners] * least)
+        # All forces grow by 1 / crushing until ``n_e + f_t A / 2 = (N + f_t A)² / (2 (f_c + f_t) A)``, a quadratic.
+        least = least - N[..., corners] * tension / capacity
+        square = compressed[..., corners] ** 2
+        root = np.sqrt(least**2 + square * tension / capacity * (1 - tension / capacity))
+        crushing[..., corners] = square / (capacity * (least + root))
         pressed = sum_of(np.where(np.isfinite(cell) & (n > 1e-6 * cell), cell, 0.0))
         crushing[..., in_cells] = (compressed / pressed)[..., in_cells]
 

@@ -22,6 +22,7 @@ from blockstruct.model import SettlementCase
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.curve_verification import curve_contradictions
+from blockstruct.results.history import divided_interfaces
 from blockstruct.results.mechanism import motion_of
 from blockstruct.statics import Statics
 from blockstruct.vocabulary import Stage, Status
@@ -78,7 +79,7 @@ def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
     result = analysis[name]
     if result.status is Status.UNBOUNDED or not result.n_iterations:
         return None
-    statics = Statics.of(analysis.model, result.settings.crushing_cells)
+    statics = Statics.of(analysis.model, *_division(result))
     return _State.of(statics, LimitProblem.of(statics, result.case), result).certificate(result.settings)
 
 
@@ -93,13 +94,13 @@ def contradictions(analysis: Analysis) -> list[tuple[str, str]]:
     -------
     list of (name of the case, what is contradicted); empty if nothing is
     """
-    found, statics = [], dict[int, Statics]()
+    found, statics = [], dict[tuple[int, tuple[int, ...]], Statics]()
     for name, result in analysis.items():
         try:
-            cells = result.settings.crushing_cells
-            if cells not in statics:
-                statics[cells] = Statics.of(analysis.model, cells)
-            found += [(name, what) for what in _of_case(statics[cells], result)]
+            division = _division(result)
+            if division not in statics:
+                statics[division] = Statics.of(analysis.model, *division)
+            found += [(name, what) for what in _of_case(statics[division], result)]
         except (BlockstructError, KeyError, ValueError, IndexError) as error:
             found.append((name, f"the history does not belong to this model and case ({error})"))
     return found
@@ -119,6 +120,11 @@ def confirm(analysis: Analysis) -> None:
         more = f"; and {len(found) - 5} more" if len(found) > 5 else ""
         msg = f"analysis of {analysis.model.name!r}: {listed}{more}; run the model again, these results are not proof"
         raise CertificateError(msg)
+
+
+def _division(result: CaseResult) -> tuple[int, tuple[int, ...]]:
+    """Number of cells, and the interfaces that they divide."""
+    return result.settings.crushing_cells, divided_interfaces(result.history)
 
 
 def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:

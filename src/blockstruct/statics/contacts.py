@@ -1,6 +1,6 @@
 """The contact-point table of a model."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.geometry import is_rectangle, mean_distances, plane_axes, polygon_cells, tributary_areas
-from blockstruct.model import Interface, JointMaterial, Model
+from blockstruct.model import JointMaterial, Model
 from blockstruct.vocabulary import Torsion
 
 Array = NDArray[np.float64]
@@ -19,8 +19,8 @@ Index = NDArray[np.int64]
 class ContactPoints:
     """All contact points k of a model, one interface j after the other.
 
-    Contact points are the corners of an interface. Where its joint crushes and it is not a rectangle, or resists
-    tension as well, they are the centroids of cells.
+    Contact points are the corners of an interface. Where its joint crushes and it is not a rectangle, they are the
+    centroids of cells.
 
     Attributes
     ----------
@@ -72,7 +72,13 @@ class ContactPoints:
     rectangles: Index
 
     @classmethod
-    def of(cls, model: Model, cells: int, joints: Sequence[JointMaterial] | None = None) -> Self:
+    def of(
+        cls,
+        model: Model,
+        cells: int,
+        joints: Sequence[JointMaterial] | None = None,
+        divided: Collection[int] = (),
+    ) -> Self:
         """Table of a model.
 
         Parameters
@@ -83,12 +89,16 @@ class ContactPoints:
             Number of cells, about, of an interface that crushes and is not a rectangle.
         joints
             Joint material of each interface, if it is not the model's.
+        divided
+            Indices of rectangles that are divided into cells, too, where they crush.
         """
         interfaces = model.interfaces
         index = {b.name: i for i, b in enumerate(model.blocks)}
         joints = joints or [i.joint_material for i in interfaces]
         strength = np.array([j.compressive_strength for j in joints])
-        in_cells = [_is_in_cells(i, joint) for i, joint in zip(interfaces, joints, strict=True)]
+        rectangular = np.array([is_rectangle(i.polygon) for i in interfaces])
+        rectangular[list(divided)] = False
+        in_cells = np.isfinite(strength) & ~rectangular
         meshes = {
             j: polygon_cells(i.polygon, i.centroid, i.normal, cells, i.name)
             for j, i in enumerate(interfaces)
@@ -106,9 +116,9 @@ class ContactPoints:
         counts = np.array([len(areas) for _, areas in parts])
         first = np.cumsum(counts) - counts
         of_point = np.repeat(np.arange(len(interfaces)), counts)
-        compression = np.where(np.array(in_cells)[of_point], tributary * strength[of_point], np.inf)
+        compression = np.where(in_cells[of_point], tributary * strength[of_point], np.inf)
         uniform = [j.torsion is Torsion.UNIFORM_PRESSURE for j in joints]
-        crushing = np.isfinite(strength) & ~np.array(in_cells)
+        crushing = np.isfinite(strength) & rectangular
 
         def at_points(values: list[float]) -> Array:
             return np.repeat(np.array(values, dtype=float), counts)
@@ -137,8 +147,7 @@ class ContactPoints:
     def __len__(self) -> int:
         return len(self.position)
 
-
-def _is_in_cells(interface: Interface, joint: JointMaterial) -> bool:
-    # The edge conditions of a rectangle hold for corners without tension.
-    plain = is_rectangle(interface.polygon) and joint.tensile_strength == 0
-    return bool(np.isfinite(joint.compressive_strength) and not plain)
+    @property
+    def divided(self) -> tuple[int, ...]:
+        """Indices of the interfaces that are divided into cells."""
+        return tuple(np.unique(self.interface[np.isfinite(self.compression)]).tolist())

@@ -1,6 +1,6 @@
 """Everything the method needs to know of a model, as arrays."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -44,9 +44,12 @@ class Statics:
     length: float
 
     @classmethod
-    def of(cls, model: Model, cells: int = 64) -> Self:
-        """Assemble the statics of a model; ``cells`` divide an interface that crushes and is not a rectangle."""
-        points = ContactPoints.of(model, cells)
+    def of(cls, model: Model, cells: int = 64, divided: Collection[int] = ()) -> Self:
+        """Assemble the statics of a model; ``cells`` divide an interface that crushes and is not a rectangle.
+
+        ``divided`` are rectangles that they divide, too.
+        """
+        points = ContactPoints.of(model, cells, divided=divided)
         free = np.flatnonzero([not b.fixed for b in model.blocks])
         centroids = np.array([b.centroid for b in model.blocks])
         length = model.characteristic_length

@@ -28,11 +28,11 @@ def crushing_domain(
     """Draw the domain of normal force and bending of an interface that crushes, and the points of the iterations.
 
     Its boundary is that of a rectangular stress block of the compressive strength on the part of the interface
-    beyond a neutral axis parallel to ``about``: ``|M| = (N b / 2) (1 − N / (f_c A))`` for a rectangle. That is the
-    condition itself for a rectangle with the uniaxial interaction, which bounds bending about each axis by itself; the
-    other axis may still be the one that crushes. With the biaxial interaction, and for joints in cells, bending about
-    the other axis makes the domain smaller than it is drawn. The title therefore states the utilisation of crushing,
-    and the bending about the other axis if there is some.
+    beyond a neutral axis parallel to ``about``, and of the tensile strength before it. For a rectangle without tensile
+    strength that is ``|M| = (N b / 2) (1 − N / (f_c A))``, the condition itself with the uniaxial interaction, which
+    bounds bending about each axis by itself; the other axis may still be the one that crushes. With the biaxial
+    interaction, and for joints in cells, bending about the other axis makes the domain smaller than it is drawn. The
+    title therefore states the utilisation of crushing, and the bending about the other axis if there is some.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def crushing_domain(
         msg = f"crushing_domain: about {about!r}; give 's' or 't', an axis of the interface"
         raise bs.errors.ModelError(msg)
     found = model.interfaces[k]
-    strength = found.joint_material.compressive_strength
+    strength, tension = found.joint_material.compressive_strength, found.joint_material.tensile_strength
     if not np.isfinite(strength):
         msg = (
             f"interface {interface!r}: its joint material {found.joint_material.name!r} has no compressive strength, "
@@ -74,7 +74,9 @@ def crushing_domain(
     plane = (np.asarray(found.polygon) - found.centroid) @ frame[1:].T
     # A pressure p at (s, t) has the moments t p about s and −s p about t.
     plane = plane if about == "s" else plane[:, ::-1] * (1, -1)
-    N, M = stress_blocks(plane, strength)
+    # Before the neutral axis the tensile strength, beyond it that and the rest: the former has no moment.
+    N, M = stress_blocks(plane, strength + tension)
+    N = N - tension * found.area
     resultants = result.resultants.isel(interface=k)
     force = resultants["force"].sel(component="n").to_numpy()[: last + 1]
     moment = resultants["moment"].sel(component=about).to_numpy()[: last + 1]

@@ -56,7 +56,7 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult], *, rotates: b
         ),
         _torsion(model),
         _tension(model),
-        "Crushing is limited by a rectangular stress block of the compressive strength."
+        f"Crushing is limited by a rectangular stress block of the compressive strength{_beside(model)}."
         if crushing
         else "The compressive strength of joints and blocks is unlimited: crushing is not checked.",
     ]
@@ -108,6 +108,11 @@ def _torsion(model: bs.Model) -> str:
         f"Shear and torque in joints of {', '.join(uniform)} keep to an ellipsoid with the torque of uniform pressure "
         "on the whole interface; in other joints friction at the contact points alone limits them."
     )
+
+
+def _beside(model: bs.Model) -> str:
+    both = any(j.tensile_strength > 0 and np.isfinite(j.compressive_strength) for j in model.joint_materials.values())
+    return ", beside which the joint bears its tensile strength, if it has one" if both else ""
 
 
 def _tension(model: bs.Model) -> str:
