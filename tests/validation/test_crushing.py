@@ -188,12 +188,12 @@ def test_dissipation_of_mortar_is_that_of_its_stresses(biaxial):
 
 
 @pytest.mark.parametrize(
-    ("seed", "torsion"), [(0, "corners"), (3, "uniform pressure"), (11, "corners"), (21, "uniform pressure")]
+    ("seed", "torsion"), [(0, "uniform pressure"), (3, "corners"), (11, "corners"), (27, "uniform pressure")]
 )
 @pytest.mark.parametrize("flow", list(bs.Flow))
 @pytest.mark.parametrize("settings", EXACT, ids=str)
 def test_frames_on_mortar_converge_wherever_they_stand(settings, flow, seed, torsion):
-    strengths = {"compressive_strength": "300 kPa", "tensile_strength": "10 kPa", "cohesion": "20 kPa"}
+    strengths = {"compressive_strength": "250 kPa", "tensile_strength": "10 kPa", "cohesion": "10 kPa"}
     model, variable = random_frame(seed, torsion, **strengths)
     here = solve(model, variable, flow, **settings)
     assert here.status == "converged"
