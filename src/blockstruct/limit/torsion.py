@@ -104,7 +104,8 @@ class UniformTorsion:
             ``R_k = c A_k + μ n_k``, zero or more but for rounding.
         """
         found = np.asarray(np.linalg.norm(v[:, 1:], axis=1))
-        if not len(self):
+        # Where the solver found nothing there is nothing to divide.
+        if not len(self) or not np.isfinite(found).all():
             return found
         along, R = v[self.point, 1:], np.maximum(resistance[self.point], 0.0)
         fastest = np.zeros(len(self))
