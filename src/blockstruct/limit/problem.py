@@ -44,7 +44,7 @@ class LimitProblem:
     rectangles : (R, 4) array
         Corners, in turn, of the interfaces that crush as rectangles.
     capacity : (R,) array
-        Their strength in pure compression, and in pure tension: ``(f_c + f_t) A``.
+        Normal force between their pure tension and their pure compression, ``(f_c + f_t) A``.
     length : float
         Unit of length, m.
     wrench_unit : (F,) array
