@@ -794,12 +794,14 @@ def test_a_control_point_near_the_hinge_is_told():
         assert any("by the mean of the weights P + Q to 0.3 m" in note for note in check.notes) == told
 
 
-def test_a_mechanism_at_a_height_is_told_under_the_spectrum_of_the_ground():
-    """Ties hold the lower storey: the upper one turns 3 m above the foot."""
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_mechanism_at_a_height_is_told_under_the_spectrum_of_the_ground(beside):
+    """Ties hold the lower storey: the upper one turns 3 m above the foot, also where a support stands beside it."""
     ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[7, 3, 0.5] m", STONE, fixed=True)
     lower = bs.Block.box("lower", "[0, -0.5, 0] m", "[5, 1.6, 3] m", STONE)
     upper = bs.Block.box("upper", "[0, 0, 3] m", "[5, 0.6, 3] m", STONE)
-    result = run(model_of([ground, lower, upper], DRY, "storeys"))
+    tower = bs.Block.box("tower", "[0, 0.6, 3] m", "[5, 0.6, 1] m", STONE, fixed=True)
+    result = run(model_of([ground, lower, upper, *[tower] * beside], DRY, "storeys"))
     (note,) = bs.assess.local_mechanism(result, 1.35, SITE).notes
     assert "stands 3 m above the foot of the structure, and the demand is that of the ground" in note
     mode = bs.assess.Mode("0.4 s", participation=1.3, shape=0.9, damping=0.1)

@@ -1,6 +1,6 @@
 """What one must know before relying on a check."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 import xarray as xr
@@ -22,6 +22,8 @@ _APART = 0.03
 _OUT_OF_PLANE = 0.05
 #: Height over the foot of the structure, in multiples of its own, from which a mechanism stands on what moves with it.
 _HIGH = 0.25
+#: Least vertical part of the normal of a joint whose upper block is upon the lower one.
+_UPON = 0.5
 
 
 def notes_of(
@@ -106,17 +108,15 @@ def _of_ties(result: CaseResult) -> list[str]:
 def notes_of_demand(model: Model, bodies: Sequence[MacroBlock], spectrum: Spectrum) -> list[str]:
     """Whether the spectrum is that of where the mechanism stands."""
     moving = set(_moving(bodies))
-    fixed = {b.name for b in model.blocks if b.fixed}
     heights = {b.name: b.shape.vertices[:, 2] for b in model.blocks if not b.fixed}
     foot, top = min(z.min() for z in heights.values()), max(z.max() for z in heights.values())
     low = min(heights[name].min() for name in moving) - foot
-    supported = any({i.minus, i.plus} & moving and {i.minus, i.plus} & fixed for i in model.interfaces)
     if isinstance(spectrum, FloorSpectrum) and spectrum.peak < spectrum.ground.peak:
         text = (
             f"The largest acceleration at the height, {in_g(spectrum.peak, g)}, is less than that of the ground, "
             f"{in_g(spectrum.ground.peak, g)}: the modes that are given leave out what moves with the ground."
         )
-    elif isinstance(spectrum, NtcSpectrum) and low > _HIGH * (top - foot) and not supported:
+    elif isinstance(spectrum, NtcSpectrum) and low > _HIGH * (top - foot) and not _stands(model, moving):
         text = (
             f"What moves stands {low:.3g} m above the foot of the structure, and the demand is that of the ground: "
             "what is below amplifies it. Give bs.assess.floor_spectrum(…), or --mode on the command line "
@@ -125,6 +125,16 @@ def notes_of_demand(model: Model, bodies: Sequence[MacroBlock], spectrum: Spectr
     else:
         return []
     return [text]
+
+
+def _stands(model: Model, moving: Collection[str]) -> bool:
+    """Whether any of the blocks that move is upon a support, and not only beside one."""
+    fixed = {b.name for b in model.blocks if b.fixed}
+    return any(
+        (i.plus in moving and i.minus in fixed and i.normal[2] > _UPON)
+        or (i.minus in moving and i.plus in fixed and -i.normal[2] > _UPON)
+        for i in model.interfaces
+    )
 
 
 def notes_of_control(
