@@ -845,6 +845,31 @@ def test_a_verdict_against_its_ratio_says_why(result):
     assert "not satisfied, as a weaker ground motion already demands as much" in check.verdict
 
 
+@pytest.mark.parametrize(
+    ("share", "text", "outcome"), [(0.99996, "0.99996", "not satisfied"), (1.00002, "1.00002", "satisfied")]
+)
+def test_a_ratio_next_to_one_does_not_read_as_one(result, share, text, outcome):
+    """The demand a_Z / q is made to miss the capacity, 0.1 g / 1.35, by a share that four digits do not show."""
+    q = share * SITE.peak / (0.1 * g / 1.35)
+    check = bs.assess.local_mechanism(result, 1.35, SITE, coefficients=bs.assess.Coefficients(q=q))
+    assert f"capacity / demand = {text}, {outcome}; equal at a_g = 1.471 m/s² = 0.1" in check.verdict
+    borne = float(check.verdict.partition("m/s² = ")[2].partition(" g")[0])
+    assert (borne < 0.15) == (share < 1)
+    assert "(site 0.15 g)" in check.verdict
+    (line,) = [line for line in check.limit_state.lines if line.what == "capacity / demand"]
+    capacity, demand = (float(part.split()[0]) for part in line.formula.partition(" = ")[0].split(" / "))
+    assert (capacity < demand) == (share < 1)
+    assert line.formula.endswith(f" = {text}")
+
+
+def test_a_limit_state_beside_the_one_relied_on_does_not_read_as_satisfied(result):
+    """A demand of SLD that the capacity misses by what four digits do not show."""
+    a0 = bs.assess.local_mechanism(result, 1.35, SITE).a0_star
+    flat = bs.assess.table_spectrum(Q_([0, 4], "s"), Q_([a0 / 0.99996] * 2, "m/s^2"), ag=Q_(0.06, "g_0"))
+    check = bs.assess.local_mechanism(result, 1.35, SITE, spectrum_sld=flat)
+    assert "SLD: capacity / demand = 0.99996, not satisfied." in check.notes
+
+
 def test_a_pushover_that_tells_no_displacement_is_refused(result):
     with pytest.raises(bs.errors.ModelError, match="rests in the mechanism"):
         curve_of(result, capacity_of_facade(), point=(0.0, 0.0, 0.0))

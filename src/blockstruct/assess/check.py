@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.coefficients import Coefficients
-from blockstruct.assess.lines import Line, Section, in_g, section, shown
+from blockstruct.assess.lines import BEYOND, Line, Section, in_g, section, shown, told_apart
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import Participation
 from blockstruct.assess.spectrum import Spectrum
@@ -55,6 +55,15 @@ class LimitState:
     def satisfied(self) -> bool:
         """Whether the ground acceleration that it bears is not below that of the site; never without a demand."""
         return bool(self.ag >= self.ag_site and np.isfinite(self.demand))
+
+    def ratio_text(self, digits: int = 4) -> str:
+        """Capacity over demand to so many digits, or to as many as it takes to tell it from one."""
+        return told_apart(self.ratio, 1.0, digits)[0]
+
+    def ag_texts(self, digits: int = 4) -> tuple[str, str]:
+        """Ground acceleration that it bears and that of the site, told apart as the ratio is from one."""
+        borne, site = told_apart(self.ag / g, self.ag_site / g, digits)
+        return f"{borne} g" if np.isfinite(self.ag) else BEYOND, f"{site} g"
 
     @property
     def outcome(self) -> str:
@@ -156,9 +165,11 @@ class LocalMechanismCheck:
     @property
     def verdict(self) -> str:
         """The number relied on, in a sentence."""
+        borne, site = self.limit_state.ag_texts()
+        in_SI = f"{shown(self.ag, 'm/s²')} = " if np.isfinite(self.ag) else ""
         return (
-            f"{self.relied_on}: capacity / demand = {shown(self.ratio)}, {self.outcome}; equal at a_g = "
-            f"{in_g(self.ag, g)} (site {shown(self.spectrum.ag / g)} g)."
+            f"{self.relied_on}: capacity / demand = {self.limit_state.ratio_text()}, {self.outcome}; equal at a_g = "
+            f"{in_SI}{borne} (site {site})."
         )
 
     @property

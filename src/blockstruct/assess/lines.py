@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 #: Width of the first column on paper.
 _WIDTH = 38
+#: An acceleration of the ground that was not found among those that were tried.
+BEYOND = "more than 10 g"
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +60,21 @@ def shown(value: float, unit: str = "") -> str:
     return f"{value:.4g} {unit}".rstrip()
 
 
+def told_apart(value: float, limit: float, digits: int = 4) -> tuple[str, str]:
+    """A value and its limit to so many digits, or to as many as it takes to tell which is larger.
+
+    >>> told_apart(0.99996, 1.0)
+    ('0.99996', '1')
+    >>> told_apart(1.5, 1.0)
+    ('1.5', '1')
+    """
+    # 17 digits tell any two doubles apart.
+    texts = [(f"{value:.{n}g}", f"{limit:.{n}g}") for n in range(digits, 18)]
+    return next((pair for pair in texts if pair[0] != pair[1]), texts[0])
+
+
 def in_g(acceleration: float, gravity: float) -> str:
     """An acceleration in m/s² and as a share of gravity; infinite is more than was looked for."""
     if acceleration == float("inf"):
-        return "more than 10 g"
+        return BEYOND
     return f"{acceleration:.4g} m/s² = {acceleration / gravity:.4g} g"

@@ -10,7 +10,7 @@ from blockstruct.assess.capacity_of_pushover import curve_of_pushover
 from blockstruct.assess.check import LimitState, LocalMechanismCheck
 from blockstruct.assess.coefficients import Coefficients, confidence
 from blockstruct.assess.floor_spectrum import FloorSpectrum
-from blockstruct.assess.lines import Line, in_g, shown
+from blockstruct.assess.lines import Line, in_g, shown, told_apart
 from blockstruct.assess.notes import notes_of, notes_of_control, notes_of_demand
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import HorizontalForces, of_bodies
@@ -135,7 +135,7 @@ def local_mechanism(
                 notes.append(f"{state} by displacement was left out. {error}.")
     notes += notes_of_demand(found.model, bodies, spectrum)
     notes += [
-        f"{state.name}: capacity / demand = {shown(state.ratio)}, {state.outcome}."
+        f"{state.name}: capacity / demand = {state.ratio_text()}, {state.outcome}."
         for state in states
         if state.name not in METHODS.values() and np.isfinite(state.demand) and not state.satisfied
     ]
@@ -240,7 +240,8 @@ def _equal(state: str, equation: str, spectrum: Spectrum, ag: float, source: str
 
 
 def _ratio(capacity: float, demand: float, unit: str) -> Line:
-    return Line("capacity / demand", f"{shown(capacity, unit)} / {shown(demand, unit)} = {shown(capacity / demand)}")
+    (borne, asked), (ratio, _) = told_apart(capacity, demand), told_apart(capacity / demand, 1.0)
+    return Line("capacity / demand", f"{borne} {unit} / {asked} {unit} = {ratio}")
 
 
 def _damage(a0_star: float, spectrum: Spectrum, *, with_demand: bool) -> LimitState:

@@ -14,6 +14,8 @@ Check = bs.assess.LocalMechanismCheck
 
 #: Statuses without a load factor, from the one that is proven to fall down to those that nothing is known of.
 _WORST_FIRST = (bs.Status.UNSTABLE, bs.Status.SELF_STRESS, bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
+#: Digits of the numbers of a check.
+_DIGITS = 3
 #: Other checks that miss their demand that the first page has room for.
 _LISTED = 8
 
@@ -44,8 +46,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
         }
     ]
     if check is not None:
-        g = bs.assess.STANDARD_GRAVITY
-        borne, site = _told_apart(check.ag / g, check.limit_state.ag_site / g)
+        borne, site = check.limit_state.ag_texts(_DIGITS)
         figures += [
             {
                 "what": "capacity / demand",
@@ -54,8 +55,8 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
             },
             {
                 "what": "ground acceleration borne",
-                "number": f"{borne} g" if np.isfinite(check.ag) else "more than 10 g",
-                "more": [f"site {site} g", f"e* = {check.e_star:.3g}, FC = {check.confidence_factor:g}"],
+                "number": borne,
+                "more": [f"site {site}", f"e* = {check.e_star:.3g}, FC = {check.confidence_factor:g}"],
             },
         ]
     return {
@@ -164,10 +165,4 @@ def _missed(others: Sequence[tuple[str, Check]]) -> list[str]:
 
 
 def _ratio(check: Check) -> str:
-    return _told_apart(check.ratio, 1.0)[0]
-
-
-def _told_apart(value: float, limit: float) -> tuple[str, str]:
-    """Two numbers to three digits, or to as many as it takes to tell which is larger."""
-    texts = [(f"{value:.{digits}g}", f"{limit:.{digits}g}") for digits in range(3, 17)]
-    return next((pair for pair in texts if pair[0] != pair[1]), texts[0])
+    return check.limit_state.ratio_text(_DIGITS)
