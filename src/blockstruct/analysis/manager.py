@@ -134,7 +134,8 @@ class AnalysisManager:
             True also runs every non-associative case with each of the named :data:`~blockstruct.SCHEDULES` and with
             associative flow, as ``"case [schedule]"`` and ``"case [associative]"``; names run only those schedules,
             ``"path dependence"`` the loading paths among them. :meth:`Analysis.spread` then tells the lowest and the
-            highest certified load factor, :attr:`CaseResult.path_dependence` those along the loading path.
+            highest certified load factor of the runs that settled, of all where none has;
+            :attr:`CaseResult.path_dependence` those along the loading path.
 
         When all cases have ended, a LoadFactorWarning says where a load factor means less than it seems to:
         :attr:`CaseResult.warnings`.

@@ -81,7 +81,7 @@ class Headline:
 
     @property
     def load_factor(self) -> float:
-        """The load factor to rely on: the lowest certified one; infinite if unbounded, NaN with any other status."""
+        """The load factor to rely on: :attr:`lowest`; infinite if unbounded, NaN with any other status."""
         if self.status is Status.CONVERGED:
             return self.lowest
         return np.inf if self.status is Status.UNBOUNDED else np.nan

@@ -27,8 +27,8 @@ class Spread:
     """Non-associative answers to one case by several schedules, and the associative one above them all.
 
     The answer of a non-associative structure is not unique and depends on the path: each of these is certified by
-    itself, and none is wrong. The lowest is the one to rely on. A load factor that was still drifting when its run was
-    stopped is not an answer of its schedule, and counts only where none has settled.
+    itself, and none is wrong. The lowest of those that settled is the one to rely on. A load factor that was still
+    drifting when its run was stopped is not an answer of its schedule, and counts only where none has settled.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class Spread:
 
     @property
     def headline(self) -> Headline:
-        """The load factor to rely on, the lowest certified one, with its range and the associative bound."""
+        """The load factor to rely on, that of :attr:`lowest`, with its range and the associative bound."""
         runs = list(self.runs.values())
         bound = runs[0].associative_load_factor if self.upper_bound is None else self.upper_bound.load_factor
         ends = [(r.status, r.load_factor, r.settled) for r in runs]

@@ -34,8 +34,9 @@ class Directions:
     analysis : Analysis
         A case each direction.
     data : xarray.Dataset
-        Along ``direction`` (degrees from +x towards +y): ``load_factor``, the lowest certified one of a spread;
-        ``bound``, the associative one; ``status``; ``case``, the name in the analysis.
+        Along ``direction`` (degrees from +x towards +y): ``load_factor``, that of the headline of each case:
+        of a spread the lowest certified one of the runs that settled, of all where none has; ``bound``, the associative
+        one; ``status``; ``case``, the name in the analysis.
     """
 
     analysis: Analysis = field(repr=False)

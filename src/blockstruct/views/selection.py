@@ -106,7 +106,7 @@ def moving_bodies(result: bs.CaseResult, iteration: int) -> tuple[NDArray[np.int
 
 
 def shown_results(analysis: bs.Analysis) -> list[bs.CaseResult]:
-    """One result of each case: of a spread that of its headline, the lowest if there is a certified load factor."""
+    """One result of each case: of a spread the one whose load factor is that of its headline."""
     spreads = analysis.spreads
     return [
         _of_headline(spreads[name], head) if name in spreads else analysis[name]

@@ -152,7 +152,7 @@ def write_figures(
     Parameters
     ----------
     analysis
-        The analysis. Of the runs of a spread the lowest is drawn.
+        The analysis. Of the runs of a spread that of its headline is drawn.
     folder
         Made if it does not exist.
     look

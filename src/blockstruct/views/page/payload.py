@@ -65,7 +65,7 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
         raise bs.errors.ModelError(msg)
     solids = Solids.of(model)
     origin = _origin(solids)
-    # Open with the case whose number counts: of a spread, the lowest.
+    # Open with the case whose number counts: of a spread, that of its headline.
     first = next((r for r in shown_results(analysis) if r.n_iterations), shown[0])
     return {
         "name": model.name,
