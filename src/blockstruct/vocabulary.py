@@ -14,6 +14,15 @@ FORMAT = "blockstruct-analysis"
 FORMAT_VERSION = "1.0"
 
 
+def in_words(name: str) -> str:
+    """A name of this vocabulary as a sentence says it.
+
+    >>> in_words("unstable_under_dead_load")
+    'unstable under dead load'
+    """
+    return name.replace("_", " ")
+
+
 class Flow(StrEnum):
     """Flow rule of sliding."""
 
@@ -30,6 +39,11 @@ class Status(StrEnum):
     UNBOUNDED = "unbounded"
     NOT_CONVERGED = "not_converged"
     INTERRUPTED = "interrupted"
+
+    @property
+    def words(self) -> str:
+        """As a sentence says it: a name with underscores is for files and programs."""
+        return in_words(self.value)
 
 
 class Stage(StrEnum):

@@ -114,7 +114,35 @@ def test_tables_cut_no_status_off(tmp_path):
             console.print(table)
         rows = capture.get().splitlines()
         start = rows[0].index("status")
-        assert "".join(row[start:].split(" ")[0] for row in rows[1:]) == "unstable_under_dead_load"
+        parts = [row[start:].partition("  ")[0].strip() for row in rows[1:]]
+        assert " ".join(filter(None, parts)) == "unstable under dead load"
+
+
+def test_statuses_are_told_in_words(call, tmp_path):
+    """In everything that a person reads; files and JSON keep the names."""
+    model = model_of([box("ground", [0, 0, -1], [0.4, 1, 1], fixed=True), box("block", [0, 0, 0], [1, 1, 1])], DRY)
+    one = tmp_path / "one" / "x.h5"
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
+    result = bs.AnalysisManager(model, one).run([case])["push"]
+    (tmp_path / "two").mkdir()
+    (tmp_path / "two" / "x.h5").write_bytes(one.read_bytes())
+    site = ["--spectrum", "ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B", "--knowledge-level", "LC1"]
+    said = [
+        call("show", one),
+        call("archive", one.parent),
+        call("diff", one, tmp_path / "two" / "x.h5"),
+        call("diff", one.parent, tmp_path / "two"),
+        call("assess", one, *site),
+        call("assess", one, *site, "--case", "push"),
+        call("history", one, "push", "--pushover"),
+    ]
+    texts = [f"{out}{err}" for _, out, err in said]
+    texts += [str(result), repr(result), result._repr_html_(), str(result.headline), str(bs.open_analysis(one))]
+    for text in texts:
+        assert "unstable_under" not in text
+        assert "unstable under dead load" in " ".join(text.split())
+    assert '"status": "unstable_under_dead_load"' in call("show", one, "--json")[1]
+    assert call("archive", one.parent, "--query", "status == 'unstable_under_dead_load'")[1].count("x.h5") == 1
 
 
 def test_an_interrupted_run_exits_with_130(call, tmp_path, monkeypatch):

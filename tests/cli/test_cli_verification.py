@@ -105,7 +105,7 @@ def test_a_case_that_falls_is_told_beside_the_checks(call, tmp_path):
     path = bs.save_analysis(bs.AnalysisManager(model_of(blocks, joint)).run(cases), tmp_path / "falls.h5")
     code, out, _ = call("assess", path, "--spectrum", SITE, "--confidence-factor", "1.35")
     assert code == 3
-    told = "not checked, as there is no load factor: falls (unstable_under_dead_load); nothing above tells"
+    told = "not checked, as there is no load factor: falls (unstable under dead load); nothing above tells"
     assert told in " ".join(out.split())
 
 

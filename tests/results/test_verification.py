@@ -74,7 +74,7 @@ LIES = {
         lambda _: {"status": bs.Status.UNBOUNDED, "load_factor": np.inf, "certificate": None},
         ["that of its last iteration"],
     ),
-    "not converged": (lambda _: {"status": bs.Status.NOT_CONVERGED}, ["not_converged, but its load factor"]),
+    "not converged": (lambda _: {"status": bs.Status.NOT_CONVERGED}, ["not converged, but its load factor"]),
     "unstable": (
         lambda _: {"status": bs.Status.UNSTABLE, "load_factor": np.nan},
         ["not a dead-load program"],

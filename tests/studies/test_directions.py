@@ -94,7 +94,7 @@ def test_directions_without_a_load_factor_are_told(tower):
     with pytest.warns(bs.errors.StudyWarning, match=r"no load factor for push 0 deg.*the envelope may be lower"):
         around = bs.directions(tower, SELF_WEIGHT, 2, settings=settings)
     assert np.isnan(around.load_factor)
-    with pytest.raises(bs.errors.ModelError, match=r"none has a load factor \(not_converged\)"):
+    with pytest.raises(bs.errors.ModelError, match=r"none has a load factor \(not converged\)"):
         _ = around.governing
     assert "not known: push 0 deg" in str(around)
 

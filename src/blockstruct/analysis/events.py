@@ -10,6 +10,7 @@ from blockstruct.limit import FiniteStep, Iteration, LimitProblem
 from blockstruct.model import Case, Pushover, SettlementCase
 from blockstruct.results import CaseResult
 from blockstruct.statics import Statics
+from blockstruct.vocabulary import in_words
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,8 +93,8 @@ def describe(event: Event) -> str:
             return f"{case.name}{place}: {blocks} blocks, {points} contact points, {case.flow} flow"
         case IterationDone(case, index, i):
             return (
-                f"{case.name}: {index:3d} {i.stage:<16} {answer_of(case, i, 6)}, "
-                f"gap {i.certificate.flow_rule_gap:.1e}, {i.solver_status} in {i.solver_time:.2f} s"
+                f"{case.name}: {index:3d} {in_words(i.stage):<16} {answer_of(case, i, 6)}, "
+                f"gap {i.certificate.flow_rule_gap:.1e}, {in_words(i.solver_status)} in {i.solver_time:.2f} s"
             )
         case StepDone(case, index, step):
             return (

@@ -64,7 +64,7 @@ def follow(write: Callable[[str, bool], None]) -> Listener:
                 write(f"{place} state {index}, {at}", False)
             case CaseFinished(result):
                 count = f"{result.n_iterations} numerical iteration{'s' * (result.n_iterations != 1)}"
-                write(f"{place} {result.status} after {count}", True)
+                write(f"{place} {result.status.words} after {count}", True)
 
     return listen
 

@@ -203,8 +203,8 @@ def _converged(result: Any) -> tuple[CaseResult, LimitCase]:
         raise ModelError(msg)
     if result.status is not Status.CONVERGED:
         msg = (
-            f"case {result.name!r}: {result.status} ({result.message}); a local mechanism is checked from a converged "
-            "collapse state: change the procedure or the loads and run the case again"
+            f"case {result.name!r}: {result.status.words} ({result.message}); a local mechanism is checked from a "
+            "converged collapse state: change the procedure or the loads and run the case again"
         )
         raise ModelError(msg)
     return result, result.case

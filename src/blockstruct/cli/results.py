@@ -157,7 +157,10 @@ def diff(
     if one.is_dir():
         table = bs.Archive(one).difference(bs.Archive(other))
         same = bool((table["agree"] & (table["relative_difference"].abs() <= tolerance)).all())
-        say(table.drop(columns=["model_hash", "model_hash_other"]).to_string())
+        read = table.drop(columns=["model_hash", "model_hash_other"])
+        statuses = ["status", "status_other"]
+        read[statuses] = read[statuses].replace("_", " ", regex=True)
+        say(read.to_string())
     else:
         found = bs.compare(bs.open_analysis(one), bs.open_analysis(other))
         same = found.agrees(tolerance)

@@ -66,7 +66,7 @@ def assess(
         say(f"{check}\n")
     pushed = _pushed(analysis.headlines)
     # A load that no structure fails under has an infinite one, and needs no check.
-    missing = [f"{name} ({head.status})" for name, head in pushed.items() if np.isnan(head.load_factor)]
+    missing = [f"{name} ({head.status.words})" for name, head in pushed.items() if np.isnan(head.load_factor)]
     if case is None and missing:
         say(f"not checked, as there is no load factor: {', '.join(missing)}; nothing above tells of these cases")
         raise typer.Exit(NO_LOAD_FACTOR)
@@ -119,13 +119,17 @@ def _checked(analysis: bs.Analysis, only: str | None) -> list[str]:
             msg = f"--case {only!r}: {did_you_mean(only, heads)}"
             raise bs.errors.UnknownNameError(msg)
         if heads[only].status is not bs.Status.CONVERGED:
-            msg = f"--case {only!r}: {heads[only].status}, without a load factor to check; give one that converged"
+            msg = (
+                f"--case {only!r}: {heads[only].status.words}, without a load factor to check; give one that converged"
+            )
             raise bs.errors.ModelError(msg)
         return [only]
     pushed = _pushed(heads)
     names = [name for name, head in pushed.items() if head.status is bs.Status.CONVERGED]
     if not names:
-        ended = ", ".join(f"{name}: {head.status if name in pushed else _NO_PUSH}" for name, head in heads.items())
+        ended = ", ".join(
+            f"{name}: {head.status.words if name in pushed else _NO_PUSH}" for name, head in heads.items()
+        )
         msg = f"--spectrum: no case has a push and a load factor to check ({ended}); run a LimitCase, then check it"
         raise bs.errors.ModelError(msg)
     settling = [name for name in heads if name not in pushed]

@@ -137,7 +137,7 @@ class Analysis(Mapping[str, CaseResult]):
 
     def _repr_html_(self) -> str:
         rows = [
-            (r.name, r.case.flow, r.status, r.answer.plain(r.load_factor, 6), r.n_iterations, f"{r.duration:.2f}")
+            (r.name, r.case.flow, r.status.words, r.answer.plain(r.load_factor, 6), r.n_iterations, f"{r.duration:.2f}")
             for r in self.values()
         ]
         answers = " / ".join(dict.fromkeys(r.answer.name for r in self.values())) or "load factor"

@@ -162,8 +162,8 @@ class CaseResult:
     def ended(self) -> str:
         """How the case ended in a few words: its status, and without dilatancy whether its load factor settled."""
         if self.status is not Status.CONVERGED or self.case.flow is Flow.ASSOCIATIVE:
-            return self.status.value
-        return f"{self.status.value}, {'settled' if self.settled else DRIFTING}"
+            return self.status.words
+        return f"{self.status.words}, {'settled' if self.settled else DRIFTING}"
 
     @property
     def mechanism(self) -> xr.Dataset:
@@ -369,11 +369,12 @@ class CaseResult:
         return "\n".join(filter(None, (str(self), self.torsion_warning, self.masses, found)))
 
     def __repr__(self) -> str:
-        return f"<CaseResult {self.name!r}: {self.status}, {self.answer.name} {self.answer.plain(self.load_factor, 4)}>"
+        answer = f"{self.answer.name} {self.answer.plain(self.load_factor, 4)}"
+        return f"<CaseResult {self.name!r}: {self.status.words}, {answer}>"
 
     def _repr_html_(self) -> str:
         rows = [
-            ("status", f"{self.status}: {self.message}"),
+            ("status", f"{self.status.words}: {self.message}"),
             (self.answer.name, self.headline.text(6)),
             *([] if self.relied_on is None else [("relied on", str(self.relied_on))]),
             ("loads", self.case.question),
@@ -385,7 +386,7 @@ class CaseResult:
 
     def __str__(self) -> str:
         number = self.answer.plain(self.load_factor, 6)
-        head = f"{self.name}: {self.status}, {self.answer.name} {number} ({self.message})"
+        head = f"{self.name}: {self.status.words}, {self.answer.name} {number} ({self.message})"
         path = [] if self.path_dependence is None else [f"  {path_text(self.path_dependence, self.answer)}"]
         relied = [] if self.relied_on is None else [f"  relied on: {self.relied_on}"]
         return "\n".join([head, *relied, *path, *(f"  warning: {text}" for text in self.warnings)])

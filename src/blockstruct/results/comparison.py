@@ -16,6 +16,7 @@ from blockstruct.results.case_result import CaseResult
 from blockstruct.results.curve_comparison import compared_curves
 from blockstruct.results.mechanism import motion_of
 from blockstruct.units import readable
+from blockstruct.vocabulary import in_words
 
 #: Relative difference of two measures beyond their tolerances that rounding makes.
 _ROUNDING = 1e-3
@@ -73,9 +74,10 @@ class Comparison:
         lines = [f"{'the same model' if self.same_model else 'different models'}, {len(self.cases)} cases"]
         for name, row in self.cases.iterrows():
             answers = [_said(row[f"load_factor{suffix}"], row[f"unit{suffix}"]) for suffix in ("", "_other")]
+            ended = [in_words(row[f"status{suffix}"]) for suffix in ("", "_other")]
             lines.append(
-                f"  {name}: {row['status']} {answers[0]}, other {row['status_other']} {answers[1]}, relative "
-                f"difference {row['relative_difference']:.1e}, "
+                f"  {name}: {ended[0]} {answers[0]}, other {ended[1]} {answers[1]}, "
+                f"relative difference {row['relative_difference']:.1e}, "
                 f"of forces {row['force_difference']:.1e}, of the mechanism {row['mechanism_difference']:.1e}"
                 f"{'' if row['same_certificate'] else ', another certificate'}"
                 f"{'' if row['same_question'] else ', another question'}"

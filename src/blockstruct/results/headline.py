@@ -105,7 +105,7 @@ class Headline:
         """Number, range and bound, with so many digits."""
         number = self.answer.text(self.load_factor, digits)
         if self.status not in (Status.CONVERGED, Status.UNBOUNDED):
-            number = f"{number}, {self.status}"
+            number = f"{number}, {self.status.words}"
         more = "; ".join(filter(None, (self._range(digits), self._bound(digits))))
         return f"{number} ({more})" if more else number
 

@@ -156,12 +156,12 @@ def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
         says, has = ("holds" if c.holds else "does not hold" for c in (stored, again))
         yield f"the certificate {says} by what is stored, that of the final state {has}"
     if result.status in (Status.CONVERGED, *_OF_DEAD_LOAD) and not again.holds:
-        yield f"{result.status}, but the certificate of the final state does not hold"
+        yield f"{result.status.words}, but the certificate of the final state does not hold"
     whole = state.alpha >= 1 - max(result.settings.gap_tolerance, result.settings.equilibrium_tolerance)
     if result.status is Status.SELF_STRESS and not whole:
-        yield f"{result.status}, but the final state carries {state.alpha:.3g} of the dead load, not all of it"
+        yield f"{result.status.words}, but the final state carries {state.alpha:.3g} of the dead load, not all of it"
     if result.status is Status.UNSTABLE and state.alpha >= 1 - result.settings.equilibrium_tolerance:
-        yield f"{result.status}, but the final state carries the whole dead load"
+        yield f"{result.status.words}, but the final state carries the whole dead load"
 
 
 def _status(result: CaseResult) -> Iterator[str]:
@@ -184,9 +184,9 @@ def _status(result: CaseResult) -> Iterator[str]:
         if result.certificate is not None:
             yield "unbounded, but it has a certificate of a collapse state"
     elif not np.isnan(alpha):
-        yield f"{result.status}, but its load factor is {alpha:.6g}"
+        yield f"{result.status.words}, but its load factor is {alpha:.6g}"
     if result.status in _OF_DEAD_LOAD and stage != Stage.DEAD_LOAD.value:
-        yield f"{result.status}, but its last iteration is not a dead-load program"
+        yield f"{result.status.words}, but its last iteration is not a dead-load program"
 
 
 def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -> Iterator[str]:

@@ -17,7 +17,7 @@ from blockstruct.keywords import checked_keywords
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import LimitCase, LoadPattern, Model, direction_cases, direction_of
 from blockstruct.results import Analysis, CaseResult
-from blockstruct.vocabulary import DRIFTING, Flow, Status
+from blockstruct.vocabulary import DRIFTING, Flow, Status, in_words
 
 _NONE = {"units": "dimensionless"}
 _ROUNDING = 1e-6
@@ -115,7 +115,7 @@ class Directions:
             If no direction has a load factor.
         """
         if math.isnan(self.load_factor):
-            ended = ", ".join(sorted(set(self.data["status"].to_numpy())))
+            ended = self.endings
             msg = f"directions of {self.analysis.model.name!r}: none has a load factor ({ended}), so none governs"
             raise ModelError(msg)
         name = str(self.data["case"].to_numpy()[self._least])
@@ -139,6 +139,11 @@ class Directions:
     def without_load_factor(self) -> list[str]:
         """Cases in whose direction the envelope is not known."""
         return [str(name) for name in self.data["case"].to_numpy()[np.isnan(self.data["load_factor"].to_numpy())]]
+
+    @property
+    def endings(self) -> str:
+        """How the cases ended, each status once, in words."""
+        return ", ".join(in_words(status) for status in sorted(set(self.data["status"].to_numpy())))
 
     @property
     def least_between(self) -> float:
@@ -176,7 +181,7 @@ class Directions:
             head = heads[str(name)]
             # Of a spread a number that drifts is shown only where no run has settled.
             drifts = head.status is Status.CONVERGED and head.certified == len(head.drifting)
-            lines.append(f"  {angle:6g} deg  {alpha:<10.4g}{status}{f', {DRIFTING}' * drifts}")
+            lines.append(f"  {angle:6g} deg  {alpha:<10.4g}{in_words(status)}{f', {DRIFTING}' * drifts}")
         if not math.isnan(self.load_factor):
             lines.append(f"  governing: {self.governing_direction:g} deg, load factor {self.load_factor:.4g}")
         if not math.isnan(self.least_between):
@@ -251,7 +256,7 @@ def directions(
     if around.without_load_factor:
         msg = (
             f"directions: no load factor for {', '.join(around.without_load_factor)} "
-            f"({', '.join(sorted(set(around.data['status'].to_numpy())))}); the envelope may be lower there"
+            f"({around.endings}); the envelope may be lower there"
         )
         warnings.warn(msg, StudyWarning, stacklevel=3)
     return around

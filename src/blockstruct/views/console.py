@@ -43,8 +43,8 @@ def iteration_table(history: xr.Dataset) -> Table:
         table.add_column(Text(title), justify="right", no_wrap=True)
     for i in range(history.sizes["iteration"]):
         row = history.isel(iteration=i)
-        cells = [form.format(row[name].item()) for name, (_, form) in columns.items()]
-        table.add_row(str(row["iteration"].item()), str(row["stage"].item()), *cells)
+        cells = [form.format(row[name].item()).replace("_", " ") for name, (_, form) in columns.items()]
+        table.add_row(str(row["iteration"].item()), str(row["stage"].item()).replace("_", " "), *cells)
     return table
 
 
@@ -72,7 +72,7 @@ def result_text(result: bs.CaseResult) -> Text:
     case, c = result.case, result.certificate
     text = Text("\n").append(f"{result.name}\n", style="bold")
     text.append(f"  {case.question}\n")
-    text.append(f"  status {result.status}: {result.message}\n")
+    text.append(f"  status {result.status.words}: {result.message}\n")
     text.append(f"  {result.answer.name} {result.headline.text(6)}\n", style="bold")
     if result.relied_on is not None:
         text.append(f"  relied on: {result.relied_on}\n", style="bold")

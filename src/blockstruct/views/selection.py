@@ -21,7 +21,9 @@ def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
     """
     n = result.n_iterations
     if n == 0:
-        msg = f"case {result.name!r}: no iteration to show, {result.status} ({result.message}); run the case again"
+        msg = (
+            f"case {result.name!r}: no iteration to show, {result.status.words} ({result.message}); run the case again"
+        )
         raise bs.errors.ModelError(msg)
     try:
         index = operator.index(iteration)

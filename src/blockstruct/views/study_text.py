@@ -54,7 +54,7 @@ def answer_cell(row: Mapping[Any, Any]) -> str:
 def status_cell(row: Mapping[Any, Any]) -> str:
     """Status of a case, and that its load factor was still drifting when the procedure was stopped."""
     drifts = row["status"] == bs.Status.CONVERGED and not row["settled"]
-    return f"{row['status']}, still drifting" if drifts else str(row["status"])
+    return f"{row['status']}, still drifting" if drifts else str(row["status"]).replace("_", " ")
 
 
 def _reactions(row: Mapping[Any, Any]) -> list[str]:

@@ -161,7 +161,7 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
 
 def without_curve_words(result: bs.CaseResult) -> str:
     """Why a result has no capacity curve, and what to do, as the end of a message."""
-    said = f"no capacity curve, {result.status} ({result.message})"
+    said = f"no capacity curve, {result.status.words} ({result.message})"
     return said if isinstance(result.case, bs.Pushover) else f"{said}; run a Pushover"
 
 

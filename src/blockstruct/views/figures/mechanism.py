@@ -62,7 +62,9 @@ def mechanism(
     factor = AMPLITUDE * solids.size if amplitude is None else si(amplitude, "length", "mechanism: amplitude")
     displacement = solids.displacement(result, index)
     if not np.isfinite(displacement).all():
-        msg = f"case {result.name!r}: no mechanism in iteration {index}, {result.status}; choose another iteration"
+        msg = (
+            f"case {result.name!r}: no mechanism in iteration {index}, {result.status.words}; choose another iteration"
+        )
         raise bs.errors.ModelError(msg)
     moved = solids.vertices + factor * displacement
     canvas = Canvas.of(result, ax, look)

@@ -90,7 +90,7 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
         "ties": _ties(model, origin),
         "cases": [_case(result, _head(analysis, result), origin) for result in shown],
         "first": next(k for k, r in enumerate(shown) if r is first),
-        "omitted": [f"{r.name}: {r.status}, {r.message}" for r in analysis.values() if not r.n_iterations],
+        "omitted": [f"{r.name}: {r.status.words}, {r.message}" for r in analysis.values() if not r.n_iterations],
     }
 
 
@@ -153,7 +153,7 @@ def _head(analysis: bs.Analysis, result: bs.CaseResult) -> dict[str, Any]:
     if spread is None:
         below = [head.range, head.bound]
     else:
-        this = f"This run: {load_factor_words(result)} ({result.ended.replace('_', ' ')})."
+        this = f"This run: {load_factor_words(result)} ({result.ended})."
         below = [spread_words(spread), this]
     below += [range_words(result), warning_words(spread or result), admissible_words(result)]
     return {"number": head.number, "below": [text for text in below if text]}

@@ -232,7 +232,7 @@ def _headline(given: bs.CaseResult, found: bs.CaseResult | bs.Spread) -> dict[st
     return {
         "name": given.name,
         "flow": head.flow.value,
-        "status": head.status.value.replace("_", " "),
+        "status": head.status.words,
         "number": head.number,
         "range": head.range,
         "begins": beginning_words(given, head.load_factor),
@@ -246,7 +246,7 @@ def _result(r: bs.CaseResult) -> dict[str, str]:
     return {
         "name": r.name,
         "flow": r.case.flow.value,
-        "status": r.status.value.replace("_", " "),
+        "status": r.status.words,
         "load_factor": load_factor_words(r),
         "begins": beginning_words(r, r.load_factor),
     }
@@ -261,7 +261,7 @@ def _spread(name: str, spread: bs.Spread) -> dict[str, Any]:
             _result(r)
             | {
                 "name": schedule,
-                "status": r.ended.replace("_", " "),
+                "status": r.ended,
                 "settings": ", ".join(
                     f"{what.replace('_', ' ')} {value}"
                     for what, value in asdict(r.settings).items()

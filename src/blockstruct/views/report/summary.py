@@ -94,7 +94,7 @@ def _holds(check: Check | None, checks: Sequence[tuple[str, Check]]) -> bool | N
 def _sentence(name: str, head: bs.results.Headline, check: Check | None, cases: int, checked: int) -> str:
     if not np.isfinite(head.load_factor):
         other = "" if cases == 1 else f", the worst of {cases} cases"
-        said = f"There is no {head.answer.name} to rely on: “{name}” is {head.status.value.replace('_', ' ')}{other}."
+        said = f"There is no {head.answer.name} to rely on: “{name}” is {head.status.words}{other}."
         if not checked:
             return said
         of_others = "The check of another case says" if checked == 1 else f"The {checked} checks of other cases say"
