@@ -9,6 +9,8 @@ AXES = ("x", "y", "z")
 DRIFTING = "still drifting"
 #: In the message of a case that ended along its loading path.
 ALONG_PATH = "along the loading path"
+#: In the message of a pushover, before what it tells of the curve, or of why there is none.
+OF_CURVE = "; pushover: "
 
 FORMAT = "blockstruct-analysis"
 FORMAT_VERSION = "1.0"

@@ -157,6 +157,23 @@ def test_failures_are_printed(document, call, tmp_path):
     assert "failed" in out
 
 
+def test_a_pushover_without_a_curve_is_told_and_exits_with_3(document, call, tmp_path):
+    """A block pushed along x does not move along y, the way of the control point."""
+    path = document({MU: [0.3, 0.7]})
+    control = "control: {block: b.1, direction: %s}, steps: 3"
+    of_case = "{name: push, dead: dead, variable: push, flow: associative}"
+    for direction, code, rows in (("+y", 3, 2), ("+x", 0, 0)):
+        pushover = "{kind: pushover, name: push, dead: dead, variable: push, %s}" % (control % direction)
+        (tmp_path / "wall.yaml").write_text(MODEL.replace(of_case, pushover))
+        found, out, err = call("study", path, "-o", tmp_path / f"runs{direction}", "--workers", "1")
+        assert found == code, err
+        told = " ".join(out.split())
+        assert told.count("no capacity curve, the control point at block 'b.1' does not") == rows
+        _, out, _ = call("study", path, "-o", tmp_path / f"runs{direction}", "--workers", "1", "--json")
+        missing = [row["missing_curve"] for row in json.loads(out)["rows"]]
+        assert [text.startswith("the control point at block 'b.1'") for text in missing] == [direction == "+y"] * 2
+
+
 @pytest.mark.filterwarnings("default::blockstruct.errors.StudyWarning")
 @pytest.mark.parametrize(
     ("parameters", "more"),

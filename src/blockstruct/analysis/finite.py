@@ -14,7 +14,7 @@ from blockstruct.procedures import moves_furthest, pushover
 from blockstruct.results import CaseResult, breaking_words, capacity_of, doubtful_words, step_arrays, steps_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
-from blockstruct.vocabulary import Status
+from blockstruct.vocabulary import OF_CURVE, Status
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def pushed_over(
     steps: list[FiniteStep] = [] if result.capacity is None else steps_of(result.capacity)
     moving = MovingProblem(statics, problem, case)
     if not steps and (resting := _resting(moving, case, block_motion(statics, problem, collapse.u[None])[0])):
-        return replace(result, message=f"{result.message}; pushover: {resting}")
+        return replace(result, message=f"{result.message}{OF_CURVE}{resting}")
     going = pushover(moving, collapse, case.steps, settings, solver_of(settings), list(steps))
     status, load_factor, message, ended = result.status, result.load_factor, result.message, ""
     try:
@@ -63,7 +63,7 @@ def pushed_over(
     curve = capacity_of(statics.model, step_arrays(steps), ended) if steps else None
     if ended:
         said = [] if curve is None else [*breaking_words(curve), *doubtful_words(curve, settings.procedure)]
-        message = f"{message}; pushover: {'; '.join([*said, ended])}"
+        message = f"{message}{OF_CURVE}{'; '.join([*said, ended])}"
     return replace(
         result,
         status=status,

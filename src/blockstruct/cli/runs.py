@@ -123,6 +123,5 @@ def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False) -> No
         typer.echo(json.dumps(analysis_summary(analysis), indent=2))
     if any(r.status is bs.Status.INTERRUPTED for r in analysis.values()):
         raise typer.Exit(INTERRUPTED)
-    without_curve = any(isinstance(r.case, bs.Pushover) and r.capacity is None for r in analysis.values())
-    if without_curve or any(r.status is not bs.Status.CONVERGED for r in analysis.values()):
+    if any(r.missing_curve or r.status is not bs.Status.CONVERGED for r in analysis.values()):
         raise typer.Exit(NO_LOAD_FACTOR)

@@ -63,7 +63,7 @@ def study(
     say(f"kept: {output}; next: blockstruct archive {output}")
     if as_json:
         typer.echo(json.dumps({"attrs": data.attrs, "rows": _plain(rows)}, indent=2))
-    if (rows["status"] != bs.Status.CONVERGED).any():
+    if ((rows["status"] != bs.Status.CONVERGED) | (rows["missing_curve"] != "")).any():
         raise typer.Exit(NO_LOAD_FACTOR)
 
 

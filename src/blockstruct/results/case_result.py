@@ -26,7 +26,7 @@ from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import ties_at_collapse
 from blockstruct.results.torsion import torsion_words
 from blockstruct.results.utilisation import utilisation
-from blockstruct.vocabulary import DRIFTING, Flow, Stage, Status
+from blockstruct.vocabulary import DRIFTING, OF_CURVE, Flow, Stage, Status
 
 #: Stages that do not ask the question of the case.
 _OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.LARGEST_REACTION.value]
@@ -247,6 +247,11 @@ class CaseResult:
     def broken_ties(self) -> pd.DataFrame:
         """Ties that break in a pushover: :func:`blockstruct.results.broken_ties`; empty without any."""
         return broken_ties(xr.Dataset() if self.capacity is None else self.capacity)
+
+    @property
+    def missing_curve(self) -> str:
+        """Why a pushover with a collapse state has no capacity curve; empty if it has one, and of any other case."""
+        return self.message.partition(OF_CURVE)[2] if self.capacity is None else ""
 
     @property
     def headline(self) -> Headline:

@@ -9,7 +9,7 @@ import xarray as xr
 
 from blockstruct.errors import ModelError
 from blockstruct.studies.design import GRID, Design
-from blockstruct.vocabulary import DRIFTING, Status
+from blockstruct.vocabulary import DRIFTING, OF_CURVE, Status
 
 #: Status of a case of a run that failed: no status of a limit case.
 FAILED = "failed"
@@ -29,7 +29,7 @@ _TEXTS = ("status", "flow", "message")
 #: Variables that every case of a run has.
 _OF_CASE = (*_NUMBERS, *_TEXTS)
 _OF_RUN = ("problem", "path")
-_TAKEN = {"run", "case", "settled", *_OF_CASE, *_OF_RUN}
+_TAKEN = {"run", "case", "settled", "missing_curve", *_OF_CASE, *_OF_RUN}
 _REACTIONS = {"reaction", "reaction_moment"}
 #: Numbers of some kinds of cases alone.
 _OF_SOME = (*_REACTIONS, "d0", "curve_end")
@@ -111,8 +111,9 @@ def frame_of(data: xr.Dataset) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        ``run``, the parameters, ``case``, the variables of the study and ``settled``, which is false where the load
-        factor was still drifting when the procedure was stopped; ``attrs["units"]`` has the units.
+        ``run``, the parameters, ``case``, the variables of the study; ``settled``, which is false where the load
+        factor was still drifting when the procedure was stopped; and ``missing_curve``, why a pushover with a collapse
+        state has no capacity curve, empty otherwise. ``attrs["units"]`` has the units.
     """
     of_case = [name for name in _OF_CASE if name in data]
     parameters = [str(name) for name in data.coords if name not in ("run", "case")]
@@ -134,6 +135,11 @@ def frame_of(data: xr.Dataset) -> pd.DataFrame:
     table["settled"] = [
         status == Status.CONVERGED and DRIFTING not in str(message)
         for status, message in zip(table["status"], table["message"], strict=True)
+    ]
+    without = table["curve_end"].isna() if "curve_end" in table else np.ones(len(table), dtype=bool)
+    table["missing_curve"] = [
+        str(message).partition(OF_CURVE)[2] if is_missing else ""
+        for message, is_missing in zip(table["message"], without, strict=True)
     ]
     units = {name: data[name].attrs.get("units") for name in (*parameters, *of_case)}
     table.attrs["units"] = {name: unit for name, unit in units.items() if unit}

@@ -237,8 +237,7 @@ def _of_curve(r: bs.CaseResult) -> list[str]:
     """What is to be looked at of the curve of a pushover, and why there is none, as the message tells."""
     if r.capacity is not None:
         return [f"pushover: {text}" for text in bs.results.doubtful_words(r.capacity, r.settings.procedure)]
-    _, named, why = r.message.partition("pushover: ")
-    return [f"pushover: {why}"] if named and isinstance(r.case, bs.Pushover) else []
+    return [f"pushover: {r.missing_curve}"] if r.missing_curve else []
 
 
 def _rows(table: pd.DataFrame) -> list[dict[str, Any]]:

@@ -19,7 +19,7 @@ _SHOWN = 50
 
 
 def study_table(data: xr.Dataset) -> Table:
-    """Table of a study, one row per case of each run: what varies, load factor and status; or why it failed."""
+    """Table of a study, a row per case of each run: what varies, load factor, status; why it failed or has no curve."""
     frame = bs.studies.frame_of(data)
     units = frame.attrs["units"]
     varied = [str(name) for name in data.coords if name not in ("run", "case") and data[name].ndim]
@@ -33,8 +33,8 @@ def study_table(data: xr.Dataset) -> Table:
         table.add_column(title, justify="right" if title == answer else "left", overflow="fold")
     for row in rows:
         values = [f"{row[n]:.6g}" if isinstance(row[n], float) else str(row[n]) for n in varied]
-        ended = status_cell(row)
-        status = f"{ended}: {row['problem']}" if row["problem"] else ended
+        why = row["problem"] or (f"no capacity curve, {row['missing_curve']}" if row["missing_curve"] else "")
+        status = ": ".join(filter(None, (status_cell(row), why)))
         table.add_row(*map(Text, (*values, row["case"], answer_cell(row), status)))
     if len(frame) > _SHOWN:
         table.add_row(Text(f"… {len(frame)} rows"))
