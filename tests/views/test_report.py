@@ -163,18 +163,18 @@ def test_every_kind_of_load_is_described():
         bs.Weight("block", ["0.2 m", "0.5 m", "1.5 m"], "2 kN", mass_share=0.5),
         bs.LineLoad("3 kN/m", ["0 m", "0.5 m", "0.8 m"], ["0.4 m", "0.5 m", "0.8 m"], block="block"),
         bs.AreaLoad("4 kPa", **corners, spanning=True),
-        bs.AreaLoad("1 kPa", block="block"),
+        bs.AreaLoad("1 kPa", block="block", mass_share=0),
         bs.FillLoad("18 kN/m^3", corners["start"], ["0.4 m", "1 m", "1 m"], lateral_coefficient=0.3),
     ]
     found = bs.LimitCase("case", bs.LoadPattern("dead", dead), bs.LoadPattern("many", loads * 5), "associative")
     html = report_html(run([found]))
     for words in (
         "a traction (1, 0, 0) kPa and a pressure of 2 kPa and a pressure that grows by 9.81 kN/m³ below z = 0.5 m on",
-        "a weight of 2 kN on block block at (0.2, 0.5, 1.5) m, its mass counts 0.5 times",
+        "a weight of 2 kN on block block at (0.2, 0.5, 1.5) m; its weight acts in full, a mass-proportional push on 50",
         "a weight of 3 kN/m along a line on block block from (0, 0.5, 0.8) m to (0.4, 0.5, 0.8) m: 1.2 kN in all",
         "a weight of 4 kPa in plan on the blocks below from (0, 0, 0.8) m to (0.4, 1, 0.8) m, which bear",
         "bear all of it: 1.6 kN in all",
-        "a weight of 1 kPa in plan on block block, on its open upper faces: 400 N in all",
+        "on its open upper faces: 400 N in all; its weight acts in full, a mass-proportional push on none of its mass",
         "fill of 18 kN/m³ up to z = 1 m, on the blocks below from (0, 0, 0.8) m to (0.4, 1, 1) m, with 0.3 of it as",
     ):
         assert words in html

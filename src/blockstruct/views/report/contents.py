@@ -166,7 +166,7 @@ def _patterns(results: list[bs.CaseResult]) -> dict[str, list[str]]:
         down = -np.bincount(found.load, found.force[:, 2], minlength=len(pattern.loads))
         rest = len(pattern.loads) - _LISTED
         shown = [
-            _load(load) + (f": {quantity(weight, 'N')} in all" if isinstance(load, _SPREAD) else "")
+            _load(load) + (f": {quantity(weight, 'N')} in all" if isinstance(load, _SPREAD) else "") + _mass(load)
             for load, weight in zip(pattern.loads[:_LISTED], down, strict=False)
         ]
         listed[name] = shown + [f"and {rest} more loads"] * (rest > 0)
@@ -187,15 +187,14 @@ def _load(load: Any) -> str:
         case bs.Moment(block=block, moment=moment):
             return f"a couple {_vector(moment, 'N·m')} on block {block}"
         case bs.Weight(block=block, point=point, weight=weight):
-            return f"a weight of {quantity(weight, 'N')} on block {block} at {_vector(point, 'm')}{_mass(load)}"
+            return f"a weight of {quantity(weight, 'N')} on block {block} at {_vector(point, 'm')}"
         case bs.LineLoad(weight_per_length=weight):
-            return f"a weight of {quantity(weight, 'N/m')} along a line {_where(load)}{_mass(load)}"
+            return f"a weight of {quantity(weight, 'N/m')} along a line {_where(load)}"
         case bs.AreaLoad(weight_per_area=weight):
-            return f"a weight of {quantity(weight, 'Pa')} in plan {_where(load)}{_mass(load)}"
+            return f"a weight of {quantity(weight, 'Pa')} in plan {_where(load)}"
         case bs.FillLoad(unit_weight=weight, level=level, lateral_coefficient=k):
             sideways = f", with {k:g} of it as lateral pressure" if k else ""
-            said = f"fill of {quantity(weight, 'N/m³')} up to z = {level:.4g} m, {_where(load)}"
-            return f"{said}{sideways}{_mass(load)}"
+            return f"fill of {quantity(weight, 'N/m³')} up to z = {level:.4g} m, {_where(load)}{sideways}"
     return str(load)
 
 
@@ -208,8 +207,13 @@ def _where(load: bs.LineLoad | bs.AreaLoad | bs.FillLoad) -> str:
     return f"{on} from {_vector(load.start, 'm')} to {_vector(load.end, 'm')}{spans}"
 
 
-def _mass(load: bs.Weight | bs.LineLoad | bs.AreaLoad | bs.FillLoad) -> str:
-    return "" if load.mass_share == 1 else f", its mass counts {load.mass_share:g} times"
+def _mass(load: Any) -> str:
+    """How much of the mass of a weight is pushed, where it is not all of it."""
+    share = getattr(load, "mass_share", 1.0)
+    if share == 1:
+        return ""
+    pushed = f"{100 * share:.3g} %" if share else "none"
+    return f"; its weight acts in full, a mass-proportional push on {pushed} of its mass"
 
 
 def _on_face(load: bs.FaceLoad) -> str:
