@@ -6,6 +6,8 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import CaseFinished
+from blockstruct.cli.app import print_results
+from blockstruct.views.report.assumptions import assumptions
 from structures import SELF_WEIGHT, divided, model_of, push, single_block, solve
 
 
@@ -24,6 +26,43 @@ def test_a_crushing_hinge():
     assert used.neutral_axis_depth.units == "meter"
     # V / (μ N) = α / μ.
     assert used.sliding.item() == pytest.approx(result.load_factor / 0.9, rel=1e-5)
+
+
+def hexagon(strength, mu=0.9):
+    """A prism of 2 m on a regular hexagon of 0.5 m, two sides of which are along x, and its ground."""
+    stone = bs.Material("stone", "20 kN/m^3")
+    corners = [(0.5 * np.cos(a), 0.5 * np.sin(a)) for a in np.radians(np.arange(0, 360, 60))]
+    vertices = [(x, y, z) for z in (0, 2) for x, y in corners]
+    faces = [[5, 4, 3, 2, 1, 0], [6, 7, 8, 9, 10, 11]]
+    faces += [[i, (i + 1) % 6, (i + 1) % 6 + 6, i + 6] for i in range(6)]
+    prism = bs.Block.from_faces("prism", Q_(vertices, "m"), faces, stone)
+    ground = bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([2, 2, 1], "m"), stone, fixed=True)
+    return model_of([ground, prism], bs.JointMaterial("soft", mu, compressive_strength=strength))
+
+
+@pytest.mark.parametrize("cells", [64, 400])
+def test_joints_in_cells_are_told_with_the_lever_that_they_take(cells, capsys):
+    """A hexagon that rocks about a side: the lever of 0.433 m loses about half a cell."""
+    case = bs.LimitCase("push", SELF_WEIGHT, push(0, 1, 0), "associative")
+    settings = bs.ProcedureSettings(crushing_cells=cells)
+    analysis = bs.AnalysisManager(hexagon("100 MPa"), settings=settings).run([case])
+    result = analysis["push"]
+    n = int((result.history.interface_of_contact_point == 0).sum())
+    words = bs.results.cell_words(result.history)
+    assert words.startswith(f"Joints that crush in cells: 1 of 1, {n} cells each. Cells are on the safe side")
+    told = float(words.partition("up to about ")[2].partition(" %")[0]) / 100
+    lost = 1 - result.load_factor / (0.5 * np.sqrt(0.75))
+    assert 0.5 * told < lost < 1.2 * told
+    print_results(analysis)
+    assert capsys.readouterr().out.count(words) == 1
+    assert words in assumptions(analysis.model, [result])
+
+
+def test_joints_that_crush_exactly_are_not_in_cells():
+    result = solve(block(0.4), push(1, 0, 0))
+    assert bs.results.cell_words(result.history) == ""
+    assert "cells" not in " ".join(assumptions(result.model, [result]))
+    assert bs.results.cell_words(solve(hexagon(None), push(0, 1, 0)).history) == ""
 
 
 def test_no_crushing_no_depth():

@@ -10,6 +10,7 @@ from rich.console import Console
 
 import blockstruct as bs
 from blockstruct.views import directions_text, iteration_table, result_text, spread_text, summary_table
+from blockstruct.views.words import cells_of
 
 app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=None)
 #: Exit codes.
@@ -82,6 +83,8 @@ def print_results(analysis: bs.Analysis, *, iterations: bool = False) -> None:
         if result.name.startswith("tilt") and (angle := _angle_of_table(result)) is not None:
             say(f"  on a tilting table: falls at {angle:.4g} deg\n")
     out.print(summary_table(analysis))
+    for text in cells_of(analysis.values()):
+        say(text)
     out.print(spread_text(analysis), markup=False, soft_wrap=True, end="")
     out.print(directions_text(analysis), markup=False, soft_wrap=True, end="")
 

@@ -11,6 +11,7 @@ from blockstruct.results.analysis import Analysis
 from blockstruct.results.capacity import block_rotations, capacity_of, doubtful_words, step_arrays, steps_of
 from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, relative_difference
+from blockstruct.results.crushing_cells import cell_words
 from blockstruct.results.curve_comparison import compared_curves
 from blockstruct.results.description import failures
 from blockstruct.results.frame import capacity_frame, history_frame
@@ -79,6 +80,7 @@ __all__ = [
     # histories
     "HistoryAccessor",
     "active_joints",
+    "cell_words",
     "contact_state",
     "corner_torsion",
     "sliding_rates",

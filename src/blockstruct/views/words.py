@@ -1,6 +1,7 @@
 """Statuses and certificates in words, as a report says them."""
 
 import re
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -163,6 +164,12 @@ def without_curve_words(result: bs.CaseResult) -> str:
     """Why a result has no capacity curve, and what to do, as the end of a message."""
     said = f"no capacity curve, {result.status.words} ({result.message})"
     return said if isinstance(result.case, bs.Pushover) else f"{said}; run a Pushover"
+
+
+def cells_of(results: Iterable[bs.CaseResult]) -> list[str]:
+    """Sentences on joints that crush in cells, each once; one case tells of all with its settings."""
+    of_settings = {r.settings.crushing_cells: r for r in results if r.n_iterations}
+    return list(dict.fromkeys(filter(None, (bs.results.cell_words(r.history) for r in of_settings.values()))))
 
 
 def certificate_words(result: bs.CaseResult) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 import blockstruct as bs
+from blockstruct.views.words import cells_of
 
 #: Sentences on masses that the first page of a report has room for.
 _FEW = 2
@@ -60,6 +61,7 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult], *, rotates: b
         if crushing
         else "The compressive strength of joints and blocks is unlimited: crushing is not checked.",
     ]
+    said += cells_of(results)
     if crushing and not all(np.isfinite(j.compressive_strength) for j in joints):
         said.append("Joint materials whose compressive strength is unlimited do not crush.")
     if model.ties:
