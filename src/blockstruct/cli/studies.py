@@ -54,7 +54,7 @@ def study(
         )
     rows = bs.studies.frame_of(data)
     if csv is not None:
-        write_csv(rows.set_index("run"), csv)
+        write_csv(_with_units(rows).set_index("run"), csv)
         say(f"{csv}: {len(rows)} rows")
     else:
         out.print(study_table(data))
@@ -62,9 +62,15 @@ def study(
             say(study_summary(bs.studies.summary(data)))
     say(f"kept: {output}; next: blockstruct archive {output}")
     if as_json:
-        typer.echo(json.dumps({"attrs": data.attrs, "rows": _plain(rows)}, indent=2))
+        typer.echo(json.dumps({"attrs": data.attrs, "units": rows.attrs["units"], "rows": _plain(rows)}, indent=2))
     if ((rows["status"] != bs.Status.CONVERGED) | (rows["missing_curve"] != "")).any():
         raise typer.Exit(NO_LOAD_FACTOR)
+
+
+def _with_units(rows: pd.DataFrame) -> pd.DataFrame:
+    """Rows with the unit of each column in its name, as in the tables of histories."""
+    units = rows.attrs["units"].items()
+    return rows.rename(columns={name: f"{name} [{unit}]" for name, unit in units if unit != "dimensionless"})
 
 
 def _plain(rows: pd.DataFrame) -> list[dict[str, object]]:

@@ -137,7 +137,9 @@ class Archive:
         expression
             Comparisons (``==``, ``!=``, ``<``, ``<=``, ``>``, ``>=``, ``in``, ``not in``) of columns with numbers,
             texts, True or False, joined by ``and``, ``or``, ``not``: ``"status == 'converged' and load_factor < 0.3"``,
-            ``"case in ['push +x', 'push -x']"``, ``"'north' in tags"``, ``"created_at >= '2026-01-31'"``.
+            ``"case in ['push +x', 'push -x']"``, ``"'north' in tags"``, ``"created_at >= '2026-01-31'"``. Parameters go
+            by their names or by ends of them, in SI units, as ``"friction_coefficient < 0.4"`` or ``"'lime
+            1.5.cohesion' > 1e4"``.
         all_columns
             As in :meth:`table`.
 

@@ -2,7 +2,7 @@
 
 The text may come from anywhere. It is read as a tree of Python expressions, of which comparisons of columns with
 literals, ``and``, ``or``, ``not`` and ``in`` are understood; each becomes a mask of the rows, and whatever else is
-refused.
+refused. A dotted name, or a text where a column is due, is looked up among the parameters of studies, and nowhere else.
 """
 
 import ast
@@ -20,6 +20,9 @@ from blockstruct.errors import StorageError
 
 Mask = NDArray[np.bool_]
 
+#: How the columns of parameters begin.
+_PARAMETER = "parameter_"
+
 #: Length of an expression and depth of its tree, beyond which nobody wrote it by hand.
 MOST_CHARACTERS, MOST_LEVELS = 10_000, 50
 _COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
@@ -30,6 +33,8 @@ _COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.Gt: operator.gt,
     ast.GtE: operator.ge,
 }
+#: What stands for a column, quoted names apart, and what a column can be in.
+_NAMES, _LISTS = (ast.Name, ast.Attribute), (ast.List, ast.Tuple, ast.Set)
 #: The comparison that says the same with its sides exchanged.
 _MIRRORED: dict[type[ast.cmpop], type[ast.cmpop]] = {
     ast.Eq: ast.Eq,
@@ -41,7 +46,8 @@ _MIRRORED: dict[type[ast.cmpop], type[ast.cmpop]] = {
 }
 _ALLOWED = (
     "write comparisons of columns with numbers or texts, joined by and, or, not, as in "
-    "\"status == 'converged' and load_factor < 0.3\", \"case in ['push +x', 'push -x']\" or \"'north' in tags\""
+    "\"status == 'converged' and load_factor < 0.3\", \"case in ['push +x', 'push -x']\" or \"'north' in tags\"; "
+    "parameters go by their names or the ends of them, quoted where they have spaces or begin with a number"
 )
 
 
@@ -51,11 +57,12 @@ def selected(table: pd.DataFrame, expression: str) -> pd.DataFrame:
     Parameters
     ----------
     table
-        Its columns are the names that the expression may use.
+        Its columns are the names that the expression may use; of a parameter, its own name or an end of it that no
+        other one has, too: ``friction_coefficient`` for ``parameter_joint_materials.lime.friction_coefficient``.
     expression
         Comparisons (``==``, ``!=``, ``<``, ``<=``, ``>``, ``>=``, ``in``, ``not in``) of a column with a literal: a
         number, a text, True or False, or for ``in`` a list of them; joined by ``and``, ``or`` and ``not``. A literal
-        is ``in`` a column where the text, or the tags, of the row contain it.
+        is ``in`` a column where the text, or the tags, of the row contain it. Names of parameters may be quoted.
 
     Raises
     ------
@@ -127,7 +134,7 @@ def _compared(left: ast.expr, op: ast.cmpop, right: ast.expr, table: pd.DataFram
         found = _contained(left, right, table)
         return found if isinstance(op, ast.In) else ~found
     kind = type(op)
-    if not isinstance(left, ast.Name) and isinstance(right, ast.Name):
+    if not isinstance(left, _NAMES) and isinstance(right, _NAMES):
         left, right, kind = right, left, _MIRRORED[kind]
     column = _column(left, table)
     value = _fitting(_literal(right), column)
@@ -141,9 +148,9 @@ def _compared(left: ast.expr, op: ast.cmpop, right: ast.expr, table: pd.DataFram
 
 def _contained(left: ast.expr, right: ast.expr, table: pd.DataFrame) -> Mask:
     """Rows in which a column is one of several literals, or contains a literal."""
-    if isinstance(left, ast.Name):
+    if isinstance(left, _NAMES) or isinstance(right, _LISTS):
         column = _column(left, table)
-        if not isinstance(right, ast.List | ast.Tuple | ast.Set):
+        if not isinstance(right, _LISTS):
             msg = f"column {column.name!r} can only be in a list"
             raise _RefusedError(msg)
         values = [_fitting(_literal(element), column) for element in right.elts]
@@ -160,13 +167,36 @@ def _column(node: ast.expr, table: pd.DataFrame) -> "pd.Series[Any]":
     match node:
         case ast.Name(id=name) if name in table:
             return table[name]
-        case ast.Name(id=name):
-            msg = f"no column {name!r}"
+        case ast.Name(id=name) | ast.Constant(value=str() as name):
+            return table[_parameter(name, table)]
+        case ast.Attribute() if dotted := _dotted(node):
+            return table[_parameter(dotted, table)]
         case ast.Constant():
             msg = f"{reprlib.repr(node.value)} stands where a column is needed"
         case _:
             msg = _not_understood(node)
     raise _RefusedError(msg)
+
+
+def _dotted(node: ast.expr) -> str:
+    """Names with dots between them; empty if anything else is among them."""
+    parts = []
+    while isinstance(node, ast.Attribute):
+        parts.append(node.attr)
+        node = node.value
+    return ".".join([node.id, *reversed(parts)]) if isinstance(node, ast.Name) else ""
+
+
+def _parameter(name: str, table: pd.DataFrame) -> str:
+    """Column of a parameter by its name, or by an end of it that is that of no other one."""
+    known = [c.removeprefix(_PARAMETER) for c in table.columns if c.startswith(_PARAMETER)]
+    plain = name.removeprefix(_PARAMETER)
+    found = [plain] if plain in known else [one for one in known if one.endswith(f".{plain}")]
+    if len(found) == 1:
+        return f"{_PARAMETER}{found[0]}"
+    said = reprlib.repr(name)
+    several = f"{said} is the end of several parameters: {', '.join(found)}"
+    raise _RefusedError(several if found else f"no column {said}")
 
 
 def _literal(node: ast.expr) -> bool | float | str:

@@ -105,15 +105,17 @@ def parameter_texts(analysis: bs.Analysis) -> list[tuple[str, str]]:
 
 
 def short_names(names: Sequence[str]) -> list[str]:
-    """Ends of dotted names, as long as it takes to tell them apart.
+    """Ends of dotted names, as long as it takes to tell them apart, none of them beginning with the place in a list.
 
     >>> short_names(["joint_materials.lime.cohesion", "joint_materials.dry.cohesion", "height"])
     ['lime.cohesion', 'dry.cohesion', 'height']
+    >>> short_names(["blocks.left.box.size.2"])
+    ['size.2']
     """
     parts = [name.split(".") for name in names]
     ends = [[".".join(p[-k:]) for k in range(1, len(p) + 1)] for p in parts]
     taken = Counter(end for own in ends for end in own)
-    return [next((end for end in own if taken[end] == 1), own[-1]) for own in ends]
+    return [next((end for end in own if taken[end] == 1 and not end[:1].isdigit()), own[-1]) for own in ends]
 
 
 def _number(value: float) -> str:
