@@ -19,7 +19,7 @@ import blockstruct as bs
 from blockstruct.analysis import IterationDone
 from blockstruct.views import archive_table, summary_table
 from blockstruct.views.progress import bar, following
-from structures import SELF_WEIGHT, box, model_of, push
+from structures import SELF_WEIGHT, box, model_of, push, single_block
 
 DRY = bs.JointMaterial("dry", 0.65)
 WALL = Path(__file__).parents[2] / "examples" / "ferris_tin_loi_wall_1.yaml"
@@ -569,3 +569,24 @@ def test_a_report_is_a_page_or_a_pdf(call, file, tmp_path, name):
     assert code == 2
     assert f"{name}: a report is a page or a PDF; give a name that ends in .html or .pdf" in err
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("width", [30, 60, 80])
+def test_tables_of_a_narrow_terminal_are_folded_and_cut_no_number(call, tmp_path, monkeypatch, width):
+    monkeypatch.setenv("COLUMNS", str(width))
+    heights = ("0.512345 m", "0.623456 m")
+    for name, height in zip(("a wall of which the name is long.h5", "b.h5"), heights, strict=True):
+        model = model_of(*single_block(0.5, 1.0))
+        case = bs.Pushover("pushed over", SELF_WEIGHT, push(1, 0, 0), control=("block", (1, 0, 0)), steps=3)
+        manager = bs.AnalysisManager(model, tmp_path / name, parameters={"height_of_the_opening": bs.Q_(height)})
+        manager.run([case])
+    code, out, err = call("archive", tmp_path)
+    assert code == 0, err
+    assert "…" not in out
+    for height in heights:
+        assert height.split()[0] in out.split()
+    rows = bs.Archive(tmp_path).table()
+    for row in rows.to_dict("records"):
+        assert {f"{row['load_factor']:.6g}", f"{row['n_iterations']:.0f}"} <= set(out.split())
+    if width >= 60:
+        assert max(map(len, out.splitlines())) <= width

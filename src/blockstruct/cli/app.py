@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.table import Table
 
 import blockstruct as bs
 from blockstruct.views import directions_text, iteration_table, result_text, spread_text, summary_table
@@ -74,6 +75,11 @@ def say(text: str) -> None:
     out.print(text, markup=False, soft_wrap=True)
 
 
+def say_table(table: Table) -> None:
+    """Print a table folded to the width of the terminal, and beyond that, never cut, where its numbers do not fit."""
+    out.print(table, crop=False)
+
+
 def print_results(analysis: bs.Analysis, *, iterations: bool = False) -> None:
     """Print every case with its certificate, then all of them in a table; with iterations, those too."""
     for result in analysis.values():
@@ -82,7 +88,7 @@ def print_results(analysis: bs.Analysis, *, iterations: bool = False) -> None:
         out.print(result_text(result), soft_wrap=True)
         if result.name.startswith("tilt") and (angle := _angle_of_table(result)) is not None:
             say(f"  on a tilting table: falls at {angle:.4g} deg\n")
-    out.print(summary_table(analysis))
+    say_table(summary_table(analysis))
     for text in cells_of(analysis.values()):
         say(text)
     out.print(spread_text(analysis), markup=False, soft_wrap=True, end="")

@@ -8,7 +8,7 @@ import pandas as pd
 import typer
 
 import blockstruct as bs
-from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, out, print_results, say
+from blockstruct.cli.app import DIFFERENT, CsvOption, FileArgument, JsonOption, app, out, print_results, say, say_table
 from blockstruct.cli.verification import (
     CaseOption,
     FactorOption,
@@ -140,7 +140,7 @@ def archive(
         if all_columns:
             say(table.to_string())
         else:
-            out.print(archive_table(table))
+            say_table(archive_table(table))
         for path, problem in table.loc[table["problem"] != "", ["path", "problem"]].itertuples(index=False):
             say(f"{path}: {problem}")
         return

@@ -9,7 +9,7 @@ import pandas as pd
 import typer
 
 import blockstruct as bs
-from blockstruct.cli.app import NO_LOAD_FACTOR, CsvOption, JsonOption, QuietOption, app, err, out, say
+from blockstruct.cli.app import NO_LOAD_FACTOR, CsvOption, JsonOption, QuietOption, app, err, out, say, say_table
 from blockstruct.views import study_following, study_summary, study_table
 from blockstruct.views.output import write_csv
 
@@ -57,7 +57,7 @@ def study(
         write_csv(_with_units(rows).set_index("run"), csv)
         say(f"{csv}: {len(rows)} rows")
     else:
-        out.print(study_table(data))
+        say_table(study_table(data))
         if data.attrs["sampling"] in ("monte carlo", "latin hypercube") and bs.studies.cases_with_load_factors(data):
             say(study_summary(bs.studies.summary(data)))
     say(f"kept: {output}; next: blockstruct archive {output}")

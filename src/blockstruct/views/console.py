@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray as xr
+from rich.console import JustifyMethod
 from rich.table import Table
 from rich.text import Text
 
 import blockstruct as bs
 from blockstruct.units import SI_UNITS, short_unit
-from blockstruct.views.study_text import answer_cell, answer_title, short_names, status_cell
+from blockstruct.views.study_text import answer_cell, answer_title, folded_table, short_names, status_cell
 from blockstruct.views.words import admissible_words, path_words, range_words, tie_words
 
 _COLUMNS = {
@@ -96,17 +97,18 @@ def result_text(result: bs.CaseResult) -> Text:
 
 def summary_table(analysis: bs.Analysis) -> Table:
     """Table of an analysis, a row per case."""
-    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
-    for title in ("case", "flow", "status"):
-        table.add_column(title, overflow="fold")
     kinds = dict.fromkeys(r.answer.name for r in analysis.values())
-    for title in (" / ".join(kinds) or "load factor", "programs", "time [s]"):
-        # As Text: in a str "[s]" would be markup.
-        table.add_column(Text(title), justify="right")
-    for r in analysis.values():
-        numbers = (r.answer.plain(r.load_factor, 6), str(r.n_iterations), f"{r.duration:.2f}")
-        table.add_row(Text(r.name), r.case.flow.value, r.ended, *numbers)
-    return table
+    results = list(analysis.values())
+    return folded_table(
+        [
+            ("case", [r.name for r in results], "left"),
+            ("flow", [r.case.flow.value for r in results], "left"),
+            ("status", [r.ended for r in results], "left"),
+            (" / ".join(kinds) or "load factor", [r.answer.plain(r.load_factor, 6) for r in results], "right"),
+            ("programs", [str(r.n_iterations) for r in results], "right"),
+            ("time [s]", [f"{r.duration:.2f}" for r in results], "right"),
+        ]
+    )
 
 
 def spread_text(analysis: bs.Analysis) -> str:
@@ -116,27 +118,23 @@ def spread_text(analysis: bs.Analysis) -> str:
 
 def archive_table(rows: pd.DataFrame) -> Table:
     """Table of rows of :meth:`blockstruct.Archive.table`, without those of files that cannot be read."""
-    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
-    for title in ("path", "case"):
-        table.add_column(title, overflow="fold")
     units = rows.attrs.get("units", {})
+    shown = rows[rows["problem"] == ""].to_dict("records")
     varied = [c for c in rows.columns if c.startswith("parameter_")]
     shorts = short_names([name.removeprefix("parameter_") for name in varied])
+    columns: list[tuple[str, list[str], JustifyMethod]] = [
+        (name, [row[name] for row in shown], "left") for name in ("path", "case")
+    ]
     for name, short in zip(varied, shorts, strict=True):
         unit = units.get(name, "dimensionless")
         symbol = "" if " or " in unit else short_unit(unit)
-        table.add_column(Text(short + (f" [{symbol}]" if symbol else "")), justify="right")
-    table.add_column("status", overflow="fold")
-    shown = rows[rows["problem"] == ""].to_dict("records")
-    pushed = any(math.isfinite(row["curve_end"]) for row in shown)
-    for title in (answer_title(shown), *["d0 [m]"] * pushed, "programs"):
-        # As Text: in a str "[m]" would be markup.
-        table.add_column(Text(title), justify="right")
-    for row in shown:
-        numbers = (answer_cell(row), *[_d0(row)] * pushed, f"{row['n_iterations']:.0f}")
-        values = (Text(_cell(row[name])) for name in varied)
-        table.add_row(Text(row["path"]), Text(row["case"]), *values, status_cell(row), *numbers)
-    return table
+        columns.append((short + (f" [{symbol}]" if symbol else ""), [_cell(row[name]) for row in shown], "right"))
+    columns.append(("status", [status_cell(row) for row in shown], "left"))
+    columns.append((answer_title(shown), [answer_cell(row) for row in shown], "right"))
+    if any(math.isfinite(row["curve_end"]) for row in shown):
+        columns.append(("d0 [m]", [_d0(row) for row in shown], "right"))
+    columns.append(("programs", [f"{row['n_iterations']:.0f}" for row in shown], "right"))
+    return folded_table(columns)
 
 
 def _d0(row: Mapping[Any, Any]) -> str:

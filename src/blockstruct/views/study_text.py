@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from rich.table import Table
+from rich.console import Console, ConsoleOptions, JustifyMethod, RenderResult
+from rich.table import Column, Table
 from rich.text import Text
 
 import blockstruct as bs
@@ -16,6 +17,11 @@ from blockstruct.views.selection import compasses
 
 #: Rows that a terminal shows; the rest is in the store.
 _SHOWN = 50
+#: Characters that texts, and titles of numbers, may have in a line of a table, from the most to the least.
+_WHOLE = 1000
+_FOLDS = ((_WHOLE, _WHOLE), (12, _WHOLE), (12, 12), (8, 8), (4, 4))
+#: Characters between columns.
+_GAP = 2
 
 
 def study_table(data: xr.Dataset) -> Table:
@@ -23,21 +29,63 @@ def study_table(data: xr.Dataset) -> Table:
     frame = bs.studies.frame_of(data)
     units = frame.attrs["units"]
     varied = [str(name) for name in data.coords if name not in ("run", "case") and data[name].ndim]
-    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
+    rows = frame.head(_SHOWN).to_dict("records")
+    columns: list[tuple[str, list[str], JustifyMethod]] = []
     for name, short in zip(varied, short_names(varied), strict=True):
         symbol = short_unit(units.get(name, "dimensionless"))
-        table.add_column(Text(short + (f" [{symbol}]" if symbol else "")), justify="right", overflow="fold")
-    rows = frame.head(_SHOWN).to_dict("records")
-    answer = answer_title(rows)
-    for title in ("case", answer, "status"):
-        table.add_column(title, justify="right" if title == answer else "left", overflow="fold")
-    for row in rows:
-        values = [f"{row[n]:.6g}" if isinstance(row[n], float) else str(row[n]) for n in varied]
-        why = row["problem"] or (f"no capacity curve, {row['missing_curve']}" if row["missing_curve"] else "")
-        status = ": ".join(filter(None, (status_cell(row), why)))
-        table.add_row(*map(Text, (*values, row["case"], answer_cell(row), status)))
+        values = [row[name] for row in rows]
+        cells = [f"{value:.6g}" if isinstance(value, float) else str(value) for value in values]
+        columns.append((short + (f" [{symbol}]" if symbol else ""), cells, "right"))
+    columns.append(("case", [row["case"] for row in rows], "left"))
+    columns.append((answer_title(rows), [answer_cell(row) for row in rows], "right"))
+    columns.append(("status", [_ending(row) for row in rows], "left"))
+    table = folded_table(columns)
     if len(frame) > _SHOWN:
         table.add_row(Text(f"… {len(frame)} rows"))
+    return table
+
+
+def _ending(row: Mapping[Any, Any]) -> str:
+    """Status of a case, and why its run failed or it has no curve."""
+    why = row["problem"] or (f"no capacity curve, {row['missing_curve']}" if row["missing_curve"] else "")
+    return ": ".join(filter(None, (status_cell(row), why)))
+
+
+class FoldedTable(Table):
+    """Table that is folded to the width of a terminal: its texts, then its titles, its numbers never."""
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        for folds in _FOLDS:
+            widths = [_width(column, *folds) for column in self.columns]
+            needed = sum(widths) + _GAP * (len(widths) - 1)
+            if needed <= options.max_width:
+                break
+        for column, width in zip(self.columns, widths, strict=True):
+            # Texts share what the numbers leave of the terminal.
+            column.width = None if column.justify == "left" else width
+        yield from super().__rich_console__(console, options.update_width(max(needed, options.max_width)))
+
+
+def _width(column: Column, of_texts: int, of_titles: int) -> int:
+    """Characters that a column takes whose texts, or titles of numbers, are folded to so many."""
+    cells, title = [str(cell) for cell in column.cells], str(column.header)
+    if column.justify == "left":
+        return min(max(map(len, [title, *cells])), of_texts)
+    if of_titles < _WHOLE:
+        cells, title = [word for cell in cells for word in cell.split()], max(title.split(), key=len)
+    return max([min(len(title), of_titles), *map(len, cells)])
+
+
+def folded_table(columns: Iterable[tuple[str, Sequence[str], JustifyMethod]]) -> Table:
+    """Table of titles, cells and sides to which they are set: numbers to the right, texts to the left."""
+    table = FoldedTable(box=None, padding=(0, _GAP, 0, 0), pad_edge=False, header_style="bold")
+    of_rows = []
+    for title, cells, side in columns:
+        # As Text: in a str "[m]" would be markup.
+        table.add_column(Text(title), justify=side, overflow="fold")
+        of_rows.append(map(Text, cells))
+    for row in zip(*of_rows, strict=True):
+        table.add_row(*row)
     return table
 
 
