@@ -20,7 +20,7 @@ MAY_IMPORT = {
     "vocabulary": set(),
     "notebook": set(),
     "keywords": {"errors"},
-    "schema": {"keywords"},
+    "schema": {"errors", "keywords"},
     "files": {"errors"},
     "units": {"errors"},
     "geometry": {"errors"},

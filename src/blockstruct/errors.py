@@ -1,8 +1,11 @@
 """The one error tree: every blockstruct error is also a builtin, so plain ``except`` clauses work."""
 
+import re
 import reprlib
 from typing import Any, Self
 
+#: A number with a decimal comma, and what may follow it.
+_COMMA = re.compile(r"([-+]?[0-9]+),([0-9]+(?:\s.*)?)", re.DOTALL)
 _REPR = reprlib.Repr()
 _REPR.maxstring = _REPR.maxother = 80
 
@@ -99,6 +102,16 @@ class StudyWarning(UserWarning):
 
 class UnusualValueWarning(UserWarning):
     """A value that is possible but hardly meant, a unit weight of 18 kN/mm³ for instance: look at it again."""
+
+
+def decimal_point(text: str) -> str:
+    """A text that begins with a number with a decimal comma, with a point instead; empty for any other text.
+
+    >>> decimal_point("12,5 kN/m^3"), decimal_point("12.5 kN/m^3")
+    ('12.5 kN/m^3', '')
+    """
+    found = _COMMA.fullmatch(text.strip())
+    return f"{found[1]}.{found[2]}" if found else ""
 
 
 def shown(value: Any) -> str:

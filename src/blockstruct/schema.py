@@ -8,6 +8,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from blockstruct.errors import decimal_point
 from blockstruct.keywords import did_you_mean
 
 #: Violations beyond which an instance is of another kind, and more of them say nothing.
@@ -57,6 +58,10 @@ def violations(instance: Any, name: str, part: str = "") -> list[tuple[str, str]
             message = f"found {reprlib.repr(best.instance)}; {best.schema['description']}"
         elif best.validator in ("const", "enum", "pattern"):
             message = f"found {best.instance!r}, {message}"
+        elif best.validator == "type" and isinstance(best.instance, str) and (meant := decimal_point(best.instance)):
+            message = f"{message}; write {meant}, with a decimal point"
+        elif best.validator == "maxItems" and any(isinstance(item, int) for item in best.instance):
+            message = f"{message}; a comma parts numbers of a list: write 0.5, with a decimal point, for 0,5"
         elif best.validator == "type" and "description" in best.schema:
             message = f"{message}; {best.schema['description']}"
         found.append((_cut(path), _cut(message)))

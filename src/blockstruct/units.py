@@ -17,7 +17,7 @@ import numpy as np
 import pint
 from numpy.typing import NDArray
 
-from blockstruct.errors import DimensionError, UnitError, shown
+from blockstruct.errors import DimensionError, UnitError, decimal_point, shown
 
 #: What a quantity may be given as: ``Q_(0.4, "m")`` of any registry, or a text such as ``"0.4 m"``.
 QuantityLike: TypeAlias = pint.Quantity[Any] | str
@@ -170,9 +170,12 @@ def parse(text: str, what: str) -> Any:
             raise ValueError(msg)
         units = ureg.parse_units(unit.strip())
     except (pint.PintError, ArithmeticError, LookupError, SyntaxError, TypeError, ValueError, TokenError) as error:
-        msg = (
-            f"{what}: {text!r} is not a quantity ({error}); "
-            "write a number, a space and a unit, as in '0.4 m' or '12 kN/m^3'"
+        meant = decimal_point(text)
+        msg = f"{what}: {text!r} is not a quantity ({'a comma in a number' if meant else error}); write "
+        msg += (
+            f"{meant!r}, with a decimal point, "
+            if meant
+            else "a number, a space and a unit, as in '0.4 m' or '12 kN/m^3'"
         )
         raise UnitError(msg) from error
     return Q_(values, units)

@@ -219,6 +219,49 @@ def test_what_is_written_is_read_back(content):
     assert yaml_core.load(yaml_core.dump({"a": content})) == {"a": content}
 
 
+COMMAS = """blockstruct: model-1
+materials: {tuff: {unit_weight: 12 kN/m^3}}
+joint_materials: {lime: {friction_coefficient: 0.65}}
+blocks:
+  - {name: base, material: tuff, fixed: true, box: {origin: [-1 m, -1 m, -1 m], size: [3 m, 3 m, 1 m]}}
+  - {name: b, material: tuff, box: {origin: [0 m, 0 m, 0 m], size: [0.5 m, 1 m, 1 m]}}
+interfaces: {joint_material: lime}
+load_patterns: {dead: [{kind: self_weight}], push: [{kind: body_force, direction: +x}]}
+cases: [{name: push, dead: dead, variable: push, flow: associative}]
+"""
+
+
+@pytest.mark.parametrize(
+    ("point", "comma", "said"),
+    [
+        (
+            "12 kN/m^3",
+            '"12,5 kN/m^3"',
+            ["material 'tuff'", "'12,5 kN/m^3'", "write '12.5 kN/m^3', with a decimal point"],
+        ),
+        ("[0.5 m,", '["-0,5 m",', ["block 'b': size", "'-0,5 m'", "write '-0.5 m', with a decimal point"]),
+        (
+            "[0.5 m,",
+            "[0,5 m,",
+            ["/blocks/1/box/size: [0, '5 m', '1 m', '1 m']", "write 0.5, with a decimal point, for 0,5"],
+        ),
+        ("0.65", '"0,65"', ["/lime/friction_coefficient: '0,65'", "write 0.65, with a decimal point"]),
+        ("0.65", "0,65", ["line 3", "a key that is not text", "0.5 for 0,5"]),
+    ],
+)
+def test_a_decimal_comma_is_told_to_be_a_point(tmp_path, point, comma, said):
+    path = tmp_path / "wall.yaml"
+    path.write_text(COMMAS, encoding="utf-8")
+    bs.read_document(path)
+    path.write_text(COMMAS.replace(point, comma, 1), encoding="utf-8")
+    with pytest.raises(bs.errors.BlockstructError) as caught:
+        bs.read_document(path)
+    text = "\n".join([str(caught.value), *getattr(caught.value, "__notes__", ())])
+    assert "wall.yaml" in text
+    for words in said:
+        assert words in text
+
+
 def test_a_misspelt_key_is_told_the_one_that_was_meant(tmp_path):
     content = changed("joint_materials", "dry", to={"friction": 0.65})
     with pytest.raises(

@@ -17,6 +17,8 @@ MOST_LEVELS = 40
 #: Characters that aliases may add to a document: a few written ones could stand for more than any memory holds.
 MOST_ADDED = 1_000_000
 
+#: What a number with a comma means in a mapping on one line, where a comma ends a value.
+_POINT = ", or write a number with a decimal point: 0.5 for 0,5"
 _SIXTY = r"[0-9][0-9_]*(?::[0-5]?[0-9])+(?:\.[0-9_]*)?"
 #: Plain scalars that version 1.1 or 1.2 takes for a number or a truth value, and the other for something else.
 _AMBIGUOUS = re.compile(
@@ -121,7 +123,8 @@ class _Reading:
         while not isinstance(event := next(self._events), yaml.MappingEndEvent):
             key, more = self._value(event, level + 1)
             if not isinstance(key, str):
-                _refuse("a key that is not text; quote it", event)
+                comma = isinstance(key, int) and values and isinstance(next(reversed(values.values())), int)
+                _refuse(f"a key that is not text; quote it{_POINT if comma else ''}", event)
             if key in values:
                 twice.append(key)
             values[key], size_of_value = self._value(next(self._events), level + 1)
