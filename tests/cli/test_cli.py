@@ -232,6 +232,10 @@ def test_recover_and_resume(call, small_model, small_cases, small_analysis, tmp_
         code, _, err = call(command, path)
         assert code == 2
         assert f"blockstruct recover {path}" in err
+    for command in ("show", "validate", "recover", "resume"):
+        code, _, err = call(command, f"{path}.partial")
+        assert code == 2
+        assert f"x.h5.partial: is a folder with the working data of a run; give the name of its file, {path}" in err
     code, out, _ = call("recover", path)
     assert code == 0
     assert "interrupted: the run was killed after 5 iterations" in out

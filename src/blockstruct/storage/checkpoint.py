@@ -16,7 +16,7 @@ from blockstruct.results import CERTIFICATE_MEASURES, Analysis, CaseResult, capa
 from blockstruct.storage.analysis_file import AnalysisFile
 from blockstruct.storage.claim import place_of, sync
 from blockstruct.storage.journal import Journal, Record
-from blockstruct.storage.lock import WriterLock, folder_of
+from blockstruct.storage.lock import WriterLock, folder_of, named_instead
 from blockstruct.storage.packing import packed, packed_dataset, unpacked, unpacked_dataset
 from blockstruct.storage.reader import DAMAGE, Blank, read_analysis
 from blockstruct.storage.snapshot import Stamp
@@ -93,7 +93,8 @@ class Checkpoint:
         """
         place = place_of(path)
         if not is_unfinished(place):
-            msg = f"{path}: no working data, {folder_of(place)}: no run that writes to it was killed"
+            none = f"no working data, {folder_of(place)}: no run that writes to it was killed"
+            msg = f"{path}: {f'is {found}' if (found := named_instead(Path(path))) else none}"
             raise StorageError(msg)
         lock = WriterLock(place)
         try:

@@ -36,6 +36,14 @@ def folder_of(path: Path) -> Path:
     return path.with_name(f"{path.name}{PARTIAL}")
 
 
+def named_instead(path: Path) -> str:
+    """The file to name where the folder of its run was named, as the end of a message; empty for any other path."""
+    name = path.name.removesuffix(PARTIAL)
+    if name in (path.name, ""):
+        return ""
+    return f"a folder with the working data of a run; give the name of its file, {path.with_name(name)}"
+
+
 #: What a lock that somebody else holds fails with; anything else is a file system without locks.
 _HELD = (errno.EACCES, errno.EAGAIN, errno.EWOULDBLOCK, errno.EDEADLK)
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 from blockstruct.errors import FormatError, StorageError
+from blockstruct.storage.lock import named_instead
 
 _MARK = b"\nblockstruct sha256 "
 _LENGTH = len(_MARK) + 64 + 1
@@ -83,7 +84,7 @@ class Snapshot:
         if not stat.S_ISREG(status.st_mode):
             self._close()
             what = "a folder" if stat.S_ISDIR(status.st_mode) else "not a regular file but a pipe or a device"
-            msg = f"{path}: is {what}; give the path of a blockstruct analysis"
+            msg = f"{path}: is {named_instead(path) or f'{what}; give the path of a blockstruct analysis'}"
             raise StorageError(msg)
         self.stamp = Stamp.of(status)
         self._image: bytes | None = None
