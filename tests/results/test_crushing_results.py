@@ -225,3 +225,22 @@ def test_sweep_refuses():
         manager.sweep({}, case=case)
     with pytest.raises(bs.errors.ModelError, match="'push' is not a LimitCase"):
         manager.sweep("compressive_strength", ["4 MPa"], "push")
+
+
+def test_cells_leave_too_much_of_a_reaction():
+    """A skew beam of 28 kN on ledges, one of which gives way: W (L/2 − a)/(L − a) = 8 kN is left if nothing crushes."""
+    stone = bs.Material("stone", "20 kN/m^3")
+
+    def prism(name, x0, x1, z, **kwargs):
+        plan = [(x0, 0), (x1, 0), (x1 + 0.3, 0.7), (x0 + 0.3, 0.7)]
+        vertices = [(x, y, level) for level in z for x, y in plan]
+        faces = [[3, 2, 1, 0], [4, 5, 6, 7], *([i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4] for i in range(4))]
+        return bs.Block.from_faces(name, Q_(vertices, "m"), faces, stone, **kwargs)
+
+    ledges = prism("left", -1, 1.2, (-1, 0), fixed=True), prism("right", 2.8, 5, (-1, 0), fixed=True)
+    model = model_of(
+        [*ledges, prism("beam", 0, 4, (0, 0.5))], bs.JointMaterial("soft", 0.6, compressive_strength="50 MPa")
+    )
+    result = bs.run(model, bs.SettlementCase("settles", SELF_WEIGHT, ["left"], "-z"))["settles"]
+    assert 8.05e3 < result.reaction.to("N").magnitude < 8.3e3
+    assert "They leave too much of a reaction, and too narrow a range" in result.describe()

@@ -22,14 +22,7 @@ from blockstruct.analysis.replay import ReplaySolver, followed
 from blockstruct.analysis.sweeps import axes_of, joints_at, keep_point, names_at, points_of
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.keywords import checked_keywords
-from blockstruct.limit import (
-    Iteration,
-    LimitProblem,
-    Outcome,
-    ProcedureSettings,
-    scheduled,
-    schedules_of,
-)
+from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, scheduled, schedules_of
 from blockstruct.model import Case, LimitCase, Model, Pushover, checked_tuple
 from blockstruct.procedures import solve_limit_case
 from blockstruct.results import (

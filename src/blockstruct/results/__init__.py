@@ -7,11 +7,12 @@ compression positive, and velocities belong to one watt of variable load (``w_LÂ
 
 from blockstruct.limit import CERTIFICATE_MEASURES
 from blockstruct.results.accessor import HistoryAccessor
+from blockstruct.results.admissible_state import AdmissibleState
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.capacity import block_rotations, capacity_of, doubtful_words, step_arrays, steps_of
-from blockstruct.results.case_result import AdmissibleState, CaseResult, LazyHistory
+from blockstruct.results.case_result import CaseResult, LazyHistory
+from blockstruct.results.caveats import cell_words
 from blockstruct.results.comparison import Comparison, compare, relative_difference
-from blockstruct.results.crushing_cells import cell_words
 from blockstruct.results.curve_comparison import compared_curves
 from blockstruct.results.description import failures
 from blockstruct.results.frame import capacity_frame, history_frame

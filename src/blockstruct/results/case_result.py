@@ -13,8 +13,9 @@ from blockstruct.errors import ModelError
 from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, ProcedureSettings, are_admissible
 from blockstruct.model import Case, Model, SelfWeight, SettlementCase
 from blockstruct.notebook import html_table
+from blockstruct.results.admissible_state import AdmissibleState
 from blockstruct.results.answer import Answer
-from blockstruct.results.caveats import unbounded_with_dilatancy
+from blockstruct.results.caveats import cell_words, unbounded_with_dilatancy
 from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline, path_text
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
@@ -30,28 +31,6 @@ from blockstruct.vocabulary import DRIFTING, OF_CURVE, Flow, Stage, Status
 
 #: Stages that do not ask the question of the case.
 _OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.LARGEST_REACTION.value]
-
-
-@dataclass(frozen=True, slots=True)
-class AdmissibleState:
-    """Forces in equilibrium that no joint refuses, at some load factor: a bound, and no collapse load by itself.
-
-    With associative flow the structure collapses at no lower load factor (static theorem). Without dilatancy the
-    theorem does not hold: joints may slide at a lower one, so that this is not a safe bound.
-
-    Attributes
-    ----------
-    iteration : int
-        Where in the history.
-    load_factor : float
-    certificate : Certificate
-        Equilibrium residual and yield excess are within the tolerances; by how much the flow rule is missed is what
-        separates the state from a collapse state.
-    """
-
-    iteration: int
-    load_factor: float
-    certificate: Certificate
 
 
 @dataclass(frozen=True, slots=True)
@@ -290,6 +269,11 @@ class CaseResult:
         return torsion_words(self.model, self.history, self.answer.name)
 
     @property
+    def cells(self) -> str:
+        """How many joints crush in cells and what that takes, as sentences; empty if none do."""
+        return cell_words(self.history, is_reaction=self.answer.is_reaction) if self.n_iterations else ""
+
+    @property
     def admissible_state(self) -> AdmissibleState | None:
         """Of the iterations inside the true conditions the one that misses the flow rule least, None without any.
 
@@ -371,7 +355,7 @@ class CaseResult:
         """How the structure collapses, in sentences: number, bodies that move, failing joints, and ties."""
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
         found = describe(self.model, self.history, self.case.dead) if moves else ""
-        return "\n".join(filter(None, (str(self), self.torsion_warning, self.masses, found)))
+        return "\n".join(filter(None, (str(self), self.torsion_warning, self.cells, self.masses, found)))
 
     def __repr__(self) -> str:
         answer = f"{self.answer.name} {self.answer.plain(self.load_factor, 4)}"

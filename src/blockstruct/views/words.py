@@ -167,9 +167,9 @@ def without_curve_words(result: bs.CaseResult) -> str:
 
 
 def cells_of(results: Iterable[bs.CaseResult]) -> list[str]:
-    """Sentences on joints that crush in cells, each once; one case tells of all with its settings."""
-    of_settings = {r.settings.crushing_cells: r for r in results if r.n_iterations}
-    return list(dict.fromkeys(filter(None, (bs.results.cell_words(r.history) for r in of_settings.values()))))
+    """Sentences on joints that crush in cells, each once; one case tells of all like it with its settings."""
+    alike = {(r.settings.crushing_cells, r.answer.is_reaction): r for r in results if r.n_iterations}
+    return list(dict.fromkeys(filter(None, (r.cells for r in alike.values()))))
 
 
 def certificate_words(result: bs.CaseResult) -> str:
