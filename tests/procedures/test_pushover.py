@@ -262,6 +262,17 @@ def test_tie_that_is_slack():
     assert len(moving.at(at, 0.01, np.array([2.051])).problem.ties) == 0
 
 
+def test_a_block_that_nothing_is_near():
+    """One that has fallen off its support has no contact points, and is none that ends a run with an error."""
+    blocks, joint = single_block(0.3, 1.5)
+    model = model_of(blocks, joint)
+    case = bs.Pushover("push", dead=SELF_WEIGHT, variable=push(1, 0, 0), control=("block", (1, 0, 0)))
+    statics = Statics.of(model)
+    moving, rest = MovingProblem(statics, LimitProblem.of(statics, case), case), Placement.of(model)
+    away = replace(rest, position=rest.position + np.array([[0, 0, 0], [50, 0, 0]]))
+    assert moving.at(away, 0.01, moving.lengths(rest)).problem.n_points == 0
+
+
 @pytest.mark.parametrize("parts", [1, 2])
 def test_rounded_corners(parts):
     """A pier b × h of one or two blocks with corners of radius r rolls on its corner.

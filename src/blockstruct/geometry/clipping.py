@@ -88,7 +88,7 @@ def clipped(first: Array, n_first: Index, second: Array, n_second: Index) -> Cli
         corner = np.stack([result.corner, crossing], axis=2)
         # Where the outline leaves, it goes on along the edge that clips it.
         edge = np.stack([result.edge, np.where(inside, M + k, result.edge)], axis=2)
-        shape = (len(first), -1)
+        shape = (len(first), 2 * result.corner.shape[1])
         result = _packed(corner.reshape(*shape, 2), edge.reshape(shape), keep.reshape(shape))
     return result
 
