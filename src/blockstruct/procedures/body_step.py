@@ -35,9 +35,9 @@ class Carried:
     ----------
     body : (B,) array
         Body of each block; zero is that of the supports.
-    place : (2, K, 5) array
-        Of each contact point: its two blocks, the lower number first, and where it is in the axes of either, in
-        characteristic lengths.
+    place : (2, K, 8) array
+        Of each contact point: its two blocks, the lower number first, and in the axes of either where it is, in
+        characteristic lengths, and the normal towards the second, :data:`SAME` long.
     force : (K, 3) array
         On the second block, in the axes of the first.
     """
@@ -57,26 +57,31 @@ class Carried:
         """Of a state that is kept."""
         placement, minus, plus = Placement.at(step.position, step.rotation), step.minus_of_contact, step.plus_of_contact
         lower, other = np.minimum(minus, plus), np.maximum(minus, plus)
-        place = _places(lower, other, step.point_of_contact, placement, problem.statics.length)
-        on_other = np.where(minus < plus, 1.0, -1.0) / np.minimum(problem.unit[minus], problem.unit[plus])
+        towards = np.where(minus < plus, 1.0, -1.0)[:, None]
+        normal, length = step.normal_of_contact * towards, problem.statics.length
+        place = _places(lower, other, step.point_of_contact, normal, placement, length)
+        on_other = towards / np.minimum(problem.unit[minus], problem.unit[plus])[:, None]
         own = np.einsum("kji,kj->ki", placement.rotation[lower], step.force_of_contact)
-        return cls(step.body, place, own * on_other[:, None])
+        return cls(step.body, place, own * on_other)
 
     def recalled(self, moved: MovedProblem, question: Question) -> Question:
         """A step that remembers these forces at the contact points that were there, and none at new ones.
 
-        Those of blocks that slide are where they were on one of the two.
+        Those of blocks that slide are where they were on one of the two. Points that parts of one face have in the same
+        place share their forces.
         """
         # Loaded here: scipy.spatial is slow to import.
         from scipy.spatial import KDTree
 
         place, frame = _placed(moved.contacts.points, moved)
-        found = [KDTree(old).query(new, distance_upper_bound=SAME) for old, new in zip(self.place, place, strict=True)]
-        distance, nearest = (np.array(part) for part in zip(*found, strict=True))
-        known = np.isfinite(distance).any(axis=0)
-        which = nearest[distance.argmin(axis=0), np.arange(len(known))][known]
+        near = [
+            KDTree(new).sparse_distance_matrix(KDTree(old), SAME, output_type="ndarray")
+            for old, new in zip(self.place, place, strict=True)
+        ]
+        now, before = np.unique([np.concatenate([n[of] for n in near]) for of in ("i", "j")], axis=1)
+        share = self.force[before] / np.bincount(before)[before, None]
         force = np.zeros_like(question.rubbing)
-        force[known] = np.einsum("kij,kj->ki", frame[known], self.force[which])
+        np.add.at(force, now, np.einsum("kij,kj->ki", frame[now], share))
         return replace(question, rubbing=force)
 
 
@@ -168,17 +173,24 @@ def solve_as_bodies(
 
 
 def _placed(points: ContactPoints, moved: MovedProblem) -> tuple[Array, Array]:
-    """Where contact points are (2, K, 5), and their frames (K, 3, 3), as :class:`Carried` has them."""
+    """Where contact points are (2, K, 8), and their frames (K, 3, 3), as :class:`Carried` has them."""
     lower, other = np.minimum(points.minus, points.plus), np.maximum(points.minus, points.plus)
-    frame = points.frame[points.interface] @ moved.placement.rotation[lower]
-    frame[points.minus > points.plus] *= -1
-    return _places(lower, other, points.position, moved.placement, moved.problem.length), frame
+    frame = points.frame[points.interface]
+    frame = np.where((points.minus > points.plus)[:, None, None], -frame, frame)
+    place = _places(lower, other, points.position, frame[:, 0], moved.placement, moved.problem.length)
+    return place, frame @ moved.placement.rotation[lower]
 
 
-def _places(lower: Index, other: Index, position: Array, placement: Placement, length: float) -> Array:
-    """Where points (K, 3) of two blocks are (2, K, 5), as :class:`Carried` has them."""
-    arms = [
-        np.einsum("kji,kj->ki", placement.rotation[block], position - placement.position[block])
-        for block in (lower, other)
-    ]
-    return np.stack([np.column_stack([lower, other, arm / length]) for arm in arms])
+def _places(lower: Index, other: Index, position: Array, normal: Array, placement: Placement, length: float) -> Array:
+    """Where points (K, 3) with normals (K, 3) towards the other block are (2, K, 8), as :class:`Carried` has them.
+
+    Normals are made so short that only those 60 degrees apart and more are not the same: in an inner corner two blocks
+    touch at one point in two directions.
+    """
+    found = []
+    for block in (lower, other):
+        own = placement.rotation[block]
+        arm = np.einsum("kji,kj->ki", own, position - placement.position[block]) / length
+        direction = np.einsum("kji,kj->ki", own, SAME * normal)
+        found.append(np.column_stack([lower, other, arm, direction]))
+    return np.stack(found)

@@ -1,0 +1,76 @@
+"""Pushovers of blocks with inner corners, which touch another block at one point in two directions."""
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct.limit import LimitProblem, MovingProblem, Placement
+from blockstruct.procedures.body_step import Carried
+from blockstruct.procedures.finite_step import Question
+from blockstruct.statics import Statics
+from blockstruct.structures.prism import prism
+from structures import SELF_WEIGHT, STONE, box, model_of, moved, push, rotation
+
+
+def notched(friction):
+    """A block of 1 m by 1.5 m on two supports, whose step it embraces: 0.2 m high, in the middle."""
+    outline = [[0, 0], [0.5, 0], [0.5, 0.2], [1, 0.2], [1, 1.5], [0, 1.5]]
+    supports = [
+        box("low", [-1, 0, -0.5], [1.5, 1, 0.5], fixed=True),
+        box("high", [0.5, 0, -0.5], [3, 1, 0.7], fixed=True),
+    ]
+    return model_of([*supports, prism("block", outline, (0, 1), STONE)], bs.JointMaterial("dry", friction))
+
+
+def angular(friction):
+    """Three blocks on the ground, one on the other, L-shaped in plan, with faces of two parts and more."""
+    outline = [[0, 0], [1, 0], [1, 0.3], [0.3, 0.3], [0.3, 1], [0, 1]]
+    courses = [prism(f"course {i}", outline, (i / 2, i / 2 + 0.5), STONE) for i in range(3)]
+    ground = box("ground", [-1, -2, -0.5], [3, 3, 0.5], fixed=True)
+    lying = moved(courses, rotation((1, 0, 0), np.pi / 2))
+    return model_of([ground, *lying], bs.JointMaterial("dry", friction))
+
+
+def case_of(model, direction, **more):
+    block = model.blocks[-1].name
+    return bs.Pushover("push", SELF_WEIGHT, push(*direction), control=(block, direction), steps=20, **more)
+
+
+@pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 0)])
+@pytest.mark.parametrize("friction", [0.5, 0.65])
+def test_a_notched_block(friction, direction):
+    """Its curve begins at the collapse state, and goes on from there: it began up to 40 % higher.
+
+    At the top of the riser the tread has a contact point as well, and each remembered the force of either.
+    """
+    model = notched(friction)
+    result = bs.run(model, case_of(model, direction))["push"]
+    curve = result.capacity["load_factor"].to_numpy()
+    assert curve[0] == result.load_factor
+    assert int(result.capacity["programs"][0]) == 0
+    assert curve[1] == pytest.approx(curve[0], rel=0.04)
+
+
+@pytest.mark.parametrize("friction", [0.4, 0.8])
+def test_faces_in_parts(friction):
+    """Their contact points at one place share what is remembered there, so that blocks that go on take one program."""
+    model = angular(friction)
+    result = bs.run(model, case_of(model, (1, 0, 0)))["push"]
+    curve = result.capacity
+    assert float(curve["load_factor"][0]) == result.load_factor
+    assert int(curve["programs"][0]) == 0
+    assert curve["programs"].to_numpy()[2:6].tolist() == [1] * 4
+
+
+@pytest.mark.parametrize("model", [notched(0.5), angular(0.5)])
+def test_no_force_is_remembered_twice(model):
+    case = case_of(model, (1, 0, 0))
+    statics = Statics.of(model)
+    problem = LimitProblem.of(statics, case)
+    moving, rest = MovingProblem(statics, problem, case), Placement.of(model)
+    there = moving.at(rest, 0.02, moving.lengths(rest))
+    x = np.random.default_rng(7).normal(size=(problem.n_points, 3))
+    twist = np.zeros((len(model.blocks), 6))
+    carried = Carried.of(there, x, np.zeros(problem.A.shape[0]), statics.points)
+    found = carried.recalled(there, Question.of(there, 1.0, twist, 0.01)).rubbing
+    assert there.problem.A @ found.ravel() == pytest.approx(problem.A @ x.ravel(), abs=1e-9)
