@@ -5,14 +5,16 @@ import pytest
 import scipy.sparse as sp
 
 import blockstruct as bs
+from blockstruct.analysis import StepDone
 from blockstruct.limit import LimitProblem, MovingProblem, Placement, ProcedureSettings
 from blockstruct.limit.bodies import Bodies, bodies_of
 from blockstruct.procedures.body_step import Carried, solve_as_bodies
 from blockstruct.procedures.carried_forces import carried_forces
-from blockstruct.procedures.finite_step import Question, solve_finite_step
+from blockstruct.procedures.finite_step import CountingSolver, Question, solve_finite_step
 from blockstruct.solvers import ClarabelSolver
+from blockstruct.solvers.interior_point import ContactProblem
 from blockstruct.statics import Statics
-from structures import SELF_WEIGHT, model_of, push
+from structures import SELF_WEIGHT, model_of, push, slipping_units
 
 SETTINGS = ProcedureSettings()
 
@@ -39,12 +41,16 @@ class Wall:
         return Question.of(moved, work, self.twist, 0.01)
 
 
-def whole(question):
-    return solve_finite_step(question, SETTINGS, ClarabelSolver())
+def solver():
+    return CountingSolver(ClarabelSolver())
+
+
+def whole(question, by=None):
+    return solve_finite_step(question, SETTINGS, by or solver())
 
 
 def of_bodies(moved, question, carried):
-    return solve_as_bodies(moved, carried.recalled(moved, question), carried.body, SETTINGS, ClarabelSolver())
+    return solve_as_bodies(moved, carried.recalled(moved, question), carried.body, SETTINGS, solver())
 
 
 def test_the_same_state():
@@ -90,9 +96,42 @@ def test_a_motion_that_goes_on(monkeypatch):
     moved = wall.at(wall.placement)
     twist = moved.twist(whole(wall.question(moved)).u)
     monkeypatch.setattr("blockstruct.procedures.finite_step.ContactProblem", None)
-    after = whole(Question.of(moved, 10.0, twist, 0.01))
-    assert after.programs == 1
+    counting = solver()
+    after = whole(Question.of(moved, 10.0, twist, 0.01), counting)
+    assert counting.programs == 1
     assert after.holds
+
+
+def test_what_leads_nowhere_is_counted(monkeypatch):
+    """A curve tells of all programs and iterations between its states, also of bodies that come apart."""
+    solved, iterations, at_step = [], [], []
+
+    def counted(method):
+        def solve(*args, **options):
+            found = method(*args, **options)
+            iterations.append(found.iterations)
+            return found
+
+        return solve
+
+    def program(*args):
+        solved.append(1)
+        return one(*args)
+
+    def listen(event):
+        if isinstance(event, StepDone):
+            at_step.append((len(solved), sum(iterations)))
+
+    one = counted(ClarabelSolver.solve)
+    monkeypatch.setattr(ClarabelSolver, "solve", program)
+    monkeypatch.setattr(ContactProblem, "solve", counted(ContactProblem.solve))
+    model = slipping_units()
+    control = (model.blocks[-1].name, (1, 0, 0))
+    case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=control, steps=8)
+    curve = bs.AnalysisManager(model, listeners=[listen]).run([case])["push"].capacity
+    assert int(curve["body_failures"].max()) > 1
+    told = np.column_stack([curve["programs"], curve["solver_iterations"]])
+    assert told[1:].tolist() == np.diff(at_step, axis=0).tolist()
 
 
 def test_nothing_to_gain():

@@ -51,7 +51,7 @@ class FiniteStep:
     holds : bool
         Whether they are within the tolerances of a step.
     contact_points, programs, solver_iterations : int
-        Those of attempts at too long a step are among them.
+        Of the state; and of all attempts at the step, also of those that led nowhere.
     solver_time : float
         Seconds of the whole step.
     divided : bool

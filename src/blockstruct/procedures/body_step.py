@@ -14,7 +14,7 @@ from blockstruct.limit.moved import MovedProblem, MovingProblem
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.carried_forces import carried_forces
-from blockstruct.procedures.finite_step import CERTIFIED, Question, Solved, solve_finite_step
+from blockstruct.procedures.finite_step import CERTIFIED, CountingSolver, Question, Solved, solve_finite_step
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -89,11 +89,10 @@ class Stepper:
     """One step after the other: of bodies while they go on as such, and of all blocks where they do not."""
 
     def __init__(self, settings: ProcedureSettings, solver: Solver) -> None:
-        self._settings, self._solver = settings, solver
+        self._settings, self.solver = settings, CountingSolver(solver)
         self._carried: Carried | None = None
         #: Steps of bodies that failed one after the other, and solutions before bodies are tried again.
         self.waiting = 0, 0
-        self._spent = 0, 0
 
     def begin(
         self, moved: MovedProblem, question: Question, collapse: Iteration, points: ContactPoints
@@ -114,26 +113,20 @@ class Stepper:
         if self._carried is not None:
             question = self._carried.recalled(moved, question)
             if waits == 0:
-                found = solve_as_bodies(moved, question, self._carried.body, self._settings, self._solver)
+                found = solve_as_bodies(moved, question, self._carried.body, self._settings, self.solver)
                 failed = waits = 0 if found is not None else min(failed + 1, MOST_WAITS)
             else:
                 waits -= 1
             self.waiting = failed, waits
         if found is None:
-            found = solve_finite_step(question, self._settings, self._solver)
+            found = solve_finite_step(question, self._settings, self.solver)
         if found is not None:
-            self._spent = self._spent[0] + found.programs, self._spent[1] + found.iterations
             self._carried = Carried.of(moved, found.x, found.u)
         return found
 
-    def spent(self) -> tuple[int, int]:
-        """Programs and interior-point iterations since this was last asked."""
-        spent, self._spent = self._spent, (0, 0)
-        return spent
-
 
 def solve_as_bodies(
-    moved: MovedProblem, question: Question, body: Index, settings: ProcedureSettings, solver: Solver
+    moved: MovedProblem, question: Question, body: Index, settings: ProcedureSettings, solver: CountingSolver
 ) -> Solved | None:
     """A step of bodies, and the forces inside them.
 
@@ -167,9 +160,7 @@ def solve_as_bodies(
     none = ~bodies.between & (np.abs(moved.contacts.gap) <= NO_GAP * problem.length)
     closed = replace(question, gap=np.where(none, 0.0, question.gap))
     found = closed.state(solved.load_factor, x, u, solved.tie_force, settings)
-    if not found.holds:
-        return None
-    return replace(found, programs=solved.programs, iterations=solved.iterations)
+    return found if found.holds else None
 
 
 def _placed(points: ContactPoints, moved: MovedProblem) -> tuple[Array, Array]:

@@ -13,7 +13,7 @@ from blockstruct.limit.friction import Sliding, frozen_sliding, shift_of, true_s
 from blockstruct.limit.iteration import is_solved
 from blockstruct.limit.moved import MovedProblem
 from blockstruct.limit.problem import LimitProblem
-from blockstruct.limit.program import ConicProgram, Objective, Solver
+from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.solvers.interior_point import ContactProblem, Step
 
@@ -70,8 +70,6 @@ class Solved:
         its slack does.
     missed : float
         Flow-rule gap relative to the work of the loads and of what is dissipated.
-    programs, iterations : int
-        All of them, and not those alone that came before this state.
     """
 
     load_factor: float
@@ -85,8 +83,6 @@ class Solved:
     reaching: Array
     tightening: Array
     missed: float
-    programs: int = 0
-    iterations: int = 0
 
     @property
     def holds(self) -> bool:
@@ -171,7 +167,27 @@ def dissipated(problem: LimitProblem, x: Array, T: Array, u: Array) -> tuple[flo
     return -float(np.einsum("kj,kj->", x[:, 1:], v[:, 1:])), float(T @ np.maximum(problem.ties.elongation(u), 0.0))
 
 
-def solve_finite_step(question: Question, settings: ProcedureSettings, solver: Solver) -> Solved | None:
+class CountingSolver:
+    """A solver that counts programs, and interior-point iterations, to which those of loops are added."""
+
+    def __init__(self, solver: Solver) -> None:
+        self._solver = solver
+        self.programs = self.iterations = 0
+
+    def solve(self, program: ConicProgram, data: ProgramData, tolerance: float) -> Solution:
+        """Solution of one program."""
+        solution = self._solver.solve(program, data, tolerance)
+        self.programs, self.iterations = self.programs + 1, self.iterations + solution.iterations
+        return solution
+
+    def spent(self) -> tuple[int, int]:
+        """Programs and iterations since this was last asked, whatever they led to."""
+        spent = self.programs, self.iterations
+        self.programs = self.iterations = 0
+        return spent
+
+
+def solve_finite_step(question: Question, settings: ProcedureSettings, solver: CountingSolver) -> Solved | None:
     """Maximise ``s α − Σ (g_k + σ_k) n_k``: equilibrium now, contacts closed or open at the end of the step.
 
     With the gaps g before the step and the shift ``σ = μ ‖v_t‖`` of De Saxcé & Feng (1998), of the displacement of the
@@ -215,7 +231,7 @@ def solve_finite_step(question: Question, settings: ProcedureSettings, solver: S
     if best.slides:
         going_on = question.state(best.load_factor, best.x, _going_on(question, best.x), best.tie_force, settings)
         best = going_on if _missed(going_on) <= GOES_ON else best
-    return replace(best, programs=programs.solved, iterations=programs.iterations)
+    return best
 
 
 def _going_on(question: Question, x: Array) -> Array:
@@ -245,12 +261,11 @@ def _agreed(found: list[Solved]) -> bool:
 
 
 class _Programs:
-    """The programs of one step, and what they have taken."""
+    """The programs of one step."""
 
-    def __init__(self, question: Question, settings: ProcedureSettings, solver: Solver) -> None:
+    def __init__(self, question: Question, settings: ProcedureSettings, solver: CountingSolver) -> None:
         self._question, self._settings, self._solver = question, settings, solver
         self._program = ConicProgram(question.problem, settings)
-        self.solved = self.iterations = 0
 
     def shifted(self, v: Array, n: Array) -> Solved | None:
         """Forces inside the true cones, with the shift of relative velocities (K, 3) and normal forces (K,)."""
@@ -295,14 +310,13 @@ class _Programs:
             tolerance=LOOP_TOLERANCE,
             max_iterations=LOOP_ITERATIONS,
         )
-        self.iterations += looped.iterations
+        self._solver.iterations += looped.iterations
         return looped.state.x[: 3 * K : 3] if looped.gap <= NOWHERE else None
 
     def _found(self, sliding: Sliding, shift: Array) -> Solved | None:
         question, program = self._question, self._program
         data = program.data(sliding, objective=Objective(question.gap + shift, price=question.slack))
         solution = self._solver.solve(program, data, TOLERANCE)
-        self.solved, self.iterations = self.solved + 1, self.iterations + solution.iterations
         if not is_solved(solution.status):
             return None
         return question.state(*program.unpack(solution), program.tie_force(solution), self._settings)

@@ -385,7 +385,7 @@ class _Path:
             divided=self._divided,
             waiting=self._stepper.waiting,
             energy_error=missed / all_work if all_work else 0.0,
-            spent=self._stepper.spent(),
+            spent=self._stepper.solver.spent(),
             time=time,
         )
 
