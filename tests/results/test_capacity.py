@@ -47,6 +47,17 @@ def test_a_jump_is_told(d, share):
     assert f"at a displacement of {1e3 * d[k - 1]:.4g} mm" in told[0]
 
 
+@pytest.mark.parametrize(("before", "behind", "slides"), [(0.0, 0.0, False), (0.3, 0.0, True), (0.0, 0.2, True)])
+def test_a_jump_is_told_by_what_happens(before, behind, slides):
+    """Where friction does no work, before nor behind, nothing slips and nothing catches."""
+    load_factor = 0.3 * (1 - EVEN) - 0.05 * (EVEN > 0.4)
+    rubs = {"dissipation": ("step", np.where(EVEN > 0.4, behind, before))}
+    (told,) = told_of(curve(EVEN, load_factor, **rubs))
+    assert ("slip and catch" in told) == slides
+    assert ("hinge of an arch leaps" in told) != slides
+    assert told.endswith("run it with other steps and compare")
+
+
 @pytest.mark.parametrize("share", [0.05, -0.05])
 def test_a_jump_of_the_first_step_is_told(share):
     load_factor = 0.3 * (1 - EVEN) + 0.3 * share * (EVEN > 0)
