@@ -5,7 +5,15 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.procedures.pushover import _Path
 from structures import SELF_WEIGHT, slid_from_under
+
+
+def pushed(steps):
+    """Curve of a pushed along until b has lost what it stands on."""
+    push = bs.LoadPattern("push", [bs.PointLoad("a", Q_([1, 0.2, 0.1], "m"), Q_([1, 0, 0], "kN"))])
+    case = bs.Pushover("push", SELF_WEIGHT, push, control=("a", (1, 0, 0)), steps=steps)
+    return bs.run(slid_from_under(), case)["push"].capacity
 
 
 @pytest.mark.parametrize("steps", [6, 10, 20])
@@ -17,9 +25,7 @@ def test_a_block_drops_where_nothing_holds_it(steps):
     in balance about the corner on the ledge: V (0.1 + d) − 0.01 V tan(φ − θ) = 0.96 (0.2 cos θ − 0.15 sin θ). With the
     drop on the way of a whole step, α was up to 9 % low on it, and behind it as far away as the step was long.
     """
-    pushed = bs.LoadPattern("push", [bs.PointLoad("a", Q_([1, 0.2, 0.1], "m"), Q_([1, 0, 0], "kN"))])
-    case = bs.Pushover("push", SELF_WEIGHT, pushed, control=("a", (1, 0, 0)), steps=steps)
-    curve = bs.run(slid_from_under(), case)["push"].capacity
+    curve = pushed(steps)
     d, alpha = curve["displacement"].to_numpy(), curve["load_factor"].to_numpy()
     drops = d[curve["dropped"].to_numpy() == 1]
     begins = d[curve["drops_next"].to_numpy() == 1]
@@ -33,3 +39,19 @@ def test_a_block_drops_where_nothing_holds_it(steps):
     assert behind.sum() > 2
     assert alpha[behind] == pytest.approx((0.3 * (4 + V) + V * slope)[behind], rel=2e-3)
     assert float(curve["energy_error"].max()) < 5e-3
+
+
+def test_a_drop_that_is_none_leaves_nothing_behind(monkeypatch):
+    """A curve in which all drops are looked for in vain is, to the last digit, that in which none is looked for."""
+    found = _Path._alone
+
+    def in_vain(*args):
+        assert found(*args) is not None
+
+    monkeypatch.setattr(_Path, "_alone", in_vain)
+    looked_for = pushed(6)
+    monkeypatch.setattr(_Path, "_dropping", lambda *_: None)
+    not_looked_for = pushed(6)
+    assert int(looked_for["programs"].sum()) > int(not_looked_for["programs"].sum())
+    spent = ["programs", "solver_iterations", "solver_time"]
+    assert looked_for.drop_vars(spent).equals(not_looked_for.drop_vars(spent))

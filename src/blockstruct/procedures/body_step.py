@@ -90,7 +90,8 @@ class Stepper:
 
     def __init__(self, settings: ProcedureSettings, solver: Solver) -> None:
         self._settings, self.solver = settings, CountingSolver(solver)
-        self._carried: Carried | None = None
+        #: What the next step begins with: of the state, and then of what was tried since.
+        self.carried: Carried | None = None
         #: Steps of bodies that failed one after the other, and solutions before bodies are tried again.
         self.waiting = 0, 0
 
@@ -102,18 +103,18 @@ class Stepper:
         found = question.state(collapse.load_factor, x, collapse.u, collapse.tie_force, self._settings)
         return found if found.holds else None
 
-    def go_on(self, carried: Carried, waiting: tuple[int, int]) -> None:
-        """Take the state that the next step begins at, whatever was tried since: the forces of no other act there."""
-        self._carried, self.waiting = carried, waiting
+    def go_on(self, carried: Carried | None, waiting: tuple[int, int]) -> None:
+        """Begin the next step with what a state hands on, whatever was tried since."""
+        self.carried, self.waiting = carried, waiting
 
     def solve(self, moved: MovedProblem, question: Question) -> Solved | None:
         """A step; None if there is no state."""
         found = None
         failed, waits = self.waiting
-        if self._carried is not None:
-            question = self._carried.recalled(moved, question)
+        if self.carried is not None:
+            question = self.carried.recalled(moved, question)
             if waits == 0:
-                found = solve_as_bodies(moved, question, self._carried.body, self._settings, self.solver)
+                found = solve_as_bodies(moved, question, self.carried.body, self._settings, self.solver)
                 failed = waits = 0 if found is not None else min(failed + 1, MOST_WAITS)
             else:
                 waits -= 1
@@ -121,7 +122,7 @@ class Stepper:
         if found is None:
             found = solve_finite_step(question, self._settings, self.solver)
         if found is not None:
-            self._carried = Carried.of(moved, found.x, found.u)
+            self.carried = Carried.of(moved, found.x, found.u)
         return found
 
 

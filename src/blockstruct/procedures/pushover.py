@@ -228,9 +228,12 @@ class _Path:
         if isinstance(following, str):
             return following
         self._divided, divided = False, self._divided
+        tried = self._stepper.carried, self._stepper.waiting
         dropping = self._dropping(state, following, time)
         if dropping is not None:
             return dropping
+        # What was looked for in vain leaves nothing behind.
+        self._stepper.go_on(*tried)
         missed = self._missed(state, following)
         # Blocks that fall release work that nothing balances, however short the step.
         self._divided = missed > EVENT and not divided and following.solved.falling < self._driving
@@ -262,7 +265,7 @@ class _Path:
         What the push drives goes with its step. What drops until it meets others goes all of that way in a step
         however short; on a step as long as others it would seem to hold for so long.
         """
-        waiting, short, alpha = self._stepper.waiting, SHORT * following.state.time, following.solved.load_factor
+        short, alpha = SHORT * following.state.time, following.solved.load_factor
         if state.drops_next:
             return self._alone(state, following.moved, short, alpha)
         rise = following.solved.falling - state.falling
@@ -273,7 +276,6 @@ class _Path:
             return None
         found = self._alone(state, following.moved, short, alpha)
         if found is None or found.solved.falling - state.falling < ALONE * rise:
-            self._stepper.waiting = waiting
             return None
         least = state.falling + AS_FAR * (found.solved.falling - state.falling)
         before, behind = 0.0, time
@@ -349,13 +351,10 @@ class _Path:
         return following, time
 
     def _after(self, state: State, time: float) -> MovedProblem:
-        """The problem where the blocks of a state are after a time."""
-        return self._at(state.placement.moved(state.twist * time), state, time)
-
-    def _at(self, placement: Placement, state: State, time: float) -> MovedProblem:
-        """The problem at a placement, with contacts within the reach of the motion of a state in a time."""
+        """The problem where the blocks of a state are after a time, with contacts within the reach of that motion."""
         furthest = float(np.linalg.norm(state.twist[:, :3], axis=1).max()) * time
-        return self._problem.at(placement, max(self._nearest, REACH * furthest), state.longest)
+        reach = max(self._nearest, REACH * furthest)
+        return self._problem.at(state.placement.moved(state.twist * time), reach, state.longest)
 
     def _drops(self, solved: Solved, before: Solved) -> bool:
         """Whether blocks drop until they meet others: a shorter step has the drop alone, and less to meet."""
