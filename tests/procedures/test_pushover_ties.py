@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from test_pushover import ROUGH, box, by_hand, elongated, run, tied, turned
+from test_pushover import ROUGH, STONE, box, by_hand, elongated, run, tied, turned
 
 import blockstruct as bs
 from blockstruct import Q_
@@ -178,6 +178,36 @@ def test_a_load_factor_that_falls_below_zero_where_a_tie_breaks_is_zero_there(st
     # From 3 m along and 0.1 m across, the anchor comes to a distance that is 0.4 m longer.
     way = np.sqrt((np.hypot(3, 0.1) + 0.4) ** 2 - 0.1**2) - 3
     assert float(curve["d0"]) == pytest.approx(way * np.cos(np.radians(25)), rel=1e-4)
+
+
+@pytest.mark.parametrize("steps", [12, 30])
+def test_what_is_left_where_ties_break_that_pulled_late(steps):
+    """Bars to posts beside a block of 0.6 m × 3 m go slack, pull, and break: α is tan(atan 0.2 − θ) there."""
+    post = "[0.5, 1, 4] m"
+    posts = [
+        bs.Block.box(f"post {k}", Q_([0.5, y, 0], "m"), post, STONE, fixed=True) for k, y in enumerate((-1.5, 1.5))
+    ]
+    blocks = [box("ground", (-3, 4), (-0.5, 0), fixed=True), box("block", (0, 0.6), (0, 3)), *posts]
+    bars = [
+        bs.Tie(
+            f"bar {k}",
+            (f"post {k}", Q_([0.65, y, 1], "m")),
+            ("block", Q_([0.6, k, 2.8], "m")),
+            yield_force="6 kN",
+            elongation_limit="2 mm",
+        )
+        for k, y in enumerate((-0.5, 1.5))
+    ]
+    result = run(bs.Model("late", blocks, bs.detect_interfaces(blocks, ROUGH), ties=bars), "block", steps=steps)
+
+    def length(angle):
+        """From the post to the block, turned about (0.6, 0)."""
+        return np.linalg.norm([0.05 - 2.8 * np.sin(angle), 0.5, 1 - 2.8 * np.cos(angle)])
+
+    angle = brentq(lambda turn: length(turn) - length(0) - 2e-3, 0.06, 0.2)
+    assert result.broken_ties["load factor after"].to_numpy() == pytest.approx(np.tan(np.arctan(0.2) - angle), rel=3e-4)
+    assert result.message.count("the load factor falls from") == 1
+    assert " and tie bar 1 breaks at" in result.message
 
 
 def test_a_slack_tie_beside_one_that_pulls_hides_no_jump():

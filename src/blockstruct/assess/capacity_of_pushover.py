@@ -12,7 +12,7 @@ from blockstruct.assess.lines import Line, shown
 from blockstruct.assess.participation import HorizontalForces, Participation
 from blockstruct.errors import ModelError
 from blockstruct.model import Model
-from blockstruct.results import CaseResult, block_rotations, left_behind
+from blockstruct.results import CaseResult, block_rotations
 
 Array = NDArray[np.float64]
 
@@ -90,11 +90,7 @@ def curve_of_pushover(
     breaks = np.zeros(0, dtype=np.int64)
     if "tie_break_displacement" in capacity:
         broke = np.abs(capacity["tie_break_displacement"].to_numpy())
-        # What is lost where a tie breaks is lost there, and not on the way to the next state.
-        lost = np.unique(np.searchsorted(d_C, broke[broke < d_C[-1]]))
-        left = left_behind(d_C, alpha, lost, d_C[lost - 1])
-        d_C, alpha = np.insert(d_C, lost, np.nextafter(d_C[lost - 1], np.inf)), np.insert(alpha, lost, left)
-        breaks = lost - 1 + np.arange(len(lost))
+        breaks = np.unique(np.searchsorted(d_C, broke[broke < d_C[-1]])) - 1
     factor = participation.factor / abs(delta)
     d, a = d_C * factor, a0_star / result.load_factor * alpha
     until = "where α vanishes" if complete else "where it ends, before α vanishes, which is taken for d0"

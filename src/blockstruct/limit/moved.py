@@ -129,8 +129,9 @@ class ControlPoint:
         return float((twist[self.block, :3] + np.cross(twist[self.block, 3:], arm)) @ self.direction)
 
 
-#: Share of the elongation limit of a tie within which it is reached.
-AT_LIMIT = 1e-3
+#: Share of the elongation limit of a tie within which it is reached; what is left of a way to it, and how much further
+#: one behind it leads, as shares of the way.
+AT_LIMIT, SHORT_OF, BEYOND = 1e-3, 1e-3, 1 / 4096
 
 
 class MovingProblem:
@@ -169,16 +170,24 @@ class MovingProblem:
         own = self.statics.ties
         return np.asarray(longest > own.span + own.elongation_limit)
 
-    def until_broken(self, before: Array, after: Array, at_limit: float = AT_LIMIT) -> float:
-        """Share of a way, on which ties reach lengths (N,) from others, that leads to the first that breaks; or one.
+    def breaks(self, before: Array, after: Array) -> NDArray[np.bool_]:
+        """Whether ties (N,) break on a way on which they reach lengths (N,) from others."""
+        reserve = self._reserve(before)
+        return np.asarray((reserve >= 0) & (after - before > reserve))
 
-        One that is within a share of its limit goes beyond.
+    def until_broken(self, before: Array, after: Array) -> float:
+        """Share of a way, on which ties reach lengths (N,) from others, that ends where one breaks; or one.
+
+        It ends just before the first that does and, of one that is within a share of its limit, just behind.
         """
-        own = self.statics.ties
-        reserve, grown = own.span + own.elongation_limit - before, after - before
-        # A share of no limit is not reached, and none of it is no number.
-        breaks = (reserve > at_limit * np.nan_to_num(own.elongation_limit)) & (grown > reserve)
-        return float((reserve[breaks] / grown[breaks]).min(initial=1.0))
+        breaks, reserve = self.breaks(before, after), self._reserve(before)
+        share = reserve[breaks] / (after - before)[breaks]
+        reached = reserve[breaks] <= AT_LIMIT * self.statics.ties.elongation_limit[breaks]
+        return float(np.where(reached, share + BEYOND, (1 - SHORT_OF) * share).min(initial=1.0))
+
+    def _reserve(self, longest: Array) -> Array:
+        """How much longer ties (N,) may become than they have been, m."""
+        return self.statics.ties.span + self.statics.ties.elongation_limit - longest
 
     def at(self, placement: Placement, reach: float, longest: Array) -> MovedProblem:
         """Limit problem at a placement.

@@ -317,7 +317,7 @@ class _Path:
             moved = self._after(state, time)
             whole = self._problem.until_broken(state.longest, moved.longest)
             if whole < 1:
-                time *= (1 - BEFORE) * whole
+                time *= whole
                 moved = self._after(state, time)
             last, depth = attempt + 1 == ATTEMPTS, moved.penetration / (DEEPEST * self._size)
             # The depth is that of a chord over an arc, or of blocks that meet: at least in proportion.
@@ -332,12 +332,9 @@ class _Path:
         most = CERTIFIED if self._doubtful == DOUBTFUL else LOST
         if following is None or following.solved.missed > most or self._falls(following.solved):
             return self.lost(moved.placement, following), time
-        negative = following.state.load_factor < 0
-        if negative and (broken := self._problem.until_broken(state.longest, moved.longest, 0.0)) < 1:
-            # The load factor falls below zero where the tie breaks, and not on the way behind.
-            beyond = self._reached(self._after(state, (1 + BEFORE) * broken * time), state)
-            if beyond is not None and self._goes_on(beyond.solved):
-                return beyond, time
+        # Where a tie breaks the load factor falls at once, and not on the way there.
+        if self._problem.breaks(state.longest, moved.longest).any():
+            return following, time
         for _ in range(CORRECTIONS):
             below = following.state.load_factor
             if below >= -ZERO * self._load_factor or state.load_factor <= 0:

@@ -26,7 +26,6 @@ from blockstruct.results.pushed_ties import (
     breaking_words,
     broken_ties,
     curve_with_losses,
-    left_behind,
     pushed_tie_state,
 )
 from blockstruct.results.resultants import interface_resultants
@@ -71,7 +70,6 @@ __all__ = [
     "capacity_frame",
     "capacity_of",
     "curve_with_losses",
-    "left_behind",
     "pushed_tie_state",
     "step_arrays",
     "steps_of",

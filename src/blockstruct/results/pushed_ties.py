@@ -55,8 +55,8 @@ def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Indexed by the tie: ``displacement [meter]`` of the control point at which it breaks, ``elongation [meter]``
-        there, which is its limit, ``force [newton]`` before, and ``load factor before``, that of the state before, and
-        ``after``, as :func:`left_behind`. Ties that break between the same states have the same ones.
+        there, which is its limit, ``force [newton]`` before, and ``load factor before`` and ``after``, of the states
+        just before and behind. Ties that break between the same states have the same ones.
     """
     meter, newton = SI_UNITS["length"], SI_UNITS["force"]
     lengths = [f"{name} [{meter}]" for name in ("displacement", "elongation")]
@@ -98,7 +98,7 @@ def curve_with_losses(capacity: xr.Dataset) -> tuple[Array, Array]:
 
 
 def _falls(capacity: xr.Dataset) -> dict[int, tuple[float, float, float]]:
-    """Where ties break: displacement and the load factors just before and behind, by the number of the next state."""
+    """Where ties break: displacement and the load factors just before and behind, by the number of the state behind."""
     displacement, alpha = (capacity[name].transpose("step").to_numpy() for name in ("displacement", "load_factor"))
     elongation = capacity["tie_elongation"].transpose("step", "tie").to_numpy()
     at = capacity["tie_break_displacement"].to_numpy()
@@ -106,35 +106,7 @@ def _falls(capacity: xr.Dataset) -> dict[int, tuple[float, float, float]]:
     for tie, k in _breaking(elongation, capacity["tie_elongation_limit"].to_numpy()).items():
         nearer = abs(at[tie] - displacement[k - 1]) < abs(first.get(k, np.inf) - displacement[k - 1])
         first |= {k: float(at[tie])} if nearer else {}
-    steps = sorted(first)
-    places = [first[k] for k in steps]
-    after = left_behind(displacement, alpha, np.array(steps, dtype=np.int64), np.array(places))
-    before = alpha[[k - 1 for k in steps]].tolist()
-    return dict(zip(steps, zip(places, before, after.tolist(), strict=True), strict=True))
-
-
-def left_behind(displacement: Array, load_factor: Array, lost: NDArray[np.int64], at: Array) -> Array:
-    """Load factors just behind the breaks of ties: what falls on the way to the next state is not lost at once.
-
-    It falls there as on the nearest ways before and behind on which nothing breaks, the slower of the two.
-
-    Parameters
-    ----------
-    displacement, load_factor : (S,) arrays
-        Of the states, m and α.
-    lost : (L,) array
-        Number of the state before which ties break, ascending.
-    at : (L,) array
-        Displacement at which they do, m.
-    """
-    length = np.abs(np.diff(displacement))
-    whole = np.setdiff1d(np.flatnonzero(length > 0), lost - 1)
-    slope = np.full(len(whole) + 2, np.inf)
-    slope[1:-1] = -np.diff(load_factor)[whole] / length[whole]
-    behind = np.searchsorted(whole, lost - 1) + 1
-    slower = np.minimum(slope[behind - 1], slope[behind])
-    on_the_way = np.where(np.isfinite(slower), np.maximum(slower, 0.0), 0.0) * np.abs(displacement[lost] - at)
-    return np.asarray(np.minimum(load_factor[lost - 1], load_factor[lost] + on_the_way))
+    return {k: (first[k], float(alpha[k - 1]), float(alpha[k])) for k in sorted(first)}
 
 
 def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:
@@ -171,12 +143,15 @@ def slack(model: Model, force: Array) -> NDArray[np.bool_]:
 
 
 def breaking_words(capacity: xr.Dataset) -> list[str]:
-    """Which ties break in a pushover, where, and what the load factor loses: a clause each, and how many more."""
+    """Which ties break in a pushover, where, and what the load factor loses: a clause each time, and how many more."""
     found = broken_ties(capacity)
-    said = [
-        f"tie {name} breaks at a displacement of {d * 1e3:.4g} mm, {longer * 1e3:.4g} mm longer: the load factor falls "
-        f"from {before:.4g} to {after:.4g}"
-        for name, d, longer, _, before, after in found.head(LISTED).itertuples()
-    ]
-    rest = len(found) - LISTED
+    listed = found.head(LISTED)
+    said = []
+    for (before, after), together in listed.groupby(["load factor before", "load factor after"], sort=False):
+        each = [
+            f"tie {name} breaks at a displacement of {d * 1e3:.4g} mm, {longer * 1e3:.4g} mm longer"
+            for name, d, longer in together.iloc[:, :2].itertuples()
+        ]
+        said.append(f"{' and '.join(each)}: the load factor falls from {before:.4g} to {after:.4g}")
+    rest = len(found) - len(listed)
     return said + [f"{rest} more {'tie breaks' if rest == 1 else 'ties break'}"] * (rest > 0)
