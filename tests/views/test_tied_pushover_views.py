@@ -60,19 +60,18 @@ def test_figure(result):
 
 
 def test_what_a_tie_bears_is_lost_where_it_breaks(analysis, result):
-    """α falls at once from that of the state before, but for what falls on the way to the one after."""
+    """α falls between a state just before and one just behind, and then goes on as it will behind them."""
     at, before, after = result.broken_ties[["displacement [meter]", "load factor before", "load factor after"]].iloc[0]
-    d, alpha = bs.results.curve_with_losses(result.capacity)
-    (k,) = np.flatnonzero(np.diff(d) == 0)
-    assert (d[k], alpha[k], alpha[k + 1]) == (at, before, after)
-    assert len(d) == result.capacity.sizes["step"] + 2
-    # Behind the break the curve goes on as behind the next state.
+    d, alpha = (result.capacity[name].to_numpy() for name in ("displacement", "load_factor"))
+    k = int(np.searchsorted(d, at)) - 1
+    assert tuple(alpha[k : k + 2]) == (before, after)
+    assert d[k] <= at <= d[k + 1] < d[k] + 3e-3 * (d[k] - d[k - 1])
     slope = np.diff(alpha[k + 1 :]) / np.diff(d[k + 1 :])
     assert slope[0] < 0
     assert slope[0] == pytest.approx(slope[1], rel=0.1)
     assert f"falls from {before:.4g} to {after:.4g}" in bs.results.breaking_words(result.capacity)[0]
-    drawn = payload(analysis)["cases"][0]["pushover"]["line"]
-    assert drawn == {"x": (1e3 * d).tolist(), "y": alpha.tolist()}
+    drawn = payload(analysis)["cases"][0]["pushover"]
+    assert (drawn["displacement"], drawn["load_factor"]) == (d.tolist(), alpha.tolist())
     line = figures.capacity(result).lines[0]
     assert line.get_ydata().tolist() == alpha.tolist()
 

@@ -25,7 +25,6 @@ from blockstruct.results.pushed import pushed_masses
 from blockstruct.results.pushed_ties import (
     breaking_words,
     broken_ties,
-    curve_with_losses,
     pushed_tie_state,
 )
 from blockstruct.results.resultants import interface_resultants
@@ -69,7 +68,6 @@ __all__ = [
     "broken_ties",
     "capacity_frame",
     "capacity_of",
-    "curve_with_losses",
     "pushed_tie_state",
     "step_arrays",
     "steps_of",

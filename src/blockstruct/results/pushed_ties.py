@@ -66,47 +66,10 @@ def broken_ties(capacity: xr.Dataset) -> pd.DataFrame:
     at, limit = (capacity[name].to_numpy() for name in ("tie_break_displacement", "tie_elongation_limit"))
     force, elongation = (capacity[name].transpose("step", "tie").to_numpy() for name in ("tie_force", "tie_elongation"))
     breaking = _breaking(elongation, limit)
-    falls = _falls(capacity)
-    rows = [(at[tie], limit[tie], force[k - 1, tie], *falls[k][1:]) for tie, k in breaking.items()]
+    alpha = capacity["load_factor"].transpose("step").to_numpy()
+    rows = [(at[tie], limit[tie], force[k - 1, tie], *alpha[k - 1 : k + 1]) for tie, k in breaking.items()]
     names = pd.Index(capacity["tie"].to_numpy()[list(breaking)], name="tie")
     return pd.DataFrame(rows, columns=columns, index=names, dtype=float).sort_values(lengths[0], kind="stable")
-
-
-def curve_with_losses(capacity: xr.Dataset) -> tuple[Array, Array]:
-    """The capacity curve as a line: what is lost where ties break is lost there, and not on the way to the next state.
-
-    Parameters
-    ----------
-    capacity
-        A capacity curve.
-
-    Returns
-    -------
-    displacement, load_factor : arrays
-        Those of the states, and two points more wherever ties break.
-    """
-    displacement, alpha = (capacity[name].transpose("step").to_numpy() for name in ("displacement", "load_factor"))
-    if "tie_break_displacement" not in capacity:
-        return displacement, alpha
-    falls = _falls(capacity)
-    places = np.repeat(list(falls), 2).astype(np.int64)
-    levels = [level for _, before, after in falls.values() for level in (before, after)]
-    return (
-        np.insert(displacement, places, np.repeat([at for at, _, _ in falls.values()], 2)),
-        np.insert(alpha, places, levels),
-    )
-
-
-def _falls(capacity: xr.Dataset) -> dict[int, tuple[float, float, float]]:
-    """Where ties break: displacement and the load factors just before and behind, by the number of the state behind."""
-    displacement, alpha = (capacity[name].transpose("step").to_numpy() for name in ("displacement", "load_factor"))
-    elongation = capacity["tie_elongation"].transpose("step", "tie").to_numpy()
-    at = capacity["tie_break_displacement"].to_numpy()
-    first: dict[int, float] = {}
-    for tie, k in _breaking(elongation, capacity["tie_elongation_limit"].to_numpy()).items():
-        nearer = abs(at[tie] - displacement[k - 1]) < abs(first.get(k, np.inf) - displacement[k - 1])
-        first |= {k: float(at[tie])} if nearer else {}
-    return {k: (first[k], float(alpha[k - 1]), float(alpha[k])) for k in sorted(first)}
 
 
 def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:

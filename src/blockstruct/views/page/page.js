@@ -431,8 +431,7 @@ function capacityCurve() {
   at("step").value = k ?? 0;
   at("step-value").textContent = k === null ? `of ${n - 1}` : `${k} of ${n - 1}, ${Number((1e3 * p.displacement[k]).toPrecision(4))} mm, α = ${alpha(p, k)}`;
   Plotly.react("capacity", [
-    {...p.line, mode: "lines", hoverinfo: "skip", line: {color: "#0072b2", width: 1.2}},
-    {x: p.displacement.map(d => 1e3 * d), y: p.load_factor, mode: "markers", marker: {size: 4, color: "#0072b2"}},
+    {x: p.displacement.map(d => 1e3 * d), y: p.load_factor, mode: "lines+markers", marker: {size: 4}, line: {color: "#0072b2", width: 1.2}},
   ], {
     margin: {l: 48, r: 8, t: 8, b: 38}, showlegend: false, font: {size: 11},
     xaxis: {title: {text: "displacement of the control point [mm]"}, rangemode: "tozero"},

@@ -246,10 +246,8 @@ def _pushover(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
     motion = np.concatenate(
         [bs.results.block_rotations(curve).reshape(*curve["rotation"].shape[:2], 9), curve["position"] - origin], 2
     )
-    line, levels = bs.results.curve_with_losses(curve)
     return {
         "pushover": {
-            "line": {"x": (1e3 * line).tolist(), "y": levels.tolist()},
             "displacement": curve["displacement"].to_numpy().tolist(),
             "load_factor": curve["load_factor"].to_numpy().tolist(),
             "motion": _packed(motion, "<f4"),
