@@ -15,7 +15,7 @@ from blockstruct.analysis.checks import checked_problems
 from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener, tell
 from blockstruct.analysis.finite import pushed_over
 from blockstruct.analysis.progress import Progress, with_progress
-from blockstruct.analysis.provenance import now, solver_options, versions
+from blockstruct.analysis.provenance import now, solver_options, versions, warn_of_versions
 from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.recovery import blank_history, planned_result
 from blockstruct.analysis.replay import ReplaySolver, followed
@@ -72,7 +72,8 @@ class AnalysisManager:
         The study that this is a run of, as :func:`blockstruct.study` names it.
     keep_every
         The file keeps the large arrays (those of every contact point, interface or block) of every so many iterations
-        only, the first and the last always; in the others they are NaN. The analysis in memory has all.
+        only, the first and the last always; in the others they are NaN, and questions about them are refused. The
+        analysis in memory has all.
 
     Raises
     ------
@@ -199,10 +200,16 @@ class AnalysisManager:
             If there is nothing to resume, or the run is still under way.
         FormatError
             If the file is damaged, or its iterations are not those of this version of blockstruct.
+
+        Warns
+        -----
+        VersionWarning
+            If other versions made what is kept: :attr:`CaseResult.versions` tells it case by case.
         """
         if is_unfinished(path):
             with Checkpoint.reopen(path, blank_history) as working:
                 analysis = working.analysis()
+                warn_of_versions(analysis)
                 done = cls._resuming(analysis, path, listeners, progress)._record(analysis, working)
             _warn_of(done.values())
             return done
@@ -210,6 +217,7 @@ class AnalysisManager:
         if analysis.status == "finished":
             tidy(path)
             return analysis
+        warn_of_versions(analysis)
         manager = cls._resuming(analysis, path, listeners, progress)
         with Checkpoint.begin(path, analysis) as working:
             done = manager._record(analysis, working)
@@ -348,6 +356,7 @@ class AnalysisManager:
     ) -> CaseResult:
         case, settings, start = before.case, before.settings, perf_counter()
         solver = ReplaySolver(statics, problem, before.history, solver_of(settings))
+        made_by = before.versions if before.n_iterations else ()
         steps = followed(solve_limit_case(problem, case.flow, settings, solver), before.history)
         iterations: list[Iteration] = []
         outcome = Outcome(Status.INTERRUPTED, np.nan, "interrupted by the user")
@@ -372,6 +381,7 @@ class AnalysisManager:
             history=history,
             started_at=started_at,
             duration=before.duration + perf_counter() - start,
+            versions=made_by if made_by[-1:] == (versions(),) else (*made_by, versions()),
         )
         if not isinstance(case, Pushover) or outcome.status is not Status.CONVERGED:
             return done

@@ -1,13 +1,16 @@
 """Where the numbers of an analysis come from."""
 
 import platform
+import warnings
 from collections.abc import Iterable
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
 from typing import Any
 
+from blockstruct.errors import VersionWarning
 from blockstruct.limit import ProcedureSettings
+from blockstruct.results import Analysis
 from blockstruct.solvers import solver_of
 
 _PACKAGES = (
@@ -49,3 +52,20 @@ def _options(solver: Any) -> dict[str, Any]:
     settings = getattr(solver, "settings", None)
     plain = {name: getattr(settings, name) for name in dir(settings) if not name.startswith("_")}
     return {name: value for name, value in plain.items() if isinstance(value, bool | int | float | str)}
+
+
+def warn_of_versions(analysis: Analysis) -> None:
+    """Tell which cases keep numbers that other versions made than those that go on with the run."""
+    present, cases = versions(), dict[str, list[str]]()
+    for name, result in analysis.items():
+        for made_by in result.versions:
+            differ = [
+                f"{package} {of_numbers} (now {present.get(package, 'not installed')})"
+                for package, of_numbers in made_by.items()
+                if of_numbers != present.get(package)
+            ]
+            if differ:
+                cases.setdefault(", ".join(differ), []).append(repr(name))
+    for made_with, names in cases.items():
+        text = f"case {', '.join(names)}: made by {made_with}, and kept; the versions of each case tell what made it"
+        warnings.warn(text, VersionWarning, stacklevel=3)

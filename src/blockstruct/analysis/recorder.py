@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from blockstruct.analysis.events import CaseFinished, CaseStarted, Event, IterationDone, StepDone
+from blockstruct.analysis.provenance import versions
 from blockstruct.limit import Iteration
 from blockstruct.results import history_of, iteration_variables, step_arrays
 from blockstruct.storage import Checkpoint
@@ -29,7 +30,7 @@ class Recorder:
         """Commit what an event tells."""
         match event:
             case CaseStarted(case, statics=statics, problem=problem):
-                self._working.start(case.name, history_of(statics, problem, []))
+                self._working.start(case.name, history_of(statics, problem, []), versions())
                 self._variables = lambda iteration: iteration_variables(statics, problem, [iteration])
             case IterationDone(case, index, iteration):
                 arrays = {name: values for name, (_, values, _) in self._variables(iteration).items()}

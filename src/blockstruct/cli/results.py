@@ -42,6 +42,10 @@ def show(file: FileArgument, as_json: JsonOption = False) -> None:
     say(f"{model.name}: {len(model.blocks)} blocks, {len(model.interfaces)} interfaces{ties}")
     say(f"model hash {model.hash[:16]}…, created {analysis.created_at}, {analysis.status}")
     say(f"blockstruct {analysis.versions.get('blockstruct')}")
+    for name, result in analysis.items():
+        made_by = [each.get("blockstruct", "?") for each in result.versions]
+        if any(each != analysis.versions for each in result.versions):
+            say(f"  {name}: by blockstruct {', then '.join(made_by)}, see result.versions")
     if analysis.parameters:
         say("with " + ", ".join(f"{name} = {value}" for name, value in parameter_texts(analysis)))
     print_results(analysis)

@@ -29,7 +29,8 @@ class Analysis(Mapping[str, CaseResult]):
     created_at : str
         UTC, ISO 8601.
     versions : mapping
-        Version of blockstruct and of every package that made the numbers.
+        Version of blockstruct and of every package of the run; where it was gone on with, of the last part of it.
+        :attr:`CaseResult.versions` tells what made the numbers of each case.
     solver_options : mapping
         Options of each solver beyond the settings of the cases.
     document_hash : str

@@ -83,6 +83,9 @@ class CaseResult:
     capacity : xarray.Dataset or None
         Of a :class:`~blockstruct.Pushover`, the states beyond the collapse state, which is the last of the history:
         :func:`blockstruct.results.capacity_of`. None for any other case, and without a collapse state.
+    versions : tuple of mapping
+        Version of every package that made its numbers, as :attr:`Analysis.versions`: several where others have gone on
+        with what the first had begun, in their order; empty without numbers.
     """
 
     model: Model = field(repr=False)
@@ -98,6 +101,7 @@ class CaseResult:
     path_dependence: tuple[float, float] | None = None
     relied_on: Headline | None = field(default=None, repr=False)
     capacity: xr.Dataset | None = field(default=None, repr=False)
+    versions: tuple[Mapping[str, str], ...] = field(default=(), repr=False)
     _unread: LazyHistory | None = field(init=False, default=None, repr=False)
 
     def __post_init__(self) -> None:

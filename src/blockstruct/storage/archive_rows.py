@@ -13,6 +13,7 @@ from blockstruct.errors import FormatError
 from blockstruct.model import JOINT_PROPERTIES
 from blockstruct.results import CERTIFICATE_MEASURES, plain_value
 from blockstruct.storage.analysis_file import AnalysisFile, member, parameters_of
+from blockstruct.storage.case_group import versions_of
 from blockstruct.storage.file_outline import plain
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import DRIFTING, Status
@@ -73,7 +74,6 @@ def rows_of(file: AnalysisFile) -> Iterator[Row]:
             "model": plain(model.attrs["name"]),
             "model_hash": str(file.attrs["model_hash"]),
             "created_at": file.attrs["created_at"],
-            "version": json.loads(file.attrs["versions"]).get("blockstruct"),
             "tags": tuple(json.loads(file.attrs["tags"])),
             "study": str(file.attrs.get("study", "")),
             "problem": "",
@@ -87,9 +87,12 @@ def rows_of(file: AnalysisFile) -> Iterator[Row]:
             case = member(groups, place)
             settings = json.loads(plain(case.attrs["settings"]))
             texts = {text: plain(case.attrs[text]) for text in _TEXTS}
+            own = {key: plain(case.attrs[key]) for key in ("versions",) if key in case.attrs}
+            made_by = [str(each.get("blockstruct")) for each in versions_of(own, json.loads(file.attrs["versions"]))]
             yield {
                 **of_file,
                 "case": name,
+                "version": ", ".join(dict.fromkeys(made_by)),
                 **{number: _scalar(case, place, number) for number in _NUMBERS if number in case},
                 **_reaction(case, place),
                 **(_curve(groups, file.curves[place]) if place in file.curves else {}),

@@ -7,6 +7,7 @@ from typing import Any
 
 import xarray as xr
 
+from blockstruct.errors import FormatError
 from blockstruct.model import Case, LimitCase, LoadPattern, Model, Point, Pushover, SettlementCase
 from blockstruct.results import CERTIFICATE_MEASURES, CaseResult, LazyHistory
 from blockstruct.units import SI_UNITS, to_quantity
@@ -21,8 +22,8 @@ def group_name(name: str) -> str:
     return escaped.replace(".", "%2E") if escaped in (".", "..") else escaped
 
 
-def case_dataset(result: CaseResult) -> xr.Dataset:
-    """Scalars of a result; texts are attributes."""
+def case_dataset(result: CaseResult, versions: Mapping[str, str]) -> xr.Dataset:
+    """Scalars of a result; texts are attributes, and versions where they are not those of its analysis."""
     number = {"units": SI_UNITS["dimensionless"]}
     variables: dict[str, Any] = {
         "load_factor": ((), result.load_factor, number),
@@ -47,6 +48,9 @@ def case_dataset(result: CaseResult) -> xr.Dataset:
         "settings": json.dumps(asdict(result.settings)),
         "started_at": result.started_at,
     }
+    made_by = [dict(each) for each in result.versions]
+    if result.n_iterations and made_by not in ([], [dict(versions)]):
+        attrs["versions"] = json.dumps(made_by, sort_keys=True)
     if isinstance(result.case, Pushover):
         attrs["pushover"] = json.dumps(
             {name: getattr(result.case, name) for name in ("control", "control_point", "steps", "corner_rounding")}
@@ -61,9 +65,13 @@ def read_result(
     history: xr.Dataset | LazyHistory,
     model: Model,
     patterns: Mapping[str, LoadPattern],
+    versions: Mapping[str, str],
     capacity: xr.Dataset | None = None,
 ) -> CaseResult:
-    """Result of a Dataset, its history, the model, its load patterns, and its capacity curve if it has one."""
+    """Result of a Dataset, its history, the model, its load patterns, and its capacity curve if it has one.
+
+    The versions are those of the file, which made what does not tell its own.
+    """
     a = ds.attrs
     return CaseResult.restored(
         model=model,
@@ -77,7 +85,23 @@ def read_result(
         started_at=a["started_at"],
         duration=float(ds["duration"]),
         capacity=capacity,
+        versions=versions_of(a, versions) if int(ds["n_iterations"]) else (),
     )
+
+
+def versions_of(attrs: Mapping[str, Any], versions: Mapping[str, str]) -> tuple[Mapping[str, str], ...]:
+    """Versions that made the numbers of a case, by its attributes and the versions of its file.
+
+    Raises
+    ------
+    FormatError
+        If they are none.
+    """
+    found = json.loads(attrs.get("versions", json.dumps([versions])))
+    if not isinstance(found, list) or not found or not all(isinstance(each, dict) for each in found):
+        msg = "attribute versions is not a JSON list of objects"
+        raise FormatError(msg)
+    return tuple(found)
 
 
 def _case(attrs: Mapping[str, Any], patterns: Mapping[str, LoadPattern]) -> Case:

@@ -31,8 +31,8 @@ class Checkpoint:
     The folder ``NAME.partial`` holds ``plan``, an analysis file of every case as it was before the run, without the
     histories that are empty; ``target``, which tells what the file of that name was before the run; and, for each case
     that has begun, ``<case>.journal``: its history without iterations, each iteration, each step of a pushover, and how
-    it has ended. A record
-    of a journal is sealed together with those before it and with the plan, so that a process killed at any moment
+    it has ended; and, where they are not those of the plan, the versions that make what follows. A record of a journal
+    is sealed together with those before it and with the plan, so that a process killed at any moment
     leaves at most one that is half written, and none that is changed is read. Without ``plan`` the rest of the folder
     is rubbish: it is made last and removed first.
 
@@ -47,6 +47,7 @@ class Checkpoint:
         self._journals = {name: Journal(self.folder / f"{k}.journal", f"{seal} {k}") for k, name in enumerate(planned)}
         self._committed = dict.fromkeys(planned, 0)
         self._steps = dict.fromkeys(planned, 0)
+        self._versions = {name: (r.versions or (planned.versions,))[-1] for name, r in planned.items()}
 
     @classmethod
     def begin(cls, path: str | Path, planned: Analysis, keep_every: int = 1) -> Self:
@@ -104,11 +105,14 @@ class Checkpoint:
             lock.release()
             raise
 
-    def start(self, case: str, history: xr.Dataset) -> None:
-        """Commit what the history of a case looks like, without iterations."""
+    def start(self, case: str, history: xr.Dataset, versions: Mapping[str, str]) -> None:
+        """Commit what the history of a case looks like, without iterations, and the versions that make them."""
+        # Both are on the disk with the first iteration.
         if not self._journals[case].is_begun:
-            # It is on the disk with the first iteration.
             self._append(case, "case", packed_dataset(history), wait=False)
+        if versions != self._versions[case]:
+            self._append(case, "versions", json.dumps(dict(versions), sort_keys=True).encode(), wait=False)
+            self._versions[case] = versions
 
     def commit(self, case: str, index: int, iteration: Mapping[str, np.ndarray]) -> None:
         """Commit an iteration of a case: its arrays, and whether its certificate holds, ``holds``."""
@@ -169,10 +173,13 @@ class Checkpoint:
         damage = journal.read(records.take)
         if damage:
             damage = f"; {journal.path.name} {damage} in record {records.count}, which is left out with all behind it"
+        known = {-1: planned.versions[-1]} if planned.n_iterations else {0: self.planned.versions}
+        made_by = (*planned.versions[:-1], *(known | records.versions).values())
+        self._versions[planned.name] = made_by[-1]
         pieces = records.iterations
         self._committed[planned.name], self._steps[planned.name] = len(pieces), len(records.steps)
-        known = 0 if planned.capacity is None else planned.capacity.sizes["step"]
-        if records.blank is None or len(pieces) < planned.n_iterations or len(records.steps) < known:
+        n_steps = 0 if planned.capacity is None else planned.capacity.sizes["step"]
+        if records.blank is None or len(pieces) < planned.n_iterations or len(records.steps) < n_steps:
             return replace(planned, message=planned.message + damage)
         if not pieces:
             message = f"interrupted before its first program was solved{damage}"
@@ -195,6 +202,7 @@ class Checkpoint:
                 settings=settings,
                 history=history,
                 capacity=_capacity(planned.model, records.steps, ending.pop("curve_ended", "")),
+                versions=made_by,
                 **ending,
             )
         except DAMAGE as error:
@@ -210,6 +218,8 @@ class _Records:
         self.iterations: list[dict[str, np.ndarray]] = []
         self.steps: list[dict[str, np.ndarray]] = []
         self.ending: dict[str, Any] | None = None
+        # By how much of the case was there before what they made.
+        self.versions: dict[int, dict[str, str]] = {}
         self.count = 0
 
     def take(self, record: Record) -> None:
@@ -217,6 +227,8 @@ class _Records:
         match record.kind:
             case "case" if self.blank is None:
                 self.blank = unpacked_dataset(record.content)
+            case "versions" if self.blank is not None and self.ending is None:
+                self.versions[len(self.iterations) + len(self.steps)] = json.loads(record.content)
             case "iteration" if self.blank is not None and self.ending is None and not self.steps:
                 self.iterations.append(_arrays(unpacked(record.content), self.blank, len(self.iterations)))
             case "step" if self.blank is not None and self.iterations and self.ending is None:

@@ -193,7 +193,8 @@ def _result(
     n = int(groups[place]["n_iterations"])
 
     def result(history: xr.Dataset | LazyHistory) -> CaseResult:
-        return read_result(groups[place], history, model, patterns, groups.get(f"{place}/capacity"))
+        versions = json.loads(file.attrs["versions"])
+        return read_result(groups[place], history, model, patterns, versions, groups.get(f"{place}/capacity"))
 
     if f"{place}/history" in groups:
         return result(groups[f"{place}/history"])

@@ -148,7 +148,7 @@ def sealed_image(
     found += index_findings("/model", model)
     for name, result in analysis.items():
         place = f"/cases/{group_name(name)}"
-        case = case_dataset(result)
+        case = case_dataset(result, analysis.versions)
         tree |= {place: case, f"{place}/history": xr.Dataset()}
         held = ("history",) if result.capacity is None else ("history", "capacity")
         found += _violations(place, case, "case", held)
