@@ -30,6 +30,7 @@ from blockstruct.results.pushed_ties import (
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
+from blockstruct.results.stored import require_stored
 from blockstruct.results.sweep import sweep_of
 from blockstruct.results.ties import tie_forces, tie_sentences, tie_state, ties_at_collapse
 from blockstruct.results.torsion import corner_torsion, sliding_rates
@@ -84,6 +85,7 @@ __all__ = [
     "failures",
     "history_frame",
     "divided_interfaces",
+    "require_stored",
     "history_of",
     "iteration_variables",
     "interface_resultants",

@@ -33,7 +33,8 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
     """State of every interface in every iteration, read from its forces and its part in the mechanism.
 
     ``open``: no contact point stays closed, or none carries a force. ``sticking``: no relative motion. ``unknown``: the
-    solver found no forces. Any other state has one part or several, joined by `` + ``:
+    solver found no forces, or the file of the history does not keep those of the iteration. Any other state has one
+    part or several, joined by `` + ``:
 
     - ``hinge``: some points open, the others do not;
     - ``sliding``: points that stay closed slip, and the mean velocity of the interface along its plane is not zero;
