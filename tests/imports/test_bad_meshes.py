@@ -1,5 +1,6 @@
 """Damaged and hostile meshes: one clear refusal each, that names the file and the remedy."""
 
+import struct
 import sys
 
 import numpy as np
@@ -72,6 +73,29 @@ def test_what_is_no_mesh_of_blocks_is_refused(tmp_path, name, content, expected)
     with pytest.raises(bs.errors.GeometryFileError, match=expected) as refusal:
         read(tmp_path, name, content)
     assert str(tmp_path / name) in str(refusal.value)
+
+
+@pytest.mark.parametrize("kind", ["obj", "stl", "one object"])
+@pytest.mark.parametrize("corner", [[(4, 4, 1)] * 8, [(4, 4, z) for *_, z in CUBE]], ids=["point", "line"])
+def test_a_body_of_which_rounding_leaves_nothing_is_refused(tmp_path, kind, corner):
+    """A slender body far from the origin, written with few digits: it is not left out as faces without area."""
+    if kind == "stl":
+        triangles = [np.array(v)[list(t)] for v in (CUBE, corner) for t in fans(QUADS)]
+        rows = b"".join(struct.pack("<12fH", 0, 0, 0, *np.ravel(t).tolist(), 0) for t in triangles)
+        name, content, who = "a.stl", bytes(80) + struct.pack("<I", len(triangles)) + rows, "a.2"
+    else:
+        faces = [[i - 8 for i in f] for f in QUADS]
+        text = "".join(f"f {' '.join(map(str, f))}\n" for f in faces)
+        points = ["".join(f"v {x} {y} {z}\n" for x, y, z in v) for v in (CUBE, corner)]
+        head = ["o wall\n", "o pin\n"] if kind == "obj" else ["o wall\n", ""]
+        name, content = "a.obj", "".join(h + p + text for h, p in zip(head, points, strict=True))
+        who = "pin" if kind == "obj" else "wall.2"
+    place = r"at \(4, 4, 1\) m" if corner[0][2] else r"at \(4, 4, 0\) m"
+    with pytest.raises(bs.errors.GeometryFileError, match=f"1 of 2 bodies(.|\n)*{who}.*no.* an area, {place}.*digits"):
+        read(tmp_path, name, content)
+    with pytest.warns(bs.errors.GeometryWarning, match="faces without area dropped"):
+        (left,) = read(tmp_path, name, content, exclude=[who]).blocks
+    assert left.volume == pytest.approx(1)
 
 
 def test_all_bad_bodies_are_named_at_once(tmp_path):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError, GeometryFileError, GeometryWarning, ModelError, UnknownNameError
 from blockstruct.imports.import_report import Imported, ImportReport, Repair
-from blockstruct.imports.soup import closed_bodies, compact, gathered, welded
+from blockstruct.imports.soup import closed_bodies, collapsed, compact, gathered, welded
 from blockstruct.imports.surface import closed_surface
 from blockstruct.imports.tolerances import LOWEST, NEARLY_LOWEST, WELD
 from blockstruct.model import Block, Material
@@ -153,9 +153,10 @@ def _bodies(
     solid: Solid, scale: float, up: str, source: str, repairs: list[Repair], taken: Collection[str]
 ) -> list[Solid]:
     """Closed bodies of a solid in m, upright, with welded corners; of several, none takes a name given to a solid."""
+    axis, sign = _UP[up]
     given = [f for f in solid.faces if len(f) > 2]
     if not given:
-        return []
+        return [replace(solid, vertices=solid.vertices[:, axis] * sign * scale, faces=[])]
     known, named = len(solid.vertices), list(chain.from_iterable(given))
     if min(named) < 0 or max(named) >= known:
         wrong = min(named) if min(named) < 0 else max(named)
@@ -165,16 +166,19 @@ def _bodies(
     if not np.all(np.isfinite(points)):
         msg = f"{source}: {solid.name!r}: a vertex has a coordinate that is not finite; correct the file"
         raise GeometryFileError(msg)
-    axis, sign = _UP[up]
-    vertices, faces, joined = welded(points[:, axis] * sign * scale, gathered(loops))
+    upright, loops = points[:, axis] * sign * scale, gathered(loops)
+    vertices, faces, joined = welded(upright, loops)
     proper = [f for f in faces if len(f) > 2]
     parts, twins, doubled = closed_bodies(proper)
-    dropped = len(solid.faces) - len(proper)
-    done = {"welded": joined, "no area": dropped, "twin": twins, "doubled": doubled, "divided": len(parts) - 1}
+    lost = collapsed(upright, loops, np.array([len(f) < 3 for f in faces])) if len(proper) < len(faces) else []
+    n, dropped = len(parts) + len(lost), len(solid.faces) - len(proper)
+    done = {"welded": joined, "no area": dropped, "twin": twins, "doubled": doubled, "divided": n - 1}
     repairs += [Repair(solid.name, kind, amount) for kind, amount in done.items() if amount > 0]
     numbered = (name for k in count(1) if (name := f"{solid.name}.{k}") not in taken)
-    names = [solid.name] if len(parts) == 1 else list(islice(numbered, len(parts)))
+    names = [solid.name] if n == 1 else list(islice(numbered, n))
     bodies = [compact(vertices, [proper[i] for i in part]) for part in parts]
+    # Without faces they are refused, unless they are excluded.
+    bodies += [(upright[list(face)], []) for face in lost]
     return [replace(solid, name=n, vertices=v, faces=f) for n, (v, f) in zip(names, bodies, strict=True)]
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 
 from blockstruct.geometry import next_corners
-from blockstruct.imports.tolerances import WELD
+from blockstruct.imports.tolerances import LEAST_FACES, WELD
 
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
@@ -57,6 +57,33 @@ def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
         [tuple(loops[a:b]) for a, b in pairwise([0, *ends.tolist()])],
         len(points) - clusters,
     )
+
+
+def collapsed(vertices: Array, faces: list[Face], dropped: NDArray[np.bool_]) -> list[Face]:
+    """A face of each body of which nothing is left: all its faces are dropped, for they have no area.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array
+        As the file has them.
+    faces
+        All of them.
+    dropped : (m,) array of bool
+        Which of them are.
+    """
+    from scipy.sparse.csgraph import connected_components
+
+    count = [len(f) for f in faces]
+    corner = np.fromiter(chain.from_iterable(faces), dtype=int, count=sum(count))
+    row = np.repeat(np.arange(len(faces)), count)
+    same = np.unique(vertices, axis=0, return_inverse=True)[1].ravel()
+    graph = coo_array((np.ones(len(row)), (row, len(faces) + same[corner])), shape=(len(faces) + len(vertices),) * 2)
+    label = connected_components(graph, directed=False)[1][: len(faces)]
+    of_body, left = np.bincount(label), np.bincount(label, ~dropped)
+    # A lone sliver between bodies is none.
+    lost = (left == 0) & ((of_body >= LEAST_FACES) | dropped.all())
+    first = np.unique(label, return_index=True)
+    return [faces[i] for body, i in zip(*first, strict=True) if lost[body]]
 
 
 def gathered(faces: list[Face]) -> list[Face]:

@@ -64,12 +64,19 @@ def closed_surface(vertices: Array, faces: list[Face], name: str, tolerance: flo
     Raises
     ------
     GeometryError
-        If there are more than 20,000 faces, or the surface is open, not a manifold, one-sided, or crosses itself.
+        If there are no faces or more than 20,000, or the surface is open, not a manifold, one-sided, or crosses itself.
     """
     if len(faces) > MOST_FACES_OF_BODY:
         msg = (
             f"block {name!r}: {len(faces)} faces, the limit is {MOST_FACES_OF_BODY}; simplify the mesh first "
             "(a rigid block needs the shape of its joints, not that of its grain)"
+        )
+        raise GeometryError(msg)
+    if not faces:
+        x, y, z = vertices[0] if len(vertices) else (np.nan,) * 3
+        msg = (
+            f"block {name!r}: no face of it has an area, at ({x:.6g}, {y:.6g}, {z:.6g}) m: its corners are one "
+            "point, or on one line; export it with more digits or nearer to the origin, or exclude it"
         )
         raise GeometryError(msg)
     for face in faces:

@@ -19,6 +19,8 @@ MERGE = 1e-4
 TOUCHING = 1e-6
 #: Cosine of the angle between two faces, either way round, that can be one.
 ONE_PLANE = 0.99
+#: Faces that a body has at least: fewer without area are a sliver of a mesh, and not what is left of a body.
+LEAST_FACES = 4
 #: Area, relative to the square of the longest edge, below which a face has none.
 NO_AREA = 1e-5
 #: Sine of the angle between planes below which they do not tell where their common point lies.
