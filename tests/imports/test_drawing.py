@@ -416,3 +416,16 @@ def test_damaged_drawings_are_refused(draw, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "ezdxf", None)
     with pytest.raises(bs.errors.MissingExtraError, match=r'pip install "blockstruct\[cad\]"'):
         bs.imports.read_drawing(tmp_path / "drawing.dxf", unit="mm", material=STONE, thickness="0.3 m")
+
+
+def test_what_is_drawn_in_paper_space_is_left_out_and_told(draw):
+    space, read = draw
+    rectangle(space, 0, 0, 1000, 500)
+    sheet = space.doc.layout("Layout1")
+    sheet.add_viewport(center=(100, 100), size=(50, 50), view_center_point=(0, 0), view_height=500)
+    stray = rectangle(sheet, 0, 500, 1000, 500, "stone")
+    with pytest.warns(bs.errors.GeometryWarning, match="paper space"):
+        found = read(material={"STONE": STONE})
+    assert found.report.blocks == 1
+    told = f"1 LWPOLYLINE on layer STONE in paper space, Layout1 (handle {stray.dxf.handle})"
+    assert found.report.left_out == (told,)

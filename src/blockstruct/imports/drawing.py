@@ -52,7 +52,8 @@ def read_drawing(
     Closed polylines become prisms; meshes, polyface meshes and closed sets of 3D faces become blocks as they are.
     The k-th on a layer is called ``layer.k``. A polyline whose ends meet to rounding is closed; edges that it runs over
     again are dropped and reported. Everything else in the model space is left out and reported by layer and handle,
-    open polylines with the distance of their ends, as is what lies on a layer that is off or frozen.
+    open polylines with the distance of their ends, as is what lies on a layer that is off or frozen, and what is drawn
+    in paper space.
 
     Parameters
     ----------
@@ -160,6 +161,7 @@ def drawing_content(
             reading.leave_out(f"{entity.dxftype()} on layer {layer}, which has no material", handle)
         else:
             reading.add(entity, layer, handle)
+    _leave_out_paper_space(drawing, listed, reading)
     for layer, corners in reading.loose.items():
         starts = np.cumsum([0, *(len(c) for c in corners)])
         faces = [tuple(range(a, a + len(c))) for a, c in zip(starts.tolist(), corners, strict=False)]
@@ -320,6 +322,16 @@ def _checked_unit(drawing: Any, scale: float, path: Path, *, override: bool) -> 
         "(--override-unit) if the one it states is that of its template"
     )
     raise GeometryFileError(msg)
+
+
+def _leave_out_paper_space(drawing: Any, listed: Mapping[str, str], reading: _Reading) -> None:
+    """Note what is drawn on the sheets of a drawing; their viewports only show the model space."""
+    for sheet in drawing.layouts:
+        drawn = [] if sheet.is_modelspace else [e for e in sheet if e.dxftype() != "VIEWPORT"]
+        for entity in drawn:
+            layer = entity.dxf.layer if entity.dxf.hasattr("layer") else "0"
+            layer = listed.get(layer.lower(), layer)
+            reading.leave_out(f"{entity.dxftype()} on layer {layer} in paper space, {sheet.name}", entity.dxf.handle)
 
 
 def _entities(
