@@ -418,6 +418,16 @@ def test_damaged_drawings_are_refused(draw, tmp_path, monkeypatch):
         bs.imports.read_drawing(tmp_path / "drawing.dxf", unit="mm", material=STONE, thickness="0.3 m")
 
 
+@pytest.mark.parametrize("last", [1000, 800], ids=["equal loops", "unequal loops"])
+def test_an_outline_that_crosses_itself_is_refused(draw, last):
+    """Loops that turn against each other may enclose no area in sum; they are none the less drawn."""
+    space, read = draw
+    rectangle(space, 0, 0, 1000, 500, "GROUND")
+    space.add_lwpolyline([(0, 500), (1000, 500), (0, 1000), (last, 1000)], close=True, dxfattribs={"layer": "STONE"})
+    with pytest.raises(bs.errors.GeometryFileError, match=r"'STONE.1': its surface crosses itself near"):
+        read()
+
+
 def test_what_is_drawn_in_paper_space_is_left_out_and_told(draw):
     space, read = draw
     rectangle(space, 0, 0, 1000, 500)

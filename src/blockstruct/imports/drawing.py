@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, UnknownNameError
 from blockstruct.imports.expansion import check_expansion
 from blockstruct.imports.import_report import Imported, Repair
-from blockstruct.imports.outline import area, prism, read_outline
+from blockstruct.imports.outline import enclosed, prism, read_outline
 from blockstruct.imports.solid import Content, Face, Solid, make_blocks, metres_per_unit
 from blockstruct.imports.source import checked_faces, package, read_bytes
 from blockstruct.imports.tolerances import DEPTH, IN_DRAWING_PLANE, OUTLINE, SAME_UNIT
@@ -278,7 +278,7 @@ class _Reading:
             msg = f"{who} has arcs; give segments, the number of straight pieces for each arc"
             raise GeometryFileError(msg)
         size = float(np.ptp(points, axis=0).max())
-        if len(outline.corners) < 3 or abs(area(outline.corners)) <= OUTLINE * size**2:
+        if len(outline.corners) < 3 or enclosed(outline.corners) <= OUTLINE * size**2:
             self.leave_out(f"polyline without area on layer {layer}", handle)
             return
         # Along the normal of the polyline, which may look down, or against it.

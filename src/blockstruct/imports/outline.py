@@ -141,6 +141,12 @@ def prism(points: Array, level: float, thickness: float, *, standing: bool) -> t
     return vertices, list(faces)
 
 
+def enclosed(points: Array) -> float:
+    """Area that an outline (n, 2) goes around; if it crosses itself, that of its loops, whichever way they turn."""
+    signed = abs(area(points))
+    return max(signed, float(shapely.make_valid(shapely.polygons(points)).area))
+
+
 def area(points: Array) -> float:
     """Area of an outline (n, 2), negative if it runs clockwise."""
     x, y = (points - points[0]).T
