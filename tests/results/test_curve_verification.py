@@ -1,5 +1,6 @@
 """What a stored capacity curve or reaction says is recomputed: a change of one hundredth is found and named."""
 
+import re
 from dataclasses import replace
 
 import h5py
@@ -8,6 +9,8 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.procedures import finite_step
+from blockstruct.results import curve_verification
 from structures import SELF_WEIGHT, block_on_a_bar, model_of, push, seal_again, slipping_units
 
 
@@ -25,6 +28,14 @@ def wall():
     control = (model.blocks[-1].name, (1, 0, 0))
     case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=control, steps=6, corner_rounding="5 mm")
     return bs.run(model, case)
+
+
+@pytest.fixture(scope="module")
+def detected(tied):
+    """A block with the report of how its interface was found."""
+    blocks = tied.model.blocks
+    found = bs.detect_interfaces(blocks, joint_material=tied.model.interfaces[0].joint_material)
+    return bs.run(bs.Model("detected", blocks, found), bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0)))
 
 
 def changed(analysis, name, at, by=1.01):
@@ -141,3 +152,44 @@ def test_validate_finds_another_reaction(tmp_path, call, place, words):
     code, out, _ = call("validate", path)
     assert code == 4
     assert words in out
+
+
+REDUNDANT = [
+    ("wall", "model/volume", 0, 1000.0, "/model/volume: that of '.*' is 1000, and "),
+    ("wall", "model/area", 0, 1000.0, "/model/area: that of '.*' is 1000, and "),
+    ("wall", "model/centroid", (0, 0), 99.0, "/model/centroid: that of '.*' is 99, and "),
+    ("detected", "model/floating", 0, 1, "/model/floating: that of '.*' is 1, and 0 by the rest"),
+    ("detected", "model/untouched", 0, 1, "/model/untouched: that of '.*' is 1, and 0 by the rest"),
+    ("wall", "cases/push/history/iteration", -1, 0, "/history/iteration: the numbers are not 0, 1, …"),
+    ("wall", "cases/push/capacity/step", -1, 0, "/capacity/step: the numbers are not 0, 1, …"),
+    ("wall", "cases/push/history/load_factor", 1, 9.0, "iteration 1 miss equilibrium by"),
+    ("wall", "cases/push/history/interface_corner_position", (0, 0), 50.0, "interface_corner_position of the history"),
+    ("wall", "cases/push/history/interface_of_interface_corner", 4, 0, "interface_of_interface_corner of the history"),
+    ("wall", "cases/push/capacity/holds", 2, 0, "state 2 of the .*: its certificate does not hold, by its measures"),
+    ("wall", "cases/push/capacity/interpenetration", 2, 0.2, "state 2 .*: its certificate holds, by its measures"),
+    ("tied", "cases/push/capacity/tie_elongation_limit", 0, 3.0, "tie_elongation_limit of tie 'bar' .* is 3 m"),
+    ("tied", "cases/push/capacity/tie_break_displacement", 0, 5.0, "tie_break_displacement of tie 'bar' .* is 5 m"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("structure", "place", "at", "value", "words"), REDUNDANT, ids=[row[1] for row in REDUNDANT])
+def test_validate_compares_what_follows_from_something_else(
+    request, tmp_path, call, structure, place, at, value, words
+):
+    path = bs.save_analysis(request.getfixturevalue(structure), tmp_path / "x.h5")
+    assert call("validate", path)[0] == 0
+    with h5py.File(path, "r+") as file:
+        assert file[place][at] != value
+        file[place][at] = value
+    seal_again(path)
+    code, out, _ = call("validate", path)
+    assert code == 4
+    assert re.search(words, out), out
+
+
+def test_certificates_of_states_are_judged_as_they_were():
+    """The curve is checked where nothing is solved, by the limits of what solves it."""
+    assert (curve_verification.PENETRATING, curve_verification.CERTIFIED) == (
+        finite_step.PENETRATING,
+        finite_step.CERTIFIED,
+    )

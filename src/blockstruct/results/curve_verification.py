@@ -13,6 +13,7 @@ from blockstruct.limit.motion import unit_of_velocity
 from blockstruct.model import Pushover
 from blockstruct.results.capacity import block_rotations
 from blockstruct.results.case_result import CaseResult
+from blockstruct.results.pushed_ties import DECIMALS, break_displacements
 from blockstruct.statics import Statics, rotated
 
 Array = NDArray[np.float64]
@@ -26,6 +27,8 @@ SAME, AT_ONE_WATT = 1e-9, 1e-5
 OF_WORK = 1e-6
 #: Relative difference of two computations of one residual beyond what holds.
 ROUNDING = 1e-3
+#: Interpenetration, and flow-rule gap relative to the load factor and the dissipation, with which a state holds.
+PENETRATING, CERTIFIED = 5e-2, 1e-2
 #: How far a way may go beyond the time of the motion, as a share of it: just behind where a tie breaks.
 BEYOND = 2e-3
 #: Newton steps to the time of a way, and change of it that gives the speed.
@@ -43,6 +46,8 @@ def curve_contradictions(statics: Statics, problem: LimitProblem, result: CaseRe
     yield from states.places()
     yield from states.motions()
     yield from states.lengths_of_ties()
+    yield from states.breaks_of_ties()
+    yield from states.verdicts()
     if "force_of_contact" in result.capacity:
         yield from states.forces()
         yield from states.works()
@@ -136,6 +141,35 @@ class _States:
                 f"tie {names[off[k].argmax()]!r} is {stored[k, off[k].argmax()]:.6g} m longer, by its anchors "
                 f"{found[k, off[k].argmax()]:.6g} m"
             ),
+        )
+
+    def breaks_of_ties(self) -> Iterator[str]:
+        """Elongation limits against the model, and where ties break against their elongations."""
+        if "tie_elongation" not in self._curve or "tie_break_displacement" not in self._curve:
+            return
+        names, limit = self._curve["tie"].to_numpy(), self._moving.statics.ties.elongation_limit
+        broke = break_displacements(self._displacement, self._of("tie_elongation", "tie"), limit)
+        for name, expected in (("tie_elongation_limit", limit), ("tie_break_displacement", broke)):
+            stored = self._curve[name].to_numpy()
+            off = ~np.isclose(stored, expected, rtol=SAME, atol=10.0**-DECIMALS, equal_nan=True)
+            if off.any():
+                k = int(off.argmax())
+                yield (
+                    f"{name} of tie {names[k]!r} of the capacity curve is {stored[k]:.6g} m, that of its model and "
+                    f"elongations {expected[k]:.6g} m"
+                )
+
+    def verdicts(self) -> Iterator[str]:
+        """Whether certificates hold against their measures; where hardly any work is done the gap may be larger."""
+        residual, excess, interpenetration, gap = (
+            self._of(name) for name in ("equilibrium_residual", "yield_excess", "interpenetration", "flow_rule_gap")
+        )
+        holds, work = self._of("holds") == 1, np.abs(self._alpha) + self._of("dissipation")
+        within = (np.maximum(residual, excess) <= FORCES) & (interpenetration <= PENETRATING)
+        surely = within & (gap <= (1 - ROUNDING) * CERTIFIED * work)
+        yield from _told(
+            (holds & ~within) | (surely & ~holds),
+            lambda k: f"its certificate {'holds' if holds[k] else 'does not hold'}, by its measures the other is true",
         )
 
     def forces(self) -> Iterator[str]:

@@ -135,6 +135,7 @@ def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
     yield from curve_contradictions(statics, problem, result)
     yield from _reactions(result)
     yield from _other_model(statics, problem, result.history)
+    yield from _residuals(problem, result)
     if result.status is Status.UNBOUNDED or (result.status is Status.INTERRUPTED and result.certificate is None):
         # An interrupted case claims nothing.
         return
@@ -199,6 +200,10 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
         "interface_position": points.centroid,
         "interface_frame": points.frame,
         "interface_area": points.area,
+        "interface_corner_position": np.concatenate([i.polygon for i in statics.model.interfaces]),
+        "interface_of_interface_corner": np.repeat(
+            np.arange(len(points.area)), [len(i.polygon) for i in statics.model.interfaces]
+        ),
         "contact_force_unit": problem.force_unit,
         "friction_coefficient": points.friction,
         "dilatancy": problem.dilatancy,
@@ -225,6 +230,27 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
         same = stored.shape == values.shape
         if not (same and np.allclose(stored, values, rtol=_SAME, atol=_SAME * finite.max(initial=0.0))):
             yield f"{name} of the history is not that of the model"
+
+
+def _residuals(problem: LimitProblem, result: CaseResult) -> Iterator[str]:
+    """Equilibrium of every iteration before the last, at its load factor, against the residual that it states."""
+    before = result.history.isel(iteration=slice(None, -1))
+    alpha, stored = before["load_factor"].to_numpy(), before["equilibrium_residual"].to_numpy()
+    x = before["contact_force"].transpose("iteration", "contact_point", "component").to_numpy()
+    x = x / problem.force_unit[:, None]
+    T = np.zeros((len(alpha), 0))
+    if len(problem.ties):
+        T = before["tie_force"].transpose("iteration", "tie").to_numpy() / problem.ties.force_unit
+    # Programs under dead load alone have no load factor, and a file need not keep the forces of every iteration.
+    known = np.isfinite(alpha) & np.isfinite(x).all(axis=(1, 2)) & (before["stage"] != Stage.DEAD_LOAD.value).to_numpy()
+    for k in np.flatnonzero(known):
+        found = float(np.abs(problem.unbalanced(x[k], T[k], float(alpha[k]))).max())
+        if not _same(float(stored[k]), found, result.settings.equilibrium_tolerance):
+            yield (
+                f"load factor and forces of iteration {k} miss equilibrium by {found:.3g}, its equilibrium residual "
+                f"is {stored[k]:.3g}"
+            )
+            return
 
 
 def _reactions(result: CaseResult) -> Iterator[str]:

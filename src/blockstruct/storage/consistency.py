@@ -6,12 +6,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from blockstruct.geometry import unsupported
+from blockstruct.model import Model
 from blockstruct.results import CaseResult
 from blockstruct.storage.case_group import group_name
 from blockstruct.vocabulary import Stage, Status
 
-#: Relative difference of reactions that rounding makes.
+#: Relative difference of reactions, and of sizes of the model, that rounding makes.
 _SAME = 1e-9
+#: Rounding of a length, relative to the coordinates that it is of.
+_ROUNDING = 1e-12
 #: A place in a file and what is wrong there.
 Finding = tuple[str, str]
 
@@ -64,6 +68,32 @@ def index_findings(path: str, ds: xr.Dataset) -> Iterator[Finding]:
             yield f"{path}/{name}", "the indices are not in ascending order"
 
 
+def model_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Finding]:
+    """What a file says of a model that follows from the rest of it, for readers that do not compute it."""
+    corners = np.concatenate([b.shape.vertices for b in model.blocks])
+    # Of coordinates far from the origin, rounding is that of their digits.
+    length = float(np.ptp(corners, axis=0).max() + _ROUNDING / _SAME * np.abs(corners).max())
+    derived = {
+        "volume": ("block", [b.volume for b in model.blocks], max(b.volume for b in model.blocks)),
+        "centroid": ("block", [b.centroid for b in model.blocks], length),
+        "area": ("interface", [i.area for i in model.interfaces], max(i.area for i in model.interfaces)),
+    }
+    if model.detection is not None:
+        joined = [(c.minus, c.plus) for c in model.detection.contacts if not c.reason]
+        ends = np.array([[model.block_index[name] for name in pair] for pair in joined], dtype=np.int64)
+        floating = np.zeros(len(model.blocks))
+        floating[unsupported(np.array([b.fixed for b in model.blocks]), ends)] = 1
+        untouched = ~np.isin(np.arange(len(model.blocks)), ends)
+        derived |= {"floating": ("block", floating, 0.0), "untouched": ("block", untouched, 0.0)}
+    for name, (dim, values, scale) in derived.items():
+        expected = np.asarray(values, dtype=float)
+        off = np.abs(ds[name].to_numpy() - expected) > _SAME * scale
+        if off.any():
+            at = tuple(np.argwhere(off)[0])
+            who, stated = ds[dim].to_numpy()[at[0]], ds[name].to_numpy()[at]
+            yield f"{path}/{name}", f"that of {who!r} is {stated:.6g}, and {expected[at]:.6g} by the rest of the model"
+
+
 def case_findings(path: str, case: xr.Dataset, load_factors: Any) -> Iterator[Finding]:
     """What a result says against its own place, and against the load factors of its history."""
     if group_name(str(case.attrs["name"])) != path.rpartition("/")[2]:
@@ -98,6 +128,7 @@ def bound_findings(path: str, case: xr.Dataset, history: xr.Dataset) -> Iterator
 def history_findings(path: str, history: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
     """What a history says against itself or the model."""
     yield from index_findings(path, history)
+    yield from _count_findings(path, history, "iteration")
     for dim in ("block", "interface"):
         if history.sizes[dim] != model.sizes[dim]:
             yield path, f"{history.sizes[dim]} along {dim}, but /model has {model.sizes[dim]}"
@@ -105,8 +136,14 @@ def history_findings(path: str, history: xr.Dataset, model: xr.Dataset) -> Itera
             yield path, f"the {dim} names of the history are not those of /model"
 
 
+def _count_findings(path: str, ds: xr.Dataset, dim: str) -> Iterator[Finding]:
+    if not np.array_equal(ds[dim].to_numpy(), np.arange(ds.sizes[dim])):
+        yield f"{path}/{dim}", "the numbers are not 0, 1, …"
+
+
 def capacity_findings(path: str, capacity: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
-    """What a capacity curve says against the model."""
+    """What a capacity curve says against itself or the model."""
+    yield from _count_findings(path, capacity, "step")
     if capacity.sizes["block"] != model.sizes["block"] or np.any(
         capacity["block"].to_numpy() != model["block"].to_numpy()
     ):

@@ -22,6 +22,7 @@ from blockstruct.storage.consistency import (
     case_findings,
     history_findings,
     index_findings,
+    model_findings,
     reaction_findings,
 )
 from blockstruct.storage.lock import folder_of
@@ -82,7 +83,9 @@ def check_file(path: str | Path) -> dict[str, Any]:
     found = findings(file)
     if found:
         raise violated(file.path, found)
-    read_analysis(file)
+    analysis, (model, _) = read_analysis(file), file.group("/model", "model")
+    if model is not None and (found := list(model_findings("/model", model, analysis.model))):
+        raise violated(file.path, found)
     return file.attrs
 
 
