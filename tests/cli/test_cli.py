@@ -2,6 +2,7 @@
 
 import csv
 import dataclasses
+import importlib.util
 import io
 import json
 import os
@@ -17,6 +18,7 @@ from rich.progress import Progress, TextColumn
 
 import blockstruct as bs
 from blockstruct.analysis import IterationDone
+from blockstruct.cli import runs as cli_runs
 from blockstruct.views import archive_table, summary_table
 from blockstruct.views.progress import bar, following
 from structures import SELF_WEIGHT, box, model_of, push, single_block
@@ -44,6 +46,26 @@ def test_demo(call, tmp_path):
     _, table, _ = call("history", target, "push +x, nonassociative")
     assert [len(line) <= 80 for line in table.splitlines() if line.startswith((" 1 ", "10 "))] == [True, True]
     assert bs.open_analysis(target)["push +x, nonassociative"].status == "converged"
+
+
+@pytest.mark.parametrize(
+    ("missing", "words"),
+    [
+        ((), ""),
+        (("plotly",), 'view needs: pip install "blockstruct[viz]"'),
+        (("plotly", "matplotlib"), 'view and report need: pip install "blockstruct[report,viz]"'),
+    ],
+)
+def test_a_run_names_what_its_next_commands_need(call, small_model, small_cases, tmp_path, monkeypatch, missing, words):
+    path = tmp_path / "wall.h5"
+    bs.AnalysisManager(small_model, path).run(small_cases[:1])
+    find = importlib.util.find_spec
+    monkeypatch.setattr(cli_runs, "find_spec", lambda name: None if name in missing else find(name))
+    code, out, _ = call("resume", path)
+    assert code == 0
+    lines = out.splitlines()
+    said = lines[1 + next(k for k, line in enumerate(lines) if line.startswith("next: ")) :]
+    assert said == ([words] if words else [])
 
 
 def test_run_and_show(call, tmp_path):
@@ -248,7 +270,8 @@ def test_recover_and_resume(call, small_model, small_cases, small_analysis, tmp_
     assert code == 2
     assert "no working data" in err
     killed_run(path, small_model, small_cases)
-    assert call("resume", path)[0] == 0
+    assert call("resume", path, "--quiet") == (0, "", "")
+    assert bs.compare(bs.open_analysis(path), small_analysis).agrees()
 
 
 def test_archive(call, file, tmp_path):

@@ -3,6 +3,7 @@
 import json
 import shlex
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -22,6 +23,10 @@ from blockstruct.cli.app import (
     say,
 )
 from blockstruct.views import analysis_summary, following
+
+#: Extra that each of the commands needs which a run ends by naming, and what the extra installs for it.
+_NEEDS = {"view": "viz", "report": "report"}
+_OF_EXTRAS = {"viz": ("plotly",), "report": ("jinja2", "matplotlib")}
 
 
 @app.command()
@@ -84,10 +89,11 @@ def recover(
 
 
 @app.command()
-def resume(file: FileArgument) -> None:
+def resume(file: FileArgument, quiet: QuietOption = False) -> None:
     """Go on with a run that was killed or interrupted, from its last committed iteration."""
+    out.quiet = quiet
     events: list[Any] = []
-    with following(err, quiet=False) as listeners:
+    with following(err, quiet=quiet) as listeners:
         analysis = bs.AnalysisManager.resume(file, listeners=[*listeners, events.append])
     if not events:
         say(f"{file}: every case had ended, nothing was left to run")
@@ -119,6 +125,10 @@ def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False) -> No
     say(f"written: {output}")
     name = shlex.quote(str(output))
     say(f"next: blockstruct view {name}, blockstruct report {name}, or blockstruct history {name} CASE")
+    wanting = {extra for extra, packages in _OF_EXTRAS.items() if not all(map(find_spec, packages))}
+    if wanting:
+        commands = " and ".join(command for command, extra in _NEEDS.items() if extra in wanting)
+        say(f'{commands} need{"s" * (len(wanting) == 1)}: pip install "blockstruct[{",".join(sorted(wanting))}]"')
     if as_json:
         typer.echo(json.dumps(analysis_summary(analysis), indent=2))
     if any(r.status is bs.Status.INTERRUPTED for r in analysis.values()):
