@@ -428,6 +428,22 @@ def test_an_outline_that_crosses_itself_is_refused(draw, last):
         read()
 
 
+@pytest.mark.parametrize("ending", [b"\n", b"\r\n"])
+def test_a_byte_order_mark_is_passed_over(draw, tmp_path, ending):
+    """As editors put one before a text that they save, and as OBJ and YAML files are read."""
+    space, read = draw
+    space.doc.layers.add("PIÈRRE")
+    rectangle(space, 0, 0, 1000, 500, "PIÈRRE")
+    plain = read()
+    content = (tmp_path / "drawing.dxf").read_bytes().replace(b"\r\n", b"\n").replace(b"\n", ending)
+    marked = tmp_path / "marked.dxf"
+    marked.write_bytes(b"\xef\xbb\xbf" + content)
+    found = bs.imports.read_drawing(marked, unit="mm", material=STONE, thickness="0.3 m")
+    for one, other in zip(found.blocks, plain.blocks, strict=True):
+        assert one.name == other.name == "PIÈRRE.1"
+        np.testing.assert_array_equal(one.shape.vertices, other.shape.vertices)
+
+
 def test_what_is_drawn_in_paper_space_is_left_out_and_told(draw):
     space, read = draw
     rectangle(space, 0, 0, 1000, 500)

@@ -1,8 +1,10 @@
 """Blocks from drawings: DXF files."""
 
+from codecs import BOM_UTF8
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -303,6 +305,8 @@ def _opened(path: Path) -> Any:
         raise GeometryFileError(msg)
     ezdxf = package("ezdxf", "cad", f"{path}: reading DXF")
     try:
+        if content.startswith(BOM_UTF8):
+            return ezdxf.read(StringIO(content.decode("utf-8-sig"), newline=None))
         return ezdxf.readfile(path)
     except Exception as error:  # A reader of foreign files fails in as many ways as files can be damaged.
         msg = f"{path}: not a readable DXF drawing ({error or type(error).__name__}); save it again as DXF"
