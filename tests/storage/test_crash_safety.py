@@ -384,6 +384,25 @@ def test_a_full_disk(tmp_path, whole, share):
         assert not any(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("at", [IterationDone, CaseFinished])
+def test_a_folder_that_is_moved_during_a_run(tmp_path, whole, at):
+    """No space is short: what is committed is in the folder wherever it is."""
+    here, there = tmp_path / "here", tmp_path / "there"
+    here.mkdir()
+
+    def move(event):
+        if isinstance(event, at) and event_case(event) == "sideways" and here.exists():
+            here.rename(there)
+
+    def event_case(event):
+        return event.result.name if isinstance(event, CaseFinished) else event.case.name
+
+    with pytest.raises(bs.errors.StorageError, match=r"its folder was moved or removed; move it back.*resume") as error:
+        bs.AnalysisManager(wall(), here / "wall.h5", listeners=[move]).run(cases())
+    assert "space" not in str(error.value)
+    check_resumed(there / "wall.h5", whole)
+
+
 def test_a_read_only_folder():
     with pytest.raises(bs.errors.StorageError, match="cannot be written"):
         bs.AnalysisManager(wall(), "/proc/wall.h5")

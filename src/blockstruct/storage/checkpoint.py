@@ -160,10 +160,12 @@ class Checkpoint:
         try:
             journal.append(kind, content, wait=wait)
         except OSError as error:
-            msg = (
-                f"{journal.path}: cannot be written ({error.strerror or error}); free some space, then go on by "
-                f"AnalysisManager.resume({str(self.place)!r}), or blockstruct resume"
-            )
+            go_on = f"AnalysisManager.resume({str(self.place)!r}), or blockstruct resume"
+            if isinstance(error, FileNotFoundError | NotADirectoryError):
+                remedy = f"its folder was moved or removed; move it back, then go on by {go_on}, or by it where it is"
+            else:
+                remedy = f"free some space, then go on by {go_on}"
+            msg = f"{journal.path}: cannot be written ({error.strerror or error}); {remedy}"
             raise StorageError(msg) from error
 
     def _result(self, planned: CaseResult) -> CaseResult:

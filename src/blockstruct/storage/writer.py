@@ -128,7 +128,9 @@ def write_draft(parts: Iterable[bytes | memoryview], draft: Path) -> None:
     except OSError as error:
         with contextlib.suppress(OSError):
             draft.unlink()
-        msg = f"{draft}: cannot be written ({error.strerror or error}); free some space or choose another folder"
+        moved = isinstance(error, FileNotFoundError | NotADirectoryError)
+        remedy = "its folder was moved or removed, move it back" if moved else "free some space"
+        msg = f"{draft}: cannot be written ({error.strerror or error}); {remedy} or choose another folder"
         raise StorageError(msg) from error
 
 
