@@ -24,12 +24,16 @@ def rows(part: str) -> list[list[str]]:
 def variables(part: str) -> dict[str, Any]:
     """What the schema says of the variables of a part."""
     properties = {}
-    for name, dims, kind, units, _, _ in rows(part):
+    for name, dims, kind, units, _, meaning in rows(part):
         stated = {"dims": {"const": [] if dims == "scalar" else dims.split(", ")}, "kind": KINDS[kind]}
         either = units.split(" or ")
         if units:
             stated["units"] = {"const": units} if len(either) == 1 else {"enum": either}
-        properties[name] = {"properties": stated, "required": list(stated)}
+        properties[name] = {
+            "description": re.sub(r"`|\[([^]]*)\]\([^)]*\)", r"\1", meaning),
+            "properties": stated,
+            "required": list(stated),
+        }
     return {"required": [row[0] for row in rows(part) if row[4] == "MUST"], "properties": properties}
 
 

@@ -4,7 +4,10 @@ import json
 import re
 from pathlib import Path
 
+import h5py
 import pytest
+
+import blockstruct as bs
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "file-format.md").read_text(encoding="utf-8")
@@ -43,3 +46,25 @@ def test_every_attribute_is_stated():
     assert stated["/"] == set(SCHEMA["properties"]["attrs"]["required"])
     assert stated["/model"] == set(SCHEMA["$defs"]["model"]["properties"]["attrs"]["required"])
     assert stated["/cases/<name>"] == set(SCHEMA["$defs"]["case"]["properties"]["attrs"]["required"])
+
+
+def test_every_variable_tells_what_it_is(small_model, small_cases, tmp_path):
+    """As readers without blockstruct show it; flags count nothing, but have units as every number that is no index."""
+    found = bs.detect_interfaces(small_model.blocks, joint_material=small_model.interfaces[0].joint_material)
+    push = small_cases[0]
+    curve = bs.Pushover("curve", push.dead, push.variable, control=(small_model.blocks[-1].name, (1, 0, 0)), steps=3)
+    path = tmp_path / "x.h5"
+    bs.AnalysisManager(bs.Model("told", small_model.blocks, found), path).run([*small_cases, curve])
+    bare = []
+
+    def look(name, item):
+        if isinstance(item, h5py.Dataset) and b"not a netCDF variable" not in bytes(item.attrs.get("NAME", b"")):
+            bare.extend([] if item.attrs.get("long_name") else [name])
+
+    with h5py.File(path) as file:
+        file.visititems(look)
+        for flag in ("fixed", "floating", "untouched", "near_miss_of_contact"):
+            assert file[f"model/{flag}"].attrs["units"] == "dimensionless"
+        assert file["model/material_of_block"].attrs["long_name"] == "index of its material"
+    assert bare == ["schema"]
+    bs.check_file(path)

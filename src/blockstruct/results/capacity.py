@@ -133,19 +133,25 @@ def capacity_of(model: Model, arrays: Arrays, ended: str = "") -> xr.Dataset:
     }
     curve = list(zip(arrays["displacement"].tolist(), arrays["load_factor"].tolist(), strict=True))
     coords: dict[str, Any] = {
-        "step": ("step", np.arange(n)),
+        "step": ("step", np.arange(n), {"long_name": "state of the curve, from 0"}),
         "displacement": variables.pop("displacement"),
-        "block": ("block", np.array([b.name for b in model.blocks], dtype=object)),
-        "axis": ("axis", np.array(AXES, dtype=object)),
+        "block": (
+            "block",
+            np.array([b.name for b in model.blocks], dtype=object),
+            {"long_name": "names of the blocks"},
+        ),
+        "axis": ("axis", np.array(AXES, dtype=object), {"long_name": "axes of the model"}),
     }
     if "loaded_points" in arrays:
-        coords["step_of_contact"] = ("contact", np.repeat(np.arange(n), arrays["loaded_points"]))
+        of_contact = np.repeat(np.arange(n), arrays["loaded_points"])
+        coords["step_of_contact"] = ("contact", of_contact, {"long_name": "state of each contact point with a force"})
     d0 = zero_displacement(curve)
     data = {**variables, "d0": ((), d0, _length("displacement at which the load factor is zero"))}
     if "tie_elongation" in variables:
         segments = tie_segments(model.ties, model.blocks)
         limit = np.array([segment.elongation_limit for segment in segments])
-        coords["tie"] = ("tie", np.array([segment.name for segment in segments], dtype=object))
+        names = np.array([segment.name for segment in segments], dtype=object)
+        coords["tie"] = ("tie", names, {"long_name": "names of the ties"})
         coords["tie_elongation_limit"] = ("tie", limit, _length("infinite if none was given"))
         broke = break_displacements(arrays["displacement"], arrays["tie_elongation"], limit)
         data["tie_break_displacement"] = ("tie", broke, _length("displacement at which the tie breaks"))

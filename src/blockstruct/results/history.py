@@ -37,10 +37,10 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
     names = _text([i.name for i in model.interfaces])
     coords = {
         **{name: of_iterations.pop(name) for name in ("iteration", "stage")},
-        "component": ("component", _text(COMPONENTS), {}),
-        "axis": ("axis", _text(AXES), {}),
-        "block": ("block", _text([b.name for b in model.blocks]), {}),
-        "interface": ("interface", names, {}),
+        "component": ("component", _text(COMPONENTS), _named("normal n, and s and t in the plane of the interface")),
+        "axis": ("axis", _text(AXES), _named("axes of the model")),
+        "block": ("block", _text([b.name for b in model.blocks]), _named("names of the blocks")),
+        "interface": ("interface", names, _named("names of the interfaces")),
         "block_position": (
             ("block", "axis"),
             np.array([b.centroid for b in model.blocks]),
@@ -50,9 +50,9 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
         "contact_point": (
             "contact_point",
             names[points.interface],
-            {"long_name": "name of the interface of each contact point"},
+            _named("name of the interface of each contact point"),
         ),
-        "interface_of_contact_point": ("contact_point", points.interface, {}),
+        "interface_of_contact_point": ("contact_point", points.interface, _named("index of the interface")),
         "contact_force_unit": (
             "contact_point",
             force,
@@ -84,7 +84,7 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
         "interface_of_interface_corner": (
             "interface_corner",
             np.repeat(np.arange(len(model.interfaces)), [len(i.polygon) for i in model.interfaces]),
-            {},
+            _named("index of the interface"),
         ),
         "interface_area": ("interface", points.area, _attrs("area", "area")),
         "interface_position": (("interface", "axis"), points.centroid, _attrs("length", "centroid")),
@@ -138,8 +138,8 @@ def iteration_variables(
             _attrs("velocity", "rate of elongation, at 1 W"),
         )
     found = {
-        "iteration": ("iteration", np.arange(n), {}),
-        "stage": ("iteration", _text([i.stage.value for i in iterations]), {}),
+        "iteration": ("iteration", np.arange(n), _named("iteration, from 0")),
+        "stage": ("iteration", _text([i.stage.value for i in iterations]), _named("program of the iteration")),
         "load_factor": _number([i.load_factor for i in iterations], "load factor α"),
         "contact_force": (
             (*per_point, "component"),
@@ -197,7 +197,11 @@ def iteration_variables(
             [i.certificate.flow_rule_gap_limit for i in iterations], "flow-rule gap within the settings"
         ),
         "displacement": _displacement(problem, iterations),
-        "solver_status": ("iteration", _text([i.solver_status.value for i in iterations]), {}),
+        "solver_status": (
+            "iteration",
+            _text([i.solver_status.value for i in iterations]),
+            _named("how the solver ended"),
+        ),
         "solver_iterations": (
             "iteration",
             np.array([i.solver_iterations for i in iterations], dtype=np.int64),
@@ -220,13 +224,13 @@ def _ties(table: TieTable) -> dict[str, Any]:
         "tie": (
             "tie",
             _text(table.name),
-            {"long_name": "name of the tie, with the blocks of a stretch of a bonded bar"},
+            _named("name of the tie, with the blocks of a stretch of a bonded bar"),
         ),
-        "tie_of_model": ("tie", table.tie, {}),
+        "tie_of_model": ("tie", table.tie, _named("index of the tie in the model")),
         "tie_position": (("tie", "tie_end", "axis"), table.position, _attrs("length", "where it ends in its blocks")),
         "tie_capacity": ("tie", table.capacity, _attrs("force", "largest force")),
         "tie_prestress": ("tie", table.prestress, _attrs("force", "least force")),
-        "tie_governing": ("tie", _text(table.governing), {"long_name": "which limit the largest force is"}),
+        "tie_governing": ("tie", _text(table.governing), _named("which limit the largest force is")),
         "tie_bond": (
             ("tie", "tie_end"),
             table.bond,
@@ -260,6 +264,10 @@ def _displacement(problem: LimitProblem, iterations: Sequence[Iteration]) -> tup
 
 def _attrs(dimension: str, long_name: str) -> dict[str, str]:
     return {"units": SI_UNITS[dimension], "long_name": long_name}
+
+
+def _named(long_name: str) -> dict[str, str]:
+    return {"long_name": long_name}
 
 
 def _number(values: list[float], long_name: str) -> tuple[str, Array, dict[str, str]]:

@@ -26,7 +26,7 @@ def detection_variables(report: DetectionReport, blocks: Sequence[str], interfac
     """Variables of a report, for a model with these blocks and interfaces."""
     block = {name: i for i, name in enumerate(blocks)}
     interface = {name: i for i, name in enumerate(interfaces)} | {"": -1}
-    contacts = report.contacts
+    contacts, flag = report.contacts, {"units": SI_UNITS["dimensionless"]}
     variables: dict[str, Any] = {
         name: ((), getattr(report.tolerances, field), {"units": SI_UNITS[dimension]})
         for field, (name, dimension) in _TOLERANCES.items()
@@ -37,7 +37,7 @@ def detection_variables(report: DetectionReport, blocks: Sequence[str], interfac
         "interface_of_contact": ("contact", _integers(interface[c.interface] for c in contacts)),
         "reason_of_contact": ("contact", np.array([c.reason for c in contacts], dtype=object)),
         "orientation_of_contact": ("contact", np.array([c.orientation.value for c in contacts], dtype=object)),
-        "near_miss_of_contact": ("contact", _integers(c.near_miss for c in contacts)),
+        "near_miss_of_contact": ("contact", _integers(c.near_miss for c in contacts), flag),
     }
     for name, dimension in _MEASURES.items():
         variables[f"{name}_of_contact"] = _floats("contact", [getattr(c, name) for c in contacts], dimension)
@@ -51,7 +51,7 @@ def detection_variables(report: DetectionReport, blocks: Sequence[str], interfac
     variables["face_of_nonplanar_face"] = ("nonplanar_face", _integers(face for _, face, _ in faces))
     variables["deviation_of_nonplanar_face"] = _floats("nonplanar_face", [off for _, _, off in faces], "length")
     for name in ("floating", "untouched"):
-        variables[name] = ("block", np.isin(blocks, getattr(report, name)).astype(np.int8))
+        variables[name] = ("block", np.isin(blocks, getattr(report, name)).astype(np.int8), flag)
     return variables
 
 

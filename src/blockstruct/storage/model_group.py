@@ -52,7 +52,7 @@ def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
             {"units": SI_UNITS["force/volume"]},
         ),
         "material_of_block": ("block", integers([materials.index(b.material.name) for b in blocks])),
-        "fixed": ("block", np.array([b.fixed for b in blocks], dtype=np.int8)),
+        "fixed": ("block", np.array([b.fixed for b in blocks], dtype=np.int8), {"units": SI_UNITS["dimensionless"]}),
         "volume": ("block", [b.volume for b in blocks], {"units": SI_UNITS["volume"]}),
         "centroid": (("block", "axis"), [b.centroid for b in blocks], {"units": SI_UNITS["length"]}),
         "vertex_position": (

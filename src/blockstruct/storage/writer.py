@@ -3,6 +3,7 @@
 import contextlib
 import json
 from collections.abc import Callable, Iterable, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -145,13 +146,14 @@ def sealed_image(
         If results violate the schema or contradict each other.
     """
     model = model_dataset(analysis.model, patterns(analysis.cases))
-    tree = {"/": _root(analysis), "/model": model}
+    # Histories and curves tell their own, and are kept as they are.
+    tree = {"/": _root(analysis), "/model": _described(model, "model")}
     found = [*_violations("/", tree["/"], "", ("model", "cases")), *_violations("/model", model, "model")]
     found += index_findings("/model", model)
     for name, result in analysis.items():
         place = f"/cases/{group_name(name)}"
         case = case_dataset(result, analysis.versions)
-        tree |= {place: case, f"{place}/history": xr.Dataset()}
+        tree |= {place: _described(case, "case"), f"{place}/history": xr.Dataset()}
         held = ("history",) if result.capacity is None else ("history", "capacity")
         found += _violations(place, case, "case", held)
         if result.capacity is not None:
@@ -172,6 +174,21 @@ def sealed_image(
     }
     image = netcdf_image(tree, kept)
     return image, seal_of(image)
+
+
+@cache
+def _meanings(part: str) -> dict[str, str]:
+    variables = json.loads(schema_text(SCHEMA))["$defs"][part]["properties"]["variables"]["properties"]
+    return {name: variable["description"] for name, variable in variables.items()}
+
+
+def _described(ds: xr.Dataset, part: str) -> xr.Dataset:
+    """A Dataset whose variables tell what they are, as xarray shows them."""
+    described = ds.copy()
+    for name, meaning in _meanings(part).items():
+        if name in described.variables:
+            described[name].attrs.setdefault("long_name", meaning)
+    return described
 
 
 def checked_keep_every(value: Any) -> int:
