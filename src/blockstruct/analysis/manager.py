@@ -19,10 +19,10 @@ from blockstruct.analysis.provenance import now, solver_options, versions, warn_
 from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.recovery import blank_history, planned_result
 from blockstruct.analysis.replay import ReplaySolver, followed
-from blockstruct.analysis.sweeps import axes_of, joints_at, keep_point, names_at, points_of
+from blockstruct.analysis.sweeps import axes_of, joints_at, keep_point, names_at, points_of, runs_of
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.keywords import checked_keywords
-from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, scheduled, schedules_of
+from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, schedules_of
 from blockstruct.model import Case, LimitCase, Model, Pushover, checked_tuple
 from blockstruct.procedures import solve_limit_case
 from blockstruct.results import (
@@ -32,13 +32,12 @@ from blockstruct.results import (
     divided_interfaces,
     failures,
     history_of,
-    run_name,
     sweep_of,
 )
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
 from blockstruct.storage import Checkpoint, checked_keep_every, claim, is_unfinished, open_analysis, tidy
-from blockstruct.vocabulary import Flow, Status
+from blockstruct.vocabulary import Status
 
 #: Statuses whose last iteration shows how the structure falls under its dead load.
 FALLS = (Status.UNSTABLE, Status.SELF_STRESS)
@@ -152,7 +151,8 @@ class AnalysisManager:
             If another run writes to the store, or it holds the iterations of a killed one: before anything is solved.
             If the disk is full: what is committed is kept.
         """
-        runs = self._runs(checked_tuple(cases, Case, "AnalysisManager.run: cases"), schedules_of(spread))
+        given = checked_tuple(cases, Case, "AnalysisManager.run: cases")
+        runs = runs_of(given, self.settings, schedules_of(spread))
         started_at = now()
         planned = {
             case.name: planned_result(case, settings, self.statics, problem, started_at)
@@ -298,21 +298,6 @@ class AnalysisManager:
                 break
         _warn_of(results)
         return sweep_of({axis.quantity: (axis.magnitudes, axis.unit) for axis in axes}, results, case.name)
-
-    def _runs(self, cases: Sequence[Case], schedules: Sequence[str]) -> list[tuple[Case, ProcedureSettings]]:
-        """Cases with their settings: those of the manager, and the schedules of a spread."""
-        runs = []
-        for case in cases:
-            runs.append((case, self.settings))
-            if schedules and case.flow is Flow.NONASSOCIATIVE:
-                for name in schedules:
-                    settings = scheduled(self.settings, name)
-                    # The loading path as given needs no second run.
-                    if settings != self.settings:
-                        runs.append((case.renamed(run_name(case.name, name)), settings))
-                bound = case.renamed(run_name(case.name, Flow.ASSOCIATIVE), Flow.ASSOCIATIVE)
-                runs.append((bound, self.settings))
-        return runs
 
     @classmethod
     def _resuming(

@@ -1,4 +1,4 @@
-"""What a sweep varies."""
+"""What a sweep varies, and the runs of a spread."""
 
 import itertools
 import re
@@ -11,10 +11,12 @@ import numpy as np
 
 from blockstruct.analysis.provenance import now, solver_options, versions
 from blockstruct.errors import ModelError, StorageError, shown
-from blockstruct.model import JOINT_PROPERTIES, Interface, JointMaterial, Model
-from blockstruct.results import Analysis, CaseResult
+from blockstruct.limit import ProcedureSettings, scheduled
+from blockstruct.model import JOINT_PROPERTIES, Case, Interface, JointMaterial, Model
+from blockstruct.results import Analysis, CaseResult, run_name
 from blockstruct.storage import save_analysis
 from blockstruct.units import in_first_unit, parse
+from blockstruct.vocabulary import Flow
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,3 +122,21 @@ def keep_point(
     results = {result.name: result}
     kept = Analysis(varied, results, now(), versions(), solver_options=options, tags=tags, parameters=parameters)
     save_analysis(kept, path)
+
+
+def runs_of(
+    cases: Sequence[Case], settings: ProcedureSettings, schedules: Sequence[str]
+) -> list[tuple[Case, ProcedureSettings]]:
+    """Cases with their settings: those given, and the schedules of a spread with its associative bound."""
+    runs = []
+    for case in cases:
+        runs.append((case, settings))
+        if schedules and case.flow is Flow.NONASSOCIATIVE:
+            for name in schedules:
+                other = scheduled(settings, name)
+                # The loading path as given needs no second run.
+                if other != settings:
+                    runs.append((case.renamed(run_name(case.name, name)), other))
+            bound = case.renamed(run_name(case.name, Flow.ASSOCIATIVE), Flow.ASSOCIATIVE)
+            runs.append((bound, settings))
+    return runs
