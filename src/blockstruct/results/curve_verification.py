@@ -13,7 +13,7 @@ from blockstruct.limit.motion import unit_of_velocity
 from blockstruct.model import Pushover
 from blockstruct.results.capacity import block_rotations
 from blockstruct.results.case_result import CaseResult
-from blockstruct.results.pushed_ties import DECIMALS, break_displacements
+from blockstruct.results.pushed_ties import DECIMALS, break_displacements, rounding_of_ties
 from blockstruct.statics import Statics, rotated
 
 Array = NDArray[np.float64]
@@ -23,15 +23,16 @@ Flags = NDArray[np.bool_]
 MOVED = 1e-6
 #: Relative difference of d0, and of the work of the variable load in a second from 1 J, that rounding makes.
 SAME, AT_ONE_WATT = 1e-9, 1e-5
-#: Difference of works, as a share of all work, that is none: measured 1e-9, of forces that are too small to be kept.
-OF_WORK = 1e-6
+#: Difference of works, as a share of all work, that is none: measured 1e-9, of forces that are too small to be kept;
+#: and load factor, relative to the first, with which there is no less work to compare with.
+OF_WORK, LEAST = 1e-6, 0.05
 #: Relative difference of two computations of one residual beyond what holds.
 ROUNDING = 1e-3
 #: Interpenetration, and flow-rule gap relative to the load factor and the dissipation, with which a state holds.
 PENETRATING, CERTIFIED = 5e-2, 1e-2
 #: How far a way may go beyond the time of the motion, as a share of it: just behind where a tie breaks.
 BEYOND = 2e-3
-#: Newton steps to the time of a way, and change of it that gives the speed.
+#: Newton steps from rest to the time of a way, and change of it, as a share of the motion's, that gives the speed.
 NEWTON, CHANGE = 6, 1e-6
 
 
@@ -104,11 +105,12 @@ class _States:
             led: list[Array] = [self._flat(at.moved(twist * t)) for (at, twist), t in zip(motions, time, strict=True)]
             return np.asarray(np.array(led).reshape(places[1:].shape) - places[1:])
 
-        time = self._of("motion_time")[:-1]
+        change = CHANGE * self._of("motion_time")[:-1]
+        time = np.zeros_like(change)
         with np.errstate(all="ignore"):
             for _ in range(NEWTON):
                 left = off(time)
-                speed = (off((1 + CHANGE) * time) - left) / (CHANGE * time[:, None, None])
+                speed = (off(time + change) - left) / change[:, None, None]
                 time = time - (left * speed).sum(axis=(1, 2)) / (speed**2).sum(axis=(1, 2))
             rest = self._flat(Placement.of(self._moving.statics.model))
             missed = np.abs(np.concatenate([places[:1] - rest, off(time)]))
@@ -197,8 +199,9 @@ class _States:
     def works(self) -> Iterator[str]:
         """What friction and ties dissipate, and what the energy balance of each step misses."""
         stored, found = self._of("dissipation"), self._dissipated(self._twist)
+        work = np.maximum(np.abs(self._alpha) + np.abs(found), LEAST * abs(self._alpha[0]))
         yield from _told(
-            ~(np.abs(found - stored) <= OF_WORK * (np.abs(self._alpha) + np.abs(found))),
+            ~(np.abs(found - stored) <= OF_WORK * work + self._of_ties(self._twist, self._rounded)),
             lambda k: (
                 f"its forces and velocities dissipate {found[k]:.6g} of the variable load's work, not {stored[k]:.6g}"
             ),
@@ -237,6 +240,13 @@ class _States:
         if "tie_force" not in self._curve:
             return np.zeros((len(self._alpha), 0))
         return self._of("tie_force", "tie")
+
+    @cached_property
+    def _rounded(self) -> Array:
+        """What forces of slack ties (S, N) may have been before they were kept as none, N."""
+        if not self._tie_force.size:
+            return self._tie_force
+        return np.where(self._tie_force > 0, 0.0, rounding_of_ties(self._moving.statics.model))
 
     def _own(self, values: Array) -> Array:
         """Wrenches or twists (S, B, 6) in the axes of each free block, (S, F, 6)."""
@@ -289,10 +299,15 @@ class _States:
         v -= np.einsum("ki,ki->k", v, normal)[:, None] * normal
         found = np.zeros(len(twist))
         np.add.at(found, state, -np.einsum("ki,ki->k", self._of_contact("force_of_contact"), v))
+        return found + self._of_ties(twist, self._tie_force)
+
+    def _of_ties(self, twist: Array, force: Array) -> Array:
+        """Work (S,) of forces (S, N) of ties that motions (S, B, 6) make longer, in a second, J."""
         own = self._own(twist) * np.repeat([1.0, self._size], 3)
-        for k, columns in enumerate(self._tie_columns):
-            found[k] += self._tie_force[k] @ np.maximum(-(own[k].ravel() @ columns), 0.0)
-        return found
+        longer = [
+            np.maximum(-(now.ravel() @ columns), 0.0) for now, columns in zip(own, self._tie_columns, strict=True)
+        ]
+        return np.asarray(np.einsum("sn,sn->s", force, np.reshape(longer, force.shape)))
 
     def _energy_error(self, dissipation: Array) -> Array:
         """What the work of each way misses (S,), relative to all so far; zero at the first state."""

@@ -100,9 +100,14 @@ def pushed_tie_state(model: Model, capacity: xr.Dataset) -> xr.DataArray:
 
 def slack(model: Model, force: Array) -> NDArray[np.bool_]:
     """Whether ties are slack by their forces (…, N) in a pushover, N; not where these are unknown."""
+    return np.asarray(force <= rounding_of_ties(model))
+
+
+def rounding_of_ties(model: Model) -> Array:
+    """Force (N,) of each tie that is none, N."""
     largest = np.array([segment.capacity for segment in tie_segments(model.ties, model.blocks)])
     weight = sum(b.weight for b in model.blocks if not b.fixed)
-    return np.asarray(force <= AT_LIMIT * np.fmin(largest, weight))
+    return np.asarray(AT_LIMIT * np.fmin(largest, weight))
 
 
 def breaking_words(capacity: xr.Dataset) -> list[str]:

@@ -55,7 +55,8 @@ class _State:
         T = last["tie_force"].to_numpy() / problem.ties.force_unit if len(problem.ties) else np.zeros(0)
         alpha = float(last["load_factor"])
         if last["stage"].item() == Stage.DEAD_LOAD.value:
-            dilatancy = problem.friction if result.status is not Status.SELF_STRESS else problem.dilatancy
+            # The first program asks with dilatancy whether the dead load is carried, a later one for its collapse.
+            dilatancy = problem.friction if result.n_iterations == 1 else problem.dilatancy
             problem = replace(problem.dead_load_alone, dilatancy=dilatancy)
             # The prestress grows with the share, and is part of the forces T.
             load = problem.w_L - problem.ties.columns @ problem.ties.prestress_L
