@@ -7,7 +7,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import SELF_WEIGHT, model_of, push, single_block
+from structures import SELF_WEIGHT, divided, model_of, push, single_block
 
 NAME = "push nonassociative"
 
@@ -105,6 +105,25 @@ def test_a_result_that_contradicts_its_state_is_found_out(small_analysis, tmp_pa
     with pytest.raises(bs.errors.CertificateError, match="push nonassociative"):
         bs.save_analysis(lying, tmp_path / "lie.h5")
     assert not list(tmp_path.iterdir())
+
+
+def test_cells_that_are_not_those_of_the_joint_are_found_out():
+    """A wider lever, and the strength of the middle at the edges: neither is a division of the joint."""
+
+    def wider(history):
+        positions, centre = history.contact_point_position.to_numpy(), history.interface_position.to_numpy()
+        positions += 0.05 * (positions - centre)
+
+    def stronger(history):
+        strength = history.cell_strength.to_numpy()
+        strength[:] = np.sort(strength)
+
+    blocks, _ = single_block(0.5, 1.0)
+    model = divided(model_of(blocks, bs.JointMaterial("soft", 0.9, compressive_strength="100 kPa")))
+    analysis = bs.AnalysisManager(model).run([bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))])
+    for lie, name in ((wider, "contact_point_position"), (stronger, "cell_strength")):
+        found = bs.results.contradictions(tampered(analysis, "push", history=lie))
+        assert ("push", f"{name} of the history is not that of the model") in found
 
 
 def falling_block():

@@ -220,7 +220,7 @@ def test_the_history_tells_where_mortar_is_linearised():
 def test_cells_approach_the_closed_form_from_below():
     exact, errors = 0.5 * (1 - 0.4), []
     model = divided(block(0.5, 1.0, 1.0, fc=20e3 / 0.4))
-    for cells in (10, 100, 1000):
+    for cells in (16, 100, 1000):
         result = solve(model, push(1, 0, 0), crushing_cells=cells)
         assert result.certificate.holds
         errors.append(1 - result.load_factor / exact)
@@ -239,7 +239,7 @@ def test_a_triangular_joint_crushes_towards_its_corner():
     Base on x = 0 of width B, apex at x = D, weight W at D / 3. The stressed tip of length d has the area
     ``B d² / (2 D) = W / f_c`` and its centroid at ``D − 2 d / 3``.
     """
-    B, D, h, share = 0.6, 0.5, 0.8, 0.25
+    B, D, h, share = 0.6, 0.5, 0.8, 0.2
     stone = bs.Material("stone", "20 kN/m^3")
     outline = [(0, -B / 2), (D, 0), (0, B / 2)]
     vertices = [(x, y, z) for z in (0, h) for x, y in outline]
@@ -250,9 +250,9 @@ def test_a_triangular_joint_crushes_towards_its_corner():
     d = D * math.sqrt(share)
     exact = (D - 2 * d / 3 - D / 3) / (h / 2)
     model = model_of([ground, wedge], joint)
-    loads = [solve(model, push(1, 0, 0), crushing_cells=c).load_factor for c in (50, 400, 3000)]
-    assert loads[0] < loads[1] < loads[2] < exact * (1 + 1e-7)
-    assert loads[2] == pytest.approx(exact, rel=0.01)
+    for cells, most in ((16, 0.2), (50, 0.05), (400, 0.01), (3000, 0.002)):
+        found = solve(model, push(1, 0, 0), crushing_cells=cells).load_factor
+        assert -1e-7 < 1 - found / exact < most
 
 
 def wall(number, fc, tuff):

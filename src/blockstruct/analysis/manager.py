@@ -29,7 +29,7 @@ from blockstruct.results import (
     Analysis,
     CaseResult,
     checked_parameters,
-    divided_interfaces,
+    division_of,
     failures,
     history_of,
     sweep_of,
@@ -373,10 +373,9 @@ class AnalysisManager:
         return pushed_over(done, statics, problem, iterations[-1], listeners)
 
     def _statics_of(self, result: CaseResult) -> Statics:
-        cells, divided = result.settings.crushing_cells, divided_interfaces(result.history)
-        if cells == self.settings.crushing_cells and divided == self.statics.points.divided:
-            return self.statics
-        return Statics.of(self.model, cells, divided)
+        division = division_of(self.model, result.settings.crushing_cells, result.history)
+        own = division == (self.settings.crushing_cells, self.statics.points.divided, False)
+        return self.statics if own else Statics.of_division(self.model, division)
 
 
 def _warn_of(results: Iterable[CaseResult]) -> None:

@@ -19,6 +19,8 @@ CROSSING = 1e-3
 RECTANGLE = 1e-6
 #: Share of the area of a polygon below which a piece of it is not a cell.
 NO_CELL = 1e-9
+#: Sine of the angle between two edges, or one and the normal of the other, below which grids along both are the same.
+SAME_GRID = 0.08
 #: Component of a unit normal, across the vertical, below which its plane is level.
 LEVEL = 1e-9
 

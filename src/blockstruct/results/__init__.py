@@ -17,7 +17,7 @@ from blockstruct.results.curve_comparison import compared_curves
 from blockstruct.results.description import failures
 from blockstruct.results.frame import capacity_frame, history_frame
 from blockstruct.results.headline import Headline
-from blockstruct.results.history import divided_interfaces, history_of, iteration_variables
+from blockstruct.results.history import division_of, history_of, iteration_variables
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.parameters import checked_parameters, checked_value, plain_value, restored_value, stored_value
@@ -84,7 +84,7 @@ __all__ = [
     "sliding_rates",
     "failures",
     "history_frame",
-    "divided_interfaces",
+    "division_of",
     "require_stored",
     "history_of",
     "iteration_variables",

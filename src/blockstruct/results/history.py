@@ -8,7 +8,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.limit import Iteration, LimitProblem, Settlement, block_motion
-from blockstruct.statics import Statics, TieTable
+from blockstruct.model import Model
+from blockstruct.statics import Division, Statics, TieTable
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import AXES, COMPONENTS
 
@@ -102,14 +103,12 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
     return xr.Dataset(of_iterations, coords=coords, attrs={"long_name": "iteration history"})
 
 
-def divided_interfaces(history: xr.Dataset) -> tuple[int, ...]:
-    """Indices of the interfaces that a history has in cells.
-
-    In files of before they are also the rectangles that resist tension: they are verified, and gone on with, as they
-    are.
-    """
+def division_of(model: Model, cells: int, history: xr.Dataset) -> Division:
+    """How the interfaces of a history are divided into cells."""
     in_cells = np.isfinite(history["cell_strength"].to_numpy())
-    return tuple(np.unique(history["interface_of_contact_point"].to_numpy()[in_cells]).tolist())
+    interface = history["interface_of_contact_point"].to_numpy()[in_cells]
+    position = history["contact_point_position"].to_numpy()[in_cells]
+    return Division.of_cells(model, cells, interface, position)
 
 
 def iteration_variables(

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from blockstruct.limit import UniformTorsion
 from blockstruct.model import Model, listed
-from blockstruct.results.history import divided_interfaces
+from blockstruct.results.history import division_of
 from blockstruct.statics import ContactPoints, multiple_of_uniform_friction
 from blockstruct.vocabulary import Torsion
 
@@ -88,7 +88,9 @@ def sliding_rates(model: Model, iteration: xr.Dataset, cells: int) -> Array:
     """
     v = iteration["relative_velocity"].transpose("contact_point", "component").to_numpy()
     normal = iteration["contact_force"].sel(component="n").to_numpy()
-    torsion = UniformTorsion.of(ContactPoints.of(model, cells, divided=divided_interfaces(iteration)))
+    division = division_of(model, cells, iteration)
+    points = ContactPoints.of(model, cells, divided=division.divided, regular=division.regular)
+    torsion = UniformTorsion.of(points)
     return torsion.slip(v, iteration["cohesion"].to_numpy() + iteration["friction_coefficient"].to_numpy() * normal)
 
 

@@ -22,9 +22,9 @@ from blockstruct.model import SettlementCase
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.curve_verification import curve_contradictions
-from blockstruct.results.history import divided_interfaces
+from blockstruct.results.history import division_of
 from blockstruct.results.mechanism import motion_of
-from blockstruct.statics import Statics
+from blockstruct.statics import Division, Statics
 from blockstruct.vocabulary import Stage, Status
 
 Array = NDArray[np.float64]
@@ -80,7 +80,8 @@ def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
     result = analysis[name]
     if result.status is Status.UNBOUNDED or not result.n_iterations:
         return None
-    statics = Statics.of(analysis.model, *_division(result))
+    division = division_of(analysis.model, result.settings.crushing_cells, result.history)
+    statics = Statics.of_division(analysis.model, division)
     return _State.of(statics, LimitProblem.of(statics, result.case), result).certificate(result.settings)
 
 
@@ -95,12 +96,12 @@ def contradictions(analysis: Analysis) -> list[tuple[str, str]]:
     -------
     list of (name of the case, what is contradicted); empty if nothing is
     """
-    found, statics = [], dict[tuple[int, tuple[int, ...]], Statics]()
+    found, statics = [], dict[Division, Statics]()
     for name, result in analysis.items():
         try:
-            division = _division(result)
+            division = division_of(analysis.model, result.settings.crushing_cells, result.history)
             if division not in statics:
-                statics[division] = Statics.of(analysis.model, *division)
+                statics[division] = Statics.of_division(analysis.model, division)
             found += [(name, what) for what in _of_case(statics[division], result)]
         except (BlockstructError, KeyError, ValueError, IndexError) as error:
             found.append((name, f"the history does not belong to this model and case ({error})"))
@@ -121,11 +122,6 @@ def confirm(analysis: Analysis) -> None:
         more = f"; and {len(found) - 5} more" if len(found) > 5 else ""
         msg = f"analysis of {analysis.model.name!r}: {listed}{more}; run the model again, these results are not proof"
         raise CertificateError(msg)
-
-
-def _division(result: CaseResult) -> tuple[int, tuple[int, ...]]:
-    """Number of cells, and the interfaces that they divide."""
-    return result.settings.crushing_cells, divided_interfaces(result.history)
 
 
 def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:

@@ -10,7 +10,7 @@
 """
 
 from blockstruct.statics.carried import CarriedWeights, carried_weights
-from blockstruct.statics.contacts import ContactPoints
+from blockstruct.statics.contacts import ContactPoints, Division
 from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.moved import MovedContacts, MovingLoads, MovingStructure, Placement, rotated
 from blockstruct.statics.statics import Statics
@@ -22,6 +22,7 @@ __all__ = [
     "AppliedLoads",
     "CarriedWeights",
     "ContactPoints",
+    "Division",
     "MovedContacts",
     "MovingLoads",
     "MovingStructure",

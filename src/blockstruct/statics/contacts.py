@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,36 @@ from blockstruct.vocabulary import Torsion
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+
+#: Distance, relative to the extent of an interface, below which two cells are at the same place.
+_SAME_PLACE = 1e-9
+
+
+class Division(NamedTuple):
+    """How interfaces are divided into cells: into how many, which of them, and whether all cells are of equal size.
+
+    In earlier files rectangles that resist tension are in cells, too, and all cells are of equal size. They are
+    verified, and gone on with, as they are.
+    """
+
+    cells: int
+    divided: tuple[int, ...]
+    regular: bool
+
+    @classmethod
+    def of_cells(cls, model: Model, cells: int, interface: Index, position: Array) -> Self:
+        """Division that a model has cells of; nothing else of them is taken for true, since it makes them anew."""
+        divided = tuple(np.unique(interface).tolist())
+
+        def is_regular(j: int) -> bool:
+            i = model.interfaces[j]
+            centres, _ = polygon_cells(i.polygon, i.centroid, i.normal, cells, i.name, regular=True)
+            stored = position[interface == j]
+            near = _SAME_PLACE * np.ptp(i.polygon, axis=0).max()
+            return stored.shape == centres.shape and bool(np.abs(stored - centres).max() <= near)
+
+        return cls(cells, divided, bool(divided) and all(map(is_regular, divided)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +108,8 @@ class ContactPoints:
         cells: int,
         joints: Sequence[JointMaterial] | None = None,
         divided: Collection[int] = (),
+        *,
+        regular: bool = False,
     ) -> Self:
         """Table of a model.
 
@@ -91,6 +123,8 @@ class ContactPoints:
             Joint material of each interface, if it is not the model's.
         divided
             Indices of rectangles that are divided into cells, too, where they crush.
+        regular
+            Whether all cells of an interface are of equal size, as in earlier files.
         """
         interfaces = model.interfaces
         index = {b.name: i for i, b in enumerate(model.blocks)}
@@ -100,7 +134,7 @@ class ContactPoints:
         rectangular[list(divided)] = False
         in_cells = np.isfinite(strength) & ~rectangular
         meshes = {
-            j: polygon_cells(i.polygon, i.centroid, i.normal, cells, i.name)
+            j: polygon_cells(i.polygon, i.centroid, i.normal, cells, i.name, regular=regular)
             for j, i in enumerate(interfaces)
             if in_cells[j]
         }

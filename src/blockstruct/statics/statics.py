@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.model import JointMaterial, Model
-from blockstruct.statics.contacts import ContactPoints
+from blockstruct.statics.contacts import ContactPoints, Division
 from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.ties import TieTable
 
@@ -44,12 +44,12 @@ class Statics:
     length: float
 
     @classmethod
-    def of(cls, model: Model, cells: int = 64, divided: Collection[int] = ()) -> Self:
+    def of(cls, model: Model, cells: int = 64, divided: Collection[int] = (), *, regular: bool = False) -> Self:
         """Assemble the statics of a model; ``cells`` divide an interface that crushes and is not a rectangle.
 
-        ``divided`` are rectangles that they divide, too.
+        ``divided`` are rectangles that they divide, too; ``regular`` cells are of equal size, as in earlier files.
         """
-        points = ContactPoints.of(model, cells, divided=divided)
+        points = ContactPoints.of(model, cells, divided=divided, regular=regular)
         free = np.flatnonzero([not b.fixed for b in model.blocks])
         centroids = np.array([b.centroid for b in model.blocks])
         length = model.characteristic_length
@@ -63,6 +63,11 @@ class Statics:
             free=free,
             length=length,
         )
+
+    @classmethod
+    def of_division(cls, model: Model, division: Division) -> Self:
+        """Statics of a model whose interfaces are so divided."""
+        return cls.of(model, division.cells, division.divided, regular=division.regular)
 
     def varied(self, joints: Sequence[JointMaterial], cells: int = 64) -> Self:
         """The same structure with another joint material at each interface.
