@@ -600,7 +600,8 @@ def test_a_report_is_a_page_or_a_pdf(call, file, tmp_path, name):
 
 @pytest.mark.parametrize("width", [30, 60, 80])
 def test_tables_of_a_narrow_terminal_are_folded_and_cut_no_number(call, tmp_path, monkeypatch, width):
-    monkeypatch.setenv("COLUMNS", str(width))
+    # A console keeps the width that the environment had when it was made.
+    monkeypatch.setattr("blockstruct.cli.app.out", Console(highlight=False, width=width))
     heights = ("0.512345 m", "0.623456 m")
     for name, height in zip(("a wall of which the name is long.h5", "b.h5"), heights, strict=True):
         model = model_of(*single_block(0.5, 1.0))
