@@ -1,11 +1,13 @@
 """Blocks that drop on the way of a pushover."""
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.procedures.pushover import _Path
+from blockstruct.procedures.attempts import Attempts
 from structures import SELF_WEIGHT, slid_from_under
 
 
@@ -43,14 +45,14 @@ def test_a_block_drops_where_nothing_holds_it(steps):
 
 def test_a_drop_that_is_none_leaves_nothing_behind(monkeypatch):
     """A curve in which all drops are looked for in vain is, to the last digit, that in which none is looked for."""
-    found = _Path._alone
+    found = Attempts.alone
 
     def in_vain(*args):
         assert found(*args) is not None
 
-    monkeypatch.setattr(_Path, "_alone", in_vain)
+    monkeypatch.setattr(Attempts, "alone", in_vain)
     looked_for = pushed(6)
-    monkeypatch.setattr(_Path, "_dropping", lambda *_: None)
+    monkeypatch.setattr(import_module("blockstruct.procedures.pushover"), "drop_on", lambda *_: None)
     not_looked_for = pushed(6)
     assert int(looked_for["programs"].sum()) > int(not_looked_for["programs"].sum())
     spent = ["programs", "solver_iterations", "solver_time"]
