@@ -11,7 +11,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.procedures import finite_step
 from blockstruct.results import curve_verification
-from structures import SELF_WEIGHT, block_on_a_bar, model_of, push, seal_again, slipping_units
+from structures import SELF_WEIGHT, block_on_a_bar, box, model_of, push, seal_again, slipping_units
 
 
 @pytest.fixture(scope="module")
@@ -193,3 +193,23 @@ def test_certificates_of_states_are_judged_as_they_were():
         finite_step.PENETRATING,
         finite_step.CERTIFIED,
     )
+
+
+def test_a_force_is_none_by_the_lighter_block():
+    """A bar of 50 kN holds some N of a block of 20 N on a slippery ground, beside a wall of 120 kN that goes over."""
+    blocks = [
+        box("ground", [-3, -1, -0.5], [8, 6, 0.5], fixed=True),
+        box("post", [-2, 0, 0], [0.5, 1, 1], fixed=True),
+        box("wall", [0, 0, 0], [0.5, 4, 3]),
+        box("light", [-1, 0.4, 0], [0.1, 0.1, 0.1]),
+    ]
+    joints = {"light|ground": bs.JointMaterial("slick", 0.05), "*": bs.JointMaterial("rough", 0.8)}
+    ends = ("post", Q_([-1.5, 0.45, 0.05], "m")), ("light", Q_([-1, 0.45, 0.05], "m"))
+    bar = bs.Tie("bar", *ends, yield_force="50 kN")
+    model = bs.Model("beside", blocks, bs.detect_interfaces(blocks, joints), ties=[bar])
+    case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("wall", (1, 0, 0)), steps=6)
+    analysis = bs.AnalysisManager(model).run([case])
+    result = analysis["push"]
+    assert result.capacity["tie_force"][0].item() == pytest.approx(result.history["tie_force"][-1].item(), rel=1e-3)
+    assert bs.results.pushed_tie_state(model, result.capacity)[0].item() == "stressed"
+    assert bs.results.contradictions(analysis) == []

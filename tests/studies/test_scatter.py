@@ -148,6 +148,20 @@ def test_a_block_that_rocks_does_not_depend_on_friction():
     assert found.independent.item() == pytest.approx(0, abs=1e-6)
 
 
+def test_tension_within_the_friction_cone_stays_as_it_is():
+    """A block held by 3 kPa of tension rocks, whatever μ: with 0.6 the cone ends at 67 kPa only."""
+    stone = bs.Material("stone", "20 kN/m^3")
+    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[3, 3, 0.5] m", stone, fixed=True)
+    block = bs.Block.box("block", "[0, 0, 0] m", "[0.5, 1, 2] m", stone)
+    mortar = bs.JointMaterial("mortar", 0.6, tensile_strength="3 kPa", cohesion="40 kPa")
+    result = bs.run(model_of([ground, block], mortar), bs.LimitCase("p", SELF_WEIGHT, push(1, 0, 0), "associative"))[
+        "p"
+    ]
+    found = bs.studies.first_order(result, 0.1)
+    assert found.attrs["unique"] == 1
+    assert found.independent.item() == pytest.approx(0, abs=1e-6)
+
+
 def test_scatter_of_independent_and_of_equal_joints(scattered):
     deviation = {joint.name: 0.05 for joint in list(scattered.model.joint_materials.values())[:3]}
     found = bs.studies.first_order(scattered, 0.05)

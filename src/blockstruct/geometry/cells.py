@@ -29,6 +29,8 @@ _PRESSURES = np.array([0.001, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5])
 #: Difference of losses, of lengths of edges and of numbers of rows that is rounding. Which grid is taken must not
 #: depend on it: on another machine the cells would not be those of a file.
 _SAME = 1e-6
+#: Decimals of corners, in multiples of the extent, by which outlines are the same.
+_DIGITS = 6
 
 
 def is_rectangle(points: Array) -> bool:
@@ -74,7 +76,7 @@ def polygon_cells(
         msg = f"interface {name!r}: the outline crosses itself and cannot be divided into cells; correct its corners"
         raise GeometryError(msg)
     centres, areas = _regular(corners, count) if regular else _graded(corners, count)
-    return centroid + centres @ axes, areas.copy()
+    return centroid + centres @ axes, areas
 
 
 def _regular(corners: Array, count: int) -> Cells:
@@ -86,29 +88,33 @@ def _regular(corners: Array, count: int) -> Cells:
 
 
 def _graded(corners: Array, count: int) -> Cells:
+    axis, columns = 0, 1.0
     if count <= _SEARCHED:
-        return _best(corners.tobytes(), count)
-    (axes,) = _axes(corners, 1)
-    ((centres, areas),) = _grids(corners @ axes.T, count, np.ones(1))
+        # Congruent joints have the same grid, found once.
+        axis, columns = _best((np.round(corners / np.ptp(corners), _DIGITS) + 0.0).tobytes(), count)
+    axes = _axes(corners, axis + 1)[axis]
+    ((_, (centres, areas)),) = _grids(corners @ axes.T, count, np.array([columns]))
     return centres @ axes, areas
 
 
 @lru_cache(maxsize=4096)
-def _best(buffer: bytes, count: int) -> Cells:
-    """The grid that loses least, of an outline of which the corners, shape (k, 2), are in a buffer."""
+def _best(buffer: bytes, count: int) -> tuple[int, float]:
+    """Axes and columns of the grid that loses least, of an outline whose corners, shape (k, 2), are in a buffer."""
     corners = np.frombuffer(buffer).reshape(-1, 2)
     grids = [
-        (centres @ axes, areas)
-        for axes in _axes(corners, _TRIED)
-        for centres, areas in _grids(corners @ axes.T, count, _COLUMNS)
+        (axis, columns, centres @ axes, areas)
+        for axis, axes in enumerate(_axes(corners, _TRIED))
+        for columns, (centres, areas) in _grids(corners @ axes.T, count, _COLUMNS)
     ]
-    ((centres, areas),) = _grids(corners, _FINE * count, np.ones(1))
+    ((_, (centres, areas)),) = _grids(corners, _FINE * count, np.ones(1))
     along, _ = _edges(corners)
     across = np.stack([along[:, 1], -along[:, 0]])
     directions = np.concatenate([across, -across, _AROUND], axis=1)
     exact = np.maximum(_moments(centres, areas, directions), np.finfo(float).tiny)
-    worst = np.array([(1 - _moments(*cells, directions) / exact).max() for cells in grids])
-    return grids[int(np.argmax(worst <= worst.min() + _SAME))]
+    found = (_moments(centres, areas, directions) for _, _, centres, areas in grids)
+    worst = np.array([(1 - moments / exact).max() for moments in found])
+    axis, columns, *_ = grids[int(np.argmax(worst <= worst.min() + _SAME))]
+    return axis, columns
 
 
 def _axes(corners: Array, most: int) -> list[Array]:
@@ -128,7 +134,7 @@ def _edges(corners: Array) -> tuple[Array, Array]:
     return edges[lengths > 0] / lengths[lengths > 0, None], lengths[lengths > 0]
 
 
-def _grids(corners: Array, count: int, shares: Array) -> Iterator[Cells]:
+def _grids(corners: Array, count: int, shares: Array) -> Iterator[tuple[float, Cells]]:
     """Graded grids of about ``count`` cells, of columns in multiples of those of a square grid, and rows to match."""
     outline = shapely.Polygon(corners)
     shapely.prepare(outline)
@@ -149,10 +155,11 @@ def _grids(corners: Array, count: int, shares: Array) -> Iterator[Cells]:
 
     # Boxes beyond the outline are none, so there are more rows than by the areas alone.
     square, _ = fitting(_upwards(_MORE * math.sqrt(count * np.prod(high - low) / outline.area)))
-    for columns in np.unique(np.maximum(np.round(shares * square), 1)).astype(int).tolist():
+    numbers, first = np.unique(np.maximum(np.round(shares * square), 1).astype(int), return_index=True)
+    for columns, share in zip(numbers.tolist(), shares[first].tolist(), strict=True):
         rows, boxes = fitting(_upwards(_MORE * square**2 / columns), columns)
         if rows:
-            yield _cut(outline, boxes)
+            yield share, _cut(outline, boxes)
 
 
 def _arcs(n: int) -> Array:

@@ -131,7 +131,7 @@ class ControlPoint:
 
 #: Share of the elongation limit of a tie within which it is reached; what is left of a way to it, and how much further
 #: one behind it leads, as shares of the way.
-AT_LIMIT, SHORT_OF, BEYOND = 1e-3, 1e-3, 1 / 4096
+AT_LIMIT, SHORT_OF, BEYOND = 1e-4, 1e-5, 1 / 4096
 
 
 class MovingProblem:
@@ -180,10 +180,15 @@ class MovingProblem:
 
         It ends just before the first that does and, of one that is within a share of its limit, just behind.
         """
-        breaks, reserve = self.breaks(before, after), self._reserve(before)
-        share = reserve[breaks] / (after - before)[breaks]
-        reached = reserve[breaks] <= AT_LIMIT * self.statics.ties.elongation_limit[breaks]
+        breaks = self.breaks(before, after)
+        share = self._reserve(before)[breaks] / (after - before)[breaks]
+        reached = self.at_limit(before)[breaks]
         return float(np.where(reached, share + BEYOND, (1 - SHORT_OF) * share).min(initial=1.0))
+
+    def at_limit(self, longest: Array) -> NDArray[np.bool_]:
+        """Whether ties (N,) are within a share of the length at which they break."""
+        limit, reserve = self.statics.ties.elongation_limit, self._reserve(longest)
+        return np.asarray((reserve >= 0) & (reserve <= AT_LIMIT * limit) & np.isfinite(limit))
 
     def _reserve(self, longest: Array) -> Array:
         """How much longer ties (N,) may become than they have been, m."""

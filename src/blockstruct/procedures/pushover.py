@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 #: Attempts at a step that the blocks penetrate after, or the flow rule is missed.
 ATTEMPTS = 5
+#: Corrections of the length of a step that ends before a tie breaks: anchors do not part evenly.
+APPROACHES = 3
 #: Penetration after a shorter step, relative to the deepest by the square of its length; and least share of a step.
 BELOW, LEAST_SHARE = 0.9, 0.25
 #: Deepest penetration, in mean block sizes.
@@ -185,8 +187,10 @@ class _Path:
         following = None
         for attempt in range(ATTEMPTS):
             moved = attempts.after(state, time)
-            whole = self._problem.until_broken(state.longest, moved.longest)
-            if whole < 1:
+            for _ in range(1 if self._problem.at_limit(state.longest).any() else APPROACHES):
+                whole = self._problem.until_broken(state.longest, moved.longest)
+                if whole == 1:
+                    break
                 time *= whole
                 moved = attempts.after(state, time)
             last, depth = attempt + 1 == ATTEMPTS, moved.penetration / (DEEPEST * self._problem.statics.length)

@@ -14,6 +14,7 @@ from blockstruct.model import Pushover
 from blockstruct.results.capacity import block_rotations
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.pushed_ties import DECIMALS, break_displacements, rounding_of_ties
+from blockstruct.results.ties import AT_LIMIT
 from blockstruct.statics import Statics, rotated
 
 Array = NDArray[np.float64]
@@ -181,13 +182,14 @@ class _States:
             at = int(np.abs(length - 1).argmax())
             of_contact = f"the normal of contact {at} has a length of {length[at]:.6g}, not 1"
             yield f"state {k[at]} of the capacity curve: {of_contact}"
-        yield from self._measure("equilibrium_residual", self._of("equilibrium_residual"), self._residual())
+        kept = AT_LIMIT * (self._rounded > 0).sum(axis=1)
+        yield from self._measure("equilibrium_residual", self._of("equilibrium_residual"), self._residual(), kept)
         # Contact points without a force are not kept: the excess of one is zero.
         yield from self._measure("yield_excess", np.maximum(self._of("yield_excess"), 0.0), self._excess())
 
-    def _measure(self, name: str, stored: Array, found: Array) -> Iterator[str]:
-        differs = ~(np.abs(found - stored) <= FORCES + ROUNDING * np.abs(found))
-        beyond = (self._of("holds") == 1) & ~(found <= 2 * FORCES)
+    def _measure(self, name: str, stored: Array, found: Array, rounded: Array | float = 0.0) -> Iterator[str]:
+        differs = ~(np.abs(found - stored) <= FORCES + rounded + ROUNDING * np.abs(found))
+        beyond = (self._of("holds") == 1) & ~(found <= 2 * FORCES + rounded)
         yield from _told(
             differs | beyond,
             lambda k: (

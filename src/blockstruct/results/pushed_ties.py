@@ -104,10 +104,11 @@ def slack(model: Model, force: Array) -> NDArray[np.bool_]:
 
 
 def rounding_of_ties(model: Model) -> Array:
-    """Force (N,) of each tie that is none, N."""
-    largest = np.array([segment.capacity for segment in tie_segments(model.ties, model.blocks)])
-    weight = sum(b.weight for b in model.blocks if not b.fixed)
-    return np.asarray(AT_LIMIT * np.fmin(largest, weight))
+    """Force (N,) of each tie that is none, N: of what it bears, or of the weight of the lighter block at its ends."""
+    segments = tie_segments(model.ties, model.blocks)
+    weight = {b.name: np.inf if b.fixed else b.weight for b in model.blocks}
+    lighter = np.array([min(weight[name] for name in segment.blocks) for segment in segments])
+    return np.asarray(AT_LIMIT * np.fmin(np.array([segment.capacity for segment in segments]), lighter))
 
 
 def breaking_words(capacity: xr.Dataset) -> list[str]:

@@ -129,7 +129,10 @@ def _kink(result: CaseResult, derivative: Any) -> tuple[float, float, float]:
             values = {name: getattr(interface.joint_material, name) for name in JOINT_PROPERTIES}
             # Dilatancy does not count in associative flow, and may not exceed the angle of friction.
             values |= {"friction_coefficient": mu[k] + step * share[k], "dilatancy_angle": 0.0}
-            values["tensile_strength"] *= min(1.0, mu[k] / values["friction_coefficient"]) if mu[k] else 1.0
+            if mu[k]:
+                # It may not exceed the tension at which the friction cone ends.
+                most = values["cohesion"] / values["friction_coefficient"]
+                values["tensile_strength"] = min(values["tensile_strength"], most)
             joint = JointMaterial.from_si(f"{k}", values, torsion=interface.joint_material.torsion)
             changed.append(interface.with_joint_material(joint))
         model = Model(result.model.name, result.model.blocks, changed, ties=result.model.ties)
