@@ -11,7 +11,7 @@ from blockstruct.assess.lines import Line, shown
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
 from blockstruct.errors import ModelError
-from blockstruct.model import LimitCase
+from blockstruct.model import LimitCase, Model
 from blockstruct.results import CaseResult, MacroBlock
 
 Array = NDArray[np.float64]
@@ -74,13 +74,14 @@ def curve_of_rotation(
         If several bodies move, or one slides, does not turn where it presses, or turns about a point or an edge that
         the resultant leaves: that takes a pushover.
     """
+    instead = _instead(result.model)
     moving = [body for body in bodies if body.moves]
     if len(moving) != 1:
-        msg = f"{len(moving)} bodies move against each other; it takes a pushover"
+        msg = f"{len(moving)} bodies move against each other; {instead}"
         raise ModelError(msg)
     body = moving[0]
     if body.axis is None:
-        msg = "the body slides without turning, which has no d0; it takes a pushover"
+        msg = f"the body slides without turning, which has no d0; {instead}"
         raise ModelError(msg)
     index = result.model.block_index
     members = [index[name] for name in body.blocks]
@@ -93,7 +94,7 @@ def curve_of_rotation(
     if np.linalg.norm(apart) > near + pressed.depth:
         msg = (
             f"the body turns about an axis {np.linalg.norm(apart):.3g} m from where its joints press: friction, "
-            "tension or other bodies hold it, too; it takes a pushover"
+            f"tension or other bodies hold it, too; {instead}"
         )
         raise ModelError(msg)
     force = result.history["tie_force"].isel(iteration=-1).to_numpy() if result.model.ties else np.zeros(0)
@@ -103,7 +104,7 @@ def curve_of_rotation(
     if abs(alpha - result.load_factor) > 1e-3 * result.load_factor:
         msg = (
             f"moments about the hinge give a load factor of {alpha:.4g}, not {result.load_factor:.4g}: more than "
-            "weight and ties resists; it takes a pushover"
+            f"weight and ties resists; {instead}"
         )
         raise ModelError(msg)
     on = np.isin(forces.block, members)
@@ -126,7 +127,7 @@ def curve_of_rotation(
     if ends[1] - ends[0] <= near:
         msg = (
             "the body turns about a point and not about an edge, and once it leans it can go over to an edge beside "
-            "it; it takes a pushover"
+            f"it; {instead}"
         )
         raise ModelError(msg)
     left = min(current.leaves(ends, pressed.normal, angles) for current, angles, _ in parts)
@@ -134,7 +135,7 @@ def curve_of_rotation(
         msg = (
             f"at d = {shown(displacement(left), 'm')}, before α vanishes about it at {shown(d0, 'm')}, the resultant "
             f"leaves the hinge, which is {shown(ends[1] - ends[0], 'm')} long: the body goes over to another "
-            "edge; it takes a pushover"
+            f"edge; {instead}"
         )
         raise ModelError(msg)
     where = ", ".join(f"{value:.4g}" for value in np.round(hinge, 6) + 0.0)
@@ -203,6 +204,14 @@ def _tie_line(tie: Pull, angle: float | None, displacement: Callable[[float], fl
     return Line(
         what, f"T = {shown(tie.force / 1e3, 'kN')} {until}, an elongation of {shown(tie.limit, 'm')}", "C8.7.1.2.1.6"
     )
+
+
+def _instead(model: Model) -> str:
+    """What takes the place of a straight curve, as the end of a message."""
+    joints = [i.joint_material for i in model.interfaces]
+    strong = any(j.cohesion or j.tensile_strength or np.isfinite(j.compressive_strength) for j in joints)
+    without = ", for which joints have neither cohesion nor a tensile or compressive strength" if strong else ""
+    return f"it takes a pushover{without}"
 
 
 @dataclass(frozen=True, slots=True)
