@@ -21,7 +21,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import IterationDone
 from blockstruct.model import LOAD_KINDS
-from blockstruct.statics import Statics
+from blockstruct.statics import Division, Statics
 from blockstruct.storage import reader, writer
 from blockstruct.storage.migration import MIGRATIONS
 from properties import few
@@ -581,7 +581,7 @@ def test_cells_of_an_earlier_version_stay_as_they_are(tmp_path, stopped_after, r
     model = model_of(single_block(0.5, 1.0)[0], MORTAR)
     model = model if rectangular else divided(model)
     manager = bs.AnalysisManager(model, path, settings=IN_50_CELLS, listeners=[stop])
-    manager.statics = Statics.of(model, 50, divided=[0], regular=True)
+    manager.statics = Statics.of(model, Division(50, (0,), regular=True))
     manager.run([PUSH])
     analysis = bs.AnalysisManager.resume(path)
     found = analysis["push"]

@@ -15,7 +15,7 @@ from blockstruct.geometry import mean_distances, plane_axes
 from blockstruct.limit import LimitProblem
 from blockstruct.limit.division import sliding
 from blockstruct.limit.torsion import UniformTorsion
-from blockstruct.statics import ContactPoints, Statics, multiple_of_uniform_friction
+from blockstruct.statics import ContactPoints, Division, Statics, multiple_of_uniform_friction
 from structures import SELF_WEIGHT, model_of, moved, push, random_frame, rotation
 
 STONE = bs.Material("stone", "20 kN/m^3")
@@ -392,7 +392,7 @@ def test_interfaces_of_both_kinds_stand_side_by_side():
     model = bs.Model("column", blocks, found)
     problem = LimitProblem.of(Statics.of(model), bs.LimitCase("case", SELF_WEIGHT, push(1, 0, 0)))
     assert problem.torsion.interface.tolist() == [[i.name for i in model.interfaces].index("b0|b1")]
-    assert len(ContactPoints.of(model, 64).torsion_lever) == 2
+    assert len(ContactPoints.of(model, Division()).torsion_lever) == 2
     # The upper block twists first: its joint carries half the weight, and no more than uniform pressure does.
     twist = bs.LoadPattern("twist", [bs.Moment("b1", Q_([0, 0, 1], "N*m"))])
     assert solve(model, twist).load_factor == pytest.approx(UNIFORM * FRICTION * WEIGHT, rel=1e-6)

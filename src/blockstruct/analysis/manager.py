@@ -35,7 +35,7 @@ from blockstruct.results import (
     sweep_of,
 )
 from blockstruct.solvers import solver_of
-from blockstruct.statics import Statics
+from blockstruct.statics import Division, Statics
 from blockstruct.storage import Checkpoint, checked_keep_every, claim, is_unfinished, open_analysis, tidy
 from blockstruct.vocabulary import Status
 
@@ -111,7 +111,7 @@ class AnalysisManager:
         self.parameters = checked_parameters(parameters, "AnalysisManager: parameters")
         self.study = study
         self.document_hash = document_hash
-        self.statics = Statics.of(model, self.settings.crushing_cells)
+        self.statics = Statics.of(model, Division(self.settings.crushing_cells))
         solver_of(self.settings)
         self.keep_every = checked_keep_every(keep_every)
         self.store = None if store is None else claim(store)
@@ -374,8 +374,8 @@ class AnalysisManager:
 
     def _statics_of(self, result: CaseResult) -> Statics:
         division = division_of(self.model, result.settings.crushing_cells, result.history)
-        own = division == (self.settings.crushing_cells, self.statics.points.divided, False)
-        return self.statics if own else Statics.of_division(self.model, division)
+        own = division == Division(self.settings.crushing_cells, self.statics.points.divided)
+        return self.statics if own else Statics.of(self.model, division)
 
 
 def _warn_of(results: Iterable[CaseResult]) -> None:

@@ -8,7 +8,7 @@ import xarray as xr
 from blockstruct.limit import LimitProblem, ProcedureSettings
 from blockstruct.model import Case, Model
 from blockstruct.results import Analysis, CaseResult, history_of
-from blockstruct.statics import Statics
+from blockstruct.statics import Division, Statics
 from blockstruct.storage import Checkpoint
 from blockstruct.vocabulary import Status
 
@@ -40,7 +40,7 @@ def recover(path: str | Path) -> Analysis:
 
 def blank_history(model: Model, result: CaseResult) -> xr.Dataset:
     """History of a case that has not begun."""
-    statics = Statics.of(model, result.settings.crushing_cells)
+    statics = Statics.of(model, Division(result.settings.crushing_cells))
     return history_of(statics, LimitProblem.of(statics, result.case), [])
 
 

@@ -45,7 +45,7 @@ from blockstruct.model import (
 from blockstruct.procedures import least_ties
 from blockstruct.results import Analysis, tie_state, ties_at_collapse
 from blockstruct.solvers import solver_of
-from blockstruct.statics import Statics
+from blockstruct.statics import Division, Statics
 from blockstruct.vocabulary import Flow, SolverStatus, TieState
 
 __all__ = [
@@ -254,7 +254,7 @@ def least_tie_force(
     if bars:
         msg = f"least_tie_force: the force of a bonded bar, {', '.join(bars)}, is not one; give ties or strips"
         raise ModelError(msg)
-    statics = Statics.of(model.with_ties(own.values()), settings.crushing_cells)
+    statics = Statics.of(model.with_ties(own.values()), Division(settings.crushing_cells))
     problem = LimitProblem.of(statics, case)
     sought = np.isin(np.array(statics.ties.name), names)
     found = least_ties(problem, sought, float(load_factor), settings, solver_of(settings))

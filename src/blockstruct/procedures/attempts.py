@@ -52,12 +52,12 @@ class Attempts:
         self._least = LEAST_WORK * self.load_factor
         self._nearest = NEAREST * problem.statics.length
         self._before: State | None = None
-        self._last: State | None = None
+        self.last: State | None = None
 
     def taken(self, state: State, step: FiniteStep) -> None:
         """A state, as it is kept, is the last one."""
         self.pace.taken(state)
-        self._before, self._last = self._last, state
+        self._before, self.last = self.last, state
         self._carried = Carried.of_step(self.problem, step), (step.body_failures, step.body_waits)
         self.go_on()
 

@@ -117,7 +117,6 @@ class _Path:
         self._problem = problem
         self.attempts = Attempts(problem, collapse, steps, settings, solver)
         self._longest = problem.lengths(Placement.of(problem.statics.model))
-        self._last: State | None = None
         self._divided, self._doubtful = False, 0
         self._done, self._clock = 0.0, perf_counter()
 
@@ -131,9 +130,8 @@ class _Path:
         placement = Placement.at(step.position, step.rotation)
         self._longest = np.maximum(self._longest, self._problem.lengths(placement))
         state = State.of(step, self._longest)
-        if self._last is not None:
-            self._done += self._energy(self._last, state)[1]
-        self._last = state
+        if self.attempts.last is not None:
+            self._done += self._energy(self.attempts.last, state)[1]
         self._divided, self._doubtful = step.divided, 0 if step.holds else self._doubtful + 1
         self.attempts.taken(state, step)
         return state
@@ -227,8 +225,8 @@ class _Path:
     def record(self, found: Found) -> FiniteStep:
         """The state as it is kept."""
         missed = work = 0.0
-        if self._last is not None:
-            missed, work = self._energy(self._last, found.state)
+        if self.attempts.last is not None:
+            missed, work = self._energy(self.attempts.last, found.state)
         all_work = self._done + work
         time, self._clock = perf_counter() - self._clock, perf_counter()
         return found.kept(

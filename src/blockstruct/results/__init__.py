@@ -13,6 +13,7 @@ from blockstruct.results.capacity import block_rotations, capacity_of, doubtful_
 from blockstruct.results.case_result import CaseResult, LazyHistory
 from blockstruct.results.caveats import cell_words
 from blockstruct.results.comparison import Comparison, compare, relative_difference
+from blockstruct.results.crushing_cells import parts_beyond
 from blockstruct.results.curve_comparison import compared_curves
 from blockstruct.results.description import failures
 from blockstruct.results.frame import capacity_frame, history_frame
@@ -79,6 +80,7 @@ __all__ = [
     "HistoryAccessor",
     "active_joints",
     "cell_words",
+    "parts_beyond",
     "contact_state",
     "corner_torsion",
     "sliding_rates",

@@ -27,7 +27,8 @@ def lost_lever(history: xr.Dataset, interface: int) -> float:
     across = edges[np.linalg.norm(edges, axis=1) > 0] @ np.array([[0.0, -1], [1, 0]])
     lost = 0.0
     for u in (*across, *-across, *_AROUND):
-        pressed, moment = _stress_blocks(corners, u)
+        area, static = parts_beyond(corners, u, _DEPTHS)
+        pressed, moment = area / area[-1], static / area[-1]
         usual = (pressed >= _LEAST) & (pressed <= _MOST)
         order = np.argsort(-(cells @ u))
         borne = np.cumsum(strength[order]) / strength.sum()
@@ -37,27 +38,30 @@ def lost_lever(history: xr.Dataset, interface: int) -> float:
     return lost
 
 
-def _stress_blocks(corners: Array, u: Array) -> tuple[Array, Array]:
-    """Shares of the area of a polygon beyond lines across a direction, from none to all, and their moments.
+def parts_beyond(corners: Array, direction: Array, depths: Array) -> tuple[Array, Array]:
+    """Areas of the parts of a polygon beyond lines across a direction, and their first moments along it.
 
     Parameters
     ----------
     corners : (k, 2) array
-        About the centroid of the polygon.
-    u : (2,) array
-        The direction, with lengths in multiples of its own.
+        Of the polygon, convex or not.
+    direction : (2,) array
+        Lengths along it are in multiples of its own.
+    depths : (m,) array
+        Of the parts, in multiples of that of the polygon.
 
     Returns
     -------
-    shares, moments : (m,) arrays
-        The moment is that about the centroid, per area of the polygon.
+    areas, moments : (m,) arrays
+        The moments are those about the origin.
     """
-    along, side = corners @ u, corners @ np.array([u[1], -u[0]])
-    lines = along.max() - np.ptp(along) * _DEPTHS
+    along, side = corners @ direction, corners @ np.array([direction[1], -direction[0]])
+    lines = along.max() - np.ptp(along) * depths
     y0 = along - lines[:, None]
     y1, dx = np.roll(y0, -1, axis=1), np.roll(side, -1) - side
     p, q = np.maximum(y0, 0), np.maximum(y1, 0)
     # The part of each edge beyond the line.
     part = dx * np.divide(q - p, y1 - y0, out=(p > 0).astype(float), where=y1 != y0)
     area, moment = (part * (p + q)).sum(axis=1) / 2, (part * (p**2 + p * q + q**2)).sum(axis=1) / 6
-    return area / area[-1], (moment + lines * area) / area[-1]
+    turns = np.sign(area[np.abs(area).argmax()])
+    return turns * area, turns * (moment + lines * area)

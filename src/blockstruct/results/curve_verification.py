@@ -31,7 +31,7 @@ OF_WORK, LEAST = 1e-6, 0.05
 ROUNDING = 1e-3
 #: Interpenetration, and flow-rule gap relative to the load factor and the dissipation, with which a state holds.
 PENETRATING, CERTIFIED = 5e-2, 1e-2
-#: How far a way may go beyond the time of the motion, as a share of it: just behind where a tie breaks.
+#: How far a way may go beyond the time of the motion, as a share of it: behind the break of a tie, in earlier files.
 BEYOND = 2e-3
 #: Newton steps from rest to the time of a way, and change of it, as a share of the motion's, that gives the speed.
 NEWTON, CHANGE = 6, 1e-6

@@ -88,9 +88,7 @@ def sliding_rates(model: Model, iteration: xr.Dataset, cells: int) -> Array:
     """
     v = iteration["relative_velocity"].transpose("contact_point", "component").to_numpy()
     normal = iteration["contact_force"].sel(component="n").to_numpy()
-    division = division_of(model, cells, iteration)
-    points = ContactPoints.of(model, cells, divided=division.divided, regular=division.regular)
-    torsion = UniformTorsion.of(points)
+    torsion = UniformTorsion.of(ContactPoints.of(model, division_of(model, cells, iteration)))
     return torsion.slip(v, iteration["cohesion"].to_numpy() + iteration["friction_coefficient"].to_numpy() * normal)
 
 

@@ -81,7 +81,7 @@ def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
     if result.status is Status.UNBOUNDED or not result.n_iterations:
         return None
     division = division_of(analysis.model, result.settings.crushing_cells, result.history)
-    statics = Statics.of_division(analysis.model, division)
+    statics = Statics.of(analysis.model, division)
     return _State.of(statics, LimitProblem.of(statics, result.case), result).certificate(result.settings)
 
 
@@ -101,7 +101,7 @@ def contradictions(analysis: Analysis) -> list[tuple[str, str]]:
         try:
             division = division_of(analysis.model, result.settings.crushing_cells, result.history)
             if division not in statics:
-                statics[division] = Statics.of_division(analysis.model, division)
+                statics[division] = Statics.of(analysis.model, division)
             found += [(name, what) for what in _of_case(statics[division], result)]
         except (BlockstructError, KeyError, ValueError, IndexError) as error:
             found.append((name, f"the history does not belong to this model and case ({error})"))

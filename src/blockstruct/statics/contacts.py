@@ -1,6 +1,6 @@
 """The contact-point table of a model."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Self
 
@@ -20,15 +20,15 @@ _SAME_PLACE = 1e-9
 
 
 class Division(NamedTuple):
-    """How interfaces are divided into cells: into how many, which of them, and whether all cells are of equal size.
+    """How interfaces that crush are divided into cells: into how many, which of them, whether all are of equal size.
 
-    In earlier files rectangles that resist tension are in cells, too, and all cells are of equal size. They are
-    verified, and gone on with, as they are.
+    Those that are no rectangles always are. In earlier files rectangles that resist tension are in cells, too, and all
+    cells are of equal size. They are verified, and gone on with, as they are.
     """
 
-    cells: int
-    divided: tuple[int, ...]
-    regular: bool
+    cells: int = 64
+    divided: tuple[int, ...] = ()
+    regular: bool = False
 
     @classmethod
     def of_cells(cls, model: Model, cells: int, interface: Index, position: Array) -> Self:
@@ -105,11 +105,8 @@ class ContactPoints:
     def of(
         cls,
         model: Model,
-        cells: int,
+        division: Division,
         joints: Sequence[JointMaterial] | None = None,
-        divided: Collection[int] = (),
-        *,
-        regular: bool = False,
     ) -> Self:
         """Table of a model.
 
@@ -117,24 +114,20 @@ class ContactPoints:
         ----------
         model
             The model.
-        cells
-            Number of cells, about, of an interface that crushes and is not a rectangle.
+        division
+            Of interfaces that crush.
         joints
             Joint material of each interface, if it is not the model's.
-        divided
-            Indices of rectangles that are divided into cells, too, where they crush.
-        regular
-            Whether all cells of an interface are of equal size, as in earlier files.
         """
         interfaces = model.interfaces
         index = {b.name: i for i, b in enumerate(model.blocks)}
         joints = joints or [i.joint_material for i in interfaces]
         strength = np.array([j.compressive_strength for j in joints])
         rectangular = np.array([is_rectangle(i.polygon) for i in interfaces])
-        rectangular[list(divided)] = False
+        rectangular[list(division.divided)] = False
         in_cells = np.isfinite(strength) & ~rectangular
         meshes = {
-            j: polygon_cells(i.polygon, i.centroid, i.normal, cells, i.name, regular=regular)
+            j: polygon_cells(i.polygon, i.centroid, i.normal, division.cells, i.name, regular=division.regular)
             for j, i in enumerate(interfaces)
             if in_cells[j]
         }

@@ -1,6 +1,6 @@
 """Everything the method needs to know of a model, as arrays."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -44,12 +44,9 @@ class Statics:
     length: float
 
     @classmethod
-    def of(cls, model: Model, cells: int = 64, divided: Collection[int] = (), *, regular: bool = False) -> Self:
-        """Assemble the statics of a model; ``cells`` divide an interface that crushes and is not a rectangle.
-
-        ``divided`` are rectangles that they divide, too; ``regular`` cells are of equal size, as in earlier files.
-        """
-        points = ContactPoints.of(model, cells, divided=divided, regular=regular)
+    def of(cls, model: Model, division: Division | None = None) -> Self:
+        """Assemble the statics of a model, whose interfaces that crush are so divided into cells."""
+        points = ContactPoints.of(model, division or Division())
         free = np.flatnonzero([not b.fixed for b in model.blocks])
         centroids = np.array([b.centroid for b in model.blocks])
         length = model.characteristic_length
@@ -64,17 +61,12 @@ class Statics:
             length=length,
         )
 
-    @classmethod
-    def of_division(cls, model: Model, division: Division) -> Self:
-        """Statics of a model whose interfaces are so divided."""
-        return cls.of(model, division.cells, division.divided, regular=division.regular)
-
     def varied(self, joints: Sequence[JointMaterial], cells: int = 64) -> Self:
         """The same structure with another joint material at each interface.
 
         Equilibrium is assembled anew only if an interface begins, or ceases, to be divided into cells.
         """
-        points = ContactPoints.of(self.model, cells, joints)
+        points = ContactPoints.of(self.model, Division(cells), joints)
         if len(points) == len(self.points) and np.array_equal(points.position, self.points.position):
             return replace(self, points=points)
         centroids = np.array([b.centroid for b in self.model.blocks])

@@ -127,28 +127,7 @@ def stress_blocks(polygon: Array, strength: float) -> tuple[Array, Array]:
     strength
         Pa.
     """
-    low, high = polygon[:, 1].min(), polygon[:, 1].max()
-    cuts = np.linspace(low, high, _CUTS)
-    area, static = np.array([_beyond(polygon, cut) for cut in cuts]).T
+    area, static = bs.results.parts_beyond(polygon, np.array([0.0, 1.0]), np.linspace(1, 0, _CUTS))
     # From the whole interface to its upper edge, and back along the lower one.
     rest_area, rest_static = area[0] - area, static[0] - static
     return strength * np.concatenate([area, rest_area]), strength * np.concatenate([static, rest_static])
-
-
-def _beyond(polygon: Array, cut: float) -> tuple[float, float]:
-    """Area and first moment of the part of a polygon above a cut, by its clipped outline."""
-    following = np.roll(polygon, -1, axis=0)
-    above, next_above = polygon[:, 1] >= cut, following[:, 1] >= cut
-    outline: list[Array] = []
-    for p, q, inside, then in zip(polygon, following, above, next_above, strict=True):
-        if inside:
-            outline.append(p)
-        if inside != then:
-            outline.append(p + (q - p) * (cut - p[1]) / (q[1] - p[1]))
-    if len(outline) < 3:
-        return 0.0, 0.0
-    x, y = np.array(outline).T
-    x_next, y_next = np.roll(x, -1), np.roll(y, -1)
-    cross = x * y_next - x_next * y
-    sign = np.sign(cross.sum())
-    return float(sign * cross.sum() / 2), float(sign * ((y + y_next) * cross).sum() / 6)
