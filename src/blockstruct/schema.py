@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from blockstruct.errors import decimal_point
+from blockstruct.errors import decimal_point, shown
 from blockstruct.keywords import did_you_mean
 
 #: Violations beyond which an instance is of another kind, and more of them say nothing.
@@ -57,7 +57,7 @@ def violations(instance: Any, name: str, part: str = "") -> list[tuple[str, str]
         elif best.validator in ("oneOf", "anyOf") and "description" in best.schema:
             message = f"found {reprlib.repr(best.instance)}; {best.schema['description']}"
         elif best.validator in ("const", "enum", "pattern"):
-            message = f"found {best.instance!r}, {message}"
+            message = f"found {shown(best.instance)}, {message}"
         elif best.validator == "type" and isinstance(best.instance, str) and (meant := decimal_point(best.instance)):
             message = f"{message}; write {meant}, with a decimal point"
         elif best.validator == "maxItems" and any(isinstance(item, int) for item in best.instance):

@@ -158,6 +158,24 @@ def test_a_misspelt_argument_is_told_the_one_that_was_meant(make, words):
         make()
 
 
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda long: bs.detect_interfaces([box("a")], {"*": long}),
+        lambda long: bs.wall(joint_material=long),
+        lambda long: bs.run(bs.Model("m", [box("a")], []), long),
+        lambda long: bs.ProcedureSettings(solver=long),
+        lambda long: bs.AnalysisManager(bs.Model("m", [box("a")], []), long),
+        lambda long: bs.AnalysisManager(bs.Model("m", [box("a")], []), keep_every=long),
+        lambda long: bs.imports.read_mesh("m.obj", unit="m", material=STONE, up=long),
+    ],
+)
+def test_a_value_that_prints_at_length_is_cut_short_where_it_is_refused(call):
+    with pytest.raises(bs.errors.BlockstructError) as caught:
+        call([push(1, 0, 0)] * 1000)
+    assert len(str(caught.value)) < 1000
+
+
 @pytest.mark.parametrize("weight", ["18 kN/mm^3", "18 N/m^3", "4.9 kN/m^3", "91 kN/m^3"])
 def test_an_unusual_unit_weight_is_asked_about(weight):
     words = r"'tuff': a unit weight of .* from 5 to 90 kN/m\^3; is its unit right"

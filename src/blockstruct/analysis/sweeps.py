@@ -60,7 +60,7 @@ def _given(quantity: Any, values: Any) -> Mapping[Any, Any]:
 
 def _axis(quantity: Any, values: Any) -> Axis:
     if quantity not in JOINT_PROPERTIES:
-        msg = f"sweep: joints have no {quantity!r}; give one of {', '.join(JOINT_PROPERTIES)}"
+        msg = f"sweep: joints have no {shown(quantity)}; give one of {', '.join(JOINT_PROPERTIES)}"
         raise ModelError(msg)
     if isinstance(values, str | Mapping) or not np.iterable(values):
         msg = f"sweep of {quantity}: {shown(values)} is not a list of values; give several, as in Q_([1, 2], 'MPa')"

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from blockstruct.assess.lines import Line
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords, did_you_mean
 
 #: Confidence factor of each level of knowledge, Circolare 7/2019 Tab. C8.5.IV.
@@ -96,10 +96,10 @@ def confidence(
     """
     who = "local_mechanism: confidence_factor"
     if level is not None and level not in KNOWLEDGE_LEVELS:
-        msg = f"local_mechanism: knowledge_level {level!r}; {did_you_mean(str(level), KNOWLEDGE_LEVELS)}"
+        msg = f"local_mechanism: knowledge_level {shown(level)}; {did_you_mean(str(level), KNOWLEDGE_LEVELS)}"
         raise ModelError(msg)
     if factor is not None and not (_is_number(factor) and 1 <= factor <= 10):
-        msg = f"{who} {factor!r}; give a number from 1 to 10"
+        msg = f"{who} {shown(factor)}; give a number from 1 to 10"
         raise ModelError(msg)
     given = KNOWLEDGE_LEVELS[level] if level is not None else None
     if factor is not None and given is not None and factor != given:

@@ -65,13 +65,13 @@ def joint_rule(given: Any, who: str) -> Rule:
 def _check_pattern(pattern: Any, material: Any, who: str) -> None:
     if not isinstance(pattern, str) or not (pattern in {*JointOrientation, "*"} or pattern.count("|") == 1):
         msg = (
-            f"{who}: {pattern!r} is not a pattern of joints; write "
+            f"{who}: {shown(pattern)} is not a pattern of joints; write "
             f"{', '.join(repr(o.value) for o in JointOrientation)}, two block names as in 'base|*', "
             "or '*' for all the rest"
         )
         raise ModelError(msg)
     if not isinstance(material, JointMaterial):
-        msg = f"{who}: the pattern {pattern!r} gives {material!r}; give a JointMaterial"
+        msg = f"{who}: the pattern {shown(pattern)} gives {shown(material)}; give a JointMaterial"
         raise ModelError(msg)
 
 
@@ -107,7 +107,7 @@ def check_rules_fit(given: Any, interfaces: Iterable[Interface], who: str) -> No
     for pattern in given:
         if "|" in pattern and not any(_names_fit(pattern, i) for i in interfaces):
             msg = (
-                f"{who}: no interface fits the pattern {pattern!r} of joint_material; correct its names (as in "
+                f"{who}: no interface fits the pattern {shown(pattern)} of joint_material; correct its names (as in "
                 f"{interfaces[0].name!r}) or leave it out"
             )
             raise ModelError(msg)
@@ -116,6 +116,7 @@ def check_rules_fit(given: Any, interfaces: Iterable[Interface], who: str) -> No
 def _given_by_function(function: Callable[[Interface], Any], interface: Interface, who: str) -> JointMaterial:
     material = function(interface)
     if not isinstance(material, JointMaterial):
-        msg = f"{who}: the function for joint_material gives {material!r} for {interface.name!r}; give a JointMaterial"
+        given = f"{shown(material)} for {interface.name!r}"
+        msg = f"{who}: the function for joint_material gives {given}; give a JointMaterial"
         raise ModelError(msg)
     return material

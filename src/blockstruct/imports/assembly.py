@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.errors import GeometryFileError
+from blockstruct.errors import GeometryFileError, shown
 from blockstruct.files import unique_pairs
 from blockstruct.imports.import_report import Imported
 from blockstruct.imports.solid import Content, Face, Solid, make_blocks
@@ -199,7 +199,7 @@ def _support(mark: Any, key: str, path: Path) -> bool:
     # Some programs write 0 and 1 for false and true.
     if mark is None or (isinstance(mark, bool | int) and mark in (0, 1)):
         return bool(mark)
-    msg = f"{path}: block {key}: is_support is {mark!r}; give true or false"
+    msg = f"{path}: block {key}: is_support is {shown(mark)}; give true or false"
     raise GeometryFileError(msg)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, UnknownNameError
+from blockstruct.errors import BlockstructError, GeometryFileError, ModelError, UnknownNameError, shown
 from blockstruct.imports.expansion import check_expansion
 from blockstruct.imports.import_report import Imported, Repair
 from blockstruct.imports.outline import enclosed, prism, read_outline
@@ -137,10 +137,10 @@ def drawing_content(
     depth = None if thickness is None else positive_length(thickness, f"{path}: thickness") / scale
     ends = None if closing is None else positive_length(closing, f"{path}: closing") / scale
     if plane not in ("elevation", "plan"):
-        msg = f"{path}: plane is {plane!r}; give 'elevation' or 'plan'"
+        msg = f"{path}: plane is {shown(plane)}; give 'elevation' or 'plan'"
         raise ModelError(msg)
     if segments is not None and (not isinstance(segments, int) or segments < 1):
-        msg = f"{path}: segments is {segments!r}; give a whole number of straight pieces for each arc, one or more"
+        msg = f"{path}: segments is {shown(segments)}; give a whole number of straight pieces for each arc, one or more"
         raise ModelError(msg)
     drawing = _opened(path)
     check_expansion(drawing, path, DEPTH)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.errors import GeometryError, GeometryFileError, GeometryWarning, ModelError, UnknownNameError
+from blockstruct.errors import GeometryError, GeometryFileError, GeometryWarning, ModelError, UnknownNameError, shown
 from blockstruct.imports.import_report import Imported, ImportReport, Repair
 from blockstruct.imports.soup import closed_bodies, collapsed, compact, gathered, welded
 from blockstruct.imports.surface import closed_surface
@@ -99,7 +99,7 @@ def make_blocks(
     scale = metres_per_unit(unit, source)
     flat = None if tolerance is None else positive_length(tolerance, f"{source}: tolerance")
     if up not in _UP:
-        msg = f"{source}: up is {up!r}; give the axis of the file that points up: 'x', 'y' or 'z'"
+        msg = f"{source}: up is {shown(up)}; give the axis of the file that points up: 'x', 'y' or 'z'"
         raise ModelError(msg)
     repairs, notes = list(content.repairs), list(content.notes)
     taken = {solid.name for solid in content.solids}
@@ -253,7 +253,7 @@ def _supported(blocks: list[Block], fixed: str | Iterable[str], source: str, not
     """Blocks of which those named, and the lowest ones if they are asked for, are supports."""
     if isinstance(fixed, str):
         if not fixed.startswith("lowest"):
-            msg = f"{source}: fixed is {fixed!r}; give 'lowest', 'lowest 3 cm' or a list of block names"
+            msg = f"{source}: fixed is {shown(fixed)}; give 'lowest', 'lowest 3 cm' or a list of block names"
             raise ModelError(msg)
         fixed = [fixed]
     known = {b.name for b in blocks}

@@ -174,7 +174,7 @@ class ProcedureSettings:
         }
         for name, known in choices.items():
             if getattr(self, name) not in known:
-                msg = f"ProcedureSettings: {name} is {getattr(self, name)!r}; give one of {', '.join(known)}"
+                msg = f"ProcedureSettings: {name} is {shown(getattr(self, name))}; give one of {', '.join(known)}"
                 raise ModelError(msg)
         if self.crushing_interaction == "biaxial" and self.crushing != "conic":
             msg = f"ProcedureSettings: crushing={self.crushing!r} has no biaxial interaction; give crushing='conic'"

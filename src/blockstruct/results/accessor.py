@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from blockstruct.errors import ModelError, StorageError, UnknownNameError
+from blockstruct.errors import ModelError, StorageError, UnknownNameError, shown
 from blockstruct.files import csv_text
 from blockstruct.results.frame import history_frame
 from blockstruct.results.resultants import interface_resultants
@@ -184,7 +184,7 @@ class HistoryAccessor:
             If the history does not have the variable or a name.
         """
         if variable not in self._ds:
-            msg = f"history: no variable {variable!r}; it has {', '.join(map(str, self._ds.data_vars))}"
+            msg = f"history: no variable {shown(variable)}; it has {', '.join(map(str, self._ds.data_vars))}"
             raise UnknownNameError(msg)
         array = self._ds[variable]
         try:
@@ -285,7 +285,8 @@ class HistoryAccessor:
         names = self._ds["interface"].to_numpy()
         found = np.flatnonzero(names == interface)
         if not len(found):
-            msg = f"history: no interface {interface!r}; it has {len(names)}, such as {', '.join(map(str, names[:5]))}"
+            some = ", ".join(map(str, names[:5]))
+            msg = f"history: no interface {shown(interface)}; it has {len(names)}, such as {some}"
             raise UnknownNameError(msg)
         return int(found[0])
 
@@ -294,7 +295,7 @@ class HistoryAccessor:
         """Whether each interface is in a state, (iteration, interface): parts of a state are joined by `` + ``."""
         known = [s.value for s in ContactState]
         if state not in known:
-            msg = f"history: no state {state!r}; give one of {', '.join(known)}"
+            msg = f"history: no state {shown(state)}; give one of {', '.join(known)}"
             raise UnknownNameError(msg)
         states = contact_state(history).transpose("iteration", "interface").to_numpy()
         values, index = np.unique(states.astype(str), return_inverse=True)

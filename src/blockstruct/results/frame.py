@@ -5,7 +5,7 @@ from collections.abc import Collection, Hashable
 import pandas as pd
 import xarray as xr
 
-from blockstruct.errors import ModelError, UnknownNameError
+from blockstruct.errors import ModelError, UnknownNameError, shown
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import contact_state
 
@@ -36,7 +36,7 @@ def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFr
         data = interface_resultants(history)[[variable]]
     else:
         known = [*map(str, history.data_vars), "state", "force", "moment", "eccentricity"]
-        msg = f"history: no variable {variable!r}; it has {', '.join(known)}"
+        msg = f"history: no variable {shown(variable)}; it has {', '.join(known)}"
         raise UnknownNameError(msg)
     if "contact_point" in data.dims:
         of_point = ("contact_point", data["contact_point"].to_numpy())
@@ -66,7 +66,7 @@ def capacity_frame(capacity: xr.Dataset, variable: str | None = None) -> pd.Data
         raise ModelError(msg)
     names = [str(name) for name in capacity.data_vars if "step" in capacity[name].dims]
     if variable is not None and variable not in names:
-        msg = f"capacity curve: no variable {variable!r}; it has {', '.join(names)}"
+        msg = f"capacity curve: no variable {shown(variable)}; it has {', '.join(names)}"
         raise UnknownNameError(msg)
     chosen = [variable] if variable else [name for name in names if capacity[name].dims == ("step",)]
     data = capacity[chosen].reset_coords("displacement")

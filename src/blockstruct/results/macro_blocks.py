@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import ModelError, shown
 from blockstruct.model import LoadPattern, Model
 from blockstruct.statics import carried_weights
 
@@ -106,7 +106,7 @@ def macro_blocks(
         If the tolerance is less than a certified mechanism is known by, where blocks that move together fall apart.
     """
     if not isinstance(tolerance, Real) or not LEAST <= tolerance <= 1:
-        msg = f"macro_blocks: tolerance {tolerance!r}; give a number from {LEAST:g} to 1, such as {TOGETHER:g}"
+        msg = f"macro_blocks: tolerance {shown(tolerance)}; give a number from {LEAST:g} to 1, such as {TOGETHER:g}"
         raise ModelError(msg)
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components

@@ -7,7 +7,7 @@
 'CvxpySolver'
 """
 
-from blockstruct.errors import SolverError
+from blockstruct.errors import SolverError, shown
 from blockstruct.limit import ProcedureSettings, Solver
 from blockstruct.solvers.clarabel import ClarabelSolver
 
@@ -30,5 +30,5 @@ def solver_of(settings: ProcedureSettings) -> Solver:
         from blockstruct.solvers.cvxpy import CvxpySolver
 
         return CvxpySolver(name)
-    msg = f"solver {settings.solver!r}: give 'clarabel', or 'cvxpy:NAME' such as 'cvxpy:SCS'"
+    msg = f"solver {shown(settings.solver)}: give 'clarabel', or 'cvxpy:NAME' such as 'cvxpy:SCS'"
     raise SolverError(msg)

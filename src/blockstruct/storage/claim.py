@@ -6,7 +6,7 @@ import stat
 from collections.abc import Sequence
 from pathlib import Path
 
-from blockstruct.errors import StorageError
+from blockstruct.errors import StorageError, shown
 from blockstruct.storage.lock import folder_of
 from blockstruct.storage.snapshot import Snapshot, Stamp
 
@@ -24,7 +24,7 @@ def place_of(path: str | Path) -> Path:
     try:
         return Path(os.path.realpath(path))
     except (TypeError, ValueError, OSError) as error:
-        msg = f"{path!r}: is not a path ({error}); give that of a file, such as 'analysis.h5'"
+        msg = f"{shown(path)}: is not a path ({error}); give that of a file, such as 'analysis.h5'"
         raise StorageError(msg) from error
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from blockstruct.errors import ModelError, StorageError
+from blockstruct.errors import ModelError, StorageError, shown
 from blockstruct.model import Case, LoadPattern
 from blockstruct.results import Analysis, confirm, stored_value
 from blockstruct.schema import schema_text, violations
@@ -200,7 +200,7 @@ def checked_keep_every(value: Any) -> int:
         If it is anything else.
     """
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= RAREST:
-        msg = f"keep_every is {value!r}; give a whole number from 1 (all iterations) to {RAREST}"
+        msg = f"keep_every is {shown(value)}; give a whole number from 1 (all iterations) to {RAREST}"
         raise StorageError(msg)
     return int(value)
 

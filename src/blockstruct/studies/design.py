@@ -145,7 +145,7 @@ def design_of(parameters: Mapping[str, Any], sampling: str | None, runs: int | N
         points: Iterable[Sequence[Any]] = zip(*(axis.values for axis in axes.values()), strict=True)
     else:
         if runs is not None:
-            msg = f"study: runs={runs!r} is for distributions; lists have as many runs as values"
+            msg = f"study: runs={shown(runs)} is for distributions; lists have as many runs as values"
             raise ModelError(msg)
         axes = {name: _axis(name, values) for name, values in listed.items()}
         points = _points(axes, how)
