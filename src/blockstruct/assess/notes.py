@@ -38,7 +38,7 @@ def notes_of(
         )
     if not result.settled:
         said.append("The load factor had not settled when its procedure ended: another schedule may find another one.")
-    said += result.warnings
+    said += [*result.warnings, *result.owed]
     rounding = getattr(result.case, "corner_rounding", 0.0)
     if rounding and result.capacity is not None:
         said.append(

@@ -70,8 +70,8 @@ class ProcedureSettings:
         How crushing of rectangles enters the programs: ``"conic"`` exactly, by rotated cones, or ``"linearised"``
         about the last iterate, as in the paper, in the same loop as friction.
     crushing_interaction
-        ``"uniaxial"`` bounds bending about each axis by itself, ``"biaxial"`` by the effective rectangle, which is
-        stricter; it needs ``crushing="conic"``.
+        ``"uniaxial"`` bounds bending about each axis by itself: exact about one axis, on the unsafe side about both.
+        ``"biaxial"`` bounds both by the effective rectangle, on the safe side; it needs ``crushing="conic"``.
     crushing_cells
         Number of cells, about, of an interface that crushes and is not a rectangle. A block that rocks turns about the
         middle of the outer row: 64 cells take up to 7 % off its lever, mostly 3 to 5 %.

@@ -16,6 +16,7 @@ from blockstruct.notebook import html_table
 from blockstruct.results.admissible_state import AdmissibleState
 from blockstruct.results.answer import Answer
 from blockstruct.results.caveats import cell_words, unbounded_with_dilatancy
+from blockstruct.results.crushing_corners import corner_crushing_words
 from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline, path_text
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
@@ -268,9 +269,23 @@ class CaseResult:
 
         :func:`blockstruct.results.corner_torsion` tells it joint by joint.
         """
-        if self.status is not Status.CONVERGED:
+        return torsion_words(self.model, self.history, self.answer.name) if self.status is Status.CONVERGED else ""
+
+    @property
+    def crushing_warning(self) -> str:
+        """What the number owes to joints that crush about both axes at once, as a sentence; empty if it is little.
+
+        :func:`blockstruct.results.corner_crushing` tells it joint by joint.
+        """
+        if self.status is not Status.CONVERGED or self.settings.crushing_interaction == "biaxial":
             return ""
-        return torsion_words(self.model, self.history, self.answer.name)
+        cells = self.settings.crushing_cells
+        return corner_crushing_words(self.model, self.history, cells, is_reaction=self.answer.is_reaction)
+
+    @property
+    def owed(self) -> tuple[str, ...]:
+        """What the number owes to conditions that bear more than joints do: in torsion, in crushing about both axes."""
+        return tuple(filter(None, (self.torsion_warning, self.crushing_warning)))
 
     @property
     def cells(self) -> str:
@@ -359,7 +374,7 @@ class CaseResult:
         """How the structure collapses, in sentences: number, bodies that move, failing joints, and ties."""
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
         found = describe(self.model, self.history, self.case.dead) if moves else ""
-        return "\n".join(filter(None, (str(self), self.torsion_warning, self.cells, self.masses, found)))
+        return "\n".join(filter(None, (str(self), *self.owed, self.cells, self.masses, found)))
 
     def __repr__(self) -> str:
         answer = f"{self.answer.name} {self.answer.plain(self.load_factor, 4)}"
@@ -373,7 +388,7 @@ class CaseResult:
             ("loads", self.case.question),
             ("numerical iterations", self.n_iterations),
         ]
-        told = (*self.warnings, *filter(None, [self.torsion_warning]))
+        told = (*self.warnings, *self.owed)
         table = html_table(self.name, ["", ""], rows, told)
         return table + (self.certificate._repr_html_() if self.certificate else "")
 

@@ -81,7 +81,7 @@ def result_text(result: bs.CaseResult) -> Text:
         text.append(f"  {said}\n")
     if result.path_dependence is not None:
         text.append(f"  {path_words(result)}\n")
-    for warning in filter(None, (*result.warnings, result.torsion_warning)):
+    for warning in (*result.warnings, *result.owed):
         text.append(f"  warning: {warning}\n", style="bold yellow")
     left = admissible_words(result)
     if left:
@@ -177,7 +177,7 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
                 "message": r.message,
                 "settled": r.settled,
                 "path_dependence": r.path_dependence,
-                "warnings": [*r.warnings, *filter(None, [r.torsion_warning]), *_of_curve(r)],
+                "warnings": [*r.warnings, *r.owed, *_of_curve(r)],
                 "admissible_load_factor": None if r.answer.is_reaction else _finite(r.admissible_load_factor),
                 "certificate": None if r.certificate is None else _measures(r.certificate),
                 "ties": _rows(r.ties),
