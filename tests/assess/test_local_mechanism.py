@@ -52,6 +52,20 @@ def small():
     return run(small_blocks())
 
 
+def test_a_push_in_two_parts_is_that_of_their_sum():
+    """Shares 0.3 along −x and 0.4 along −y push each mass by 0.5 of its weight along (−0.6, −0.8).
+
+    The façade goes over its long edge: load factor · 0.4 · 3 m = 0.3 m, thus 0.25, and α0 = 0.5 · 0.25 = 0.125.
+    """
+    parts = bs.LoadPattern("push", [bs.BodyForce("-x", share=0.3), bs.BodyForce("-y", share=0.4)])
+    whole = bs.LoadPattern("push", [bs.BodyForce((-0.6, -0.8, 0), share=0.5)])
+    checks = [bs.assess.local_mechanism(run(facade(), case(of)), spectrum=SITE) for of in (parts, whole)]
+    for check in checks:
+        assert check.alpha0 == pytest.approx(0.125, rel=1e-6)
+        assert check.direction == pytest.approx((-0.6, -0.8, 0))
+    assert checks[0].a0_star == pytest.approx(checks[1].a0_star, rel=1e-6)
+
+
 def test_a_free_standing_facade_by_hand(result):
     """The façade turns as one about its outer edge.
 

@@ -205,7 +205,7 @@ class LocalMechanismCheck:
                 whole.lines("by macro-blocks"),
                 Line(
                     "by single blocks, not used",
-                    f"e* = {shown(small.e_star)}, M* = {shown(small.M_star / 1e3, 't')}: moving together, they are one",
+                    f"e* = {shown(small.e_star)}, M* = {shown(small.M_star / 1e3, 't')}: together they are one",
                     "C8.7.1.2.1.3",
                 ),
                 Line(

@@ -71,7 +71,7 @@ class HorizontalForces:
             )
             raise ModelError(msg)
         acts = ~np.array([b.fixed for b in model.blocks])[found.block] & found.force.any(axis=1)
-        block, point, force = found.block[acts], found.point[acts], found.force[acts]
+        block, point, force = _summed(found.block[acts], found.point[acts], found.force[acts])
         along = force @ direction
         across = np.linalg.norm(force - along[:, None] * direction, axis=1)
         if np.any(across > _ALONG * np.abs(along).max()) or np.any(along < 0):
@@ -88,6 +88,15 @@ class HorizontalForces:
         centroid = np.array([b.centroid for b in model.blocks])[self.block]
         moved = shift[self.block] + np.cross(turn[self.block], self.point - centroid)
         return np.asarray(moved @ self.direction)
+
+
+def _summed(block: NDArray[np.int64], point: Array, force: Array) -> tuple[NDArray[np.int64], Array, Array]:
+    """Forces on one block at one point as one: several loads may push one mass."""
+    _, first, which = np.unique(np.column_stack([block, point]), axis=0, return_index=True, return_inverse=True)
+    total = np.zeros((len(first), 3))
+    np.add.at(total, which.reshape(-1), force)
+    order = np.argsort(first)
+    return block[first[order]], point[first[order]], total[order]
 
 
 @dataclass(frozen=True, slots=True)
