@@ -38,13 +38,16 @@ def edge_sums(n: Array) -> Array:
 def excess(n: Array, capacity: Array, *, biaxial: bool) -> Array:
     """Normal force by which each rectangle misses the true conditions, (R,); negative inside.
 
-    Uniaxial: the largest ``N² / (2 F) − n_e``. Biaxial: the largest ``N − (4 F n_e n_f)^(1/3)``.
+    Uniaxial: the largest ``N² / (2 F) − n_e``. Biaxial: the largest δ with ``(n_e + δ)(n_f + δ) = N³ / (4 F)``, which
+    both edges are short of. The force that N is too large by, ``N − (4 F n_e n_f)^(1/3)``, would be all of N where a
+    joint that bears next to nothing is short of the last digit of an edge.
     """
     N, n_e = n.sum(axis=1), edge_sums(n)
     if not biaxial:
         return np.asarray(N**2 / (2 * capacity) - n_e.min(axis=1, initial=np.inf))
-    products = np.maximum(n_e, 0) * np.maximum(np.roll(n_e, -1, axis=1), 0)
-    return np.asarray(N - np.cbrt(4 * capacity * products.min(axis=1, initial=np.inf)))
+    n_f, product = np.roll(n_e, -1, axis=1), np.maximum(N, 0) ** 3 / (4 * capacity)
+    short = (np.sqrt((n_e - n_f) ** 2 + 4 * product[:, None]) - n_e - n_f) / 2
+    return np.asarray(short.max(axis=1, initial=-np.inf))
 
 
 @dataclass(frozen=True, slots=True)
