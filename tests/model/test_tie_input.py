@@ -158,6 +158,7 @@ def test_stretches_inside_a_body_that_is_not_convex():
     np.testing.assert_allclose(found, [(1, 2), (3, 4)])
     assert stretches_inside(shape, np.array([-1.0, 0.5, 0.5]), np.array([4.0, 0.5, 0.5])) == [(1.0, 4.0)]
     assert stretches_inside(shape, np.array([1.5, 0.5, 1.2]), np.array([1.5, 0.5, 5.0])) == []
+    assert stretches_inside(shape, np.array([-1.0, 0.5, 1.0]), np.array([4.0, 0.5, 1.0])) == [(1.0, 2.0), (3.0, 4.0)]
     cube = polyhedron(*box((0, 0, 0), (1, 1, 1)), "cube")
     (stretch,) = stretches_inside(cube, np.array([-0.5, -0.5, -0.5]), np.array([0.5, 0.5, 0.5]))
     np.testing.assert_allclose(stretch, np.sqrt(3) * np.array([0.5, 1.0]))
@@ -187,3 +188,16 @@ def test_prestress_without_dead_load(pair):
     tied = pair.with_ties([tie(LEFT, RIGHT, yield_force="4 kN", prestress="1 kN")])
     with pytest.raises(bs.errors.ModelError, match=r"prestress, but the dead load 'none'.* is zero"):
         bs.AnalysisManager(tied).run([case])
+
+
+@pytest.mark.parametrize("off", [-1e-9, -1e-16, 0.0, 1e-16, 1e-9])
+def test_rounding_does_not_move_a_bar_from_a_joint_into_a_block(tuff, dry, off):
+    # Two units on a support, and a unit over their joint: in the joint the bar is bonded to neither.
+    corners = {"base": [0, 0, -0.2], "1.1": [0, 0, 0], "1.2": [0.3, 0, 0], "2.1": [0.15, 0, 0.2]}
+    sizes = {"base": [0.6, 0.2, 0.2]}
+    blocks = [
+        bs.Block.box(name, Q_(at, "m"), Q_(sizes.get(name, [0.3, 0.2, 0.2]), "m"), tuff, fixed=name == "base")
+        for name, at in corners.items()
+    ]
+    model = model_of(blocks, dry).with_ties([bar([0.3 + off, 0.1, -0.1], [0.3 + off, 0.1, 0.4])])
+    assert [s.blocks for s in bs.ties.tie_segments(model.ties, model.blocks)] == [("base", "2.1")]

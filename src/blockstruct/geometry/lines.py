@@ -19,7 +19,7 @@ INSIDE = 0.75
 def stretches_inside(shape: Polyhedron, start: Array, end: Array) -> list[tuple[float, float]]:
     """Stretches of the straight line from start to end that lie inside a body, convex or not.
 
-    What runs in a face is not inside.
+    What runs in a face is not inside, nor is what rounding has moved off it.
 
     Returns
     -------
@@ -41,9 +41,15 @@ def stretches_inside(shape: Polyhedron, start: Array, end: Array) -> list[tuple[
     triangles = np.array([t for face in shape.faces for t in triangulated(shape.vertices, face)])
     found: list[tuple[float, float]] = []
     middle = start + ((at[1:] + at[:-1]) / 2)[:, None] * d
-    share = half_solid_angles(shape.vertices[triangles], middle) / (2 * np.pi)
-    for (a, b), inside in zip(pairwise(at.tolist()), share, strict=True):
-        if b - a <= smallest or inside < INSIDE:
+    # A face is as thick as rounding: a point in it leaves the body by a step along its normal, others do not.
+    off = middle @ shape.normals.T - np.einsum("ij,ij->i", shape.normals, corners)
+    point, face = np.nonzero(np.abs(off) <= smallest)
+    tried = np.concatenate([middle, middle[point] + 2 * smallest * shape.normals[face]])
+    share = half_solid_angles(shape.vertices[triangles], tried) / (2 * np.pi)
+    inside = share[: len(middle)] >= INSIDE
+    inside[point[share[len(middle) :] < INSIDE]] = False
+    for (a, b), counts in zip(pairwise(at.tolist()), inside.tolist(), strict=True):
+        if b - a <= smallest or not counts:
             continue
         if found and a - found[-1][1] <= smallest:
             found[-1] = found[-1][0], b

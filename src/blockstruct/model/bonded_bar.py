@@ -30,7 +30,8 @@ class BondedBar:
     name
         Unique among the ties of a model.
     start, end : quantity, length, three components
-        Ends of the bar, in global coordinates. It may stick out of the blocks.
+        Ends of the bar, in global coordinates. It may stick out of the blocks. Where it runs in a joint it is bonded
+        to neither of the blocks beside it.
     diameter : quantity, length
         Of the surface d along which it is bonded, and of the cross-section that ``strength`` counts on.
     bond_strength : quantity, stress
