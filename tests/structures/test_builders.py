@@ -121,6 +121,12 @@ def test_a_column_tapers():
     assert volume(blocks) == pytest.approx(area * 6 * (0.5**2 + 0.5 * 0.4 + 0.4**2) / 3, rel=1e-3)
 
 
+@pytest.mark.parametrize("shift", [bs.Q_([5, -1], "cm"), "[5, -1] cm", [bs.Q_(5, "cm"), "-1 cm"]])
+def test_a_shift_of_a_stack_is_two_components_in_any_form(shift):
+    second = bs.stack(2, size=["0.4 m", "0.3 m", "0.2 m"], shift=shift, material=STONE)[2]
+    np.testing.assert_allclose(second.shape.vertices.min(axis=0), [0.05, -0.01, 0.2], atol=1e-15)
+
+
 def test_a_stack_leans_and_tilts():
     straight = bs.stack(3, size=["0.4 m", "0.3 m", "0.2 m"], shift=["5 cm", "-1 cm"], material=STONE)
     assert checked(straight).total_area == pytest.approx(0.4 * 0.3 + 2 * 0.35 * 0.29)

@@ -5,13 +5,13 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from blockstruct.errors import ModelError
+from blockstruct.errors import DimensionError, ModelError, shown
 from blockstruct.geometry import box, polyhedron
 from blockstruct.model import Block, Material, checked_tuple
 from blockstruct.model.checks import checked_count, positive_length
 from blockstruct.structures.builder import builder
 from blockstruct.structures.prism import prismatoid
-from blockstruct.units import QuantityLike, VectorLike, si, si_vector
+from blockstruct.units import QuantityLike, VectorLike, si, si_array, si_vector
 
 
 @builder
@@ -107,8 +107,13 @@ def stack(
     if min(edges) <= 0:
         msg = f"stack: size {edges} m; give three lengths above zero"
         raise ModelError(msg)
-    step = shift if isinstance(shift, list | tuple) else [shift]
-    dx, dy, _ = si_vector([*step, "0 m"], "length", "stack: shift")
+    what = "stack: shift"
+    listed = isinstance(shift, list | tuple)
+    step = [si(v, "length", what) for v in shift] if listed else si_array(shift, "length", what).ravel().tolist()
+    if len(step) != 2:
+        msg = f"{what}: {shown(shift)} has {len(step)} components; give two, along x and y"
+        raise DimensionError(msg)
+    dx, dy = step
     blocks = []
     for k in range(0 if base else 1, number + 1):
         name = prefix + (str(k) if k else "base")
