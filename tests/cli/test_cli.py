@@ -351,6 +351,10 @@ def test_validate_checks_what_run_would(call, tmp_path):
 
 def test_validate(call, file, tmp_path):
     assert call("validate", file)[0] == 0
+    one = bs.AnalysisManager(model_of(*single_block(0.5, 1.0)), store=tmp_path / "one.h5")
+    one.run([bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")])
+    assert "a valid analysis of 1 case\n" in call("validate", tmp_path / "one.h5")[1]
+    assert "2 blocks, 1 interface\n" in call("show", tmp_path / "one.h5")[1]
     assert call("validate", WALL)[0] == 0
     broken = tmp_path / "broken.yaml"
     broken.write_text(WALL.read_text(encoding="utf-8").replace("rows:", "lines:"), encoding="utf-8")

@@ -102,7 +102,7 @@ def test_what_blocks_carry_counts_as_in_the_mass_that_takes_part():
     assert "; 100% of that weight)" in result.describe()
     assert result.macro_blocks[0].total == macro_blocks(model, result.mechanism, dead=dead)[0].total
     handles = figures.mechanism(result, colour="macro-block").get_legend().get_texts()
-    assert "205 kN, 61 of it carried" in " ".join(text.get_text() for text in handles)
+    assert "205 kN, 61 kN of it carried" in " ".join(text.get_text() for text in handles)
 
 
 def test_a_result_describes_itself_even_without_a_mechanism():

@@ -75,6 +75,8 @@ def test_a_certificate_prints_each_measure_with_its_tolerance(small_analysis):
     result = next(iter(small_analysis.values()))
     first, *lines = str(result.certificate).splitlines()
     assert first == "certificate holds"
+    assert lines[1].endswith(" dead wrenches of the lighter block, or the normal force there")
+    assert lines[3].endswith(" units of the load factor; of the dead load, if a reaction")
     assert [line.split("(")[0].split()[:-1] for line in lines] == [
         ["equilibrium", "residual"],
         ["yield", "excess"],

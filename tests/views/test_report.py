@@ -65,7 +65,7 @@ def test_the_report_says_what_was_given_and_found():
         "unlimited",
         "The certificate holds: equilibrium is met to",
         "(tolerance 1e-06)",
-        "(5e-04) of load factor",
+        "(5e-04) in units of the load factor",
         "gap tolerance",
         "crushing is not checked",
         "the load factor is not unique",

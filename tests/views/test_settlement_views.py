@@ -6,11 +6,13 @@ import re
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
+import numpy as np
 import pytest
 from rich.console import Console
 
 import blockstruct as bs
 from blockstruct import Q_, views
+from blockstruct.results.answer import Answer
 from blockstruct.views import figures
 from blockstruct.views.page.payload import payload
 from blockstruct.views.report import report_html
@@ -62,11 +64,24 @@ def test_the_console_says_reaction(analysis):
     assert re.search(r"reaction 20\.571\d kN \(associative bound 20\.571\d kN\)", text)
     assert "Statics allows reactions from 20.57 kN to 27.43 kN under the dead load." in text
     assert "of the dead load" in text
-    assert "load factor" not in text.replace("of the load factor; of the dead load, if a reaction", "")
+    assert "load factor" not in text.replace("units of the load factor; of the dead load, if a reaction", "")
     assert "R [N]" in printed(views.iteration_table(found["goes down"].history))
     assert "R [N·m]" in printed(views.iteration_table(found["turns"].history))
     assert "reaction / load factor" in printed(views.summary_table(found))
     assert re.search(r"goes down .* 20571\.\d N", printed(views.archive_table(bs.Archive(folder).table())))
+
+
+def test_the_ends_of_a_range_have_one_unit():
+    moment = Answer("reaction", "R", "moment")
+    assert [moment.said(-2256.8, beside=-456.3), moment.said(-456.3, beside=-2256.8)] == ["-2.257 kN·m", "-0.4563 kN·m"]
+    assert moment.said(-456.3, beside=np.inf) == moment.said(-456.3) == "-456.3 N·m"
+
+
+def test_another_schedule_may_find_a_larger_reaction(analysis):
+    found, _ = analysis
+    case = bs.SettlementCase("goes down", SELF_WEIGHT, ["left"], "-z")
+    alone = bs.run(found.model, case)
+    assert "others, which may find a larger one, were not run" in report_html(alone)
 
 
 def test_a_spread_of_reactions_is_one_of_forces(analysis):

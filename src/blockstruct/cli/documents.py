@@ -170,7 +170,7 @@ def validate(
                 say("\n".join(f"{file}: case {name!r}: {what}" for name, what in found))
                 say("these numbers are no proof: take the original file, or run the cases again")
                 raise typer.Exit(VIOLATIONS)
-            say(f"{file}: a valid analysis of {len(analysis)} cases")
+            say(f"{file}: a valid analysis of {len(analysis)} case{'s' * (len(analysis) != 1)}")
     except (bs.errors.FormatError, bs.errors.ModelError) as error:
         say("\n".join([str(error), *getattr(error, "__notes__", ())]))
         raise typer.Exit(VIOLATIONS) from None

@@ -39,7 +39,8 @@ def show(file: FileArgument, as_json: JsonOption = False) -> None:
         return
     model = analysis.model
     ties = f", {len(model.ties)} tie{'s' * (len(model.ties) > 1)}" if model.ties else ""
-    say(f"{model.name}: {len(model.blocks)} blocks, {len(model.interfaces)} interfaces{ties}")
+    interfaces = f"{len(model.interfaces)} interface{'s' * (len(model.interfaces) != 1)}"
+    say(f"{model.name}: {len(model.blocks)} blocks, {interfaces}{ties}")
     say(f"model hash {model.hash[:16]}…, created {analysis.created_at}, {analysis.status}")
     say(f"blockstruct {analysis.versions.get('blockstruct')}")
     for name, result in analysis.items():

@@ -16,9 +16,9 @@ Array = NDArray[np.float64]
 #: The four measures: what each is called, and what it is a multiple of.
 _JUDGED = {
     "equilibrium_residual": ("equilibrium residual", "dead wrenches of the block"),
-    "yield_excess": ("yield excess", "dead wrenches of the lighter block, or n"),
+    "yield_excess": ("yield excess", "dead wrenches of the lighter block, or the normal force there"),
     "interpenetration": ("interpenetration", "largest relative velocities"),
-    "flow_rule_gap": ("flow-rule gap", "of the load factor; of the dead load, if a reaction"),
+    "flow_rule_gap": ("flow-rule gap", "units of the load factor; of the dead load, if a reaction"),
 }
 #: Residual of equilibrium, and yield excess, with which the certificate of a state of a pushover holds.
 FORCES = 1e-5

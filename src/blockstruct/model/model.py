@@ -86,7 +86,8 @@ class Model:
 
     def __repr__(self) -> str:
         fixed = sum(b.fixed for b in self.blocks)
-        size = f"{len(self.blocks)} blocks, {fixed} of them fixed, {len(self.interfaces)} interfaces"
+        interfaces = f"{len(self.interfaces)} interface{'s' * (len(self.interfaces) != 1)}"
+        size = f"{len(self.blocks)} blocks, {fixed} of them fixed, {interfaces}"
         ties = f", {len(self.ties)} tie{'s' * (len(self.ties) > 1)}" if self.ties else ""
         return f"<Model {self.name!r}: {size}{ties}>"
 

@@ -61,15 +61,15 @@ class Answer:
         """The answer at a load factor to so many digits, ``infinite`` or ``none``."""
         return self.said(self.factor * alpha + 0.0, digits)
 
-    def said(self, value: float, digits: int = 4) -> str:
-        """A value of the answer, in SI, as :meth:`text`."""
+    def said(self, value: float, digits: int = 4, *, beside: float = 0.0) -> str:
+        """A value of the answer, in SI, as :meth:`text`; in the unit of the larger one beside which it stands."""
         if np.isnan(value):
             return "none"
         if np.isinf(value):
             return "infinite" if value > 0 else "minus infinite"
         if not self.is_reaction:
             return f"{value:.{digits}g}"
-        scale, unit = readable(value, self.unit)
+        scale, unit = readable(max(value, beside, key=abs) if np.isfinite(beside) else value, self.unit)
         return f"{value * scale:.{digits}g} {unit}"
 
 

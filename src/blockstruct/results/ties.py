@@ -114,7 +114,9 @@ def tie_sentences(history: xr.Dataset) -> list[str]:
             text += f"; it gets longer by {elongation:.3g} times the largest displacement of a block"
             reached, limit = row[f"displacement at limit [{meter}]"], row[f"elongation limit [{meter}]"]
             if np.isfinite(reached):
-                text += f": its limit of {limit * 1e3:.4g} mm is reached at {reached * 1e3:.4g} mm"
+                text += (
+                    f": its limit of {limit * 1e3:.4g} mm is reached at {reached * 1e3:.4g} mm of it, to first order"
+                )
         said.append(f"{text}.")
     return said
 

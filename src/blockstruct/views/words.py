@@ -60,7 +60,8 @@ def range_words(result: bs.CaseResult) -> str:
     """The reactions that statics allows, as a sentence; empty if the case is not a settlement."""
     if not isinstance(result.case, bs.SettlementCase) or not result.n_iterations:
         return ""
-    ends = [result.answer.said(float(end)) for end in result.reaction_range.magnitude]
+    least, largest = (float(end) for end in result.reaction_range.magnitude)
+    ends = [result.answer.said(least, beside=largest), result.answer.said(largest, beside=least)]
     if "none" in ends:
         return ""
     return f"Statics allows reactions from {ends[0]} to {ends[1]} under the dead load."
@@ -115,13 +116,13 @@ def admissible_words(result: bs.CaseResult) -> str:
     )
     return (
         f"Forces in equilibrium that no joint refuses were found at {answer.name} {answer.text(state.load_factor)} "
-        f"(iteration {state.iteration}); they miss the flow rule by {state.certificate.flow_rule_gap:.1e} of {unit}. "
-        f"It is {meaning}."
+        f"(iteration {state.iteration}); they miss the flow rule by {state.certificate.flow_rule_gap:.1e} in units of "
+        f"{unit}. It is {meaning}."
     )
 
 
 def _gap_unit(result: bs.CaseResult) -> str:
-    return "the dead load" if result.answer.is_reaction else "load factor"
+    return f"the {'dead load' if result.answer.is_reaction else 'load factor'}"
 
 
 def tie_words(result: bs.CaseResult) -> list[str]:
@@ -189,7 +190,7 @@ def certificate_words(result: bs.CaseResult) -> str:
         f"The {found.verdict}: equilibrium is met to {residual} (tolerance {of_residual}) of the dead load of a block, "
         f"{loaded} is loaded beyond its strength by more than {excess if found.yield_excess > 0 else 0} ({of_excess}), "
         f"blocks penetrate by at most {depth} ({of_depth}) of the largest motion, and the flow rule is missed by "
-        f"{gap} ({of_gap}) of {_gap_unit(result)}."
+        f"{gap} ({of_gap}) in units of {_gap_unit(result)}."
     )
 
 

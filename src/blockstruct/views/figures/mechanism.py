@@ -114,7 +114,7 @@ def _by_body(result: bs.CaseResult, iteration: int) -> tuple[Array, list[Patch]]
 
 def _weight(body: bs.results.MacroBlock) -> str:
     factor, unit = readable(body.total, "N")
-    carried = f", {body.carried * factor:.4g} of it carried" if body.carried else ""
+    carried = f", {body.carried * factor:.4g} {unit} of it carried" if body.carried else ""
     return f"{body.total * factor:.4g} {unit}{carried}"
 
 

@@ -101,7 +101,8 @@ def _sentence(name: str, head: bs.results.Headline, check: Check | None, cases: 
         return f"{said} The verification is not satisfied. {of_others} nothing of it."
     # The range that belongs beside it is known of several schedules only.
     one = head.schedules == 1 and head.flow is bs.Flow.NONASSOCIATIVE
-    range_ = " One schedule found it; others, which may find a lower one, were not run." if one else ""
+    worse = "larger" if head.answer.is_reaction else "lower"
+    range_ = f" One schedule found it; others, which may find a {worse} one, were not run." if one else ""
     of_runs = _of_runs(head)
     if check is None:
         of_cases = f", the {_first(head)} of {cases} cases" if cases > 1 else ""
