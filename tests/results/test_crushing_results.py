@@ -244,3 +244,25 @@ def test_cells_leave_too_much_of_a_reaction():
     result = bs.run(model, bs.SettlementCase("settles", SELF_WEIGHT, ["left"], "-z"))["settles"]
     assert 8.05e3 < result.reaction.to("N").magnitude < 8.3e3
     assert "They leave too much of a reaction, and too narrow a range" in result.describe()
+
+
+def test_the_edge_of_a_tall_wall_crushes_however_fast_its_top_slides():
+    """A block that a tie holds back slides on top of the wall eighty times as fast as the edge below it enters."""
+    stone = bs.Material("stone", "16 kN/m^3")
+    blocks = [
+        bs.Block.box("ground", ["-1 m", "-1 m", "-1 m"], ["3 m", "8 m", "1 m"], stone, fixed=True),
+        bs.Block.box("back", ["0 m", "5 m", "0 m"], ["1 m", "1 m", "7 m"], stone, fixed=True),
+        bs.Block.box("wall", ["0 m", "0 m", "0 m"], ["1 m", "0.5 m", "6 m"], stone),
+        bs.Block.box("top", ["0 m", "0 m", "6 m"], ["1 m", "0.5 m", "0.2 m"], stone),
+    ]
+    tie = bs.Tie(
+        "tie", start=("top", ["0.5 m", "0.25 m", "6.1 m"]), end=("back", ["0.5 m", "5 m", "6.1 m"]), yield_force="9 kN"
+    )
+    joint = bs.JointMaterial("joint", 0.6, compressive_strength="2 MPa")
+    model = bs.Model("tied", blocks, bs.detect_interfaces(blocks, joint), ties=[tie])
+    result = solve(model, push(0, -1, 0))
+    states = dict(zip(result.states.interface.values, result.states.values[-1], strict=True))
+    assert states["wall|top"] == "sliding"
+    assert result.utilisation.crushing[-1].sel(interface="ground|wall").item() == pytest.approx(1.0, abs=1e-3)
+    assert states["ground|wall"] == "hinge + crushing"
+    assert "Crushing joints: ground|wall." in result.describe()

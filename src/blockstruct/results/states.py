@@ -5,6 +5,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
+from blockstruct.results.utilisation import utilisation
 from blockstruct.vocabulary import ContactState
 
 Array = NDArray[np.float64]
@@ -27,6 +28,8 @@ _NAMES = np.array(
 AT_REST = 0.01
 #: Share of the largest velocity of a block below which a relative velocity is rounding.
 ROUNDING = 1e-6
+#: Share of its compressive strength in use from which a joint that turns crushes where its edge enters, however slowly.
+FULLY_PRESSED = 0.999
 
 
 def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tolerance: float = 1e-4) -> xr.DataArray:
@@ -39,7 +42,8 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
     - ``hinge``: some points open, the others do not;
     - ``sliding``: points that stay closed slip, and the mean velocity of the interface along its plane is not zero;
     - ``twisting``: points that stay closed slip, and the interface turns about its normal;
-    - ``crushing``: the blocks move into each other, where the joint has a compressive strength.
+    - ``crushing``: the blocks move into each other, where the joint has a compressive strength: faster than the
+      tolerance or, at a hinge whose compressive strength is in use, than that share of the motion of the joint itself.
 
     A point opens where it moves apart faster than its dilatancy makes it.
 
@@ -93,7 +97,12 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
     turn = sum_of(s * v[..., 2] - t * v[..., 1]) / inertia * np.maximum.reduceat(distance, starts)
     mean = np.hypot(sum_of(v[..., 1]), sum_of(v[..., 2])) / counts
 
-    parts = (any_of(opening), slips & (mean > zero), slips & (np.abs(turn) > zero), any_of(soft & (apart < -zero)))
+    # The edge about which a tall structure turns enters by little beside what opens at its top.
+    own = np.maximum.reduceat(np.linalg.norm(v, axis=-1), starts, axis=-1)
+    hinge = any_of(opening)
+    enters = hinge[..., index] & (apart < -tolerance * own[..., index]) & _fully_pressed(history)
+    crushing = any_of(soft & ((apart < -zero) | enters))
+    parts = (hinge, slips & (mean > zero), slips & (np.abs(turn) > zero), crushing)
     code = np.sum([part.astype(int) << bit for bit, part in enumerate(parts)], axis=0)
     state = _NAMES[code]
     state[is_open] = ContactState.OPEN.value
@@ -103,6 +112,15 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
         name: history[name] for name in ("iteration", "stage", "interface") if set(history[name].dims) <= set(dims)
     }
     return xr.DataArray(state, dims=dims, coords=coords, name="contact_state")
+
+
+def _fully_pressed(history: xr.Dataset) -> Flags:
+    """Whether the joint of a contact point, or its cell, uses its compressive strength."""
+    cell = history["cell_strength"].to_numpy()
+    of_joint = utilisation(history)["crushing"].transpose(..., "interface").to_numpy()
+    of_joint = of_joint[..., history["interface_of_contact_point"].to_numpy()]
+    n = history["contact_force"].sel(component="n").transpose(..., "contact_point").to_numpy()
+    return np.asarray(np.where(np.isfinite(cell), n >= FULLY_PRESSED * cell, of_joint >= FULLY_PRESSED))
 
 
 def active_joints(history: xr.Dataset, tolerance: float = AT_REST) -> pd.DataFrame:
