@@ -1117,3 +1117,13 @@ def test_a_mechanism_by_hand_below_the_one_found_is_told(result):
     assert any("by hand begins at α0 = 0.0784, below the one found, 0.1" in text for text in check.notes)
     equal = bs.assess.overturning(result.model, result.case, ["façade"], EDGE)
     assert bs.assess.local_mechanism(result, 1.35, SITE, beside=equal).notes == ()
+
+
+def test_numbers_are_printed_as_an_engineer_reads_them(result):
+    check = bs.assess.local_mechanism(result, 1.35, SITE)
+    assert "each is calculated from unrounded ones" in str(check)
+    still = dataclasses.replace(
+        check, participation=dataclasses.replace(check.participation, displacement=np.array([-4.8e-11]))
+    )
+    assert "P + Q = " in str(still)
+    assert "δ = 0\n" in str(still)

@@ -1,11 +1,13 @@
 """A collapse in words, and the bodies that move."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import blockstruct as bs
 from blockstruct.results import macro_blocks
-from blockstruct.results.description import describe
+from blockstruct.results.description import _motion, describe
 from blockstruct.views import figures
 from structures import model_of, push, single_block, solve
 
@@ -112,3 +114,13 @@ def test_a_result_describes_itself_even_without_a_mechanism():
     lifted = solve(model, push(0, 0, -1))
     assert "unbounded" in lifted.describe()
     assert "bod" not in lifted.describe()
+
+
+def test_what_a_solver_leaves_of_a_zero_is_not_told_of_an_axis():
+    """A wall of 7 m that turns about y = 30 mm at its base, which the solver gives 1 µm above it."""
+    tall = model_of(*single_block(0.5, 7.0))
+    (body,) = macro_blocks(tall, solve(tall, push(1, 0, 0)).mechanism)
+    centroid = np.array([0.25, 0.25, 3.5])
+    turn, arm = np.array([1.0, 0.0, 0.0]), centroid - np.array([0.25, 0.03, 1e-6])
+    slightly = replace(body, centroid=centroid, rotation=turn, translation=np.cross(turn, arm))
+    assert "through y = 0.03 m, z = 0 m" in _motion(slightly)

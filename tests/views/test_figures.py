@@ -20,6 +20,7 @@ from blockstruct import Q_
 from blockstruct.views import figures
 from blockstruct.views.figures.domain import stress_blocks
 from blockstruct.views.figures.sheet import _file_names, nearest_to_crushing
+from blockstruct.views.report.pictures import mechanism_picture
 from blockstruct.views.selection import application_points
 from blockstruct.views.solids import Solids, triangles
 from blockstruct.views.style import ACCENT, DISPLACEMENT, FORCE, STATE_COLOURS, SUPPORT, parts
@@ -604,3 +605,52 @@ def test_macro_blocks_are_drawn_in_colours_and_named(rocking):
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [f"body 1: {body.weight / 1e3:.4g} kN"]
     with pytest.raises(bs.errors.ModelError, match="give 'displacement' or 'macro-block'"):
         figures.mechanism(result, colour="body", ax=axes())
+
+
+def test_a_legend_of_long_names_stays_on_the_picture():
+    blocks = bs.arch(
+        span="6 m", thickness="0.4 m", depth="1 m", voussoirs=11, material=bs.Material("stone", "24 kN/m^3")
+    )
+    model = model_of(blocks, bs.JointMaterial("joint", 0.6))
+    fill = bs.FillLoad("18 kN/m^3", start=["-3.6 m", "0 m", "0 m"], end=["3.6 m", "1 m", "4 m"])
+    dead = bs.LoadPattern("with fill", [bs.SelfWeight(), fill])
+    result = bs.run(model, bs.LimitCase("push", dead, push(1, 0, 0), "associative"))["push"]
+    figure = plt.figure(figsize=(6.3, 3.1), layout="constrained")
+    ax = figures.mechanism(result, colour="macro-block", ax=figure.add_subplot())
+    figure.canvas.draw()
+    texts = ax.get_legend().get_texts()
+    assert len(texts) >= 3
+    assert all(text.get_text().endswith(" kN of it carried") for text in texts)
+    assert max(text.get_window_extent().x1 for text in texts) <= figure.bbox.x1
+
+
+def test_what_falls_under_its_own_weight_is_not_shown_as_pushed():
+    blocks = bs.arch(
+        span="4 m", thickness="0.1 m", depth="1 m", voussoirs=9, material=bs.Material("stone", "20 kN/m^3")
+    )
+    result = bs.run(model_of(blocks, bs.JointMaterial("joint", 0.6)), bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0)))[
+        "push"
+    ]
+    assert result.status == "unstable_under_dead_load"
+    ax = figures.mechanism(result)
+    assert [text.get_text() for text in ax.texts] == []
+    picture = mechanism_picture(result, small=True)
+    assert picture["caption"] == "How “push” moves under its dead load alone, to first order: its bodies in colours"
+
+
+def test_the_last_iteration_of_what_did_not_converge_is_called_no_result(small_model):
+    settings = bs.ProcedureSettings(max_programs=3)
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
+    result = bs.AnalysisManager(small_model, settings=settings).run([case])["push"]
+    assert result.status == "not_converged"
+    assert "which is no result" in mechanism_picture(result, small=True)["caption"]
+
+
+def test_the_load_factor_stands_beside_an_elevation_and_not_on_it():
+    result = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0))
+    ax = figures.mechanism(result, look="y")
+    ax.figure.canvas.draw()
+    (text,) = ax.texts
+    right = ax.transData.inverted().transform(text.get_window_extent().corners())[:, 0].max()
+    assert right < 0.0
+    assert ax.bbox.x0 <= text.get_window_extent().x0

@@ -130,6 +130,10 @@ def test_of_reactions_the_largest_is_relied_on(block):
     ]
     found = bs.AnalysisManager(block.model).run(cases)
     assert "the largest of 2 cases" in summary(found)
+    turns = bs.SettlementCase("turns", dead=SELF_WEIGHT, supports=["ground"], direction="-y", about="[1, 0, 0] m")
+    both = summary(bs.AnalysisManager(block.model).run([cases[0], turns]))
+    assert "one of 2 cases, forces and moments" in both
+    assert "largest" not in both
 
 
 def test_the_check_that_governs_need_not_have_the_least_ratio(stands):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.coefficients import Coefficients
-from blockstruct.assess.lines import BEYOND, Line, Section, in_g, section, shown, told_apart
+from blockstruct.assess.lines import BEYOND, ROUNDED, Line, Section, in_g, section, shown, told_apart
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import Participation
 from blockstruct.assess.spectrum import Spectrum
@@ -195,7 +195,10 @@ class LocalMechanismCheck:
                     "C8.7.1.2.1.1",
                 ),
                 [
-                    Line(f"{body.name}, blocks: {len(body.blocks)}", f"P + Q = {shown(W / 1e3, 'kN')}, δ = {shown(d)}")
+                    Line(
+                        f"{body.name}, blocks: {len(body.blocks)}",
+                        f"P + Q = {shown(W / 1e3, 'kN')}, δ = {shown(round(d, 9) + 0.0)}",
+                    )
                     for body, W, d in self._moving()
                 ],
                 [Line("bodies at rest", f"{resting}, which take no part")] if resting else [],
@@ -249,5 +252,6 @@ class LocalMechanismCheck:
             f"local mechanism of {self.result.name!r} in {self.result.model.name!r}, {_CODE}",
             f"relied on: {self.verdict}",
             *(f"note: {text}" for text in self.notes),
+            ROUNDED,
         ]
         return "\n".join(head) + "\n\n" + "\n\n".join(str(part) for part in self.sections)

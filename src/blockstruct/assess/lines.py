@@ -7,6 +7,8 @@ from dataclasses import dataclass
 _WIDTH = 38
 #: An acceleration of the ground that was not found among those that were tried.
 BEYOND = "more than 10 g"
+#: What stands beside formulas whose printed numbers do not give the last digit of the printed result.
+ROUNDED = "Numbers are rounded where they are printed alone: each is calculated from unrounded ones."
 
 
 @dataclass(frozen=True, slots=True)

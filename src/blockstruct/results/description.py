@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 LISTED, MAIN = 5, 0.02
 #: Share of the speed of a body below which its centroid is said to stay.
 STAYS = 1e-3
+#: Share of the distance of an axis from the centroid below which a coordinate of it is zero.
+NOISE = 1e-5
 #: Cosine above which a direction is that of an axis.
 ALONG = np.cos(np.radians(3.0))
 
@@ -111,7 +113,10 @@ def _motion(body: MacroBlock) -> str:
     direction, point = body.axis
     along = np.abs(direction).argmax()
     if abs(direction[along]) > ALONG:
-        rest = [f"{name} = {value:.3g} m" for name, value in zip(AXES, np.round(point, 6) + 0.0, strict=True)]
+        # What the solver leaves of a zero is small beside the distance from the centroid.
+        noise = NOISE * np.linalg.norm(point - body.centroid)
+        place = np.where(np.abs(point) <= noise, 0.0, np.round(point, 6) + 0.0)
+        rest = [f"{name} = {value:.3g} m" for name, value in zip(AXES, place, strict=True)]
         where = f"the axis along {AXES[along]} through {', '.join(r for k, r in enumerate(rest) if k != along)}"
     else:
         where = f"an axis along {_vector(direction)} through {_vector(point)} m"

@@ -23,6 +23,8 @@ Array = npt.NDArray[np.float64]
 
 _BODIES, _GHOST, _OVER, _TIES = 1.0, 0.5, 4.0, 3.5
 _TIE = 2.2
+#: Width of the key of an entry of a legend, with the gap to the next, and of a letter of its text, inches.
+_KEY, _LETTER = 0.5, 0.06
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,8 +181,9 @@ def legend_above(ax: Axes, handles: Sequence[Any] | None = None, labels: Sequenc
         handles, labels = ax.get_legend_handles_labels()
     if not handles:
         return
-    # An entry takes some 1.6 inches.
-    columns = max(1, int(ax.get_position(original=True).width * ax.get_figure(root=True).get_size_inches()[0] / 1.6))  # type: ignore[union-attr]
+    # An entry takes some 1.6 inches, and more if its text is long.
+    entry = max(1.6, _KEY + _LETTER * max(map(len, labels)))
+    columns = max(1, int(ax.get_position(original=True).width * ax.get_figure(root=True).get_size_inches()[0] / entry))  # type: ignore[union-attr]
     ax.legend(
         handles,
         labels,

@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 
 #: Length of the arrow of the push, in multiples of the structure's extent.
 _PUSH = 0.16
+#: Half the width of a letter of its text, likewise.
+_LETTER = 0.014
 
 
 def mechanism(
@@ -32,7 +34,7 @@ def mechanism(
     look: Any = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw the blocks displaced by a mechanism, in colours, and the push with its load factor.
+    """Draw the blocks displaced by a mechanism, in colours, and the push with its load factor if it drives them.
 
     Displacements are to first order, so that joints that stay closed stay closed in the picture. Their size is
     arbitrary: colours are shares of the largest. An elevation shows the outline of the structure at rest, too.
@@ -119,7 +121,9 @@ def _weight(body: bs.results.MacroBlock) -> str:
 
 
 def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids, moved: Array) -> Array:
-    """Draw the resultant of the variable load, or the reaction, with its size; gives the ends of the arrow."""
+    """Draw the resultant of the variable load, or the reaction, with its size; gives the ends of the arrow, if any."""
+    if result.history["stage"].to_numpy()[iteration] == bs.Stage.DEAD_LOAD.value:
+        return np.empty((0, 3))
     at, forces = driving(result)
     settles = isinstance(result.case, bs.SettlementCase)
     # A reaction acts against the motion of its support.
@@ -150,12 +154,17 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids,
     right, up = canvas.view.project(direction)
     beyond = tail - (0.01 * size * direction if abs(up) > abs(right) else -0.045 * size * canvas.view.basis[1])
     align: dict[str, Any] = {"ha": "center", "va": "bottom" if up <= 0 or abs(right) >= abs(up) else "top"}
+    # The text is wider than the arrow: beside the structure it ends where the arrow does.
+    across, upward = _LETTER * len(text) * size * canvas.view.basis[0], 0.05 * size * canvas.view.basis[1]
+    centre_of_text = beyond
     if abs(right) >= abs(up):
-        beyond = (tail + tip) / 2 + 0.03 * size * canvas.view.basis[1]
+        beside = canvas.view.flat
+        beyond = (tip if beside else (tail + tip) / 2) + 0.03 * size * canvas.view.basis[1]
+        align["ha"] = ("right" if right > 0 else "left") if beside else "center"
+        centre_of_text = beyond - np.sign(right) * across if beside else beyond
     canvas.text(beyond, text, color=FORCE, fontweight="bold", **align)
-    # The text is wider than the arrow.
-    across, upward = 0.11 * size * canvas.view.basis[0], 0.05 * size * canvas.view.basis[1]
-    return np.array([tail, tip, beyond - across, beyond + across, beyond + upward])
+    away = upward if align["va"] == "bottom" else -upward
+    return np.array([tail, tip, centre_of_text - across, centre_of_text + across, centre_of_text + away])
 
 
 def _supports(result: bs.CaseResult) -> list[int]:

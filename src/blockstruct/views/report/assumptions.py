@@ -33,6 +33,7 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult], *, rotates: b
     """Sentences that hold for the model and the cases, and for capacity curves of bodies that rotate."""
     joints = model.joint_materials.values()
     settles = any(isinstance(r.case, bs.SettlementCase) for r in results)
+    limit = [r for r in results if not isinstance(r.case, bs.SettlementCase)]
     pushed = any(r.capacity is not None for r in results)
     finite = ["beyond the collapse state of a pushover"] * pushed + ["along the capacity curve of a check"] * rotates
     crushing = any(np.isfinite(j.compressive_strength) for j in joints)
@@ -80,12 +81,12 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult], *, rotates: b
             "Along the capacity curve of a check a body turns through finite angles about a hinge that stays where "
             "its joints press at collapse."
         )
-    if any(r.case.flow == bs.Flow.NONASSOCIATIVE for r in results):
+    if any(r.case.flow == bs.Flow.NONASSOCIATIVE for r in limit):
         said.append(
             "With non-associative flow the load factor is not unique: a certified load factor is that of a collapse "
             "state, not necessarily of the lowest; it depends on the settings in the appendix."
         )
-    if any(r.case.flow == bs.Flow.ASSOCIATIVE for r in results):
+    if any(r.case.flow == bs.Flow.ASSOCIATIVE for r in limit):
         said.append(
             "With associative flow the load factor is unique, and an upper bound of those of all non-associative flow "
             "rules."
@@ -95,10 +96,11 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult], *, rotates: b
     if settles:
         said.append(
             "The reaction of supports that give way is what joints and ties bring to them, without their own weight: "
-            "the least of a state that is a mechanism. With non-associative flow it is not unique either, and not "
-            "below the least that statics allows."
+            "the least of a state that is a mechanism. With non-associative flow it is not unique"
+            f"{', either' * bool(limit)}, and not below the least that statics allows."
         )
-    said.append("Load factors multiply the variable loads as modelled; no partial safety factor is included.")
+    loads = "Load factors multiply the variable loads as modelled; n" if limit else "N"
+    said.append(f"{loads}o partial safety factor is included.")
     return said
 
 

@@ -16,7 +16,7 @@ from blockstruct.views.report.pictures import address
 from blockstruct.views.report.pushovers import beginning_words
 from blockstruct.views.report.room import CASES, WARNINGS, crowding
 from blockstruct.views.report.summary import relied_on
-from blockstruct.views.report.verification import checked, verification
+from blockstruct.views.report.verification import checked, undemanded, verification
 from blockstruct.views.selection import shown_results
 from blockstruct.views.study_text import directions_text, parameter_texts
 from blockstruct.views.words import (
@@ -68,6 +68,7 @@ def contents(
         "answers": " / ".join(dict.fromkeys(r.answer.name + " [-]" * (not r.answer.is_reaction) for r in results)),
         "results": [_headline(analysis[name], spreads.get(name, analysis[name])) for name in analysis.headlines],
         "verification": [verification(name, check) for name, check in of_case],
+        "undemanded": undemanded(analysis),
         "spreads": [_spread(name, spread) for name, spread in spreads.items()],
         "cases": [_case(r) for r in shown_results(analysis)],
         "assumptions": assumptions(model, results, rotates=any(_rotates(check) for _, check in of_case)),

@@ -21,12 +21,23 @@ def mechanism_picture(result: bs.CaseResult, *, small: bool) -> dict[str, str] |
     """The mechanism with what drives it and its number, each body that moves in a colour; None without one."""
     if not result.n_iterations or not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
         return None
-    answer = f"{result.answer.name} {result.answer.symbol}"
-    what = f"the {answer}" if result.answer.is_reaction else f"the push and its {answer}"
-    caption = f"How “{result.name}” moves, to first order: its bodies in colours, {what}"
+    caption = _moves(result)
     size = _SUMMARY if small else _VERIFICATION
     drawing = Drawing("mechanism", caption, lambda ax: mechanism(result, colour="macro-block", ax=ax), size)
     return {"caption": caption, "address": address(drawing)}
+
+
+def _moves(result: bs.CaseResult) -> str:
+    """What the picture of a mechanism shows, and what drives it."""
+    if result.history["stage"].to_numpy()[-1] == bs.Stage.DEAD_LOAD.value:
+        return f"How “{result.name}” moves under its dead load alone, to first order: its bodies in colours"
+    answer = f"{result.answer.name} {result.answer.symbol}"
+    what = f"the {answer}" if result.answer.is_reaction else f"the push and its {answer}"
+    if result.status is not bs.Status.CONVERGED:
+        return (
+            f"Motion of the last iteration of “{result.name}”, which is no result: its bodies in colours, {what} there"
+        )
+    return f"How “{result.name}” moves, to first order: its bodies in colours, {what}"
 
 
 def capacity_picture(check: bs.assess.LocalMechanismCheck) -> dict[str, str] | None:

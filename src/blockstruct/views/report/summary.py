@@ -38,6 +38,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
     shown = dict(zip(heads, shown_results(analysis), strict=True))[name]
     begins = beginning_words(analysis[name], head.load_factor)
     notes = list(check.notes) if check else []
+    mixed = len({one.answer.dimension for one in loaded.values()}) > 1
     figures = [
         {
             "what": f"{head.answer.name} {head.answer.symbol}",
@@ -61,7 +62,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
         ]
     return {
         "name": name,
-        "sentence": _sentence(name, head, check, len(loaded), len(checks)),
+        "sentence": _sentence(name, head, check, len(loaded), len(checks), mixed=mixed),
         "between": "" if np.isnan(head.load_factor) else _between(analysis),
         "curves": curve_sentences(analysis, name, [case for case, _ in checks], notes),
         "figures": figures,
@@ -91,7 +92,9 @@ def _holds(check: Check | None, checks: Sequence[tuple[str, Check]]) -> bool | N
     return check.satisfied
 
 
-def _sentence(name: str, head: bs.results.Headline, check: Check | None, cases: int, checked: int) -> str:
+def _sentence(
+    name: str, head: bs.results.Headline, check: Check | None, cases: int, checked: int, *, mixed: bool
+) -> str:
     if not np.isfinite(head.load_factor):
         other = "" if cases == 1 else f", the worst of {cases} cases"
         said = f"There is no {head.answer.name} to rely on: “{name}” is {head.status.words}{other}."
@@ -105,7 +108,8 @@ def _sentence(name: str, head: bs.results.Headline, check: Check | None, cases: 
     range_ = f" One schedule found it; others, which may find a {worse} one, were not run." if one else ""
     of_runs = _of_runs(head)
     if check is None:
-        of_cases = f", the {_first(head)} of {cases} cases" if cases > 1 else ""
+        among = f"one of {cases} cases, forces and moments" if mixed else f"the {_first(head)} of {cases} cases"
+        of_cases = f", {among}" if cases > 1 else ""
         said = f"Relied on: {head.answer.name} {head.number} of “{name}”{of_runs}{of_cases}."
         return f"{said} It is checked against no demand.{range_}"
     of_checks = (

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import blockstruct as bs
+from blockstruct.assess.lines import ROUNDED
 from blockstruct.views.report.pictures import capacity_picture, mechanism_picture
 
 Check = bs.assess.LocalMechanismCheck
@@ -40,12 +41,26 @@ def checked(analysis: bs.Analysis, checks: Sequence[Check]) -> list[tuple[str, C
     return found
 
 
+def undemanded(analysis: bs.Analysis) -> str:
+    """What an analysis without a check leaves open."""
+    if any(not isinstance(result.case, bs.SettlementCase) for result in analysis.values()):
+        return (
+            "a load factor alone does not verify a structure. It is the multiple of the variable load at which the "
+            "structure collapses, to be compared with the one that a code demands."
+        )
+    return (
+        "a reaction alone does not verify a structure. It is what is left of the reaction of the supports as the "
+        "structure begins to follow them, under the dead load."
+    )
+
+
 def verification(name: str, check: Check) -> dict[str, Any]:
     """Verdict, notes, picture and every formula of a check."""
     return {
         "name": name,
         "verdict": check.verdict,
         "satisfied": check.satisfied,
+        "rounded": ROUNDED,
         "notes": list(check.notes),
         "pictures": [mechanism_picture(check.result, small=False), capacity_picture(check)],
         "sections": [
