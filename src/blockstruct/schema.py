@@ -1,7 +1,6 @@
 """The JSON schemas that ship with blockstruct, and what an instance violates."""
 
 import json
-import reprlib
 from functools import cache
 from importlib import resources
 from itertools import islice
@@ -55,8 +54,8 @@ def violations(instance: Any, name: str, part: str = "") -> list[tuple[str, str]
                 continue
             message = f"{' and '.join(given)} are given; give one of {', '.join(alternatives)}"
         elif best.validator in ("oneOf", "anyOf") and "description" in best.schema:
-            message = f"found {reprlib.repr(best.instance)}; {best.schema['description']}"
-        elif best.validator in ("const", "enum", "pattern"):
+            message = f"found {shown(best.instance)}; {best.schema['description']}"
+        elif best.validator == "const":
             message = f"found {shown(best.instance)}, {message}"
         elif best.validator == "type" and isinstance(best.instance, str) and (meant := decimal_point(best.instance)):
             message = f"{message}; write {meant}, with a decimal point"

@@ -447,7 +447,7 @@ def test_validation_lists_each_violation_with_its_path(path, tmp_path):
         bs.check_file(copy)
     assert str(caught.value).splitlines() == [
         f"{copy}: 4 violations of the schema:",
-        "  /: attribute status: found 'fine', 'fine' is not one of ['finished', 'interrupted']",
+        "  /: attribute status: 'fine' is not one of ['finished', 'interrupted']",
         "  /cases/push associative: attrs: 'flow' is a required property",
         f"  {HISTORY}: variables: 'load_factor' is a required property",
         "  /model/unit_weight: units: found 'kg', 'newton / meter ** 3' was expected",

@@ -648,7 +648,7 @@ def test_the_last_iteration_of_what_did_not_converge_is_called_no_result(small_m
 
 def test_the_load_factor_stands_beside_an_elevation_and_not_on_it():
     result = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0))
-    ax = figures.mechanism(result, look="y")
+    ax = figures.mechanism(result, look="y", iteration=0)
     ax.figure.canvas.draw()
     (text,) = ax.texts
     right = ax.transData.inverted().transform(text.get_window_extent().corners())[:, 0].max()

@@ -478,3 +478,11 @@ def test_long_names_stay_within_the_panel(browser, tmp_path):
         assert page.evaluate(
             "document.querySelector('aside').scrollWidth <= document.querySelector('aside').clientWidth"
         )
+
+
+def test_stages_are_said_in_words(small_model):
+    path = bs.ProcedureSettings(procedure="loading path")
+    found = bs.AnalysisManager(small_model, settings=path).run([bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))])
+    stages = {stage for case in payload(found)["cases"] for stage in case["stage"]}
+    assert "loading path" in stages
+    assert not any("_" in stage for stage in stages)

@@ -304,3 +304,9 @@ def test_dilatancy_is_stated_once_and_for_each_flow():
         html = report_html(run([case(flow, flow=flow) for flow in flows]))
         assert html.count("ilatancy") == 1
         assert f"<td>0.65 (33°)</td><td>{text}</td>" in html
+
+
+def test_a_report_is_named_as_what_it_is(tmp_path):
+    with pytest.raises(bs.errors.StorageError, match=r"r\.docx: a report is a page or a PDF; give a name that ends in"):
+        write_report(run([case(flow="associative")]), tmp_path / "r.docx")
+    assert list(tmp_path.iterdir()) == []

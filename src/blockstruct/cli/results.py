@@ -26,9 +26,6 @@ from blockstruct.views.words import without_curve_words
 #: What is printed of each state of a pushover.
 _OF_STATES = ("displacement [meter]", "load_factor", "holds", "penetration [meter]", "energy_error")
 
-#: Endings of the names of reports.
-_REPORTS = (".html", ".pdf")
-
 
 @app.command()
 def show(file: FileArgument, as_json: JsonOption = False) -> None:
@@ -215,9 +212,6 @@ def report(
     from blockstruct.views.report import write_report
 
     target = _beside(output or file.with_name(f"{file.stem}-report.html"), file, template)
-    if target.suffix.lower() not in _REPORTS:
-        msg = f"--output {target}: a report is a page or a PDF; give a name that ends in {' or '.join(_REPORTS)}"
-        raise bs.errors.StorageError(msg)
     head = dict(_project_line(line) for line in project or ())
     analysis = bs.open_analysis(file)
     checks = checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method, only=case)

@@ -72,9 +72,9 @@ def check_overlaps(
     if pairs:
         named = [f"{a!r} and {b!r} by {depth:.3g} m" for a, b, depth in pairs]
         msg = (
-            f"{who}: overlapping blocks, {len(pairs)} pairs in all (limit {gap:.3g} m): {listed(named)}; move or cut "
-            "the blocks, or detect interfaces with a tolerance above the penetration and give the model all of what "
-            "was found (interfaces=found)"
+            f"{who}: overlapping blocks, {len(pairs)} pair{'s' * (len(pairs) > 1)} in all (limit {gap:.3g} m): "
+            f"{listed(named)}; move or cut the blocks, or detect interfaces with a tolerance above the "
+            "penetration and give the model all of what was found (interfaces=found)"
         )
         raise GeometryError(msg)
 

@@ -179,7 +179,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any], origin: Array) -> dict[st
         "head": head,
         "status": " ".join([status_words(result), *pushover_words(result)]),
         "certificate": certificate_words(result),
-        "stage": history["stage"].to_numpy().tolist(),
+        "stage": [stage.replace("_", " ") for stage in history["stage"].to_numpy().tolist()],
         "answers": _plain(answers * scale),
         "measures": {label: _plain(history[name].to_numpy()) for name, (label, *_) in MEASURES.items()},
         "largest": np.where(largest > 0, largest, 1.0).tolist(),

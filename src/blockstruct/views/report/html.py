@@ -16,6 +16,8 @@ from blockstruct.views.report.contents import contents
 from blockstruct.views.report.pdf import pdf_of
 
 _OWN = "report.html.j2"
+#: How the names of the files that it writes end.
+_ENDS = (".html", ".pdf")
 
 
 def write_report(
@@ -33,19 +35,22 @@ def write_report(
     analysis
         All its cases are reported, whatever their status.
     path
-        HTML file, or PDF if its name ends in ``.pdf``; both have A4 pages when printed.
+        A page, or PDF: its name ends in ``.html`` or ``.pdf``. Both have A4 pages when printed.
     project, checks, template
         As in :func:`report_html`.
 
     Raises
     ------
     StorageError
-        If the path cannot be written, or the template cannot be used.
+        If the path cannot be written, or is named as another kind of file, or the template cannot be used.
     ModelError
         If a check is of another analysis, or of another load factor than the report relies on.
     MissingExtraError
         PDF without ``pip install "blockstruct[pdf]"``.
     """
+    if Path(path).suffix.lower() not in _ENDS:
+        msg = f"{path}: a report is a page or a PDF; give a name that ends in {' or '.join(_ENDS)}"
+        raise bs.errors.StorageError(msg)
     html = report_html(analysis, project=project, checks=checks, template=template)
     return write_bytes(pdf_of(html) if Path(path).suffix.lower() == ".pdf" else html.encode("utf-8"), path)
 
