@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import blockstruct as bs
-from blockstruct.assess.lines import ROUNDED
 from blockstruct.views.report.pictures import capacity_picture, mechanism_picture
 
 Check = bs.assess.LocalMechanismCheck
@@ -60,7 +59,7 @@ def verification(name: str, check: Check) -> dict[str, Any]:
         "name": name,
         "verdict": check.verdict,
         "satisfied": check.satisfied,
-        "rounded": ROUNDED,
+        "rounded": bs.assess.lines.ROUNDED,
         "notes": list(check.notes),
         "pictures": [mechanism_picture(check.result, small=False), capacity_picture(check)],
         "sections": [
