@@ -45,7 +45,7 @@ def violations(instance: Any, name: str, part: str = "") -> list[tuple[str, str]
         if best.validator == "additionalProperties" and isinstance(best.instance, dict):
             known = best.schema.get("properties", {})
             unknown = [key for key in best.instance if key not in known][:10]
-            message = "; ".join(f"unknown key {reprlib.repr(key)}, {did_you_mean(key, known)}" for key in unknown)
+            message = "; ".join(f"unknown key {shown(key)}, {did_you_mean(key, known)}" for key in unknown)
             misspelt.add(_cut(path))
         elif alternatives := _alternatives(best):
             given = [key for key in alternatives if key in best.instance]
