@@ -382,7 +382,7 @@ def crushing(direction, *, interaction="uniaxial", cells=False, **strengths):
     ("direction", "more", "text"),
     [
         ((1, 0, 0), {}, "utilisation of crushing 1.00"),
-        ((1, 0.5, 0), {}, "utilisation of crushing 1.00\n589 N·m about s"),
+        ((1, 0.5, 0), {}, "utilisation of crushing 1.23\n589 N·m about s"),
         ((1, 0.5, 0), {"interaction": "biaxial"}, " N·m about s reduces the domain"),
         ((1, 0.5, 0), {"cells": True}, " N·m about s reduces the domain"),
     ],

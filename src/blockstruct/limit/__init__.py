@@ -10,7 +10,6 @@ wrench of each block and, at a contact, of the lighter of its two blocks.
 
 from blockstruct.limit.capacity_curve import FiniteStep, zero_displacement
 from blockstruct.limit.certificate import CERTIFICATE_MEASURES, Certificate, are_admissible, certify
-from blockstruct.limit.crushing import dissipation as crushing_dissipation
 from blockstruct.limit.friction import Sliding, fictitious_sliding, relax, true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome
 from blockstruct.limit.motion import block_motion, velocities_of
@@ -63,5 +62,4 @@ __all__ = [
     "Outcome",
     "are_admissible",
     "certify",
-    "crushing_dissipation",
 ]

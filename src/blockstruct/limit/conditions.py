@@ -31,7 +31,7 @@ def normal_force(points: Index) -> Index:
 
 def n_auxiliary(problem: LimitProblem, *, biaxial: bool) -> int:
     """Number of auxiliary variables, which stand after the contact forces."""
-    return (5 if biaxial else 1) * len(problem.rectangles)
+    return (4 if biaxial else 1) * len(problem.rectangles)
 
 
 def no_tension(problem: LimitProblem, n_columns: int) -> ConstraintRows:
@@ -100,8 +100,20 @@ def torsion(problem: LimitProblem, n_columns: int, first: int) -> ConstraintRows
     )
 
 
+def edges(problem: LimitProblem, n_columns: int, *, biaxial: bool) -> ConstraintRows:
+    """``n_e ≥ m`` at the four edges of each rectangle; of the biaxial interaction ``m1`` and ``m2`` in turn."""
+    R = len(problem.rectangles)
+    of_edge = R * np.array([0, 1, 0, 1] if biaxial else [0, 0, 0, 0])
+    m = 1 + 3 * problem.n_points + np.add.outer(np.arange(R), of_edge).ravel()
+    n_e = [(column, -1.0) for column in normal_force(problem.rectangles)[:, EDGES].reshape(-1, 2).T]
+    return _beyond_tension(problem, ConstraintRows(_matrix(n_columns, (m, 1.0), *n_e), np.zeros(len(m))))
+
+
 def crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:
-    """``N² ≤ 2 F m`` for the auxiliary m of each rectangle, as ``‖(m − 1, √(2/F) N)‖ ≤ m + 1``."""
+    """``N² ≤ 2 F m`` for the auxiliary m of each rectangle, as ``‖(m − 1, √(2/F) N)‖ ≤ m + 1``.
+
+    With :func:`edges` that is ``n_e ≥ N² / (2 F)`` by one cone.
+    """
     m = 1 + 3 * problem.n_points + np.arange(len(problem.rectangles))
     scale, one = np.sqrt(2 / problem.capacity), np.ones(len(m))
     N = [(column, -scale) for column in normal_force(problem.rectangles).T]
@@ -113,40 +125,28 @@ def crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     return _beyond_tension(problem, rows)
 
 
-def edges(problem: LimitProblem, n_columns: int) -> ConstraintRows:
-    """``n_e ≥ m`` at the four edges of each rectangle: with :func:`crushing`, ``n_e ≥ N² / (2 F)`` by one cone."""
-    m = np.repeat(1 + 3 * problem.n_points + np.arange(len(problem.rectangles)), 4)
-    n_e = [(column, -1.0) for column in normal_force(problem.rectangles)[:, EDGES].reshape(-1, 2).T]
-    return _beyond_tension(problem, ConstraintRows(_matrix(n_columns, (m, 1.0), *n_e), np.zeros(len(m))))
-
-
 def biaxial_crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:
-    """``N³ ≤ 4 F n_e n_f`` for every two adjacent edges of each rectangle.
+    """``N³ ≤ 4 F m1 m2`` for the auxiliaries of each rectangle: with :func:`edges`, ``N³ ≤ 4 F n_e n_f``.
 
-    The condition is a power cone. With ``q² ≤ N``, ``p² ≤ n_e n_f`` and ``N² ≤ p q √(4 F)`` it is three second-order
-    cones, which every conic solver has: ``N⁴ ≤ 4 F p² q² ≤ 4 F n_e n_f N``.
+    The condition is a power cone. With ``q² ≤ c N``, ``p² ≤ m1 m2`` and ``N² ≤ p q √(4 F / c)`` it is three
+    second-order cones, which every conic solver has: ``N⁴ ≤ 4 F p² q² / c ≤ 4 F m1 m2 N``. With ``c = √F`` they lose
+    as few digits of a small N as of a large one: with c = 1 a block whose dead loads cancel was left without a
+    certificate.
     """
-    corners, edges, F = _edges(problem)
-    following = np.roll(edges.reshape(-1, 4, 2), -1, axis=1).reshape(-1, 2)
     R = len(problem.rectangles)
-    q = 1 + 3 * problem.n_points + np.arange(R)
-    p = 1 + 3 * problem.n_points + R + np.arange(4 * R)
-    n_e, n_f = ([(column, -1.0) for column in e.T] for e in (edges, following))
-    minus_n_f = [(column, 1.0) for column in following.T]
-    every = np.repeat(np.arange(R), 4)
+    m1, m2, p, q = 1 + 3 * problem.n_points + np.arange(4 * R).reshape(4, R)
+    N = normal_force(problem.rectangles).T
 
-    def rows(h: float, *terms: tuple[Index, float | Array]) -> ConstraintRows:
-        return ConstraintRows(_matrix(n_columns, *terms), np.full(len(terms[0][0]), h))
+    c = np.sqrt(problem.capacity)
 
-    N_once = [(column, -1.0) for column in corners[::4].T]
+    def rows(h: Array, *terms: tuple[Index, float | Array]) -> ConstraintRows:
+        return ConstraintRows(_matrix(n_columns, *terms), h)
+
+    none, (once, scaled) = 0 * c, ([(column, value) for column in N] for value in (-1.0, -np.sqrt(2) * c**-0.25))
     cones = _joined(
-        _cones(rows(1.0, *N_once), rows(-1.0, *N_once), rows(0.0, (q, -2.0))),
-        _cones(rows(0.0, *n_e, *n_f), rows(0.0, *n_e, *minus_n_f), rows(0.0, (p, -2.0))),
-        _cones(
-            rows(0.0, (p, -1.0), (q[every], -1.0)),
-            rows(0.0, (p, -1.0), (q[every], 1.0)),
-            rows(0.0, *((column, -2 * (4 * F) ** -0.25) for column in corners.T)),
-        ),
+        _cones(rows(c, *once), rows(-c, *once), rows(none, (q, -2.0))),
+        _cones(rows(none, (m1, -1.0), (m2, -1.0)), rows(none, (m1, -1.0), (m2, 1.0)), rows(none, (p, -2.0))),
+        _cones(rows(none, (p, -1.0), (q, -1.0)), rows(none, (p, -1.0), (q, 1.0)), rows(none, *scaled)),
     )
     return _beyond_tension(problem, cones)
 
@@ -156,12 +156,6 @@ def _beyond_tension(problem: LimitProblem, rows: ConstraintRows) -> ConstraintRo
     y = np.zeros(rows.G.shape[1])
     y[normal_force(problem.rectangles)] = problem.tension[problem.rectangles]
     return ConstraintRows(rows.G, rows.h - rows.G @ y)
-
-
-def _edges(problem: LimitProblem) -> tuple[Index, Index, Array]:
-    """Columns of the four corners and of the two of the edge, and capacity, of each edge of each rectangle."""
-    n = normal_force(problem.rectangles)
-    return np.repeat(n, 4, axis=0), n[:, EDGES].reshape(-1, 2), np.repeat(problem.capacity, 4)
 
 
 def _matrix(n_columns: int, *terms: tuple[Index, float | Array]) -> sp.csr_array:

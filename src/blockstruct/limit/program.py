@@ -108,11 +108,10 @@ class ConicProgram:
         cones = [conditions.sliding(problem, n_columns)]
         if self.is_linearised:
             linear.append(conditions.linearised_edges(problem, n_columns))
-        elif len(problem.rectangles) and biaxial:
-            cones.append(conditions.biaxial_crushing(problem, n_columns))
         elif len(problem.rectangles):
-            linear.append(conditions.edges(problem, n_columns))
-            cones.append(conditions.crushing(problem, n_columns))
+            linear.append(conditions.edges(problem, n_columns, biaxial=biaxial))
+            of_rectangles = conditions.biaxial_crushing if biaxial else conditions.crushing
+            cones.append(of_rectangles(problem, n_columns))
         of_points = sum(map(len, cones))
         if len(problem.torsion):
             cones.append(conditions.torsion(problem, n_columns, 1 + 3 * problem.n_points + of_crushing))

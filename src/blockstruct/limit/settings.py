@@ -70,8 +70,9 @@ class ProcedureSettings:
         How crushing of rectangles enters the programs: ``"conic"`` exactly, by rotated cones, or ``"linearised"``
         about the last iterate, as in the paper, in the same loop as friction.
     crushing_interaction
-        ``"uniaxial"`` bounds bending about each axis by itself: exact about one axis, on the unsafe side about both.
-        ``"biaxial"`` bounds both by the effective rectangle, on the safe side; it needs ``crushing="conic"``.
+        ``"biaxial"`` bounds bending about both axes by the effective rectangle, exact about one axis and on the safe
+        side about both; the default with ``crushing="conic"``, which it needs. ``"uniaxial"``, as in the paper, bounds
+        that about each axis by itself, on the unsafe side about both; the default with ``crushing="linearised"``.
     crushing_cells
         Number of cells, about, of an interface that crushes and is not a rectangle. A block that rocks turns about the
         middle of the outer row: 64 cells take up to 7 % off its lever, mostly 3 to 5 %.
@@ -112,13 +113,15 @@ class ProcedureSettings:
     interpenetration_tolerance: float = 1e-4
     gap_tolerance: float = 1e-3
     crushing: str = "conic"
-    crushing_interaction: str = "uniaxial"
+    crushing_interaction: str = ""
     crushing_cells: int = 64
     solver: str = "clarabel"
     solver_tolerance: float = 1e-9
     step_tolerance: float = 1e-3
 
     def __post_init__(self) -> None:
+        if self.crushing_interaction == "":
+            object.__setattr__(self, "crushing_interaction", "biaxial" if self.crushing == "conic" else "uniaxial")
         limits = {
             "slope": (0.0, 1.0),
             "slope_decay": (0.0, 1.0),

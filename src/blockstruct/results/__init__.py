@@ -14,7 +14,6 @@ from blockstruct.results.case_result import CaseResult, LazyHistory
 from blockstruct.results.caveats import cell_words
 from blockstruct.results.comparison import Comparison, compare, relative_difference
 from blockstruct.results.crushing_cells import parts_beyond
-from blockstruct.results.crushing_corners import corner_crushing
 from blockstruct.results.curve_comparison import compared_curves
 from blockstruct.results.description import failures
 from blockstruct.results.frame import capacity_frame, history_frame
@@ -83,7 +82,6 @@ __all__ = [
     "cell_words",
     "parts_beyond",
     "contact_state",
-    "corner_crushing",
     "corner_torsion",
     "sliding_rates",
     "failures",

@@ -15,8 +15,7 @@ from blockstruct.model import Case, Model, SelfWeight, SettlementCase
 from blockstruct.notebook import html_table
 from blockstruct.results.admissible_state import AdmissibleState
 from blockstruct.results.answer import Answer
-from blockstruct.results.caveats import cell_words, unbounded_with_dilatancy
-from blockstruct.results.crushing_corners import corner_crushing_words
+from blockstruct.results.caveats import beyond_rectangle_words, cell_words, unbounded_with_dilatancy
 from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline, path_text
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
@@ -273,14 +272,13 @@ class CaseResult:
 
     @property
     def crushing_warning(self) -> str:
-        """What the number owes to joints that crush about both axes at once, as a sentence; empty if it is little.
+        """Which rectangular joints bear more than they can, bent about both axes, as sentences; empty if none do.
 
-        :func:`blockstruct.results.corner_crushing` tells it joint by joint.
+        With ``crushing_interaction="biaxial"`` none do. ``result.utilisation["crushing"]`` tells it joint by joint.
         """
         if self.status is not Status.CONVERGED or self.settings.crushing_interaction == "biaxial":
             return ""
-        cells = self.settings.crushing_cells
-        return corner_crushing_words(self.model, self.history, cells, is_reaction=self.answer.is_reaction)
+        return beyond_rectangle_words(self.history, is_reaction=self.answer.is_reaction)
 
     @property
     def owed(self) -> tuple[str, ...]:

@@ -3,8 +3,9 @@
 import numpy as np
 import xarray as xr
 
-from blockstruct.model import Case, SettlementCase
+from blockstruct.model import Case, SettlementCase, listed
 from blockstruct.results.crushing_cells import lost_lever
+from blockstruct.results.utilisation import utilisation
 from blockstruct.vocabulary import Status
 
 _JAMMED = (
@@ -24,6 +25,9 @@ _NOT_PROVEN = (
     "That no load causes collapse is proven for joints that dilate by their friction angle; for joints that do not, it "
     "is what the iteration found: its load factor grew without limit."
 )
+
+#: Utilisation of the effective rectangle from which a joint bears too much, and joints that are named.
+_BEYOND, _LISTED = 1.01, 3
 
 
 def unbounded_with_dilatancy(case: Case, status: Status, *, searched: bool) -> tuple[str, ...]:
@@ -67,4 +71,27 @@ def cell_words(history: xr.Dataset, *, is_reaction: bool = False) -> str:
         f"Joints that crush in cells: {len(in_cells)} of {crushing}, {each} cells each{others}. {side}: a block that "
         f"rocks on them turns about the middle of their outer row, and loses up to about {100 * lost:.0f} % of its "
         "lever, less with more crushing_cells."
+    )
+
+
+def beyond_rectangle_words(history: xr.Dataset, *, is_reaction: bool = False) -> str:
+    """Which joints bear more by their edges than by their effective rectangle, as sentences; empty if none do.
+
+    Parameters
+    ----------
+    history
+        Of a case whose rectangles crush by their edges, which bound bending about each axis by itself.
+    is_reaction
+        Whether its answer is the least reaction of a support, which what joints bear makes smaller.
+    """
+    used = utilisation(history.isel(iteration=[-1]))["crushing"].isel(iteration=0).to_series().fillna(0.0)
+    beyond = used[used > _BEYOND].sort_values(ascending=False)
+    if beyond.empty:
+        return ""
+    names = listed([str(name) for name in beyond.index], _LISTED)
+    side = "too small" if is_reaction else "too large"
+    return (
+        f"Joints bent about both axes ({names}) bear up to {beyond.iloc[0]:.3g} times what their effective rectangle "
+        f"does, as uniaxial interaction bounds bending about each axis by itself: the number may be {side}. "
+        'Run the case with crushing="conic" and crushing_interaction="biaxial".'
     )

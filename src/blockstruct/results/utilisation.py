@@ -28,10 +28,10 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
         - ``sliding``: ``Σ ‖(s, t)‖ / Σ (c A_k + μ n)`` over the contact points; 1 where all of them slide, whether the
           interface slips or twists. Where the torsion is that of uniform pressure, at least ``‖(V, T / r̄)‖`` over
           that sum. NaN where nothing resists to speak of.
-        - ``crushing``: N over the largest N that the joint takes at the same eccentricity. For a rectangle without
-          tensile strength it is ``N² / (2 f_c A n_e)`` at the weakest edge e (with biaxial interaction the limit is
-          lower: there it proves nothing); for cells it is N over the strength of the cells that are pressed by more
-          than 1e-6 of theirs. 0 where the strength is infinite, NaN where N is not compression.
+        - ``crushing``: N over the largest N that the joint takes at the same eccentricity. For rectangles it is that
+          of the effective rectangle, without tensile strength ``N³ / (4 f_c A n_e n_f)`` at the weakest edges e and f:
+          above 1 where uniaxial interaction bears too much; for cells it is N over the strength of the cells that are
+          pressed by more than 1e-6 of theirs. 0 where the strength is infinite, NaN where N is not compression.
         - ``neutral_axis_depth`` (m): depth of the uniform stress block about the resultant, ``2 (b / 2 − |e|)``, from
           the edge that leaves least; at most the depth of the interface, 0 at a hinge of infinite strength. NaN where N
           is not compression.
@@ -60,16 +60,12 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
     in_cells = np.isfinite(cell[starts])
     corners = np.flatnonzero(np.isfinite(strength) & ~in_cells)
     of_corner = n[..., starts[corners][:, None] + np.arange(4)]
-    least = (of_corner + np.roll(of_corner, -1, axis=-1)).min(axis=-1)
+    edges = of_corner + np.roll(of_corner, -1, axis=-1)
     tension = sum_of(history["tensile_strength"].to_numpy())[corners]
     capacity = (strength * area)[corners] + tension
     crushing = np.where(np.isnan(compressed), np.nan, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        # All forces grow by 1 / crushing until ``n_e + f_t A / 2 = (N + f_t A)² / (2 (f_c + f_t) A)``, a quadratic.
-        least = least - N[..., corners] * tension / capacity
-        square = compressed[..., corners] ** 2
-        root = np.sqrt(least**2 + square * tension / capacity * (1 - tension / capacity))
-        crushing[..., corners] = square / (capacity * (least + root))
+        crushing[..., corners] = _of_rectangles(compressed[..., corners], edges, tension, capacity)
         pressed = sum_of(np.where(np.isfinite(cell) & (n > 1e-6 * cell), cell, 0.0))
         crushing[..., in_cells] = (compressed / pressed)[..., in_cells]
 
@@ -90,6 +86,27 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
             "neutral_axis_depth": variable(depth, "length", "depth of the compressed zone"),
         }
     )
+
+
+def _of_rectangles(N: Array, edges: Array, tension: Array, capacity: Array) -> Array:
+    """Utilisation of effective rectangles by forces N (..., R), of which edges (..., R, 4) bear shares.
+
+    All forces grow until ``(N + f_t A)³ = 4 (f_c + f_t) A (n_e + f_t A / 2) (n_f + f_t A / 2)`` for the first time.
+    """
+    p, q = (np.minimum(edges[..., e], edges[..., e + 2]) / N for e in (0, 1))
+    phi, full = tension / N, capacity / N
+    growth = 4 * full * p * q
+    resists = np.isfinite(N) & (tension > 0)
+    if resists.any():
+        p, q, phi, full = (a[resists] for a in (p, q, phi, full))
+        companion = np.zeros((len(p), 3, 3))
+        companion[:, 0, 0] = growth[resists] - 3 * phi
+        companion[:, 0, 1] = 2 * full * phi * (p + q) - 3 * phi**2
+        companion[:, 0, 2] = full * phi**2 - phi**3
+        companion[:, [1, 2], [0, 1]] = 1.0
+        root = np.linalg.eigvals(companion)
+        growth[resists] = np.where((root.imag == 0) & (root.real > 0), root.real, np.inf).min(axis=1)
+    return np.asarray(1 / np.maximum(growth, 0.0))
 
 
 def _with_torque(history: xr.Dataset, f: Array, sum_of: Callable[[Array], Array]) -> Array:
