@@ -428,6 +428,15 @@ def test_quiet_prints_nothing(call, tmp_path):
     assert "34 blocks" in call("show", tmp_path / "wall.h5")[1]
 
 
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
+def test_names_that_the_output_cannot_carry_are_escaped(tmp_path, encoding):
+    document = tmp_path / "m.yaml"
+    document.write_text(WALL.read_text().replace("name: Ferris", "name: Mauer α, Ferris", 1), encoding="utf-8")
+    command = [Path(sys.executable).with_name("blockstruct"), "check", document]
+    done = subprocess.run(command, capture_output=True, check=False, env={**os.environ, "PYTHONIOENCODING": encoding})
+    assert (done.returncode, b"Mauer \\u03b1, Ferris" in done.stdout) == (0, True), done.stderr
+
+
 def test_json_is_all_that_is_printed(call, file, tmp_path):
     document = tmp_path / "m.yaml"
     document.write_text(WALL.read_text(encoding="utf-8").replace("[1, 0, 0]", "[0, 0, -1]"), encoding="utf-8")

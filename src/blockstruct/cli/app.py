@@ -1,6 +1,8 @@
 """The command, its options and exit codes."""
 
+import io
 import math
+import sys
 import warnings
 from pathlib import Path
 from typing import Annotated, Any
@@ -28,6 +30,9 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as J
 
 def main() -> None:
     """Run the command; an error of the input is one message and exit code 2, never a traceback."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # A pipe on Windows, or the C locale, cannot carry every name of a model.
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         with warnings.catch_warnings():
             # What it says counts, not the line of code that says it.
