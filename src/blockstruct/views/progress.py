@@ -1,7 +1,7 @@
 """How a run goes on, in a terminal."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -21,7 +21,9 @@ def following(console: Console, *, quiet: bool) -> Iterator[list[Listener]]:
         TextColumn("{task.fields[rest]}"),
     )
     drawn = console.is_terminal and not quiet
-    with Progress(*columns, console=console, transient=True, disable=not drawn) as progress:
+    progress = Progress(*columns, console=console, transient=True)
+    # Not begun rather than disabled: rich before 14.3 ends a disabled one with an empty line.
+    with progress if drawn else nullcontext():
         yield [] if quiet else [bar(progress) if drawn else bs.print_lines()]
 
 
@@ -35,7 +37,8 @@ def study_following(console: Console, *, quiet: bool) -> Iterator[list[Callable[
         if progress.done == progress.total:
             console.print(str(progress), markup=False, soft_wrap=True)
 
-    with Progress(*columns, console=console, transient=True, disable=not drawn) as shown:
+    shown = Progress(*columns, console=console, transient=True)
+    with shown if drawn else nullcontext():
         task = shown.add_task("", total=None)
 
         def move(progress: bs.studies.StudyProgress) -> None:
