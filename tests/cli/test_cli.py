@@ -423,6 +423,17 @@ def test_analyses_and_pipes_are_no_targets(call, file, tmp_path):
     assert other.read_bytes() == file.read_bytes()
 
 
+@pytest.mark.parametrize(
+    ("target", "words"), [("/", "it is not a regular file"), (".", "it is not"), (f"{'a' * 250}.html", "too long")]
+)
+def test_targets_that_cannot_be_are_one_message(call, file, tmp_path, monkeypatch, target, words):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = call("view", file, "-o", target)
+    assert (code, err.startswith(f"error: {target}: cannot be written (")) == (2, True)
+    assert words in err
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_quiet_prints_nothing(call, tmp_path):
     assert call("run", WALL, "-o", tmp_path / "wall.h5", "--quiet") == (0, "", "")
     assert "34 blocks" in call("show", tmp_path / "wall.h5")[1]

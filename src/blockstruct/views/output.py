@@ -1,5 +1,6 @@
 """Files that views write."""
 
+import contextlib
 import os
 from pathlib import Path
 
@@ -26,13 +27,17 @@ def write_bytes(content: bytes, path: str | Path) -> Path:
         If the path cannot be written, holds an analysis, or is a device or a pipe.
     """
     target = Path(path)
-    draft = target.with_name(f".{target.name}.{os.getpid()}")
     try:
         _check(target)
-        draft.write_bytes(content)
-        draft.replace(target)
+        draft = target.with_name(f".{target.name}.{os.getpid()}")
+        try:
+            draft.write_bytes(content)
+            draft.replace(target)
+        finally:
+            # Neither a read-only disk nor too long a name has a draft to remove.
+            with contextlib.suppress(OSError):
+                draft.unlink()
     except OSError as error:
-        draft.unlink(missing_ok=True)
         msg = f"{target}: cannot be written ({error.strerror or error}); choose another file"
         raise bs.errors.StorageError(msg) from error
     return target
