@@ -10,6 +10,7 @@ import re
 import shutil
 import subprocess
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,7 @@ from rich.progress import Progress, TextColumn
 import blockstruct as bs
 from blockstruct.analysis import IterationDone
 from blockstruct.cli import runs as cli_runs
+from blockstruct.cli import studies as cli_studies
 from blockstruct.views import archive_table, summary_table
 from blockstruct.views.progress import bar, following
 from structures import SELF_WEIGHT, box, model_of, push, single_block
@@ -165,6 +167,21 @@ def test_statuses_are_told_in_words(call, tmp_path):
         assert "unstable under dead load" in " ".join(text.split())
     assert '"status": "unstable_under_dead_load"' in call("show", one, "--json")[1]
     assert call("archive", one.parent, "--query", "status == 'unstable_under_dead_load'")[1].count("x.h5") == 1
+
+
+def test_an_interrupted_study_tells_how_it_goes_on(call, tmp_path, monkeypatch):
+    def interrupt(progress):
+        if progress.done:
+            raise KeyboardInterrupt
+
+    words = ("study", WALL.with_name("friction_study.yaml"), "-o", tmp_path / "runs", "--workers", 1)
+    with monkeypatch.context() as patched:
+        patched.setattr(cli_studies, "study_following", lambda *_, **__: nullcontext([interrupt]))
+        code, _, err = call(*words)
+    assert (code, err.splitlines()[0]) == (130, "interrupted")
+    assert "runs keeps what was done; the same command goes on" in err
+    assert len(list((tmp_path / "runs").glob("*.h5"))) == 1
+    assert call(*words)[0] == 0
 
 
 def test_an_interrupted_run_exits_with_130(call, tmp_path, monkeypatch):

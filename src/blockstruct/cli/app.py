@@ -10,17 +10,32 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 from rich.table import Table
+from typer.core import TyperGroup
 
 import blockstruct as bs
 from blockstruct.views import directions_text, iteration_table, result_text, spread_text, summary_table
 from blockstruct.views.words import cells_of
 
-app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=None)
 #: Exit codes.
 DIFFERENT, REFUSED, NO_LOAD_FACTOR, VIOLATIONS, INTERRUPTED = 1, 2, 3, 4, 130
 
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
+
+
+class _Commands(TyperGroup):
+    """The commands; one that is interrupted says so, which Typer would not."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Carry out a command."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt as interrupt:
+            err.print("\n".join(["interrupted", *getattr(interrupt, "__notes__", ())]), markup=False, soft_wrap=True)
+            raise typer.Exit(INTERRUPTED) from None
+
+
+app = typer.Typer(cls=_Commands, pretty_exceptions_enable=False, rich_markup_mode=None)
 
 FileArgument = Annotated[Path, typer.Argument(help="An analysis file.", show_default=False)]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
@@ -46,9 +61,6 @@ def main() -> None:
         for note in getattr(error, "__notes__", ()):
             err.print(f"  {note}", markup=False, soft_wrap=True)
         raise SystemExit(REFUSED) from None
-    except KeyboardInterrupt:
-        err.print("interrupted", markup=False)
-        raise SystemExit(INTERRUPTED) from None
 
 
 def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:

@@ -39,19 +39,23 @@ def study(
     """Run a model document with many values of its parameters; runs that are done are not repeated."""
     out.quiet = quiet or as_json
     read = bs.studies.read_study(document)
-    with study_following(err, quiet=quiet) as listeners:
-        data = bs.study(
-            read.build,
-            read.parameters,
-            output,
-            workers=workers,
-            cluster=scheduler,
-            memory_limit=memory_limit,
-            settings=read.settings,
-            rerun=rerun,
-            listeners=listeners,
-            **read.options,
-        )
+    try:
+        with study_following(err, quiet=quiet) as listeners:
+            data = bs.study(
+                read.build,
+                read.parameters,
+                output,
+                workers=workers,
+                cluster=scheduler,
+                memory_limit=memory_limit,
+                settings=read.settings,
+                rerun=rerun,
+                listeners=listeners,
+                **read.options,
+            )
+    except KeyboardInterrupt as interrupt:
+        interrupt.add_note(f"{output} keeps what was done; the same command goes on from there")
+        raise
     rows = bs.studies.frame_of(data)
     if csv is not None:
         write_csv(_with_units(rows).set_index("run"), csv)
