@@ -192,6 +192,7 @@ def test_an_interrupted_run_exits_with_130(call, tmp_path, monkeypatch):
     code, out, _ = call("run", WALL, "-o", tmp_path / "wall.h5")
     assert code == 130
     assert "interrupted" in out
+    assert f"next: blockstruct resume {tmp_path / 'wall.h5'} for the rest" in out
     assert bs.open_analysis(tmp_path / "wall.h5").status == "interrupted"
 
 

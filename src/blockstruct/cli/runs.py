@@ -124,14 +124,16 @@ def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False) -> No
     print_results(analysis, iterations=err.is_terminal)
     say(f"written: {output}")
     name = shlex.quote(str(output))
-    say(f"next: blockstruct view {name}, blockstruct report {name}, or blockstruct history {name} CASE")
+    interrupted = any(r.status is bs.Status.INTERRUPTED for r in analysis.values())
+    rest = f"blockstruct resume {name} for the rest, " if interrupted else ""
+    say(f"next: {rest}blockstruct view {name}, blockstruct report {name}, or blockstruct history {name} CASE")
     wanting = {extra for extra, packages in _OF_EXTRAS.items() if not all(map(find_spec, packages))}
     if wanting:
         commands = " and ".join(command for command, extra in _NEEDS.items() if extra in wanting)
         say(f'{commands} need{"s" * (len(wanting) == 1)}: pip install "blockstruct[{",".join(sorted(wanting))}]"')
     if as_json:
         typer.echo(json.dumps(analysis_summary(analysis), indent=2))
-    if any(r.status is bs.Status.INTERRUPTED for r in analysis.values()):
+    if interrupted:
         raise typer.Exit(INTERRUPTED)
     if any(r.missing_curve or r.status is not bs.Status.CONVERGED for r in analysis.values()):
         raise typer.Exit(NO_LOAD_FACTOR)
