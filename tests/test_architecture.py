@@ -105,6 +105,22 @@ def test_files_are_neither_long_nor_many_of_them_short():
     assert len([p for p, n in lines.items() if n < 40 and p.name != "__init__.py"]) < MOST_SHORT
 
 
+def test_sections_of_docstrings_hold_entries_alone():
+    """Numpydoc takes a sentence after the parameters for one more of them, and prints its markup raw."""
+    documented = (ast.Module, ast.ClassDef, ast.FunctionDef)
+    texts = (
+        ast.get_docstring(node) or ""
+        for path in FILES
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, documented)
+    )
+    listed = re.compile(r"^(?:Parameters|Attributes|Raises|Warns)\n-+\n((?:.*\n?)*?)(?=^\w+\n-+$|\Z)", re.MULTILINE)
+    lines = [line for text in texts for block in listed.findall(text) for line in block.splitlines()]
+    entries = [line for line in lines if re.match(r"\S", line)]
+    assert len(entries) > 500
+    assert [e for e in entries if not re.fullmatch(r"[\w.*]+(, [\w.*]+)*( : .+)?", e)] == []
+
+
 def test_every_room_of_the_house_exists():
     rooms = {p.stem for p in SOURCE.iterdir() if p.suffix == ".py" or (p / "__init__.py").is_file()}
     assert rooms - {"__init__"} == set(MAY_IMPORT)

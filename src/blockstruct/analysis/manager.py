@@ -119,17 +119,6 @@ class AnalysisManager:
     def run(self, cases: Iterable[Case], *, spread: bool | str | Iterable[str] = False) -> Analysis:
         """Run cases, one after the other.
 
-        Parameters
-        ----------
-        cases
-            The cases.
-        spread
-            True also runs every non-associative case with each of the named :data:`~blockstruct.SCHEDULES` and with
-            associative flow, as ``"case [schedule]"`` and ``"case [associative]"``; names run only those schedules,
-            ``"path dependence"`` the loading paths among them. :meth:`Analysis.spread` then tells the lowest and the
-            highest certified load factor of the runs that settled, of all where none has;
-            :attr:`CaseResult.path_dependence` those along the loading path.
-
         When all cases have ended, a LoadFactorWarning says where a load factor means less than it seems to:
         :attr:`CaseResult.warnings`.
 
@@ -141,6 +130,17 @@ class AnalysisManager:
 
         With a store every iteration is committed as it is solved: after the process was killed, :meth:`resume` and
         :func:`blockstruct.recover` find all but the one in flight.
+
+        Parameters
+        ----------
+        cases
+            The cases.
+        spread
+            True also runs every non-associative case with each of the named :data:`~blockstruct.SCHEDULES` and with
+            associative flow, as ``"case [schedule]"`` and ``"case [associative]"``; names run only those schedules,
+            ``"path dependence"`` the loading paths among them. :meth:`Analysis.spread` then tells the lowest and the
+            highest certified load factor of the runs that settled, of all where none has;
+            :attr:`CaseResult.path_dependence` those along the loading path.
 
         Raises
         ------

@@ -30,6 +30,7 @@ class Certificate:
 
     A state whose four measures are zero is an exact solution: forces in equilibrium that no joint refuses, a
     mechanism that no block blocks, and as much work dissipated as the loads do.
+    ``print(certificate)`` shows each measure with its tolerance.
 
     Attributes
     ----------
@@ -55,8 +56,6 @@ class Certificate:
         Whether all four are within the tolerances of the settings.
     settings : ProcedureSettings
         The settings, whose tolerances these are.
-
-    ``print(certificate)`` shows each measure with its tolerance.
     """
 
     equilibrium_residual: float
