@@ -56,7 +56,11 @@ def sphere(n):
         ("a.stl", STL[:-7], "cut short"),
         ("a.stl", STL[:60], "cut short"),
         ("a.stl", ascii_stl(BLOCK)[:-300], "'endsolid' is missing"),
-        ("a.stl", ascii_stl(BLOCK).replace("vertex 0.0 0.0 0.0", "vertex 0.0 zero 0.0", 1), "not a readable STL"),
+        (
+            "a.stl",
+            ascii_stl(BLOCK).replace("vertex 0.0 0.0 0.0", "vertex 0.0 zero 0.0", 1),
+            "not a readable STL|0 can be read",
+        ),
         ("a.ply", PLY[:-10], "states 14 vertices and faces and has 13 lines"),
         ("a.ply", PLY + "0 0 0\n", "states 14 vertices and faces and has 15 lines"),
         ("a.ply", ply_text(TWO)[:-60], "states 28 vertices and faces"),

@@ -217,7 +217,8 @@ def test_iterations_of_another_procedure_are_not_gone_on_with(tmp_path):
     path = tmp_path / "wall.h5"
     interrupt_after(path, 6, error=KeyboardInterrupt)
     stored = bs.open_analysis(path)
-    other = stored["sideways"].history.assign(schedule_cohesion=stored["sideways"].history.schedule_cohesion * 2)
+    history = stored["sideways"].history
+    other = history.assign(schedule_cohesion=history.schedule_cohesion.copy(data=2 * history.schedule_cohesion.values))
     results = {**stored, "sideways": dataclasses.replace(stored["sideways"], history=other)}
     bs.save_analysis(stored.replaced(results=results), path)
     with pytest.raises(bs.errors.FormatError, match=r"iteration 1 of the history.*run the case anew"):
