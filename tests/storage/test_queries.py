@@ -159,14 +159,19 @@ def test_differences(history, small_analysis):
         history.blockstruct.difference(another)
 
 
+def exact(path, columns):
+    """Numbers of a file to their last digit, which pandas before 3 rounds."""
+    return pd.read_csv(path, dtype=str)[columns].astype(float)
+
+
 @pytest.mark.parametrize("variable", [None, "contact_force", "state", "moment"])
 def test_exports(history, tmp_path, variable):
     path = history.blockstruct.export(tmp_path / "h.csv", variable)
     frame = history.blockstruct.frame(variable)
-    found = pd.read_csv(path, index_col=list(range(frame.index.nlevels)), engine="python")
+    found = pd.read_csv(path, index_col=list(range(frame.index.nlevels)))
     assert found.shape == frame.shape
-    numbers = found.select_dtypes("number")
-    np.testing.assert_allclose(numbers, frame[numbers.columns].astype(float), rtol=1e-14)
+    numbers = found.select_dtypes("number").columns
+    np.testing.assert_allclose(exact(path, numbers), frame[numbers].astype(float), rtol=1e-14)
 
 
 def test_export_to_netcdf(history, tmp_path):
@@ -265,10 +270,11 @@ def test_no_name_in_a_csv_file_is_a_formula(tmp_path):
     read = {}
     for variable in ("state", "block_velocity", "contact_force"):
         path = history.blockstruct.export(tmp_path / f"{variable}.csv", variable)
-        read[variable] = pd.read_csv(path, engine="python")
+        read[variable] = pd.read_csv(path)
         frame = history.blockstruct.frame(variable).reset_index()
         numbers = frame.select_dtypes("number")
-        np.testing.assert_array_equal(read[variable][numbers.columns], numbers)
+        assert read[variable][numbers.columns].select_dtypes("number").shape == numbers.shape
+        np.testing.assert_array_equal(exact(path, numbers.columns), numbers)
     assert set(read["state"]["interface"]) == {"'=ground|@block"}
     assert set(read["block_velocity"]["block"]) == {"'=ground", "'@block"}
     assert set(read["contact_force"]["interface_of_contact_point"]) == {"'=ground|@block"}
