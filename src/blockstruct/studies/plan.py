@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from functools import partial
+from pathlib import Path
 from types import CodeType
 from typing import Any
 
@@ -114,7 +115,7 @@ class Plan:
         with contextlib.suppress(pickle.PicklingError, AttributeError, TypeError):
             sent = pickle.dumps(self)
         # A process can import the script by itself, but not a notebook or what was typed at a prompt.
-        in_script, is_script = b"__main__" in sent, hasattr(sys.modules["__main__"], "__file__")
+        in_script, is_script = b"__main__" in sent, Path(getattr(sys.modules["__main__"], "__file__", "")).is_file()
         if sent and not in_script:
             return sent, False
         try:

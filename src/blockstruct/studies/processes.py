@@ -117,7 +117,7 @@ class _Worker:
             msg = (
                 "study: a worker process ended as it started (its own message stands above). A memory limit must leave "
                 "room for Python itself, some 500 MB. A script that defines build must call study under "
-                "`if __name__ == '__main__':`, because each worker imports it, unless cloudpickle is installed, which "
+                "`if __name__ == '__main__':`, because each worker imports it, unless cloudpickle can send it, which "
                 'comes with "blockstruct[cluster]"; or give threads=True'
             )
             raise StudyError(msg) from error
