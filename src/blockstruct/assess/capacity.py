@@ -223,7 +223,7 @@ class _Pressed:
     point, normal : (3,) arrays
         Mean point, m, and the direction across the axis in which the blocks are pressed there.
     depth : float
-        Of the deepest stress block, m.
+        Of the stress blocks, m: no axis is further from where they press than this, or than their nearest corner.
     corners : (n, 3) array
         Of the joints at which bodies meet them, m.
     """
@@ -250,15 +250,19 @@ class _Pressed:
         total = np.bincount(of_point[at], normal, minlength=len(outside))
         strength, area = last["compressive_strength"].to_numpy(), last["interface_area"].to_numpy()
         most = strength * area + np.bincount(of_point[at], tension, minlength=len(outside))
-        used = (total / most)[outside]
         joints = [i for i, at in zip(model.interfaces, outside, strict=True) if at]
-        extent = np.array([np.linalg.norm(np.ptp(np.cross(i.polygon, axis), axis=0)) for i in joints])
+        turned = np.column_stack([np.bincount(of_point[at], normal * x, minlength=len(outside)) for x in position.T])
+        depths = [
+            _depth(np.cross(i.polygon, axis), np.cross(moment / N, axis), N / largest)
+            for i, moment, N, largest in zip(joints, turned[outside], total[outside], most[outside], strict=True)
+            if N > 0
+        ]
         pushes = total[outside] @ np.array([i.normal if i.plus in members else -i.normal for i in joints])
         pushes = pushes - (pushes @ axis) * axis
         return cls(
             normal @ position / normal.sum(),
             pushes / np.linalg.norm(pushes),
-            float((used * extent).max(initial=0.0)),
+            max(depths),
             np.concatenate([i.polygon for i in joints]),
         )
 
@@ -268,6 +272,15 @@ class _Pressed:
         at_level = np.abs(arm @ self.normal) <= near + self.depth
         at = (arm @ axis)[at_level & (arm @ np.cross(axis, self.normal) >= -near)]
         return float(at.min(initial=np.inf)), float(at.max(initial=-np.inf))
+
+
+def _depth(corners: Array, point: Array, used: float) -> float:
+    """Bound of the depth of a stress block across an axis, m, from a share of the strength about a point.
+
+    It reaches from a corner, whose nearest the point is in its middle, and is as deep as a square of its area at most.
+    """
+    nearest = np.linalg.norm(corners - point, axis=1).min()
+    return float(min(nearest, np.sqrt(used) * np.linalg.norm(np.ptp(corners, axis=0))))
 
 
 def components(vector: Array) -> str:
