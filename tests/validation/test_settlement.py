@@ -11,6 +11,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
+from blockstruct.views.words import status_words
 from structures import SELF_WEIGHT, model_of, moved, rotation
 
 STONE = bs.Material("stone", "20 kN/m^3")
@@ -248,6 +249,10 @@ def test_a_jammed_beam_has_no_largest_thrust():
     assert jammed.status == "unbounded"
     assert "never move that way" in jammed.message
     assert np.isneginf(jammed.reaction.magnitude)
+    with_friction_alone = settle(model, ["a"], "+x")
+    assert with_friction_alone.status == "unbounded"
+    assert "never" not in with_friction_alone.message
+    assert "may move all the same" in status_words(with_friction_alone)
 
 
 def test_nonassociative_reactions_are_not_below_the_least():

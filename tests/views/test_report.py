@@ -11,6 +11,7 @@ from blockstruct import Q_
 from blockstruct.views.report import report_html, write_report
 from blockstruct.views.report.detection import detection_rows
 from blockstruct.views.view import best_look
+from blockstruct.views.words import status_words
 from structures import SELF_WEIGHT, model_of, push, single_block
 
 
@@ -41,7 +42,8 @@ def case(name="case", direction=(1, 0, 0), flow="nonassociative"):
     ("status", "words", "analysis"),
     [
         ("converged", "collapses at this load factor", lambda: run([case()])),
-        ("unbounded", "never causes collapse", lambda: run([case(direction=(0, 0, -1))])),
+        ("unbounded", "can carry any multiple of", lambda: run([case(direction=(0, 0, -1))])),
+        ("unbounded", "never causes collapse", lambda: run([case(direction=(0, 0, -1), flow="associative")])),
         ("unstable under dead load", "does not stand under its dead load", lambda: run([case()], tilted=True)),
         ("not converged", "No state could be certified", lambda: run([case()], max_programs=1)),
         ("interrupted", "was interrupted", lambda: run([case()], listener=interrupt)),
@@ -51,6 +53,15 @@ def test_every_status_is_reported_in_words(status, words, analysis):
     html = report_html(analysis())
     assert f"<td>{status}</td>" in html
     assert words in html
+
+
+def test_forces_alone_do_not_prove_without_dilatancy_that_nothing_moves():
+    """Theirs is the program of associative flow; blocks that do not dilate may move though such forces exist."""
+    pressed = run([case(direction=(0, 0, -1))])["case"]
+    assert "never" not in status_words(pressed) + pressed.message
+    assert "does not prove that no block moves" in pressed.message
+    sure = run([case(direction=(0, 0, -1), flow="associative")])["case"]
+    assert "the variable load never causes collapse" in sure.message
 
 
 def test_the_report_says_what_was_given_and_found():

@@ -30,6 +30,9 @@ Array = NDArray[np.float64]
 LINEARISED_PROGRAMS = 12
 _UNBOUNDED = "the variable load never causes collapse: the joints carry any multiple of it"
 _JAMMED = "the supports never move that way: the joints resist the motion with any force"
+#: What the same ray tells without dilatancy: of forces alone.
+_CAN_CARRY = "the joints can carry any multiple of the variable load"
+_CAN_RESIST = "the joints can resist this motion of the supports with any force"
 
 
 def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
@@ -75,7 +78,7 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
         first = solve_step(program, sliding, Stage.NONASSOCIATIVE, settings, solver, c0=settings.cohesion)
         yield first
     if first.load_factor == np.inf:
-        return Outcome(Status.UNBOUNDED, np.inf, _UNBOUNDED if problem.settlement is None else _JAMMED)
+        return Outcome(Status.UNBOUNDED, np.inf, _unbounded(problem, flow))
     if not first.solved:
         return given_up(problem, f"the solver ended the {first.stage} program as {first.solver_status}", first)
     if flow is Flow.NONASSOCIATIVE:
@@ -191,8 +194,8 @@ def _concluded(
             if not can_jam(problem, settings, solver):
                 yield ray
                 message = (
-                    f"{_UNBOUNDED if problem.settlement is None else _JAMMED}; they are pressed together by more than "
-                    f"they slide (without dilatancy no collapse state up to {problem.said(step.load_factor)})"
+                    f"{_CAN_CARRY if problem.settlement is None else _CAN_RESIST}; they are pressed together by more "
+                    f"than they slide (without dilatancy no collapse state up to {problem.said(step.load_factor)})"
                 )
                 return Outcome(Status.UNBOUNDED, np.inf, message)
     if found is None:
@@ -205,6 +208,14 @@ def _concluded(
     if n >= settings.max_programs - 1:
         return given_up(problem, f"no certificate of a positive load factor in {n} programs", last)
     return (yield from collapse_of_dead_load(problem, last, settings, solver))
+
+
+def _unbounded(problem: LimitProblem, flow: Flow) -> str:
+    """What a ray proves: with associative flow that nothing moves, without dilatancy that forces exist."""
+    if flow is Flow.ASSOCIATIVE:
+        return _UNBOUNDED if problem.settlement is None else _JAMMED
+    carried = _CAN_CARRY if problem.settlement is None else _CAN_RESIST
+    return f"{carried}, which without dilatancy does not prove that no block moves"
 
 
 def _is_answer(problem: LimitProblem, outcome: Outcome) -> bool:

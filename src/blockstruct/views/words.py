@@ -31,6 +31,16 @@ _STATUS = {
 }
 
 
+#: Without dilatancy the same forces prove less.
+_CAN_CARRY = (
+    "The joints can carry any multiple of the variable load: forces that no joint refuses are in equilibrium with "
+    "it and the dead load. With associative flow nothing would move; without dilatancy blocks may move all the same."
+)
+_CAN_RESIST = (
+    "The joints can resist this motion of the supports with any force. With associative flow they would never move "
+    "that way; without dilatancy they may move all the same."
+)
+
 _DRIFTING = (
     "It was still drifting from one such state to the next when the procedure was stopped: another schedule would have "
     "stopped at another {}."
@@ -48,9 +58,11 @@ def status_words(result: bs.CaseResult) -> str:
     """Sentences on how a case ended.
 
     >>> from types import SimpleNamespace
-    >>> status_words(SimpleNamespace(status=bs.Status.UNBOUNDED, case=None, drifts=False))
-    'The variable load never causes collapse, however large.'
+    >>> status_words(SimpleNamespace(status=bs.Status.CONVERGED, case=None, drifts=False))
+    'The structure collapses at this load factor: the state is certified within the tolerances.'
     """
+    if result.status is bs.Status.UNBOUNDED and result.case.flow is bs.Flow.NONASSOCIATIVE:
+        return _CAN_RESIST if isinstance(result.case, bs.SettlementCase) else _CAN_CARRY
     words = _OF_SETTLEMENT if isinstance(result.case, bs.SettlementCase) else _STATUS
     said = words.get(result.status, _STATUS[result.status])
     return f"{said} {_DRIFTING.format(result.answer.name)}" if result.drifts else said
