@@ -67,7 +67,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
         "curves": curve_sentences(analysis, name, [case for case, _ in checks], notes),
         "figures": figures,
         "picture": mechanism_picture(shown, small=True),
-        "holds": _holds(check, checks),
+        "holds": _holds(head, check),
         "notes": _missed([item for item in checks if item[1] is not check]) + notes,
     }
 
@@ -85,11 +85,11 @@ def _governing(
     return min(heads, key=lambda name: heads[name].load_factor, default=None), None
 
 
-def _holds(check: Check | None, checks: Sequence[tuple[str, Check]]) -> bool | None:
-    """Whether the verification is satisfied: not by checks that do not govern; None without any."""
-    if check is None:
-        return False if checks else None
-    return check.satisfied
+def _holds(head: bs.results.Headline, check: Check | None) -> bool | None:
+    """Whether what governs is satisfied: never without a load factor, whatever other checks say; None if unchecked."""
+    if np.isnan(head.load_factor):
+        return False
+    return None if check is None else check.satisfied
 
 
 def _sentence(
