@@ -839,8 +839,14 @@ def test_a_floor_that_moves_less_than_the_ground_is_told(result):
     mode = bs.assess.Mode("0.4 s", participation=1.3, shape=0.1, damping=0.1)
     (note,) = bs.assess.local_mechanism(result, 1.35, bs.assess.floor_spectrum(SITE, [mode])).notes
     assert "is less than that of the ground, 1.765 m/s² = 0.18 g" in note
+
+
+def test_a_mechanism_on_the_ground_is_told_under_the_spectrum_of_a_height(result):
+    """The façade turns about its foot, which no floor moves."""
     high = bs.assess.Mode("0.4 s", participation=1.3, shape=0.9, damping=0.1)
-    assert bs.assess.local_mechanism(result, 1.35, bs.assess.floor_spectrum(SITE, [high])).notes == ()
+    (note,) = bs.assess.local_mechanism(result, 1.35, bs.assess.floor_spectrum(SITE, [high])).notes
+    assert note.startswith("What moves stands on a support of the model, and the demand is that of a height: ")
+    assert "at most, and 1.765 m/s² = 0.18 g on the ground." in note
 
 
 def test_a_verdict_against_its_ratio_says_why(result):

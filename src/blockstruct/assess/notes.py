@@ -122,6 +122,12 @@ def notes_of_demand(model: Model, bodies: Sequence[MacroBlock], spectrum: Spectr
             "what is below amplifies it. Give bs.assess.floor_spectrum(…), or --mode on the command line "
             "(C8.7.1.2.1.8)."
         )
+    elif isinstance(spectrum, FloorSpectrum) and _stands(model, moving):
+        text = (
+            "What moves stands on a support of the model, and the demand is that of a height: "
+            f"{in_g(spectrum.peak, g)} at most, and {in_g(spectrum.ground.peak, g)} on the ground. Where the support "
+            "is the ground, give the spectrum of the ground, which as a rule demands less."
+        )
     else:
         return []
     return [text]
