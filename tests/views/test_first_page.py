@@ -279,7 +279,12 @@ def test_what_no_direction_is_below_stands_on_the_first_page():
     assert said.replace("of “push”", "that were run") in summary(plain)
 
 
-def test_without_a_bound_between_directions_nothing_is_said_of_them(stands):
+def test_without_a_bound_between_directions_the_first_page_says_that_they_are_not_covered(stands):
+    said = "Directions between those that were run are not covered, and one of them may be lower."
+    around = bs.directions(stands.model, SELF_WEIGHT, 4)
+    assert f"which may find a lower one, were not run. {said}" in summary(around.analysis)
+    # Two pushes are no compass.
+    assert said not in summary(stands)
     assert "no direction is below" not in summary(stands)
 
 

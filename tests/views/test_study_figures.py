@@ -30,11 +30,29 @@ def test_the_compass(around):
     np.testing.assert_allclose(line.get_ydata()[:4], around.data.load_factor)
     np.testing.assert_allclose(np.degrees(line.get_xdata()), [0, 90, 180, 270, 360])
     assert f"{around.load_factor:.4g}" in ax.get_title()
+    assert line.get_linestyle() == "-"
+    assert "not covered" not in ax.get_title() + str(around)
     assert ax.get_rmax() > around.data.load_factor.max()
     figures.compass(around.analysis, label="again", ax=ax)
     assert len(ax.get_legend().get_texts()) == 2
     with pytest.raises(bs.errors.ModelError, match="give polar ones"):
         figures.compass(around, ax=plt.figure().add_subplot())
+
+
+def test_points_of_a_compass_are_joined_only_where_no_direction_between_them_is_below(small_model, dead):
+    around = bs.directions(small_model, dead, 4)
+    settled = around.data["settled"].copy(data=[True, False, True, True])
+    drifting = bs.studies.Directions(around.analysis, around.data.assign(settled=settled))
+    ax = figures.compass(drifting)
+    assert ax.get_lines()[0].get_linestyle() == "None"
+    assert "directions between the points are not covered" in ax.get_title()
+    (hollow,) = ax.collections
+    np.testing.assert_allclose(hollow.get_offsets().ravel(), [np.pi / 2, around.data.load_factor[1]])
+    assert "hollow: still drifting when stopped" in ax.get_title()
+    assert "directions between them are not covered, and one of them may be lower" in str(around)
+    upwards = bs.directions(small_model, dead, 4, vertical=0.1, flow="associative")
+    assert not upwards.is_convex
+    assert "still drifting" not in figures.compass(upwards).get_title()
 
 
 def test_the_tornado():

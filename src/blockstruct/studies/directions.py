@@ -36,7 +36,8 @@ class Directions:
     data : xarray.Dataset
         Along ``direction`` (degrees from +x towards +y): ``load_factor``, that of the headline of each case:
         of a spread the lowest certified one of the runs that settled, of all where none has; ``bound``, the associative
-        one; ``status``; ``case``, the name in the analysis.
+        one; ``status``; ``settled``, False where the load factor was still drifting when its procedure was stopped;
+        ``case``, the name in the analysis.
     """
 
     analysis: Analysis = field(repr=False)
@@ -92,6 +93,8 @@ class Directions:
                 "load_factor": ("direction", [h.load_factor for h in heads], _NONE | {"long_name": "load factor α"}),
                 "bound": ("direction", [analysis[name].associative_load_factor for name in names], _NONE),
                 "status": ("direction", np.array([h.status.value for h in heads], dtype=object)),
+                # Of a spread a number that drifts is shown only where no run has settled.
+                "settled": ("direction", [not h.drifting or h.certified > len(h.drifting) for h in heads]),
                 "case": ("direction", np.array(names, dtype=object)),
             },
             coords={"direction": ("direction", angles, {"units": "degree", "long_name": "from +x towards +y"})},
@@ -146,18 +149,26 @@ class Directions:
         return ", ".join(in_words(status) for status in sorted(set(self.data["status"].to_numpy())))
 
     @property
+    def is_convex(self) -> bool:
+        """Whether the loads that the structure carries in these directions and between them are known as a convex set.
+
+        With associative flow and without vertical part they are: straight lines between the envelope's points are in
+        it. Otherwise nothing is known of the directions between those that were run.
+        """
+        cases = [self.analysis[str(name)].case for name in self.data["case"].to_numpy()]
+        return all(case.flow is Flow.ASSOCIATIVE for case in cases) and not self.data.attrs["vertical"]
+
+    @property
     def least_between(self) -> float:
         """Load factor that no direction is below, the ones between those that were run included.
 
-        With associative flow and without vertical part, the loads that a structure carries are a convex set: the
-        straight lines between the envelope's points are in it. NaN with any other flow or vertical part, where a
-        direction did not converge, or where two neighbours lie half a turn or more apart.
+        NaN where the loads are not a convex set (:attr:`is_convex`), where a direction did not converge, or where two
+        neighbours lie half a turn or more apart.
         """
-        results = [self.analysis[str(name)] for name in self.data["case"].to_numpy()]
         angles = np.radians(self.data["direction"].to_numpy())
         gaps = np.diff(np.append(angles, angles[0] + 2 * np.pi))
-        certain = all(r.status is Status.CONVERGED and r.case.flow is Flow.ASSOCIATIVE for r in results)
-        if not certain or self.data.attrs["vertical"] or gaps.max() >= np.pi * (1 - 1e-9):
+        certain = (self.data["status"] == Status.CONVERGED).all() and self.is_convex
+        if not certain or gaps.max() >= np.pi * (1 - 1e-9):
             return math.nan
         points = self.data["load_factor"].to_numpy()[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
         sides = np.roll(points, -1, axis=0) - points
@@ -170,22 +181,17 @@ class Directions:
         n = self.data.sizes["direction"]
         push = f", with {abs(vertical):g} of it {'up' if vertical > 0 else 'down'}" if vertical else ""
         lines = [f"{self.analysis.model.name}: pushed in {n} direction{'s' if n > 1 else ''}{push}"]
-        heads = self.analysis.headlines
-        for angle, alpha, status, name in zip(
-            self.data["direction"].to_numpy(),
-            self.data["load_factor"].to_numpy(),
-            self.data["status"].to_numpy(),
-            self.data["case"].to_numpy(),
-            strict=True,
+        for angle, alpha, status, settled in zip(
+            *(self.data[name].to_numpy() for name in ("direction", "load_factor", "status", "settled")), strict=True
         ):
-            head = heads[str(name)]
-            # Of a spread a number that drifts is shown only where no run has settled.
-            drifts = head.status is Status.CONVERGED and head.certified == len(head.drifting)
+            drifts = status == Status.CONVERGED and not settled
             lines.append(f"  {angle:6g} deg  {alpha:<10.4g}{in_words(status)}{f', {DRIFTING}' * drifts}")
         if not math.isnan(self.load_factor):
             lines.append(f"  governing: {self.governing_direction:g} deg, load factor {self.load_factor:.4g}")
         if not math.isnan(self.least_between):
             lines.append(f"  no direction between them is below {self.least_between:.4g}")
+        if not self.is_convex and n > 1:
+            lines.append("  directions between them are not covered, and one of them may be lower")
         if self.without_load_factor:
             lines.append(f"  not known: {', '.join(self.without_load_factor)}; the envelope may be lower there")
         return "\n".join(lines)

@@ -20,6 +20,9 @@ _SEEN = 1e-3
 def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None = None, ax: Any = None) -> Axes:
     """Draw load factors around the compass: x to the right, y upwards, and the governing direction as an arrow.
 
+    Lines join the points where no direction between them is below (:attr:`blockstruct.studies.Directions.is_convex`).
+    A hollow point was still drifting when its procedure was stopped.
+
     Parameters
     ----------
     around
@@ -45,7 +48,12 @@ def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None 
     drawn = np.where(np.isfinite(alpha), alpha, np.nan)
     colour = plt.rcParams["axes.prop_cycle"].by_key()["color"][len(ax.get_lines()) % 10] if ax.get_lines() else ACCENT
     # Where a direction has no load factor the line has a gap.
-    ax.plot([*angle, angle[0] + 2 * math.pi], [*drawn, drawn[0]], "o-", color=colour, ms=4, lw=1.2, label=label)
+    joined = "-" if found.is_convex else "none"
+    turn, ends = [*angle, angle[0] + 2 * math.pi], [*drawn, drawn[0]]
+    ax.plot(turn, ends, marker="o", ls=joined, color=colour, ms=4, lw=1.2, label=label)
+    hollow = np.isfinite(drawn) & ~found.data["settled"].to_numpy()
+    if hollow.any():
+        ax.scatter(angle[hollow], drawn[hollow], s=16, facecolors="white", edgecolors=colour, zorder=3)
     if not math.isnan(found.load_factor) and math.isfinite(found.load_factor):
         at = math.radians(found.governing_direction)
         style = {"arrowstyle": "-|>", "color": FORCE, "lw": 1.5, "shrinkA": 0, "shrinkB": 3}
@@ -58,7 +66,10 @@ def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None 
     ax.tick_params(labelsize="small")
     governing = f"α = {found.load_factor:.4g} at {found.governing_direction:g}°"
     missing = f", {len(found.without_load_factor)} not known" if found.without_load_factor else ""
-    ax.set_title(("no load factor" if math.isnan(found.load_factor) else governing) + missing, fontsize="small")
+    said = [("no load factor" if math.isnan(found.load_factor) else governing) + missing]
+    said += ["hollow: still drifting when stopped"] if hollow.any() else []
+    said += [] if found.is_convex else ["directions between the points are not covered"]
+    ax.set_title("\n".join(said), fontsize="small")
     if label:
         ax.legend(frameon=False, fontsize="small", loc="lower left", bbox_to_anchor=(0.95, 0.9))
     drawn_on: Axes = ax

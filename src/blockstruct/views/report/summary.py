@@ -18,6 +18,8 @@ _WORST_FIRST = (bs.Status.UNSTABLE, bs.Status.SELF_STRESS, bs.Status.NOT_CONVERG
 _DIGITS = 3
 #: Other checks that miss their demand that the first page has room for.
 _LISTED = 8
+#: Pushes up to which they are no compass.
+_FEW = 2
 
 
 def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dict[str, Any]:
@@ -143,7 +145,7 @@ def _of_runs(head: bs.results.Headline) -> str:
 
 
 def _between(analysis: bs.Analysis) -> str:
-    """What no direction is below, those between the ones that were run included; empty where it is not known."""
+    """What no direction is below, those between the ones that were run included, or that it is not known."""
     try:
         of_cases = bs.studies.Directions.each_of(analysis)
         around = of_cases or [("", bs.studies.Directions.of(analysis))]
@@ -154,7 +156,10 @@ def _between(analysis: bs.Analysis) -> str:
         for name, found in around
         if np.isfinite(found.least_between)
     ]
-    return f"With associative flow no direction is below load factor {', '.join(said)}." if said else ""
+    told = [f"With associative flow no direction is below load factor {', '.join(said)}."] if said else []
+    if any(not found.is_convex and found.data.sizes["direction"] > _FEW for _, found in around):
+        told.append("Directions between those that were run are not covered, and one of them may be lower.")
+    return " ".join(told)
 
 
 def _missed(others: Sequence[tuple[str, Check]]) -> list[str]:
