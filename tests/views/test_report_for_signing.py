@@ -53,7 +53,7 @@ def test_the_first_page_tells_what_is_relied_on(block):
     check = bs.assess.local_mechanism(block["push"], 1.35, SITE)
     head = summary(report_html(block, checks=[check]))
     assert "Relied on: capacity / demand 0.823 of “push” (SLV, linear), from its load factor 0.1." in head
-    for text in ("<b>0.1</b>", "<b>0.823</b>", "<b>0.123 g</b>", "not satisfied", "site 0.15 g", 'class="key missed"'):
+    for text in ("<b>0.1</b>", "<b>0.823</b>", "<b>0.123\u00a0g</b>", "not satisfied", "site 0.15\u00a0g", 'class="key missed"'):
         assert text in head, text
     assert head.count("<img") == 1
     assert "Assumptions" in head
@@ -68,6 +68,9 @@ def test_the_verification_gives_every_formula(block):
     check = bs.assess.local_mechanism(block["push"], 1.35, SITE, method="displacement")
     html = report_html(block, checks=[check])
     part = html[html.index("<h2>Verification</h2>") : html.index("<h2>Analysis</h2>")]
+    # No line ends between a number and its unit, or between a symbol and what it equals.
+    assert "d<sub>SLV</sub>\u00a0=\u00a00.4 d<sub>0</sub>\u00a0=\u00a00.4 · 0.2\u00a0m =\u00a00.08\u00a0m" in part
+    part = part.replace("\u00a0", " ")
     rows = re.findall(r"<tr><td>(.*?)</td><td>(.*?)</td><td>(.*?)</td></tr>", part)
     assert len(rows) == sum(len(section.lines) for section in check.sections)
     assert ("capacity", "d<sub>SLV</sub> = 0.4 d<sub>0</sub> = 0.4 · 0.2 m = 0.08 m", "C8.7.1.2.1.6") in rows

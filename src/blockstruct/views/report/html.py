@@ -126,8 +126,15 @@ _INDEX = re.compile(
 )
 
 
+#: Blanks of formulas at which no line ends: of a number and its unit, between a symbol and what it equals.
+_UNIT = re.compile(r"(?<=\d) (?=(?:m/s²|k?N(?:·m)?|[kM]?Pa|m?m[²³]?|kg|t|s|g|°|%)(?![\w*]))")
+_SYMBOL = re.compile(r"((?:^|(?<= ))[^\W\d][^\s=]*) (?==)")
+_NO_BREAK = "\u00a0"
+
+
 def _formula(text: str) -> Markup:
-    """A formula with its indices below the line and its powers above it."""
+    """A formula with its indices below the line and its powers above it, and lines that end between its terms."""
+    text = _SYMBOL.sub(rf"\1{_NO_BREAK}", _UNIT.sub(_NO_BREAK, text)).replace("= ", f"={_NO_BREAK}")
 
     def raised(found: re.Match[str]) -> str:
         if found["power"]:
