@@ -53,7 +53,14 @@ def test_the_first_page_tells_what_is_relied_on(block):
     check = bs.assess.local_mechanism(block["push"], 1.35, SITE)
     head = summary(report_html(block, checks=[check]))
     assert "Relied on: capacity / demand 0.823 of “push” (SLV, linear), from its load factor 0.1." in head
-    for text in ("<b>0.1</b>", "<b>0.823</b>", "<b>0.123\u00a0g</b>", "not satisfied", "site 0.15\u00a0g", 'class="key missed"'):
+    for text in (
+        "<b>0.1</b>",
+        "<b>0.823</b>",
+        "<b>0.123\u00a0g</b>",
+        "not satisfied",
+        "site 0.15\u00a0g",
+        'class="key missed"',
+    ):
         assert text in head, text
     assert head.count("<img") == 1
     assert "Assumptions" in head
@@ -80,6 +87,19 @@ def test_the_verification_gives_every_formula(block):
     assert "a body turns through finite angles" in first
     assert "Displacements are small: equilibrium" in summary(report_html(block))
     assert "a load factor alone does not verify a structure" in report_html(block)
+
+
+def test_a_table_that_goes_on_has_its_titles_on_every_page(tmp_path):
+    blocks, joint = single_block(0.4, 4.0)
+    small = [bs.PointLoad("block", Q_([0, 0, 4], "m"), Q_([0, 0, -1 - k], "N")) for k in range(12)]
+    cases = [
+        bs.LimitCase(f"case {k}", bs.LoadPattern(f"dead {k}", [bs.SelfWeight(), *small]), push(1, 0, 0), "associative")
+        for k in range(6)
+    ]
+    write_report(bs.AnalysisManager(model_of(blocks, joint)).run(cases), tmp_path / "report.pdf")
+    listed = [page for page in pages(tmp_path / "report.pdf") if "on block block at" in page]
+    assert len(listed) > 1
+    assert all("pattern loads" in page for page in listed)
 
 
 def test_no_other_number_than_the_one_relied_on_is_a_headline(spread):
