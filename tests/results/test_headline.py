@@ -9,7 +9,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct.limit import ProcedureSettings, scheduled
-from blockstruct.views import analysis_summary, result_text, spread_text
+from blockstruct.views import analysis_summary, result_text, spread_text, summary_table
 from blockstruct.views.page.payload import _head
 from blockstruct.views.report.contents import contents
 from blockstruct.views.words import (
@@ -104,6 +104,14 @@ DRIFTS = "still drifting"
 )
 def test_a_number_that_drifts_is_no_answer_where_another_settled(ends, said):
     assert str(headline(*ends, associative=math.nan)) == said
+
+
+def test_a_case_without_a_load_factor_has_none_wherever_it_stands(small_model, dead):
+    case = bs.LimitCase("push", dead, push(1, 0, 0))
+    analysis = bs.run(small_model, case, settings=bs.ProcedureSettings(max_programs=1))
+    (cells,) = [list(c.cells) for c in summary_table(analysis).columns if str(c.header) == "load factor"]
+    texts = [str(analysis), repr(analysis), repr(analysis["push"]), analysis._repr_html_(), str(cells[0])]
+    assert [text for text in texts if "none" not in text or "nan" in text] == []
 
 
 def test_a_number_that_drifts_says_so_wherever_it_stands(small_model):

@@ -56,7 +56,7 @@ def test_the_first_page_tells_what_is_relied_on(block):
     for text in (
         "<b>0.1</b>",
         "<b>0.823</b>",
-        "<b>0.123\u00a0g</b>",
+        "<b>0.1235\u00a0g</b>",
         "not satisfied",
         "site 0.15\u00a0g",
         'class="key missed"',

@@ -9,6 +9,7 @@ from blockstruct.limit import CERTIFICATE_MEASURES
 from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.admissible_state import AdmissibleState
 from blockstruct.results.analysis import Analysis
+from blockstruct.results.answer import LOAD_FACTOR
 from blockstruct.results.capacity import block_rotations, capacity_of, doubtful_words, step_arrays, steps_of
 from blockstruct.results.case_result import CaseResult, LazyHistory
 from blockstruct.results.caveats import cell_words
@@ -42,6 +43,7 @@ from blockstruct.statics import applied_loads
 __all__ = [
     # results
     "CERTIFICATE_MEASURES",
+    "LOAD_FACTOR",
     "AdmissibleState",
     "Analysis",
     "CaseResult",

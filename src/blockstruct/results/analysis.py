@@ -132,13 +132,13 @@ class Analysis(Mapping[str, CaseResult]):
         return len(self.results)
 
     def __repr__(self) -> str:
-        ends = ", ".join(f"{r.name}: {r.answer.plain(r.load_factor, 4)}" for r in list(self.results.values())[:SHOWN])
+        ends = ", ".join(f"{r.name}: {r.answer.text(r.load_factor, 4)}" for r in list(self.results.values())[:SHOWN])
         more = f", … {len(self)} cases" if len(self) > SHOWN else ""
         return f"<Analysis of {self.model.name!r}, {ends}{more}>"
 
     def _repr_html_(self) -> str:
         rows = [
-            (r.name, r.case.flow, r.status.words, r.answer.plain(r.load_factor, 6), r.n_iterations, f"{r.duration:.2f}")
+            (r.name, r.case.flow, r.status.words, r.answer.text(r.load_factor, 6), r.n_iterations, f"{r.duration:.2f}")
             for r in self.values()
         ]
         answers = " / ".join(dict.fromkeys(r.answer.name for r in self.values())) or "load factor"

@@ -53,10 +53,6 @@ class Answer:
         values = self.factor * np.asarray(alpha, dtype=float) + 0.0
         return to_quantity(values if values.ndim else float(values), self.dimension)
 
-    def plain(self, alpha: float, digits: int) -> str:
-        """The answer to so many digits, ``inf`` or ``nan``: as a line of a log says it."""
-        return self.text(alpha, digits) if self.is_reaction else f"{alpha:.{digits}g}"
-
     def text(self, alpha: float, digits: int = 4) -> str:
         """The answer at a load factor to so many digits, ``infinite`` or ``none``."""
         return self.said(self.factor * alpha + 0.0, digits)

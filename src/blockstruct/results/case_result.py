@@ -375,7 +375,7 @@ class CaseResult:
         return "\n".join(filter(None, (str(self), *self.owed, self.cells, self.masses, found)))
 
     def __repr__(self) -> str:
-        answer = f"{self.answer.name} {self.answer.plain(self.load_factor, 4)}"
+        answer = f"{self.answer.name} {self.answer.text(self.load_factor, 4)}"
         return f"<CaseResult {self.name!r}: {self.status.words}, {answer}>"
 
     def _repr_html_(self) -> str:
@@ -391,7 +391,7 @@ class CaseResult:
         return table + (self.certificate._repr_html_() if self.certificate else "")
 
     def __str__(self) -> str:
-        number = self.answer.plain(self.load_factor, 6)
+        number = self.answer.text(self.load_factor, 6)
         head = f"{self.name}: {self.status.words}, {self.answer.name} {number} ({self.message})"
         path = [] if self.path_dependence is None else [f"  {path_text(self.path_dependence, self.answer)}"]
         relied = [] if self.relied_on is None else [f"  relied on: {self.relied_on}"]

@@ -100,13 +100,13 @@ class Spread:
 
     def _repr_html_(self) -> str:
         answer = next(iter(self.runs.values())).answer.name
-        rows = [(name, r.answer.plain(r.load_factor, 4), r.ended) for name, r in self.results.items()]
+        rows = [(name, r.answer.text(r.load_factor, 4), r.ended) for name, r in self.results.items()]
         return html_table(f"{answer.capitalize()} {self.headline}", ["schedule", answer, "status"], rows, self.warnings)
 
     def __str__(self) -> str:
         lines = [str(self.headline)]
         width = 2 + max(map(len, self.results))
-        lines += [f"  {n:<{width}}{r.answer.plain(r.load_factor, 4):<12}{r.ended}" for n, r in self.results.items()]
+        lines += [f"  {n:<{width}}{r.answer.text(r.load_factor, 4):<12}{r.ended}" for n, r in self.results.items()]
         if self.path_dependence is not None:
             lines.append(f"  {path_text(self.path_dependence, next(iter(self.runs.values())).answer)}")
         return "\n".join([*lines, *(f"  warning: {text}" for text in self.warnings)])

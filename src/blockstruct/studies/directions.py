@@ -16,7 +16,7 @@ from blockstruct.errors import ModelError, StudyWarning
 from blockstruct.keywords import checked_keywords
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import LimitCase, LoadPattern, Model, direction_cases, direction_of
-from blockstruct.results import Analysis, CaseResult
+from blockstruct.results import LOAD_FACTOR, Analysis, CaseResult
 from blockstruct.vocabulary import DRIFTING, Flow, Status, in_words
 
 _NONE = {"units": "dimensionless"}
@@ -185,7 +185,7 @@ class Directions:
             *(self.data[name].to_numpy() for name in ("direction", "load_factor", "status", "settled")), strict=True
         ):
             drifts = status == Status.CONVERGED and not settled
-            lines.append(f"  {angle:6g} deg  {alpha:<10.4g}{in_words(status)}{f', {DRIFTING}' * drifts}")
+            lines.append(f"  {angle:6g} deg  {LOAD_FACTOR.text(alpha):<10}{in_words(status)}{f', {DRIFTING}' * drifts}")
         if not math.isnan(self.load_factor):
             lines.append(f"  governing: {self.governing_direction:g} deg, load factor {self.load_factor:.4g}")
         if not math.isnan(self.least_between):

@@ -104,7 +104,7 @@ def summary_table(analysis: bs.Analysis) -> Table:
             ("case", [r.name for r in results], "left"),
             ("flow", [r.case.flow.value for r in results], "left"),
             ("status", [r.ended for r in results], "left"),
-            (" / ".join(kinds) or "load factor", [r.answer.plain(r.load_factor, 6) for r in results], "right"),
+            (" / ".join(kinds) or "load factor", [r.answer.text(r.load_factor, 6) for r in results], "right"),
             ("programs", [str(r.n_iterations) for r in results], "right"),
             ("time [s]", [f"{r.duration:.2f}" for r in results], "right"),
         ]

@@ -96,7 +96,7 @@ def answer_title(rows: Iterable[Mapping[Any, Any]]) -> str:
 
 def answer_cell(row: Mapping[Any, Any]) -> str:
     """Load factor of a case, or of a settlement its reaction with the unit."""
-    return (_reactions(row) or [f"{row['load_factor']:.6g}"])[0]
+    return (_reactions(row) or [bs.results.LOAD_FACTOR.text(row["load_factor"], 6)])[0]
 
 
 def status_cell(row: Mapping[Any, Any]) -> str:

@@ -14,8 +14,6 @@ Check = bs.assess.LocalMechanismCheck
 
 #: Statuses without a load factor, from the one that is proven to fall down to those that nothing is known of.
 _WORST_FIRST = (bs.Status.UNSTABLE, bs.Status.SELF_STRESS, bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
-#: Digits of the numbers of a check.
-_DIGITS = 3
 #: Other checks that miss their demand that the first page has room for.
 _LISTED = 8
 #: Pushes up to which they are no compass.
@@ -49,7 +47,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
         }
     ]
     if check is not None:
-        borne, site = check.limit_state.ag_texts(_DIGITS)
+        borne, site = check.limit_state.ag_texts()
         figures += [
             {
                 "what": "capacity / demand",
@@ -175,4 +173,4 @@ def _missed(others: Sequence[tuple[str, Check]]) -> list[str]:
 
 
 def _ratio(check: Check) -> str:
-    return check.limit_state.ratio_text(_DIGITS)
+    return check.limit_state.ratio_text()
