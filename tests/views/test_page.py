@@ -418,6 +418,18 @@ def test_the_axes_of_convergence_have_numbers(browser, surveyed, tmp_path):
         assert len(page.evaluate(ticks.format("y2"))) >= 2
 
 
+def test_the_legend_names_all_states_of_a_colour(browser, tmp_path):
+    """A block that rocks on a crushed edge: its joint has the colour of crushing, and is a hinge as well."""
+    blocks, joint = single_block(0.4, 0.8)
+    joint = bs.JointMaterial(joint.name, joint.friction_coefficient, compressive_strength="0.2 MPa")
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
+    found = bs.AnalysisManager(model_of(blocks, joint)).run([case])
+    state = str(found["push"].states.isel(iteration=-1, interface=0).item())
+    assert "crushing" in state.split(" + ")[1:]
+    with opened(browser, write_page(found, tmp_path / "page.html")) as page:
+        assert page.inner_text("#legend") == state
+
+
 def choose(page, name, value):
     page.fill(f"#{name}", value)
     page.keyboard.press("Enter")

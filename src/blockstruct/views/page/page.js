@@ -370,11 +370,11 @@ function legend() {
   at("bodies").replaceChildren(...named.map((body, k) => entry(data.look.bodies[k], `${body.name}, ${readable(body.weight, "N")}${body.carried ? `, ${readable(body.carried, "N")} of it carried` : ""}`)));
   at("legend").replaceChildren();
   if (shown.colour !== "state") return;
-  const present = new Set();
-  for (let i = 0; i < I; i++) present.add(current().gravest[stateOf(i)]);
+  // A joint has the colour of the gravest of its states; the legend names all that it stands for.
+  const present = {};
+  for (let i = 0; i < I; i++) (present[current().gravest[stateOf(i)]] ??= new Set()).add(current().states[stateOf(i)]);
   for (const [name, colour] of Object.entries(data.look.states)) {
-    if (!present.has(name) || name === "sticking") continue;
-    at("legend").append(entry(colour, name));
+    if (present[name] && name !== "sticking") at("legend").append(entry(colour, [...present[name]].sort().join(", ")));
   }
 }
 
