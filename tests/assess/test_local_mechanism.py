@@ -521,7 +521,7 @@ def test_the_mechanism_of_a_wall_in_its_plane_has_several_bodies_and_no_straight
     assert check.curve is None
     assert "bodies move against each other; it takes a pushover" in str(check)
     assert 0 < check.participation_of_blocks.e_star <= check.e_star <= 1
-    with pytest.raises(bs.errors.ModelError, match="takes a pushover, or give method='linear'"):
+    with pytest.raises(bs.errors.ModelError, match=r"takes a pushover, or give method='linear' \(--method linear on"):
         bs.assess.local_mechanism(found, 1.35, SITE, method="displacement")
     (coarse,) = set(bs.assess.local_mechanism(found, 1.35, SITE, tolerance=0.5).notes) - set(check.notes)
     assert coarse.startswith("Blocks that are taken as one body move by up to 0.5")

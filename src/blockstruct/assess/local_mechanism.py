@@ -120,7 +120,7 @@ def local_mechanism(
     except ModelError as error:
         missing = f"no capacity curve: {error}"
     if method == "displacement" and curve is None:
-        msg = f"case {found.name!r}: {missing}, or give method='linear'"
+        msg = f"case {found.name!r}: {missing}, or give method='linear' (--method linear on the command line)"
         raise ModelError(msg)
     sld = _damage(a0_star, spectrum if spectrum_sld is None else spectrum_sld, with_demand=spectrum_sld is not None)
     states, notes = [sld, _linear(a0_star, spectrum, sld.ag, c)], notes_of(found, forces, bodies, whole)
