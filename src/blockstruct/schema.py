@@ -61,6 +61,8 @@ def violations(instance: Any, name: str, part: str = "") -> list[tuple[str, str]
             message = f"{message}; write {meant}, with a decimal point"
         elif best.validator == "maxItems" and any(isinstance(item, int) for item in best.instance):
             message = f"{message}; a comma parts numbers of a list: write 0.5, with a decimal point, for 0,5"
+        elif best.schema.get("title") == "quantity" and isinstance(best.instance, int | float):
+            message = f"{shown(best.instance)} has no unit; give {best.schema['description']}"
         elif best.validator == "type" and "description" in best.schema:
             message = f"{message}; {best.schema['description']}"
         found.append((_cut(path), _cut(message)))

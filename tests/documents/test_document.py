@@ -384,7 +384,8 @@ def test_errors_of_a_document_name_the_file(tmp_path):
 
 def test_a_number_where_a_quantity_is_due_is_told_so(tmp_path):
     with pytest.raises(
-        bs.errors.DocumentError, match=r"/materials/stone/density: 2600 .* A number, a space and a unit"
+        bs.errors.DocumentError,
+        match=r"/materials/stone/density: 2600 has no unit; give a number, a space and a unit, as",
     ):
         bs.read_document(write(tmp_path, changed("materials", "stone", to={"density": 2600})))
 
