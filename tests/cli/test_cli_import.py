@@ -162,7 +162,7 @@ def test_a_drawing(call, tmp_path):
     layers = ["--unit-weight", "WALL=20 kN/m^3", "--unit-weight", "GROUND=25 kN/m^3"]
     code, out, _ = call("import", tmp_path / "wall.dxf", "-o", tmp_path / "m.yaml", *words, *layers)
     assert code == 0
-    assert "1 interfaces, 0.15 m^2" in out
+    assert "1 interface, 0.15 m^2" in out
     assert bs.read_document(tmp_path / "m.yaml").model.block("WALL.1").weight == pytest.approx(600)
 
 

@@ -89,7 +89,7 @@ def test_elongation_against_its_limit(result):
     assert row["displacement at limit [meter]"] == pytest.approx(0.02 / row["elongation"])
     assert np.isnan(result.ties.loc["strip", "displacement at limit [meter]"])
     text = result.describe()
-    assert "Tie tie: punching, 6 kN of 6 kN (punching); it gets longer by" in text
+    assert "tie: punching, 6 kN of 6 kN (punching); it gets longer by" in text
     assert re.search(r"its limit of 20 mm is reached at [\d.]+ mm of it, to first order\.", text)
     assert "Tie bar [ground|low]: slipping, 3.142 kN of 3.142 kN (bond)" in text
 
@@ -196,7 +196,7 @@ def test_with_and_without(model, cases):
 def test_the_console_tells_of_ties(model, stored):
     analysis, _ = stored
     assert "3 ties: tie, bar, strip" in model_text(model)
-    assert "Tie tie: punching, 6 kN of 6 kN" in result_text(analysis["push associative"]).plain
+    assert "tie: punching, 6 kN of 6 kN" in result_text(analysis["push associative"]).plain
     summary = analysis_summary(analysis)
     assert summary["ties"] == 3
     ties = summary["cases"][0]["ties"]
@@ -244,7 +244,7 @@ def test_report_states_ties(stored, monkeypatch):
         "area 30 mm², strength 235 MPa, punching force 6 kN, prestress 1 kN, elongation limit 20 mm",
         "6 kN (punching)",
         "bonded bar",
-        "Tie tie: punching, 6 kN of 6 kN",
+        "tie: punching, 6 kN of 6 kN",
         "Ties bear tension alone",
         "no joint and no tie is loaded beyond its strength",
     ):

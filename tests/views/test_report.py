@@ -64,6 +64,16 @@ def test_forces_alone_do_not_prove_without_dilatancy_that_nothing_moves():
     assert "the variable load never causes collapse" in sure.message
 
 
+def test_one_is_not_several():
+    """One interface, one area: neither interfaces nor a range."""
+    blocks, joint = single_block(0.4, 0.8)
+    found = bs.detect_interfaces(blocks, joint)
+    assert str(found.report).startswith("1 interface, 0.4 m^2")
+    assert repr(found.report) == "<DetectionReport: 1 interface, 0 contacts rejected, 0 near misses, 0 overlaps>"
+    ((_, accepted),) = [row for row in detection_rows(bs.Model("m", blocks, found)) if row[0] == "accepted"]
+    assert accepted[0] == "1 interface, 0.4 m² bed joints"
+
+
 def test_the_report_says_what_was_given_and_found():
     analysis = run([case("push")])
     html = report_html(analysis)
@@ -74,6 +84,8 @@ def test_the_report_says_what_was_given_and_found():
         "1 free, 1 fixed (supports)",
         "(1, 0, 0) times every block",
         "unlimited",
+        "<td>area of an interface</td><td>0.4 m², 0.4 m² in all</td>",
+        "the variable load and its load factor α",
         "The certificate holds: equilibrium is met to",
         "(tolerance 1e-06)",
         "(5e-04) in units of the load factor",

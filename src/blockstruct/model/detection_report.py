@@ -257,8 +257,9 @@ class DetectionReport:
 
     def __repr__(self) -> str:
         return (
-            f"<DetectionReport: {self.accepted} interfaces, {len(self.rejected)} contacts rejected, "
-            f"{len(self.near_misses)} near misses, {len(self.overlaps)} overlaps>"
+            f"<DetectionReport: {_counted(self.accepted, 'interface')}, "
+            f"{_counted(len(self.rejected), 'contact')} rejected, "
+            f"{_counted(len(self.near_misses), 'near miss', 'es')}, {_counted(len(self.overlaps), 'overlap')}>"
         )
 
     def _repr_html_(self) -> str:
@@ -274,23 +275,25 @@ class DetectionReport:
         joints = [f"{orientation} {area:.6g} m^2" for orientation, area in self.area_by_orientation.items()]
         other, small = [c for c in self.rejected if c.reason != "area"], self.accepted_slivers
         apart = [c for c in self.close if c[2] > t.gap]
+        rejected = f"{_counted(len(other), 'contact')} rejected by gap, penetration or angle"
+        close = f"{_counted(len(apart), 'pair')} without contact up to {t.close:.3g} m apart"
         lines = [
-            f"{self.accepted} interfaces, {self.total_area:.6g} m^2 (gap tolerance {t.gap:.3g} m)",
-            f"{len(self.slivers)} slivers left out",
-            f"{len(self.between_supports)} contacts between supports left out",
-            f"{len(self.untouched)} blocks without interface",
+            f"{_counted(self.accepted, 'interface')}, {self.total_area:.6g} m^2 (gap tolerance {t.gap:.3g} m)",
+            f"{_counted(len(self.slivers), 'sliver')} left out",
+            f"{_counted(len(self.between_supports), 'contact')} between supports left out",
+            f"{_counted(len(self.untouched), 'block')} without interface",
             f"joints: {', '.join(joints) or 'none'}",
-            f"{len(other)} contacts rejected by gap, penetration or angle ({math.degrees(t.angle):.3g} deg)",
-            f"{len(self.near_misses)} near misses within twice the tolerances",
-            f"{len(self.overlaps)} overlaps, {len(self.nonplanar_faces)} non-planar faces",
-            f"{len(self.floating)} floating blocks",
-            f"{len(apart)} pairs without contact up to {t.close:.3g} m apart, {len(self.close) - len(apart)} on a line",
+            f"{rejected} ({math.degrees(t.angle):.3g} deg)",
+            f"{_counted(len(self.near_misses), 'near miss', 'es')} within twice the tolerances",
+            f"{_counted(len(self.overlaps), 'overlap')}, {_counted(len(self.nonplanar_faces), 'non-planar face')}",
+            f"{_counted(len(self.floating), 'floating block')}",
+            f"{close}, {len(self.close) - len(apart)} on a line",
         ]
         lines += self.hints
         if small:
             lines.append(
-                f"{len(small)} of the interfaces are slivers, {1 / SLIVER:.0f} times smaller than the joints beside "
-                "them, and may raise the load factor: "
+                f"{_counted(len(small), 'sliver')} among the interfaces, {1 / SLIVER:.0f} times smaller than joints "
+                "beside them, may raise the load factor: "
                 f"an area tolerance of {self.sliver_tolerance:.2g} m^2 leaves them out"
             )
         for kind, found in self.listing():
@@ -318,6 +321,11 @@ def _finding(contact: FoundContact) -> str:
     if contact.near_miss:
         return "near miss"
     return {"": "accepted", "supports": "between supports"}.get(contact.reason, "rejected")
+
+
+def _counted(n: int, what: str, ending: str = "s") -> str:
+    """A number of things."""
+    return f"{n} {what}{ending * (n != 1)}"
 
 
 def _length(metres: float) -> str:

@@ -34,7 +34,7 @@ from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.stored import require_stored
 from blockstruct.results.sweep import sweep_of
-from blockstruct.results.ties import tie_forces, tie_sentences, tie_state, ties_at_collapse
+from blockstruct.results.ties import tie_forces, tie_sentences, tie_state, tie_title, ties_at_collapse
 from blockstruct.results.torsion import corner_torsion, sliding_rates
 from blockstruct.results.utilisation import utilisation
 from blockstruct.results.verification import confirm, contradictions, recomputed_certificate
@@ -98,6 +98,7 @@ __all__ = [
     "mechanism",
     "tie_forces",
     "tie_sentences",
+    "tie_title",
     "tie_state",
     "ties_at_collapse",
     "utilisation",

@@ -6,7 +6,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.model import Model, tie_segments
-from blockstruct.results.ties import AT_LIMIT, OF_LIMIT
+from blockstruct.results.ties import AT_LIMIT, OF_LIMIT, tie_title
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import TieState
 
@@ -118,7 +118,7 @@ def breaking_words(capacity: xr.Dataset) -> list[str]:
     said = []
     for (before, after), together in listed.groupby(["load factor before", "load factor after"], sort=False):
         each = [
-            f"tie {name} breaks at a displacement of {d * 1e3:.4g} mm, {longer * 1e3:.4g} mm longer"
+            f"{tie_title(str(name))} breaks at a displacement of {d * 1e3:.4g} mm, {longer * 1e3:.4g} mm longer"
             for name, d, longer in together.iloc[:, :2].itertuples()
         ]
         said.append(f"{' and '.join(each)}: the load factor falls from {before:.4g} to {after:.4g}")

@@ -103,13 +103,24 @@ def ties_at_collapse(history: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(columns, index=index)
 
 
+def tie_title(name: str, what: str = "tie") -> str:
+    """A tie in a sentence: by its name alone if that says that it is one.
+
+    >>> tie_title("left"), tie_title("tie left")
+    ('tie left', 'tie left')
+    """
+    return name if name.casefold().startswith("tie") else f"{what} {name}"
+
+
 def tie_sentences(history: xr.Dataset) -> list[str]:
     """What each tie does in the last iteration of a case, a sentence each."""
     newton, meter = SI_UNITS["force"], SI_UNITS["length"]
     said = []
     for name, row in ties_at_collapse(history).iterrows():
         force, capacity, elongation = row[f"force [{newton}]"], row[f"capacity [{newton}]"], row["elongation"]
-        text = f"Tie {name}: {row['state']}, {_kilo(force)} of {_kilo(capacity)} ({row['governing']})"
+        text = (
+            f"{tie_title(str(name), 'Tie')}: {row['state']}, {_kilo(force)} of {_kilo(capacity)} ({row['governing']})"
+        )
         if elongation > AT_REST:
             text += f"; it gets longer by {elongation:.3g} times the largest displacement of a block"
             reached, limit = row[f"displacement at limit [{meter}]"], row[f"elongation limit [{meter}]"]

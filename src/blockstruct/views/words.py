@@ -161,10 +161,11 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
     told = bs.results.breaking_words(curve) + bs.results.doubtful_words(curve, result.settings.procedure)
     said = [states, curve.attrs.get("ended", ""), *told]
     if "tie_force" in curve:
+        names = [str(name) for name in curve["tie"].to_numpy()]
         held = np.flatnonzero(np.isnan(curve["tie_break_displacement"]))
         longest, largest = (curve[name].max("step").to_numpy() for name in ("tie_elongation", "tie_force"))
         said += [
-            f"tie {curve['tie'].to_numpy()[k]} holds: it gets longer by at most {1e3 * longest[k]:.4g} mm, under "
+            f"{bs.results.tie_title(names[k])} holds: it gets longer by at most {1e3 * longest[k]:.4g} mm, under "
             f"{largest[k] / 1e3:.4g} kN at most"
             for k in held[:_LISTED]
         ]

@@ -92,7 +92,11 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult], *, rotates: b
             "rules."
         )
     masses = pushed_masses(model, results)
-    said += masses if len(masses) <= _FEW else [f"Which masses each of {len(masses)} pushes moves stands at the loads."]
+    said += (
+        masses
+        if len(masses) <= _FEW
+        else [f"The section on loads states which masses each of {len(masses)} pushes moves."]
+    )
     if settles:
         said.append(
             "The reaction of supports that give way is what joints and ties bring to them, without their own weight: "

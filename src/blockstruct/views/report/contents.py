@@ -105,13 +105,14 @@ def _model(model: bs.Model) -> list[tuple[str, str]]:
     free = [b for b in model.blocks if not b.fixed]
     corners = np.concatenate([b.shape.vertices for b in free])
     areas = np.array([i.area for i in model.interfaces])
+    ends = " to ".join(dict.fromkeys(f"{area:.4g}" for area in (areas.min(), areas.max())))
     joined = Counter(i.joint_material.name for i in model.interfaces)
     return [
         ("blocks", f"{len(free)} free, {len(model.blocks) - len(free)} fixed (supports)"),
         ("extent of the free blocks along x, y, z", " × ".join(f"{e:.4g}" for e in np.ptp(corners, axis=0)) + " m"),
         ("weight of the free blocks", quantity(sum(b.weight for b in free), "N")),
         ("interfaces", f"{len(areas)}: " + ", ".join(f"{n} of {name}" for name, n in joined.items())),
-        ("area of an interface", f"{areas.min():.4g} to {areas.max():.4g} m², {areas.sum():.4g} m² in all"),
+        ("area of an interface", f"{ends} m², {areas.sum():.4g} m² in all"),
     ]
 
 

@@ -18,7 +18,7 @@ def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
     lying = ", ".join(f"{area:.4g} m² {lie} joints" for lie, area in report.area_by_orientation.items())
     rows = [
         ("tolerances", [str(report.tolerances)]),
-        ("accepted", [f"{len(found)} interfaces, {lying}", report.largest_misfit]),
+        ("accepted", [f"{len(found)} interface{'s' * (len(found) != 1)}, {lying}", report.largest_misfit]),
     ]
     by_hand = {i.name for i in model.interfaces} - {c.interface for c in found if not math.isnan(c.gap)}
     if by_hand:

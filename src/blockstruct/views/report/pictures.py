@@ -32,7 +32,7 @@ def _moves(result: bs.CaseResult) -> str:
     if result.history["stage"].to_numpy()[-1] == bs.Stage.DEAD_LOAD.value:
         return f"How “{result.name}” moves under its dead load alone, to first order: its bodies in colours"
     answer = f"{result.answer.name} {result.answer.symbol}"
-    what = f"the {answer}" if result.answer.is_reaction else f"the push and its {answer}"
+    what = f"the {answer}" if result.answer.is_reaction else f"the variable load and its {answer}"
     if result.status is not bs.Status.CONVERGED:
         return (
             f"Motion of the last iteration of “{result.name}”, which is no result: its bodies in colours, {what} there"
