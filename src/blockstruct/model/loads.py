@@ -99,6 +99,9 @@ class PointLoad:
 class FaceLoad:
     """A traction or a pressure on a face of a block: wind, water, earth.
 
+    Its forces are those on the face where the model has it. In a :class:`Pushover` they keep their size and direction,
+    and act on the same points of the block: a pressure does not turn with the face, nor change with its depth.
+
     Parameters
     ----------
     block
