@@ -180,7 +180,10 @@ class ProcedureSettings:
                 msg = f"ProcedureSettings: {name} is {shown(getattr(self, name))}; give one of {', '.join(known)}"
                 raise ModelError(msg)
         if self.crushing_interaction == "biaxial" and self.crushing != "conic":
-            msg = f"ProcedureSettings: crushing={self.crushing!r} has no biaxial interaction; give crushing='conic'"
+            msg = (
+                f"ProcedureSettings: crushing={self.crushing!r} has no biaxial interaction; give crushing='conic', or "
+                "crushing_interaction='uniaxial'"
+            )
             raise ModelError(msg)
 
     @classmethod

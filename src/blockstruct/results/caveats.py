@@ -5,7 +5,7 @@ import xarray as xr
 
 from blockstruct.model import Case, SettlementCase, listed
 from blockstruct.results.crushing_cells import lost_lever
-from blockstruct.results.utilisation import utilisation
+from blockstruct.results.utilisation import beyond_rectangle
 from blockstruct.vocabulary import Status
 
 _JAMMED = (
@@ -26,8 +26,8 @@ _NOT_PROVEN = (
     "is what the iteration found: its load factor grew without limit."
 )
 
-#: Utilisation of the effective rectangle from which a joint bears too much, and joints that are named.
-_BEYOND, _LISTED = 1.01, 3
+#: Eccentricity, in multiples of that of the effective rectangle, from which it is told, and joints that are named.
+_BEYOND, _LISTED = 1.005, 3
 
 
 def unbounded_with_dilatancy(case: Case, status: Status, *, searched: bool) -> tuple[str, ...]:
@@ -84,14 +84,15 @@ def beyond_rectangle_words(history: xr.Dataset, *, is_reaction: bool = False) ->
     is_reaction
         Whether its answer is the least reaction of a support, which what joints bear makes smaller.
     """
-    used = utilisation(history.isel(iteration=[-1]))["crushing"].isel(iteration=0).to_series().fillna(0.0)
-    beyond = used[used > _BEYOND].sort_values(ascending=False)
+    found = beyond_rectangle(history)
+    beyond = found[found > _BEYOND].sort_values(ascending=False)
     if beyond.empty:
         return ""
     names = listed([str(name) for name in beyond.index], _LISTED)
     side = "too small" if is_reaction else "too large"
     return (
-        f"Joints bent about both axes ({names}) bear up to {beyond.iloc[0]:.3g} times what their effective rectangle "
-        f"does, as uniaxial interaction bounds bending about each axis by itself: the number may be {side}. "
+        f"Joints bent about both axes ({names}) bear their force at up to {beyond.iloc[0]:.3g} times the eccentricity "
+        "that their effective rectangle takes, as uniaxial interaction bounds bending about each axis by itself: the "
+        f"number may be {side}, by no more than that where one joint decides. "
         'Run the case with crushing="conic" and crushing_interaction="biaxial".'
     )

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
@@ -10,6 +11,11 @@ from blockstruct.results.resultants import interface_resultants
 from blockstruct.units import SI_UNITS
 
 Array = NDArray[np.float64]
+
+#: Normal force, in multiples of those of the unit, up to which it says nothing of the joint.
+_FLOOR = 1e-4
+#: Share of its strength that a joint has left where it is fully pressed.
+_FULL = 1e-6
 
 
 def utilisation(history: xr.Dataset) -> xr.Dataset:
@@ -45,7 +51,7 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
         return np.asarray(np.add.reduceat(values, starts, axis=-1))
 
     # Forces as small as the tolerance of the certificate say nothing of the joint.
-    floor = 1e-4 * sum_of(history["contact_force_unit"].to_numpy())
+    floor = _FLOOR * sum_of(history["contact_force_unit"].to_numpy())
     N = sum_of(n)
     compressed = np.where(floor < N, N, np.nan)
     resistance = sum_of(history["cohesion"].to_numpy() + history["friction_coefficient"].to_numpy() * n)
@@ -55,14 +61,9 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
             sliding = np.maximum(sliding, _with_torque(history, f, sum_of))
         sliding = sliding / np.where(resistance > floor, resistance, np.nan)
 
-    strength, area = history["compressive_strength"].to_numpy(), history["interface_area"].to_numpy()
     cell = history["cell_strength"].to_numpy()
     in_cells = np.isfinite(cell[starts])
-    corners = np.flatnonzero(np.isfinite(strength) & ~in_cells)
-    of_corner = n[..., starts[corners][:, None] + np.arange(4)]
-    edges = of_corner + np.roll(of_corner, -1, axis=-1)
-    tension = sum_of(history["tensile_strength"].to_numpy())[corners]
-    capacity = (strength * area)[corners] + tension
+    corners, edges, tension, capacity = _rectangles(history)
     crushing = np.where(np.isnan(compressed), np.nan, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         crushing[..., corners] = _of_rectangles(compressed[..., corners], edges, tension, capacity)
@@ -86,6 +87,38 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
             "neutral_axis_depth": variable(depth, "length", "depth of the compressed zone"),
         }
     )
+
+
+def beyond_rectangle(history: xr.Dataset) -> pd.Series:
+    """Eccentricity of each rectangle that crushes, in multiples of the one that its effective rectangle takes.
+
+    Of the normal force and the direction of the eccentricity that the last iteration has; NaN where the joint is not
+    pressed. A block that rocks on one joint has a load factor as many times too large.
+    """
+    last = history.isel(iteration=-1)
+    joints, edges, tension, capacity = _rectangles(last)
+    N = edges[:, 0] + edges[:, 2]
+    floor = _FLOOR * np.bincount(last["interface_of_contact_point"].to_numpy(), last["contact_force_unit"].to_numpy())
+    edges, total = edges + tension[:, None] / 2, N + tension
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a, b = (1 - 2 * np.minimum(edges[:, e], edges[:, e + 2]) / total for e in (0, 1))
+        # (1 − a s)(1 − b s) = N / F at the share s of the eccentricity. Fully pressed, both sides are rounding.
+        rest = np.maximum(1 - total / capacity, _FULL)
+        times = (a + b + np.sqrt(np.maximum((a + b) ** 2 - 4 * a * b * rest, 0.0))) / (2 * rest)
+    names = pd.Index(last["interface"].to_numpy()[joints], name="interface")
+    return pd.Series(np.where(floor[joints] < N, times, np.nan), index=names)
+
+
+def _rectangles(history: xr.Dataset) -> tuple[NDArray[np.int64], Array, Array, Array]:
+    """Interfaces that crush as rectangles, forces (..., R, 4) of their edges, ``f_t A`` and ``(f_c + f_t) A``."""
+    index, strength = history["interface_of_contact_point"].to_numpy(), history["compressive_strength"].to_numpy()
+    starts = np.searchsorted(index, np.arange(history.sizes["interface"]))
+    joints = np.flatnonzero(np.isfinite(strength) & ~np.isfinite(history["cell_strength"].to_numpy()[starts]))
+    corners = starts[joints][:, None] + np.arange(4)
+    n = history["contact_force"].sel(component="n").transpose(..., "contact_point").to_numpy()[..., corners]
+    tension = history["tensile_strength"].to_numpy()[corners].sum(axis=-1)
+    capacity = (strength * history["interface_area"].to_numpy())[joints] + tension
+    return joints, n + np.roll(n, -1, axis=-1), tension, capacity
 
 
 def _of_rectangles(N: Array, edges: Array, tension: Array, capacity: Array) -> Array:
