@@ -62,6 +62,7 @@ def test_ends(pair, ends, error, words):
         ({"yield_force": "5 kN", "bond_force": "1 kN", "prestress": "2 kN"}, ["prestress 2000 N", "1000 N (bond)"]),
         ({"yield_force": "5 kN", "prestress": "-1 kN"}, ["prestress -1000 N"]),
         ({"yield_force": "5 kN", "elongation_limit": "0 mm"}, ["elongation limit 0 m"]),
+        ({"yield_force": "5 kN", "elongation_limit": "1e-10 m"}, ["elongation limit 1e-10 m", "leave the tie out"]),
     ],
 )
 def test_strengths(given, words):

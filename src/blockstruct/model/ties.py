@@ -22,6 +22,9 @@ from blockstruct.units import QuantityLike, VectorLike, si
 
 #: Distance of the end of a strip from the faces of its block, relative to the block: rounding and thickness.
 _OFF_FACE = 1e-2
+#: Least elongation limit of a tie, relative to its length: a pushover has a state just before it and one just behind,
+#: by differences of lengths.
+_LEAST_LIMIT = 1e-6
 
 
 @checked_keywords
@@ -45,7 +48,7 @@ class Tie:
     prestress : quantity, force
         With which the bar is put in; its force never falls below. It acts with the dead load.
     elongation_limit : quantity, length
-        Beyond which the bar breaks: a result tells when a mechanism reaches it.
+        Beyond which the bar breaks: a result tells when a mechanism reaches it. At least a millionth of its length.
 
     Attributes
     ----------
@@ -59,7 +62,8 @@ class Tie:
     Raises
     ------
     ModelError
-        If there is no strength, it is not above zero, or the prestress reaches it.
+        If there is no strength, it is not above zero, or the prestress reaches it; or if the elongation limit is
+        lost in the length.
     UnitError, DimensionError
         If a bare number is given where a unit is due, or a quantity of another dimension.
 
@@ -115,6 +119,13 @@ class Tie:
             msg = (
                 f"{who}: prestress {least:.6g} N; give zero or more, and less than its capacity of "
                 f"{self.capacity:.6g} N ({self.governing})"
+            )
+            raise ModelError(msg)
+        limit, length = self.elongation_limit, math.dist(self.start[1], self.end[1])
+        if limit is not None and limit < _LEAST_LIMIT * length:
+            msg = (
+                f"{who}: elongation limit {limit:.6g} m; give {_LEAST_LIMIT * length:.3g} m or more, a millionth of "
+                "its length, or leave the tie out"
             )
             raise ModelError(msg)
 
