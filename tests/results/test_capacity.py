@@ -29,8 +29,10 @@ UNEVEN = np.concatenate([[0, 0.001, 0.003, 0.01], np.linspace(0.05, 0.5, 6), [0.
         lambda d: np.minimum(0.3, 0.6 * (1 - d)),
         lambda d: 0.3 - np.maximum(0.0, 0.5 * (d - 0.31)),
         lambda d: np.full_like(d, 0.3),
+        lambda d: 0.3 * (1 - d) ** 2,
+        lambda d: 0.3 * np.sqrt(1.2 - d),
     ],
-    ids=["straight", "tangent", "kink", "another kink", "constant"],
+    ids=["straight", "tangent", "kink", "another kink", "constant", "bends", "bends back"],
 )
 def test_neither_curves_nor_kinks_are_jumps(d, of):
     assert told_of(curve(d, of(d))) == []
@@ -56,6 +58,14 @@ def test_a_jump_is_told_by_what_happens(before, behind, slides):
     assert ("slip and catch" in told) == slides
     assert ("hinge of an arch leaps" in told) != slides
     assert told.endswith("run it with other steps and compare")
+
+
+@pytest.mark.parametrize("share", [0.05, -0.05])
+def test_a_jump_with_a_state_on_its_way_is_told(share):
+    """Whether there is one is as rounding would have it."""
+    load_factor = 0.3 * (1 - EVEN) + 0.3 * share * ((EVEN > 0.38) + 1.0 * (EVEN > 0.42)) / 2
+    (told,) = told_of(curve(EVEN, load_factor))
+    assert f"jumps from {load_factor[7]:.4g} to {load_factor[9]:.4g} at a displacement of 350 mm" in told
 
 
 @pytest.mark.parametrize("share", [0.05, -0.05])

@@ -82,7 +82,7 @@ _BEGUN = (
     "that loading leads to"
 )
 _SLIPS = "where units slip and catch a curve hangs on its steps"
-_LEAPS = "nothing slides to speak of there, and another mechanism takes over, as where the hinge of an arch leaps"
+_LEAPS = "another mechanism takes over, as where the hinge of an arch leaps, or a block tips that slid until there"
 
 
 def step_arrays(steps: Sequence[FiniteStep]) -> dict[str, NDArray[Any]]:
@@ -165,9 +165,9 @@ def _length(long_name: str) -> dict[str, str]:
 def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
     """What of a capacity curve is to be looked at, a clause each: that it rises above the collapse state, or jumps.
 
-    A jump is what neither the way before nor the way behind goes on to, so that a kink is none. Those where a tie
-    breaks are told with the tie, and those where one is pulled tight or slackens are in its forces. The procedure is
-    that of the settings, by which the collapse state was found.
+    A jump, over one step or two, is what neither the way before nor the way behind goes on to, so that a kink is none.
+    Those where a tie breaks are told with the tie, and those where one is pulled tight or slackens are in its forces.
+    The procedure is that of the settings, by which the collapse state was found.
     """
     d, alpha = (capacity[name].to_numpy() for name in ("displacement", "load_factor"))
     if len(d) < 3 or not alpha[0]:
@@ -181,28 +181,47 @@ def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
             f"mm: blocks meet or interlock{tight}{begun}"
         )
     way = np.concatenate([[0.0], np.abs(np.diff(d)).cumsum()])
-    length = np.diff(way)
-    # As far again before and behind; beyond its ends, and across what ties do at once, nothing is known of the curve.
-    at = way[:-1] - length, way[1:] + length
-    before, behind = (np.interp(x, way, alpha, np.nan, np.nan) for x in at)
     of_ties = _of_ties(capacity)
-    so_far = np.concatenate([[0], of_ties.cumsum()])
-    first, last = way.searchsorted(at[0], "right") - 1, np.minimum(way.searchsorted(at[1]), len(length))
-    before[so_far[:-1] > so_far[first]] = np.nan
-    behind[so_far[last] > so_far[1:]] = np.nan
-    beyond = np.fmin(np.abs(alpha[1:] - 2 * alpha[:-1] + before), np.abs(alpha[:-1] - 2 * alpha[1:] + behind))
-    beyond[of_ties] = 0.0
-    jump = int(np.nan_to_num(beyond).argmax())
-    if beyond[jump] > JUMPS * abs(alpha[0]):
+    # A state may come to be on the way of a jump, as rounding would have it.
+    for steps in (1, 2):
+        beyond = _beyond(way, alpha, of_ties, steps)
+        jump, behind = int(beyond.argmax()), int(beyond.argmax()) + steps
+        if beyond[jump] <= JUMPS * abs(alpha[0]):
+            continue
         # A curve that does not tell of friction may have any, and one of ties that yield too.
         slides = "dissipation" not in capacity or (
-            capacity["dissipation"].to_numpy()[jump : jump + 2].max() > SLIDES * abs(alpha[0])
+            capacity["dissipation"].to_numpy()[jump : behind + 1].max() > SLIDES * abs(alpha[0])
         )
         said.append(
-            f"the load factor jumps from {alpha[jump]:.4g} to {alpha[jump + 1]:.4g} at a displacement of "
+            f"the load factor jumps from {alpha[jump]:.4g} to {alpha[behind]:.4g} at a displacement of "
             f"{1e3 * d[jump]:.4g} mm: {_SLIPS if slides else _LEAPS}, so run it with other steps and compare"
         )
+        break
     return said
+
+
+def _beyond(
+    way: NDArray[np.float64], alpha: NDArray[np.float64], of_ties: NDArray[np.bool_], steps: int
+) -> NDArray[np.float64]:
+    """By how much a curve (n,) misses, over so many steps (n − steps,), the ways before and behind; zero where ties do.
+
+    A curve that bends is above both or below both, and over more than one step that is no jump, nor is what is not
+    known on both sides.
+    """
+    begin, end, at_begin, at_end = way[:-steps], way[steps:], alpha[:-steps], alpha[steps:]
+    # As far again before and behind; beyond its ends, and across what ties do at once, nothing is known of the curve.
+    at = 2 * begin - end, 2 * end - begin
+    before, behind = (np.interp(x, way, alpha, np.nan, np.nan) for x in at)
+    so_far = np.concatenate([[0], of_ties.cumsum()])
+    first, last = way.searchsorted(at[0], "right") - 1, np.minimum(way.searchsorted(at[1]), len(way) - 1)
+    before[so_far[:-steps] > so_far[first]] = np.nan
+    behind[so_far[last] > so_far[steps:]] = np.nan
+    leaves, comes = at_end - 2 * at_begin + before, 2 * at_end - at_begin - behind
+    beyond = np.fmin(np.abs(leaves), np.abs(comes))
+    told = so_far[:-steps] == so_far[steps:]
+    if steps > 1:
+        told &= leaves * comes > 0
+    return np.where(told, np.nan_to_num(beyond), 0.0)
 
 
 def _of_ties(capacity: xr.Dataset) -> NDArray[np.bool_]:
