@@ -8,7 +8,7 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.procedures.attempts import Attempts
-from structures import SELF_WEIGHT, slid_from_under
+from structures import SELF_WEIGHT, box, push, slid_from_under
 
 
 def pushed(steps):
@@ -57,3 +57,36 @@ def test_a_drop_that_is_none_leaves_nothing_behind(monkeypatch):
     assert int(looked_for["programs"].sum()) > int(not_looked_for["programs"].sum())
     spent = ["programs", "solver_iterations", "solver_time"]
     assert looked_for.drop_vars(spent).equals(not_looked_for.drop_vars(spent))
+
+
+def cracked(steps):
+    """Pushover of two panels that crack between base and stop."""
+    blocks = [
+        box("ground", [-2, 0, -1], [5, 1, 1], fixed=True),
+        box("lower", [0, 0, 0], [0.3, 1, 1.8]),
+        box("upper", [0, 0, 1.8], [0.3, 1, 1.2]),
+        box("stop", [0.3, 0, 2.9], [0.5, 1, 0.6], fixed=True),
+    ]
+    joints = {"stop|*": bs.JointMaterial("smooth", 0.0), "*": bs.JointMaterial("dry", 0.7)}
+    model = bs.Model("wall", blocks, bs.detect_interfaces(blocks, joint_material=joints))
+    case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=("lower", (1, 0, 0)), steps=steps)
+    return bs.run(model, case)["push"]
+
+
+@pytest.mark.parametrize("steps", [6, 10])
+def test_what_a_long_step_opens_is_no_drop(steps):
+    """The hinges of the panels move, and open by the square of the way of a step.
+
+    What closed was taken for a drop, and steps begun anew behind it: the curve had no end after 5 times the steps.
+    """
+    curve = cracked(steps).capacity
+    assert float(curve["dropped"].sum()) == 0
+    assert curve.sizes["step"] < 40
+    assert float(curve["load_factor"][-1]) < 0.02
+
+
+def test_few_steps_are_given_time():
+    """Steps that grow again behind what happened are as many, whatever was asked for."""
+    result = cracked(5)
+    assert "blocks fall" in result.message
+    assert float(result.capacity["load_factor"][-1]) < 0.02

@@ -13,6 +13,9 @@ BEGINS, CHANGES = 0.005, 0.07
 #: Share of a step in which what drops is alone; the least rise in it, in multiples of that of the whole step, if blocks
 #: do; the least rise elsewhere on the way, in multiples of that one, if they do there as well; and halvings of the way.
 SHORT, ALONE, AS_FAR, HALVINGS = 1 / 32, 4.0, 0.2, 4
+#: Way, in mean block sizes, beyond that of the motion before, up to which none drops: blocks that turn in a step close
+#: gaps behind it, as they push penetrations out, and those are of its square.
+NO_DROP = 2e-3
 
 
 def drop_on(tried: Attempts, state: State, following: Found, time: float) -> Found | None:
@@ -31,6 +34,9 @@ def drop_on(tried: Attempts, state: State, following: Found, time: float) -> Fou
         return None
     found = tried.alone(state, following.moved, short, alpha)
     if found is None or found.solved.falling - state.falling < ALONE * rise:
+        return None
+    further = (found.state.twist[:, :3] - velocity) * short
+    if np.abs(further).max() < NO_DROP * tried.problem.statics.length:
         return None
     least = state.falling + AS_FAR * (found.solved.falling - state.falling)
     before, behind = 0.0, time

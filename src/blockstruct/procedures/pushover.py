@@ -31,8 +31,9 @@ DEEPEST = 2e-3
 #: Flow-rule gap, relative to the work of a step, beyond which the pushover cannot go on from it; and how often it may
 #: one after the other where the gap is not certified.
 LOST, DOUBTFUL = 0.03, 3
-#: Steps, in multiples of those asked for, after which the curve is left.
-PATIENCE = 5
+#: Steps, in multiples of those asked for, after which the curve is left; and how few asked for count as more. Behind
+#: what happens on the way steps grow again from small ones, which takes as many of them whatever was asked for.
+PATIENCE, FEW = 5, 20
 #: What the energy balance of a step may miss, relative to all work so far, before it is divided; and attempts.
 EVENT, EVENTS = 1e-3, 3
 #: Corrections of the last step towards a load factor of zero.
@@ -95,10 +96,10 @@ def pushover(
         end = zero_displacement(path.curve)
         if np.isfinite(end):
             return f"the load factor is zero at a displacement of {end:.6g} m{stands(problem, path.curve, state)}"
-        if len(path.curve) > PATIENCE * steps:
+        if len(path.curve) > PATIENCE * max(steps, FEW):
             return (
-                f"no end after {len(path.curve)} states, {PATIENCE} times the steps that were asked for: ask for "
-                "more steps, or follow a point and a direction that the mechanism goes along"
+                f"no end after {len(path.curve)} states, where {steps} steps were asked for: ask for more steps, or "
+                "follow a point and a direction that the mechanism goes along"
             )
         following = path.advance(state)
         if isinstance(following, str):
