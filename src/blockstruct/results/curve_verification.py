@@ -201,7 +201,9 @@ class _States:
     def works(self) -> Iterator[str]:
         """What friction and ties dissipate, and what the energy balance of each step misses."""
         stored, found = self._of("dissipation"), self._dissipated(self._twist)
-        work = np.maximum(np.abs(self._alpha) + np.abs(found), LEAST * abs(self._alpha[0]))
+        # Of blocks that drop it is the dead load that does most of it.
+        work = np.abs(self._alpha) + np.abs(found) + np.abs(self._of("falling"))
+        work = np.maximum(work, LEAST * abs(self._alpha[0]))
         yield from _told(
             ~(np.abs(found - stored) <= OF_WORK * work + self._of_ties(self._twist, self._rounded)),
             lambda k: (
