@@ -60,6 +60,15 @@ def test_a_jump_is_told_by_what_happens(before, behind, slides):
     assert told.endswith("run it with other steps and compare")
 
 
+@pytest.mark.parametrize(("d", "told"), [(EVEN, True), (np.linspace(0, 1, 401), False)])
+def test_sliding_that_gives_way_to_rocking_on_a_long_step_is_told(d, told):
+    """The load factor has a kink there and no jump; how far blocks slid is known to a step."""
+    rubs = {"dissipation": ("step", np.where(d < 0.5, 0.3, 0.0))}
+    words = told_of(curve(d, np.minimum(0.3, 0.6 * (1 - d)), **rubs))
+    assert len(words) == told
+    assert not told or words[0].startswith("blocks slide up to a displacement of 450 mm, and rock from 500 mm on")
+
+
 @pytest.mark.parametrize("share", [0.05, -0.05])
 def test_a_jump_with_a_state_on_its_way_is_told(share):
     """Whether there is one is as rounding would have it."""

@@ -75,6 +75,9 @@ Arrays = Mapping[str, NDArray[Any]]
 RISES, JUMPS = 0.02, 0.03
 #: Work of friction, with that of ties, relative to that of the push at the first state, up to which nothing slides.
 SLIDES = 0.1
+#: Work of friction, relative to that of the push, from which blocks mostly slide; and change of the load factor behind,
+#: relative to its first value, over as long a way as the step in which they cease to, that is told.
+MOSTLY, SHIFTED = 0.5, 0.01
 #: Change of the force of a tie between two states, relative to its largest, that is one at once.
 AT_ONCE = 0.5
 _BEGUN = (
@@ -163,7 +166,7 @@ def _length(long_name: str) -> dict[str, str]:
 
 
 def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
-    """What of a capacity curve is to be looked at, a clause each: that it rises above the collapse state, or jumps.
+    """What of a capacity curve is to be looked at, a clause each: that it rises, jumps, or begins to rock in a step.
 
     A jump, over one step or two, is what neither the way before nor the way behind goes on to, so that a kink is none.
     Those where a tie breaks are told with the tie, and those where one is pulled tight or slackens are in its forces.
@@ -197,7 +200,25 @@ def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
             f"{1e3 * d[jump]:.4g} mm: {_SLIPS if slides else _LEAPS}, so run it with other steps and compare"
         )
         break
+    else:
+        said += _gives_way(way, capacity)
     return said
+
+
+def _gives_way(way: NDArray[np.float64], capacity: xr.Dataset) -> list[str]:
+    """Where sliding gives way to rocking on a long step: the branch behind it may be as far off as the step is long."""
+    if "dissipation" not in capacity:
+        return []
+    d, alpha, friction = (capacity[name].to_numpy() for name in ("displacement", "load_factor", "dissipation"))
+    ends = (friction[:-2] > MOSTLY * np.abs(alpha[:-2])) & (friction[1:-1] <= SLIDES * abs(alpha[0]))
+    length = np.diff(way)
+    shifted = length[:-1] * np.abs(np.diff(alpha)[1:]) / np.maximum(length[1:], 1e-300)
+    found = np.flatnonzero(ends & ~_of_ties(capacity)[:-1] & (shifted > SHIFTED * abs(alpha[0])))
+    if not len(found):
+        return []
+    k = int(found[shifted[found].argmax()])
+    where = f"up to a displacement of {1e3 * d[k]:.4g} mm, and rock from {1e3 * d[k + 1]:.4g} mm on"
+    return [f"blocks slide {where}: that is known to a step, so run it with other steps and compare"]
 
 
 def _beyond(
