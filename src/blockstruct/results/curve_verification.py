@@ -27,6 +27,8 @@ SAME, AT_ONE_WATT = 1e-9, 1e-5
 #: Difference of works, as a share of all work, that is none: measured 1e-9, of forces that are too small to be kept;
 #: and load factor, relative to the first, with which there is no less work to compare with.
 OF_WORK, LEAST = 1e-6, 0.05
+#: Largest force, in dead wrenches of a block, that is too small to be kept.
+NOT_KEPT = 1e-9
 #: Relative difference of two computations of one residual beyond what holds.
 ROUNDING = 1e-3
 #: Interpenetration, and flow-rule gap relative to the load factor and the dissipation, with which a state holds.
@@ -204,8 +206,9 @@ class _States:
         # Of blocks that drop it is the dead load that does most of it.
         work = np.abs(self._alpha) + np.abs(found) + np.abs(self._of("falling"))
         work = np.maximum(work, LEAST * abs(self._alpha[0]))
+        none = OF_WORK * work + self._of_ties(self._twist, self._rounded) + self._not_kept()
         yield from _told(
-            ~(np.abs(found - stored) <= OF_WORK * work + self._of_ties(self._twist, self._rounded)),
+            ~(np.abs(found - stored) <= none),
             lambda k: (
                 f"its forces and velocities dissipate {found[k]:.6g} of the variable load's work, not {stored[k]:.6g}"
             ),
@@ -304,6 +307,13 @@ class _States:
         found = np.zeros(len(twist))
         np.add.at(found, state, -np.einsum("ki,ki->k", self._of_contact("force_of_contact"), v))
         return found + self._of_ties(twist, self._tie_force)
+
+    def _not_kept(self) -> Array:
+        """Most work (S,) in a second of forces that are too small to be kept: blocks that drop are fast."""
+        missing = self._of("contact_points") - np.bincount(self._contacts[0], minlength=len(self._alpha))
+        speed = np.linalg.norm(self._twist[:, :, :3], axis=2).max(axis=1)
+        unit = self._moving.unit
+        return np.asarray(2 * speed * missing * NOT_KEPT * unit[np.isfinite(unit)].max())
 
     def _of_ties(self, twist: Array, force: Array) -> Array:
         """Work (S,) of forces (S, N) of ties that motions (S, B, 6) make longer, in a second, J."""
