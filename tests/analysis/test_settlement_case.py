@@ -228,7 +228,7 @@ def test_tables_and_progress_tell_reactions(model, capsys):
     """A load factor of a settlement is none of its answers."""
     analysis = bs.run(model, bs.SettlementCase("sinks", SELF_WEIGHT, ["left"], "-z"), progress=True)
     result, table = analysis["sinks"], analysis._repr_html_()
-    assert f">{result.answer.plain(result.load_factor, 6)}<" in table
+    assert f">{result.answer.text(result.load_factor, 6)}<" in table
     assert "<th>reaction</th>" in table
     assert "load factor" not in table
     said = capsys.readouterr().err
