@@ -129,20 +129,19 @@ def biaxial_crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     """``N³ ≤ 4 F m1 m2`` for the auxiliaries of each rectangle: with :func:`edges`, ``N³ ≤ 4 F n_e n_f``.
 
     The condition is a power cone. With ``q² ≤ c N``, ``p² ≤ m1 m2`` and ``N² ≤ p q √(4 F / c)`` it is three
-    second-order cones, which every conic solver has: ``N⁴ ≤ 4 F p² q² / c ≤ 4 F m1 m2 N``. With ``c = √F`` they lose
-    as few digits of a small N as of a large one: with c = 1 a block whose dead loads cancel was left without a
+    second-order cones, which every conic solver has: ``N⁴ ≤ 4 F p² q² / c ≤ 4 F m1 m2 N``. With ``c = √F = F / c`` they
+    lose as few digits of a small N as of a large one: with c = 1 a block whose dead loads cancel was left without a
     certificate.
     """
     R = len(problem.rectangles)
     m1, m2, p, q = 1 + 3 * problem.n_points + np.arange(4 * R).reshape(4, R)
     N = normal_force(problem.rectangles).T
-
     c = np.sqrt(problem.capacity)
 
     def rows(h: Array, *terms: tuple[Index, float | Array]) -> ConstraintRows:
         return ConstraintRows(_matrix(n_columns, *terms), h)
 
-    none, (once, scaled) = 0 * c, ([(column, value) for column in N] for value in (-1.0, -np.sqrt(2) * c**-0.25))
+    none, (once, scaled) = 0 * c, ([(column, value) for column in N] for value in (-1.0, -2 * (4 * c) ** -0.25))
     cones = _joined(
         _cones(rows(c, *once), rows(-c, *once), rows(none, (q, -2.0))),
         _cones(rows(none, (m1, -1.0), (m2, -1.0)), rows(none, (m1, -1.0), (m2, 1.0)), rows(none, (p, -2.0))),

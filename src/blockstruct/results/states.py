@@ -5,7 +5,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.results.utilisation import utilisation
+from blockstruct.results.utilisation import crushing_used
 from blockstruct.vocabulary import ContactState
 
 Array = NDArray[np.float64]
@@ -117,8 +117,7 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
 def _fully_pressed(history: xr.Dataset) -> Flags:
     """Whether the joint of a contact point, or its cell, uses its compressive strength."""
     cell = history["cell_strength"].to_numpy()
-    of_joint = utilisation(history)["crushing"].transpose(..., "interface").to_numpy()
-    of_joint = of_joint[..., history["interface_of_contact_point"].to_numpy()]
+    of_joint = crushing_used(history)[..., history["interface_of_contact_point"].to_numpy()]
     n = history["contact_force"].sel(component="n").transpose(..., "contact_point").to_numpy()
     return np.asarray(np.where(np.isfinite(cell), n >= FULLY_PRESSED * cell, of_joint >= FULLY_PRESSED))
 

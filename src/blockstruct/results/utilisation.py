@@ -42,33 +42,18 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
           the edge that leaves least; at most the depth of the interface, 0 at a hinge of infinite strength. NaN where N
           is not compression.
     """
-    index = history["interface_of_contact_point"].to_numpy()
-    starts = np.searchsorted(index, np.arange(history.sizes["interface"]))
+    starts, floor = _starts(history), _floor(history)
     f = history["contact_force"].transpose(..., "contact_point", "component").to_numpy()
-    n = f[..., 0]
 
     def sum_of(values: Array) -> Array:
         return np.asarray(np.add.reduceat(values, starts, axis=-1))
 
-    # Forces as small as the tolerance of the certificate say nothing of the joint.
-    floor = _FLOOR * sum_of(history["contact_force_unit"].to_numpy())
-    N = sum_of(n)
-    compressed = np.where(floor < N, N, np.nan)
-    resistance = sum_of(history["cohesion"].to_numpy() + history["friction_coefficient"].to_numpy() * n)
+    resistance = sum_of(history["cohesion"].to_numpy() + history["friction_coefficient"].to_numpy() * f[..., 0])
     with np.errstate(divide="ignore", invalid="ignore"):
         sliding = sum_of(np.linalg.norm(f[..., 1:], axis=-1))
         if "torsion_lever" in history.coords:
             sliding = np.maximum(sliding, _with_torque(history, f, sum_of))
         sliding = sliding / np.where(resistance > floor, resistance, np.nan)
-
-    cell = history["cell_strength"].to_numpy()
-    in_cells = np.isfinite(cell[starts])
-    corners, edges, tension, capacity = _rectangles(history)
-    crushing = np.where(np.isnan(compressed), np.nan, 0.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        crushing[..., corners] = _of_rectangles(compressed[..., corners], edges, tension, capacity)
-        pressed = sum_of(np.where(np.isfinite(cell) & (n > 1e-6 * cell), cell, 0.0))
-        crushing[..., in_cells] = (compressed / pressed)[..., in_cells]
 
     resultants = interface_resultants(history)
     coords = resultants["force"].isel(component=0, drop=True).coords
@@ -83,10 +68,27 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(
         {
             "sliding": variable(sliding, "dimensionless", "utilisation of the sliding strength"),
-            "crushing": variable(crushing, "dimensionless", "utilisation of the compressive strength"),
+            "crushing": variable(crushing_used(history), "dimensionless", "utilisation of the compressive strength"),
             "neutral_axis_depth": variable(depth, "length", "depth of the compressed zone"),
         }
     )
+
+
+def crushing_used(history: xr.Dataset) -> Array:
+    """Utilisation of the compressive strength, (..., J), alone: as :func:`utilisation` has it."""
+    starts = _starts(history)
+    n = history["contact_force"].sel(component="n").transpose(..., "contact_point").to_numpy()
+    N = np.add.reduceat(n, starts, axis=-1)
+    compressed = np.where(_floor(history) < N, N, np.nan)
+    cell = history["cell_strength"].to_numpy()
+    in_cells = np.isfinite(cell[starts])
+    corners, edges, tension, capacity = _rectangles(history)
+    used = np.where(np.isnan(compressed), np.nan, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        used[..., corners] = _of_rectangles(compressed[..., corners], edges, tension, capacity)
+        pressed = np.add.reduceat(np.where(np.isfinite(cell) & (n > 1e-6 * cell), cell, 0.0), starts, axis=-1)
+        used[..., in_cells] = (compressed / pressed)[..., in_cells]
+    return used
 
 
 def beyond_rectangle(history: xr.Dataset) -> pd.Series:
@@ -98,7 +100,6 @@ def beyond_rectangle(history: xr.Dataset) -> pd.Series:
     last = history.isel(iteration=-1)
     joints, edges, tension, capacity = _rectangles(last)
     N = edges[:, 0] + edges[:, 2]
-    floor = _FLOOR * np.bincount(last["interface_of_contact_point"].to_numpy(), last["contact_force_unit"].to_numpy())
     edges, total = edges + tension[:, None] / 2, N + tension
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (1 - 2 * np.minimum(edges[:, e], edges[:, e + 2]) / total for e in (0, 1))
@@ -106,13 +107,22 @@ def beyond_rectangle(history: xr.Dataset) -> pd.Series:
         rest = np.maximum(1 - total / capacity, _FULL)
         times = (a + b + np.sqrt(np.maximum((a + b) ** 2 - 4 * a * b * rest, 0.0))) / (2 * rest)
     names = pd.Index(last["interface"].to_numpy()[joints], name="interface")
-    return pd.Series(np.where(floor[joints] < N, times, np.nan), index=names)
+    return pd.Series(np.where(_floor(last)[joints] < N, times, np.nan), index=names)
+
+
+def _starts(history: xr.Dataset) -> NDArray[np.int64]:
+    """First contact point of each interface, (J,)."""
+    return np.searchsorted(history["interface_of_contact_point"].to_numpy(), np.arange(history.sizes["interface"]))
+
+
+def _floor(history: xr.Dataset) -> Array:
+    """Force of each interface, (J,), as small as the tolerance of the certificate, which says nothing of the joint."""
+    return _FLOOR * np.asarray(np.add.reduceat(history["contact_force_unit"].to_numpy(), _starts(history)))
 
 
 def _rectangles(history: xr.Dataset) -> tuple[NDArray[np.int64], Array, Array, Array]:
     """Interfaces that crush as rectangles, forces (..., R, 4) of their edges, ``f_t A`` and ``(f_c + f_t) A``."""
-    index, strength = history["interface_of_contact_point"].to_numpy(), history["compressive_strength"].to_numpy()
-    starts = np.searchsorted(index, np.arange(history.sizes["interface"]))
+    starts, strength = _starts(history), history["compressive_strength"].to_numpy()
     joints = np.flatnonzero(np.isfinite(strength) & ~np.isfinite(history["cell_strength"].to_numpy()[starts]))
     corners = starts[joints][:, None] + np.arange(4)
     n = history["contact_force"].sel(component="n").transpose(..., "contact_point").to_numpy()[..., corners]
