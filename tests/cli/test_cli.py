@@ -660,3 +660,22 @@ def test_tables_of_a_narrow_terminal_are_folded_and_cut_no_number(call, tmp_path
         assert {f"{row['load_factor']:.6g}", f"{row['n_iterations']:.0f}"} <= set(out.split())
     if width >= 60:
         assert max(map(len, out.splitlines())) <= width
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
+@pytest.mark.parametrize(
+    ("words", "told"), [(("show",), subprocess.PIPE), (("show", "--json"), subprocess.PIPE), (("recover",), None)]
+)
+def test_output_that_nobody_reads_ends_a_command_silently(file, words, told):
+    """As ``show FILE | head`` once head has what it wants: as a command that SIGPIPE ends, and without a word.
+
+    The last one is refused, for want of working data, and nobody reads that either.
+    """
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [Path(sys.executable).with_name("blockstruct"), *words, file]
+    try:
+        done = subprocess.run(command, stdout=writer, stderr=told or writer, check=False, timeout=60)
+    finally:
+        os.close(writer)
+    assert (done.returncode, done.stderr or b"") == (141, b"")

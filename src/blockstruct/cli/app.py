@@ -1,9 +1,12 @@
 """The command, its options and exit codes."""
 
+import contextlib
 import io
 import math
+import os
 import sys
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,16 +19,39 @@ import blockstruct as bs
 from blockstruct.views import directions_text, iteration_table, result_text, spread_text, summary_table
 from blockstruct.views.words import cells_of
 
-#: Exit codes.
-DIFFERENT, REFUSED, NO_LOAD_FACTOR, VIOLATIONS, INTERRUPTED = 1, 2, 3, 4, 130
+#: Exit codes; the last two are those of the signals SIGINT and SIGPIPE.
+DIFFERENT, REFUSED, NO_LOAD_FACTOR, VIOLATIONS, INTERRUPTED, UNREAD = 1, 2, 3, 4, 130, 141
 
-out = Console(highlight=False)
-err = Console(stderr=True, highlight=False)
+
+class _Console(Console):
+    """A console that leaves it to the command how to end when its reader is gone."""
+
+    def on_broken_pipe(self) -> None:
+        """Raise the BrokenPipeError that is being handled."""
+        raise
+
+
+out = _Console(highlight=False)
+err = _Console(stderr=True, highlight=False)
+
+
+@contextlib.contextmanager
+def _while_read() -> Iterator[None]:
+    """Print while somebody reads it; once nobody does, end silently, as commands that the signal ends."""
+    try:
+        yield
+    except BrokenPipeError:
+        # Python flushes as it ends, and would complain.
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        for stream in (sys.stdout, sys.stderr):
+            os.dup2(nowhere, stream.fileno())
+        raise SystemExit(UNREAD) from None
 
 
 class _Commands(TyperGroup):
     """The commands; one that is interrupted says so, which Typer would not."""
 
+    @_while_read()
     def invoke(self, ctx: Any) -> Any:
         """Carry out a command."""
         try:
@@ -43,6 +69,7 @@ CsvOption = Annotated[Path | None, typer.Option("--csv", help="Write a .csv file
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as JSON, instead of tables.")]
 
 
+@_while_read()
 def main() -> None:
     """Run the command; an error of the input is one message and exit code 2, never a traceback."""
     if isinstance(sys.stdout, io.TextIOWrapper):
@@ -72,7 +99,7 @@ def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
     invoke_without_command=True,
     epilog="Exit codes: 0 done; 1 diff found differences; 2 refused input, with one message; "
     "3 a case ended without a load factor, or a pushover without a curve; 4 a file violates its schema; "
-    "130 interrupted.",
+    "130 interrupted; 141 whoever read the output stopped.",
 )
 def top(
     context: typer.Context,
