@@ -71,7 +71,9 @@ def test_memory_is_limited(tmp_path):
 
 def test_what_cannot_be_sent_is_refused(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "cloudpickle", None)
-    with pytest.raises(bs.errors.StudyError, match=r"<lambda> cannot be sent.*blockstruct\[cluster\].*threads=True"):
+    with pytest.raises(
+        bs.errors.StudyError, match=r"<lambda> cannot be sent.*\(\w+: .*blockstruct\[cluster\].*threads=True"
+    ):
         bs.study(lambda mu: studied.block(mu), {"mu": [0.3, 0.4]}, tmp_path, workers=2)
 
 
@@ -80,10 +82,11 @@ import sys
 from functools import partial
 import blockstruct as bs, studied
 from blockstruct import Q_
+MORE = Q_(0.25, "m"), None
 {more}
 TALL = Q_(1, "m")
 def build(mu, height):
-    return studied.block(mu, height + Q_(0.25, "m"))
+    return studied.block(mu, height + MORE[0])
 data = bs.study(partial(build, height=TALL), {{"mu": [0.3, 0.7]}}, workers=2)
 print(data.load_factor.to_numpy().ravel().round(6).tolist())
 """
@@ -95,10 +98,11 @@ print(data.load_factor.to_numpy().ravel().round(6).tolist())
     [
         ("", 0, "[0.3, 0.4]"),
         ("sys.modules['cloudpickle'] = None", 1, "must call study under `if __name__ == '__main__':`"),
+        ("MORE = MORE[0], (n for n in ())", 1, "cannot send it (TypeError: cannot pickle 'generator' object)"),
     ],
 )
 def test_a_script_with_its_own_build(tmp_path, more, code, said):
-    """Run once, and with the quantities it refers to; without cloudpickle, it is told what to do."""
+    """Run once, and with the quantities it refers to; if cloudpickle cannot send it, told why and what to do."""
     (tmp_path / "script.py").write_text(SCRIPT.format(more=more))
     environment = os.environ | {"PYTHONPATH": str(SUPPORT)}
     command = [sys.executable, tmp_path / "script.py"]

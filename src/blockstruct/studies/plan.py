@@ -103,8 +103,8 @@ class Plan:
             msg = f"build {name_of(self.build)}: parameters {', '.join(missing)} have no value; give one, or a list"
             raise UnknownKeywordError(msg)
 
-    def pickled(self) -> tuple[bytes, bool]:
-        """The plan as bytes for another process, and whether that must import the script of this one first.
+    def pickled(self) -> tuple[bytes, str]:
+        """The plan as bytes for another process, and why that must import the script of this one first, if it must.
 
         Raises
         ------
@@ -117,17 +117,18 @@ class Plan:
         # A process can import the script by itself, but not a notebook or what was typed at a prompt.
         in_script, is_script = b"__main__" in sent, Path(getattr(sys.modules["__main__"], "__file__", "")).is_file()
         if sent and not in_script:
-            return sent, False
+            return sent, ""
         try:
             import cloudpickle
 
-            return cloudpickle.dumps(self), False
+            return cloudpickle.dumps(self), ""
         except Exception as error:
+            reason = f"{type(error).__name__}: {error}"
             if sent and is_script:
-                return sent, True
+                return sent, reason
             msg = (
-                f"study: build {name_of(self.build)} cannot be sent to another process ({error}); define it at the top "
-                'of a module, or pip install "blockstruct[cluster]" (cloudpickle sends functions of notebooks and '
+                f"study: build {name_of(self.build)} cannot be sent to another process ({reason}); define it at the "
+                'top of a module, or pip install "blockstruct[cluster]" (cloudpickle sends functions of notebooks and '
                 "lambdas), or give threads=True"
             )
             raise StudyError(msg) from error

@@ -67,9 +67,9 @@ def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int, me
     StudyError
         If the workers cannot start.
     """
-    sent, needs_script = plan.pickled()
+    sent, why_script = plan.pickled()
     waiting, starts = deque(jobs), Counter[str]()
-    idle = [_Worker(memory_limit, needs_script=needs_script) for _ in range(min(workers, len(jobs)))]
+    idle = [_Worker(memory_limit, why_script) for _ in range(min(workers, len(jobs)))]
     busy: dict[Future[str], tuple[_Worker, Job]] = {}
     try:
         for worker in idle:
@@ -86,7 +86,7 @@ def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int, me
                     idle.append(worker)
                 except BrokenExecutor:
                     worker.end()
-                    idle.append(_Worker(memory_limit, needs_script=needs_script))
+                    idle.append(_Worker(memory_limit, why_script))
                     if starts[job.name] < MOST_STARTS:
                         waiting.appendleft(job)
                         continue
@@ -100,10 +100,10 @@ def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int, me
 
 
 class _Worker:
-    """A process that carries out one run at a time."""
+    """A process that carries out one run at a time; it imports the script of this one if there is a reason why."""
 
-    def __init__(self, memory_limit: int | None, *, needs_script: bool) -> None:
-        self._needs_script = needs_script
+    def __init__(self, memory_limit: int | None, why_script: str) -> None:
+        self._why_script = why_script
         # Spawned, not forked: locks of threads and libraries that a fork copies may never open again.
         self._pool = ProcessPoolExecutor(
             1, mp_context=get_context("spawn"), initializer=_begin, initargs=(memory_limit,)
@@ -116,15 +116,19 @@ class _Worker:
         except BrokenExecutor as error:
             msg = (
                 "study: a worker process ended as it started (its own message stands above). A memory limit must leave "
-                "room for Python itself, some 500 MB. A script that defines build must call study under "
-                "`if __name__ == '__main__':`, because each worker imports it, unless cloudpickle can send it, which "
-                'comes with "blockstruct[cluster]"; or give threads=True'
+                "room for Python itself, some 500 MB."
             )
+            if self._why_script:
+                msg += (
+                    " A script that defines build must call study under `if __name__ == '__main__':`, because each "
+                    'worker imports it where cloudpickle, which comes with "blockstruct[cluster]", cannot send it '
+                    f"({self._why_script}); or give threads=True"
+                )
             raise StudyError(msg) from error
 
     def submit(self, function: Any, *args: Any) -> Future[Any]:
         # Processes start when they are first given something to do.
-        with _start_of_a_process(needs_script=self._needs_script):
+        with _start_of_a_process(needs_script=bool(self._why_script)):
             try:
                 return self._pool.submit(function, *args)
             except BrokenExecutor as error:  # It ended while it had nothing to do.
