@@ -283,6 +283,7 @@ def test_recover_and_resume(call, small_model, small_cases, small_analysis, tmp_
     code, out, err = call("resume", path)
     assert code == 0
     assert "load factor" in err
+    assert f"written: {path}" in out
     assert bs.compare(bs.open_analysis(path), small_analysis).agrees()
     code, _, err = call("recover", path)
     assert code == 2

@@ -224,6 +224,7 @@ def test_the_command_salvages_and_says_when_nothing_is_left_to_run(copy, call):
     code, out, _ = call("resume", copy)
     assert code == 0
     assert "nothing was left to run" in out
+    assert "written" not in out
     copy.write_bytes(copy.read_bytes()[:-10] + b"x" * 10)
     code, out, _ = call("recover", "--salvage", copy)
     assert code == 0

@@ -93,11 +93,12 @@ def resume(file: FileArgument, quiet: QuietOption = False) -> None:
     """Go on with a run that was killed or interrupted, from its last committed iteration."""
     out.quiet = quiet
     events: list[Any] = []
+    killed = bs.storage.is_unfinished(file)
     with following(err, quiet=quiet) as listeners:
         analysis = bs.AnalysisManager.resume(file, listeners=[*listeners, events.append])
     if not events:
         say(f"{file}: every case had ended, nothing was left to run")
-    _report(analysis, file)
+    _report(analysis, file, written=killed or bool(events))
 
 
 def _run(
@@ -119,10 +120,11 @@ def _run(
     _report(analysis, output, as_json=as_json)
 
 
-def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False) -> None:
+def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False, written: bool = True) -> None:
     # Elsewhere than on a terminal they were printed as they were solved.
     print_results(analysis, iterations=err.is_terminal)
-    say(f"written: {output}")
+    if written:
+        say(f"written: {output}")
     name = shlex.quote(str(output))
     interrupted = any(r.status is bs.Status.INTERRUPTED for r in analysis.values())
     rest = f"blockstruct resume {name} for the rest, " if interrupted else ""
