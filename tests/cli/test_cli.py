@@ -641,6 +641,16 @@ def test_a_report_is_a_page_or_a_pdf(call, file, tmp_path, name):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_report_without_its_packages_names_the_extra_of_each_kind(call, file, tmp_path, monkeypatch):
+    for name in [name for name in sys.modules if name.startswith("blockstruct.views.report")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "jinja2", None)
+    code, _, err = call("report", file, "-o", tmp_path / "r.pdf")
+    assert code == 2
+    assert 'jinja2 is not installed; it comes with: pip install "blockstruct[report]"' in err
+    assert 'PDF needs more, all of which comes with: pip install "blockstruct[pdf]"' in err
+
+
 @pytest.mark.parametrize("width", [30, 60, 80])
 def test_tables_of_a_narrow_terminal_are_folded_and_cut_no_number(call, tmp_path, monkeypatch, width):
     # A console keeps the width that the environment had when it was made.

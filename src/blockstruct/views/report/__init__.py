@@ -9,7 +9,9 @@ try:
     import jinja2  # noqa: F401 - the report is a template
     import matplotlib  # noqa: F401 - with figures
 except ModuleNotFoundError as error:
-    raise bs.errors.MissingExtraError.of(error, "report", "report") from error
+    missing = bs.errors.MissingExtraError.of(error, "report", "report")
+    missing.add_note('a report as PDF needs more, all of which comes with: pip install "blockstruct[pdf]"')
+    raise missing from error
 
 from blockstruct.views.report.html import report_html, write_report
 
