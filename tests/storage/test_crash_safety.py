@@ -18,7 +18,8 @@ from blockstruct.results import history_of
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.statics import Statics
 from blockstruct.storage import is_unfinished
-from killed_runs import FRESH, cases, check_resumed, kill_at_random, wall
+from killed_runs import cases, check_resumed, kill_at_random, wall
+from processes import FRESH
 from structures import SELF_WEIGHT, model_of, push
 
 
@@ -28,7 +29,7 @@ def whole(tmp_path_factory):
 
 
 def test_killed_at_random(tmp_path, whole):
-    kill_at_random(tmp_path, whole, 20, seed=1)
+    kill_at_random(tmp_path, whole, 12, seed=1)
 
 
 @pytest.mark.parametrize("at", [0, 1, 2, 8, 15, 16])

@@ -1,7 +1,6 @@
 """Runs of a small wall that are killed at any moment, and what must be left of them."""
 
 import contextlib
-import multiprocessing
 import random
 import shutil
 import time
@@ -11,10 +10,8 @@ import pytest
 import blockstruct as bs
 from blockstruct.analysis import IterationDone
 from blockstruct.storage import is_unfinished
+from processes import FRESH
 from structures import SELF_WEIGHT, model_of, push
-
-FRESH = multiprocessing.get_context("forkserver")
-FRESH.set_forkserver_preload(["blockstruct", "structures", "killed_runs"])
 
 
 def wall() -> bs.Model:

@@ -7,6 +7,8 @@ import time
 #: Seconds of a processor that a trial may take, and of silence after which it is taken to hang.
 LIMIT, PATIENCE = 5.0, 60.0
 FRESH = multiprocessing.get_context("forkserver")
+# The package imports its rooms when they are asked for; what stands beside it is not found where processes begin.
+FRESH.set_forkserver_preload(["blockstruct.analysis", "blockstruct.contacts", "jsonschema", "pytest"])
 
 
 def count(trial, seeds, *words):
