@@ -14,6 +14,8 @@ from blockstruct.views.view import best_look
 from blockstruct.views.words import status_words
 from structures import SELF_WEIGHT, model_of, push, single_block
 
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 
 def run(cases, *, tilted=False, listener=None, **settings):
     blocks, joint = single_block(0.4, 0.8)
