@@ -228,7 +228,7 @@ def main() -> None:
         (many_cases, (size.cases,)),
         (opening, (size.columns // 2, size.rows // 3, 30, size.cases)),
         (table, (size.files,)),
-        (large_history, (50, 67, 30)),
+        (large_history, (size.columns + 10, size.rows + 7, 30)),
         (recording, (size.columns, size.rows, size.programs)),
     ):
         with tempfile.TemporaryDirectory() as folder:
