@@ -43,12 +43,12 @@ def pushed() -> bs.LimitCase:
     return bs.LimitCase("push +x", dead, bs.LoadPattern("1 kN at the spandrel", ends))
 
 
-def main() -> dict[str, float]:
+def main(strengths: tuple[str | None, ...] = (None, "4 MPa", "2 MPa")) -> dict[str, float]:
     model = assemblage()
     print(f"{model.name}: {len(model.blocks)} blocks, {len(model.interfaces)} interfaces")
 
     manager = bs.AnalysisManager(model, listeners=[bs.print_lines()])
-    curve = manager.sweep("compressive_strength", [None, "4 MPa", "2 MPa"], pushed())
+    curve = manager.sweep("compressive_strength", strengths, pushed())
     shear = {}
     for fc, status, alpha in curve[["status", "load_factor"]].to_dataframe().itertuples():
         shear[f"{fc:g} MPa"] = alpha * PUSH.to("kN").magnitude
