@@ -1,6 +1,7 @@
 """Check of a local mechanism, Circolare 21/01/2019 n. 7 C.S.LL.PP., C8.7.1.2.1."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, NoReturn
 
 import numpy as np
@@ -11,10 +12,11 @@ from blockstruct.assess.check import LimitState, LocalMechanismCheck
 from blockstruct.assess.coefficients import Coefficients, confidence
 from blockstruct.assess.floor_spectrum import FloorSpectrum
 from blockstruct.assess.lines import Line, in_g, shown, told_apart
-from blockstruct.assess.notes import notes_of, notes_of_control, notes_of_demand
+from blockstruct.assess.notes import notes_of, notes_of_control, notes_of_demand, notes_of_parts
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import HorizontalForces, of_bodies
 from blockstruct.assess.rotation import first_reached
+from blockstruct.assess.separate import separate_mechanisms
 from blockstruct.assess.spectrum import LARGEST, SMALLEST, NtcSpectrum, Spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.errors import ModelError
@@ -52,8 +54,10 @@ def local_mechanism(
 
     The masses are those that the variable load pushes: P of the blocks, Q of point and face loads along the push.
     Blocks that move together are one body (``result.macro_blocks``): over the small blocks of a wall that turns as
-    one, e* would be 0.75 and a0* a third too high. Bodies at rest do not count. The mechanism is taken as held by the
-    structure that it is part of; elements free to vibrate on their own, such as pinnacles, are not treated.
+    one, e* would be 0.75 and a0* a third too high. Bodies at rest do not count. Bodies that pass no work on to each
+    other, such as façades apart, are mechanisms of their own, however fast each moves: the check is that of the one
+    with the lowest ratio. The mechanism is taken as held by the structure that it is part of; elements free to vibrate
+    on their own, such as pinnacles, are not treated.
 
     Parameters
     ----------
@@ -100,78 +104,131 @@ def local_mechanism(
     if method not in METHODS:
         msg = f"local_mechanism: method {method!r}; {did_you_mean(str(method), METHODS)}"
         raise ModelError(msg)
-    c = Coefficients() if coefficients is None else coefficients
     forces = HorizontalForces.of(found.model, case)
-    mechanism = found.mechanism
-    bodies = macro_blocks(found.model, mechanism, tolerance, case.dead)
-    whole, blocks = of_bodies(found.model, forces, mechanism, bodies)
-    FC, reason = confidence(
-        confidence_factor, knowledge_level, crushing=_crushes(found, bodies), without_crushing=c.without_crushing
+    asked = _Asked(
+        found,
+        case,
+        forces,
+        confidence_factor,
+        knowledge_level,
+        spectrum,
+        spectrum_sld,
+        spectrum_slc,
+        method,
+        beside,
+        Coefficients() if coefficients is None else coefficients,
     )
-    alpha0 = found.load_factor * forces.share
-    a0_star = alpha0 * g / (whole.e_star * FC)
-    pushed, curve, missing = found.capacity, None, ""
-    try:
-        curve = (
-            curve_of_rotation(found, case, bodies, forces, a0_star)
-            if pushed is None
-            else curve_of_pushover(found, pushed, forces.direction, whole, a0_star)
-        )
-    except ModelError as error:
-        missing = f"no capacity curve: {error}"
-    if method == "displacement" and curve is None:
-        msg = f"case {found.name!r}: {missing}, or give method='linear' (--method linear on the command line)"
-        raise ModelError(msg)
-    sld = _damage(a0_star, spectrum if spectrum_sld is None else spectrum_sld, with_demand=spectrum_sld is not None)
-    states, notes = [sld, _linear(a0_star, spectrum, sld.ag, c)], notes_of(found, forces, bodies, whole)
-    if curve is not None:
-        slc = spectrum if spectrum_slc is None else spectrum_slc
-        for state, of, own_site in (("SLV", spectrum, True), ("SLC", slc, spectrum_slc is not None)):
-            try:
-                states.append(_by_displacement(curve, sld.ag, state, c, of, with_demand=own_site))
-            except ModelError as error:
-                if method == "displacement" and state == "SLV":
-                    raise
-                notes.append(f"{state} by displacement was left out. {error}.")
-    notes += notes_of_demand(found.model, bodies, spectrum)
-    notes += [
-        f"{state.name}: capacity / demand = {state.ratio_text()}, {state.outcome}."
-        for state in states
-        if state.name not in METHODS.values() and np.isfinite(state.demand) and not state.satisfied
-    ]
-    if curve is not None and pushed is not None:
-        notes += notes_of_control(found.model, pushed, curve.d0, forces, bodies, whole)
+    bodies = macro_blocks(found.model, found.mechanism, tolerance, case.dead)
+    parts = separate_mechanisms(found, forces, bodies)
+    # A pushover tells of the mechanism that its control point is of.
+    known = parts if found.capacity is None or method == "linear" else [p for p in parts if asked.follows(p)] or parts
+    resting = [body for body in bodies if not body.moves]
+    checks = [asked.check([*part, *resting]) for part in known]
+    ratios = [one.ratio for one in checks]
+    check = checks[int(np.argmin(ratios))]
+    notes = [*notes_of_parts(parts, known, ratios), *check.notes]
     first = next(iter(result.runs.values())) if isinstance(result, Spread) else found
     if first is not found and first.capacity is not None:
         notes.append(
             f"The pushover began at the load factor {shown(first.load_factor)}, and a lower one is relied on, "
             f"{shown(found.load_factor)}: its capacity curve is not used."
         )
-    if beside is not None and beside.alpha0 < (1 - _BELOW) * alpha0:
-        notes.append(
-            f"The mechanism by hand begins at α0 = {shown(beside.alpha0)}, below the one found, {shown(alpha0)}: what "
-            "it leaves out holds the blocks, or the model lacks what it counts. Tell which before relying on either."
+    return replace(check, notes=tuple(notes))
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """What is asked for, whichever mechanism of the collapse state it is of."""
+
+    found: CaseResult
+    case: LimitCase
+    forces: HorizontalForces
+    confidence_factor: float | None
+    knowledge_level: str | None
+    spectrum: Spectrum
+    spectrum_sld: Spectrum | None
+    spectrum_slc: Spectrum | None
+    method: str
+    beside: Overturning | None
+    coefficients: Coefficients
+
+    def follows(self, bodies: Sequence[MacroBlock]) -> bool:
+        """Whether the control point of the pushover is on one of some bodies."""
+        control: Any = getattr(self.case, "control", ("",))
+        return any(control[0] in body.blocks for body in bodies)
+
+    def check(self, bodies: Sequence[MacroBlock]) -> LocalMechanismCheck:
+        """The check of one mechanism, of the bodies that move in it and of those at rest."""
+        found, case, forces, c = self.found, self.case, self.forces, self.coefficients
+        spectrum, sld_site, slc_site = self.spectrum, self.spectrum_sld, self.spectrum_slc
+        whole, blocks = of_bodies(found.model, forces, found.mechanism, bodies)
+        FC, reason = confidence(
+            self.confidence_factor,
+            self.knowledge_level,
+            crushing=_crushes(found, bodies),
+            without_crushing=c.without_crushing,
         )
-    return LocalMechanismCheck(
-        result=found,
-        alpha0=alpha0,
-        direction=forces.direction,
-        bodies=tuple(bodies),
-        participation=whole,
-        participation_of_blocks=blocks,
-        confidence_factor=FC,
-        confidence_reason=reason,
-        a0_star=a0_star,
-        curve=curve,
-        missing_curve=missing,
-        spectrum=spectrum,
-        method=method,
-        limit_states={state.name: state for state in states},
-        relied_on=METHODS[method],
-        beside=beside,
-        coefficients=c,
-        notes=tuple(notes),
-    )
+        alpha0 = found.load_factor * forces.share
+        a0_star = alpha0 * g / (whole.e_star * FC)
+        pushed, curve, missing = found.capacity, None, ""
+        try:
+            if pushed is None:
+                curve = curve_of_rotation(found, case, bodies, forces, a0_star)
+            elif self.follows(bodies):
+                curve = curve_of_pushover(found, pushed, forces.direction, whole, a0_star)
+            else:
+                missing = "no capacity curve: the pushover follows a mechanism beside it"
+        except ModelError as error:
+            missing = f"no capacity curve: {error}"
+        if self.method == "displacement" and curve is None:
+            msg = f"case {found.name!r}: {missing}, or give method='linear' (--method linear on the command line)"
+            raise ModelError(msg)
+        sld = _damage(a0_star, spectrum if sld_site is None else sld_site, with_demand=sld_site is not None)
+        states, notes = [sld, _linear(a0_star, spectrum, sld.ag, c)], notes_of(found, forces, bodies, whole)
+        if curve is not None:
+            slc = spectrum if slc_site is None else slc_site
+            for state, of, own_site in (("SLV", spectrum, True), ("SLC", slc, slc_site is not None)):
+                try:
+                    states.append(_by_displacement(curve, sld.ag, state, c, of, with_demand=own_site))
+                except ModelError as error:
+                    if self.method == "displacement" and state == "SLV":
+                        raise
+                    notes.append(f"{state} by displacement was left out. {error}.")
+        notes += notes_of_demand(found.model, bodies, spectrum)
+        notes += [
+            f"{state.name}: capacity / demand = {state.ratio_text()}, {state.outcome}."
+            for state in states
+            if state.name not in METHODS.values() and np.isfinite(state.demand) and not state.satisfied
+        ]
+        if curve is not None and pushed is not None:
+            notes += notes_of_control(found.model, pushed, curve.d0, forces, bodies, whole)
+        beside = self.beside
+        if beside is not None and beside.alpha0 < (1 - _BELOW) * alpha0:
+            notes.append(
+                f"The mechanism by hand begins at α0 = {shown(beside.alpha0)}, below the one found, {shown(alpha0)}: "
+                "what it leaves out holds the blocks, or the model lacks what it counts. Tell which before relying on "
+                "either."
+            )
+        return LocalMechanismCheck(
+            result=found,
+            alpha0=alpha0,
+            direction=forces.direction,
+            bodies=tuple(bodies),
+            participation=whole,
+            participation_of_blocks=blocks,
+            confidence_factor=FC,
+            confidence_reason=reason,
+            a0_star=a0_star,
+            curve=curve,
+            missing_curve=missing,
+            spectrum=spectrum,
+            method=self.method,
+            limit_states={state.name: state for state in states},
+            relied_on=METHODS[self.method],
+            beside=beside,
+            coefficients=c,
+            notes=tuple(notes),
+        )
 
 
 def _spectrum(name: str, value: object) -> NtcSpectrum | TableSpectrum | FloorSpectrum:
@@ -210,7 +267,7 @@ def _converged(result: Any) -> tuple[CaseResult, LimitCase]:
     return result, result.case
 
 
-def _crushes(result: CaseResult, bodies: list[MacroBlock]) -> bool:
+def _crushes(result: CaseResult, bodies: Sequence[MacroBlock]) -> bool:
     """Whether every joint at which a body that moves meets another one has a compressive strength."""
     body = {name: k for k, one in enumerate(bodies) for name in one.blocks}
     moves = {name for one in bodies if one.moves for name in one.blocks}

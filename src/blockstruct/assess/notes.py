@@ -74,6 +74,28 @@ def notes_of(
     return said
 
 
+def notes_of_parts(
+    parts: Sequence[Sequence[MacroBlock]], known: Sequence[Sequence[MacroBlock]], ratios: Sequence[float]
+) -> list[str]:
+    """Of mechanisms that begin at one load factor, those that are checked with their ratios."""
+    if len(parts) == 1:
+        return []
+
+    def named(part: Sequence[MacroBlock]) -> str:
+        return " with ".join(f"{body.name} ({body.blocks[0]})" for body in part)
+
+    order = np.argsort(ratios, kind="stable").tolist()
+    of_others = ", ".join(f"that of {named(known[k])} {shown(ratios[k])}" for k in order[1:])
+    unknown = ", ".join(named(part) for part in parts if part not in known)
+    return [
+        f"{len(parts)} mechanisms begin at this load factor, between which no work passes: each is checked by itself. "
+        f"This is the check of {named(known[order[0]])}"
+        + (f", whose capacity / demand is the lowest; {of_others}" if of_others else "")
+        + (f". The pushover does not follow {unknown}: that is not checked by displacement" if unknown else "")
+        + "."
+    ]
+
+
 def _out_of_plane(bodies: Sequence[MacroBlock]) -> float:
     """Largest motion out of the plane in which most of the turning is, in multiples of the scale of the mechanism."""
     moving = [body for body in bodies if body.moves]

@@ -1,0 +1,81 @@
+"""Mechanisms that begin at one load factor and do not hold each other: each is checked by itself."""
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from structures import SELF_WEIGHT, push, solve
+
+STONE, DRY = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("dry", 0.7)
+SITE = bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.4, "0.3 s", "B")
+
+
+def standing(*walls, ties=()):
+    """Walls (x, y, length, thickness, height), m, each a block on one ground."""
+    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[20, 5, 0.5] m", STONE, fixed=True)
+    blocks = [
+        bs.Block.box(f"wall {k}", Q_([x, y, 0], "m"), Q_([length, thickness, height], "m"), STONE)
+        for k, (x, y, length, thickness, height) in enumerate(walls)
+    ]
+    found = bs.detect_interfaces([ground, *blocks], DRY)
+    return bs.Model("walls", [ground, *blocks], found, ties=ties)
+
+
+def checked(model, **more):
+    return bs.assess.local_mechanism(solve(model, push(0, -1, 0)), spectrum=SITE, **more)
+
+
+@pytest.mark.parametrize("lengths", [(12,), (3, 9), (1, 2, 9)])
+def test_walls_that_stand_apart_are_checked_as_one_wall_is(lengths):
+    """0.5 m × 6 m: α0 = 1/12, e* = 1, a0* = g / 12 / 1.35; over all of the parts e* would be 0.75 and 0.47.
+
+    a_Z / 2 = 0.1 g S / 2 with S = 1.2: ratio 1 / 12 / 1.35 / 0.06 = 1.028807.
+    """
+    starts = np.cumsum([0, *lengths[:-1]]) + 0.02 * np.arange(len(lengths))
+    check = checked(standing(*((x, 0, length, 0.5, 6) for x, length in zip(starts, lengths, strict=True))))
+    assert (check.alpha0, check.e_star, check.ratio) == pytest.approx((1 / 12, 1.0, 1 / 12 / 1.35 / 0.06), rel=1e-6)
+    told = [text for text in check.notes if text.startswith(f"{len(lengths)} mechanisms begin")]
+    assert len(told) == (len(lengths) > 1)
+    assert sum(body.moves for body in check.bodies) == 1
+
+
+def test_the_part_with_the_lowest_ratio_is_relied_on():
+    """Piers of 0.25 m × 2.5 m and 2 m × 20 m have one α0; by displacement the smaller one has an eighth of d0."""
+    small, large = (0, 0, 5, 0.25, 2.5), (10, 0, 5, 2, 20)
+    together = checked(standing(large, small), method="displacement")
+    alone = [checked(standing(one), method="displacement").ratio for one in (small, large)]
+    assert alone[1] > 2 * alone[0]
+    assert together.ratio == pytest.approx(alone[0], rel=1e-6)
+    assert f"that of body 1 (wall 0) {alone[1]:.4g}" in together.notes[0]
+    assert "wall 1" in together.notes[0].partition("is the lowest")[0]
+
+
+#: Load factor of a wall of 0.2 m × 3 m, 60 kN, and one of 0.8 m × 4 m, 320 kN, that turn by one angle.
+TIED = (60 * 0.1 + 320 * 0.4) / (60 * 1.5 + 320 * 2)
+
+
+@pytest.mark.parametrize(
+    ("yield_force", "e_star", "bodies"),
+    [(90, (60 * 1.5 + 320 * 2) ** 2 / (380 * (60 * 1.5**2 + 320 * 2**2)), 2), ((TIED * 90 - 6) / 2, 1.0, 1)],
+)
+def test_a_tie_that_does_not_yield_makes_one_mechanism_of_two_walls(yield_force, e_star, bodies):
+    """A thin wall goes over and pulls a thick one along by a tie at 2 m, with (α 60 · 1.5 − 60 · 0.1) / 2 = 5.26 kN.
+
+    Where it yields at just that force, either wall goes over with it by itself.
+    """
+    ends = ("wall 0", Q_([2.5, 0.2, 2], "m")), ("wall 1", Q_([2.5, 1, 2], "m"))
+    tie = bs.Tie("tie", *ends, yield_force=Q_(yield_force, "kN"))
+    check = checked(standing((0, 0, 5, 0.2, 3), (0, 1, 5, 0.8, 4), ties=[tie]))
+    assert (check.alpha0, check.e_star) == pytest.approx((TIED, e_star), rel=1e-5)
+    assert sum(body.moves for body in check.bodies) == bodies
+
+
+def test_a_pushover_tells_of_the_mechanism_that_it_follows():
+    """The smaller of two piers is followed to its d0, half its thickness; the other one is not checked by it."""
+    model = standing((10, 0, 5, 0.6, 6), (0, 0, 5, 0.5, 5))
+    case = bs.Pushover("p", SELF_WEIGHT, push(0, -1, 0), control=("wall 1", (0, -1, 0)), steps=10)
+    result = bs.run(model, case)["p"]
+    check = bs.assess.local_mechanism(result, spectrum=SITE, method="displacement")
+    assert check.curve.d0 == pytest.approx(0.25, rel=1e-6)
+    assert check.notes[0].endswith("The pushover does not follow body 1 (wall 0): that is not checked by displacement.")
