@@ -313,6 +313,17 @@ def test_interior_point_steps_lead_to_the_same_load_factor(corner, dry, directio
     assert exact(found[0]) == pytest.approx(exact(found[1]), rel=5e-3)
 
 
+@pytest.mark.parametrize("direction", [(-0.8, 0.6, 0), (0.8, 0.6, 0)], ids=["away", "towards"])
+def test_steps_of_strong_joints_that_crush_about_both_axes_are_solved(corner, direction):
+    """Unless the steps are, the return does not lean away from the wall, and bears up to an eighth more."""
+    model = model_of(corner, bs.JointMaterial("strong", 0.65, compressive_strength="600 kPa"))
+    found = [
+        solve(model, push(*direction), "nonassociative", path_steps=steps, **PATH)
+        for steps in ("splitting", "interior point")
+    ]
+    assert exact(found[0]) == pytest.approx(exact(found[1]), rel=1.5e-2)
+
+
 @pytest.mark.parametrize("growth", [2.0, 4.0])
 def test_a_plateau_at_the_peak_is_not_the_end(tuff, dry, growth):
     """With a door and a window the load factor hardly moves at 0.448 for a while, and ends at 0.439 whatever steps."""

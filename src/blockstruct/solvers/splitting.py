@@ -92,6 +92,10 @@ class Splitting:
             )
             for g in own.groups
         ]
+        # The last two auxiliary variables of the effective rectangle are no forces: one grows with its strength.
+        rectangles, torsion = len(contact.problem.rectangles), len(contact.problem.torsion)
+        self._is_force = np.ones(own.size, dtype=bool)
+        self._is_force[3 * points + 2 * rectangles : contact.ties.start - torsion] = False
         self._soft = self._softness()
 
     def _softness(self) -> Array:
@@ -212,8 +216,9 @@ class Splitting:
         weights = self._soft.copy()
         mean = np.abs(x[: 3 * self._points : 3]).mean()
         if mean > 0:
+            forces = np.where(self._is_force, np.abs(x), 0.0)
             for group, rows in zip(self._contact.conditions.groups, self._rows, strict=True):
-                force = np.abs(x[group.columns]).max(axis=1)
+                force = forces[group.columns].max(axis=1)
                 weights[rows] *= (mean / np.maximum(force, LEAST_FORCE * mean))[:, None]
         return weights
 
