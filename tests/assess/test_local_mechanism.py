@@ -104,7 +104,8 @@ def test_a_free_standing_facade_by_hand(result):
     assert np.isnan(slc.ratio)
     for state in (slc, check.limit_states["SLD"]):
         assert (state.satisfied, state.outcome) == (False, "not checked: no spectrum of this limit state")
-    weak = bs.assess.local_mechanism(result, 1.35, SITE, spectrum_slc=SITE.at(0.01 * g)).limit_states
+    small = SITE.at(0.01 * g)
+    weak = bs.assess.local_mechanism(result, 1.35, small, spectrum_slc=small).limit_states
     assert (weak["SLC, by displacement"].satisfied, weak["SLC, by displacement"].outcome) == (True, "satisfied")
 
 
@@ -823,8 +824,70 @@ def test_limit_states_that_are_not_met_beside_the_one_relied_on_are_told(result)
     ratio = check.limit_states["SLC, by displacement"].ratio
     assert ratio < 1
     assert check.notes == (f"SLC, by displacement: capacity / demand = {ratio:.4g}, not satisfied.",)
-    (note,) = bs.assess.local_mechanism(result, 1.35, SITE, spectrum_sld=strong).notes
+    (note,) = bs.assess.local_mechanism(result, 1.35, SITE, spectrum_sld=SITE.at(0.12 * g)).notes
     assert note.startswith("SLD: capacity / demand = ")
+
+
+def at_height(ground=SITE, period="0.4 s", shape=0.9, **more):
+    return bs.assess.floor_spectrum(ground, [bs.assess.Mode(period, participation=1.3, shape=shape, **more)])
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "others", "words"),
+    [
+        (
+            at_height(),
+            {"spectrum_sld": SITE.at(0.05 * g)},
+            "spectrum is the demand at a height, spectrum_sld that of the ground, .* give spectrum_sld at the height",
+        ),
+        (SITE, {"spectrum_slc": at_height()}, "spectrum_slc is the demand at a height, spectrum that of the ground"),
+        (
+            at_height(),
+            {"spectrum_sld": at_height(SITE.at(0.05 * g), shape=0.5)},
+            r"first mode is 1\.3 · 0\.5 = 0\.65 and 1\.3 · 0\.9 = 1\.17, that of two heights",
+        ),
+        (
+            SITE,
+            {"spectrum_sld": bs.assess.ntc_spectrum("0.05 g_0", 2.4, "0.3 s", "D")},
+            "spectrum_sld and spectrum: soil 'D' and 'B', but they are of one site; give both with the same soil",
+        ),
+        (
+            SITE,
+            {"spectrum_slc": bs.assess.ntc_spectrum("0.2 g_0", 2.4, "0.3 s", "B", "T2")},
+            "spectrum and spectrum_slc: topography 'T1' and 'T2'",
+        ),
+        (
+            at_height(),
+            {"spectrum_sld": at_height(bs.assess.ntc_spectrum("0.05 g_0", 2.4, "0.3 s", "D"))},
+            "soil 'D' and 'B'",
+        ),
+        (
+            SITE,
+            {"spectrum_sld": SITE.at(0.3 * g)},
+            r"ag is 2\.942 m/s² = 0\.3 g and 1\.471 m/s² = 0\.15 g, but it does not fall from SLD to SLV to SLC",
+        ),
+        (SITE, {"spectrum_slc": SITE.at(0.1 * g)}, "spectrum and spectrum_slc: ag is"),
+        (at_height(), {"spectrum_slc": at_height(SITE.at(0.1 * g))}, "spectrum and spectrum_slc: ag is"),
+    ],
+)
+def test_demands_of_several_places_are_refused(result, spectrum, others, words):
+    """An a_g,SLD of the ground is larger than that of a height, and a_g,SLV is not taken below a_g,SLD."""
+    with pytest.raises(bs.errors.ModelError, match=words):
+        bs.assess.local_mechanism(result, 1.35, spectrum, **others)
+
+
+def test_demands_of_one_place_are_taken(result):
+    """Damage makes periods longer and adds damping; a table tells nothing of its place."""
+    table = bs.assess.table_spectrum(Q_([0, 0.1, 0.4, 6], "s"), Q_([0.3, 0.9, 0.9, 0.04], "g_0"), ag="0.25 g_0")
+    longer = at_height(SITE.at(0.05 * g), period="0.3 s", damping=0.1)
+    for spectrum, others in (
+        (SITE, {"spectrum_sld": SITE, "spectrum_slc": SITE.at(0.2 * g)}),
+        (at_height(), {"spectrum_sld": longer, "spectrum_slc": at_height(SITE.at(0.2 * g), shape=0.85)}),
+        (at_height(), {"spectrum_sld": table}),
+        (SITE, {"spectrum_sld": table, "spectrum_slc": table}),
+    ):
+        states = bs.assess.local_mechanism(result, 1.35, spectrum, **others).limit_states
+        assert np.isfinite(states["SLD"].demand) == ("spectrum_sld" in others)
 
 
 def test_an_anchorage_that_gives_way_is_told():

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Self
 
 import numpy as np
@@ -17,6 +18,11 @@ from blockstruct.units import QuantityLike, si
 
 Array = NDArray[np.float64]
 g = STANDARD_GRAVITY
+
+#: Difference of |γ ψ| of the first mode, in multiples of the larger one, from which two heights are not the same.
+_OTHER_HEIGHT = 0.1
+#: Relative difference of one ag in two units.
+_ROUNDING = 1e-9
 
 
 @checked_keywords
@@ -194,3 +200,63 @@ def floor_spectrum(
         msg = "floor_spectrum: participation · shape of every mode is 0; give a mode that moves at the height"
         raise ModelError(msg)
     return FloorSpectrum(ground, given, begin, end)
+
+
+def check_one_place(*demands: tuple[str, NtcSpectrum | TableSpectrum | FloorSpectrum | None]) -> None:
+    """Refuse demands of several limit states, the weakest first, that are not of one place; a table tells of none.
+
+    Periods and dampings of the modes may differ, as those of masonry that is damaged do (C8.7.1.2.1.4).
+
+    Raises
+    ------
+    ModelError
+        If one is of the ground and another one of a height, the heights or the sites differ, or a weaker limit state
+        has the larger ag.
+    """
+    given = [(name, spectrum) for name, spectrum in demands if spectrum is not None]
+    for (weaker, one), (stronger, other) in combinations(given, 2):
+        who = f"local_mechanism: {weaker} and {stronger}"
+        if isinstance(one, FloorSpectrum) and isinstance(other, FloorSpectrum):
+            _check_height(who, one, other)
+        elif {type(one), type(other)} == {FloorSpectrum, NtcSpectrum}:
+            at_height, on_ground = (weaker, stronger) if isinstance(one, FloorSpectrum) else (stronger, weaker)
+            msg = (
+                f"{who}: {at_height} is the demand at a height, {on_ground} that of the ground, but they are of one "
+                f"mechanism; give {on_ground} at the height, too, as bs.assess.floor_spectrum(…) of its ground and "
+                "the modes, or both of the ground"
+            )
+            raise ModelError(msg)
+        grounds = [s.ground if isinstance(s, FloorSpectrum) else s for s in (one, other)]
+        sites = [ground for ground in grounds if isinstance(ground, NtcSpectrum)]
+        if len(sites) > 1:
+            _check_site(who, *sites)
+
+
+def _check_height(who: str, one: FloorSpectrum, other: FloorSpectrum) -> None:
+    first = [max(spectrum.modes, key=lambda mode: mode.period) for spectrum in (one, other)]
+    moves = [abs(mode.participation * mode.shape) for mode in first]
+    if abs(moves[0] - moves[1]) > _OTHER_HEIGHT * max(moves):
+        numbers = " and ".join(
+            f"{shown(mode.participation)} · {shown(mode.shape)} = {shown(mode.participation * mode.shape)}"
+            for mode in first
+        )
+        msg = (
+            f"{who}: participation · shape of the first mode is {numbers}, that of two heights or two buildings; give "
+            "both at the height of the mechanism: periods and dampings alone go with the limit state"
+        )
+        raise ModelError(msg)
+
+
+def _check_site(who: str, weaker: NtcSpectrum, stronger: NtcSpectrum) -> None:
+    for what in ("soil", "topography"):
+        one, other = getattr(weaker, what), getattr(stronger, what)
+        if one != other:
+            msg = f"{who}: {what} {one!r} and {other!r}, but they are of one site; give both with the same {what}"
+            raise ModelError(msg)
+    if weaker.ag > (1 + _ROUNDING) * stronger.ag:
+        ag = " and ".join(in_g(spectrum.ag, g) for spectrum in (weaker, stronger))
+        msg = (
+            f"{who}: ag is {ag}, but it does not fall from SLD to SLV to SLC, whose return periods are longer; give "
+            "each limit state its own"
+        )
+        raise ModelError(msg)

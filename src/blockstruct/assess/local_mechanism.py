@@ -10,7 +10,7 @@ from blockstruct.assess.capacity import CapacityCurve, curve_of_rotation
 from blockstruct.assess.capacity_of_pushover import curve_of_pushover
 from blockstruct.assess.check import LimitState, LocalMechanismCheck
 from blockstruct.assess.coefficients import Coefficients, confidence
-from blockstruct.assess.floor_spectrum import FloorSpectrum
+from blockstruct.assess.floor_spectrum import FloorSpectrum, check_one_place
 from blockstruct.assess.lines import Line, in_g, shown, told_apart
 from blockstruct.assess.notes import notes_of, notes_of_control, notes_of_demand, notes_of_parts
 from blockstruct.assess.overturning import Overturning
@@ -73,7 +73,8 @@ def local_mechanism(
         What is relied on: ``"linear"``, the acceleration with the behaviour factor q (C8.7.1.2.1.7), or
         ``"displacement"`` (C8.7.1.2.1.8), for a mechanism with a capacity curve.
     spectrum_sld, spectrum_slc
-        Demand at the other limit states; without them only their capacities are told, with the site of ``spectrum``.
+        Demand at the other limit states, at the same place; without them only their capacities are told, with the site
+        of ``spectrum``.
     beside
         A mechanism named by hand, to print beside the one found: :func:`overturning`.
     coefficients
@@ -89,14 +90,15 @@ def local_mechanism(
     Raises
     ------
     ModelError
-        If the case has no collapse state, its push is not horizontal, the confidence factor does not hold, or the
-        mechanism has no capacity curve for the method.
+        If the case has no collapse state, its push is not horizontal, the confidence factor does not hold, the spectra
+        are of several places, or the mechanism has no capacity curve for the method.
     """
     found, case = _converged(result)
     spectrum = _spectrum("spectrum", spectrum)
     for name, one in (("spectrum_sld", spectrum_sld), ("spectrum_slc", spectrum_slc)):
         if one is not None:
             _spectrum(name, one)
+    check_one_place(("spectrum_sld", spectrum_sld), ("spectrum", spectrum), ("spectrum_slc", spectrum_slc))
     if beside is not None and not isinstance(beside, Overturning):
         _refuse_kind("beside", beside, "bs.assess.overturning(…)")
     if coefficients is not None and not isinstance(coefficients, Coefficients):
