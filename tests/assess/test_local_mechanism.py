@@ -1164,6 +1164,60 @@ def test_what_stands_on_named_blocks_is_told(small):
     assert "standing" not in str(bs.assess.overturning(small.model, small.case, names, EDGE))
 
 
+def edge_at(height, y=0.0):
+    return Q_([[0, y, height], [LENGTH, y, height]], "m")
+
+
+@pytest.mark.parametrize("height", [0.5, 2.8])
+def test_an_edge_without_a_joint_is_told(result, height):
+    """About an edge at z the façade begins at 0.3 / (3 − z), and what is below z hangs from it."""
+    hand = bs.assess.overturning(result.model, result.case, ["façade"], edge_at(height))
+    assert hand.alpha0 == pytest.approx(0.3 / (HEIGHT / 2 - height))
+    (note,) = hand.notes
+    assert note.startswith(
+        f"The edge named by hand is {height} m above the lowest point of block 'façade', and no joint"
+    )
+    assert f"note: {note}" in str(hand)
+    check = bs.assess.local_mechanism(result, 1.35, SITE, beside=hand)
+    assert note in check.notes
+
+
+def test_blocks_that_turn_are_no_joint_for_each_other(small):
+    """The joint above the second course, 1 m up, is within the group: it is that of the blocks above it alone."""
+    names = [b.name for b in small.model.blocks if not b.fixed]
+    upper = [n for n in names if small.model.block(n).centroid[2] > 1]
+    whole, part = (bs.assess.overturning(small.model, small.case, of, edge_at(1.0)) for of in (names, upper))
+    assert "is 1 m above the lowest point of block" in whole.notes[0]
+    assert f"and above those of {len(names) - len(upper) - 1} more, and" in whole.notes[0]
+    assert part.notes == ()
+    slanted = Q_([[0, 0, 1], [LENGTH, 0.3, 1]], "m")
+    assert bs.assess.overturning(small.model, small.case, upper, slanted).notes == ()
+
+
+@pytest.mark.parametrize(("joint", "told"), [("none", True), ("stop", False), ("end", True), ("back", True)])
+def test_a_stop_that_the_wall_leans_on_is_a_joint(joint, told):
+    """Ground filled up to 1 m in front holds an edge there; walls at its end and its back do not."""
+    ground, wall = facade().blocks
+    beside = {
+        "stop": bs.Block.box("stop", "[0, -1, 0] m", "[5, 1, 1] m", STONE, fixed=True),
+        "end": bs.Block.box("end", "[5, 0, 0] m", "[1, 0.6, 6] m", STONE, fixed=True),
+        "back": bs.Block.box("back", "[0, 0.6, 0] m", "[5, 1, 6] m", STONE, fixed=True),
+    }
+    model = model_of([ground, wall, *([beside[joint]] if joint in beside else [])], DRY)
+    hand = bs.assess.overturning(model, case(), ["façade"], edge_at(1.0))
+    assert bool(hand.notes) == told
+    assert bs.assess.overturning(model, case(), ["façade"], EDGE).notes == ()
+
+
+def test_an_edge_up_a_stair_of_joints_is_at_them(small):
+    """A triangle of the wall over a stair of its units turns about a line through the corners of the stair."""
+    model = small.model
+    corners = {b.name: b.shape.vertices for b in model.blocks if not b.fixed}
+    above = [name for name, at in corners.items() if at[:, 2].min() >= at[:, 0].min() - 1e-9]
+    hand = bs.assess.overturning(model, small.case, above, Q_([[0, 0, 0], [LENGTH, 0, LENGTH]], "m"))
+    assert hand.notes == ()
+
+
 def test_the_ends_of_an_edge_have_no_order(result):
     one, other = (bs.assess.overturning(result.model, result.case, ["façade"], edge) for edge in (EDGE, EDGE[::-1]))
     assert (one.alpha0, one.d0) == pytest.approx((0.1, 0.3), rel=1e-9)

@@ -205,6 +205,7 @@ class _Asked:
         if curve is not None and pushed is not None:
             notes += notes_of_control(found.model, pushed, curve.d0, forces, bodies, whole)
         beside = self.beside
+        notes += () if beside is None else beside.notes
         if beside is not None and beside.alpha0 < (1 - _BELOW) * alpha0:
             notes.append(
                 f"The mechanism by hand begins at α0 = {shown(beside.alpha0)}, below the one found, {shown(alpha0)}: "

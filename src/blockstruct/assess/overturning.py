@@ -29,6 +29,10 @@ _ANGLES = 60
 _UPRIGHT = 1e-6
 #: Rise of the normal of a joint that a block stands on.
 _LEVEL = 0.5
+#: Distance between an edge and a joint, in multiples of the extent of the blocks, up to which it lies at the joint.
+_AT_JOINT = 5e-3
+#: Points of an edge among which one at a joint is looked for.
+_POINTS = 41
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +53,8 @@ class Overturning:
     d0 : float
         Displacement of their centroid along the push at which α vanishes, m.
     lines : tuple of Line
+    notes : tuple of str
+        What one must know before relying on it.
     """
 
     blocks: tuple[str, ...]
@@ -58,9 +64,11 @@ class Overturning:
     weight: float
     d0: float
     lines: tuple[Line, ...]
+    notes: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        return str(section(f"overturning of {len(self.blocks)} blocks about an edge", self.lines))
+        said = section(f"overturning of {len(self.blocks)} blocks about an edge", self.lines)
+        return "\n".join([*(f"note: {text}" for text in self.notes), str(said)])
 
 
 @checked_keywords
@@ -77,7 +85,8 @@ def overturning(
     The loads of the case on these blocks act, and ties between them and other blocks: with their capacities, or with
     their prestress where the rotation slackens them. Nothing else holds them, no friction and no bond to other blocks,
     and nothing else weighs on them: what stands on them is told. d0 is that without ties. Where the resultant leaves
-    the edge before, which is then not the one that they turn about, the lines tell it.
+    the edge before, which is then not the one that they turn about, the lines tell it. Where blocks reach below the
+    edge, and no joint at it holds them, a note tells it.
 
     Parameters
     ----------
@@ -214,7 +223,10 @@ def overturning(
                 "C8.7.1.2.1.2",
             )
         )
-    return Overturning(names, rotation, setback, alpha0, W, d0, tuple(lines))
+    loads = rotation.dead.force + rotation.load_factor(0.0) * rotation.variable.force
+    pressing = loads + sum((pull.force * pull.direction for pull in pulls), np.zeros(3))
+    notes = _without_joint(model, turning, ends, pressing)
+    return Overturning(names, rotation, setback, alpha0, W, d0, tuple(lines), notes)
 
 
 def _pulls(about: RigidRotation, most: Sequence[Pull], least: Sequence[Pull]) -> list[Pull]:
@@ -253,6 +265,48 @@ def _standing_on(model: Model, names: set[str]) -> list[Line]:
     pairs = [(j.minus, j.plus) if j.normal[2] > 0 else (j.plus, j.minus) for j in level]
     standing = dict.fromkeys(above for below, above in pairs if below in names and above not in counted)
     return [Line("standing on them, not counted", ", ".join(standing), "C8.7.1.2.1.1")] if standing else []
+
+
+def _without_joint(model: Model, turning: Sequence[Block], ends: Array, pressing: Array) -> tuple[str, ...]:
+    """That blocks reach below an edge at which no joint takes the force with which they press it, if so."""
+    axis = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+    up = np.array([0.0, 0.0, 1.0]) - axis[2] * axis
+    if np.linalg.norm(up) < _UPRIGHT:
+        return ()
+    up /= np.linalg.norm(up)
+    corners = np.concatenate([b.shape.vertices for b in turning])
+    near = _AT_JOINT * float(np.ptp(corners, axis=0).max())
+    below = {b.name: float(((ends[0] - b.shape.vertices) @ up).max()) for b in turning}
+    furthest = max(below, key=below.__getitem__)
+    if below[furthest] <= near or _at_joint(model, set(below), ends, pressing, near):
+        return ()
+    others = sum(depth > near for depth in below.values()) - 1
+    more = f" and above those of {others} more" if others else ""
+    said = (
+        f"The edge named by hand is {shown(below[furthest], 'm')} above the lowest point of block {furthest!r}{more}, "
+        "and no joint with what stays holds the blocks there: what is below it would turn backwards with them. Name an "
+        "edge at a joint, or only blocks above it; where something outside the model holds the edge, verify that, too."
+    )
+    return (said,)
+
+
+def _at_joint(model: Model, names: set[str], ends: Array, pressing: Array, near: float) -> bool:
+    """Whether an edge lies at a joint, in its box along the edge, that these blocks press with a force."""
+    points = ends[0] + np.linspace(0, 1, _POINTS)[:, None] * (ends[1] - ends[0])
+    for joint in model.interfaces:
+        inward = joint.normal if joint.plus in names else -joint.normal
+        within = (joint.minus in names) == (joint.plus in names)
+        if within or inward @ pressing >= -_UPRIGHT * np.linalg.norm(pressing):
+            continue
+        along = ends[1] - ends[0] - ((ends[1] - ends[0]) @ inward) * inward
+        if np.linalg.norm(along) < near:
+            along = joint.polygon[1] - joint.polygon[0]
+        along = along / np.linalg.norm(along)
+        frame = np.array([along, np.cross(inward, along), inward])
+        box, at = joint.polygon @ frame.T, points @ frame.T
+        if np.any(np.all((box.min(axis=0) - near <= at) & (at <= box.max(axis=0) + near), axis=1)):
+            return True
+    return False
 
 
 def _check_at(ends: Array, blocks: Sequence[Block]) -> None:
