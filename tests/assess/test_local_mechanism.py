@@ -954,6 +954,44 @@ def test_a_pushover_that_tells_no_displacement_is_refused(result):
         curve_of(result, capacity_of_facade(holds=1))
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_control_point_that_turns_back_gives_no_curve(result, side):
+    """Goes 0.1 m, comes back to 1 nm and ends there: of its states only those nearer than that were kept."""
+    way = np.array([0, 0.05, 0.1, 0.02, 0.9e-9, 1e-9])
+    back = xr.Dataset(
+        {"load_factor": ("step", np.linspace(0.1, 0, 6)), "holds": ("step", np.ones(6, int)), "d0": ((), side * 1e-9)},
+        coords={"displacement": ("step", side * way)},
+    )
+    with pytest.raises(bs.errors.ModelError, match=r"at block 'façade' turns back at 0\.1 m, .* that moves furthest"):
+        curve_of(result, back)
+
+
+def test_a_pushover_that_turns_back_is_checked_by_the_linear_method():
+    """A body that stops as another one takes over comes back to where it began."""
+    pushed = pushed_over(facade(), steps=10)
+    curve = pushed.capacity
+    way = curve["displacement"].to_numpy() * np.where(curve["step"] < curve.sizes["step"] // 2, 1, 1e-9)
+    curve = curve.assign_coords(displacement=("step", way)).assign(d0=way[-1])
+    check = bs.assess.local_mechanism(dataclasses.replace(pushed, capacity=curve), 1.35, SITE)
+    assert check.curve is None
+    assert "the control point at block 'façade' turns back" in check.missing_curve
+    assert check.ratio == pytest.approx(0.1 / 1.35 / 0.09, rel=1e-6)
+    with pytest.raises(bs.errors.ModelError, match=r"turns back .* or give method='linear'"):
+        bs.assess.local_mechanism(check.result, 1.35, SITE, method="displacement")
+
+
+def test_a_curve_that_falls_at_once_has_no_displacement():
+    """0.4 of the load factor is left at the first state: d_SLV = 0, and the demand there as well."""
+    pushed = pushed_over(facade(), steps=10)
+    curve = pushed.capacity.copy()
+    curve["load_factor"] = curve["load_factor"].where(curve["step"] < 1, 0.4 * curve["load_factor"])
+    fallen = dataclasses.replace(pushed, capacity=curve)
+    check = bs.assess.local_mechanism(fallen, 1.35, SITE)
+    assert any(text.startswith("SLV by displacement was left out. d_SLV is 0: ") for text in check.notes)
+    with pytest.raises(bs.errors.ModelError, match=r"loses more than 0.5 .* with more steps, or give method='linear'"):
+        bs.assess.local_mechanism(fallen, 1.35, SITE, method="displacement")
+
+
 @pytest.mark.parametrize("along", [(1, 0, 0), (0, 0, 1), (0, -1, -1), (1, -1, 0), (0.1, -1, 0)])
 def test_a_control_point_that_is_not_followed_along_the_push_is_refused(result, along):
     """Followed downwards as well, the corner of the top would have a larger d0: what it sinks by."""

@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 #: Motion of the control point in the mechanism, in multiples of the largest, from which it tells the displacement.
 _MOVES = 0.05
+#: Way back, in multiples of the largest displacement, that is none.
+_ROUNDING = 1e-6
 #: Sine of the angle between the directions of the control point and of the push that are one.
 _ALONG = 1e-2
 
@@ -72,7 +74,17 @@ def curve_of_pushover(
         msg = f"the control point at block {block!r} rests in the mechanism"
         raise ModelError(msg)
     certified = _certified(capacity)
-    d_C = np.abs(capacity["displacement"].transpose("step").to_numpy()[certified])
+    d_C = capacity["displacement"].transpose("step").to_numpy()[certified]
+    d_C = d_C * np.sign(d_C[np.abs(d_C).argmax()])
+    # Beside what is left of an end at d0 by rounding.
+    back = np.flatnonzero(np.diff(d_C) < -_ROUNDING * d_C.max())
+    if len(back):
+        msg = (
+            f"the control point at block {block!r} turns back at {shown(float(d_C[back[0]]), 'm')}, and its "
+            "displacement is not that of the mechanism beyond: run the pushover again with control= at the block that "
+            "moves furthest"
+        )
+        raise ModelError(msg)
     alpha = capacity["load_factor"].transpose("step").to_numpy()[certified]
     end = float(abs(capacity["d0"]))
     complete = bool(certified.all()) and np.isfinite(end)
@@ -84,7 +96,7 @@ def curve_of_pushover(
     at_rest = min([result.load_factor, *alpha[~beyond]])
     d_C, alpha = np.append(0.0, d_C[beyond]), np.append(at_rest, alpha[beyond])
     if len(d_C) < 3 or np.any(np.diff(d_C) <= 0):
-        msg = f"the pushover has {len(d_C) - 1} certified steps, or its control point turns back"
+        msg = f"the pushover has {len(d_C) - 1} certified steps, or its control point stands still"
         raise ModelError(msg)
     steps = len(d_C) - 1
     breaks = np.zeros(0, dtype=np.int64)

@@ -340,6 +340,12 @@ def _by_displacement(
         "SLC": (c.slc_share, np.inf, c.slc_period, c.slc_damping),
     }[state]
     d = min([share * curve.d0, *(at for at, lost in curve.losses if lost > loss)])
+    if d <= 0:
+        msg = (
+            f"d_{state} is 0: the capacity curve loses more than {loss:g} of its largest acceleration before its first "
+            "state at a displacement; run the pushover with more steps, or give method='linear'"
+        )
+        raise ModelError(msg)
     capacity = f"d_{state} = {share:g} d0 = {share:g} · {shown(curve.d0, 'm')} = {shown(d, 'm')}"
     if d < share * curve.d0:
         capacity = f"d_{state} = {shown(d, 'm')}, where a tie breaks, less than {share:g} d0"
