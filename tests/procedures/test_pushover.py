@@ -360,18 +360,31 @@ def test_a_control_point_at_rest_has_no_curve(direction):
 
 
 def test_a_control_point_that_comes_back():
-    """A cantilever point 1 m beyond the toe and 0.1 m above it goes back once ``tan θ > 0.1``, before ``tan θ = 0.2``.
+    """Of the top 0.2 m behind the toe: it rises until ``tan θ = 0.2 / 1.5``, and sinks before ``tan θ = 0.2``.
 
     The steps are those of the block, and how the curve ends is told.
     """
     blocks, _ = single_block(0.3, 1.5)
-    result = run(model_of(blocks, ROUGH), "block", control_point=Q_([1.3, 0.5, 0.1], "m"), steps=12)
+    control = {"control": ("block", "+z"), "control_point": Q_([0.1, 0.5, 1.5], "m")}
+    case = bs.Pushover("push", dead=SELF_WEIGHT, variable=push(1, 0, 0), **control, steps=12)
+    result = bs.run(model_of(blocks, ROUGH), case)["push"]
     curve, angle = result.capacity, np.arctan(0.2)
-    assert float(curve["d0"]) == pytest.approx(np.cos(angle) + 0.1 * np.sin(angle) - 1, rel=1e-3)
+    assert float(curve["d0"]) == pytest.approx(1.5 * np.cos(angle) + 0.2 * np.sin(angle) - 1.5, rel=1e-3)
     assert 10 <= curve.sizes["step"] <= 30
     assert "where the control point at block 'block' stands still or goes back" in result.message
     # Its centroid is above the toe.
     assert "block 'block' moves furthest, along (1, 0, " in result.message
+
+
+@pytest.mark.parametrize("point", [(5, 5, 50), (0.15, 0.5, 1.51), (-0.01, 0.5, 1)])
+def test_a_control_point_outside_its_block_is_refused(point):
+    """The box of the block is 0.3 m × 1 m × 1.5 m; a thousandth of the largest is rounding."""
+    blocks, _ = single_block(0.3, 1.5)
+    model = model_of(blocks, ROUGH)
+    words = r"pushover 'push': control point at block 'block' is \(.*\) m, outside the block, which reaches from \[0\.0"
+    with pytest.raises(bs.errors.ModelError, match=words):
+        run(model, "block", control_point=Q_(point, "m"))
+    assert run(model, "block", control_point=Q_([0.3005, 0.5, 1.5005], "m"), steps=5).capacity is not None
 
 
 @pytest.mark.parametrize(("name", "vector"), [("+x", (1, 0, 0)), ("-y", (0, -1, 0)), (" +z ", (0, 0, 1))])

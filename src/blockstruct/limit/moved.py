@@ -12,6 +12,7 @@ from blockstruct.limit.motion import unit_of_velocity
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.ties import Ties
 from blockstruct.model import Model, Pushover, Tie
+from blockstruct.model.checks import check_at_block
 from blockstruct.statics import MovedContacts, MovingLoads, MovingStructure, Placement, Statics, rotated
 from blockstruct.vocabulary import Torsion
 
@@ -284,8 +285,8 @@ def check_pushover(model: Model, case: Pushover) -> None:
     UnknownNameError
         If the control point is on a block that the model does not have.
     ModelError
-        If it is on a support, if a joint has cohesion, tensile strength, a finite compressive strength or dilatancy, or
-        if a tie is prestressed, bonded or a strip.
+        If it is on a support or outside its block, if a joint has cohesion, tensile strength, a finite compressive
+        strength or dilatancy, or if a tie is prestressed, bonded or a strip.
     """
     blocks = {b.name: b for b in model.blocks}
     name = case.control[0]
@@ -298,6 +299,10 @@ def check_pushover(model: Model, case: Pushover) -> None:
     if blocks[name].fixed:
         msg = f"pushover {case.name!r}: control point on support {name!r}, which does not move; give a free block"
         raise ModelError(msg)
+    if case.control_point is not None:
+        remedy = "give a point of the block, as one of its corners, or another block"
+        what = f"pushover {case.name!r}: control point"
+        check_at_block(what, case.control_point, name, blocks[name].shape.vertices, remedy)
     for joint in {i.joint_material.name: i.joint_material for i in model.interfaces}.values():
         for name, (none, unit, instead) in _UNKNOWN_PROPERTIES.items():
             value = getattr(joint, name)

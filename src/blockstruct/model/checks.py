@@ -5,6 +5,9 @@ import operator
 from collections.abc import Iterable, Sequence
 from typing import Any, get_args
 
+import numpy as np
+from numpy.typing import NDArray
+
 from blockstruct.errors import ModelError, shown
 from blockstruct.units import VectorLike, si, si_vector
 
@@ -23,6 +26,8 @@ AXES_BY_NAME = {
 }
 #: How far from 1 the length of a typed direction may be, and that of one that is left as it is.
 _LENGTH, _ROUNDING = 1e-3, 1e-12
+#: Distance of a point from the box around its block, relative to the block: rounding.
+_OFF_BLOCK = 1e-3
 
 
 def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tuple[float, float, float]:
@@ -135,6 +140,26 @@ def check_total(blocks: float, what: str) -> None:
     """
     if blocks > MOST_BLOCKS:
         msg = f"{what}: about {blocks:.3g} blocks, the limit is {MOST_BLOCKS}; give larger or fewer units"
+        raise ModelError(msg)
+
+
+def check_at_block(
+    what: str, point: tuple[float, float, float], block: str, vertices: NDArray[np.float64], remedy: str
+) -> None:
+    """Refuse a point, m, outside the box around the vertices (n, 3) of its block.
+
+    Raises
+    ------
+    ModelError
+        If it is, by more than rounding.
+    """
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    slack = _OFF_BLOCK * float((high - low).max())
+    if np.any(point < low - slack) or np.any(point > high + slack):
+        msg = (
+            f"{what} at block {block!r} is {tuple(point)} m, outside the block, which reaches from "
+            f"{low.round(6).tolist()} to {high.round(6).tolist()} m; {remedy}"
+        )
         raise ModelError(msg)
 
 

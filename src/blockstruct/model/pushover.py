@@ -42,7 +42,7 @@ class Pushover(LimitCase):
         Name of a block, and a direction, three numbers or the name of an axis such as ``"+x"``: the curve is drawn over
         the displacement of its centroid along it.
     control_point : quantity, length, three components
-        Another point of that block, where the model has it.
+        Another point of that block, where the model has it: not outside the block.
     steps
         Number of steps, about, in which the load factor comes down to zero.
     corner_rounding : quantity, length

@@ -10,7 +10,7 @@ import numpy as np
 
 from blockstruct.errors import ModelError, UnknownNameError, shown
 from blockstruct.model.block import Block
-from blockstruct.model.checks import checked_name, listed
+from blockstruct.model.checks import check_at_block, checked_name, listed
 from blockstruct.units import si, si_vector, symbol
 
 Vector = tuple[float, float, float]
@@ -32,8 +32,6 @@ TIE_QUANTITIES: Mapping[str, str] = MappingProxyType(
     }
 )
 
-#: Distance of an anchor from the box around its block, relative to the block: rounding.
-_OFF_BLOCK = 1e-3
 #: Length of a tie, relative to the larger of its blocks, below which it has no direction.
 _SHORTEST = 1e-6
 
@@ -91,16 +89,8 @@ def check_anchors(who: str, start: Anchor, end: Anchor, blocks: Mapping[str, Blo
         if block not in blocks:
             msg = f"{who}: its anchor is at block {block!r}, which is not in the model; it has {listed(list(blocks))}"
             raise UnknownNameError(msg)
-        vertices = blocks[block].shape.vertices
-        low, high = vertices.min(axis=0), vertices.max(axis=0)
-        slack = _OFF_BLOCK * float((high - low).max())
-        if np.any(point < low - slack) or np.any(point > high + slack):
-            msg = (
-                f"{who}: its anchor at block {block!r} is {point} m, outside the block, which reaches from "
-                f"{low.round(6).tolist()} to {high.round(6).tolist()} m; give a point of the block, as that under an "
-                "anchor plate"
-            )
-            raise ModelError(msg)
+        remedy = "give a point of the block, as that under an anchor plate"
+        check_at_block(f"{who}: its anchor", point, block, blocks[block].shape.vertices, remedy)
     (one, a), (other, b) = start, end
     if one == other:
         msg = f"{who}: both ends are at block {one!r}, so that it holds nothing together; name two blocks"
