@@ -665,11 +665,14 @@ def test_the_spread_of_a_pushover_is_checked_by_its_curve():
         ({"without_crushing": 0.9}, "from 1 up to 10"),
         ({"q": 0}, "above 0 and up to 10"),
         ({"slv_share": 1.0}, "above 0 and below 1"),
+        ({"slc_share": 0.2}, r"slc_share 0\.2 is below slv_share 0\.4, .* give an slc_share of at least that"),
+        ({"slv_share": 0.7}, r"slc_share 0\.6 is below slv_share 0\.7"),
     ],
 )
 def test_coefficients_outside_their_range_are_refused(changed, words):
     with pytest.raises(bs.errors.ModelError, match=words):
         bs.assess.Coefficients(**changed)
+    assert bs.assess.Coefficients(slv_share=0.7, slc_share=0.7).slc_share == 0.7
 
 
 def test_units_do_not_change_the_check(result):

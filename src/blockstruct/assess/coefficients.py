@@ -67,6 +67,12 @@ class Coefficients:
                 wanted = "from 1 up to" if least == 1 else "above 0 and below" if below else "above 0 and up to"
                 msg = f"Coefficients: {field.name} {value!r}; give a number {wanted} {most:g}"
                 raise ModelError(msg)
+        if self.slc_share < self.slv_share:
+            msg = (
+                f"Coefficients: slc_share {self.slc_share:g} is below slv_share {self.slv_share:g}, but SLC is not "
+                "reached before SLV; give an slc_share of at least that"
+            )
+            raise ModelError(msg)
 
     def lines(self) -> list[Line]:
         """Every coefficient, and whether it is the one of the Circolare."""
