@@ -1031,6 +1031,20 @@ def test_a_spread_is_checked_by_its_lowest_answer():
     assert bs.assess.local_mechanism(spread, 1.35, SITE).result is spread.lowest
 
 
+@pytest.mark.parametrize(("drifting", "told"), [([0.09, 0.08], True), ([0.11], False), ([], False)])
+def test_runs_of_a_spread_below_the_one_relied_on_are_told(result, drifting, told):
+    """Certified and still drifting, they do not count, and one that settles there may."""
+    ends = {f"{end}": dataclasses.replace(result, load_factor=end, message="still drifting") for end in drifting}
+    spread = bs.results.Spread.of({"as given": result, "steep": result, **ends}, None)
+    check = bs.assess.local_mechanism(spread, 1.35, SITE)
+    said = (
+        "α0 is from the load factor 0.1, the lowest of 2 certified runs that settled (2 more, at 0.08 to 0.09, were "
+        "still drifting when stopped)."
+    )
+    assert check.notes == ((said,) if told else ())
+    assert (f"note: {said}" in str(check)) == told
+
+
 @pytest.mark.parametrize(
     ("variable", "words"),
     [

@@ -114,6 +114,7 @@ def test_runs_that_drift_are_not_those_the_number_is_the_lowest_of(small_model):
     assert f"Relied on: {relied} of “push”{said}." in summary(found)
     check = bs.assess.local_mechanism(spread, 1.35, SITE)
     assert f"from its {relied}{said}." in summary(found, [check])
+    assert summary(found, [check]).count(said) == 1
     alone = bs.Analysis(
         found.model,
         {name: r for name, r in found.items() if "loading path" not in name},

@@ -12,7 +12,7 @@ from blockstruct.assess.check import LimitState, LocalMechanismCheck
 from blockstruct.assess.coefficients import Coefficients, confidence
 from blockstruct.assess.floor_spectrum import FloorSpectrum, check_one_place
 from blockstruct.assess.lines import Line, in_g, shown, told_apart
-from blockstruct.assess.notes import notes_of, notes_of_control, notes_of_demand, notes_of_parts
+from blockstruct.assess.notes import notes_of, notes_of_control, notes_of_demand, notes_of_parts, notes_of_runs
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import HorizontalForces, of_bodies
 from blockstruct.assess.rotation import first_reached
@@ -128,7 +128,7 @@ def local_mechanism(
     checks = [asked.check([*part, *resting]) for part in known]
     ratios = [one.ratio for one in checks]
     check = checks[int(np.argmin(ratios))]
-    notes = [*notes_of_parts(parts, known, ratios), *check.notes]
+    notes = [*notes_of_parts(parts, known, ratios), *check.notes, *notes_of_runs(result)]
     first = next(iter(result.runs.values())) if isinstance(result, Spread) else found
     if first is not found and first.capacity is not None:
         notes.append(

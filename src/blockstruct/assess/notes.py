@@ -11,7 +11,8 @@ from blockstruct.assess.lines import in_g, shown
 from blockstruct.assess.participation import HorizontalForces, Participation
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.model import STANDARD_GRAVITY, Model
-from blockstruct.results import CaseResult, MacroBlock, applied_loads, doubtful_words, tie_state
+from blockstruct.results import CaseResult, MacroBlock, Spread, applied_loads, doubtful_words, tie_state
+from blockstruct.results.headline import is_same
 from blockstruct.results.macro_blocks import TOGETHER
 from blockstruct.vocabulary import Flow, TieState
 
@@ -163,6 +164,13 @@ def _stands(model: Model, moving: Collection[str]) -> bool:
         or (i.minus in moving and i.plus in fixed and -i.normal[2] > _UPON)
         for i in model.interfaces
     )
+
+
+def notes_of_runs(result: CaseResult | Spread) -> list[str]:
+    """Runs of a spread that found less than what is relied on, and had not settled."""
+    head = result.headline
+    below = [end for end in head.drifting if end < head.load_factor and not is_same(end, head.load_factor)]
+    return [f"α0 is from the load factor {head.number}, {head.among}."] if below else []
 
 
 def notes_of_control(

@@ -101,6 +101,27 @@ class Headline:
         """The associative bound of a non-associative case in words; empty where it was not found."""
         return self._bound(4)
 
+    @property
+    def first(self) -> str:
+        """Which of several answers counts: the lowest load factor is the largest reaction."""
+        return "largest" if self.answer.is_reaction else "lowest"
+
+    @property
+    def among(self) -> str:
+        """Among which runs the number counts, and where those are that do not count; empty for a single run."""
+        if self.schedules == 1:
+            return ""
+        if not self.drifting:
+            return f"the {self.first} of {self.certified} certified runs"
+        settled, drifting = self.certified - len(self.drifting), len(self.drifting)
+        if not settled:
+            return f"the {self.first} of {drifting} certified runs, none of which had settled"
+        ends = dict.fromkeys(self.answer.text(end, 4) for end in (self.drifting[0], self.drifting[-1]))
+        return (
+            f"the {self.first} of {settled} certified run{'s' * (settled > 1)} that settled ({drifting} more, at "
+            f"{' to '.join(ends)}, {'was' if drifting == 1 else 'were'} still drifting when stopped)"
+        )
+
     def text(self, digits: int = 4) -> str:
         """Number, range and bound, with so many digits."""
         number = self.answer.text(self.load_factor, digits)
@@ -117,8 +138,8 @@ class Headline:
         if self.drifting:
             said += " and settled" if settled else f", all {DRIFTING}"
         if self.certified and self.status is Status.CONVERGED:
-            first, on = ("largest", "down") if self.answer.is_reaction else ("lowest", "up")
-            said = f"{first} of {said}, {on} to {self.answer.text(self.highest, digits)}"
+            on = "down" if self.answer.is_reaction else "up"
+            said = f"{self.first} of {said}, {on} to {self.answer.text(self.highest, digits)}"
         if self.drifting and settled:
             ends = (self.drifting[0], self.drifting[-1])
             apart = " to ".join(dict.fromkeys(self.answer.text(end, digits) for end in ends))

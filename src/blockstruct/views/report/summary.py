@@ -37,7 +37,8 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
     head = heads[name]
     shown = dict(zip(heads, shown_results(analysis), strict=True))[name]
     begins = beginning_words(analysis[name], head.load_factor)
-    notes = list(check.notes) if check else []
+    # What the sentence has said is not said again.
+    notes = [text for text in check.notes if not head.among or head.among not in text] if check else []
     mixed = len({one.answer.dimension for one in loaded.values()}) > 1
     figures = [
         {
@@ -106,9 +107,9 @@ def _sentence(
     one = head.schedules == 1 and head.flow is bs.Flow.NONASSOCIATIVE
     worse = "larger" if head.answer.is_reaction else "lower"
     range_ = f" One schedule found it; others, which may find a {worse} one, were not run." if one else ""
-    of_runs = _of_runs(head)
+    of_runs = f", {head.among}" if head.among else ""
     if check is None:
-        among = f"one of {cases} cases, forces and moments" if mixed else f"the {_first(head)} of {cases} cases"
+        among = f"one of {cases} cases, forces and moments" if mixed else f"the {head.first} of {cases} cases"
         of_cases = f", {among}" if cases > 1 else ""
         said = f"Relied on: {head.answer.name} {head.number} of “{name}”{of_runs}{of_cases}."
         return f"{said} It is checked against no demand.{range_}"
@@ -118,27 +119,6 @@ def _sentence(
     return (
         f"Relied on: capacity / demand {_ratio(check)} of “{name}” ({check.relied_on}){of_checks}, from its load "
         f"factor {head.number}{of_runs}.{range_}"
-    )
-
-
-def _first(head: bs.results.Headline) -> str:
-    """Which of several answers counts: the lowest load factor is the largest reaction."""
-    return "largest" if head.answer.is_reaction else "lowest"
-
-
-def _of_runs(head: bs.results.Headline) -> str:
-    """Among which runs the number counts, and where those are that do not count; empty for a single run."""
-    if head.schedules == 1:
-        return ""
-    if not head.drifting:
-        return f", the {_first(head)} of {head.certified} certified runs"
-    settled, drifting = head.certified - len(head.drifting), len(head.drifting)
-    if not settled:
-        return f", the {_first(head)} of {drifting} certified runs, none of which had settled"
-    ends = dict.fromkeys(head.answer.text(end, 4) for end in (head.drifting[0], head.drifting[-1]))
-    return (
-        f", the {_first(head)} of {settled} certified run{'s' * (settled > 1)} that settled ({drifting} more, at "
-        f"{' to '.join(ends)}, {'was' if drifting == 1 else 'were'} still drifting when stopped)"
     )
 
 
