@@ -176,7 +176,6 @@ class LocalMechanismCheck:
     def sections(self) -> tuple[Section, ...]:
         """Every formula with its numbers, in the order of the calculation."""
         r, whole = self.result, self.participation
-        small = self.participation_of_blocks
         push = ", ".join(f"{value:.4g}" for value in self.direction + 0.0)
         resting = sum(not body.moves for body in self.bodies)
         a0 = (
@@ -206,11 +205,7 @@ class LocalMechanismCheck:
             section(
                 "Mass that takes part",
                 whole.lines("by macro-blocks"),
-                Line(
-                    "by single blocks, not used",
-                    f"e* = {shown(small.e_star)}, M* = {shown(small.M_star / 1e3, 't')}: together they are one",
-                    "C8.7.1.2.1.3",
-                ),
+                self._by_single_blocks(),
                 Line(
                     "confidence factor",
                     f"FC = {shown(self.confidence_factor)}: {self.confidence_reason}",
@@ -239,6 +234,15 @@ class LocalMechanismCheck:
             )
         found.append(section("Coefficients", self.coefficients.lines()))
         return tuple(found)
+
+    def _by_single_blocks(self) -> list[Line]:
+        """Share of the mass of the blocks one by one, where that is not the one of the bodies."""
+        whole, small = self.participation, self.participation_of_blocks
+        if len(small.names) == len(whole.names):
+            return []
+        why = "together they are one" if len(whole.names) == 1 else "those of a body move together"
+        numbers = f"e* = {shown(small.e_star)}, M* = {shown(small.M_star / 1e3, 't')}"
+        return [Line("by single blocks, not used", f"{numbers}: {why}", "C8.7.1.2.1.3")]
 
     def _moving(self) -> list[tuple[MacroBlock, float, float]]:
         by_name = {body.name: body for body in self.bodies}
