@@ -1219,7 +1219,9 @@ def test_what_stands_on_named_blocks_is_told(small):
     above = min(set(names) - set(lower), key=lambda n: small.model.block(n).centroid[2])
     assert "standing on them, not counted" in text
     assert above in text
-    assert "standing" not in str(bs.assess.overturning(small.model, small.case, names, EDGE))
+    whole = str(bs.assess.overturning(small.model, small.case, names, EDGE))
+    assert "standing" not in whole
+    assert whole.startswith(f"overturning of {len(names)} blocks about")
 
 
 def edge_at(height, y=0.0):
@@ -1279,6 +1281,7 @@ def test_an_edge_up_a_stair_of_joints_is_at_them(small):
 def test_the_ends_of_an_edge_have_no_order(result):
     one, other = (bs.assess.overturning(result.model, result.case, ["façade"], edge) for edge in (EDGE, EDGE[::-1]))
     assert (one.alpha0, one.d0) == pytest.approx((0.1, 0.3), rel=1e-9)
+    assert str(one).startswith("overturning of 1 block about an edge")
     assert (other.alpha0, other.d0) == pytest.approx((one.alpha0, one.d0), rel=1e-12)
     for angle in (0.02, 0.05):
         assert other.rotation.load_factor(angle) == pytest.approx(np.tan(np.arctan(0.1) - angle), rel=1e-9)

@@ -67,7 +67,8 @@ class Overturning:
     notes: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        said = section(f"overturning of {len(self.blocks)} blocks about an edge", self.lines)
+        count = len(self.blocks)
+        said = section(f"overturning of {count} block{'s' * (count > 1)} about an edge", self.lines)
         return "\n".join([*(f"note: {text}" for text in self.notes), str(said)])
 
 
@@ -127,7 +128,7 @@ def overturning(
     names = blocks.blocks if isinstance(blocks, MacroBlock) else checked_tuple(blocks, str, f"{who}: blocks")
     turning = [model.block(name) for name in names]
     if not turning or any(b.fixed for b in turning):
-        msg = f"{who}: {len(turning)} blocks, of which {sum(b.fixed for b in turning)} are supports; name free blocks"
+        msg = f"{who}: blocks: {len(turning)}, of them supports: {sum(b.fixed for b in turning)}; name free blocks"
         raise ModelError(msg)
     ends = si_array(edge, "length", f"{who}: edge")
     if ends.shape != (2, 3) or np.linalg.norm(ends[1] - ends[0]) == 0:
