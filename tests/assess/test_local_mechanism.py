@@ -690,6 +690,16 @@ def test_an_acceleration_below_that_of_sld_is_not_taken_at_slv(result):
     check = bs.assess.local_mechanism(result, 1.35, SITE, method="displacement", coefficients=few)
     assert check.ag == pytest.approx(check.limit_states["SLD"].ag)
     assert "not below that of SLD" in str(check)
+    # The site at which SLD is met, as a_g,SLV of this share alone is not.
+    site = SITE.at(0.9 * check.ag)
+    met = bs.assess.local_mechanism(result, 1.35, site, method="displacement", coefficients=few)
+    assert met.ratio < 1
+    assert met.satisfied
+    borne = f"{met.ag:.4g} m/s² = {met.ag / g:.4g} g"
+    assert met.verdict == (
+        f"SLV, by displacement: capacity / demand = {met.ratio:.4g}, below 1, but satisfied: a_g,SLV counts as no less "
+        f"than a_g,SLD (C8.7.1.2.1.8); borne is a_g = {borne} (site {site.ag / g:.4g} g)."
+    )
 
 
 def test_a_table_that_ends_before_the_period_leaves_the_displacement_out(result):
