@@ -152,6 +152,38 @@ def test_a_floor_spectrum_by_hand():
     assert floor.at(2 * floor.ag).ag == pytest.approx(2 * floor.ag)
 
 
+def floor(period="0.4 s", participation=1.3, damping=0.05):
+    mode = bs.assess.Mode(period, participation=participation, shape=0.9, damping=damping)
+    return bs.assess.floor_spectrum(bs.assess.ntc_spectrum(**SITE), [mode])
+
+
+def test_rules_of_a_floor_spectrum_are_printed_where_they_act():
+    """At 3 s the ground has more than a mode of 0.4 s with γ ψ = 0.09; a sharp peak keeps its displacement.
+
+    ξ = 2 %: S_eZ(0.4 s) (1.1 · 0.4 s / 2π)² at 0.6 s, where S_eZ T²/4π² is less. Neither acts at 0.3 s.
+    """
+    line = floor().displacement_line(0.3, 0.05, "S_De")
+    assert "ground" not in line.formula
+    assert "T_1" not in line.formula
+    weak = floor(participation=0.1)
+    ground = float(weak.ground.acceleration(3.0, 0.08))
+    text = weak.displacement_line(3.0, 0.08, "S_De").formula
+    found = float(weak.displacement(3.0, 0.08))
+    assert text.startswith(
+        f"S_De = S_eZ T²/4π² = {ground:.4g} m/s² · (3 s/2π)² = {found:.4g} m, with S_e of the ground"
+    )
+    assert "beyond T_1, more than the " in text
+    sharp = floor(damping=0.02)
+    peak = float(sharp.acceleration(0.4))
+    text = sharp.displacement_line(0.6, 0.05, "S_De").formula
+    assert text.startswith(
+        f"S_De = S_eZ(T_1) b² T_1²/4π² = {peak:.4g} m/s² · (1.1 · 0.4 s/2π)² = {peak * (0.44 / (2 * np.pi)) ** 2:.4g} m"
+    )
+    plain = float(sharp.acceleration(0.6)) * (0.6 / (2 * np.pi)) ** 2
+    assert f"the least beyond b T_1, more than S_eZ T²/4π² = {float(sharp.acceleration(0.6)):.4g} m/s²" in text
+    assert f"= {plain:.4g} m; η" in text
+
+
 @pytest.mark.parametrize("soil", list("ABCDE"))
 @pytest.mark.parametrize("target", [0.05, 0.4, 2.0])
 def test_the_ground_acceleration_found_gives_back_the_capacity_and_is_the_least(soil, target):

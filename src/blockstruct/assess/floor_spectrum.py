@@ -99,12 +99,14 @@ class FloorSpectrum:
     def acceleration(self, period: ArrayLike, damping: float = 0.05) -> Array:
         """S_eZ(T, ξ, z), [C7.2.5] with [C7.2.6], m/s²."""
         T = checked_periods(period)
-        squares = sum((self._of_mode(mode, T, damping) ** 2 for mode in self.modes), np.zeros_like(T))
-        found = np.sqrt(squares)
-        beyond = T > self.T1
+        found, beyond = self._of_modes(T, damping), T > self.T1
         # Beyond the first period the building amplifies nothing, and filters nothing out.
         ground = self.ground.acceleration(np.where(beyond, T, 0.0), damping)
         return np.asarray(np.where(beyond, np.maximum(found, ground), found))
+
+    def _of_modes(self, T: Array, damping: float) -> Array:
+        squares = sum((self._of_mode(mode, T, damping) ** 2 for mode in self.modes), np.zeros_like(T))
+        return np.sqrt(squares)
 
     def _of_mode(self, mode: Mode, T: Array, damping: float) -> Array:
         peak, rise = self.modal_peak(mode), 1.1 * mode.damping**-0.5 * damping_factor(damping)
@@ -149,11 +151,19 @@ class FloorSpectrum:
     def displacement_line(self, period: float, damping: float, symbol: str) -> Line:
         """Displacement at a period, with its numbers."""
         S, found = float(self.acceleration(period, damping)), float(self.displacement(period, damping))
-        least = " (that of T_1, which is larger)" if found > S * (period / (2 * np.pi)) ** 2 * (1 + 1e-12) else ""
+        of_modes, plain = float(self._of_modes(np.array(period), damping)), S * (period / (2 * np.pi)) ** 2
+        numbers = f"S_eZ T²/4π² = {shown(S, 'm/s²')} · ({shown(period, 's')}/2π)² = {shown(plain, 'm')}"
+        if of_modes < S:
+            numbers += f", with S_e of the ground beyond T_1, more than the {shown(of_modes, 'm/s²')} of the modes"
+        if found > plain * (1 + 1e-12):
+            of_first = shown(float(self.acceleration(self.T1, damping)), "m/s²")
+            numbers = (
+                f"S_eZ(T_1) b² T_1²/4π² = {of_first} · ({self.b:g} · {shown(self.T1, 's')}/2π)² = {shown(found, 'm')}, "
+                f"the least beyond b T_1, more than {numbers}"
+            )
         return Line(
             "demand of displacement",
-            f"{symbol} = S_eZ T²/4π² = {shown(S, 'm/s²')} · ({shown(period, 's')}/2π)² = {shown(found, 'm')}{least}; "
-            f"η = {shown(damping_factor(damping))} for ξ = {100 * damping:g} %",
+            f"{symbol} = {numbers}; η = {shown(damping_factor(damping))} for ξ = {100 * damping:g} %",
             "C8.7.1.2.1.8 (C8.7.1.12)",
         )
 
