@@ -17,8 +17,8 @@ from blockstruct.results.macro_blocks import TOGETHER
 from blockstruct.vocabulary import Flow, TieState
 
 g = STANDARD_GRAVITY
-#: Difference of d0 by the control point from that by the weights, in multiples of the latter, for it to be told.
-_APART = 0.03
+#: Shortfall, and excess, of d0 by the control point from that by the weights, in multiples of it, for it to be told.
+_BELOW, _ABOVE = 0.03, 0.01
 #: Motion out of the plane of a mechanism, in multiples of the largest.
 _OUT_OF_PLANE = 0.05
 #: Height over the foot of the structure, in multiples of its own, from which a mechanism stands on what moves with it.
@@ -189,4 +189,4 @@ def notes_of_control(
         f"{shown(of_weights, 'm')}: what is in proportion at the collapse state is not at the end of the curve. A "
         "point near the centroid of the weights tells most; rely on the smaller one."
     )
-    return [text] if abs(d0 - of_weights) > _APART * of_weights else []
+    return [text] if not -_BELOW * of_weights <= d0 - of_weights <= _ABOVE * of_weights else []
