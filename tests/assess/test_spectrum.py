@@ -5,7 +5,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.assess.local_mechanism import _ground_acceleration
+from blockstruct.assess.limit_states import _ground_acceleration
 
 g = 9.80665
 SITE = {"ag": Q_(0.15, "g_0"), "F0": 2.4, "Tc": Q_(0.3, "s"), "soil": "B"}

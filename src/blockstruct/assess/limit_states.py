@@ -1,0 +1,122 @@
+"""Limit states of a mechanism: capacity and demand with their numbers, C8.7.1.2.1.5 to C8.7.1.2.1.8."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from blockstruct.assess.capacity import CapacityCurve
+from blockstruct.assess.check import LimitState
+from blockstruct.assess.coefficients import Coefficients
+from blockstruct.assess.lines import Line, in_g, shown, told_apart
+from blockstruct.assess.rotation import first_reached
+from blockstruct.assess.spectrum import LARGEST, SMALLEST, Spectrum
+from blockstruct.errors import ModelError
+from blockstruct.model import STANDARD_GRAVITY
+
+g = STANDARD_GRAVITY
+#: Methods that a check can rely on, and the limit state of each.
+METHODS = {"linear": "SLV, linear", "displacement": "SLV, by displacement"}
+#: Ground accelerations that are tried before the one at which capacity and demand are equal is found to the last digit.
+_TRIED = g * np.geomspace(SMALLEST, LARGEST, 400)
+
+
+def damage(a0_star: float, spectrum: Spectrum, *, with_demand: bool) -> LimitState:
+    """SLD of an acceleration a0*, m/s², at a spectrum, or at its site alone."""
+    ag = _ground_acceleration(spectrum, lambda s: s.peak, a0_star)
+    lines = [Line("capacity", f"a_Z,SLD = α0 g / (e* FC) = a0* = {in_g(a0_star, g)}", "C8.7.1.2.1.5 (C8.7.1.8)")]
+    if with_demand:
+        lines += [spectrum.peak_line, _ratio(a0_star, spectrum.peak, "m/s²")]
+    lines.append(_equal("a_g,SLD", "a_Z(a_g) = a0*", spectrum, ag, "C8.7.1.2.1.5", own_site=with_demand))
+    demand = spectrum.peak if with_demand else np.nan
+    return LimitState("SLD", a0_star, demand, "m/s²", ag, spectrum.ag, tuple(lines))
+
+
+def linear(a0_star: float, spectrum: Spectrum, ag_sld: float, c: Coefficients) -> LimitState:
+    """SLV by the behaviour factor q, of an acceleration a0*, m/s², whose SLD is reached at a ground acceleration."""
+    demand = spectrum.peak / c.q
+    ag = _ground_acceleration(spectrum, lambda s: s.peak / c.q, a0_star)
+    lines = (
+        Line("capacity", f"a0* = {in_g(a0_star, g)}", "C8.7.1.2.1.5 (C8.7.1.8)"),
+        spectrum.peak_line,
+        Line("demand", f"a_Z / q = {shown(spectrum.peak, 'm/s²')} / {c.q:g} = {shown(demand, 'm/s²')}", "C8.7.1.2.1.7"),
+        _ratio(a0_star, demand, "m/s²"),
+        _equal("a_g,SLV", "a_Z(a_g) / q = a0*", spectrum, ag, "C8.7.1.2.1.7"),
+        Line(
+            "the same, S kept at a_g,SLD",
+            f"q a_g,SLD = {c.q:g} · {shown(ag_sld, 'm/s²')} = {in_g(c.q * ag_sld, g)}",
+            "C8.7.1.2.1.7",
+        ),
+    )
+    return LimitState(METHODS["linear"], a0_star, demand, "m/s²", ag, spectrum.ag, lines)
+
+
+def by_displacement(
+    curve: CapacityCurve, ag_sld: float, state: str, c: Coefficients, spectrum: Spectrum, *, with_demand: bool
+) -> LimitState:
+    """SLV or SLC by displacement, whose ground acceleration is not below that of SLD, m/s².
+
+    Raises
+    ------
+    ModelError
+        If the curve loses too much before its first displacement, or a table ends before the period.
+    """
+    share, loss, factor, damping = {
+        "SLV": (c.slv_share, c.slv_loss, c.slv_period, c.slv_damping),
+        "SLC": (c.slc_share, np.inf, c.slc_period, c.slc_damping),
+    }[state]
+    d = min([share * curve.d0, *(at for at, lost in curve.losses if lost > loss)])
+    if d <= 0:
+        msg = (
+            f"d_{state} is 0: the capacity curve loses more than {loss:g} of its largest acceleration before its first "
+            "state at a displacement; run the pushover with more steps, or give method='linear'"
+        )
+        raise ModelError(msg)
+    capacity = f"d_{state} = {share:g} d0 = {share:g} · {shown(curve.d0, 'm')} = {shown(d, 'm')}"
+    if d < share * curve.d0:
+        capacity = f"d_{state} = {shown(d, 'm')}, where a tie breaks, less than {share:g} d0"
+    a = curve.at(d)
+    T = factor * np.pi * np.sqrt(d / a)
+    ag = _ground_acceleration(spectrum, lambda s: float(s.displacement(T, damping)), d)
+    number = {"SLV": "(C8.7.1.10)", "SLC": "(C8.7.1.11)"}[state]
+    lines = [
+        Line("capacity", capacity, "C8.7.1.2.1.6"),
+        Line("acceleration there", f"a(d_{state}) = {shown(a, 'm/s²')}", "C8.7.1.2.1.3"),
+        Line(
+            "equivalent period",
+            f"T_{state} = {factor:g} π √(d/a) = {factor:g} π √({shown(d, 'm')} / {shown(a, 'm/s²')}) = {shown(T, 's')}",
+            f"C8.7.1.2.1.8 {number}",
+        ),
+    ]
+    demand = float(spectrum.displacement(T, damping))
+    if with_demand:
+        lines += [spectrum.displacement_line(T, damping, f"S_De(T_{state})"), _ratio(d, demand, "m")]
+    equation = f"S_De(T_{state}; a_g) = d_{state}"
+    lines.append(_equal(f"a_g,{state}", equation, spectrum, ag, "C8.7.1.2.1.8", own_site=with_demand))
+    if ag < ag_sld:
+        lines.append(Line("not below that of SLD", f"a_g,{state} = a_g,SLD = {in_g(ag_sld, g)}", "C8.7.1.2.1.8"))
+    ag = max(ag, ag_sld)
+    return LimitState(
+        f"{state}, by displacement", d, demand if with_demand else np.nan, "m", ag, spectrum.ag, tuple(lines)
+    )
+
+
+def _ground_acceleration(spectrum: Spectrum, demand: Callable[[Any], float], capacity: float) -> float:
+    """Least acceleration of the ground at which a demand reaches a capacity, m/s²; infinite beyond 10 g."""
+    # Where S_S falls faster than ag rises there may be several: the least counts.
+    return first_reached(lambda ag: demand(spectrum.at(ag)) - capacity, _TRIED)
+
+
+def _site(spectrum: Spectrum, ag: float) -> str:
+    S = getattr(spectrum.at(ag), "S", None) if np.isfinite(ag) else None
+    return f", where S = {shown(S)}" if S is not None else ""
+
+
+def _equal(state: str, equation: str, spectrum: Spectrum, ag: float, source: str, *, own_site: bool = True) -> Line:
+    site = _site(spectrum, ag) + ("" if own_site else "; site of SLV")
+    return Line(f"ground acceleration, {state}", f"{equation} at {in_g(ag, g)}{site}", source)
+
+
+def _ratio(capacity: float, demand: float, unit: str) -> Line:
+    (borne, asked), (ratio, _) = told_apart(capacity, demand), told_apart(capacity / demand, 1.0)
+    return Line("capacity / demand", f"{borne} {unit} / {asked} {unit} = {ratio}")
