@@ -16,6 +16,8 @@ from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.results import CaseResult, MacroBlock
 
 g = STANDARD_GRAVITY
+#: Share of the mass that does not take part, of rounding.
+_ONE = 1e-4
 _CODE = "Circolare 21/01/2019 n. 7 C.S.LL.PP., C8.7.1.2.1"
 
 
@@ -216,6 +218,7 @@ class LocalMechanismCheck:
                     "C8.7.1.2.1.3",
                 ),
                 Line("acceleration that activates it", a0, "C8.7.1.2.1.5 (C8.7.1.8)"),
+                [Line("any mechanism that begins later", self._floor, "e* ≤ 1")] if whole.e_star < 1 - _ONE else [],
             ),
             section(
                 "Capacity curve",
@@ -247,6 +250,10 @@ class LocalMechanismCheck:
         why = "together they are one" if len(whole.names) == 1 else "those of a body move together"
         numbers = f"e* = {shown(small.e_star)}, M* = {shown(small.M_star / 1e3, 't')}"
         return [Line("by single blocks, not used", f"{numbers}: {why}", "C8.7.1.2.1.3")]
+
+    @property
+    def _floor(self) -> str:
+        return f"at least α0 g / FC = {in_g(self.alpha0 * g / self.confidence_factor, g)}"
 
     def _moving(self) -> list[tuple[MacroBlock, float, float]]:
         by_name = {body.name: body for body in self.bodies}

@@ -11,12 +11,12 @@ from blockstruct.assess.capacity_of_pushover import curve_of_pushover
 from blockstruct.assess.check import LocalMechanismCheck
 from blockstruct.assess.coefficients import Coefficients, confidence
 from blockstruct.assess.floor_spectrum import FloorSpectrum, check_one_place
+from blockstruct.assess.freedom import is_unique, separate_mechanisms
 from blockstruct.assess.limit_states import METHODS, by_displacement, damage, linear
 from blockstruct.assess.lines import shown
 from blockstruct.assess.notes import notes_of, notes_of_control, notes_of_demand, notes_of_parts, notes_of_runs
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import HorizontalForces, of_bodies
-from blockstruct.assess.separate import separate_mechanisms
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.errors import ModelError
@@ -160,6 +160,7 @@ class _Asked:
         found, case, forces, c = self.found, self.case, self.forces, self.coefficients
         spectrum, sld_site, slc_site = self.spectrum, self.spectrum_sld, self.spectrum_slc
         whole, blocks = of_bodies(found.model, forces, found.mechanism, bodies)
+        whole = replace(whole, unique=is_unique(found, bodies))
         FC, reason = confidence(
             self.confidence_factor,
             self.knowledge_level,
@@ -172,6 +173,8 @@ class _Asked:
         try:
             if pushed is None:
                 curve = curve_of_rotation(found, case, bodies, forces, a0_star)
+            elif not whole.unique:
+                missing = "no capacity curve: the mechanism is not unique, nor is what its control point tells"
             elif self.follows(bodies):
                 curve = curve_of_pushover(found, pushed, forces.direction, whole, a0_star)
             else:
@@ -192,6 +195,11 @@ class _Asked:
                     if self.method == "displacement" and state == "SLV":
                         raise
                     notes.append(f"{state} by displacement was left out. {error}.")
+        if not whole.unique:
+            notes.append(
+                "The joints of this mechanism may open each at a rate of its own, and the motion found is one of "
+                "several: e* = 1 counts, which none exceeds. A block in place of what moves as one tells more."
+            )
         notes += notes_of_demand(found.model, bodies, spectrum)
         notes += [
             f"{state.name}: capacity / demand = {state.ratio_text()}, {state.outcome}."

@@ -112,12 +112,15 @@ class Participation:
         Scaled to a largest one of 1.
     scale : float
         What it was divided by.
+    unique : bool
+        Whether the bodies can only move as they do. Where not, e* is 1, which no motion exceeds.
     """
 
     names: tuple[str, ...]
     weight: Array
     displacement: Array
     scale: float
+    unique: bool = True
 
     @classmethod
     def of(cls, names: Sequence[str], groups: Sequence[NDArray[np.int64]], weight: Array, displacement: Array) -> Self:
@@ -138,18 +141,22 @@ class Participation:
 
     @property
     def M_star(self) -> float:
-        """Mass that takes part, ``[Σ (P + Q) δ]² / (g Σ (P + Q) δ²)``, kg."""
-        return float(self._first**2 / (STANDARD_GRAVITY * self._second))
+        """Mass that takes part, ``[Σ (P + Q) δ]² / (g Σ (P + Q) δ²) = e* Σ (P + Q) / g``, kg."""
+        return float(self.e_star * self.total / STANDARD_GRAVITY)
 
     @property
     def e_star(self) -> float:
         """Share of the mass that takes part, ``[Σ (P + Q) δ]² / (Σ (P + Q) Σ (P + Q) δ²)``, [C8.7.1.5]."""
-        return float(self._first**2 / (self.total * self._second))
+        return self._of_motion if self.unique else 1.0
 
     @property
     def factor(self) -> float:
         """``Σ (P + Q) δ² / Σ (P + Q) δ``: displacement of the oscillator at δ = 1, [C8.7.1.4]."""
         return float(self._second / self._first)
+
+    @property
+    def _of_motion(self) -> float:
+        return float(self._first**2 / (self.total * self._second))
 
     @property
     def _first(self) -> float:
@@ -164,9 +171,13 @@ class Participation:
         W, first, second = (shown(force / 1e3, "kN") for force in (self.total, self._first, self._second))
         e = f"[Σ(P+Q)δ]² / (Σ(P+Q) Σ(P+Q)δ²) = ({first})² / ({W} · {second})"
         M = f"[Σ(P+Q)δ]² / (g Σ(P+Q)δ²) = ({first})² / (g · {second})"
+        e, M = f"e* = {e} = {shown(self._of_motion)}", f"M* = {M} = {shown(self.M_star / 1e3, 't')}"
+        if not self.unique:
+            e += ", of one motion of several; no motion has more than 1, which counts"
+            M = f"M* = Σ(P+Q) / g = {W} / g = {shown(self.M_star / 1e3, 't')}"
         return [
-            Line(f"share of the mass, {of}", f"e* = {e} = {shown(self.e_star)}", "C8.7.1.2.1.3 (C8.7.1.5)"),
-            Line(f"mass that takes part, {of}", f"M* = {M} = {shown(self.M_star / 1e3, 't')}", "C8.7.1.2.1.3"),
+            Line(f"share of the mass, {of}", e, "C8.7.1.2.1.3 (C8.7.1.5)"),
+            Line(f"mass that takes part, {of}", M, "C8.7.1.2.1.3"),
         ]
 
 

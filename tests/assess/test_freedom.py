@@ -1,11 +1,11 @@
-"""Mechanisms that begin at one load factor and do not hold each other: each is checked by itself."""
+"""Motions that a collapse state leaves open: walls that stand apart, and joints that open at rates of their own."""
 
 import numpy as np
 import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import SELF_WEIGHT, push, solve
+from structures import SELF_WEIGHT, model_of, push, solve
 
 STONE, DRY = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("dry", 0.7)
 SITE = bs.assess.ntc_spectrum(Q_(0.1, "g_0"), 2.4, "0.3 s", "B")
@@ -79,3 +79,66 @@ def test_a_pushover_tells_of_the_mechanism_that_it_follows():
     check = bs.assess.local_mechanism(result, spectrum=SITE, method="displacement")
     assert check.curve.d0 == pytest.approx(0.25, rel=1e-6)
     assert check.notes[0].endswith("The pushover does not follow body 1 (wall 0): that is not checked by displacement.")
+
+
+def tower(*courses, mu=0.9):
+    """Courses (front, thickness), m, each 1 m high and 1 m long."""
+    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[3, 3, 0.5] m", STONE, fixed=True)
+    blocks = [
+        bs.Block.box(f"course {k}", Q_([0, front, k], "m"), Q_([1, thickness, 1], "m"), STONE)
+        for k, (front, thickness) in enumerate(courses)
+    ]
+    return model_of([ground, *blocks], bs.JointMaterial("dry", mu))
+
+
+@pytest.mark.parametrize("flow", ["associative", "nonassociative"])
+def test_a_tower_whose_joints_open_together_takes_part_with_all_of_its_mass(flow):
+    """Courses of 0.6 m and 0.3 m, flush in front: either joint opens at α0 = 0.3, and what turns is one body, e* = 1.
+
+    a0* = 0.3 g / 1.35, over 0.06 g: 3.703704.
+    """
+    model = tower((0, 0.6), (0, 0.3))
+    check = bs.assess.local_mechanism(solve(model, push(0, -1, 0), flow), spectrum=SITE)
+    assert (check.alpha0, check.e_star, check.ratio) == pytest.approx((0.3, 1.0, 0.3 / 1.35 / 0.06), rel=1e-5)
+    assert check.M_star == pytest.approx(18e3 / 9.80665)
+    assert any(text.startswith("The joints of this mechanism") for text in check.notes)
+    assert "no motion has more than 1, which counts" in str(check)
+
+
+def test_drums_that_may_slide_each_take_part_with_all_of_their_mass():
+    """Three drums, μ = 0.15, associative: each may slide on the one below as fast as it likes."""
+    model = tower((0, 1), (0, 1), (0, 1), mu=0.15)
+    check = bs.assess.local_mechanism(solve(model, push(0, -1, 0), "associative"), spectrum=SITE)
+    assert (check.alpha0, check.e_star) == pytest.approx((0.15, 1.0), rel=1e-5)
+    assert check.participation.unique == (len(check.participation.names) == 1)
+
+
+def test_a_joint_that_opens_by_a_hair_earlier_is_the_mechanism():
+    """A millimetre more at the upper joint: the lower one alone opens, and the tower is one body."""
+    result = solve(tower((0, 0.6), (0, 0.302)), push(0, -1, 0), "nonassociative")
+    check = bs.assess.local_mechanism(result, spectrum=SITE)
+    assert check.participation.unique
+    assert check.e_star == pytest.approx(1.0)
+    assert check.notes == ()
+
+
+def test_a_pushover_of_a_mechanism_that_is_not_unique_gives_no_curve():
+    """What its control point tells of the bodies hangs on the motion that was found."""
+    case = bs.Pushover("p", SELF_WEIGHT, push(0, -1, 0), control=("course 1", (0, -1, 0)), steps=5)
+    result = bs.run(tower((0, 0.6), (0, 0.3)), case)["p"]
+    with pytest.raises(bs.errors.ModelError, match="the mechanism is not unique"):
+        bs.assess.local_mechanism(result, spectrum=SITE, method="displacement")
+    assert "the mechanism is not unique" in bs.assess.local_mechanism(result, spectrum=SITE).missing_curve
+
+
+def test_what_a_mechanism_that_begins_later_needs_at_least_is_printed():
+    """A portal has e* = 0.9; whatever begins at a larger α0 has e* ≤ 1, and thus at least α0 g / FC."""
+    blocks = [
+        bs.Block.box("ground", "[-1, -1, -0.5] m", "[6, 3, 0.5] m", STONE, fixed=True),
+        *(bs.Block.box(f"column {x:g}", Q_([x, 0, 0], "m"), "[0.5, 1, 3] m", STONE) for x in (0, 2)),
+        bs.Block.box("lintel", "[0, 0, 3] m", "[2.5, 1, 0.5] m", STONE),
+    ]
+    check = bs.assess.local_mechanism(solve(model_of(blocks, DRY), push(1, 0, 0)), spectrum=SITE)
+    assert check.participation.unique
+    assert check.e_star < 0.95
+    assert f"at least α0 g / FC = {check.alpha0 * 9.80665 / 1.35:.4g} m/s²" in str(check)

@@ -1,0 +1,150 @@
+"""What a collapse state leaves open: mechanisms beside each other, and joints that open at rates of their own."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.assess.participation import HorizontalForces
+from blockstruct.model import tie_segments
+from blockstruct.results import CaseResult, MacroBlock, tie_state
+from blockstruct.vocabulary import TieState
+
+Array = NDArray[np.float64]
+
+#: Work, relative to weight times motion of the lesser of two bodies, that is none; and force, relative to its weight.
+_NOTHING, _UNLOADED = 1e-3, 1e-4
+#: Motion at a joint, relative to the scale of the mechanism, that is none.
+_STICKS = 1e-3
+#: Least resistance to a motion, where that of one joint is of the order of one: motions that are found are known to
+#: some 1e-6, and long chains of bodies resist little.
+_RESISTED = 1e-9
+
+
+def separate_mechanisms(
+    result: CaseResult, forces: HorizontalForces, bodies: Sequence[MacroBlock]
+) -> list[list[MacroBlock]]:
+    """Bodies that move, in sets between which no work passes, each in the order of the bodies.
+
+    Façades that stand apart and reach their load factor at once may each move as fast as it likes: whatever their
+    motion is together, each of theirs is a mechanism. Work passes through a joint whose force moves with both of its
+    bodies, and along a tie that is stressed and does not give way. Bodies between which next to none passes are taken
+    to be apart. That is on the safe side: the largest e* of the parts is never below that of all (Cauchy's inequality).
+
+    Parameters
+    ----------
+    result
+        The collapse state.
+    forces
+        Of its variable load. Sets of bodies on which they do no work are left out.
+    bodies
+        ``result.macro_blocks``.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    moving = [body for body in bodies if body.moves]
+    body_of = {name: k for k, body in enumerate(moving) for name in body.blocks}
+    model, last = result.model, result.history.isel(iteration=-1)
+    sides = [[getattr(i, side) for i in model.interfaces] for side in ("minus", "plus")]
+    # Supports, and bodies at rest, take on no work.
+    one, other = (np.array([body_of.get(name, -1) for name in names]) for names in sides)
+    passed = np.min([_work(result, names) for names in sides], axis=0)
+    own = np.array([body.total * np.linalg.norm(body.translation) for body in moving])
+    joined = (one >= 0) & (other >= 0) & (passed > _NOTHING * np.minimum(own[one], own[other]))
+    pairs = np.column_stack([one, other])[joined].tolist()
+    if model.ties:
+        stressed = (tie_state(last) == TieState.STRESSED).to_numpy()
+        of_ties = [s.blocks for s, holds in zip(tie_segments(model.ties, model.blocks), stressed, strict=True) if holds]
+        pairs += [[body_of[name] for name in blocks] for blocks in of_ties if set(blocks) <= body_of.keys()]
+    start, end = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
+    graph = coo_array((np.ones(len(start)), (start, end)), shape=(len(moving), len(moving)))
+    count, part = connected_components(graph, directed=False)
+    of_force = np.array([body_of.get(b.name, -1) for b in model.blocks])[forces.block]
+    work = np.where(of_force >= 0, forces.weight * forces.displacements(model, result.mechanism), 0.0)
+    pushed = np.bincount(part[of_force], work, minlength=count)
+    found = np.flatnonzero(np.abs(pushed) > _NOTHING * np.bincount(part, own, minlength=count))
+    return [[body for body, of in zip(moving, part, strict=True) if of == k] for k in found] or [moving]
+
+
+def _work(result: CaseResult, blocks: Sequence[str]) -> Array:
+    """Work (J,) of normal forces and of friction at each joint on one of its blocks, by name, whatever its sign."""
+    last, model, mechanism = result.history.isel(iteration=-1), result.model, result.mechanism
+    of_point = last["interface_of_contact_point"].to_numpy()
+    block = np.array([model.block_index[name] for name in blocks])[of_point]
+    shift, turn = (mechanism[name].transpose("block", "axis").to_numpy()[block] for name in ("translation", "rotation"))
+    arm = last["contact_point_position"].to_numpy() - np.array([b.centroid for b in model.blocks])[block]
+    v = np.einsum("kij,kj->ki", last["interface_frame"].to_numpy()[of_point], shift + np.cross(turn, arm))
+    work = v * last["contact_force"].transpose("contact_point", "component").to_numpy()
+    # What normal forces give friction may take: all that moves a lintel may be its own weight and push.
+    each = np.abs(work[:, 0]) + np.abs(work[:, 1:].sum(axis=1))
+    return np.asarray(np.bincount(of_point, each, minlength=len(blocks)))
+
+
+def is_unique(result: CaseResult, bodies: Sequence[MacroBlock]) -> bool:
+    """Whether bodies that move can only move as they do, if each joint that presses goes as it does at any rate.
+
+    Where each course of a tower is about to turn over the one below it, each of these joints may open by itself, and
+    the motion that is found is any mixture. Motions count that leave the relative motion at each loaded joint what it
+    is, but for its size, and the length of each stressed tie.
+
+    Parameters
+    ----------
+    result
+        The collapse state.
+    bodies
+        One of :func:`separate_mechanisms`, and those at rest.
+    """
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import eigsh
+
+    model, last = result.model, result.history.isel(iteration=-1)
+    moving = [body for body in bodies if body.moves]
+    # What rests holds, and what moves in another mechanism does not.
+    number = {b.name: -1 for b in model.blocks if b.fixed} | {n: -1 for body in bodies for n in body.blocks}
+    number |= {name: k for k, body in enumerate(moving) for name in body.blocks}
+    centre, length = np.mean([body.centroid for body in moving], axis=0), model.characteristic_length
+    turn = length * np.array([*(body.rotation for body in moving), np.zeros(3)])
+    arm = np.array([*(body.centroid - centre for body in moving), np.zeros(3)]) / length
+    shift = np.array([*(body.translation for body in moving), np.zeros(3)]) - np.cross(turn, arm)
+    u = np.column_stack([shift, turn])
+
+    def at(points: Array) -> Array:
+        """Velocity and rotation (J, 6, 6) at points (J, 3), m, of what has them at the centre."""
+        r = (points - centre) / length
+        found = np.tile(np.eye(6), (len(r), 1, 1))
+        found[:, :3, 3:] = np.cross(np.eye(3), r[:, None, :]).swapaxes(1, 2)
+        return found
+
+    pairs = [(number.get(i.minus, -2), number.get(i.plus, -2)) for i in model.interfaces]
+    force = np.linalg.norm(last["contact_force"].transpose("contact_point", "component").to_numpy(), axis=1)
+    pressed = np.bincount(last["interface_of_contact_point"].to_numpy(), force, minlength=len(pairs))
+    least = _UNLOADED * np.array([*(body.total for body in moving), np.inf, np.inf])
+    loaded = [k for k, (a, b) in enumerate(pairs) if a != b and min(a, b) > -2 and pressed[k] > min(least[[a, b]])]
+    minus, plus = np.array([pairs[k] for k in loaded], dtype=np.int64).reshape(-1, 2).T
+    there = at(np.array([model.interfaces[k].polygon.mean(axis=0) for k in loaded]).reshape(-1, 3))
+    goes = np.einsum("jab,jb->ja", there, u[plus] - u[minus])
+    size = np.linalg.norm(goes, axis=1)
+    way = np.where(size > _STICKS, 1 / np.maximum(size, _STICKS), 0.0)[:, None] * goes
+    across = there - way[:, :, None] * np.einsum("ja,jab->jb", way, there)[:, None]
+    ends = [(minus, -across), (plus, across)]
+    if model.ties:
+        stressed = (tie_state(last) == TieState.STRESSED).to_numpy()
+        of_ties = [s for s, holds in zip(tie_segments(model.ties, model.blocks), stressed, strict=True) if holds]
+        of_ties = [s for s in of_ties if all(name in number for name in s.blocks)]
+        anchor = np.array([(s.start, s.end) for s in of_ties]).reshape(-1, 2, 3)
+        along = anchor[:, 1] - anchor[:, 0]
+        along /= np.linalg.norm(along, axis=1)[:, None]
+        for k, sign in ((0, -1.0), (1, 1.0)):
+            longer = np.zeros((len(of_ties), 6, 6))
+            longer[:, 0] = sign * np.einsum("ta,tab->tb", along, at(anchor[:, k])[:, :3])
+            body = np.array([number[s.blocks[k]] for s in of_ties], dtype=np.int64)
+            ends[k] = np.concatenate([ends[k][0], body]), np.concatenate([ends[k][1], longer])
+    resistance = np.zeros((len(moving) + 1, len(moving) + 1, 6, 6))
+    for one, rows in ends:
+        for other, columns in ends:
+            np.add.at(resistance, (one, other), np.einsum("jca,jcb->jab", rows, columns))
+    n = 6 * len(moving)
+    matrix = csc_array(resistance[:-1, :-1].transpose(0, 2, 1, 3).reshape(n, n))
+    least_two = eigsh(matrix, 2, sigma=-_RESISTED, v0=np.ones(n), return_eigenvectors=False)
+    return bool(least_two.max() > _RESISTED)
