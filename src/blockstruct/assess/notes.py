@@ -21,6 +21,8 @@ g = STANDARD_GRAVITY
 _BELOW, _ABOVE = 0.03, 0.01
 #: Motion out of the plane of a mechanism, in multiples of the largest.
 _OUT_OF_PLANE = 0.05
+#: Load factor at the end of a capacity curve, relative to the first, from which what may come behind it is told.
+_LEFT = 0.1
 #: Height over the foot of the structure, in multiples of its own, from which a mechanism stands on what moves with it.
 _HIGH = 0.25
 #: Least vertical part of the normal of a joint whose upper block is upon the lower one.
@@ -50,6 +52,7 @@ def notes_of(
     if result.capacity is not None:
         doubtful = doubtful_words(result.capacity, result.settings.procedure)
         said += [f"In the capacity curve {text}." for text in doubtful]
+        said += _of_end(result.capacity)
     said += _of_ties(result)
     off = max((body.departure for body in bodies if body.moves), default=0.0)
     if off > TOGETHER:
@@ -113,6 +116,19 @@ def _out_of_plane(bodies: Sequence[MacroBlock]) -> float:
 def _moving(bodies: Sequence[MacroBlock]) -> list[str]:
     """Names of the blocks of the bodies that move."""
     return [name for body in bodies if body.moves for name in body.blocks]
+
+
+def _of_end(capacity: xr.Dataset) -> list[str]:
+    """That a curve ends where its load factor has not come down."""
+    alpha = capacity["load_factor"].to_numpy()
+    if np.isfinite(capacity["d0"]) or alpha[-1] <= _LEFT * alpha[0]:
+        return []
+    first, last = (shown(float(alpha[k])) for k in (0, -1))
+    text = (
+        f"The capacity curve ends at a load factor of {last}, of {first} at first, and nothing behind is relied on: "
+        "where blocks come to rest again it may go on with other steps. Compare two."
+    )
+    return [text]
 
 
 def _of_ties(result: CaseResult) -> list[str]:

@@ -23,12 +23,17 @@ MISSED, LENGTHS = 1.5, 3
 #: Work of forces across gaps that close in a step, relative to all of its work, for which it is shortened to the
 #: first of them; what is left of that way; and the least step to one, as a share of one that divides the curve evenly.
 REACHING, BEFORE, CLOSEST = 1e-3, 1e-3, 1 / 4096
-#: Least reach of contacts, in mean block sizes; and reach in multiples of the last motion.
-NEAREST, REACH = 0.05, 2.0
+#: Least reach of contacts, in mean block sizes; reach in multiples of the last motion; and, in mean block sizes again,
+#: where nothing is found with it. Measured where hinges of arches leap: voussoirs go back by up to 0.07, and rest.
+NEAREST, REACH, WIDE = 0.05, 2.0, 0.2
+#: Difference of load factors, relative to that at collapse, up to which what is found with those is on the same curve.
+LIKE = 0.1
 #: Rate of the dead load's work, but for what ties take up, from which blocks fall, in multiples of that of the variable
 #: load or of friction at collapse; and from which they do where no load factor is left. Measured where units drop a
 #: little way until they meet others: up to 5.
 FALLING, FALLING_AT_ZERO = 10.0, 3.0
+#: Way of the fastest block, in mean block sizes, up to which what has dropped may drop on, whatever that rate.
+SETTLES = 0.1
 #: Rise of that rate, in the same multiples, from which a shorter step has blocks that drop.
 DROPS = 0.1
 #: Difference of load factors, relative to that at collapse, with which a step that has a drop alone tells of a drop.
@@ -81,10 +86,20 @@ class Attempts:
         return self.problem.at(state.placement.moved(state.twist * time), reach, state.longest)
 
     def reached(self, moved: MovedProblem, before: State) -> Found | None:
-        """A step from where the motion of a state leads to."""
+        """A step from where the motion of a state leads to.
+
+        Where no forces carry the dead load with the contacts near by, those further away that what drops there comes to
+        rest on are looked for, if the curve goes on with them.
+        """
         # What dropped has met others: the push goes on as it did before.
         going = self._before if before.dropped and self._before is not None else before
-        found = self.solved(moved, going.carried(moved.placement))
+        carried = going.carried(moved.placement)
+        found = self.solved(moved, carried)
+        if found is None:
+            further = self.problem.at(moved.placement, WIDE * self.problem.statics.length, moved.longest)
+            found = self.solved(further, carried)
+            if found is not None and abs(found.solved.load_factor - before.load_factor) > LIKE * self.load_factor:
+                return None
         return found and found.after(before)
 
     def alone(self, state: State, moved: MovedProblem, time: float, alpha: float) -> Found | None:
@@ -149,6 +164,12 @@ class Attempts:
         """Whether the dead load drives the motion, and not the push: what forces there are is no load factor then."""
         most = FALLING if solved.load_factor > 0 else FALLING_AT_ZERO
         return solved.falling > most * self.driving
+
+    def settles(self, found: Found, before: State) -> bool:
+        """Whether blocks have dropped on the way to a state, and drop on by little."""
+        furthest = float(np.linalg.norm(found.state.twist[:, :3], axis=1).max()) * found.state.time
+        near = furthest <= SETTLES * self.problem.statics.length
+        return before.drops_next and near and found.solved.missed <= CERTIFIED
 
     def goes_on(self, solved: Solved) -> bool:
         """Whether the next step may begin at a state."""

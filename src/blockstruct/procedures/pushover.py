@@ -183,7 +183,7 @@ class _Path:
     def _tried(self, state: State) -> tuple[Found | str, float]:
         """The state after a step, shortened until it is solved, or why there is none; and its time."""
         attempts, time = self.attempts, state.time
-        following = None
+        following, halved, landed = None, False, False
         for attempt in range(ATTEMPTS):
             moved = attempts.after(state, time)
             for _ in range(1 if self._problem.at_limit(state.longest).any() else APPROACHES):
@@ -198,12 +198,14 @@ class _Path:
                 time *= max(BELOW / np.sqrt(depth), LEAST_SHARE)
                 continue
             following = attempts.reached(moved, state)
-            if following is not None and attempts.goes_on(following.solved):
+            # Half of a way that blocks drop by is none that they rest on.
+            landed = not halved and following is not None and attempts.settles(following, state)
+            if landed or (following is not None and attempts.goes_on(following.solved)):
                 break
             if not last:
-                time /= 2
+                time, halved = time / 2, True
         most = CERTIFIED if self._doubtful == DOUBTFUL else LOST
-        if following is None or following.solved.missed > most or attempts.falls(following.solved):
+        if following is None or following.solved.missed > most or (attempts.falls(following.solved) and not landed):
             return self.lost(moved.placement, following), time
         # Where a tie breaks the load factor falls at once, and not on the way there.
         if self._problem.breaks(state.longest, moved.longest).any():

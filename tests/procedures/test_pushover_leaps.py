@@ -1,0 +1,88 @@
+"""Hinges that leap on the way of a pushover."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import blockstruct as bs
+from structures import SELF_WEIGHT, STONE, model_of, push
+
+INSIDE, OUTSIDE, SPRINGING, FOOT = 1.2, 1.65, 1.5, np.array([2.1, 0.0])
+
+
+def joint(k, n, radius):
+    """Where joint k of n voussoirs, from the left, is at a radius, in x and z."""
+    angle = np.pi * (1 - k / n)
+    return np.array([radius * np.cos(angle), SPRINGING + radius * np.sin(angle)])
+
+
+def turned(angle, arm):
+    """An arm in x and z that turns clockwise."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([c * arm[0] + s * arm[1], c * arm[1] - s * arm[0]])
+
+
+def linkage(blocks, hinges, angle):
+    """Load factor of a four-bar linkage: hinges of the arch at joints i, j and k, and of a pier at its foot.
+
+    The bars are voussoirs i to j, those to k, and the others with the pier, which turns by an angle. The load factor is
+    what the weights W do on their way down, over what they do on their way to the right: Σ W dz / Σ W dx.
+    """
+    n = len([b for b in blocks if b.name.isdigit()])
+    i, j, k = hinges
+    A, B, C = joint(i, n, INSIDE), joint(j, n, OUTSIDE), joint(k, n, INSIDE)
+    bars = [[b for b in blocks if b.name.isdigit() and low < int(b.name) <= high] for low, high in ((i, j), (j, k))]
+    bars.append([b for b in blocks if (b.name.isdigit() and int(b.name) > k) or b.name.startswith("right")])
+    weights = np.array([sum(b.volume for b in bar) for bar in bars])
+    centres = [sum(b.volume * b.centroid[[0, 2]] for b in bar) / w for bar, w in zip(bars, weights, strict=True)]
+
+    def placed(angle):
+        end = FOOT + turned(angle, C - FOOT)
+        apart = np.linalg.norm(C - B)
+        first = brentq(lambda a: np.linalg.norm(A + turned(a, B - A) - end) - apart, -0.1, 1.0, xtol=1e-14)
+        crown = A + turned(first, B - A)
+        (x, z), (p, q) = C - B, end - crown
+        second = np.arctan2(z, x) - np.arctan2(q, p)
+        return np.array(
+            [
+                A + turned(first, centres[0] - A),
+                crown + turned(second, centres[1] - B),
+                FOOT + turned(angle, centres[2] - FOOT),
+            ]
+        )
+
+    way = weights @ (placed(angle + 1e-6) - placed(angle - 1e-6))
+    return way[1] / way[0]
+
+
+@pytest.mark.parametrize(("voussoirs", "hinges", "steps"), [(9, (4, 7), 35), (7, (3, 5), 40), (7, (3, 5), 60)])
+def test_a_curve_goes_on_behind_a_leap(voussoirs, hinges, steps):
+    """The hinge between pier and first voussoir leaps to the next joint, and the voussoir drops back onto the pier.
+
+    Before and behind, the load factor is that of a four-bar linkage. The drop, of some percents of a block, was said to
+    be a fall under the dead load alone, or not found at all: the steps asked for decided on it.
+    """
+    blocks = bs.arch_on_piers(
+        span="2.4 m",
+        thickness="0.45 m",
+        depth="0.6 m",
+        voussoirs=voussoirs,
+        pier_width="0.9 m",
+        pier_height="1.5 m",
+        pier_courses=1,
+        material=STONE,
+    )
+    model = model_of(blocks, bs.JointMaterial("dry", 0.65))
+    case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=(str(voussoirs), (1, 0, 0)), steps=steps)
+    curve = bs.run(model, case)["push"].capacity
+    alpha = curve["load_factor"].to_numpy()
+    angle = curve["rotation"].sel(block="right.1", axis="y").to_numpy()
+    one, other = (np.array([linkage(blocks, (first, *hinges), a) for a in angle]) for first in (0, 1))
+    back = np.abs(curve["rotation"].sel(block="1", axis="y").to_numpy())
+    leaps = int(back.argmax())
+    rests = (np.arange(len(alpha)) > leaps) & (back < 1e-3)
+    assert leaps > 5
+    assert rests.sum() > 10
+    assert alpha[: leaps + 1] == pytest.approx(one[: leaps + 1], abs=5e-3 * alpha[0])
+    assert alpha[rests] == pytest.approx(other[rests], abs=5e-3 * alpha[0])
+    assert alpha[-1] < 0.1 * alpha[0]
