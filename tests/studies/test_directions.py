@@ -42,6 +42,24 @@ def test_between_the_directions(tower):
     assert np.isnan(half.least_between)
 
 
+@pytest.mark.parametrize("flow", ["associative", "nonassociative"])
+def test_what_a_part_of_the_compass_does_not_cover_is_told(flow):
+    """A wall 0.2 m by 2 m, 1 m high, pushed at 60 and 120 degrees alone: at 180 it carries half of what is found."""
+    blocks = [
+        bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([4, 4, 1], "m"), bs.Material("s", "20 kN/m^3"), fixed=True),
+        bs.Block.box("wall", Q_([0, 0, 0], "m"), Q_([0.2, 2, 1], "m"), bs.Material("s", "20 kN/m^3")),
+    ]
+    model = model_of(blocks, bs.JointMaterial("joint", 0.9))
+    around = bs.directions(model, SELF_WEIGHT, Q_([60, 120], "deg"), flow=flow)
+    assert around.load_factor == pytest.approx(0.4, rel=1e-3)
+    said = "are not covered, and one of them may be lower: none was run for 300 deg, from 120 to 60 deg"
+    assert f"  directions between them {said}" in str(around).splitlines()
+    whole = bs.directions(model, SELF_WEIGHT, 4, flow=flow)
+    assert whole.load_factor == pytest.approx(0.2, rel=1e-3)
+    assert "none was run" not in str(whole)
+    assert ("not covered" in str(whole)) is (flow == "nonassociative")
+
+
 @pytest.mark.parametrize("share", [0.5, -0.5])
 def test_with_a_vertical_part(tower, share):
     """Moments about the edge: α h / 2 = (1 − share α) b / 2."""

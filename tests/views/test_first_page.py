@@ -286,8 +286,11 @@ def test_without_a_bound_between_directions_the_first_page_says_that_they_are_no
     said = "Directions between those that were run are not covered, and one of them may be lower."
     around = bs.directions(stands.model, SELF_WEIGHT, 4)
     assert f"which may find a lower one, were not run. {said}" in summary(around.analysis)
+    part = bs.directions(stands.model, SELF_WEIGHT, Q_([60, 120], "deg"), flow="associative")
+    told = f"{said[:-1]}: none was run for 300 deg, from 120 to 60 deg."
+    assert told in summary(part.analysis)
     # Two pushes are no compass.
-    assert said not in summary(stands)
+    assert said[:-1] not in summary(stands)
     assert "no direction is below" not in summary(stands)
 
 

@@ -39,6 +39,13 @@ def test_the_compass(around):
         figures.compass(around, ax=plt.figure().add_subplot())
 
 
+def test_points_half_a_turn_apart_are_not_joined(small_model, dead):
+    around = bs.directions(small_model, dead, bs.Q_([0, 90], "deg"), flow="associative")
+    ax = figures.compass(around)
+    assert np.isnan(ax.get_lines()[0].get_ydata()).tolist() == [False, False, True, False]
+    assert "directions between the points are not covered" in ax.get_title()
+
+
 def test_points_of_a_compass_are_joined_only_where_no_direction_between_them_is_below(small_model, dead):
     around = bs.directions(small_model, dead, 4)
     settled = around.data["settled"].copy(data=[True, False, True, True])

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from blockstruct.analysis import AnalysisManager, Listener
 from blockstruct.errors import ModelError, StudyWarning
@@ -21,6 +22,8 @@ from blockstruct.vocabulary import DRIFTING, Flow, Status, in_words
 
 _NONE = {"units": "dimensionless"}
 _ROUNDING = 1e-6
+#: Angle between neighbours, degrees, up to which the directions are a compass, whose gaps need no word of their own.
+_COMPASS = 90.0
 #: Names of the cases that direction_cases makes.
 _TITLE = re.compile(r"(?P<name>.*) \S+ deg(, \S+ (up|down))?", re.DOTALL)
 
@@ -159,6 +162,35 @@ class Directions:
         return all(case.flow is Flow.ASSOCIATIVE for case in cases) and not self.data.attrs["vertical"]
 
     @property
+    def half_turns(self) -> NDArray[np.bool_]:
+        """After which directions the next one lies half a turn or more on: a convex set tells nothing of those between.
+
+        One each direction, in their order; the last is followed by the first.
+        """
+        return np.asarray(self._gaps >= 180 * (1 - 1e-9))
+
+    @property
+    def _gaps(self) -> NDArray[np.float64]:
+        """Angle from each direction to the next, degrees."""
+        angles = self.data["direction"].to_numpy()
+        return np.diff(np.append(angles, angles[0] + 360))
+
+    @property
+    def uncovered(self) -> str:
+        """That nothing is known of the directions between those that were run, and where they are few, in words.
+
+        Empty where :attr:`least_between` covers them, and of one direction.
+        """
+        if not math.isnan(self.least_between) or self.data.sizes["direction"] < 2:
+            return ""
+        said = "are not covered, and one of them may be lower"
+        widest = int(np.argmax(self._gaps))
+        if self._gaps[widest] <= _COMPASS * (1 + 1e-9):
+            return said
+        start, end = (float(self.data["direction"][k]) for k in (widest, (widest + 1) % self.data.sizes["direction"]))
+        return f"{said}: none was run for {self._gaps[widest]:g} deg, from {start:g} to {end:g} deg"
+
+    @property
     def least_between(self) -> float:
         """Load factor that no direction is below, the ones between those that were run included.
 
@@ -166,9 +198,8 @@ class Directions:
         neighbours lie half a turn or more apart.
         """
         angles = np.radians(self.data["direction"].to_numpy())
-        gaps = np.diff(np.append(angles, angles[0] + 2 * np.pi))
         certain = (self.data["status"] == Status.CONVERGED).all() and self.is_convex
-        if not certain or gaps.max() >= np.pi * (1 - 1e-9):
+        if not certain or self.half_turns.any():
             return math.nan
         points = self.data["load_factor"].to_numpy()[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
         sides = np.roll(points, -1, axis=0) - points
@@ -190,8 +221,8 @@ class Directions:
             lines.append(f"  governing: {self.governing_direction:g} deg, load factor {self.load_factor:.4g}")
         if not math.isnan(self.least_between):
             lines.append(f"  no direction between them is below {self.least_between:.4g}")
-        if not self.is_convex and n > 1:
-            lines.append("  directions between them are not covered, and one of them may be lower")
+        if self.uncovered:
+            lines.append(f"  directions between them {self.uncovered}")
         if self.without_load_factor:
             lines.append(f"  not known: {', '.join(self.without_load_factor)}; the envelope may be lower there")
         return "\n".join(lines)

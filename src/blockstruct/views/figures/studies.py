@@ -49,7 +49,10 @@ def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None 
     colour = plt.rcParams["axes.prop_cycle"].by_key()["color"][len(ax.get_lines()) % 10] if ax.get_lines() else ACCENT
     # Where a direction has no load factor the line has a gap.
     joined = "-" if found.is_convex else "none"
-    turn, ends = [*angle, angle[0] + 2 * math.pi], [*drawn, drawn[0]]
+    # Nor does it cross half a turn without any.
+    wide = np.flatnonzero(found.half_turns) + 1
+    turn = np.insert(np.append(angle, angle[0] + 2 * math.pi), wide, np.nan)
+    ends = np.insert(np.append(drawn, drawn[0]), wide, np.nan)
     ax.plot(turn, ends, marker="o", ls=joined, color=colour, ms=4, lw=1.2, label=label)
     hollow = np.isfinite(drawn) & ~found.data["settled"].to_numpy()
     if hollow.any():
@@ -68,7 +71,7 @@ def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None 
     missing = f", {len(found.without_load_factor)} not known" if found.without_load_factor else ""
     said = [("no load factor" if math.isnan(found.load_factor) else governing) + missing]
     said += ["hollow: still drifting when stopped"] if hollow.any() else []
-    said += [] if found.is_convex else ["directions between the points are not covered"]
+    said += ["directions between the points are not covered"] if found.uncovered else []
     ax.set_title("\n".join(said), fontsize="small")
     if label:
         ax.legend(frameon=False, fontsize="small", loc="lower left", bbox_to_anchor=(0.95, 0.9))

@@ -135,8 +135,9 @@ def _between(analysis: bs.Analysis) -> str:
         if np.isfinite(found.least_between)
     ]
     told = [f"With associative flow no direction is below load factor {', '.join(said)}."] if said else []
-    if any(not found.is_convex and found.data.sizes["direction"] > _FEW for _, found in around):
-        told.append("Directions between those that were run are not covered, and one of them may be lower.")
+    # Two pushes that no case with directions made are no compass.
+    missed = {found.uncovered for name, found in around if name or found.data.sizes["direction"] > _FEW}
+    told += [f"Directions between those that were run {said}." for said in sorted(missed - {""})]
     return " ".join(told)
 
 
