@@ -255,7 +255,7 @@ class CaseResult:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What one must know before using the load factor, as sentences; empty as a rule."""
+        """What one must know before using the load factor beside what :attr:`owed` tells, as sentences."""
         if self.case.flow is not Flow.NONASSOCIATIVE or not np.isposinf(self.associative_load_factor):
             return ()
         stages, alpha = (self.history[name].to_numpy() for name in ("stage", "load_factor"))
@@ -282,7 +282,7 @@ class CaseResult:
 
     @property
     def owed(self) -> tuple[str, ...]:
-        """What the number owes to conditions that bear more than joints do: in torsion, in crushing about both axes."""
+        """What the number owes to torsion and to crushing: those of the two warnings above that say something."""
         return tuple(filter(None, (self.torsion_warning, self.crushing_warning)))
 
     @property
