@@ -365,6 +365,56 @@ def test_contacts_on_the_steps_of_a_stair_stay_apart():
     assert sorted(round(i.area, 9) for i in found.interfaces) == [0.004, 1.0, 1.0]
 
 
+LEAD = {"p|*": bs.JointMaterial("lead", 0.1), "*": DRY}
+
+
+@pytest.mark.parametrize("R", [np.eye(3), rotation((1, 2, 3), 0.7)], ids=["straight", "turned"])
+@pytest.mark.parametrize("tolerance", ["4 mm", "6 mm", "2 cm"])
+def test_no_contact_goes_through_a_sheet_thinner_than_the_tolerance(tolerance, R):
+    sheet, above = box("p", [0, 0, 1], [1, 1, 0.005]), box("b", [0, 0, 1.005])
+    found = detect(*moved([FLOOR, box("a", [0, 0, 0]), sheet, above], R), joint=LEAD, tolerance=tolerance)
+    assert {frozenset((i.minus, i.plus)): i.joint_material.name for i in found.interfaces} == {
+        frozenset(("floor", "a")): "dry",
+        frozenset(("a", "p")): "lead",
+        frozenset(("p", "b")): "lead",
+    }
+    through = judged(found.report, "a", "b")
+    assert through.reason == ("gap" if tolerance == "4 mm" else "block p between")
+    assert through.near_miss == (tolerance == "4 mm")
+    if tolerance != "4 mm":
+        assert through.area == pytest.approx(1.0)
+        assert "1 contact rejected, in whole or in part, for a block between" in str(found.report)
+        assert "rejected: a | b: block p between, gap 5 mm" in str(found.report)
+        assert found.report.hints == ()
+
+
+@pytest.mark.parametrize(
+    ("origin", "size", "parts", "left"),
+    [([0, 0], [0.5, 1], 1, 0.5), ([0.25, 0.25], [0.5, 0.5], 2, 0.75), ([0.001, 0.001], [0.998, 0.998], 0, 0.0)],
+    ids=["half", "a pad in the middle", "a rim narrower than the gap"],
+)
+def test_the_contact_beside_a_sheet_stays(origin, size, parts, left):
+    """Half of it, what is around a pad in the middle, cut in two for want of a hole, but no rim like a line."""
+    sheet = box("p", [*origin, 1], [*size, 0.005])
+    blocks = FLOOR, box("a", [0, 0, 0]), sheet, box("b", [0, 0, 1.005])
+    found = detect(*blocks, joint=LEAD, tolerance="6 mm")
+    beside = [i for i in found.interfaces if {i.minus, i.plus} == {"a", "b"}]
+    assert len(beside) == parts
+    assert sum(i.area for i in beside) == pytest.approx(left)
+    assert all(i.centroid[2] == pytest.approx(1.0025) for i in beside)
+    (hidden,) = (c for c in found.report.contacts if c.is_hidden)
+    assert hidden.area == pytest.approx(1 - left)
+    assert len(bs.Model("pad", blocks, found.interfaces, detection=found.report).interfaces) == 3 + parts
+
+
+def test_a_drum_on_a_sheet_of_lead_slides_on_the_lead():
+    blocks = FLOOR, box("a", [0, 0, 0]), box("p", [0, 0, 1], [1, 1, 0.005]), box("b", [0, 0, 1.005], [1, 1, 0.5])
+    push = bs.LoadPattern("push", [bs.BodyForce("+x")])
+    found = detect(*blocks, joint=LEAD, tolerance="6 mm")
+    result = solve(bs.Model("drums", blocks, found.interfaces, detection=found.report), push)
+    assert result.load_factor == pytest.approx(0.1, rel=1e-3)
+
+
 def test_an_explicit_interface_is_kept_and_not_found_again():
     square = Q_([[0, 0, 0], [0.5, 0, 0], [0.5, 1, 0], [0, 1, 0]], "m")
     given = bs.Interface("half a bed", "floor", "a", square, LIME)

@@ -17,6 +17,7 @@ from blockstruct.geometry import (
     coplanar_face_pairs,
     crossed_faces,
     joined_pairs,
+    parts_not_hidden,
     separations,
     unsupported,
 )
@@ -29,6 +30,7 @@ from blockstruct.model import (
     FoundContact,
     Interface,
     checked_tuple,
+    lies_between,
     overlaps,
 )
 from blockstruct.units import si, to_quantity
@@ -62,7 +64,8 @@ def detect_interfaces(
     """Find every area that the faces of two blocks share.
 
     All faces take part, whatever the size and number of the blocks; several interfaces per pair are possible. Pieces in
-    one plane, as triangulated faces leave them, become one interface. Contacts between two fixed blocks are left out.
+    one plane, as triangulated faces leave them, become one interface. Contacts between two fixed blocks are left out,
+    and what of a contact another block lies between, as a sheet thinner than the tolerance.
     The normal of an interface points up or, if level, along +y or +x. Whatever is left out, close or overlapping is in
     the report.
 
@@ -116,19 +119,20 @@ def detect_interfaces(
         FoundContact(i.minus, i.plus, i.name, "", unknown, unknown, i.area, i.orientation, False) for i in known
     ]
     seen: Counter[tuple[str, str]] = Counter()
-    for pair in _face_pairs([b.shape for b in blocks], size, limits):
+    for pair, hidden_by in _face_pairs([b.shape for b in blocks], size, limits):
         minus, plus = blocks[pair.minus], blocks[pair.plus]
         ends = (minus.name, plus.name)
         if frozenset(ends) in given:
             continue
-        name, reason, near_miss = "", _reason(pair, limits), False
+        between = lies_between(blocks[k].name for k in hidden_by)
+        name, reason, near_miss = "", between or _reason(pair, limits), False
         orientation = JointOrientation.of(float(pair.normal[2]))
         if minus.fixed and plus.fixed:
             if reason not in ("", "area"):
                 continue
             reason = "supports"
         elif reason:
-            near_miss = not _reason(pair, limits, factor=2.0)
+            near_miss = not between and not _reason(pair, limits, factor=2.0)
         else:
             seen[ends] += 1
             name = "|".join(ends) + (f"#{seen[ends]}" if seen[ends] > 1 else "")
@@ -139,15 +143,21 @@ def detect_interfaces(
     return Detection(tuple(interfaces), _report(blocks, limits, contacts))
 
 
-def _face_pairs(shapes: list[Polyhedron], size: float, limits: DetectionTolerances) -> list[FacePair]:
-    """Faces that look at each other and come close; those in contact with their pieces made whole."""
+def _face_pairs(
+    shapes: list[Polyhedron], size: float, limits: DetectionTolerances
+) -> list[tuple[FacePair, tuple[int, ...]]]:
+    """Faces that look at each other and come close; those in contact with their pieces made whole.
+
+    With the blocks that lie between them, if any do.
+    """
     rounding = min(limits.gap, GAP * size)
     reach, angle = max(2 * limits.gap, REACH * size), max(2 * limits.angle, ANGLE_REACH)
     pairs = coplanar_face_pairs(shapes, reach, angle, rounding=rounding)
     pairs = [p for p in pairs if p.area > AREA_ROUNDING * size**2]
     apart = [p for p in pairs if _reason(p, limits) not in ("", "area")]
     met = joined_pairs([p for p in pairs if _reason(p, limits) in ("", "area")], limits.gap, limits.angle, rounding)
-    return sorted(met + apart, key=lambda p: (p.minus, p.plus, *p.polygon[0]))
+    judged = parts_not_hidden(met, pairs, rounding, limits.area) + [(p, ()) for p in apart]
+    return sorted(judged, key=lambda p: (p[0].minus, p[0].plus, *p[0].polygon[0]))
 
 
 def _reason(pair: FacePair, limits: DetectionTolerances, factor: float = 1.0) -> str:

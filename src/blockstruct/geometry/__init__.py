@@ -7,6 +7,7 @@
 (2.0, [1.0, 0.5, 0.5])
 """
 
+from blockstruct.geometry.between import parts_not_hidden
 from blockstruct.geometry.cells import is_rectangle, polygon_cells
 from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs, crossed_faces
 from blockstruct.geometry.joined import joined_pairs
@@ -60,6 +61,7 @@ __all__ = [
     "coplanar_face_pairs",
     "crossed_faces",
     "joined_pairs",
+    "parts_not_hidden",
     # bodies that move
     "MovingBodies",
     "Touching",

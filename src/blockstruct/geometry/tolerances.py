@@ -26,6 +26,8 @@ LEVEL = 1e-9
 
 # Faces against faces
 
+#: Cosine of the angle between normals up to which two faces look the same way at a body between them.
+ALIKE = math.cos(math.radians(45))
 #: Angle beyond which a polygon does not lie on a face, however close.
 LIES_ON = math.radians(60)
 #: Component of a unit normal below which it does not tell a face that looks one way from one that looks the other.

@@ -12,7 +12,13 @@ from blockstruct.model.bonded_bar import BondedBar
 from blockstruct.model.case import Case
 from blockstruct.model.checks import checked_name, checked_tuple, listed
 from blockstruct.model.compass import direction_cases, direction_of
-from blockstruct.model.detection_report import Detection, DetectionReport, DetectionTolerances, FoundContact
+from blockstruct.model.detection_report import (
+    Detection,
+    DetectionReport,
+    DetectionTolerances,
+    FoundContact,
+    lies_between,
+)
 from blockstruct.model.fit import overlaps
 from blockstruct.model.interface import Interface
 from blockstruct.model.joint_material import JOINT_PROPERTIES, JointMaterial
@@ -54,6 +60,7 @@ __all__ = [
     "DetectionReport",
     "DetectionTolerances",
     "FoundContact",
+    "lies_between",
     "overlaps",
     # loads
     "AreaLoad",

@@ -1,6 +1,7 @@
 """What a detection of interfaces found, and what it left out."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,8 @@ from blockstruct.vocabulary import JointOrientation
 LISTED = 20
 #: Kind of the contacts that no console lists: there may be thousands under a structure.
 BETWEEN_SUPPORTS = "between supports, left out"
+#: End of the reason of contacts that other blocks hide.
+_BETWEEN = " between"
 #: Area of a contact, relative to the largest of either of its blocks, below which it is a sliver beside it.
 SLIVER = 1e-3
 
@@ -54,8 +57,8 @@ class FoundContact:
     interface : str
         Name of the interface; empty if the contact was left out.
     reason : str
-        Why it was left out: ``angle``, ``gap``, ``penetration``, ``area`` or ``supports`` (both blocks are fixed).
-        Empty if it was accepted.
+        Why it was left out: ``angle``, ``gap``, ``penetration``, ``area``, ``supports`` (both blocks are fixed) or
+        :func:`lies_between`. Empty if it was accepted.
     gap : float
         Where it is largest over the shared area, m; negative for a penetration. NaN if the interface was given.
     angle : float
@@ -76,6 +79,17 @@ class FoundContact:
     area: float
     orientation: JointOrientation
     near_miss: bool
+
+    @property
+    def is_hidden(self) -> bool:
+        """Whether it was left out because other blocks lie between its two."""
+        return self.reason.endswith(_BETWEEN)
+
+
+def lies_between(names: Iterable[str]) -> str:
+    """The reason for which a contact is left out that blocks hide; empty without any."""
+    found = sorted(names)
+    return f"block{'s' * (len(found) > 1)} {', '.join(found)}{_BETWEEN}" if found else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +200,7 @@ class DetectionReport:
     @property
     def hints(self) -> tuple[str, ...]:
         """Tolerances that would take the contacts left out, a text for each reason, the most frequent one first."""
-        left = [c for c in self.rejected if c.reason != "area"]
+        left = [c for c in self.rejected if c.reason != "area" and not c.is_hidden]
         turned, apart = ([c for c in left if (c.reason == "angle") is by_angle] for by_angle in (True, False))
         found = []
         if turned:
@@ -273,7 +287,8 @@ class DetectionReport:
     def __str__(self) -> str:
         t = self.tolerances
         joints = [f"{orientation} {area:.6g} m^2" for orientation, area in self.area_by_orientation.items()]
-        other, small = [c for c in self.rejected if c.reason != "area"], self.accepted_slivers
+        other, small = [c for c in self.rejected if c.reason != "area" and not c.is_hidden], self.accepted_slivers
+        hidden = sum(c.is_hidden for c in self.rejected)
         apart = [c for c in self.close if c[2] > t.gap]
         rejected = f"{_counted(len(other), 'contact')} rejected by gap, penetration or angle"
         close = f"{_counted(len(apart), 'pair')} without contact up to {t.close:.3g} m apart"
@@ -289,6 +304,8 @@ class DetectionReport:
             f"{_counted(len(self.floating), 'floating block')}",
             f"{close}, {len(self.close) - len(apart)} on a line",
         ]
+        if hidden:
+            lines.append(f"{_counted(hidden, 'contact')} rejected, in whole or in part, for a block between")
         lines += self.hints
         if small:
             lines.append(

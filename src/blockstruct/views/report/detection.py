@@ -23,7 +23,7 @@ def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
     by_hand = {i.name for i in model.interfaces} - {c.interface for c in found if not math.isnan(c.gap)}
     if by_hand:
         rows.append(("given, not measured", _listed(sorted(by_hand))))
-    why = Counter(c.reason for c in report.rejected)
+    why = Counter("blocks between" if c.is_hidden else c.reason for c in report.rejected)
     rows.append(("left out", [", ".join(f"{n} by {reason}" for reason, n in why.items()) or "nothing"]))
     apart = [pair for pair in report.close if pair[2] > report.tolerances.gap]
     if len(apart) < len(report.close):
