@@ -388,6 +388,13 @@ def test_no_contact_goes_through_a_sheet_thinner_than_the_tolerance(tolerance, R
         assert found.report.hints == ()
 
 
+def test_several_thin_sheets_hide_what_is_beyond_the_next_one():
+    sheets = [box(f"p{k}", [0, 0, 1 + 0.002 * k], [1, 1, 0.002]) for k in range(2)]
+    found = detect(FLOOR, box("a", [0, 0, 0]), *sheets, box("b", [0, 0, 1.004]), tolerance="10 mm")
+    assert [i.name for i in found.interfaces] == ["floor|a", "a|p0", "p0|p1", "p1|b"]
+    assert judged(found.report, "a", "b").reason == "blocks p0, p1 between"
+
+
 @pytest.mark.parametrize(
     ("origin", "size", "parts", "left"),
     [([0, 0], [0.5, 1], 1, 0.5), ([0.25, 0.25], [0.5, 0.5], 2, 0.75), ([0.001, 0.001], [0.998, 0.998], 0, 0.0)],

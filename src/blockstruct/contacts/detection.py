@@ -20,6 +20,7 @@ from blockstruct.geometry import (
     parts_not_hidden,
     separations,
     unsupported,
+    without_far_sides,
 )
 from blockstruct.keywords import checked_keywords
 from blockstruct.model import (
@@ -153,7 +154,7 @@ def _face_pairs(
     rounding = min(limits.gap, GAP * size)
     reach, angle = max(2 * limits.gap, REACH * size), max(2 * limits.angle, ANGLE_REACH)
     pairs = coplanar_face_pairs(shapes, reach, angle, rounding=rounding)
-    pairs = [p for p in pairs if p.area > AREA_ROUNDING * size**2]
+    pairs = without_far_sides([p for p in pairs if p.area > AREA_ROUNDING * size**2], rounding)
     apart = [p for p in pairs if _reason(p, limits) not in ("", "area")]
     met = joined_pairs([p for p in pairs if _reason(p, limits) in ("", "area")], limits.gap, limits.angle, rounding)
     judged = parts_not_hidden(met, pairs, rounding, limits.area) + [(p, ()) for p in apart]

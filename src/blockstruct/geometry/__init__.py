@@ -7,7 +7,7 @@
 (2.0, [1.0, 0.5, 0.5])
 """
 
-from blockstruct.geometry.between import parts_not_hidden
+from blockstruct.geometry.between import parts_not_hidden, without_far_sides
 from blockstruct.geometry.cells import is_rectangle, polygon_cells
 from blockstruct.geometry.coplanar import FacePair, coplanar_face_pairs, crossed_faces
 from blockstruct.geometry.joined import joined_pairs
@@ -62,6 +62,7 @@ __all__ = [
     "crossed_faces",
     "joined_pairs",
     "parts_not_hidden",
+    "without_far_sides",
     # bodies that move
     "MovingBodies",
     "Touching",

@@ -62,6 +62,31 @@ def parts_not_hidden(
     return found
 
 
+def without_far_sides(pairs: Sequence[FacePair], rounding: float) -> list[FacePair]:
+    """Face pairs but for those that seem to penetrate each other through the whole of two thin bodies.
+
+    The upper face of one sheet on another looks at the lower face of the other one, from the wrong side: where faces of
+    the same bodies that look at each other the other way round are closer, those are the joint.
+    """
+    of_bodies: dict[frozenset[int], list[FacePair]] = defaultdict(list)
+    for pair in pairs:
+        of_bodies[frozenset((pair.minus, pair.plus))].append(pair)
+    return [
+        pair
+        for pair in pairs
+        if pair.gap >= -rounding
+        or not any(_is_nearer(other, pair) for other in of_bodies[frozenset((pair.minus, pair.plus))])
+    ]
+
+
+def _is_nearer(other: FacePair, pair: FacePair) -> bool:
+    """Whether another pair of the same bodies is their joint, and a pair its far sides."""
+    sense = 1 if other.minus == pair.minus else -1
+    if abs(other.gap) >= abs(pair.gap) or sense * float(other.normal @ pair.normal) > -ALIKE:
+        return False
+    return bool(_flat(pair, [pair]).intersection(_flat(pair, [other])).area > pair.area / 2)
+
+
 def _hidden(pair: FacePair, of_bodies: OfBodies, least: float) -> Iterator[tuple[int, shapely.Geometry]]:
     """Bodies between the faces of a pair, and the part of it that each hides, in its plane."""
     for body in of_bodies[pair.minus].keys() & of_bodies[pair.plus].keys():
