@@ -354,6 +354,38 @@ def test_the_settlement_of_a_block_held_by_shear_and_torque_is_told():
     assert "of the reaction is due to it" in result.torsion_warning
 
 
+@pytest.mark.parametrize("flow", ["associative", "nonassociative"])
+def test_torsion_of_a_block_that_another_body_forestalls_is_told(flow):
+    """A pier rocks 0.1 % before the block turns: the mechanism does no work in torsion, and nothing was told of it.
+
+    Under uniform pressure the block turns at 54 % of that load factor.
+    """
+    turning = CORNERS * FRICTION * WEIGHT
+    blocks = [
+        bs.Block.box("base", Q_([-1, -1, -1], "m"), Q_([6, 3, 1], "m"), STONE, fixed=True),
+        bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([1, 1, HEIGHT], "m"), STONE),
+        bs.Block.box("pier", Q_([2, 0, 0], "m"), Q_([0.3, 1, 1], "m"), STONE),
+    ]
+    rocking = 0.15 * 0.3 * STONE.unit_weight / (0.999 * turning)
+    both = bs.LoadPattern(
+        "both",
+        [
+            bs.Moment("block", Q_([0, 0, 1], "N m")),
+            bs.PointLoad("pier", Q_([2, 0.5, 1], "m"), Q_([rocking, 0, 0], "N")),
+        ],
+    )
+    corners, limited = (
+        solve(model_of(blocks, bs.JointMaterial("joint", FRICTION, torsion=torsion)), both, flow)
+        for torsion in ("corners", "uniform pressure")
+    )
+    assert corners.load_factor == pytest.approx(0.999 * turning, rel=1e-4)
+    assert limited.load_factor == pytest.approx(UNIFORM * FRICTION * WEIGHT, rel=1e-4)
+    assert bs.results.corner_torsion(corners.model, corners.history)["share"].sum() < 1e-3
+    assert "up to 1.85 times as much (base|block)" in corners.torsion_warning
+    assert 'check with torsion="uniform pressure"' in corners.torsion_warning
+    assert limited.torsion_warning == ""
+
+
 def test_nothing_is_told_where_corners_carry_no_torsion():
     assert solve(block(), COUPLE, "nonassociative").torsion_warning == ""
     assert solve(block("corners"), push(1, 0, 0), "nonassociative").torsion_warning == ""

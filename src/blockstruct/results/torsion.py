@@ -15,6 +15,10 @@ Array = NDArray[np.float64]
 
 #: Share of the resistance from which on the torsion of corners is told, and names of joints that are listed.
 WORTH_TELLING, LISTED = 0.02, 3
+#: Multiple of what is carried under uniform pressure, and share of the weight that presses the joints beyond it, from
+#: which on torsion is told by the forces. Measured on 81 cases of walls, frames, arches and domes: of 18 where it tells
+#: more than the mechanism, uniform pressure takes 2 % to 24 % from 17, and 0.5 % from one.
+BY_FORCE, PRESSED = 1.2, 0.01
 _OF_CORNERS = (
     "Friction at corners resists torsion, with the shear beside it,",
     'Joint materials with torsion="uniform pressure" limit it, in narrow joints hardly.',
@@ -22,6 +26,12 @@ _OF_CORNERS = (
 _OF_CONE = (
     'Joints with torsion="uniform pressure" resist torsion and shear together, which an ellipse bounds,',
     "Lower the friction coefficient of these joints by as much where it counts.",
+)
+
+
+_BY_FORCE = (
+    'The state found does not tell how much, as the joints hardly turn in its mechanism: check with torsion="uniform '
+    'pressure".'
 )
 
 
@@ -40,10 +50,11 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Indexed by interface: ``torque`` (N·m), T; ``uniform`` (N·m), ``R r̄``, what is carried without shear;
-        ``shear`` (N), V; ``times``, the multiple that the two are of what is carried in these proportions, at most if
-        it is below one; and ``share``, the work that friction does beyond that in the mechanism, relative to the load
-        factor or, if it is larger, the work of friction: about what the load factor owes to it.
+        Indexed by interface: ``normal`` (N), its normal force; ``torque`` (N·m), T; ``uniform`` (N·m), ``R r̄``, what is
+        carried without shear; ``shear`` (N), V; ``times``, the multiple that the two are of what is carried in these
+        proportions, at most if it is below one; and ``share``, the work that friction does beyond that in the
+        mechanism, relative to the load factor or, if it is larger, the work of friction: about what the load factor
+        owes to it.
     """
     last = history.isel(iteration=-1)
     index, J = last["interface_of_contact_point"].to_numpy(), last.sizes["interface"]
@@ -71,6 +82,7 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
     scale = max(abs(float(last["load_factor"])), float(friction.sum()), np.finfo(float).tiny)
     return pd.DataFrame(
         {
+            "normal": total(force[:, 0]),
             "torque": torque,
             "uniform": whole * lever,
             "shear": np.hypot(*carried[:, :2].T),
@@ -98,6 +110,7 @@ def torsion_words(model: Model, history: xr.Dataset, answer: str) -> str:
     ``answer`` is what the number is called.
     """
     found = corner_torsion(model, history)
+    weight = sum(block.weight for block in model.blocks if not block.fixed)
     of_corners = np.array([i.joint_material.torsion is Torsion.CORNERS for i in model.interfaces])
     said = []
     for joints, (resists, remedy) in ((found[of_corners], _OF_CORNERS), (found[~of_corners], _OF_CONE)):
@@ -108,5 +121,14 @@ def torsion_words(model: Model, history: xr.Dataset, answer: str) -> str:
             said.append(
                 f"{resists} by more than friction under uniform pressure would, {times:.3g} times as much ({names}): "
                 f"some {share:.0%} of the {answer} is due to it. {remedy}"
+            )
+            continue
+        # Work is done in the joints that move alone; what the others carry may hold them all the same.
+        beyond = joints[joints["times"] > BY_FORCE].sort_values("times", ascending=False)
+        if float(beyond["normal"].sum()) > PRESSED * weight:
+            times, names = float(beyond["times"].iloc[0]), listed([str(name) for name in beyond.index], LISTED)
+            said.append(
+                f"{resists} by more than friction under uniform pressure would, up to {times:.3g} times as much "
+                f"({names}), and the {answer} may be due to it. {_BY_FORCE}"
             )
     return " ".join(said)
