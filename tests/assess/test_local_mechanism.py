@@ -804,6 +804,18 @@ def test_a_pushover_that_ends_early_gives_the_displacement_it_reached(result):
     assert uncertified.d0 == pytest.approx(3 * np.sin(0.0997 / 2), rel=1e-6)
 
 
+def test_a_curve_that_ends_before_its_load_factor_has_come_down_is_told():
+    """Half of the curve of a façade, as if blocks fell there: what is left of α0 = 0.1 is told if it is much."""
+    result = pushed_over(facade())
+    whole = result.capacity
+    middle = int(np.searchsorted(-whole["load_factor"].to_numpy(), -0.05))
+    for last, told in ((middle, True), (whole.sizes["step"] - 2, False)):
+        cut = whole.isel(step=slice(0, last + 1)).assign(d0=np.nan)
+        notes = bs.assess.local_mechanism(dataclasses.replace(result, capacity=cut), 1.35, SITE).notes
+        end = f"The capacity curve ends at a load factor of {float(cut['load_factor'][-1]):.4g}"
+        assert any(note.startswith(end) and "other steps" in note for note in notes) == told
+
+
 def test_a_control_point_near_the_hinge_is_told():
     """Its way over that of the weights grows with the angle: 0.354 m instead of 0.3 m, on the unsafe side.
 
