@@ -12,6 +12,11 @@ ALONG_PATH = "along the loading path"
 #: In the message of a pushover, before what it tells of the curve, or of why there is none.
 OF_CURVE = "; pushover: "
 
+#: In the message of a case, before the blocks whose dead load, or whose variable load, self-stress decides on.
+OF_HUNG, OF_JAMMED = "; hung by friction between supports: ", "; jammed: "
+#: In the message of a loading path that could not begin, before what took its place.
+NO_STATE = "the loading path found no state under dead load"
+
 FORMAT = "blockstruct-analysis"
 FORMAT_VERSION = "1.0"
 

@@ -1,12 +1,21 @@
 """Loads that only jammed blocks carry: no load factor below zero, and none without a warning."""
 
 import math
+import warnings
+from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import IterationDone
+from blockstruct.limit import ConicProgram, LimitProblem
+from blockstruct.limit.friction import true_sliding
+from blockstruct.procedures.loading_path import loading_path
+from blockstruct.procedures.step import solve_step
+from blockstruct.solvers import solver_of
+from blockstruct.statics import Statics
 from structures import model_of, push, single_block, solve
 
 STONE = bs.Material("stone", "20 kN/m^3")
@@ -87,6 +96,7 @@ def test_headline_and_spread_say_that_the_dead_load_depends_on_self_stress():
     assert str(spread).startswith("none, depends on self stress")
 
 
+@pytest.mark.filterwarnings("ignore:case 'case'. Friction between supports:blockstruct.errors.LoadFactorWarning")
 def test_a_jammed_load_factor_warns():
     with pytest.warns(bs.errors.LoadFactorWarning, match=r"case 'case': .* how firmly the blocks are jammed"):
         result = solve(lintel(3), push(0, 1, 0), "nonassociative")
@@ -94,6 +104,115 @@ def test_a_jammed_load_factor_warns():
     assert "jammed" in result.warnings[0]
     assert "warning: With dilatancy" in str(result)
     assert result.headline.bound == "no associative bound"
+
+
+def beside(*blocks, jambs=3.0, mu=0.65):
+    """Blocks, with jambs of a height on both sides of the first metre, on the ground."""
+    fixed = [
+        bs.Block.box("ground", Q_([-5, -5, -1], "m"), Q_([40, 40, 1], "m"), STONE, fixed=True),
+        *(
+            bs.Block.box(n, Q_([x, 0, 0], "m"), Q_([1, 1, jambs], "m"), STONE, fixed=True)
+            for n, x in (("left", -1), ("right", 1))
+        ),
+    ]
+    return model_of([*fixed, *blocks], bs.JointMaterial("dry", mu))
+
+
+def cube(name, x, z=0.0):
+    return bs.Block.box(name, Q_([x, 0, z], "m"), Q_([1, 1, 1], "m"), STONE)
+
+
+PIER = bs.Block.box("pier", Q_([10, 0, 0], "m"), Q_([0.5, 2, 2], "m"), STONE)
+ON_PIER = bs.LoadPattern("on the pier", [bs.PointLoad("pier", Q_([10, 1, 2], "m"), Q_([1, 0, 0], "kN"))])
+
+
+@pytest.mark.parametrize(
+    ("load", "alpha"),
+    [(push(1, 0, 0), 0.25), (push(0, 1, 0), 0.65), (ON_PIER, 5.0)],
+    ids=["+x", "+y", "the pier alone"],
+)
+@pytest.mark.parametrize("procedure", ["fictitious", "shifted"])
+def test_a_hung_block_is_told_beside_one_that_bounds_the_load(load, alpha, procedure):
+    """A pier that falls by itself made the load factor finite, and all warnings of the block go."""
+    with pytest.warns(bs.errors.LoadFactorWarning, match=r"may hold blocks under the dead load, or may not \(hung\)"):
+        result = solve(beside(cube("hung", 0, 1), PIER), load, "nonassociative", procedure=procedure)
+    assert result.load_factor == pytest.approx(alpha, rel=1e-4)
+    assert len(result.warnings) == 1
+
+
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
+def test_a_hung_block_is_told_where_no_load_causes_collapse():
+    """Pushed against a jamb by itself: any multiple is carried, and it may fall before."""
+    result = solve(beside(cube("hung", 0, 1)), push(1, 0, 0), "nonassociative")
+    assert result.status == "unbounded"
+    assert any("may not (hung)" in text for text in result.warnings)
+
+
+def test_a_loading_path_without_a_state_under_dead_load_is_told(small_analysis):
+    """It was said in the message alone, and the case listed as converged."""
+    followed = loading_path(SimpleNamespace(dead_load=None), 1.0, bs.ProcedureSettings(), None)
+    with pytest.raises(StopIteration) as stop:
+        next(followed)
+    why, found = stop.value.value
+    assert found is None
+    result = next(r for r in small_analysis.values() if r.case.flow == "nonassociative")
+    (said,) = replace(result, message=f"{why}; {result.message}").warnings
+    assert "found no state under dead load" in said
+
+
+def test_blocks_that_others_hang_on_are_not_told():
+    """The lower of two blocks stands, and so does the upper one on it."""
+    result = solve(beside(cube("lower", 0), cube("upper", 0, 1), PIER), ON_PIER, "nonassociative")
+    assert (result.status, result.warnings) == ("converged", ())
+
+
+@pytest.mark.parametrize("load", [(0, 1, 0), (1, 0, 0)], ids=["along the jambs", "against a jamb"])
+def test_a_jammed_block_is_told_beside_one_that_bounds_the_load(load):
+    """Friction on the ground stops it at 0.65; jambs may add any. A pier that rocks at 1 hid that nothing bounds it.
+
+    Pushed against a jamb, which friction has no part in, it stands.
+    """
+    squat = bs.Block.box("squat", Q_([10, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
+    model = beside(cube("stuck", 0), squat, jambs=1.0)
+    rough = bs.JointMaterial("rough", 1.5)
+    joints = [
+        bs.Interface(i.name, i.minus, i.plus, Q_(i.polygon, "m"), rough if "squat" in i.name else i.joint_material)
+        for i in model.interfaces
+    ]
+    case = bs.LimitCase("case", bs.LoadPattern("dead", [bs.SelfWeight()]), push(*load), "nonassociative")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        result = bs.AnalysisManager(bs.Model("model", model.blocks, joints)).run([case])["case"]
+    assert result.associative_load_factor == pytest.approx(1.0, rel=1e-6)
+    assert result.status == "converged"
+    found = ["no load factor moves some blocks (stuck)" in str(w.message) for w in caught]
+    assert found == ([True] if load[1] else [])
+    assert [any("(stuck)" in text for text in result.warnings)] == [bool(load[1])]
+
+
+def test_a_problem_is_the_sum_of_its_groups():
+    """Blocks, contact points, rectangles that crush and ties of each, by which nothing is lost or shared."""
+    top, ground = ("one", Q_([0.5, 0.5, 1], "m")), ("ground", Q_([0.5, 3, 0], "m"))
+    rods = [bs.Tie("rod", top, ground, yield_force="5 kN")]
+    base = bs.Block.box("ground", Q_([-5, -5, -1], "m"), Q_([40, 40, 1], "m"), STONE, fixed=True)
+    blocks = [base, cube("one", 0), cube("two", 5), cube("on two", 5, 1)]
+    joint = bs.JointMaterial("weak", 0.6, compressive_strength="1 MPa", torsion="uniform pressure")
+    model = bs.Model("model", blocks, bs.detect_interfaces(blocks, joint), ties=rods)
+    case = bs.LimitCase("case", bs.LoadPattern("dead", [bs.SelfWeight()]), push(1, 0, 0), "nonassociative")
+    problem = LimitProblem.of(Statics.of(model), case)
+    assert problem.groups.tolist() == [0, 1, 1]
+    parts = [problem.part(problem.groups == g) for g in (0, 1)]
+    assert [(p.n_blocks, p.n_points, len(p.rectangles), len(p.torsion), len(p.ties)) for p in parts] == [
+        (1, 4, 1, 1, 1),
+        (2, 8, 2, 2, 0),
+    ]
+    settings = bs.ProcedureSettings()
+    found = [
+        solve_step(ConicProgram(p, settings), true_sliding(p), bs.Stage.ASSOCIATIVE, settings, solver_of(settings))
+        for p in (problem, *parts)
+    ]
+    assert all(step.solved for step in found)
+    assert found[0].load_factor == pytest.approx(min(step.load_factor for step in found[1:]), rel=1e-6)
 
 
 def test_an_ordinary_load_factor_does_not_warn(small_analysis):

@@ -32,6 +32,7 @@ from blockstruct.results import (
     division_of,
     failures,
     history_of,
+    self_stressed,
     sweep_of,
 )
 from blockstruct.solvers import solver_of
@@ -357,12 +358,15 @@ class AnalysisManager:
             if len(iterations) < before.n_iterations:
                 return before
         history = history_of(statics, problem, iterations)
+        names = [self.model.blocks[i].name for i in statics.free]
         done = replace(
             before,
             status=outcome.status,
             load_factor=outcome.load_factor,
             certificate=iterations[-1].certificate if iterations and outcome.status is not Status.UNBOUNDED else None,
-            message=outcome.message + (failures(history) if outcome.status in FALLS else ""),
+            message=outcome.message
+            + (failures(history) if outcome.status in FALLS else "")
+            + self_stressed(*([names[i] for i in blocks] for blocks in (outcome.hung, outcome.jammed))),
             history=history,
             started_at=started_at,
             duration=before.duration + perf_counter() - start,

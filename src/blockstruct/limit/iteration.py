@@ -77,11 +77,22 @@ def is_solved(status: SolverStatus) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a limit case ended: its status, its load factor and a sentence on why."""
+    """How a limit case ended: its status, its load factor and a sentence on why.
+
+    Attributes
+    ----------
+    status : Status
+    load_factor : float
+    message : str
+    hung, jammed : tuple of int
+        Indices of free blocks whose dead load, or whose share of the variable load, self-stress decides on.
+    """
 
     status: Status
     load_factor: float
     message: str
+    hung: tuple[int, ...] = ()
+    jammed: tuple[int, ...] = ()
 
 
 #: A procedure: yields its iterations as they are solved, and returns how it ended.

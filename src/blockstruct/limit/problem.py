@@ -171,6 +171,53 @@ class LimitProblem:
         ties = replace(self.ties, columns=self.ties.columns[:-1])
         return replace(self, A=self.A[:-1], w_D=self.w_D[:-1], w_L=self.w_L[:-1], ties=ties, settlement=None)
 
+    @property
+    def groups(self) -> NDArray[np.int64]:
+        """Which group each free block belongs to, (F,): groups touch each other nowhere, and share supports alone."""
+        # Loaded here: it is slow to import.
+        from scipy.sparse.csgraph import connected_components
+
+        touches = self._touches
+        return np.asarray(connected_components(touches @ touches.T, directed=False)[1], dtype=np.int64)
+
+    @property
+    def _touches(self) -> sp.csr_array:
+        """Which free blocks each contact point and each tie acts on, (F, K + M)."""
+        wrenches = sp.coo_array(sp.hstack([self.A, self.ties.columns]))
+        row, column = wrenches.coords
+        K = self.n_points
+        of = np.where(column < 3 * K, column // 3, column - 2 * K)
+        shape = (self.n_blocks, K + len(self.ties))
+        return sp.csr_array((np.ones(len(row)), (row // 6, of)), shape=shape)
+
+    def part(self, blocks: NDArray[np.bool_]) -> Self:
+        """The problem of whole groups of free blocks, (F,), of one whose supports are held."""
+        acts = np.asarray(self._touches[blocks].sum(axis=0)) > 0
+        points, ties, rows = acts[: self.n_points], acts[self.n_points :], np.repeat(blocks, 6)
+        number = np.cumsum(points) - 1
+        rectangles = points[self.rectangles[:, 0]]
+        joints = np.zeros(len(self.torsion), dtype=bool)
+        joints[self.torsion.owner] = points[self.torsion.point]
+        torsion = self.torsion.part(joints)
+        return replace(
+            self,
+            A=sp.csc_array(self.A[rows][:, np.repeat(points, 3)]),
+            w_D=self.w_D[rows],
+            w_L=self.w_L[rows],
+            friction=self.friction[points],
+            dilatancy=self.dilatancy[points],
+            cohesion=self.cohesion[points],
+            tension=self.tension[points],
+            compression=self.compression[points],
+            compliance=self.compliance[points],
+            rectangles=number[self.rectangles[rectangles]],
+            capacity=self.capacity[rectangles],
+            wrench_unit=self.wrench_unit[blocks],
+            force_unit=self.force_unit[points],
+            ties=self.ties.part(rows, ties),
+            torsion=replace(torsion, point=number[torsion.point]),
+        )
+
     def released(self, u: Array) -> Array:
         """Velocities of the held problem with those of supports at rest."""
         return u if self.settlement is None else np.append(u, 0.0)
@@ -179,6 +226,11 @@ class LimitProblem:
     def n_points(self) -> int:
         """Number K of contact points."""
         return len(self.friction)
+
+    @property
+    def n_blocks(self) -> int:
+        """Number F of free blocks."""
+        return len(self.wrench_unit)
 
     @property
     def crushes(self) -> NDArray[np.bool_]:

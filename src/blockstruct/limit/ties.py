@@ -79,6 +79,19 @@ class Ties:
         empty = np.zeros(0)
         return cls(sp.csc_array((n_rows, 0)), empty, empty, empty, sp.csr_array((0, 0)), empty, empty)
 
+    def part(self, rows: NDArray[np.bool_], chosen: NDArray[np.bool_]) -> Self:
+        """Those of the M stretches that are chosen, whole ties, with so many rows of equilibrium."""
+        bonds = abs(self.bond_rows) @ chosen > 0
+        return type(self)(
+            columns=sp.csc_array(self.columns[rows][:, chosen]),
+            capacity=self.capacity[chosen],
+            prestress_D=self.prestress_D[chosen],
+            prestress_L=self.prestress_L[chosen],
+            bond_rows=sp.csr_array(self.bond_rows[bonds][:, chosen]),
+            bond=self.bond[bonds],
+            force_unit=self.force_unit[chosen],
+        )
+
     @property
     def with_variable_load(self) -> Self:
         """The same with a prestress that grows with the load factor."""

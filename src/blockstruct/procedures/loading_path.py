@@ -11,7 +11,7 @@ from blockstruct.procedures.closing import CLOSED, close_path
 from blockstruct.procedures.interior_point_path import InteriorPointPath
 from blockstruct.procedures.path import Path, gap_of
 from blockstruct.procedures.splitting_path import SplittingPath
-from blockstruct.vocabulary import ALONG_PATH, DRIFTING
+from blockstruct.vocabulary import ALONG_PATH, DRIFTING, NO_STATE
 
 #: Attempts at a closed state.
 ATTEMPTS = 8
@@ -60,7 +60,7 @@ def loading_path(
     """
     last = path.dead_load
     if last is None:
-        return "the loading path found no state under dead load", None
+        return NO_STATE, None
     yield last
     best: Iteration | None = None
     closed: Iteration | None = None

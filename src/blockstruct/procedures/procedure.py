@@ -16,7 +16,12 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.dead_load import dead_load_program
 from blockstruct.procedures.fictitious import fictitious_iteration
 from blockstruct.procedures.largest_reaction import largest_reaction
-from blockstruct.procedures.self_stress import can_jam, collapse_of_dead_load, grows_without_limit
+from blockstruct.procedures.self_stress import (
+    can_jam,
+    collapse_of_dead_load,
+    decided_by_self_stress,
+    grows_without_limit,
+)
 from blockstruct.procedures.shifted import shifted_iteration
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import Flow, Stage, Status
@@ -59,6 +64,15 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
     Outcome
         Value of the generator.
     """
+    outcome = yield from _solve(problem, flow, settings, solver)
+    if flow is Flow.ASSOCIATIVE or outcome.status not in (Status.CONVERGED, Status.UNBOUNDED):
+        return outcome
+    hung, jammed = decided_by_self_stress(problem, settings, solver)
+    return replace(outcome, hung=hung, jammed=jammed if outcome.status is Status.CONVERGED else ())
+
+
+def _solve(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
+    """The procedure, without the question what self-stress decides."""
     program = ConicProgram(problem, settings)
     path = _path(program, settings) if flow is Flow.NONASSOCIATIVE else None
     dead = _dead_load_forces(problem, path)

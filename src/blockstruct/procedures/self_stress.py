@@ -9,9 +9,10 @@ from collections.abc import Generator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from blockstruct.limit.friction import shift_of, true_sliding
-from blockstruct.limit.iteration import Iteration, Outcome, given_up
+from blockstruct.limit.friction import frozen_sliding, shift_of, true_sliding
+from blockstruct.limit.iteration import Iteration, Outcome, given_up, is_solved
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
@@ -19,9 +20,13 @@ from blockstruct.limit.ties import Ties
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import Stage, Status
 
+Array = NDArray[np.float64]
+
 #: A load factor grows without limit after this many increments, each larger than the one before and than a share of the
 #: load factor, to this multiple of the first one. Measured: increments alone also grow for a while on paths that end.
 _INCREMENTS, _SHARE, _MULTIPLE = 5, 0.05, 10.0
+#: Velocity of a block that falls, relative to that of the fastest.
+_FALLS = 1e-2
 
 
 def collapse_of_dead_load(
@@ -51,26 +56,35 @@ def collapse_of_dead_load(
     why = f"the collapse state found has the negative load factor {found.load_factor:.4g}, which is not an answer"
     if not work > 0:
         return given_up(problem, why, found)
-    mechanism = replace(found, u=found.u / work)
-    step = solve_step(
-        ConicProgram(own, replace(settings, crushing="conic")),
-        true_sliding(own),
-        Stage.DEAD_LOAD,
-        settings,
-        solver,
-        # The flow-rule gap is linear in the forces; the weight above one asks for the whole dead load first.
-        objective=Objective(shift_of(own, found.v / work, found.x[:, 0]), 2.0),
-        max_load_factor=1.0,
-        mechanism=mechanism,
-    )
+    step = _falling(own, replace(found, u=found.u / work, v=found.v / work), settings, solver)
     yield replace(step, load_factor=np.nan)
-    if step.certificate.holds and step.load_factor >= 1 - settings.gap_tolerance:
+    if _is_whole(step, settings):
         message = (
             "the dead load by itself has a non-associative collapse state: friction holds it in some states of "
             f"self-stress and not in others (the iteration ended at the negative load factor {found.load_factor:.4g})"
         )
         return Outcome(Status.SELF_STRESS, np.nan, message)
     return given_up(problem, why, found)
+
+
+def _falling(own: LimitProblem, mechanism: Iteration, settings: ProcedureSettings, solver: Solver) -> Iteration:
+    """Forces of the dead load, of up to its whole, that miss the flow rule of a mechanism with ``w_D·u = 1`` least."""
+    return solve_step(
+        ConicProgram(own, replace(settings, crushing="conic")),
+        true_sliding(own),
+        Stage.DEAD_LOAD,
+        settings,
+        solver,
+        # The flow-rule gap is linear in the forces; the weight above one asks for the whole dead load first.
+        objective=Objective(shift_of(own, mechanism.v, mechanism.x[:, 0]), 2.0),
+        max_load_factor=1.0,
+        mechanism=mechanism,
+    )
+
+
+def _is_whole(step: Iteration, settings: ProcedureSettings) -> bool:
+    """Whether a state of :func:`_falling` is one of collapse under the whole dead load."""
+    return step.certificate.holds and step.load_factor >= 1 - settings.gap_tolerance
 
 
 def grows_without_limit(load_factors: Sequence[float]) -> bool:
@@ -92,7 +106,9 @@ def can_jam(problem: LimitProblem, settings: ProcedureSettings, solver: Solver) 
     ``v_n > μ ‖v_t‖``: it would do work on such forces. Without that proof they may.
     """
     # What ties press together is limited, and does not count.
-    own = replace(problem, w_D=np.zeros_like(problem.w_D), ties=Ties.none(len(problem.w_D)))
+    # The variable load only scales the program, which any load does.
+    loads = problem.w_L if problem.w_L.any() else problem.w_D
+    own = replace(problem, w_D=np.zeros_like(problem.w_D), w_L=loads, ties=Ties.none(len(problem.w_D)))
     program = ConicProgram(own, replace(settings, crushing="conic"))
     opening = Objective(np.full(own.n_points, -1.0 / own.n_points))
     data = program.data(true_sliding(own), objective=opening, max_load_factor=0.0)
@@ -100,3 +116,79 @@ def can_jam(problem: LimitProblem, settings: ProcedureSettings, solver: Solver) 
     v = (own.A.T @ u).reshape(-1, 3)
     # A NaN, where the solver gives no multipliers, proves nothing.
     return not bool((v[:, 0] - own.friction * np.linalg.norm(v[:, 1:], axis=1)).min() > 0.5 / own.n_points)
+
+
+def decided_by_self_stress(
+    problem: LimitProblem, settings: ProcedureSettings, solver: Solver
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Free blocks that friction on self-stress may hold or not, group by group.
+
+    What bounds one group tells nothing of another that touches it nowhere. So each group that can jam is asked by
+    itself: whether its dead load has a collapse state, from the forces under dead load that press its joints together
+    least; and whether, with friction frozen at these, the variable load moves it, though with dilatancy nothing does.
+    Where no joints can jam, as in walls, arches and domes, this takes one program.
+
+    Parameters
+    ----------
+    problem
+        The limit problem without dilatancy, or with that of its joints.
+    settings, solver
+        Tolerances and solver.
+
+    Returns
+    -------
+    tuple of int, tuple of int
+        Indices of the free blocks that fall with too little self-stress, and those of other groups that it jams.
+    """
+    own = problem.held
+    if not can_jam(own, settings, solver):
+        return (), ()
+    hung, jammed, groups = np.zeros(own.n_blocks, bool), np.zeros(own.n_blocks, bool), own.groups
+    for group in range(int(groups.max()) + 1):
+        blocks = groups == group
+        part = own.part(blocks)
+        if not part.n_points or not (part.w_D.any() or part.w_L.any()) or not can_jam(part, settings, solver):
+            continue
+        loose = _least_pressed(part, settings, solver)
+        hung[blocks] = _hanging(part, loose, settings, solver)
+        jammed[blocks] = not hung[blocks].any() and _only_jams(part, loose, settings, solver)
+    return tuple(np.flatnonzero(hung).tolist()), tuple(np.flatnonzero(jammed).tolist())
+
+
+def _least_pressed(part: LimitProblem, settings: ProcedureSettings, solver: Solver) -> Array:
+    """Normal forces (K,) of the least sum that carry the dead load; NaN where the solver finds none."""
+    if not part.w_D.any():
+        return np.zeros(part.n_points)
+    program = ConicProgram(replace(part, w_L=part.w_D), replace(settings, crushing="conic"))
+    least = Objective(np.full(part.n_points, 1.0 / part.n_points))
+    data = program.data(true_sliding(part), objective=least, max_load_factor=0.0, loaded=False)
+    solution = solver.solve(program, data, settings.solver_tolerance)
+    forces = program.unpack(solution)[1][:, 0]
+    return forces if is_solved(solution.status) else np.full(part.n_points, np.nan)
+
+
+def _hanging(part: LimitProblem, loose: Array, settings: ProcedureSettings, solver: Solver) -> NDArray[np.bool_]:
+    """Blocks that fall, (F,), in a collapse state of the dead load by a mechanism of friction frozen at n (K,)."""
+    none = np.zeros(part.n_blocks, dtype=bool)
+    if not part.w_D.any() or not np.isfinite(loose).all():
+        return none
+    own = part.dead_load_alone
+    program = ConicProgram(own, replace(settings, crushing="conic"))
+    found = solve_step(program, frozen_sliding(own, loose), Stage.DEAD_LOAD, settings, solver)
+    if not found.solved or found.load_factor > 1 + settings.gap_tolerance:
+        return none
+    if not _is_whole(_falling(own, found, settings, solver), settings):
+        return none
+    speed = np.linalg.norm(found.u.reshape(-1, 6)[:, :3], axis=1) / own.wrench_unit
+    return np.asarray(speed > _FALLS * speed.max())
+
+
+def _only_jams(part: LimitProblem, loose: Array, settings: ProcedureSettings, solver: Solver) -> bool:
+    """Whether the variable load moves blocks whose friction is frozen at normal forces (K,), and no others."""
+    if not part.w_L.any() or not np.isfinite(loose).all():
+        return False
+    program = ConicProgram(part, replace(settings, crushing="conic"))
+    dilating = solve_step(program, true_sliding(part), Stage.ASSOCIATIVE, settings, solver)
+    if dilating.load_factor != np.inf:
+        return False
+    return solve_step(program, frozen_sliding(part, loose), Stage.NONASSOCIATIVE, settings, solver).solved

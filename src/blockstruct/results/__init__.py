@@ -12,7 +12,7 @@ from blockstruct.results.analysis import Analysis
 from blockstruct.results.answer import LOAD_FACTOR
 from blockstruct.results.capacity import block_rotations, capacity_of, doubtful_words, step_arrays, steps_of
 from blockstruct.results.case_result import CaseResult, LazyHistory
-from blockstruct.results.caveats import cell_words
+from blockstruct.results.caveats import cell_words, self_stressed
 from blockstruct.results.comparison import Comparison, compare, relative_difference
 from blockstruct.results.crushing_cells import parts_beyond
 from blockstruct.results.curve_comparison import compared_curves
@@ -85,6 +85,7 @@ __all__ = [
     "parts_beyond",
     "contact_state",
     "corner_torsion",
+    "self_stressed",
     "sliding_rates",
     "failures",
     "history_frame",

@@ -15,7 +15,7 @@ from blockstruct.model import Case, Model, SelfWeight, SettlementCase
 from blockstruct.notebook import html_table
 from blockstruct.results.admissible_state import AdmissibleState
 from blockstruct.results.answer import Answer
-from blockstruct.results.caveats import beyond_rectangle_words, cell_words, unbounded_with_dilatancy
+from blockstruct.results.caveats import beyond_rectangle_words, cell_words, told_by_message, unbounded_with_dilatancy
 from blockstruct.results.description import describe
 from blockstruct.results.headline import Headline, path_text
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
@@ -249,18 +249,19 @@ class CaseResult:
         NaN where the case ended before that program was solved.
         """
         found = np.flatnonzero(self.history["stage"].to_numpy() == Stage.ASSOCIATIVE.value)
-        if not len(found):
-            return np.nan
-        return float(self.history["load_factor"].to_numpy()[found[-1]])
+        return float(self.history["load_factor"].to_numpy()[found[-1]]) if len(found) else np.nan
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What one must know before using the load factor beside what :attr:`owed` tells, as sentences."""
-        if self.case.flow is not Flow.NONASSOCIATIVE or not np.isposinf(self.associative_load_factor):
+        if self.case.flow is not Flow.NONASSOCIATIVE:
             return ()
-        stages, alpha = (self.history[name].to_numpy() for name in ("stage", "load_factor"))
-        searched = np.isfinite(alpha[~np.isin(stages, _OF_OTHER_PROGRAMS)]).any()
-        return unbounded_with_dilatancy(self.case, self.status, searched=bool(searched))
+        found: tuple[str, ...] = ()
+        if np.isposinf(self.associative_load_factor):
+            stages, alpha = (self.history[name].to_numpy() for name in ("stage", "load_factor"))
+            searched = np.isfinite(alpha[~np.isin(stages, _OF_OTHER_PROGRAMS)]).any()
+            found = unbounded_with_dilatancy(self.case, self.status, searched=bool(searched))
+        return (*found, *told_by_message(self.message, self.answer.name, unbounded=bool(found)))
 
     @property
     def torsion_warning(self) -> str:

@@ -1,12 +1,14 @@
 """What one must know before using a number, as sentences."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 
 from blockstruct.model import Case, SettlementCase, listed
 from blockstruct.results.crushing_cells import lost_lever
 from blockstruct.results.utilisation import beyond_rectangle
-from blockstruct.vocabulary import Status
+from blockstruct.vocabulary import NO_STATE, OF_CURVE, OF_HUNG, OF_JAMMED, Status
 
 _JAMMED = (
     "With dilatancy the joints carry any multiple of the variable load, so nothing bounds this load factor from above: "
@@ -24,6 +26,21 @@ _MOTION_NOT_PROVEN = (
 _NOT_PROVEN = (
     "That no load causes collapse is proven for joints that dilate by their friction angle; for joints that do not, it "
     "is what the iteration found: its load factor grew without limit."
+)
+
+_HUNG = (
+    "Friction between supports may hold blocks under the dead load, or may not ({names}): in some states of "
+    "self-stress, which the model does not determine, they fall before the variable load acts. This {answer} is one of "
+    "states in which they are held."
+)
+_JAMMED_PART = (
+    "With dilatancy no {answer} moves some blocks ({names}). Without it, how firmly they are jammed (self-stress), "
+    "which the model does not determine, decides whether they move before the others: other schedules may find a lower "
+    "{answer}, or a higher one."
+)
+_NO_STATE = (
+    "The loading path found no state under dead load, which it begins with, and is not followed: this {answer} is that "
+    "of the iteration that took its place."
 )
 
 #: Eccentricity, in multiples of that of the effective rectangle, from which it is told, and joints that are named.
@@ -44,6 +61,30 @@ def unbounded_with_dilatancy(case: Case, status: Status, *, searched: bool) -> t
     if status is Status.CONVERGED:
         return (_JAMMED_SUPPORT if settles else _JAMMED,)
     return (_MOTION_NOT_PROVEN if settles else _NOT_PROVEN,) if status is Status.UNBOUNDED and searched else ()
+
+
+def self_stressed(hung: Sequence[str], jammed: Sequence[str]) -> str:
+    """End of the message of a case that names blocks on which self-stress decides; empty without any."""
+    parts = ((OF_HUNG, hung), (OF_JAMMED, jammed))
+    return "".join(what + listed(names, _LISTED) for what, names in parts if names)
+
+
+def told_by_message(message: str, answer: str, *, unbounded: bool) -> tuple[str, ...]:
+    """Warnings of what the message of a case without dilatancy says.
+
+    Parameters
+    ----------
+    message
+        Of the case.
+    answer
+        What its number is called.
+    unbounded
+        Whether another warning tells already that blocks are jammed.
+    """
+    before, _, jammed = message.partition(OF_CURVE)[0].partition(OF_JAMMED)
+    hung = before.partition(OF_HUNG)[2]
+    found = [(_HUNG, hung), (_JAMMED_PART, "" if unbounded else jammed), (_NO_STATE, NO_STATE in message)]
+    return tuple(text.format(names=names, answer=answer) for text, names in found if names)
 
 
 def cell_words(history: xr.Dataset, *, is_reaction: bool = False) -> str:
