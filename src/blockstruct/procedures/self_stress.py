@@ -9,6 +9,7 @@ from collections.abc import Generator, Sequence
 from dataclasses import replace
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.limit.friction import frozen_sliding, shift_of, true_sliding
@@ -27,6 +28,9 @@ Array = NDArray[np.float64]
 _INCREMENTS, _SHARE, _MULTIPLE = 5, 0.05, 10.0
 #: Velocity of a block that falls, relative to that of the fastest.
 _FALLS = 1e-2
+#: Attempts of least squares, and the openings beyond friction, relative to the largest velocity, that are proof and
+#: that are asked for.
+_TRIES, _OPENS, _ASKED = 20, 2e-3, 0.1
 
 
 def collapse_of_dead_load(
@@ -103,8 +107,11 @@ def can_jam(problem: LimitProblem, settings: ProcedureSettings, solver: Solver) 
     """Whether the joints may bear normal forces that balance each other without any load.
 
     They may not if there is a motion that opens all of them faster than friction could close them,
-    ``v_n > μ ‖v_t‖``: it would do work on such forces. Without that proof they may.
+    ``v_n > μ ‖v_t‖``: it would do work on such forces. Without that proof they may. As a rule least squares find one;
+    where they do not, a program is asked.
     """
+    if not problem.n_points or _opens_everywhere(problem):
+        return False
     # What ties press together is limited, and does not count.
     # The variable load only scales the program, which any load does.
     loads = problem.w_L if problem.w_L.any() else problem.w_D
@@ -118,6 +125,26 @@ def can_jam(problem: LimitProblem, settings: ProcedureSettings, solver: Solver) 
     return not bool((v[:, 0] - own.friction * np.linalg.norm(v[:, 1:], axis=1)).min() > 0.5 / own.n_points)
 
 
+def _opens_everywhere(problem: LimitProblem) -> bool:
+    """Whether least squares find a motion that opens all joints, asked for more where friction would close them."""
+    # Loaded here: it is slow to import.
+    from scipy.sparse.linalg import splu
+
+    normal = sp.csc_array(problem.A @ problem.A.T)
+    # Blocks that no joint holds in some direction rest in it.
+    slight = sp.diags_array(np.full(normal.shape[0], 1e-10 * float(normal.diagonal().mean())))
+    solved = splu(sp.csc_matrix(normal + slight))
+    asked = np.tile([1.0, 0.0, 0.0], (problem.n_points, 1))
+    for _ in range(_TRIES):
+        v = (problem.A.T @ solved.solve(problem.A @ asked.ravel())).reshape(-1, 3)
+        speed = max(float(np.abs(v).max()), np.finfo(float).tiny)
+        beyond = (v[:, 0] - problem.friction * np.linalg.norm(v[:, 1:], axis=1)) / speed
+        if beyond.min() > _OPENS:
+            return True
+        asked[:, 0] += np.where(beyond < _ASKED / 2, 2 * (_ASKED - beyond), 0.0)
+    return False
+
+
 def decided_by_self_stress(
     problem: LimitProblem, settings: ProcedureSettings, solver: Solver
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -126,7 +153,7 @@ def decided_by_self_stress(
     What bounds one group tells nothing of another that touches it nowhere. So each group that can jam is asked by
     itself: whether its dead load has a collapse state, from the forces under dead load that press its joints together
     least; and whether, with friction frozen at these, the variable load moves it, though with dilatancy nothing does.
-    Where no joints can jam, as in walls, arches and domes, this takes one program.
+    Where no joints can jam, as in most walls, arches and domes, least squares show it without a program.
 
     Parameters
     ----------
