@@ -65,7 +65,8 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
         Value of the generator.
     """
     outcome = yield from _solve(problem, flow, settings, solver)
-    if flow is Flow.ASSOCIATIVE or outcome.status not in (Status.CONVERGED, Status.UNBOUNDED):
+    asked = flow is Flow.NONASSOCIATIVE and problem.settlement is None
+    if not asked or outcome.status not in (Status.CONVERGED, Status.UNBOUNDED):
         return outcome
     hung, jammed = decided_by_self_stress(problem, settings, solver)
     return replace(outcome, hung=hung, jammed=jammed if outcome.status is Status.CONVERGED else ())
