@@ -1,12 +1,12 @@
 """What a collapse state leaves open: mechanisms beside each other, and joints that open at rates of their own."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.assess.participation import HorizontalForces
-from blockstruct.model import tie_segments
+from blockstruct.model import TieSegment, tie_segments
 from blockstruct.results import CaseResult, MacroBlock, tie_state
 from blockstruct.vocabulary import TieState
 
@@ -45,7 +45,7 @@ def separate_mechanisms(
 
     moving = [body for body in bodies if body.moves]
     body_of = {name: k for k, body in enumerate(moving) for name in body.blocks}
-    model, last = result.model, result.history.isel(iteration=-1)
+    model = result.model
     sides = [[getattr(i, side) for i in model.interfaces] for side in ("minus", "plus")]
     # Supports, and bodies at rest, take on no work.
     one, other = (np.array([body_of.get(name, -1) for name in names]) for names in sides)
@@ -53,10 +53,7 @@ def separate_mechanisms(
     own = np.array([body.total * np.linalg.norm(body.translation) for body in moving])
     joined = (one >= 0) & (other >= 0) & (passed > _NOTHING * np.minimum(own[one], own[other]))
     pairs = np.column_stack([one, other])[joined].tolist()
-    if model.ties:
-        stressed = (tie_state(last) == TieState.STRESSED).to_numpy()
-        of_ties = [s.blocks for s, holds in zip(tie_segments(model.ties, model.blocks), stressed, strict=True) if holds]
-        pairs += [[body_of[name] for name in blocks] for blocks in of_ties if set(blocks) <= body_of.keys()]
+    pairs += [[body_of[name] for name in tie.blocks] for tie in _stressed(result, body_of)]
     start, end = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
     graph = coo_array((np.ones(len(start)), (start, end)), shape=(len(moving), len(moving)))
     count, part = connected_components(graph, directed=False)
@@ -65,6 +62,16 @@ def separate_mechanisms(
     pushed = np.bincount(part[of_force], work, minlength=count)
     found = np.flatnonzero(np.abs(pushed) > _NOTHING * np.bincount(part, own, minlength=count))
     return [[body for body, of in zip(moving, part, strict=True) if of == k] for k in found] or [moving]
+
+
+def _stressed(result: CaseResult, blocks: Collection[str]) -> list[TieSegment]:
+    """Ties between some blocks that are stressed and do not give way at collapse."""
+    model = result.model
+    if not model.ties:
+        return []
+    stressed = (tie_state(result.history.isel(iteration=-1)) == TieState.STRESSED).to_numpy()
+    segments = zip(tie_segments(model.ties, model.blocks), stressed, strict=True)
+    return [tie for tie, holds in segments if holds and all(name in blocks for name in tie.blocks)]
 
 
 def _work(result: CaseResult, blocks: Sequence[str]) -> Array:
@@ -128,18 +135,15 @@ def is_unique(result: CaseResult, bodies: Sequence[MacroBlock]) -> bool:
     way = np.where(size > _STICKS, 1 / np.maximum(size, _STICKS), 0.0)[:, None] * goes
     across = there - way[:, :, None] * np.einsum("ja,jab->jb", way, there)[:, None]
     ends = [(minus, -across), (plus, across)]
-    if model.ties:
-        stressed = (tie_state(last) == TieState.STRESSED).to_numpy()
-        of_ties = [s for s, holds in zip(tie_segments(model.ties, model.blocks), stressed, strict=True) if holds]
-        of_ties = [s for s in of_ties if all(name in number for name in s.blocks)]
-        anchor = np.array([(s.start, s.end) for s in of_ties]).reshape(-1, 2, 3)
-        along = anchor[:, 1] - anchor[:, 0]
-        along /= np.linalg.norm(along, axis=1)[:, None]
-        for k, sign in ((0, -1.0), (1, 1.0)):
-            longer = np.zeros((len(of_ties), 6, 6))
-            longer[:, 0] = sign * np.einsum("ta,tab->tb", along, at(anchor[:, k])[:, :3])
-            body = np.array([number[s.blocks[k]] for s in of_ties], dtype=np.int64)
-            ends[k] = np.concatenate([ends[k][0], body]), np.concatenate([ends[k][1], longer])
+    ties = _stressed(result, number)
+    anchor = np.array([(tie.start, tie.end) for tie in ties]).reshape(-1, 2, 3)
+    along = anchor[:, 1] - anchor[:, 0]
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    for k, sign in ((0, -1.0), (1, 1.0)):
+        longer = np.zeros((len(ties), 6, 6))
+        longer[:, 0] = sign * np.einsum("ta,tab->tb", along, at(anchor[:, k])[:, :3])
+        body = np.array([number[tie.blocks[k]] for tie in ties], dtype=np.int64)
+        ends[k] = np.concatenate([ends[k][0], body]), np.concatenate([ends[k][1], longer])
     resistance = np.zeros((len(moving) + 1, len(moving) + 1, 6, 6))
     for one, rows in ends:
         for other, columns in ends:

@@ -195,11 +195,6 @@ class _Asked:
                     if self.method == "displacement" and state == "SLV":
                         raise
                     notes.append(f"{state} by displacement was left out. {error}.")
-        if not whole.unique:
-            notes.append(
-                "The joints of this mechanism may open each at a rate of its own, and the motion found is one of "
-                "several: e* = 1 counts, which none exceeds. A block in place of what moves as one tells more."
-            )
         notes += notes_of_demand(found.model, bodies, spectrum)
         notes += [
             f"{state.name}: capacity / demand = {state.ratio_text()}, {state.outcome}."

@@ -75,6 +75,11 @@ def notes_of(
             f"moves {whole.total / 1e3:.4g} kN: masses without a horizontal force, or forces of no weight, are among "
             "the loads."
         )
+    if not whole.unique:
+        said.append(
+            "The joints of this mechanism may open each at a rate of its own, and the motion found is one of several: "
+            "e* = 1 counts, which none exceeds. A block in place of what moves as one tells more."
+        )
     return said
 
 

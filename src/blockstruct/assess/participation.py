@@ -169,15 +169,14 @@ class Participation:
     def lines(self, of: str) -> list[Line]:
         """M* and e* with their numbers."""
         W, first, second = (shown(force / 1e3, "kN") for force in (self.total, self._first, self._second))
-        e = f"[Σ(P+Q)δ]² / (Σ(P+Q) Σ(P+Q)δ²) = ({first})² / ({W} · {second})"
+        e = f"e* = [Σ(P+Q)δ]² / (Σ(P+Q) Σ(P+Q)δ²) = ({first})² / ({W} · {second}) = {shown(self._of_motion)}"
         M = f"[Σ(P+Q)δ]² / (g Σ(P+Q)δ²) = ({first})² / (g · {second})"
-        e, M = f"e* = {e} = {shown(self._of_motion)}", f"M* = {M} = {shown(self.M_star / 1e3, 't')}"
         if not self.unique:
             e += ", of one motion of several; no motion has more than 1, which counts"
-            M = f"M* = Σ(P+Q) / g = {W} / g = {shown(self.M_star / 1e3, 't')}"
+            M = f"Σ(P+Q) / g = {W} / g"
         return [
             Line(f"share of the mass, {of}", e, "C8.7.1.2.1.3 (C8.7.1.5)"),
-            Line(f"mass that takes part, {of}", M, "C8.7.1.2.1.3"),
+            Line(f"mass that takes part, {of}", f"M* = {M} = {shown(self.M_star / 1e3, 't')}", "C8.7.1.2.1.3"),
         ]
 
 
