@@ -174,7 +174,10 @@ def decided_by_self_stress(
     for group in range(int(groups.max()) + 1):
         blocks = groups == group
         part = own.part(blocks)
-        if not part.n_points or not (part.w_D.any() or part.w_L.any()) or not can_jam(part, settings, solver):
+        if not part.n_points or not (part.w_D.any() or part.w_L.any()):
+            continue
+        # A group that is all there is has been asked.
+        if groups.any() and not can_jam(part, settings, solver):
             continue
         loose = _least_pressed(part, settings, solver)
         hung[blocks] = _hanging(part, loose, settings, solver)
