@@ -97,7 +97,8 @@ def test_rocking_pier():
     assert curve["energy_error"].max() < 1e-4
 
 
-def test_three_hinges():
+@pytest.mark.parametrize("steps", [20, 60])
+def test_three_hinges(steps):
     """A wall that spans from its base to a smooth restraint at its top, and cracks at half its height.
 
     Two panels b × h. The lower turns by θ about its edge (b, 0), away from the push; the crack closes at its edge M
@@ -115,7 +116,7 @@ def test_three_hinges():
     ]
     smooth = {"restraint|*": bs.JointMaterial("smooth", 1e-6), "*": ROUGH}
     model = bs.Model("wall", blocks, bs.detect_interfaces(blocks, smooth))
-    result = run(model, "lower", steps=40)
+    result = run(model, "lower", steps=steps)
     curve = result.capacity
 
     def hinge(angle):
@@ -140,10 +141,9 @@ def test_three_hinges():
         assert alpha == pytest.approx(dz / dx, abs=1e-3)
     # The weight of the upper panel has come behind M: without the restraint no push holds both panels.
     assert float(curve["load_factor"][-1]) < 0.03
-    assert "blocks fall" in result.message
+    assert "the method ends" in result.message
     assert np.isnan(curve["d0"])
-    # At first there is hardly any work to which an error is relative.
-    assert curve["energy_error"].where(curve["displacement"] > 0.01).max() < 1e-3
+    assert curve["energy_error"].max() < 1e-3
 
 
 def test_a_block_slides_until_it_overhangs():

@@ -36,6 +36,9 @@ LOST, DOUBTFUL = 0.03, 3
 PATIENCE, FEW = 5, 20
 #: What the energy balance of a step may miss, relative to all work so far, before it is divided; and attempts.
 EVENT, EVENTS = 1e-3, 3
+#: What it misses in a shorter step, relative to what goes with the square of its length, where forces bend and do not
+#: jump; and share of the length on which that would be within the bound.
+BENT, WITHIN = (0.5, 1.5), 0.9
 #: Corrections of the last step towards a load factor of zero.
 CORRECTIONS = 3
 
@@ -156,19 +159,23 @@ class _Path:
         if not self._divided:
             return following
         # Forces that jump where something happens have not acted on the way there, and what is missed goes with the
-        # length of the step in which they do: most of the way is a step of its own.
+        # length of the step in which they do: most of the way is a step of its own. Where it goes with the square of
+        # that length forces bend, and do not jump: what is left of the way may be divided as well.
         whole, share = following.state.displacement, 1 - EVENT / missed / 2
-        best = following
+        best, (error, work) = following, self._energy(state, following.state)
         for _ in range(EVENTS):
             moved = attempts.after(state, share * time)
             found = attempts.reached(moved, state)
             if found is None or not attempts.goes_on(found.solved):
                 break
+            bent = BENT[0] < self._energy(state, found.state)[0] / (error * share**2) < BENT[1]
             if self._missed(state, found) < missed:
                 best, missed = found, self._missed(state, found)
+                self._divided = not bent
             if missed <= EVENT:
                 break
-            share /= 2
+            allowed = EVENT * np.array([work / 2, self._done]) / error
+            share = WITHIN * (allowed[0] + np.sqrt(allowed[0] ** 2 + allowed[1])) if bent else share / 2
         if best is following:
             return best
         speed = abs(self._problem.control.velocity(best.state.placement, best.state.twist))
