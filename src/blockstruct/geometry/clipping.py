@@ -60,8 +60,11 @@ class Clipped:
         return _packed(self.corner, self.edge, keep)
 
 
-def clipped(first: Array, n_first: Index, second: Array, n_second: Index) -> Clipped:
+def clipped(first: Array, n_first: Index, second: Array, n_second: Index, flush: float) -> Clipped:
     """Clip polygons by polygons (I. E. Sutherland, G. W. Hodgman (1974), doi:10.1145/360767.360802).
+
+    What is outside by rounding is inside: edges of both that lie on each other, as in the face of a wall, would cross
+    anywhere, and in front in other corners than behind.
 
     Parameters
     ----------
@@ -69,6 +72,8 @@ def clipped(first: Array, n_first: Index, second: Array, n_second: Index) -> Cli
         Convex polygons, counter-clockwise.
     n_first, n_second : (P,) arrays
         Numbers of their corners.
+    flush
+        Distance outside of an edge that is rounding.
     """
     M = first.shape[1]
     labels = np.broadcast_to(np.arange(M), first.shape[:2])
@@ -79,10 +84,11 @@ def clipped(first: Array, n_first: Index, second: Array, n_second: Index) -> Cli
         # Beyond its last edge a polygon clips no more.
         idle = (k >= n_second)[:, None]
         height = cross((b - a)[:, None], result.corner - a[:, None])
-        inside, following = (height >= 0) | idle, _following(height, result.count)
-        next_inside = (following >= 0) | idle
+        outside = -flush * np.linalg.norm(b - a, axis=1, keepdims=True)
+        inside, following = (height >= outside) | idle, _following(height, result.count)
+        next_inside = (following >= outside) | idle
         span = height - following
-        share = height / np.where(span == 0, 1.0, span)
+        share = np.clip(height / np.where(span == 0, 1.0, span), 0.0, 1.0)
         crossing = result.corner + share[:, :, None] * (_following(result.corner, result.count) - result.corner)
         keep = np.stack([result.within & inside, result.within & (inside != next_inside)], axis=2)
         corner = np.stack([result.corner, crossing], axis=2)

@@ -154,8 +154,8 @@ class MovingBodies:
         back = np.where(number < count[:, None], count[:, None] - 1 - number, 0)
         one = np.take_along_axis(corner[first], back[:, :, None], 1)
         other = corner[second]
-        flat = np.einsum("pvi,pai->pva", one - origin[:, None], axes)
-        shared = clipped(flat, count, np.einsum("pvi,pai->pva", other - origin[:, None], axes), self.count[second])
+        seen = [np.einsum("pvi,pai->pva", corners - origin[:, None], axes) for corners in (one, other)]
+        shared = clipped(seen[0], count, seen[1], self.count[second], flush=NO_EDGE * size)
 
         lengths = np.linalg.norm(shared.edges, axis=2).sum(axis=1)
         width = 2 * shared.area / np.maximum(lengths, 1e-300)

@@ -1,0 +1,35 @@
+"""Where bodies that have moved touch."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.geometry.touching import MovingBodies
+from structures import rotation
+
+STONE = bs.Material("stone", "20 kN/m^3")
+ANGLES = st.floats(-0.05, 0.05)
+
+
+@given(ANGLES, ANGLES, st.floats(-0.15, 0.15), st.floats(-np.pi, np.pi))
+def test_flush_faces(first, second, aside, turned):
+    """Two units of a wall that turn in its plane touch in front as behind, at any azimuth, whatever rounding does."""
+    units = [bs.Block.box(name, Q_([0, 0, 0], "m"), Q_([0.4, 0.3, 0.2], "m"), STONE) for name in ("lower", "upper")]
+    bodies = MovingBodies.of({b.name: b.shape for b in units}, np.array([True, False]), radius=0.0)
+    azimuth = rotation((0, 0, 1), turned)
+    tilts = [azimuth @ rotation((0, 1, 0), angle) for angle in (first, second)]
+    above = tilts[0] @ [aside, 0, 0.2]
+    places = np.array([azimuth @ [7.1, -3.3, 0.5], azimuth @ [7.1, -3.3, 0.5] + above])
+    found = bodies.touching(places, np.array(tilts), 0.2, 0.3)
+    own = (found.position - places[0]) @ azimuth
+    normal = found.normal @ azimuth
+    front = own[:, 1] < 0
+    assert front.any()
+    sides = []
+    for side in (front, ~front):
+        rows = np.column_stack([own[side][:, [0, 2]], normal[side], found.gap[side]])
+        sides.append(rows[np.lexsort(np.round(rows, 6).T)])
+    assert sides[0].shape == sides[1].shape
+    np.testing.assert_allclose(sides[0], sides[1], rtol=0, atol=1e-9)
