@@ -29,6 +29,8 @@ class MovedProblem:
     problem : LimitProblem
         With the units of the case at rest, and wrenches and velocities in the axes of each block.
     contacts : MovedContacts
+    reach : float
+        Largest gap of contact points, m.
     placement : Placement
     slack : (M,) array, m
         Elongation before which the ties that hold do not pull.
@@ -44,6 +46,7 @@ class MovedProblem:
 
     problem: LimitProblem
     contacts: MovedContacts
+    reach: float
     placement: Placement
     slack: Array
     longest: Array
@@ -237,7 +240,7 @@ class MovingProblem:
             force_unit=force_unit,
         )
         return MovedProblem(
-            moved, contacts, placement, longest[holds] - table.span, longest, elongation, holds, statics.free
+            moved, contacts, reach, placement, longest[holds] - table.span, longest, elongation, holds, statics.free
         )
 
 

@@ -95,8 +95,9 @@ class Attempts:
         going = self._before if before.dropped and self._before is not None else before
         carried = going.carried(moved.placement)
         found = self.solved(moved, carried)
-        if found is None:
-            further = self.problem.at(moved.placement, WIDE * self.problem.statics.length, moved.longest)
+        wide = WIDE * self.problem.statics.length
+        if found is None and moved.reach < wide:
+            further = self.problem.at(moved.placement, wide, moved.longest)
             found = self.solved(further, carried)
             if found is not None and abs(found.solved.load_factor - before.load_factor) > LIKE * self.load_factor:
                 return None
@@ -137,10 +138,11 @@ class Attempts:
         return found
 
     def _found(self, moved: MovedProblem, solution: Solved, time: float) -> Found:
-        """The state of a solution, whose motion goes on for a time."""
+        """The state of a solution, whose motion goes on for a time: blocks meet nothing further than contacts reach."""
         placement, displacement = moved.placement, self.problem.control.displacement(moved.placement)
         twist, alpha, dissipation = moved.twist(solution.u), solution.load_factor, solution.dissipation
         falling, longest = solution.falling, moved.longest
+        time = min(time, moved.reach / float(np.linalg.norm(twist[:, :3], axis=1).max()))
         state = State(placement, alpha, dissipation, twist, time, displacement, longest, falling)
         return Found(state, moved, solution)
 

@@ -15,6 +15,9 @@ FIRST = 0.25
 #: Growth of a step over the last, its least share of one that divides the curve evenly, and its largest share of the
 #: way so far, in multiples of an even one, so that what slides without end comes far.
 GROWTH, LEAST, LARGEST = 1.5, 1 / 64, 2.0
+#: Ratio of what the push and the dead load weigh, up to which steps are the longer for it: what carries more moves no
+#: further.
+HEAVIEST = 1.0
 #: States from which the end of the curve is foreseen, along a straight line.
 FORESEEN = 8
 #: Most that a block may move, in multiples of what the control point is meant to.
@@ -35,7 +38,13 @@ class Pace:
     """
 
     def __init__(self, problem: MovingProblem, steps: int, load_factor: float) -> None:
-        self._problem, self._steps, self._load_factor = problem, steps, load_factor
+        self._problem, self._steps = problem, steps
+        # Whatever unit the variable load is given in.
+        push, dead = (
+            float(np.linalg.norm(loads.wrench[problem.statics.free, :3], axis=1).sum())
+            for loads in (problem.variable, problem.dead)
+        )
+        self._share = min(load_factor * push / dead, HEAVIEST) if dead else HEAVIEST
         free = np.concatenate([b.shape.vertices for b in problem.statics.model.blocks if not b.fixed])
         #: Way of a step that divides an eighth of the structure's extent evenly, m.
         self.even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * steps)
@@ -58,7 +67,7 @@ class Pace:
         way, a = np.array(self._way[-FORESEEN:]), np.array(self.curve[-FORESEEN:])[:, 1]
         slope = float(np.polyfit(way, a, 1)[0])
         whole = way[-1] - a[-1] / slope if slope < 0 else np.inf
-        large = max(self.even * max(1.0, 8 * self._load_factor), LARGEST * way[-1] / self._steps)
+        large = max(self.even * max(1.0, 8 * self._share), LARGEST * way[-1] / self._steps)
         even = min(whole / self._steps, large)
         # A short step that ends where something happens tells nothing of the next.
         gone = _way(self._last, placement, self._problem.control.displacement(placement))
