@@ -166,6 +166,21 @@ def stands(problem: MovingProblem, curve: Sequence[tuple[float, float]], state: 
     return f", where the control point at block {names[control.block]!r} stands still or goes back: {moves}"
 
 
+def begins_above(problem: MovingProblem, first: Found, load_factor: float) -> str:
+    """Why there is no curve where blocks touch beyond the interfaces of the model, and carry more with that."""
+    points, own = first.moved.contacts.points, problem.statics.points
+    names = [b.name for b in problem.statics.model.blocks]
+    joints, found = (np.sort(np.column_stack([p.minus, p.plus])).tolist() for p in (own, points))
+    loaded = {(i, j) for (i, j), n in zip(found, first.solved.x[:, 0], strict=True) if n > NO_FORCE}
+    without = [f"{names[i]}|{names[j]}" for i, j in sorted(loaded - {(i, j) for i, j in joints})]
+    where = f"{listed(without)}, where the model has no interface" if without else "faces larger than its interfaces"
+    return (
+        f"no curve: it would begin at a load factor of {first.state.load_factor:.4g}, above the {load_factor:.4g} of "
+        f"the collapse state, as blocks that move touch wherever their faces do: forces at {where}. Give the "
+        "interfaces that are there, or blocks whose faces are no larger, and compare the load factors"
+    )
+
+
 def lost(problem: MovingProblem, placement: Placement, found: Found | None, *, falls: bool) -> str:
     """Why nothing is in equilibrium at a placement, or a pushover cannot go on from what is found there."""
     at = f"at a displacement of {problem.control.displacement(placement):.6g} m"
@@ -177,10 +192,14 @@ def lost(problem: MovingProblem, placement: Placement, found: Found | None, *, f
     speed = np.linalg.norm(found.state.twist[:, :3], axis=1)
     fastest = np.argsort(-speed, kind="stable")
     names = [problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > FAST * speed.max()]]
-    listed = ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
     if falls:
-        return f"blocks fall under the dead load alone {at} ({listed}), and the method ends"
-    return f"no motion that satisfies the flow rule is found {at} (blocks {listed}), and the method ends"
+        return f"blocks fall under the dead load alone {at} ({listed(names)}), and the method ends"
+    return f"no motion that satisfies the flow rule is found {at} (blocks {listed(names)}), and the method ends"
+
+
+def listed(names: Sequence[str]) -> str:
+    """The first of them, and how many more there are."""
+    return ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
 
 
 def moves_furthest(names: Sequence[str], twist: Array) -> str:
