@@ -48,8 +48,9 @@ CHUNK = 2_000_000
 
 # Moved bodies against each other
 
-#: Angle between faces beyond which they do not face each other. A vertex of a box always has a face within 55 degrees.
-FACING = math.radians(60)
+#: Angle between faces beyond which they do not face each other. A vertex of a box always has a face within 55 degrees;
+#: those of bodies with sharper corners look as far aside as these are sharp, and so far at most.
+FACING, LOOKS = math.radians(60), math.radians(85)
 #: Width, relative to the mean block size, of what two faces share that is none; and edges shorter than it.
 NO_WIDTH, NO_EDGE = 1e-6, 1e-9
 #: Depth of a penetration, relative to the width of what is shared, beyond which two faces belong to opposite sides.

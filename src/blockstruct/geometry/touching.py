@@ -13,7 +13,7 @@ from blockstruct.geometry.neighbours import box_pairs, expanded
 from blockstruct.geometry.polygon import plane_axes
 from blockstruct.geometry.polyhedron import Polyhedron
 from blockstruct.geometry.rounding import inset, largest_radius
-from blockstruct.geometry.tolerances import DEEP, FACING, FLAT, NO_CROSSING, NO_EDGE, NO_WIDTH
+from blockstruct.geometry.tolerances import DEEP, FACING, FLAT, LOOKS, NO_CROSSING, NO_EDGE, NO_WIDTH
 from blockstruct.geometry.triangles import triangulated
 
 Array = NDArray[np.float64]
@@ -61,6 +61,8 @@ class MovingBodies:
         Body of each part, ascending.
     flat : (f, M) array
         Whether the surface goes on without a bend beyond each edge.
+    looks : (f,) array
+        Angle from its normal, radians, up to which each looks at other faces.
     fixed : (B,) array
         Bodies that do not move; those touch each other nowhere.
     radius : float
@@ -72,6 +74,7 @@ class MovingBodies:
     normal: Array
     of_part: Index
     flat: Flags
+    looks: Array
     fixed: Flags
     radius: float
 
@@ -85,10 +88,11 @@ class MovingBodies:
             If rounded corners leave nothing of a face.
         """
         corners: list[Array] = []
-        normals, owner, flat = [], [], []
+        normals, owner, flat, looks = [], [], [], []
         least = (np.inf, "")
         for i, (name, body) in enumerate(bodies.items()):
             parts = [(f, part) for f, face in enumerate(body.faces) for part in _convex_parts(body, f, face)]
+            angle = min(max(FACING, _sharpest(body)), LOOKS)
             beyond = {(a, b): f for f, part in parts for a, b in zip(part, (*part[1:], part[0]), strict=True)}
             for f, part in parts:
                 others = body.normals[[beyond[b, a] for a, b in zip(part, (*part[1:], part[0]), strict=True)]]
@@ -100,6 +104,7 @@ class MovingBodies:
                 corners.append(left)
                 normals.append(body.normals[f])
                 owner.append(i)
+                looks.append(angle)
                 flat.append([bool(body.normals[f] @ other > FLAT) for other in others])
         if least[0] < np.inf:
             # What the message tells is below the limit when it is rounded.
@@ -115,6 +120,7 @@ class MovingBodies:
             normal=np.array(normals),
             of_part=np.array(owner),
             flat=np.array([row + [False] * (most - len(row)) for row in flat]),
+            looks=np.array(looks),
             fixed=fixed,
             radius=radius,
         )
@@ -198,7 +204,7 @@ class MovingBodies:
         pair, first, _ = expanded(begin[i], count[i])
         row, second, _ = expanded(begin[j[pair]], count[j[pair]])
         first = first[row]
-        facing = _dots(normal[first], normal[second]) < -np.cos(FACING)
+        facing = _dots(normal[first], normal[second]) < -np.cos(np.maximum(self.looks[first], self.looks[second]))
         first, second = first[facing], second[facing]
         close = np.all((lowest[first] <= highest[second]) & (lowest[second] <= highest[first]), axis=1)
         return first[close], second[close]
@@ -263,6 +269,25 @@ def _along(vectors: Array, direction: Array) -> Array:
 
 def _dots(a: Array, b: Array) -> Array:
     return np.asarray(np.einsum("pi,pi->p", a, b))
+
+
+def _sharpest(body: Polyhedron) -> float:
+    """Angle, radians, between what an edge or a corner that sticks out points to and the nearest of its faces."""
+    normals, corners = body.normals, body.vertices
+    at = np.array([(v, f) for f, face in enumerate(body.faces) for v in face])
+    edges = {(a, b): f for f, face in enumerate(body.faces) for a, b in zip(face, (*face[1:], face[0]), strict=True)}
+    start, one, other = np.array([(a, f, edges[b, a]) for (a, b), f in edges.items()]).T
+    centre = np.array([corners[list(face)].mean(axis=0) for face in body.faces])
+    out = _dots(normals[one], centre[other] - corners[start]) <= 0
+    halves = np.arccos(np.clip(_dots(normals[one], normals[other]), -1.0, 1.0)) / 2
+    points = np.zeros_like(corners)
+    np.add.at(points, at[:, 0], normals[at[:, 1]])
+    points /= np.maximum(np.linalg.norm(points, axis=1, keepdims=True), 1e-300)
+    nearest = np.full(len(corners), -1.0)
+    np.maximum.at(nearest, at[:, 0], _dots(points[at[:, 0]], normals[at[:, 1]]))
+    corner = np.isin(np.arange(len(corners)), at[:, 0]) & ~np.isin(np.arange(len(corners)), start[~out])
+    of_corners = np.arccos(np.clip(nearest[corner], -1.0, 1.0))
+    return float(max(halves[out].max(initial=0.0), of_corners.max(initial=0.0)))
 
 
 def _convex_parts(body: Polyhedron, face: int, loop: tuple[int, ...]) -> list[tuple[int, ...]]:

@@ -1,0 +1,110 @@
+"""What blocks touch on the way of a pushover, and at its beginning."""
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct import Q_
+from blockstruct.structures.prism import prism
+from structures import SELF_WEIGHT, STONE, box, model_of, push
+
+SMOOTH, ROUGH = bs.JointMaterial("smooth", 0.3), bs.JointMaterial("rough", 2.0)
+
+
+def run(model, control, variable=None, **more):
+    variable = push(1, 0, 0) if variable is None else variable
+    return bs.run(model, bs.Pushover("push", SELF_WEIGHT, variable, control=(control, "+x"), **more))["push"]
+
+
+@pytest.mark.parametrize(("at", "steps"), [(4.6, 15), (2.0, 12)])
+def test_a_stop_is_met_whatever_the_steps(at, steps):
+    """A block that slides on a long way comes to rest at a stop: with long steps it went through."""
+    blocks = [
+        box("ground", [-2, 0, -0.5], [14, 1, 0.5], fixed=True),
+        box("block", [0, 0, 0], [0.6, 1, 0.5]),
+        box("stop", [at, 0, 0], [0.2, 1, 0.3], fixed=True),
+    ]
+    result = run(model_of(blocks, SMOOTH), "block", steps=steps)
+    assert float(result.capacity["displacement"][-1]) == pytest.approx(at - 0.6, rel=2e-2)
+    assert "the push meets what it cannot move" in result.message
+
+
+def test_the_unit_of_the_variable_load_changes_nothing():
+    """A block of 1,200 kN is pushed against a stop: with a unit of 1 kN its steps went through it."""
+    blocks = [
+        box("ground", [-2, 0, -0.5], [14, 10, 0.5], fixed=True),
+        box("block", [0, 0, 0], [2, 10, 3]),
+        box("stop", [2.5, 0, 0], [0.3, 10, 3], fixed=True),
+    ]
+    load = bs.LoadPattern("load", [bs.PointLoad("block", Q_([0, 5, 0.5], "m"), Q_([1, 0, 0], "N"))])
+    result = run(model_of(blocks, SMOOTH), "block", load)
+    assert result.load_factor == pytest.approx(0.3 * 60 * 20e3, rel=1e-6)
+    assert float(result.capacity["displacement"][-1]) == pytest.approx(0.5, rel=5e-3)
+    assert result.capacity.sizes["step"] < 60
+
+
+@pytest.mark.parametrize("slope", [29, 31])
+def test_a_sharp_toe_meets_a_stop(slope):
+    """A wedge, 1 m long and h = tan(slope) high, slides with α = μ, then turns on its toe: α = tan(atan(2/h) − θ).
+
+    Below 30 degrees no face of it looked at the stop, and the toe went through.
+    """
+    h = np.tan(np.radians(slope))
+    blocks = [
+        box("ground", [-2, 0, -0.5], [3.1, 1, 0.5], fixed=True),
+        prism("wedge", [[0, 0], [1, 0], [0, h]], (0, 1), STONE),
+        box("stop", [1.1, 0, -0.5], [0.5, 1, 1.5], fixed=True),
+    ]
+    result = run(model_of(blocks, SMOOTH), "wedge", steps=30)
+    curve = result.capacity.sel(step=result.capacity["displacement"] < 0.3)
+    alpha, theta = curve["load_factor"].to_numpy(), curve["rotation"].sel(block="wedge", axis="y").to_numpy()
+    slides = theta < 1e-9
+    before = slides & (curve["displacement"].to_numpy() < 0.099)
+    assert before.sum() > 5
+    assert alpha[before] == pytest.approx(0.3, abs=1e-4)
+    turns = ~slides
+    assert turns.sum() > 5
+    assert alpha[turns] == pytest.approx(np.tan(np.arctan(2 / h) - theta[turns]), rel=1e-3)
+
+
+def test_a_spike_does_not_go_into_a_wall():
+    """A pier 0.4 m by 1.6 m with a spike of 30 degrees at half its height, 50 mm before a wall."""
+    t = 0.5 * np.tan(np.radians(15))
+    blocks = [
+        box("ground", [-2, 0, -0.5], [6, 1, 0.5], fixed=True),
+        prism(
+            "pier", [[0, 0], [0.4, 0], [0.4, 0.8 - t], [0.9, 0.8], [0.4, 0.8 + t], [0.4, 1.6], [0, 1.6]], (0, 1), STONE
+        ),
+        box("wall", [0.95, 0, 0], [0.5, 1, 3], fixed=True),
+    ]
+    result = run(model_of(blocks, ROUGH), "pier", control_point=Q_([0.9, 0.5, 0.8], "m"), steps=30)
+    way = result.capacity["displacement"].to_numpy()
+    assert way.max() < 0.0501
+    assert way[-1] > 0.045
+    assert np.isnan(result.capacity["d0"])
+
+
+def test_no_curve_where_the_interface_is_smaller_than_faces():
+    """A block 0.5 m by 2 m on an interface half as wide: α0 = 0.125; its faces would hold it up to 0.25."""
+    blocks = [box("ground", [-3, 0, -0.5], [9, 1, 0.5], fixed=True), box("block", [0, 0, 0], [0.5, 1, 2])]
+    corners = Q_([[0.125, 0, 0], [0.375, 0, 0], [0.375, 1, 0], [0.125, 1, 0]], "m")
+    result = run(bs.Model("pointed", blocks, [bs.Interface("joint", "ground", "block", corners, ROUGH)]), "block")
+    assert result.load_factor == pytest.approx(0.125, rel=1e-6)
+    assert result.capacity is None
+    assert "no curve: it would begin at a load factor of 0.25, above the 0.125 of the collapse state" in result.message
+    assert "faces larger than its interfaces" in result.message
+
+
+def test_no_curve_where_blocks_touch_without_an_interface():
+    """Of two piers that stand side by side, pushed along, the slender one leans on the other: its joint is left out."""
+    blocks = [
+        box("ground", [-3, 0, -0.5], [9, 1, 0.5], fixed=True),
+        box("slender", [0, 0, 0], [0.4, 1, 1.6]),
+        box("stout", [0.4, 0, 0], [0.8, 1, 1.6]),
+    ]
+    whole = model_of(blocks, ROUGH)
+    left = [joint for joint in whole.interfaces if "ground" in (joint.minus, joint.plus)]
+    result = run(bs.Model("heads", blocks, left), "slender")
+    assert result.load_factor == pytest.approx(0.25, rel=1e-6)
+    assert result.capacity is None
+    assert "forces at slender|stout, where the model has no interface" in result.message
