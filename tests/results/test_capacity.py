@@ -60,13 +60,20 @@ def test_a_jump_is_told_by_what_happens(before, behind, slides):
     assert told.endswith("run it with other steps and compare")
 
 
+@pytest.mark.parametrize(("left", "rock"), [(0.0, "rock"), (0.1, "rock and slide")])
 @pytest.mark.parametrize(("d", "told"), [(EVEN, True), (np.linspace(0, 1, 401), False)])
-def test_sliding_that_gives_way_to_rocking_on_a_long_step_is_told(d, told):
+def test_sliding_that_gives_way_to_rocking_on_a_long_step_is_told(d, told, left, rock):
     """The load factor has a kink there and no jump; how far blocks slid is known to a step."""
-    rubs = {"dissipation": ("step", np.where(d < 0.5, 0.3, 0.0))}
+    rubs = {"dissipation": ("step", np.where(d < 0.5, 0.3, left))}
     words = told_of(curve(d, np.minimum(0.3, 0.6 * (1 - d)), **rubs))
     assert len(words) == told
-    assert not told or words[0].startswith("blocks slide up to a displacement of 450 mm, and rock from 500 mm on")
+    assert not told or words[0].startswith(f"blocks slide up to a displacement of 450 mm, and {rock} from 500 mm on")
+
+
+def test_work_that_is_missed_is_told():
+    missed = {"energy_error": ("step", np.where(np.isclose(EVEN, 0.5), 0.02, 1e-3))}
+    (told,) = told_of(curve(EVEN, 0.3 * (1 - EVEN), **missed))
+    assert told.startswith("2.0% of all work is missed in the step from a displacement of 450 mm")
 
 
 @pytest.mark.parametrize("share", [0.05, -0.05])
