@@ -184,6 +184,7 @@ class LocalMechanismCheck:
         r, whole = self.result, self.participation
         push = ", ".join(f"{value:.4g}" for value in self.direction + 0.0)
         resting = sum(not body.moves for body in self.bodies)
+        by_name = {body.name: body for body in self.bodies}
         a0 = (
             f"a0* = α0 g / (e* FC) = {shown(self.alpha0)} · {g:g} m/s² / ({shown(whole.e_star)} · "
             f"{shown(self.confidence_factor)}) = {in_g(self.a0_star, g)}"
@@ -199,12 +200,10 @@ class LocalMechanismCheck:
                     f"α0 = {shown(self.alpha0)}{share}, push along ({push}), {r.case.flow} flow",
                     "C8.7.1.2.1.1",
                 ),
+                [Line(f"{name}, blocks: {len(by_name[name].blocks)}", self._body(W, d)) for name, W, d in whole.each],
                 [
-                    Line(
-                        f"{body.name}, blocks: {len(body.blocks)}",
-                        f"P + Q = {shown(W / 1e3, 'kN')}, δ = {shown(round(d, 9) + 0.0)}",
-                    )
-                    for body, W, d in self._moving()
+                    Line(f"{name} next to rests along the push", f"{self._body(W, d)}, and takes no part in the sums")
+                    for name, W, d in (whole.left_out.each if whole.left_out else [])
                 ],
                 [Line("bodies at rest", f"{resting}, which take no part")] if resting else [],
             ),
@@ -255,12 +254,9 @@ class LocalMechanismCheck:
     def _floor(self) -> str:
         return f"at least α0 g / FC = {in_g(self.alpha0 * g / self.confidence_factor, g)}"
 
-    def _moving(self) -> list[tuple[MacroBlock, float, float]]:
-        by_name = {body.name: body for body in self.bodies}
-        p = self.participation
-        return [
-            (by_name[name], float(W), float(d)) for name, W, d in zip(p.names, p.weight, p.displacement, strict=True)
-        ]
+    @staticmethod
+    def _body(weight: float, displacement: float) -> str:
+        return f"P + Q = {shown(weight / 1e3, 'kN')}, δ = {shown(round(displacement, 9) + 0.0)}"
 
     def __str__(self) -> str:
         head = [

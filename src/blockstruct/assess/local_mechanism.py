@@ -14,9 +14,16 @@ from blockstruct.assess.floor_spectrum import FloorSpectrum, check_one_place
 from blockstruct.assess.freedom import is_unique, separate_mechanisms
 from blockstruct.assess.limit_states import METHODS, by_displacement, damage, linear
 from blockstruct.assess.lines import shown
-from blockstruct.assess.notes import notes_of, notes_of_control, notes_of_demand, notes_of_parts, notes_of_runs
+from blockstruct.assess.notes import (
+    notes_of,
+    notes_of_control,
+    notes_of_demand,
+    notes_of_parts,
+    notes_of_runs,
+    notes_of_small,
+)
 from blockstruct.assess.overturning import Overturning
-from blockstruct.assess.participation import HorizontalForces, of_bodies
+from blockstruct.assess.participation import HorizontalForces, of_bodies, taking_part
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.errors import ModelError
@@ -50,10 +57,11 @@ def local_mechanism(
 
     The masses are those that the variable load pushes: P of the blocks, Q of point and face loads along the push.
     Blocks that move together are one body (``result.macro_blocks``): over the small blocks of a wall that turns as
-    one, e* would be 0.75 and a0* a third too high. Bodies at rest do not count. Bodies that pass no work on to each
-    other, such as façades apart, are mechanisms of their own, however fast each moves: the check is that of the one
-    with the lowest ratio. The mechanism is taken as held by the structure that it is part of; elements free to vibrate
-    on their own, such as pinnacles, are not treated.
+    one, e* would be 0.75 and a0* a third too high. Bodies at rest do not count, nor do those whose δ is next to none,
+    such as a sidewall that turns about a point near its centroid: e* would count their whole weight, however small δ
+    is. Bodies that pass no work on to each other, such as façades apart, are mechanisms of their own, however fast each
+    moves: the check is that of the one with the lowest ratio. The mechanism is taken as held by the structure that it
+    is part of; elements free to vibrate on their own, such as pinnacles, are not treated.
 
     Parameters
     ----------
@@ -186,6 +194,8 @@ class _Asked:
             raise ModelError(msg)
         sld = damage(a0_star, spectrum if sld_site is None else sld_site, with_demand=sld_site is not None)
         states, notes = [sld, linear(a0_star, spectrum, sld.ag, c)], notes_of(found, forces, bodies, whole)
+        notes += notes_of_small(whole, states[1])
+        part = taking_part(bodies, whole)
         if curve is not None:
             slc = spectrum if slc_site is None else slc_site
             for state, of, own_site in (("SLV", spectrum, True), ("SLC", slc, slc_site is not None)):
@@ -195,14 +205,14 @@ class _Asked:
                     if self.method == "displacement" and state == "SLV":
                         raise
                     notes.append(f"{state} by displacement was left out. {error}.")
-        notes += notes_of_demand(found.model, bodies, spectrum)
+        notes += notes_of_demand(found.model, part, spectrum)
         notes += [
             f"{state.name}: capacity / demand = {state.ratio_text()}, {state.outcome}."
             for state in states
             if state.name not in METHODS.values() and np.isfinite(state.demand) and not state.satisfied
         ]
         if curve is not None and pushed is not None:
-            notes += notes_of_control(found.model, pushed, curve.d0, forces, bodies, whole)
+            notes += notes_of_control(found.model, pushed, curve.d0, forces, part, whole)
         beside = self.beside
         notes += () if beside is None else beside.notes
         if beside is not None and beside.alpha0 < (1 - _BELOW) * alpha0:

@@ -6,9 +6,10 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.assess.capacity_of_pushover import d0_of_weights
+from blockstruct.assess.check import LimitState
 from blockstruct.assess.floor_spectrum import FloorSpectrum
 from blockstruct.assess.lines import in_g, shown
-from blockstruct.assess.participation import HorizontalForces, Participation
+from blockstruct.assess.participation import HorizontalForces, Participation, taking_part
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.model import STANDARD_GRAVITY, Model
 from blockstruct.results import CaseResult, MacroBlock, Spread, applied_loads, doubtful_words, tie_state
@@ -19,6 +20,8 @@ from blockstruct.vocabulary import Flow, TieState
 g = STANDARD_GRAVITY
 #: Shortfall, and excess, of d0 by the control point from that by the weights, in multiples of it, for it to be told.
 _BELOW, _ABOVE = 0.03, 0.01
+#: Displacement of a body, in multiples of the largest, below which it is told that e* counts its whole weight.
+_SMALL = 0.1
 #: Motion out of the plane of a mechanism, in multiples of the largest.
 _OUT_OF_PLANE = 0.05
 #: Load factor at the end of a capacity curve, relative to the first, from which what may come behind it is told.
@@ -57,15 +60,15 @@ def notes_of(
     off = max((body.departure for body in bodies if body.moves), default=0.0)
     if off > TOGETHER:
         said.append(
-            f"Blocks that are taken as one body move by up to {off:.2g} of the largest motion relative to it; compare "
-            "with a smaller tolerance=, in Python."
+            f"Blocks that are taken as one body move by up to {off:.2g} of the largest motion relative to it, and e* "
+            "hangs on what is one body: compare other values of tolerance=, in Python, and rely on the lowest ratio."
         )
     if _out_of_plane(bodies) > _OUT_OF_PLANE:
         said.append(
             "The bodies do not move parallel to one plane: the procedure is calibrated for mechanisms that do "
             "(C8.7.1.2.1.6)."
         )
-    moving = _moving(bodies)
+    moving = _moving(taking_part(bodies, whole))
     index = result.model.block_index
     dead = applied_loads(result.model, result.case.dead)
     down = float(-dead.force[np.isin(dead.block, [index[name] for name in moving]), 2].sum())
@@ -81,6 +84,22 @@ def notes_of(
             "e* = 1 counts, which none exceeds. A block in place of what moves as one tells more."
         )
     return said
+
+
+def notes_of_small(whole: Participation, linear: LimitState) -> list[str]:
+    """Whether bodies that hardly move along the push raise a0*."""
+    large, small = (whole.of_displacement(*ends) for ends in ((_SMALL, np.inf), (0.0, _SMALL)))
+    share = whole.e_star / large.e_star
+    if share >= 1 / (1 + _ABOVE):
+        return []
+    text = (
+        f"Of what moves {shown(small.total / 1e3)} kN of {shown(whole.total / 1e3)} kN have a δ of at most "
+        f"{np.abs(small.displacement).max():.2g} of the largest: e* counts their whole weight, however little they "
+        f"move, and a0* grows with it. Without them e* = {shown(large.e_star)}, a0* = "
+        f"{in_g(linear.capacity * share, g)}, and capacity / demand of {linear.name} = {shown(linear.ratio * share)}: "
+        "rely on that."
+    )
+    return [text]
 
 
 def notes_of_parts(

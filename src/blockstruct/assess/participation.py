@@ -1,7 +1,7 @@
 """Which mass takes part in a mechanism: weights and displacements of its bodies."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -12,6 +12,7 @@ from blockstruct.assess.lines import Line, shown
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY, BodyForce, LimitCase, Model
 from blockstruct.results import MacroBlock, applied_loads
+from blockstruct.results.macro_blocks import TOGETHER
 
 Array = NDArray[np.float64]
 
@@ -114,6 +115,8 @@ class Participation:
         What it was divided by.
     unique : bool
         Whether the bodies can only move as they do. Where not, e* is 1, which no motion exceeds.
+    left_out : Participation or None
+        Bodies that move, and whose centroid next to rests along the push: they are in none of the sums.
     """
 
     names: tuple[str, ...]
@@ -121,6 +124,7 @@ class Participation:
     displacement: Array
     scale: float
     unique: bool = True
+    left_out: Self | None = None
 
     @classmethod
     def of(cls, names: Sequence[str], groups: Sequence[NDArray[np.int64]], weight: Array, displacement: Array) -> Self:
@@ -133,6 +137,35 @@ class Participation:
             msg = "no mass moves along the push in this mechanism; push the structure where it moves"
             raise ModelError(msg)
         return cls(tuple(names[k] for k in heavy), total[heavy], mean / largest, float(largest))
+
+    def without_next_to_rest(self) -> Self:
+        """Without the bodies whose δ is that of the largest at rest, within the tolerance of motions that are one.
+
+        Their work next to vanishes with δ, but e* counts their whole weight in Σ (P + Q), however small δ is: a body
+        that turns about a point near its centroid would raise a0*. Leaving out bodies of no more than half of the mean
+        δ of all weights never lowers e*: with m the mean and s = Σ (P + Q) δ² / Σ (P + Q) δ, ln e* grows by
+        (1 − 2 δ/m + δ²/(m s)) / Σ (P + Q) for a unit of weight less, above zero for δ ≤ m/2, and m grows with it. Where
+        all but some of the weight next to rests, the mean may be less than that: the larger e* counts.
+        """
+        rests = np.abs(self.displacement) <= TOGETHER
+        if not rests.any():
+            return self
+        taking_part = replace(self._only(~rests), left_out=self._only(rests))
+        return taking_part if taking_part.e_star >= self.e_star else self
+
+    def of_displacement(self, least: float, below: float) -> Self:
+        """The bodies alone whose δ is of a size, whatever its sign."""
+        size = np.abs(self.displacement)
+        return self._only((least <= size) & (size < below))
+
+    def _only(self, which: NDArray[np.bool_]) -> Self:
+        names = tuple(name for name, one in zip(self.names, which, strict=True) if one)
+        return replace(self, names=names, weight=self.weight[which], displacement=self.displacement[which])
+
+    @property
+    def each(self) -> list[tuple[str, float, float]]:
+        """Name, P + Q and δ of every body."""
+        return list(zip(self.names, self.weight.tolist(), self.displacement.tolist(), strict=True))
 
     @property
     def total(self) -> float:
@@ -183,12 +216,18 @@ class Participation:
 def of_bodies(
     model: Model, forces: HorizontalForces, mechanism: xr.Dataset, bodies: Sequence[MacroBlock]
 ) -> tuple[Participation, Participation]:
-    """Participation of the macro-blocks that move, and of their blocks one by one."""
+    """Participation of the macro-blocks that take part, and of their blocks one by one."""
     index = model.block_index
     delta = forces.displacements(model, mechanism)
     moving = [body for body in bodies if body.moves]
     of_body = [np.flatnonzero(np.isin(forces.block, [index[name] for name in body.blocks])) for body in moving]
-    names = [name for body in moving for name in body.blocks]
+    whole = Participation.of([body.name for body in moving], of_body, forces.weight, delta).without_next_to_rest()
+    names = [name for body in taking_part(bodies, whole) for name in body.blocks]
     of_block = [np.flatnonzero(forces.block == index[name]) for name in names]
-    whole = Participation.of([body.name for body in moving], of_body, forces.weight, delta)
     return whole, Participation.of(names, of_block, forces.weight, delta)
+
+
+def taking_part(bodies: Sequence[MacroBlock], whole: Participation) -> list[MacroBlock]:
+    """Bodies that move, without those that the sums leave out."""
+    left_out = whole.left_out.names if whole.left_out else ()
+    return [body for body in bodies if body.moves and body.name not in left_out]
