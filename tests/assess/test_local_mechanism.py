@@ -196,6 +196,7 @@ def test_a_tied_facade_by_hand():
     assert check.ratio == pytest.approx(197.2 / 972 / 1.35 / 0.09, rel=1e-6)
     assert (check.curve.d0, check.curve.at(0.0)) == pytest.approx((0.3, 0.1 * g / 1.35), rel=1e-5)
     assert hand.d0 == pytest.approx(0.3)
+    assert f"without ties θ0 = {np.arctan(0.1):.4g} rad; its centroid moves by d0 = 0.3 m" in str(hand)
     assert "T = 20 kN; without an elongation limit it is not counted in a(d)" in str(check)
     assert "T = 20 kN, M = 100 kN m" in str(check)
 
@@ -643,6 +644,12 @@ def test_coefficients_are_arguments_and_changes_are_printed(result):
     assert own.limit_states["SLV, by displacement"].capacity == pytest.approx(0.25 * 0.3, rel=1e-6)
     assert "1.5 (given; the Circolare has 2)" in str(own)
     assert "(given;" not in str(plain)
+    assert plain.notes == ()
+    (note,) = own.notes
+    assert note == (
+        "Coefficients are not those of the Circolare: behaviour factor q = 1.5 (2 in C8.7.1.2.1.7), d_SLV / d0 = 0.25 "
+        "(0.4 in C8.7.1.2.1.6)."
+    )
 
 
 def test_the_spread_of_a_pushover_is_checked_by_its_curve():
@@ -698,8 +705,20 @@ def test_an_acceleration_below_that_of_sld_is_not_taken_at_slv(result):
     borne = f"{met.ag:.4g} m/s² = {met.ag / g:.4g} g"
     assert met.verdict == (
         f"SLV, by displacement: capacity / demand = {met.ratio:.4g}, below 1, but satisfied: a_g,SLV counts as no less "
-        f"than a_g,SLD (C8.7.1.2.1.8); borne is a_g = {borne} (site {site.ag / g:.4g} g)."
+        f"than a_g,SLD (C8.7.1.2.1.8); borne is a_g = a_g,SLD = {borne} (site {site.ag / g:.4g} g)."
     )
+
+
+def test_a_verdict_of_sld_is_not_that_of_equality(result):
+    """At a site beyond that of SLD it is not satisfied, and still borne is that of SLD; equality is at less."""
+    few = bs.assess.Coefficients(slv_share=0.01)
+    check = bs.assess.local_mechanism(result, 1.35, SITE.at(0.3 * g), method="displacement", coefficients=few)
+    equal = next(line.formula for line in check.limit_state.lines if "a_g,SLV" in line.what)
+    assert not check.satisfied
+    assert check.ratio < 1
+    borne = f"{check.ag:.4g} m/s² = {check.ag / g:.4g} g"
+    assert borne not in equal
+    assert check.verdict.endswith(f"not satisfied; borne is a_g = a_g,SLD = {borne} (site 0.3 g).")
 
 
 def test_a_table_that_ends_before_the_period_leaves_the_displacement_out(result):
@@ -1031,6 +1050,20 @@ def test_a_control_point_that_is_not_followed_along_the_push_is_refused(result, 
         curve_of(result, capacity_of_facade(), control=("façade", along))
 
 
+def test_a_control_point_that_rests_is_told_by_the_pushover_that_follows_none():
+    """The arch goes as three bodies on piers that rest: a pushover of the same point would end as this one."""
+    size = {"span": "3.6 m", "thickness": "0.35 m", "depth": "1 m", "pier_width": "1.1 m", "pier_height": "2.4 m"}
+    blocks = bs.arch_on_piers(voussoirs=13, pier_courses=2, material=STONE, **size)
+    control = ("left.2", "+x")
+    pushed = bs.Pushover("out of plane", SELF_WEIGHT, push(1, 0, 0), control=control, steps=3)
+    found = run(model_of(blocks, DRY), pushed)
+    assert found.capacity is None
+    check = bs.assess.local_mechanism(found, 1.35, SITE)
+    assert check.missing_curve.startswith("no capacity curve: the control point at block 'left.2' does not move along ")
+    assert " moves furthest, along " in check.missing_curve
+    assert "takes a pushover" not in check.missing_curve
+
+
 def test_rounded_corners_are_told_and_counted_from_the_first_state():
     control = ("façade", (0, -1, 0))
     case = bs.Pushover("out", SELF_WEIGHT, push(0, -1, 0), control=control, steps=10, corner_rounding="30 mm")
@@ -1326,6 +1359,26 @@ def test_a_mechanism_by_hand_below_the_one_found_is_told(result):
     assert any("by hand begins at α0 = 0.0784, below the one found, 0.1" in text for text in check.notes)
     equal = bs.assess.overturning(result.model, result.case, ["façade"], EDGE)
     assert bs.assess.local_mechanism(result, 1.35, SITE, beside=equal).notes == ()
+
+
+def test_a_mechanism_by_hand_higher_up_is_told():
+    """The upper storey, 2 m on 4 m, begins at α0 = 0.3, three times that of both; its demand is that of its height."""
+    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[7, 3, 0.5] m", STONE, fixed=True)
+    lower, upper = (
+        bs.Block.box(name, Q_([0, 0, z], "m"), Q_([5, 0.6, height], "m"), STONE)
+        for name, z, height in (("lower", 0, 4), ("upper", 4, 2))
+    )
+    result = run(model_of([ground, lower, upper], DRY, "storeys"))
+    by_hand = bs.assess.overturning(result.model, result.case, ["upper"], EDGE + Q_([0, 0, 4], "m"))
+    assert by_hand.alpha0 == pytest.approx(0.3)
+    check = bs.assess.local_mechanism(result, 1.35, SITE, beside=by_hand)
+    assert "compared with the one found             0.3 / 0.1 = 3" in str(check)
+    (note,) = check.notes
+    assert note.startswith("The mechanism by hand stands 4 m higher than the one found: its demand is that of its own ")
+    level = bs.assess.overturning(result.model, result.case, ["lower", "upper"], EDGE)
+    plain = bs.assess.local_mechanism(result, 1.35, SITE, beside=level)
+    assert plain.notes == ()
+    assert "parts that may move by themselves higher up, such as gables, have a demand of their own" in str(plain)
 
 
 def test_numbers_are_printed_as_an_engineer_reads_them(result):

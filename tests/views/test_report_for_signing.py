@@ -86,7 +86,20 @@ def test_the_verification_gives_every_formula(block):
     assert "Displacements are small, but along the capacity curve of a check: equilibrium" in first
     assert "a body turns through finite angles" in first
     assert "Displacements are small: equilibrium" in summary(report_html(block))
+    higher = "parts that may move by themselves higher up, such as gables, have a demand of their own"
+    assert first.count(higher) == 1
+    assert part.count(higher) == 1
+    assert higher not in report_html(block)
     assert "a load factor alone does not verify a structure" in report_html(block)
+
+
+def test_coefficients_of_ones_own_are_told_where_the_verdict_is(block):
+    check = bs.assess.local_mechanism(block["push"], 1.35, SITE, coefficients=bs.assess.Coefficients(q=5))
+    html = report_html(block, checks=[check])
+    assert "satisfied" in summary(html)
+    told = "Coefficients are not those of the Circolare: behaviour factor q = 5 (2 in C8.7.1.2.1.7)."
+    assert told in summary(html)
+    assert html.count(told) == 2
 
 
 def test_a_table_that_goes_on_has_its_titles_on_every_page(tmp_path):

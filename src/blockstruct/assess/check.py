@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.coefficients import Coefficients
-from blockstruct.assess.lines import BEYOND, ROUNDED, Line, Section, in_g, section, shown, told_apart
+from blockstruct.assess.lines import BEYOND, HIGHER, ROUNDED, Line, Section, in_g, section, shown, told_apart
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import Participation
 from blockstruct.assess.spectrum import Spectrum
@@ -34,10 +34,12 @@ class LimitState:
     unit : str
         ``"m/s²"`` or ``"m"``.
     ag : float
-        Acceleration of the ground at which capacity and demand are equal, m/s².
+        Acceleration of the ground that it bears, m/s²: at which capacity and demand are equal, or that of SLD.
     ag_site : float
         That of the site, m/s²; without a spectrum of this limit state that of SLV.
     lines : tuple of Line
+    of_sld : bool
+        Whether ``ag`` is that of SLD, which it counts as no less than (C8.7.1.2.1.8).
     """
 
     name: str
@@ -47,6 +49,7 @@ class LimitState:
     ag: float
     ag_site: float
     lines: tuple[Line, ...]
+    of_sld: bool = False
 
     @property
     def ratio(self) -> float:
@@ -153,7 +156,7 @@ class LocalMechanismCheck:
 
     @property
     def ag(self) -> float:
-        """Acceleration of the ground at which capacity and demand are equal, m/s²."""
+        """Acceleration of the ground that it bears, m/s²: at which capacity and demand are equal, or that of SLD."""
         return self.limit_state.ag
 
     @property
@@ -172,9 +175,9 @@ class LocalMechanismCheck:
         borne, site = self.limit_state.ag_texts()
         in_SI = f"{shown(self.ag, 'm/s²')} = " if np.isfinite(self.ag) else ""
         # Where that of SLD counts, capacity and demand are equal at a smaller one.
-        equal = "borne is" if self.satisfied and self.ratio < 1 else "equal at"
+        equal = "borne is a_g = a_g,SLD" if self.limit_state.of_sld else "equal at a_g"
         return (
-            f"{self.relied_on}: capacity / demand = {self.limit_state.ratio_text()}, {self.outcome}; {equal} a_g = "
+            f"{self.relied_on}: capacity / demand = {self.limit_state.ratio_text()}, {self.outcome}; {equal} = "
             f"{in_SI}{borne} (site {site})."
         )
 
@@ -217,13 +220,13 @@ class LocalMechanismCheck:
                     "C8.7.1.2.1.3",
                 ),
                 Line("acceleration that activates it", a0, "C8.7.1.2.1.5 (C8.7.1.8)"),
-                [Line("any mechanism that begins later", self._floor, "e* ≤ 1")] if whole.e_star < 1 - _ONE else [],
+                [Line("capacity of any that begins later", self._floor, "e* ≤ 1")] if whole.e_star < 1 - _ONE else [],
             ),
             section(
                 "Capacity curve",
                 list(self.curve.lines) if self.curve else Line("none", self.missing_curve, "C8.7.1.2.1.2"),
             ),
-            section("Demand at SLV", self.spectrum.lines()),
+            section("Demand at SLV", self.spectrum.lines(), Line("demand of other mechanisms", HIGHER, "C8.7.1.2.1.8")),
         ]
         found += [section(state.name, list(state.lines)) for state in self.limit_states.values()]
         if self.beside is not None:

@@ -84,6 +84,16 @@ class Coefficients:
             said.append(Line(what, f"{value:g}{given}", source))
         return said
 
+    def notes(self) -> list[str]:
+        """Which coefficients are not those of the Circolare, in a sentence."""
+        changed = [(*_SOURCES[f.name], getattr(self, f.name), f.default) for f in fields(self)]
+        said = [
+            f"{what} = {value:g} ({default:g} in {source})"
+            for what, source, value, default in changed
+            if value != default
+        ]
+        return [f"Coefficients are not those of the Circolare: {', '.join(said)}."] if said else []
+
 
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)

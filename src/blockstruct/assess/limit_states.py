@@ -93,11 +93,12 @@ def by_displacement(
         lines += [spectrum.displacement_line(T, damping, f"S_De(T_{state})"), _ratio(d, demand, "m")]
     equation = f"S_De(T_{state}; a_g) = d_{state}"
     lines.append(_equal(f"a_g,{state}", equation, spectrum, ag, "C8.7.1.2.1.8", own_site=with_demand))
-    if ag < ag_sld:
+    of_sld = ag < ag_sld
+    if of_sld:
         lines.append(Line("not below that of SLD", f"a_g,{state} = a_g,SLD = {in_g(ag_sld, g)}", "C8.7.1.2.1.8"))
     ag = max(ag, ag_sld)
     return LimitState(
-        f"{state}, by displacement", d, demand if with_demand else np.nan, "m", ag, spectrum.ag, tuple(lines)
+        f"{state}, by displacement", d, demand if with_demand else np.nan, "m", ag, spectrum.ag, tuple(lines), of_sld
     )
 
 

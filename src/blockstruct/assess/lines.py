@@ -9,6 +9,11 @@ _WIDTH = 38
 BEYOND = "more than 10 g"
 #: What stands beside formulas whose printed numbers do not give the last digit of the printed result.
 ROUNDED = "Numbers are rounded where they are printed alone: each is calculated from unrounded ones."
+#: What a check does not tell of its demand.
+HIGHER = (
+    "parts that may move by themselves higher up, such as gables, have a demand of their own, as a rule a larger one "
+    "(floor spectra), and take checks of their own"
+)
 
 
 @dataclass(frozen=True, slots=True)

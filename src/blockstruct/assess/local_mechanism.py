@@ -18,6 +18,7 @@ from blockstruct.assess.notes import (
     notes_of,
     notes_of_control,
     notes_of_demand,
+    notes_of_height,
     notes_of_parts,
     notes_of_runs,
     notes_of_small,
@@ -188,7 +189,8 @@ class _Asked:
             else:
                 missing = "no capacity curve: the pushover follows a mechanism beside it"
         except ModelError as error:
-            missing = f"no capacity curve: {error}"
+            # A pushover without a curve tells what to do about it: it does not take another one.
+            missing = f"no capacity curve: {found.missing_curve or error}"
         if self.method == "displacement" and curve is None:
             msg = f"case {found.name!r}: {missing}, or give method='linear' (--method linear on the command line)"
             raise ModelError(msg)
@@ -205,6 +207,7 @@ class _Asked:
                     if self.method == "displacement" and state == "SLV":
                         raise
                     notes.append(f"{state} by displacement was left out. {error}.")
+        notes += c.notes()
         notes += notes_of_demand(found.model, part, spectrum)
         notes += [
             f"{state.name}: capacity / demand = {state.ratio_text()}, {state.outcome}."
@@ -214,7 +217,7 @@ class _Asked:
         if curve is not None and pushed is not None:
             notes += notes_of_control(found.model, pushed, curve.d0, forces, part, whole)
         beside = self.beside
-        notes += () if beside is None else beside.notes
+        notes += [] if beside is None else [*notes_of_height(found.model, beside, part), *beside.notes]
         if beside is not None and beside.alpha0 < (1 - _BELOW) * alpha0:
             notes.append(
                 f"The mechanism by hand begins at α0 = {shown(beside.alpha0)}, below the one found, {shown(alpha0)}: "

@@ -9,6 +9,7 @@ from blockstruct.assess.capacity_of_pushover import d0_of_weights
 from blockstruct.assess.check import LimitState
 from blockstruct.assess.floor_spectrum import FloorSpectrum
 from blockstruct.assess.lines import in_g, shown
+from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import HorizontalForces, Participation, taking_part
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.model import STANDARD_GRAVITY, Model
@@ -28,6 +29,8 @@ _OUT_OF_PLANE = 0.05
 _LEFT = 0.1
 #: Height over the foot of the structure, in multiples of its own, from which a mechanism stands on what moves with it.
 _HIGH = 0.25
+#: Height between two mechanisms that stand on one level, in multiples of the length of the model.
+_LEVEL = 1e-3
 #: Least vertical part of the normal of a joint whose upper block is upon the lower one.
 _UPON = 0.5
 
@@ -204,6 +207,19 @@ def _stands(model: Model, moving: Collection[str]) -> bool:
         or (i.minus in moving and i.plus in fixed and -i.normal[2] > _UPON)
         for i in model.interfaces
     )
+
+
+def notes_of_height(model: Model, beside: Overturning, part: Sequence[MacroBlock]) -> list[str]:
+    """Whether what is named by hand stands higher than what was found, whose demand is another one."""
+    feet = [min(model.block(n).shape.vertices[:, 2].min() for n in names) for names in (beside.blocks, _moving(part))]
+    if feet[0] - feet[1] <= _LEVEL * model.characteristic_length:
+        return []
+    text = (
+        f"The mechanism by hand stands {shown(feet[0] - feet[1], 'm')} higher than the one found: its demand is that "
+        "of its own height, as a rule a larger one, and a larger α0 does not make it safer. Check it by itself, with "
+        "bs.assess.floor_spectrum(…)."
+    )
+    return [text]
 
 
 def notes_of_runs(result: CaseResult | Spread) -> list[str]:

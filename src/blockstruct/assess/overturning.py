@@ -51,7 +51,7 @@ class Overturning:
     weight : float
         Σ (P + Q), N.
     d0 : float
-        Displacement of their centroid along the push at which α vanishes, m.
+        Displacement of their centroid along the push at which α vanishes without ties, m.
     lines : tuple of Line
     notes : tuple of str
         What one must know before relying on it.
@@ -207,7 +207,7 @@ def overturning(
         Line("share of the mass", "e* = 1: one body", "C8.7.1.2.1.3 (C8.7.1.5)"),
         Line(
             "rotation at which α vanishes",
-            f"θ0 = {shown(theta0, 'rad')}; its centroid moves by d0 = {shown(d0, 'm')}"
+            f"{'without ties ' * bool(pulls)}θ0 = {shown(theta0, 'rad')}; its centroid moves by d0 = {shown(d0, 'm')}"
             if np.isfinite(theta0)
             else "none: without ties the dead load overturns the blocks, or never does",
             "C8.7.1.2.1.2",

@@ -29,8 +29,16 @@ def _corners(results: Sequence[bs.CaseResult]) -> str:
     return f"corners have a radius of {said}"
 
 
-def assumptions(model: bs.Model, results: Sequence[bs.CaseResult], *, rotates: bool = False) -> list[str]:
-    """Sentences that hold for the model and the cases, and for capacity curves of bodies that rotate."""
+def _rotates(check: bs.assess.LocalMechanismCheck) -> bool:
+    """Whether the capacity curve of a check is that of a body that turns, and not that of a pushover."""
+    return check.curve is not None and check.result.capacity is None
+
+
+def assumptions(
+    model: bs.Model, results: Sequence[bs.CaseResult], checks: Sequence[bs.assess.LocalMechanismCheck] = ()
+) -> list[str]:
+    """Sentences that hold for the model, the cases and their checks."""
+    rotates = any(_rotates(check) for check in checks)
     joints = model.joint_materials.values()
     settles = any(isinstance(r.case, bs.SettlementCase) for r in results)
     limit = [r for r in results if not isinstance(r.case, bs.SettlementCase)]
@@ -81,6 +89,8 @@ def assumptions(model: bs.Model, results: Sequence[bs.CaseResult], *, rotates: b
             "Along the capacity curve of a check a body turns through finite angles about a hinge that stays where "
             "its joints press at collapse."
         )
+    if checks:
+        said.append(f"A check is of the mechanism that was found, with its demand: {bs.assess.lines.HIGHER}.")
     if any(r.case.flow == bs.Flow.NONASSOCIATIVE for r in limit):
         said.append(
             "With non-associative flow the load factor is not unique: a certified load factor is that of a collapse "

@@ -71,7 +71,7 @@ def contents(
         "undemanded": undemanded(analysis),
         "spreads": [_spread(name, spread) for name, spread in spreads.items()],
         "cases": [_case(r) for r in shown_results(analysis)],
-        "assumptions": assumptions(model, results, rotates=any(_rotates(check) for _, check in of_case)),
+        "assumptions": assumptions(model, results, [check for _, check in of_case]),
         "masses": pushed_masses(model, results),
         "settings": list(asdict(results[0].settings).items()),
         "versions": dict(analysis.versions),
@@ -94,11 +94,6 @@ def quantity(value: float, unit: str) -> str:
         return "unlimited"
     factor, unit = readable(value, unit)
     return f"{value * factor:.4g} {unit}"
-
-
-def _rotates(check: bs.assess.LocalMechanismCheck) -> bool:
-    """Whether the capacity curve of a check is that of a body that turns, and not that of a pushover."""
-    return check.curve is not None and check.result.capacity is None
 
 
 def _model(model: bs.Model) -> list[tuple[str, str]]:
