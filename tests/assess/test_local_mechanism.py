@@ -1378,7 +1378,7 @@ def test_a_mechanism_by_hand_higher_up_is_told():
     level = bs.assess.overturning(result.model, result.case, ["lower", "upper"], EDGE)
     plain = bs.assess.local_mechanism(result, 1.35, SITE, beside=level)
     assert plain.notes == ()
-    assert "parts that may move by themselves higher up, such as gables, have a demand of their own" in str(plain)
+    assert "parts higher up that may move by themselves, such as gables, have a larger demand as a rule" in str(plain)
 
 
 def test_numbers_are_printed_as_an_engineer_reads_them(result):

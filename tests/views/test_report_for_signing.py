@@ -86,7 +86,7 @@ def test_the_verification_gives_every_formula(block):
     assert "Displacements are small, but along the capacity curve of a check: equilibrium" in first
     assert "a body turns through finite angles" in first
     assert "Displacements are small: equilibrium" in summary(report_html(block))
-    higher = "parts that may move by themselves higher up, such as gables, have a demand of their own"
+    higher = "parts higher up that may move by themselves, such as gables, have a larger demand as a rule"
     assert first.count(higher) == 1
     assert part.count(higher) == 1
     assert higher not in report_html(block)

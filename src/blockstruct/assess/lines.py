@@ -11,8 +11,8 @@ BEYOND = "more than 10 g"
 ROUNDED = "Numbers are rounded where they are printed alone: each is calculated from unrounded ones."
 #: What a check does not tell of its demand.
 HIGHER = (
-    "parts that may move by themselves higher up, such as gables, have a demand of their own, as a rule a larger one "
-    "(floor spectra), and take checks of their own"
+    "parts higher up that may move by themselves, such as gables, have a larger demand as a rule (floor spectra), and "
+    "take checks of their own"
 )
 
 

@@ -90,7 +90,7 @@ def assumptions(
             "its joints press at collapse."
         )
     if checks:
-        said.append(f"A check is of the mechanism that was found, with its demand: {bs.assess.lines.HIGHER}.")
+        said.append(f"A check is of the mechanism found: {bs.assess.lines.HIGHER}.")
     if any(r.case.flow == bs.Flow.NONASSOCIATIVE for r in limit):
         said.append(
             "With non-associative flow the load factor is not unique: a certified load factor is that of a collapse "

@@ -7,7 +7,7 @@ from typing import Any
 #: Cases in its table, and warnings of cases, that it has room for.
 CASES, WARNINGS = 8, 2
 #: Lines of text that fit beside its headings and its picture, and beside those set smaller.
-_LINES, _SMALLER = 27.0, 45.0
+_LINES, _SMALLER = 27.0, 42.0
 #: Characters in a line of the title, of a paragraph, of a column of the assumptions, of the remarks on a number on its
 #: card and in the table, and of the name of a case.
 _TITLE, _WIDE, _COLUMN, _REMARK, _BELOW, _NAME = 40, 88, 48, 28, 50, 14
