@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -100,10 +101,37 @@ DRIFTS = "still drifting"
             [("converged", 0.23, DRIFTS), ("converged", 0.05, DRIFTS)],
             "0.05 (lowest of 2 of 2 schedules certified, all still drifting, up to 0.23)",
         ),
+        (
+            [("converged", 0.3), ("converged", 0.31, DRIFTS), ("converged", 0.31, DRIFTS)],
+            "0.3 (1 of 3 schedules certified and settled; 2 more still drifting, at 0.31)",
+        ),
+        (
+            [("converged", 0.3, DRIFTS), ("not_converged", math.nan)],
+            "0.3 (1 of 2 schedules certified, still drifting)",
+        ),
     ],
 )
 def test_a_number_that_drifts_is_no_answer_where_another_settled(ends, said):
     assert str(headline(*ends, associative=math.nan)) == said
+
+
+@pytest.mark.parametrize(
+    ("ends", "said"),
+    [
+        ([("converged", 0.3), ("not_converged", math.nan)], "that of the only certified run"),
+        (
+            [("converged", 0.3, DRIFTS), ("not_converged", math.nan)],
+            "that of the only certified run, which had not settled",
+        ),
+        (
+            [("converged", 0.3), ("converged", 0.31, DRIFTS)],
+            "that of the only certified run that settled (1 more, at 0.31, was still drifting when stopped)",
+        ),
+        ([("converged", 0.3), ("converged", 0.31)], "the lowest of 2 certified runs"),
+    ],
+)
+def test_one_run_is_not_the_lowest_of_several(ends, said):
+    assert headline(*ends).among == said
 
 
 def test_a_case_without_a_load_factor_has_none_wherever_it_stands(small_model, dead):
@@ -194,6 +222,10 @@ def test_words_of_a_warning():
 def test_spread_words_count_the_schedules(surveyed):
     assert spread_words(surveyed.spread("push")).startswith(
         f"{ALL} of {ALL} schedules found a certified collapse state, at"
+    )
+    one = SimpleNamespace(headline=headline(("converged", 0.3), ("not_converged", math.nan)), path_dependence=None)
+    assert spread_words(one) == (
+        "1 of 2 schedules found a certified collapse state, at load factor 0.3; associative bound 0.4."
     )
 
 

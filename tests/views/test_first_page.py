@@ -109,7 +109,7 @@ def test_runs_that_drift_are_not_those_the_number_is_the_lowest_of(small_model):
     spread = found.spread("push")
     assert (spread.certified, len(spread.headline.drifting)) == (3, 2)
     ends = " to ".join(f"{end:.4g}" for end in spread.headline.drifting)
-    said = f", the lowest of 1 certified run that settled (2 more, at {ends}, were still drifting when stopped)"
+    said = f", that of the only certified run that settled (2 more, at {ends}, were still drifting when stopped)"
     relied = f"load factor {spread.load_factor:.4g}"
     assert f"Relied on: {relied} of “push”{said}." in summary(found)
     check = bs.assess.local_mechanism(spread, 1.35, SITE)

@@ -109,17 +109,19 @@ class Headline:
     @property
     def among(self) -> str:
         """Among which runs the number counts, and where those are that do not count; empty for a single run."""
-        if self.schedules == 1:
+        if self.schedules == 1 or not self.certified:
             return ""
-        if not self.drifting:
-            return f"the {self.first} of {self.certified} certified runs"
         settled, drifting = self.certified - len(self.drifting), len(self.drifting)
+        counted = settled or drifting
+        said = f"the {self.first} of {counted} certified runs" if counted > 1 else "that of the only certified run"
+        if not drifting:
+            return said
         if not settled:
-            return f"the {self.first} of {drifting} certified runs, none of which had settled"
+            return f"{said}, {'none of which had' if drifting > 1 else 'which had not'} settled"
         ends = dict.fromkeys(self.answer.text(end, 4) for end in (self.drifting[0], self.drifting[-1]))
         return (
-            f"the {self.first} of {settled} certified run{'s' * (settled > 1)} that settled ({drifting} more, at "
-            f"{' to '.join(ends)}, {'was' if drifting == 1 else 'were'} still drifting when stopped)"
+            f"{said} that settled ({drifting} more, at {' to '.join(ends)}, "
+            f"{'was' if drifting == 1 else 'were'} still drifting when stopped)"
         )
 
     def text(self, digits: int = 4) -> str:
@@ -136,8 +138,8 @@ class Headline:
         settled = self.certified - len(self.drifting)
         said = f"{settled or self.certified} of {self.schedules} schedules certified"
         if self.drifting:
-            said += " and settled" if settled else f", all {DRIFTING}"
-        if self.certified and self.status is Status.CONVERGED:
+            said += " and settled" if settled else f", {'all ' * (self.certified > 1)}{DRIFTING}"
+        if (settled or self.certified) > 1 and self.status is Status.CONVERGED:
             on = "down" if self.answer.is_reaction else "up"
             said = f"{self.first} of {said}, {on} to {self.answer.text(self.highest, digits)}"
         if self.drifting and settled:

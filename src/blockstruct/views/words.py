@@ -96,7 +96,10 @@ def spread_words(spread: bs.Spread) -> str:
     said = f"{h.certified} of {h.schedules} schedules found a certified collapse state"
     if h.certified:
         ends = sorted((*h.drifting, h.lowest, h.highest))
-        said += f", at {h.answer.name}s from {h.answer.text(ends[0])} to {h.answer.text(ends[-1])}"
+        texts = list(dict.fromkeys(h.answer.text(end) for end in (ends[0], ends[-1])))
+        said += (
+            f", at {h.answer.name}s from {' to '.join(texts)}" if len(texts) > 1 else f", at {h.answer.name} {texts[0]}"
+        )
     if h.drifting:
         said += f"; {len(h.drifting)} of them still drifting when stopped"
     return " ".join(filter(None, (f"{'; '.join(filter(None, (said, h.bound)))}.", path_words(spread))))
