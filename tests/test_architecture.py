@@ -39,8 +39,8 @@ MAY_IMPORT = {
     "storage": {"results", "model", "geometry"} | GROUND,
     "studies": {"analysis", "storage", "results", "limit", "model", "documents"} | GROUND,
     "analysis": {"procedures", "limit", "solvers", "results", "storage", "statics", "model"} | GROUND,
-    "views": {API, "analysis", "geometry", "units", "files"},
-    "cli": {API, "keywords", "analysis", "views"},
+    "views": {API, "analysis", "geometry", "units", "vocabulary", "files"},
+    "cli": {API, "keywords", "vocabulary", "analysis", "views"},
 }
 FILES = sorted(p for p in SOURCE.rglob("*.py") if p != SOURCE / "__init__.py")
 ROOMS: dict[str, list[Path]] = {}

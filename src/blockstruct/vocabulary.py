@@ -30,6 +30,15 @@ def in_words(name: str) -> str:
     return name.replace("_", " ")
 
 
+def counted(number: int, noun: str, plural: str = "") -> str:
+    """A number of things; their plural, if it is not that with an s.
+
+    >>> counted(1, "block"), counted(2, "block"), counted(0, "body", "bodies")
+    ('1 block', '2 blocks', '0 bodies')
+    """
+    return f"{number} {noun if number == 1 else plural or f'{noun}s'}"
+
+
 class Flow(StrEnum):
     """Flow rule of sliding."""
 

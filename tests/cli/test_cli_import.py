@@ -29,11 +29,11 @@ def test_import_check_and_run(call, stack, tmp_path):
     model = tmp_path / "stack.yaml"
     code, out, err = call("import", stack, "-o", model, "--unit", "mm", *STONE, "--fix", "lowest")
     assert (code, err) == (0, "")
-    assert "3 blocks of 18 faces, 1 of them fixed" in out
+    assert "3 blocks of 18 faces, 1 fixed" in out
     assert "2 interfaces, 0.5 m^2" in out
     code, out, _ = call("check", model)
     assert code == 0
-    assert "stack: 3 blocks, 1 of them fixed (stone 0)" in out
+    assert "stack: 3 blocks, 1 fixed (stone 0)" in out
     assert "their weight 5 kN" in out
     assert "ready to run: push +x" in out
     code, _, _ = call("run", model, "-o", tmp_path / "stack.h5")
@@ -73,7 +73,7 @@ def test_joints_opened_by_repairs_are_closed_and_listed_and_no_others(call, tmp_
     model = tmp_path / "m.yaml"
     code, out, err = call("import", tmp_path / "a.obj", "-o", model, "--unit", "m", "--fix", "slab", *STONE)
     assert (code, err) == (0, "")
-    assert "1 joints closed that repairs of their own faces opened" in out
+    assert "1 joint closed that repairs of its own faces opened" in out
     assert "slab | low: " in out
     found = {(i.minus, i.plus) for i in bs.read_document(model).model.interfaces}
     assert found == {("slab", "low"), ("slab", "level")}
@@ -171,7 +171,7 @@ def test_an_assembly(call, tmp_path):
     mesh = {"vertex": vertex, "face": {str(i): f for i, f in enumerate(QUADS)}}
     (tmp_path / "a.json").write_text(json.dumps({"node": {"0": {"block": mesh}}}), encoding="utf-8")
     _, out, _ = call("import", tmp_path / "a.json", "-o", tmp_path / "m.json", "--unit", "m", *STONE)
-    assert "1 blocks of 6 faces" in out
+    assert "1 block of 6 faces" in out
 
 
 @pytest.mark.parametrize(

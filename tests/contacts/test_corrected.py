@@ -48,7 +48,7 @@ def test_one_vertex_off_closes_no_joint_that_was_drawn_open(tmp_path):
     joints = corrected_joints(found.blocks, JOINT, found.moves)
     # The bed joint at the corner is not level now: it is allowed that, and the head joints of 8 mm are not closed.
     assert pairs(joints.closed) == {("0.1", "1.1")}
-    assert "1 joints closed that repairs of their own faces opened" in str(joints)
+    assert "1 joint closed that repairs of its own faces opened" in str(joints)
     assert "0.1 | 1.1" in str(joints)
     report = bs.detect_interfaces(found.blocks, JOINT, joints.tolerance, explicit=joints.explicit).report
     beds = {("slab", f"0.{k}") for k in range(4)} | {(f"0.{k}", f"1.{k}") for k in range(4)}

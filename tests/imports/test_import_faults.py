@@ -123,7 +123,7 @@ def test_a_drawing_with_every_fault(call, tmp_path, meant):
         "1 CIRCLE on layer STONE (handle",
         "1 LWPOLYLINE on layer OLD, which is off or frozen (handle",
         "1 TEXT on layer NOTES (handle",
-        "13 blocks of 78 faces, 1 of them fixed",
+        "13 blocks of 78 faces, 1 fixed",
     ):
         assert said in out
     assert load_factor(call, tmp_path / "wall.yaml", tmp_path / "wall.h5") == pytest.approx(meant, rel=1e-3)
@@ -138,7 +138,7 @@ def test_a_mesh_with_every_fault(call, tmp_path, meant):
     code, out, err = call(*words, "--exclude", "wall.scaffold")
     assert code == 0, err
     for said in (
-        "13 blocks of 78 faces, 1 of them fixed",
+        "13 blocks of 78 faces, 1 fixed",
         "excluded as asked: wall.scaffold",
         "bodies whose faces are all given twice, once each kept: 2 (wall.stone)",
         "bodies given again under another name, dropped: 1 (wall.stone#13 = wall.stone#6)",
@@ -146,7 +146,7 @@ def test_a_mesh_with_every_fault(call, tmp_path, meant):
         "faces without area dropped: 1",
         "vertices moved into the planes of their faces",
         "name used twice",
-        "wall.obj: 1 statements 'l', which are not faces; wall.obj: 1 vertices of no face",
+        "wall.obj: 1 statement 'l', which is not a face; wall.obj: 1 vertex of no face",
         "2 joints closed that repairs of their own faces opened",
     ):
         assert said in out

@@ -9,7 +9,7 @@ import blockstruct as bs
 from blockstruct.results import macro_blocks
 from blockstruct.results.description import _motion, describe
 from blockstruct.views import figures
-from structures import model_of, push, single_block, solve
+from structures import SELF_WEIGHT, model_of, push, single_block, solve
 
 TUFF, LIME = bs.Material("tuff", "16 kN/m^3"), bs.JointMaterial("lime", 0.65)
 
@@ -124,3 +124,11 @@ def test_what_a_solver_leaves_of_a_zero_is_not_told_of_an_axis():
     turn, arm = np.array([1.0, 0.0, 0.0]), centroid - np.array([0.25, 0.03, 1e-6])
     slightly = replace(body, centroid=centroid, rotation=turn, translation=np.cross(turn, arm))
     assert "through y = 0.03 m, z = 0 m" in _motion(slightly)
+
+
+def test_one_block_moves_and_several_move():
+    model = model_of(*single_block(0.5, 1.0))
+    found = bs.run(model, [bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))])
+    assert repr(model).endswith(": 2 blocks, 1 fixed, 1 interface>")
+    assert str(found).splitlines()[0].endswith(": 2 blocks, 1 interface")
+    assert "1 of 1 free block moves, 100% of the weight, as 1 body." in found["push"].describe()

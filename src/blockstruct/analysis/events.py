@@ -10,7 +10,7 @@ from blockstruct.limit import FiniteStep, Iteration, LimitProblem
 from blockstruct.model import Case, Pushover, SettlementCase
 from blockstruct.results import CaseResult
 from blockstruct.statics import Statics
-from blockstruct.vocabulary import in_words
+from blockstruct.vocabulary import counted, in_words
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +90,8 @@ def describe(event: Event) -> str:
     match event:
         case CaseStarted(case, blocks, points):
             place = f" (case {event.number} of {event.count})" if event.count > 1 else ""
-            return f"{case.name}{place}: {blocks} blocks, {points} contact points, {case.flow} flow"
+            size = f"{counted(blocks, 'block')}, {counted(points, 'contact point')}"
+            return f"{case.name}{place}: {size}, {case.flow} flow"
         case IterationDone(case, index, i):
             return (
                 f"{case.name}: {index:3d} {in_words(i.stage):<16} {answer_of(case, i, 6)}, "

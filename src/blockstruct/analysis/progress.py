@@ -17,6 +17,7 @@ from blockstruct.analysis.events import (
 )
 from blockstruct.errors import ModelError, shown
 from blockstruct.notebook import in_notebook, is_terminal, is_watched
+from blockstruct.vocabulary import counted
 
 Progress = bool | Literal["auto"]
 
@@ -55,7 +56,7 @@ def follow(write: Callable[[str, bool], None]) -> Listener:
         match event:
             case CaseStarted(case, blocks):
                 place = f"case {event.number} of {event.count}, {case.name}:"
-                write(f"{place} {blocks} blocks, {case.flow} flow", False)
+                write(f"{place} {counted(blocks, 'block')}, {case.flow} flow", False)
             case IterationDone(case, index, iteration):
                 at = f"{answer_of(case, iteration, 4)}, gap {iteration.certificate.flow_rule_gap:.0e}"
                 write(f"{place} numerical iteration {index}, {at}", False)
@@ -63,7 +64,7 @@ def follow(write: Callable[[str, bool], None]) -> Listener:
                 at = f"displacement {step.displacement:.4g} m, load factor {step.load_factor:.4f}"
                 write(f"{place} state {index}, {at}", False)
             case CaseFinished(result):
-                count = f"{result.n_iterations} numerical iteration{'s' * (result.n_iterations != 1)}"
+                count = counted(result.n_iterations, "numerical iteration")
                 write(f"{place} {result.status.words} after {count}", True)
 
     return listen

@@ -13,6 +13,7 @@ from blockstruct.assess.participation import HorizontalForces, Participation
 from blockstruct.errors import ModelError
 from blockstruct.model import Model
 from blockstruct.results import CaseResult, block_rotations
+from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 
@@ -96,7 +97,7 @@ def curve_of_pushover(
     at_rest = min([result.load_factor, *alpha[~beyond]])
     d_C, alpha = np.append(0.0, d_C[beyond]), np.append(at_rest, alpha[beyond])
     if len(d_C) < 3 or np.any(np.diff(d_C) <= 0):
-        msg = f"the pushover has {len(d_C) - 1} certified steps, or its control point stands still"
+        msg = f"the pushover has {counted(len(d_C) - 1, 'certified step')}, or its control point stands still"
         raise ModelError(msg)
     steps = len(d_C) - 1
     breaks = np.zeros(0, dtype=np.int64)

@@ -208,7 +208,7 @@ class LocalMechanismCheck:
                     Line(f"{name} next to rests along the push", f"{self._body(W, d)}, and takes no part in the sums")
                     for name, W, d in (whole.left_out.each if whole.left_out else [])
                 ],
-                [Line("bodies at rest", f"{resting}, which take no part")] if resting else [],
+                [Line("bodies at rest", f"{resting}, which take{'s' * (resting == 1)} no part")] if resting else [],
             ),
             section(
                 "Mass that takes part",

@@ -10,6 +10,7 @@ import typer
 import blockstruct as bs
 from blockstruct.cli.app import VIOLATIONS, app, say
 from blockstruct.views import model_text
+from blockstruct.vocabulary import counted
 
 
 @app.command("import")
@@ -161,7 +162,7 @@ def validate(
             settings = bs.ProcedureSettings.of(document.settings)
             bs.AnalysisManager(document.model, settings=settings).check(document.cases)
             say(f"{file}: a valid model document")
-            say(f"{len(document.model.blocks)} blocks, {document.report}")
+            say(f"{counted(len(document.model.blocks), 'block')}, {document.report}")
         else:
             bs.check_file(file)
             analysis = bs.open_analysis(file)
@@ -170,7 +171,7 @@ def validate(
                 say("\n".join(f"{file}: case {name!r}: {what}" for name, what in found))
                 say("these numbers are no proof: take the original file, or run the cases again")
                 raise typer.Exit(VIOLATIONS)
-            say(f"{file}: a valid analysis of {len(analysis)} case{'s' * (len(analysis) != 1)}")
+            say(f"{file}: a valid analysis of {counted(len(analysis), 'case')}")
     except (bs.errors.FormatError, bs.errors.ModelError) as error:
         say("\n".join([str(error), *getattr(error, "__notes__", ())]))
         raise typer.Exit(VIOLATIONS) from None

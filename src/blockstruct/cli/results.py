@@ -22,6 +22,7 @@ from blockstruct.keywords import did_you_mean
 from blockstruct.views import analysis_summary, archive_table, iteration_table, parameter_texts
 from blockstruct.views.output import write_csv
 from blockstruct.views.words import without_curve_words
+from blockstruct.vocabulary import counted
 
 #: What is printed of each state of a pushover.
 _OF_STATES = ("displacement [meter]", "load_factor", "holds", "penetration [meter]", "energy_error")
@@ -35,9 +36,9 @@ def show(file: FileArgument, as_json: JsonOption = False) -> None:
         typer.echo(json.dumps(analysis_summary(analysis), indent=2))
         return
     model = analysis.model
-    ties = f", {len(model.ties)} tie{'s' * (len(model.ties) > 1)}" if model.ties else ""
-    interfaces = f"{len(model.interfaces)} interface{'s' * (len(model.interfaces) != 1)}"
-    say(f"{model.name}: {len(model.blocks)} blocks, {interfaces}{ties}")
+    ties = f", {counted(len(model.ties), 'tie')}" if model.ties else ""
+    interfaces = counted(len(model.interfaces), "interface")
+    say(f"{model.name}: {counted(len(model.blocks), 'block')}, {interfaces}{ties}")
     say(f"model hash {model.hash[:16]}…, created {analysis.created_at}, {analysis.status}")
     say(f"blockstruct {analysis.versions.get('blockstruct')}")
     for name, result in analysis.items():
@@ -263,4 +264,4 @@ def _write_csv(frame: pd.DataFrame, path: Path) -> None:
         msg = f"{path}: give a name that ends in .csv"
         raise bs.errors.StorageError(msg)
     write_csv(frame, path)
-    say(f"{path}: {len(frame)} rows")
+    say(f"{path}: {counted(len(frame), 'row')}")

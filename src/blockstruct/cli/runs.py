@@ -23,6 +23,7 @@ from blockstruct.cli.app import (
     say,
 )
 from blockstruct.views import analysis_summary, following
+from blockstruct.vocabulary import counted
 
 #: Extra that each of the commands needs which a run ends by naming, and what the extra installs for it.
 _NEEDS = {"view": "viz", "report": "report"}
@@ -48,7 +49,7 @@ def demo(
     dead = bs.LoadPattern("self-weight", [bs.SelfWeight()])
     push = bs.LoadPattern("weight sideways, +x", [bs.BodyForce((1, 0, 0))])
     cases = [bs.LimitCase(f"push +x, {flow}", dead, push, flow) for flow in bs.Flow]
-    say(f"{model.name}: {len(model.blocks)} blocks, {found.report}")
+    say(f"{model.name}: {counted(len(model.blocks), 'block')}, {found.report}")
     _run(model, cases, bs.ProcedureSettings(), output, quiet, as_json)
 
 
@@ -66,7 +67,7 @@ def run(
     """Run all cases of a model document and keep the analysis."""
     out.quiet = quiet or as_json
     document = bs.read_document(model)
-    say(f"{document.model.name}: {len(document.model.blocks)} blocks, {document.report}")
+    say(f"{document.model.name}: {counted(len(document.model.blocks), 'block')}, {document.report}")
     settings = bs.ProcedureSettings.of(document.settings)
     schedules = spread or ("path dependence" if path_dependence else False)
     _run(document.model, list(document.cases), settings, output, quiet, as_json, document.hash, spread=schedules)

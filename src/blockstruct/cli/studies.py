@@ -12,6 +12,7 @@ import blockstruct as bs
 from blockstruct.cli.app import NO_LOAD_FACTOR, CsvOption, JsonOption, QuietOption, app, err, out, say, say_table
 from blockstruct.views import study_following, study_summary, study_table
 from blockstruct.views.output import write_csv
+from blockstruct.vocabulary import counted
 
 
 @app.command()
@@ -59,7 +60,7 @@ def study(
     rows = bs.studies.frame_of(data)
     if csv is not None:
         write_csv(_with_units(rows).set_index("run"), csv)
-        say(f"{csv}: {len(rows)} rows")
+        say(f"{csv}: {counted(len(rows), 'row')}")
     else:
         say_table(study_table(data))
         if data.attrs["sampling"] in ("monte carlo", "latin hypercube") and bs.studies.cases_with_load_factors(data):

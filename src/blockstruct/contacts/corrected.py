@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from blockstruct.contacts.detection import LARGEST_ANGLE, detect_interfaces
 from blockstruct.model import Block, Detection, FoundContact, Interface, checked_tuple
 from blockstruct.units import QuantityLike, to_quantity
+from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 
@@ -48,7 +49,8 @@ class CorrectedJoints:
             rows.append(f"  and {len(self.closed) - LISTED} more")
         largest = max(abs(c.gap) for c in self.closed)
         how = "stated one by one" if self.tolerance is None else "found with a gap tolerance of as much"
-        head = f"{len(self.closed)} joints closed that repairs of their own faces opened"
+        closed, their = counted(len(self.closed), "joint"), "its" if len(self.closed) == 1 else "their"
+        head = f"{closed} closed that repairs of {their} own faces opened"
         return "\n".join([f"{head}, by up to {largest:.3g} m, {how}:", *rows])
 
 

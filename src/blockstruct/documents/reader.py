@@ -35,6 +35,7 @@ from blockstruct.model import (
 from blockstruct.schema import listed_violations, violations
 from blockstruct.structures.courses import courses
 from blockstruct.units import parse, to_quantity
+from blockstruct.vocabulary import counted
 
 #: Size beyond which a file is not read as a model document: a block takes some 400 bytes.
 MOST_BYTES = 64_000_000
@@ -173,7 +174,7 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
         model = Model(content.get("name", stem), blocks, found, ties=ties)
     except BlockstructError as error:
         # What was found and what was left out mostly tells why.
-        error.add_note(f"{len(blocks)} blocks, {found.report}")
+        error.add_note(f"{counted(len(blocks), 'block')}, {found.report}")
         raise
 
     patterns = {

@@ -17,6 +17,7 @@ from blockstruct.imports.source import checked_faces, read_text
 from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike
+from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 
@@ -244,7 +245,7 @@ def _note_contacts(graph: Any, left_out: list[str]) -> None:
         any(e.get(k) for k in _CONTACTS) for ends in edges.values() for e in ends.values() if isinstance(e, dict)
     )
     if count:
-        left_out.append(f"the interfaces of {count} pairs of blocks, to be detected anew")
+        left_out.append(f"the interfaces of {counted(count, 'pair of blocks', 'pairs of blocks')}, to be detected anew")
 
 
 def _unknown(path: Path, body: Any) -> str:

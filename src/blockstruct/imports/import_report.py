@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from blockstruct.geometry.planes import Planes
 from blockstruct.imports.tolerances import EDGE, EXTENT, LEAST_HEIGHT
 from blockstruct.model import Block
+from blockstruct.vocabulary import counted
 
 #: What was done to a body, in words.
 KINDS = {
@@ -149,7 +150,7 @@ class ImportReport:
     def __str__(self) -> str:
         (x, y, z), (least, most) = self.extent, self.sizes
         lines = [
-            f"{self.source}: {self.blocks} blocks of {self.faces} faces, {len(self.supports)} of them fixed",
+            f"{self.source}: {counted(self.blocks, 'block')} of {self.faces} faces, {len(self.supports)} fixed",
             f"1 unit is {self.scale:g} m; {x:.4g} × {y:.4g} × {z:.4g} m, block sizes {least:.3g} to {most:.3g} m",
             *self.notes,
         ]

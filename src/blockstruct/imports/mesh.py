@@ -15,6 +15,7 @@ from blockstruct.imports.source import checked_faces, package, read_bytes
 from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike
+from blockstruct.vocabulary import counted
 
 #: Length of the header of a binary STL file, and of each of its triangles, in bytes.
 _STL_HEADER, _STL_TRIANGLE = 84, 50
@@ -123,10 +124,11 @@ def _read_triangles(path: Path, material: Material) -> tuple[list[Solid], list[s
         raise GeometryFileError(msg) from error
     count = sum(len(s.faces) for s in solids)
     if count < stated or count == 0:
-        msg = f"{path}: states {stated} faces, {count} can be read; it is cut short or damaged, export it again"
+        faces = counted(stated, "face")
+        msg = f"{path}: states {faces}, {count} can be read; it is cut short or damaged, export it again"
         raise GeometryFileError(msg)
     unused = sum(len(s.vertices) - len({i for face in s.faces for i in face}) for s in solids)
-    return solids, [f"{unused} vertices of no face"] if unused > 0 else []
+    return solids, [counted(unused, "vertex of no face", "vertices of no face")] if unused > 0 else []
 
 
 def _stated_stl(content: bytes, path: Path) -> int:

@@ -14,6 +14,7 @@ from blockstruct.imports.solid import Face, Solid, metres_per_unit
 from blockstruct.imports.source import checked_faces, read_text
 from blockstruct.model import Block, Material
 from blockstruct.units import QuantityLike
+from blockstruct.vocabulary import counted
 
 #: Statements that say nothing about the shape of a solid.
 _SILENT = {"vn", "vt", "vp", "s", "usemtl", "mtllib", "mg", "lod", "bevel", "c_interp", "d_interp", "shadow_obj"}
@@ -80,10 +81,13 @@ def read_obj(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
             raise GeometryFileError(msg)
     points = np.array(vertices, dtype=float).reshape(-1, 3)
     named = objects or list(groups.items())
-    left_out = [f"{count} statements {keyword!r}, which are not faces" for keyword, count in sorted(other.items())]
+    left_out = [
+        f"{counted(count, 'statement')} {keyword!r}, which {'is not a face' if count == 1 else 'are not faces'}"
+        for keyword, count in sorted(other.items())
+    ]
     unused = len(points) - len({i for _, faces in named for face in faces for i in face})
     if unused:
-        left_out.append(f"{unused} vertices of no face")
+        left_out.append(counted(unused, "vertex of no face", "vertices of no face"))
     left_out += [f"object {name!r} without faces" for name, faces in named if not faces]
     return [Solid(name, points, faces, material) for name, faces in named if faces], left_out
 
@@ -159,7 +163,7 @@ def write_obj(path: str | Path, blocks: Iterable[Block], *, unit: QuantityLike =
     if not blocks:
         msg = f"{path}: no blocks to write; give at least one"
         raise ModelError(msg)
-    lines = [f"# blockstruct: {len(blocks)} blocks, 1 unit is {scale!r} m"]
+    lines = [f"# blockstruct: {counted(len(blocks), 'block')}, 1 unit is {scale!r} m"]
     start = 1
     for block in blocks:
         read_back = [line.split() for _, line in _statements(f"o {block.name}")]

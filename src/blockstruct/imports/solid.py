@@ -19,6 +19,7 @@ from blockstruct.imports.tolerances import LOWEST, NEARLY_LOWEST, WELD
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import positive_length
 from blockstruct.units import QuantityLike, parse, si, to_quantity
+from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
@@ -126,7 +127,9 @@ def make_blocks(
     if refused:
         rest = f"\n  and {len(refused) - 10} more" if len(refused) > 10 else ""
         listed = "\n  ".join(refused[:10])
-        msg = f"{source}: {len(refused)} of {len(bodies)} bodies are not blocks:\n  {listed}{rest}"
+        of_bodies = counted(len(bodies), "body", "bodies")
+        are_none = "is not a block" if len(refused) == 1 else "are not blocks"
+        msg = f"{source}: {len(refused)} of {of_bodies} {are_none}:\n  {listed}{rest}"
         raise GeometryFileError(msg)
     blocks = _supported(_without_copies(blocks, source, repairs), fixed, source, notes)
     report = ImportReport.of(
@@ -283,9 +286,11 @@ def _lowest(blocks: list[Block], height: str, source: str, notes: list[str]) -> 
     limit = positive_length(height, f"{source}: height of the lowest blocks") if height else LOWEST * size
     nearly = low[(low > limit) & (low <= NEARLY_LOWEST * size)]
     if len(nearly):
+        one = len(nearly) == 1
         notes.append(
-            f"{len(nearly)} more blocks reach down to within {nearly.max():.2g} m of the lowest level and are free: "
-            f"fix 'lowest {1.06 * nearly.max():.2g} m' makes them supports"
+            f"{counted(len(nearly), 'more block')} reach{'es' * one} down to within {nearly.max():.2g} m of the lowest "
+            f"level and {'is' if one else 'are'} free: fix 'lowest {1.06 * nearly.max():.2g} m' makes "
+            f"{'it a support' if one else 'them supports'}"
         )
     return {b.name for b, z in zip(blocks, low, strict=True) if z <= limit}
 

@@ -16,6 +16,7 @@ from blockstruct.imports.flatten import flattened
 from blockstruct.imports.merge import merged_faces
 from blockstruct.imports.soup import compact
 from blockstruct.imports.tolerances import CHUNK, EXACT, MERGE, MOST_FACES_OF_BODY, POLYGON, TOUCHING
+from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
@@ -115,15 +116,16 @@ def _check_manifold(vertices: Array, faces: list[Face], name: str) -> None:
         return
     a, b = (", ".join(f"{x:.6g}" for x in vertices[i]) for i in bad[0])
     where = f"edge ({a}) to ({b}) m belongs to"
+    of_edges = counted(len(bad), "edge")
     if any(edges[edge] > 2 for edge in bad):
         most = max(edges[edge] for edge in bad)
         msg = (
-            f"block {name!r}: not a solid body, {len(bad)} edges do not belong to two faces: {where} {edges[bad[0]]} "
+            f"block {name!r}: not a solid body, {of_edges} not of two faces: {where} {edges[bad[0]]} "
             f"(up to {most}); give each block as a body of its own, without inner faces"
         )
     else:
         msg = (
-            f"block {name!r}: the surface is open at {len(bad)} edges: {where} one face; "
+            f"block {name!r}: the surface is open at {of_edges}: {where} one face; "
             "add the missing faces, or close the hole in the mesh"
         )
     raise GeometryError(msg)

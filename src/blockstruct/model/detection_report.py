@@ -9,7 +9,7 @@ import pandas as pd
 
 from blockstruct.model.interface import Interface
 from blockstruct.notebook import html_table
-from blockstruct.vocabulary import JointOrientation
+from blockstruct.vocabulary import JointOrientation, counted
 
 #: Findings of one kind that a printed report lists; the table has them all.
 LISTED = 20
@@ -271,9 +271,9 @@ class DetectionReport:
 
     def __repr__(self) -> str:
         return (
-            f"<DetectionReport: {_counted(self.accepted, 'interface')}, "
-            f"{_counted(len(self.rejected), 'contact')} rejected, "
-            f"{_counted(len(self.near_misses), 'near miss', 'es')}, {_counted(len(self.overlaps), 'overlap')}>"
+            f"<DetectionReport: {counted(self.accepted, 'interface')}, "
+            f"{counted(len(self.rejected), 'contact')} rejected, "
+            f"{counted(len(self.near_misses), 'near miss', 'near misses')}, {counted(len(self.overlaps), 'overlap')}>"
         )
 
     def _repr_html_(self) -> str:
@@ -290,26 +290,26 @@ class DetectionReport:
         other, small = [c for c in self.rejected if c.reason != "area" and not c.is_hidden], self.accepted_slivers
         hidden = sum(c.is_hidden for c in self.rejected)
         apart = [c for c in self.close if c[2] > t.gap]
-        rejected = f"{_counted(len(other), 'contact')} rejected by gap, penetration or angle"
-        close = f"{_counted(len(apart), 'pair')} without contact up to {t.close:.3g} m apart"
+        rejected = f"{counted(len(other), 'contact')} rejected by gap, penetration or angle"
+        close = f"{counted(len(apart), 'pair')} without contact up to {t.close:.3g} m apart"
         lines = [
-            f"{_counted(self.accepted, 'interface')}, {self.total_area:.6g} m^2 (gap tolerance {t.gap:.3g} m)",
-            f"{_counted(len(self.slivers), 'sliver')} left out",
-            f"{_counted(len(self.between_supports), 'contact')} between supports left out",
-            f"{_counted(len(self.untouched), 'block')} without interface",
+            f"{counted(self.accepted, 'interface')}, {self.total_area:.6g} m^2 (gap tolerance {t.gap:.3g} m)",
+            f"{counted(len(self.slivers), 'sliver')} left out",
+            f"{counted(len(self.between_supports), 'contact')} between supports left out",
+            f"{counted(len(self.untouched), 'block')} without interface",
             f"joints: {', '.join(joints) or 'none'}",
             f"{rejected} ({math.degrees(t.angle):.3g} deg)",
-            f"{_counted(len(self.near_misses), 'near miss', 'es')} within twice the tolerances",
-            f"{_counted(len(self.overlaps), 'overlap')}, {_counted(len(self.nonplanar_faces), 'non-planar face')}",
-            f"{_counted(len(self.floating), 'floating block')}",
+            f"{counted(len(self.near_misses), 'near miss', 'near misses')} within twice the tolerances",
+            f"{counted(len(self.overlaps), 'overlap')}, {counted(len(self.nonplanar_faces), 'non-planar face')}",
+            f"{counted(len(self.floating), 'floating block')}",
             f"{close}, {len(self.close) - len(apart)} on a line",
         ]
         if hidden:
-            lines.append(f"{_counted(hidden, 'contact')} rejected, in whole or in part, for a block between")
+            lines.append(f"{counted(hidden, 'contact')} rejected, in whole or in part, for a block between")
         lines += self.hints
         if small:
             lines.append(
-                f"{_counted(len(small), 'sliver')} among the interfaces, {1 / SLIVER:.0f} times smaller than joints "
+                f"{counted(len(small), 'sliver')} among the interfaces, {1 / SLIVER:.0f} times smaller than joints "
                 "beside them, may raise the load factor: "
                 f"an area tolerance of {self.sliver_tolerance:.2g} m^2 leaves them out"
             )
@@ -338,11 +338,6 @@ def _finding(contact: FoundContact) -> str:
     if contact.near_miss:
         return "near miss"
     return {"": "accepted", "supports": "between supports"}.get(contact.reason, "rejected")
-
-
-def _counted(n: int, what: str, ending: str = "s") -> str:
-    """A number of things."""
-    return f"{n} {what}{ending * (n != 1)}"
 
 
 def _length(metres: float) -> str:

@@ -14,6 +14,7 @@ from blockstruct.model.block import Block
 from blockstruct.model.checks import listed
 from blockstruct.model.detection_report import DetectionReport
 from blockstruct.model.interface import Interface
+from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 
@@ -72,7 +73,7 @@ def check_overlaps(
     if pairs:
         named = [f"{a!r} and {b!r} by {depth:.3g} m" for a, b, depth in pairs]
         msg = (
-            f"{who}: overlapping blocks, {len(pairs)} pair{'s' * (len(pairs) > 1)} in all (limit {gap:.3g} m): "
+            f"{who}: overlapping blocks, {counted(len(pairs), 'pair')} in all (limit {gap:.3g} m): "
             f"{listed(named)}; move or cut the blocks, or detect interfaces with a tolerance above the "
             "penetration and give the model all of what was found (interfaces=found)"
         )

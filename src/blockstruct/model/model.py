@@ -23,7 +23,7 @@ from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.material import Material
 from blockstruct.model.tie_kinds import AnyTie, given_quantities, tie_kind_of, tie_segments
 from blockstruct.notebook import html_table
-from blockstruct.vocabulary import Torsion
+from blockstruct.vocabulary import Torsion, counted
 
 
 @checked_keywords
@@ -86,13 +86,12 @@ class Model:
 
     def __repr__(self) -> str:
         fixed = sum(b.fixed for b in self.blocks)
-        interfaces = f"{len(self.interfaces)} interface{'s' * (len(self.interfaces) != 1)}"
-        size = f"{len(self.blocks)} blocks, {fixed} of them fixed, {interfaces}"
-        ties = f", {len(self.ties)} tie{'s' * (len(self.ties) > 1)}" if self.ties else ""
+        size = f"{counted(len(self.blocks), 'block')}, {fixed} fixed, {counted(len(self.interfaces), 'interface')}"
+        ties = f", {counted(len(self.ties), 'tie')}" if self.ties else ""
         return f"<Model {self.name!r}: {size}{ties}>"
 
     def _repr_html_(self) -> str:
-        size = f"{len(self.blocks)} blocks, {sum(b.fixed for b in self.blocks)} of them fixed"
+        size = f"{counted(len(self.blocks), 'block')}, {sum(b.fixed for b in self.blocks)} fixed"
         weight = sum(b.weight for b in self.blocks if not b.fixed)
         rows = [("blocks", f"{size}; the free ones weigh {weight / 1e3:.4g} kN")]
         rows.append(("interfaces", f"{len(self.interfaces)}, {math.fsum(i.area for i in self.interfaces):.4g} m²"))

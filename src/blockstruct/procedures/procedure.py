@@ -24,7 +24,7 @@ from blockstruct.procedures.self_stress import (
 )
 from blockstruct.procedures.shifted import shifted_iteration
 from blockstruct.procedures.step import solve_step
-from blockstruct.vocabulary import Flow, Stage, Status
+from blockstruct.vocabulary import Flow, Stage, Status, counted
 
 if TYPE_CHECKING:
     from blockstruct.procedures.path import Path
@@ -214,14 +214,15 @@ def _concluded(
                 )
                 return Outcome(Status.UNBOUNDED, np.inf, message)
     if found is None:
-        limit = f"no certificate in {n} programs (limit {settings.max_programs} programs, that under dead load counted)"
+        most = counted(settings.max_programs, "program")
+        limit = f"no certificate in {counted(n, 'program')} (limit {most}, that under dead load counted)"
         with_dilatancy = "" if ray is None else ", though with dilatancy the joints carry any multiple of the load"
         return given_up(problem, limit + with_dilatancy, last)
     outcome = _collapse(problem, last, found)
     if _is_answer(problem, outcome):
         return outcome
     if n >= settings.max_programs - 1:
-        return given_up(problem, f"no certificate of a positive load factor in {n} programs", last)
+        return given_up(problem, f"no certificate of a positive load factor in {counted(n, 'program')}", last)
     return (yield from collapse_of_dead_load(problem, last, settings, solver))
 
 

@@ -17,6 +17,7 @@ from blockstruct.procedures.attempts import Attempts
 from blockstruct.procedures.drops import drop_on
 from blockstruct.procedures.finite_step import CERTIFIED
 from blockstruct.procedures.pushover_state import Found, State, begins_above, lost, stands
+from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 
@@ -105,8 +106,8 @@ def pushover(
             return f"the load factor is zero at a displacement of {end:.6g} m{stands(problem, path.curve, state)}"
         if len(path.curve) > PATIENCE * max(steps, FEW):
             return (
-                f"no end after {len(path.curve)} states, where {steps} steps were asked for: ask for more steps, or "
-                "follow a point and a direction that the mechanism goes along"
+                f"no end after {len(path.curve)} states, with {counted(steps, 'step')} asked for: ask for more steps, "
+                "or follow a point and a direction that the mechanism goes along"
             )
         following = path.advance(state)
         if isinstance(following, str):

@@ -11,6 +11,7 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.path import Path, gap_of
 from blockstruct.solvers.interior_point import ContactState
 from blockstruct.solvers.splitting import Splitting
+from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 
@@ -74,7 +75,9 @@ class SplittingPath(Path):
         start, before = perf_counter(), self._total / self._unit
         length = self._settings.path_growth * self._step if self._step else self._settings.path_step
         if before >= FURTHEST or self._spent >= MAX_OF_PATH:
-            self.why = f"no end within {self._spent} iterations and the displacement {self._displacement():.3g}"
+            self.why = (
+                f"no end within {counted(self._spent, 'iteration')} and the displacement {self._displacement():.3g}"
+            )
             return None
         s = length * self._unit
         found = self._splitting.solve(

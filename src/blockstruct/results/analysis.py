@@ -13,7 +13,7 @@ from blockstruct.results.case_result import CaseResult
 from blockstruct.results.headline import Headline
 from blockstruct.results.parameters import checked_parameters
 from blockstruct.results.spread import Spread, spreads_of
-from blockstruct.vocabulary import Status
+from blockstruct.vocabulary import Status, counted
 
 #: Cases that a line of text names.
 SHOWN = 5
@@ -148,7 +148,8 @@ class Analysis(Mapping[str, CaseResult]):
 
     def __str__(self) -> str:
         head = (
-            f"analysis of {self.model.name!r}: {len(self.model.blocks)} blocks, {len(self.model.interfaces)} interfaces"
+            f"analysis of {self.model.name!r}: {counted(len(self.model.blocks), 'block')}, "
+            f"{counted(len(self.model.interfaces), 'interface')}"
         )
         results = [indent(str(r), "  ") for r in self.results.values()]
         notes = [f"  {n}: {s.headline}" for n, s in self.spreads.items() if self.results[n].relied_on is None]

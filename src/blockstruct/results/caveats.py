@@ -8,7 +8,7 @@ import xarray as xr
 from blockstruct.model import Case, SettlementCase, listed
 from blockstruct.results.crushing_cells import lost_lever
 from blockstruct.results.utilisation import beyond_rectangle
-from blockstruct.vocabulary import NO_STATE, OF_CURVE, OF_HUNG, OF_JAMMED, Status
+from blockstruct.vocabulary import NO_STATE, OF_CURVE, OF_HUNG, OF_JAMMED, Status, counted
 
 _JAMMED = (
     "With dilatancy the joints carry any multiple of the variable load, so nothing bounds this load factor from above: "
@@ -105,11 +105,11 @@ def cell_words(history: xr.Dataset, *, is_reaction: bool = False) -> str:
         return ""
     lost = max(lost_lever(history, int(j)) for j in in_cells)
     least, most = counts[in_cells].min(), counts[in_cells].max()
-    each = f"{most}" if least == most else f"{least} to {most}"
+    each = counted(most, "cell") if least == most else f"{least} to {most} cells"
     others = "; the others by exact conditions" if len(in_cells) < crushing else ""
     side = "They leave too much of a reaction, and too narrow a range" if is_reaction else "Cells are on the safe side"
     return (
-        f"Joints that crush in cells: {len(in_cells)} of {crushing}, {each} cells each{others}. {side}: a block that "
+        f"Joints that crush in cells: {len(in_cells)} of {crushing}, {each} each{others}. {side}: a block that "
         f"rocks on them turns about the middle of their outer row, and loses up to about {100 * lost:.0f} % of its "
         "lever, less with more crushing_cells."
     )

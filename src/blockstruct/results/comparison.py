@@ -16,7 +16,7 @@ from blockstruct.results.case_result import CaseResult
 from blockstruct.results.curve_comparison import compared_curves
 from blockstruct.results.mechanism import motion_of
 from blockstruct.units import readable
-from blockstruct.vocabulary import in_words
+from blockstruct.vocabulary import counted, in_words
 
 #: Relative difference of two measures beyond their tolerances that rounding makes.
 _ROUNDING = 1e-3
@@ -71,7 +71,7 @@ class Comparison:
         return bool(self.same_model and alike.all())
 
     def __str__(self) -> str:
-        lines = [f"{'the same model' if self.same_model else 'different models'}, {len(self.cases)} cases"]
+        lines = [f"{'the same model' if self.same_model else 'different models'}, {counted(len(self.cases), 'case')}"]
         for name, row in self.cases.iterrows():
             answers = [_said(row[f"load_factor{suffix}"], row[f"unit{suffix}"]) for suffix in ("", "_other")]
             ended = [in_words(row[f"status{suffix}"]) for suffix in ("", "_other")]

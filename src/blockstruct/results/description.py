@@ -11,7 +11,7 @@ from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import tie_sentences
-from blockstruct.vocabulary import AXES, ContactState, Stage
+from blockstruct.vocabulary import AXES, ContactState, Stage, counted
 
 Array = NDArray[np.float64]
 
@@ -41,13 +41,14 @@ def describe(model: Model, history: xr.Dataset, dead: LoadPattern | None = None)
     blocks = sum(len(body.blocks) for body in bodies)
     share = sum(body.total for body in moving) / weight if weight > 0 else 0.0
     count = sum(len(body.blocks) for body in moving)
-    bodies_move = f"{len(moving)} {'body' if len(moving) == 1 else 'bodies'}"
+    bodies_move = counted(len(moving), "body", "bodies")
     whole, of_it = ("the weight with what blocks carry", "that weight") if carried else ("the weight", "the weight")
-    lines = [f"{count} of {blocks} free blocks move, {share:.0%} of {whole}, as {bodies_move}."]
+    move = "moves" if count == 1 else "move"
+    lines = [f"{count} of {counted(blocks, 'free block')} {move}, {share:.0%} of {whole}, as {bodies_move}."]
     for number, body in enumerate(moving[:LISTED], 1):
         names = _listed(body.blocks, "block")
         part = body.total / weight if weight > 0 else 0.0
-        size = f"{len(body.blocks)} block{'s' * (len(body.blocks) > 1)}"
+        size = counted(len(body.blocks), "block")
         lines.append(f"{number}. A body of {size} ({names}; {part:.0%} of {of_it}) {_motion(body)}.")
     if len(moving) > LISTED:
         rest = len(moving) - LISTED
@@ -57,7 +58,7 @@ def describe(model: Model, history: xr.Dataset, dead: LoadPattern | None = None)
         said = tie_sentences(history)
         lines += said[:LISTED]
         if len(said) > LISTED:
-            lines.append(f"And {len(said) - LISTED} more ties: CaseResult.ties.")
+            lines.append(f"And {counted(len(said) - LISTED, 'more tie')}: CaseResult.ties.")
     if (history["stage"] == Stage.LOADING_PATH.value).any():
         lines.append("Iterations along the loading path are steps of displacement; any other is a numerical step.")
     else:
@@ -142,4 +143,4 @@ def _vector(values: Array) -> str:
 def _listed(names: Iterable[str], what: str) -> str:
     found = list(names)
     rest = len(found) - LISTED
-    return ", ".join(found[:LISTED]) + (f" and {rest} more {what}{'s' * (rest > 1)}" if rest > 0 else "")
+    return ", ".join(found[:LISTED]) + (f" and {counted(rest, f'more {what}')}" if rest > 0 else "")

@@ -9,7 +9,7 @@ from blockstruct.limit import SCHEDULES
 from blockstruct.notebook import html_table
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.headline import Headline, is_same, path_text
-from blockstruct.vocabulary import ALONG_PATH, Flow, Status
+from blockstruct.vocabulary import ALONG_PATH, Flow, Status, counted
 
 #: Key of the run with the settings as they were given.
 AS_GIVEN = "as given"
@@ -96,7 +96,7 @@ class Spread:
         return tuple(dict.fromkeys(text for result in self.runs.values() for text in result.warnings))
 
     def __repr__(self) -> str:
-        return f"<Spread of {len(self.runs)} schedules: {self.headline}>"
+        return f"<Spread of {counted(len(self.runs), 'schedule')}: {self.headline}>"
 
     def _repr_html_(self) -> str:
         answer = next(iter(self.runs.values())).answer.name

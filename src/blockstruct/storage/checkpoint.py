@@ -22,7 +22,7 @@ from blockstruct.storage.reader import DAMAGE, Blank, read_analysis
 from blockstruct.storage.snapshot import Stamp
 from blockstruct.storage.unfinished import clear, is_unfinished, refuse_killed
 from blockstruct.storage.writer import checked_keep_every, sealed_image, write_draft, write_file
-from blockstruct.vocabulary import Status
+from blockstruct.vocabulary import Status, counted
 
 
 class Checkpoint:
@@ -191,7 +191,7 @@ class Checkpoint:
         found: dict[str, Any] = {
             "status": Status.INTERRUPTED.value,
             "load_factor": np.nan,
-            "message": f"interrupted: the run was killed after {len(pieces)} iterations{damage}",
+            "message": f"interrupted: the run was killed after {counted(len(pieces), 'iteration')}{damage}",
             "certificate": {**last, "holds": bool(pieces[-1]["holds"][0])},
             "started_at": planned.started_at,
             "duration": float(history["solver_time"].sum()),

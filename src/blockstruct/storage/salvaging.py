@@ -17,6 +17,7 @@ from blockstruct.files import write_new_bytes
 from blockstruct.storage import salvage_child
 from blockstruct.storage.netcdf import netcdf_image
 from blockstruct.storage.snapshot import Snapshot
+from blockstruct.vocabulary import counted
 
 #: Format of a salvaged file, which open_analysis and Archive refuse.
 FORMAT = "blockstruct-salvaged"
@@ -44,7 +45,8 @@ class Salvaged:
     lost: dict[str, str]
 
     def __str__(self) -> str:
-        lines = [f"{self.path}: {len(self.read)} variables could be read, {len(self.lost)} places could not"]
+        read, lost = counted(len(self.read), "variable"), counted(len(self.lost), "place")
+        lines = [f"{self.path}: {read} could be read, {lost} could not"]
         lines += [f"  {place}: {why}" for place, why in self.lost.items()]
         lines.append("nothing in it is verified: a number may differ from the one that was written")
         return "\n".join(lines)

@@ -68,8 +68,8 @@ def courses(
     for j, row in enumerate(rows, start=1):
         if not math.isclose(math.fsum(abs(u) for u in row), width, rel_tol=1e-9):
             msg = (
-                f"courses: course {j} is {math.fsum(abs(u) for u in row):.6g} units long, the first {width:.6g}; "
-                "make all courses equally long, with voids where there is no unit"
+                f"courses: course {j} is {math.fsum(abs(u) for u in row):.6g} times the unit long, the first "
+                f"{width:.6g}; make all courses equally long, with voids where there is no unit"
             )
             raise ModelError(msg)
         x, k = 0.0, 0

@@ -13,6 +13,7 @@ from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_count, positive_length
 from blockstruct.structures.arch_profile import ArchProfile
 from blockstruct.units import si, to_quantity
+from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 
@@ -236,16 +237,16 @@ def _check_levels(opening: Opening, course_height: float, courses: int, what: st
     head, top = opening.sill + opening.height, courses * course_height
     if head > top * (1 + LEVEL):
         msg = (
-            f"{what}: its head at {head:.6g} m exceeds the height of the wall, {top:.6g} m in {courses} courses; "
-            "make the opening lower or the wall higher"
+            f"{what}: its head at {head:.6g} m exceeds the height of the wall, {top:.6g} m in "
+            f"{counted(courses, 'course')}; make the opening lower or the wall higher"
         )
         raise ModelError(msg)
     for name, z in (("sill", opening.sill), ("head", head)):
         if abs(z / course_height - round(z / course_height)) > LEVEL:
             nearest = round(z / course_height) * course_height
             msg = (
-                f"{what}: {name} at {z:.6g} m is on no bed joint of {courses} courses of {course_height:.6g} m; "
-                f"the nearest is at {nearest:.6g} m"
+                f"{what}: {name} at {z:.6g} m is on no bed joint of {counted(courses, 'course')} of "
+                f"{course_height:.6g} m; the nearest is at {nearest:.6g} m"
             )
             raise ModelError(msg)
 

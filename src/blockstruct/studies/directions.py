@@ -18,7 +18,7 @@ from blockstruct.keywords import checked_keywords
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import LimitCase, LoadPattern, Model, direction_cases, direction_of
 from blockstruct.results import LOAD_FACTOR, Analysis, CaseResult
-from blockstruct.vocabulary import DRIFTING, Flow, Status, in_words
+from blockstruct.vocabulary import DRIFTING, Flow, Status, counted, in_words
 
 _NONE = {"units": "dimensionless"}
 _ROUNDING = 1e-6
@@ -211,7 +211,7 @@ class Directions:
         vertical = float(self.data.attrs["vertical"])
         n = self.data.sizes["direction"]
         push = f", with {abs(vertical):g} of it {'up' if vertical > 0 else 'down'}" if vertical else ""
-        lines = [f"{self.analysis.model.name}: pushed in {n} direction{'s' if n > 1 else ''}{push}"]
+        lines = [f"{self.analysis.model.name}: pushed in {counted(n, 'direction')}{push}"]
         for angle, alpha, status, settled in zip(
             *(self.data[name].to_numpy() for name in ("direction", "load_factor", "status", "settled")), strict=True
         ):

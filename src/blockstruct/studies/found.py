@@ -10,7 +10,7 @@ from blockstruct.storage import Archive, is_unfinished, open_analysis, study_und
 from blockstruct.studies.design import Design, Run
 from blockstruct.studies.plan import Plan
 from blockstruct.studies.task import values_of
-from blockstruct.vocabulary import Status
+from blockstruct.vocabulary import Status, counted
 
 #: Rows of the archive of one run, by the names of all columns.
 Rows = list[dict[str, Any]]
@@ -68,8 +68,8 @@ def told(archive: Archive, others: Mapping[str, str]) -> str:
     """Why files of other runs are not taken over."""
     name, why = next(iter(others.items()))
     return (
-        f"study: {archive.folder} has {len(others)} runs of these parameters, by their names, that are not of this "
-        f"study: {name}.h5 {why}. Choose another store, or run them anew by rerun=True"
+        f"study: {archive.folder} has {counted(len(others), 'run')} of these parameters, by name, but not of this "
+        f"study: {name}.h5 {why}. Choose another store, or run anew with rerun=True"
     )
 
 

@@ -4,6 +4,8 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from blockstruct.vocabulary import counted
+
 
 @dataclass(frozen=True, slots=True)
 class StudyProgress:
@@ -34,7 +36,7 @@ class StudyProgress:
 
     def __str__(self) -> str:
         """One line of text."""
-        text = f"{self.done} of {self.total} runs"
+        text = f"{self.done} of {counted(self.total, 'run')}"
         text += f", {self.found} of them found" if self.found else ""
         text += f", {self.failed} failed" if self.failed else ""
         if self.done == self.total:

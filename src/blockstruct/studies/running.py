@@ -28,7 +28,7 @@ from blockstruct.studies.progress import Listener, StudyProgress, print_progress
 from blockstruct.studies.table import check_parameter_names, dataset_of
 from blockstruct.studies.task import Job
 from blockstruct.units import parse
-from blockstruct.vocabulary import Flow
+from blockstruct.vocabulary import Flow, counted
 
 
 @checked_keywords
@@ -185,8 +185,8 @@ def _warn(rows: Sequence[Rows], problems: Mapping[str, str]) -> None:
     if problems:
         name, why = next(iter(problems.items()))
         msg = (
-            f"study: {len(problems)} of {len(rows)} runs failed, {name}: {why}. The variable problem tells of each; "
-            "they are tried again when the study is run again"
+            f"study: {len(problems)} of {counted(len(rows), 'run')} failed, {name}: {why}. The variable problem tells "
+            "of each; they are tried again when the study is run again"
         )
         warnings.warn(msg, StudyWarning, stacklevel=4)
     jammed = [
@@ -197,8 +197,9 @@ def _warn(rows: Sequence[Rows], problems: Mapping[str, str]) -> None:
     ]
     if jammed:
         msg = (
-            f"study: {len(jammed)} results have no associative bound, so that what the joints carry depends on how "
-            f"firmly the blocks are jammed: {jammed[0]['path']}, case {jammed[0]['case']!r} for one; see its warnings"
+            f"study: {counted(len(jammed), 'result')} without an associative bound: what the joints carry depends on "
+            f"how firmly the blocks are jammed: {jammed[0]['path']}, case {jammed[0]['case']!r} for one; see its "
+            "warnings"
         )
         warnings.warn(msg, StudyWarning, stacklevel=4)
 

@@ -66,8 +66,10 @@ def summary(
         msg = f"summary: data along {over} are not samples; give a study of distributions"
         raise ModelError(msg)
     if not data.sizes["case"]:
+        n = data.sizes["run"]
+        failed = "the only run failed" if n == 1 else f"all {n} runs failed, the first one"
         msg = (
-            f"summary: all {data.sizes['run']} runs failed, the first one: {data['problem'].to_numpy()[0]}; mend what "
+            f"summary: {failed}: {data['problem'].to_numpy()[0]}; mend what "
             "data.problem tells of each, and run the study again"
         )
         raise ModelError(msg)

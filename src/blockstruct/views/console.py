@@ -17,6 +17,7 @@ import blockstruct as bs
 from blockstruct.units import SI_UNITS, short_unit
 from blockstruct.views.study_text import answer_cell, answer_title, folded_table, short_names, status_cell
 from blockstruct.views.words import admissible_words, path_words, range_words, tie_words
+from blockstruct.vocabulary import counted
 
 _COLUMNS = {
     "load_factor": ("load factor", "{:.6f}"),
@@ -57,14 +58,14 @@ def model_text(model: bs.Model) -> str:
     more = f" and {len(fixed) - 5} more" if len(fixed) > 5 else ""
     weight = sum(b.weight for b in model.blocks if not b.fixed)
     text = (
-        f"{model.name}: {len(model.blocks)} blocks, {len(fixed)} of them fixed ({', '.join(fixed[:5])}{more})\n"
+        f"{model.name}: {counted(len(model.blocks), 'block')}, {len(fixed)} fixed ({', '.join(fixed[:5])}{more})\n"
         f"{x:.4g} × {y:.4g} × {z:.4g} m, mean size of the free blocks {model.characteristic_length:.3g} m, "
         f"their weight {weight / 1e3:.4g} kN"
     )
     if model.ties:
         rest = len(model.ties) - 5
         names = ", ".join(tie.name for tie in model.ties[:5]) + (f" and {rest} more" if rest > 0 else "")
-        text += f"\n{len(model.ties)} tie{'s' * (len(model.ties) > 1)}: {names}"
+        text += f"\n{counted(len(model.ties), 'tie')}: {names}"
     return text
 
 

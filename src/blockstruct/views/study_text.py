@@ -14,6 +14,7 @@ from rich.text import Text
 import blockstruct as bs
 from blockstruct.units import short_unit
 from blockstruct.views.selection import compasses
+from blockstruct.vocabulary import counted
 
 #: Rows that a terminal shows; the rest is in the store.
 _SHOWN = 50
@@ -117,7 +118,9 @@ def study_summary(summary: xr.Dataset) -> str:
     for case in summary["case"].to_numpy():
         of_case = summary.sel(case=case)
         mean, deviation = of_case["mean_load_factor"].item(), of_case["standard_deviation"].item()
-        lines.append(f"{case}: {of_case['runs'].item()} runs, mean {mean:.4g}, standard deviation {deviation:.2g}")
+        lines.append(
+            f"{case}: {counted(of_case['runs'].item(), 'run')}, mean {mean:.4g}, standard deviation {deviation:.2g}"
+        )
         for fractile in summary["fractile"].to_numpy():
             one = of_case.sel(fractile=fractile)
             low, high = (_number(one[name].item()) for name in ("lower", "upper"))

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 
 import blockstruct as bs
+from blockstruct.vocabulary import counted
 
 #: Of a settlement, where it is not the same.
 _OF_SETTLEMENT = {
@@ -93,7 +94,7 @@ def warning_words(found: bs.CaseResult | bs.Spread) -> str:
 def spread_words(spread: bs.Spread) -> str:
     """A sentence on how far the certified answers of several schedules lie apart."""
     h = spread.headline
-    said = f"{h.certified} of {h.schedules} schedules found a certified collapse state"
+    said = f"{h.certified} of {counted(h.schedules, 'schedule')} found a certified collapse state"
     if h.certified:
         ends = sorted((*h.drifting, h.lowest, h.highest))
         texts = list(dict.fromkeys(h.answer.text(end) for end in (ends[0], ends[-1])))
@@ -155,12 +156,13 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
         return []
     n, certified = curve.sizes["step"], int(curve["holds"].sum())
     block, direction = result.case.control
-    along = ", ".join(f"{round(d, 4):g}" for d in direction)
+    along = f"on {block} along ({', '.join(f'{round(d, 4):g}' for d in direction)})"
     reached = 1e3 * float(curve["displacement"][-1])
-    states = (
-        f"Beyond collapse {n} states were found, {'all' if certified == n else certified} of them certified, up to a "
-        f"displacement of {reached:.4g} mm of the control point on {block} along ({along})"
-    )
+    if n == 1:
+        found = f"1 state was found, {'certified' if certified else 'not certified'},"
+    else:
+        found = f"{n} states were found, {'all' if certified == n else certified} of them certified,"
+    states = f"Beyond collapse {found} up to a displacement of {reached:.4g} mm of the control point {along}"
     told = bs.results.breaking_words(curve) + bs.results.doubtful_words(curve, result.settings.procedure)
     said = [states, curve.attrs.get("ended", ""), *told]
     if "tie_force" in curve:
@@ -173,7 +175,8 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
             for k in held[:_LISTED]
         ]
         if len(held) > _LISTED:
-            said.append(f"{len(held) - _LISTED} more hold, too")
+            more = len(held) - _LISTED
+            said.append(f"{more} more hold{'s' * (more == 1)}, too")
     return [f"{text[:1].upper()}{text[1:]}." for text in said if text]
 
 

@@ -4,6 +4,7 @@ import math
 from collections import Counter
 
 import blockstruct as bs
+from blockstruct.vocabulary import counted
 
 #: Findings that are listed one by one.
 _LISTED = 12
@@ -18,7 +19,7 @@ def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
     lying = ", ".join(f"{area:.4g} m² {lie} joints" for lie, area in report.area_by_orientation.items())
     rows = [
         ("tolerances", [str(report.tolerances)]),
-        ("accepted", [f"{len(found)} interface{'s' * (len(found) != 1)}, {lying}", report.largest_misfit]),
+        ("accepted", [f"{counted(len(found), 'interface')}, {lying}", report.largest_misfit]),
     ]
     by_hand = {i.name for i in model.interfaces} - {c.interface for c in found if not math.isnan(c.gap)}
     if by_hand:
@@ -27,7 +28,9 @@ def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
     rows.append(("left out", [", ".join(f"{n} by {reason}" for reason, n in why.items()) or "nothing"]))
     apart = [pair for pair in report.close if pair[2] > report.tolerances.gap]
     if len(apart) < len(report.close):
-        rows.append(("touch along a line only", [f"{len(report.close) - len(apart)} pairs of blocks"]))
+        rows.append(
+            ("touch along a line only", [counted(len(report.close) - len(apart), "pair of blocks", "pairs of blocks")])
+        )
     if report.accepted_slivers:
         rows.append(
             ("hint", [f"an area tolerance of {report.sliver_tolerance:.2g} m² leaves the accepted slivers out"])

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import xarray as xr
 
 import blockstruct as bs
+from blockstruct.vocabulary import counted
 
 #: Difference of the first load factor of a curve from the one it stands beside, relative to that, that is told.
 _APART = 0.005
@@ -48,7 +49,7 @@ def curve_sentences(analysis: bs.Analysis, relied_on: str, checked: Sequence[str
         if any(clauses):
             said.append(f"Pushover “{name}”: {'; '.join(filter(None, clauses))}.")
     more = len(names) - _LISTED
-    return [*said, f"Of {more} more pushover{'s' * (more > 1)} the curves are told below."] if more > 0 else said
+    return [*said, f"Of {counted(more, 'more pushover')} the curves are told below."] if more > 0 else said
 
 
 def _first(curve: xr.Dataset) -> float:
