@@ -107,7 +107,10 @@ def si_array(value: Any, dimension: str, what: str) -> NDArray[np.float64]:
         value = parse(value, what)
     if hasattr(value, "magnitude") and hasattr(value, "units"):
         magnitude, factor = value.magnitude, _factor(str(value.units), dimension, what)
-    elif dimension == "dimensionless" and not isinstance(value, bool):
+    elif isinstance(value, bool):
+        msg = f"{what}: {value} is not a number; give one, as in {_EXAMPLES.get(dimension, '0.65')!r}"
+        raise UnitError(msg)
+    elif dimension == "dimensionless":
         magnitude, factor = value, 1.0
     else:
         given = shown(value)

@@ -683,6 +683,7 @@ def test_coefficients_outside_their_range_are_refused(changed, words):
     with pytest.raises(bs.errors.ModelError, match=words):
         bs.assess.Coefficients(**changed)
     assert bs.assess.Coefficients(slv_share=0.7, slc_share=0.7).slc_share == 0.7
+    assert bs.assess.Coefficients(q=np.int64(3)).q == 3
 
 
 def test_units_do_not_change_the_check(result):
@@ -1000,7 +1001,7 @@ def test_a_limit_state_beside_the_one_relied_on_does_not_read_as_satisfied(resul
 def test_a_pushover_that_tells_no_displacement_is_refused(result):
     with pytest.raises(bs.errors.ModelError, match="rests in the mechanism"):
         curve_of(result, capacity_of_facade(), point=(0.0, 0.0, 0.0))
-    with pytest.raises(bs.errors.ModelError, match="certified steps"):
+    with pytest.raises(bs.errors.ModelError, match="the pushover has 1 certified step,"):
         curve_of(result, capacity_of_facade(holds=1))
 
 
@@ -1268,6 +1269,20 @@ def test_an_edge_that_is_upright_does_not_crush(result):
     edge = Q_([[0, 0, 0], [0, 0, HEIGHT]], "m")
     with pytest.raises(bs.errors.ModelError, match="an edge that is upright has no joint"):
         bs.assess.overturning(result.model, result.case, ["façade"], edge, compressive_strength="1 MPa")
+
+
+@pytest.mark.parametrize(
+    ("blocks", "edge", "words"),
+    [
+        (["façade"], [[0, 0, 0], [0, 0, HEIGHT]], "weight does not hold blocks that turn about an upright edge"),
+        (["façade"], [[0, 0, 0], [0, 0, 0]], r"both ends of the edge are at \(0, 0, 0\) m; give its two ends"),
+        (["façade"], [[0, 0, 0]], r"edge of shape \(1, 3\); give its two ends"),
+        (["façade", "façade"], [[0, 0, 0], [5, 0, 0]], "'façade' is given twice; name each block once"),
+    ],
+)
+def test_an_edge_or_blocks_that_are_none_are_refused(result, blocks, edge, words):
+    with pytest.raises(bs.errors.ModelError, match=words):
+        bs.assess.overturning(result.model, result.case, blocks, Q_(edge, "m"))
 
 
 def test_what_stands_on_named_blocks_is_told(small):

@@ -212,6 +212,8 @@ def test_on_soil_d_the_demand_does_not_rise_everywhere():
         ({"Tc": 0.3}, "has no unit"),
         ({"Tc": "5 s"}, "Tc 5 s"),
         ({"soil": "F"}, "known are A, B, C, D, E"),
+        ({"soil": ["B"]}, r"soil \['B'\]; known are A, B, C, D, E"),
+        ({"SS": True}, "SS: True is not a number; give one, as in '0.65'"),
         ({"topography": "flat"}, "known are T1"),
         ({"SS": -1}, "SS -1"),
         ({"CC": 10, "Tc": "0.6 s"}, r"T_C = C_C Tc\* = 6 s is beyond T_D = 2.2 s; give a Tc\*"),
@@ -230,6 +232,8 @@ def test_a_site_that_is_none_is_refused(change, words):
         ([0.1, 1], [1, 2], "rise from 0"),
         ([0, 2, 1], [1, 2, 3], "period 1 s after 2 s; give periods that rise from 0"),
         ([0, 1], [1, 0], "above zero"),
+        ([0], [1], "1 period, 1 ordinate; give as many, two at least"),
+        ([[0, 1]], [[1, 2]], r"periods of shape \(1, 2\), ordinates of shape \(1, 2\); give a list of each"),
     ],
 )
 def test_a_table_that_is_none_is_refused(periods, ordinates, words):
@@ -275,3 +279,15 @@ def test_floor_spectra_of_nothing_are_refused():
         bs.assess.floor_spectrum(mode, [mode])
     with pytest.raises(bs.errors.ModelError, match="a ratio such as"):
         bs.assess.Mode("0.4 s", participation=1.3, shape=0.9, damping=5)
+    with pytest.raises(bs.errors.ModelError, match="0 modes, a ="):
+        bs.assess.floor_spectrum(ground, [])
+    with pytest.raises(bs.errors.ModelError, match="1 mode, a ="):
+        bs.assess.floor_spectrum(ground, [mode], a=1.2)
+
+
+@pytest.mark.parametrize(("participation", "shape"), [(85, 1), (-85, 1), (13, 0.9)])
+def test_a_share_of_the_mass_in_per_cent_is_no_participation(participation, shape):
+    with pytest.raises(bs.errors.ModelError, match="not the share of the mass, nor in per cent"):
+        bs.assess.Mode("0.4 s", participation=participation, shape=shape)
+    # Shapes that are scaled by the mass have large γ and small ψ.
+    assert bs.assess.Mode("0.4 s", participation=316, shape=0.004).participation == 316

@@ -416,6 +416,9 @@ def test_paths_that_cannot_be_written_are_refused_before_the_run(small_model, tm
         bs.AnalysisManager(small_model, tmp_path / "file" / "x.h5")
     with refused(OSError, "cannot be written"):
         bs.AnalysisManager(small_model, "/proc/blockstruct/x.h5")
+    (tmp_path / "p.h5.partial").write_text("x")
+    with refused(bs.errors.StorageError, "p.h5.partial: is a file", "move that file away, or choose another name"):
+        bs.AnalysisManager(small_model, tmp_path / "p.h5")
 
 
 def test_vertices_that_are_no_numbers_are_refused_wherever_they_come_from():

@@ -1,6 +1,7 @@
 """Coefficients of the check, each with its paragraph."""
 
 from dataclasses import dataclass, fields
+from numbers import Real
 
 import numpy as np
 
@@ -96,7 +97,7 @@ class Coefficients:
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def confidence(

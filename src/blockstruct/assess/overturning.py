@@ -1,5 +1,6 @@
 """Linear kinematic analysis by hand: a named group of blocks turns about a named edge."""
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -104,8 +105,9 @@ def overturning(
     Raises
     ------
     ModelError
-        If blocks are unknown or supports, the edge has no length or is not at the blocks, they do not overturn about
-        it or ties lift them off it, the strength is not above zero or the edge upright, or the push is not horizontal.
+        If blocks are unknown, named twice or supports, the edge has no length or is not at the blocks, they do not
+        overturn about it or ties lift them off it, the strength is not above zero or the edge upright, or the push is
+        not horizontal.
 
     Examples
     --------
@@ -126,13 +128,21 @@ def overturning(
         msg = f"{who}: case {given} is a {type(case).__name__}; give a LimitCase with a push"
         raise ModelError(msg)
     names = blocks.blocks if isinstance(blocks, MacroBlock) else checked_tuple(blocks, str, f"{who}: blocks")
+    twice = [name for name, times in Counter(names).items() if times > 1]
+    if twice:
+        msg = f"{who}: blocks: {as_given(twice[0])} is given twice; name each block once"
+        raise ModelError(msg)
     turning = [model.block(name) for name in names]
     if not turning or any(b.fixed for b in turning):
         msg = f"{who}: blocks: {len(turning)}, of them supports: {sum(b.fixed for b in turning)}; name free blocks"
         raise ModelError(msg)
     ends = si_array(edge, "length", f"{who}: edge")
-    if ends.shape != (2, 3) or np.linalg.norm(ends[1] - ends[0]) == 0:
-        msg = f"{who}: edge of shape {ends.shape}; give its two ends, as in Q_([[0, 0, 0], [5, 0, 0]], 'm')"
+    as_in = "give its two ends, as in Q_([[0, 0, 0], [5, 0, 0]], 'm')"
+    if ends.shape != (2, 3):
+        msg = f"{who}: edge of shape {ends.shape}; {as_in}"
+        raise ModelError(msg)
+    if np.array_equal(*ends):
+        msg = f"{who}: both ends of the edge are at ({', '.join(f'{x:g}' for x in ends[0])}) m; {as_in}"
         raise ModelError(msg)
     _check_at(ends, turning)
     forces = HorizontalForces.of(model, case)
@@ -183,6 +193,9 @@ def overturning(
         for pull in pulls
     ]
     alpha0 = rotation.load_factor(0.0) * forces.share
+    if alpha0 <= 0 and np.hypot(*axis[:2]) < _UPRIGHT:
+        msg = f"{who}: weight does not hold blocks that turn about an upright edge; give a level one, at their foot"
+        raise ModelError(msg)
     if alpha0 <= 0:
         back = f", set back by {shown(setback, 'm')} by crushing" if setback else ""
         msg = (

@@ -288,7 +288,7 @@ def ntc_spectrum(
     """
     who = "ntc_spectrum"
     for name, given, table in (("soil", soil, SOILS), ("topography", topography, TOPOGRAPHY)):
-        if given not in table:
+        if not isinstance(given, str) or given not in table:
             msg = f"{who}: {name} {as_given(given)}; {did_you_mean(str(given), table)}"
             raise ModelError(msg)
     acceleration, Tc_star = si(ag, "acceleration", f"{who}: ag"), si(Tc, "time", f"{who}: Tc")

@@ -12,6 +12,7 @@ from blockstruct.errors import ModelError
 from blockstruct.keywords import checked_keywords
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.units import QuantityLike, si, si_array
+from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 g = STANDARD_GRAVITY
@@ -123,17 +124,18 @@ def table_spectrum(
     Raises
     ------
     ModelError
-        If periods do not rise from zero, ordinates are not positive or not as many, or ag or the damping is out of
-        range.
+        If one of both is no list, periods do not rise from zero, ordinates are not positive or not as many, or ag or
+        the damping is out of range.
     """
     who = "table_spectrum"
     T, S = (
         si_array(periods, "time", f"{who}: periods"),
         si_array(accelerations, "acceleration", f"{who}: accelerations"),
     )
+    check(T.ndim == S.ndim == 1, f"{who}: periods of shape {T.shape}, ordinates of shape {S.shape}", "a list of each")
     check(
-        T.ndim == 1 and T.shape == S.shape and T.size >= 2,
-        f"{who}: {T.size} periods, {S.size} ordinates",
+        T.shape == S.shape and T.size >= 2,
+        f"{who}: {counted(T.size, 'period')}, {counted(S.size, 'ordinate')}",
         "as many, two at least",
     )
     rising, back = "periods that rise from 0 s", int((np.diff(T) <= 0).argmax())

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from blockstruct.errors import StorageError, shown
-from blockstruct.storage.lock import folder_of
+from blockstruct.storage.lock import folder_of, in_the_way
 from blockstruct.storage.snapshot import Snapshot, Stamp
 
 SUFFIX = ".h5"
@@ -49,7 +49,7 @@ def claim(path: str | Path) -> Path:
             msg = f"{path}: the name of an analysis ends in {SUFFIX}, as an Archive wants; write {path}{SUFFIX}"
             raise StorageError(msg)
         place.parent.mkdir(parents=True, exist_ok=True)
-        _try(folder_of(place))
+        _try(place)
     except StorageError:
         raise
     except OSError as error:
@@ -109,13 +109,16 @@ def _check_holder(place: Path) -> None:
         raise StorageError(msg)
 
 
-def _try(folder: Path) -> None:
+def _try(place: Path) -> None:
     """Make, and remove, the folder of the working data, whose name is the longest of all that are needed."""
+    folder = folder_of(place)
     try:
         folder.mkdir()
         folder.rmdir()
     except OSError as error:
         if not folder.is_dir():
+            if isinstance(error, FileExistsError):
+                raise in_the_way(place) from error
             raise
         if error.errno != errno.ENOTEMPTY and not os.access(folder, os.W_OK | os.X_OK):
             raise

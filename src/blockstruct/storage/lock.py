@@ -44,6 +44,15 @@ def named_instead(path: Path) -> str:
     return f"a folder with the working data of a run; give the name of its file, {path.with_name(name)}"
 
 
+def in_the_way(path: Path) -> StorageError:
+    """Error where a file has the name of that folder."""
+    folder = folder_of(path)
+    return StorageError(
+        f"{folder}: is a file, and {path.name} needs a folder of this name for the working data of its run; move that "
+        "file away, or choose another name"
+    )
+
+
 #: What a lock that somebody else holds fails with; anything else is a file system without locks.
 _HELD = (errno.EACCES, errno.EAGAIN, errno.EWOULDBLOCK, errno.EDEADLK)
 
@@ -114,6 +123,8 @@ def _opened(lock: Path, path: Path) -> IO[bytes]:
             return lock.open("a+b", buffering=0)
         except FileNotFoundError:
             continue  # Another writer has just removed the folder.
+        except FileExistsError as error:
+            raise in_the_way(path) from error
         except OSError as error:
             msg = f"{path}: cannot be written ({error.strerror}); choose a folder you can write to"
             raise StorageError(msg) from error
