@@ -14,6 +14,7 @@ from blockstruct import Q_
 from blockstruct.views import figures
 from blockstruct.views.figures import drawings
 from blockstruct.views.report import report_html, write_report
+from blockstruct.views.report.room import room_of
 from structures import SELF_WEIGHT, model_of, push, single_block
 
 pypdf = pytest.importorskip("pypdf")
@@ -47,6 +48,20 @@ def summary(html):
 
 def pages(path):
     return [page.extract_text() for page in pypdf.PdfReader(io.BytesIO(path.read_bytes())).pages]
+
+
+def test_what_is_no_list_of_checks_or_no_project_is_refused(block):
+    check = bs.assess.local_mechanism(block["push"], 1.35, SITE)
+    for checks, given in ((check, "LocalMechanismCheck"), (["SLV"], "str")):
+        with pytest.raises(bs.errors.ModelError, match=rf"checks: {given}; give a list .* checks=\[check\]"):
+            report_html(block, checks=checks)
+    with pytest.raises(bs.errors.ModelError, match="project 'Lucca'; give names and texts"):
+        report_html(block, project="Lucca")
+
+
+def test_the_same_check_is_shown_once(block):
+    check, again = (bs.assess.local_mechanism(block["push"], 1.35, SITE) for _ in range(2))
+    assert report_html(block, checks=[check, check, again]) == report_html(block, checks=[check])
 
 
 def test_the_first_page_tells_what_is_relied_on(block):
@@ -171,6 +186,46 @@ def test_the_report_is_a_pdf_of_numbered_pages(block, tmp_path):
     assert "Appendix: settings and versions" in found[-1]
 
 
+def test_a_page_with_two_checks_and_notes_keeps_a_picture_that_can_be_read(block, tmp_path):
+    analysis = bs.AnalysisManager(block.model).run([case("push +x"), case("push +y", (0, 1, 0))])
+    checks = [bs.assess.local_mechanism(result, 1.35, SITE) for result in analysis.values()]
+    project = dict.fromkeys(("client", "engineer", "place", "date", "protocol", "drawing"), "Lucca")
+    said = report_html(analysis, project=project, checks=checks)
+    assert '<body class="crowded">' in said
+    assert float(re.search(r"summary figure img { max-width: (\d+)mm", said)[1]) > 110
+    found = pages(write_report(analysis, tmp_path / "r.pdf", project=project, checks=checks))
+    assert "partial safety factor" in found[0]
+    assert "Verification" in found[1]
+
+
+def test_a_page_that_is_full_leaves_the_picture_out():
+    relied = {
+        "sentence": "",
+        "between": "",
+        "curves": [],
+        "figures": [],
+        "notes": [],
+        "picture": {"caption": "It moves"},
+    }
+    said = {"results": [], "name": "wall", "project": {}, "parameters": [], "tags": [], "document_hash": ""}
+    said |= {"assumptions": []}
+    rooms = [room_of(said | {"relied_on": relied | {"notes": ["note " * 60] * n}}, []) for n in range(16)]
+    assert [room.crowding for room in rooms] == sorted(room.crowding for room in rooms)
+    assert {room.crowding for room in rooms} == {"", "crowded", "crowded bare"}
+    widths = [room.picture for room in rooms if room.crowding != "crowded bare"]
+    assert widths == sorted(widths, reverse=True)
+    assert (widths[0], min(widths) >= 76) == (122, True)
+
+
+def test_no_line_ends_within_a_quantity(block, tmp_path):
+    check = bs.assess.local_mechanism(block["push"], 1.35, SITE)
+    said = report_html(block, checks=[check])
+    assert f'{check.a0_star:.4g}\u00a0<span class="unit">m/s²</span>' in said
+    assert "(g\u00a0·\u00a0" in said
+    paper = "\n".join(pages(write_report(block, tmp_path / "r.pdf", checks=[check])))
+    assert not re.search(r"(m/|\d)\n(s²|m|k?N)", paper)
+
+
 def test_nothing_leaves_the_page_where_a_name_is_one_long_word(tmp_path):
     """What stands beside such a name, the load factor above all, is not pushed off the paper."""
     name, places = "Overturning_of_the_western_façade_" * 4, []
@@ -220,7 +275,7 @@ def test_a_reaction_is_no_load_factor(block):
     assert "Relied on: load factor 0.1 of “push”." in summary(report_html(both))
     alone = bs.AnalysisManager(block.model).run([settlement])
     head = summary(report_html(alone))
-    assert "Relied on: reaction 32 kN of “ground sinks”" in head
+    assert "Relied on: reaction 32\u00a0kN of “ground sinks”" in head
     assert "load factor" not in head[: head.index("Assumptions")]
 
 

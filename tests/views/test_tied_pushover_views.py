@@ -128,7 +128,7 @@ def test_report_and_console_say_it(analysis, result):
     assert "tie high breaks at a displacement of" in str(result_text(result))
     assumed = " ".join(report["assumptions"])
     assert "Displacements are small, but beyond the collapse state of a pushover: equilibrium" in assumed
-    assert "ties break at their elongation limits" in assumed
+    assert "corners stay sharp, and ties break at their elongation limits." in assumed
 
 
 def test_json(analysis, result):

@@ -79,10 +79,11 @@ def assumptions(
             "force and yield there without limit, unless an elongation limit is stated. Their weight is not considered."
         )
     if pushed:
+        corners = _corners(results)
+        there = f"{corners}, and ties break at their elongation limits" if model.ties else f"and {corners}"
         said.append(
             "Beyond the collapse state a pushover follows the blocks through finite displacements, slowly and without "
-            "dynamic effects: equilibrium is that where the blocks are, contacts are found anew there, "
-            f"{_corners(results)}, and ties break at their elongation limits."
+            f"dynamic effects: equilibrium is that where the blocks are, contacts are found anew there, {there}."
         )
     if rotates:
         said.append(

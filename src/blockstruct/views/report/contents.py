@@ -1,7 +1,7 @@
 """What a report says, as names and texts for its template."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -14,7 +14,7 @@ from blockstruct.views.report.assumptions import assumptions, pushed_masses
 from blockstruct.views.report.detection import detection_rows
 from blockstruct.views.report.pictures import address
 from blockstruct.views.report.pushovers import beginning_words
-from blockstruct.views.report.room import CASES, WARNINGS, crowding
+from blockstruct.views.report.room import room_of
 from blockstruct.views.report.summary import relied_on
 from blockstruct.views.report.verification import checked, undemanded, verification
 from blockstruct.views.selection import shown_results
@@ -32,6 +32,7 @@ from blockstruct.views.words import (
     tie_words,
     warning_words,
 )
+from blockstruct.vocabulary import counted
 
 #: Loads of a pattern that are listed one by one.
 _LISTED = 12
@@ -40,7 +41,7 @@ _SPREAD = (bs.LineLoad, bs.AreaLoad, bs.FillLoad)
 
 
 def contents(
-    analysis: bs.Analysis, project: Mapping[str, str], checks: Sequence[bs.assess.LocalMechanismCheck] = ()
+    analysis: bs.Analysis, project: Mapping[str, str], checks: Iterable[bs.assess.LocalMechanismCheck] = ()
 ) -> dict[str, Any]:
     """Everything the template may name, texts with their units."""
     model, spreads, of_case = analysis.model, analysis.spreads, checked(analysis, checks)
@@ -81,7 +82,7 @@ def contents(
         (case for case in said["results"] if case["warning"]),
         key=lambda case: case["name"] != said["relied_on"]["name"],
     )
-    return said | {"warned": warned, "crowding": crowding(said, warned), "room": {"cases": CASES, "warnings": WARNINGS}}
+    return said | {"warned": warned, "room": asdict(room_of(said, warned))}
 
 
 def quantity(value: float, unit: str) -> str:
@@ -166,7 +167,7 @@ def _patterns(results: list[bs.CaseResult]) -> dict[str, list[str]]:
             _load(load) + (f": {quantity(weight, 'N')} in all" if isinstance(load, _SPREAD) else "") + _mass(load)
             for load, weight in zip(pattern.loads[:_LISTED], down, strict=False)
         ]
-        listed[name] = shown + [f"and {rest} more loads"] * (rest > 0)
+        listed[name] = shown + [f"and {counted(rest, 'more load')}"] * (rest > 0)
     return listed
 
 

@@ -14,6 +14,7 @@ import blockstruct as bs
 from blockstruct.views.output import write_bytes
 from blockstruct.views.report.contents import contents
 from blockstruct.views.report.pdf import pdf_of
+from blockstruct.vocabulary import counted
 
 _OWN = "report.html.j2"
 #: How the names of the files that it writes end.
@@ -44,7 +45,8 @@ def write_report(
     StorageError
         If the path cannot be written, or is named as another kind of file, or the template cannot be used.
     ModelError
-        If a check is of another analysis, or of another load factor than the report relies on.
+        If a check is of another analysis, or of another load factor than the report relies on; if something else
+        than checks, or than names and texts of the project, is given.
     MissingExtraError
         PDF without ``pip install "blockstruct[pdf]"``.
     """
@@ -71,7 +73,7 @@ def report_html(
     project
         What the head of the report states, such as ``{"client": "…", "engineer": "…"}``.
     checks
-        Verifications of its cases: :func:`blockstruct.assess.local_mechanism`.
+        Verifications of its cases: :func:`blockstruct.assess.local_mechanism`. Checks alike are shown once.
     template
         A Jinja2 template to use instead. One that begins ``{% extends "report.html.j2" %}`` only has to state the
         blocks it changes: ``style``, ``head``, ``project``, ``relied_on``, ``results``, ``assumptions``,
@@ -82,7 +84,8 @@ def report_html(
     StorageError
         If the template cannot be read or filled.
     ModelError
-        If a check is of another analysis, or of another load factor than the report relies on.
+        If a check is of another analysis, or of another load factor than the report relies on; if something else
+        than checks, or than names and texts of the project, is given.
     """
     own = jinja2.PackageLoader("blockstruct.views.report", ".")
     loaders: list[jinja2.BaseLoader] = [own]
@@ -101,9 +104,14 @@ def report_html(
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.globals["counted"] = counted
     environment.filters["css_text"] = _css_text
     environment.filters["formula"] = _formula
-    said = contents(analysis, project, tuple(checks))
+    environment.filters["sentence"] = _sentence
+    if not isinstance(project, Mapping):
+        msg = f"report: project {bs.errors.shown(project)}; give names and texts, as in {{'client': '…'}}"
+        raise bs.errors.ModelError(msg)
+    said = contents(analysis, project, checks)
     if template is None:
         return environment.get_template(name).render(said)
     try:
@@ -126,22 +134,41 @@ _INDEX = re.compile(
 )
 
 
-#: Blanks of formulas at which no line ends: of a number and its unit, between a symbol and what it equals.
-_UNIT = re.compile(r"(?<=\d) (?=(?:m/s²|k?N(?:·m)?|[kM]?Pa|m?m[²³]?|kg|t|s|g|°|%)(?![\w*]))")
+#: Blanks of formulas at which no line ends: of a number and its unit, between a symbol and what it equals, and of short
+#: terms in parentheses. Nor does one after the stroke of a unit.
+_UNIT = re.compile(
+    r"(?<=\d) (?=(?:m/s²|kN/m[²³]?|k?N(?:[· ]m)?|[kM]?Pa|m?m[²³]?|kg|t|s|g|°|%)(?![\w*]))|(?<=N) (?=m\b)"
+)
+_STROKE = re.compile(r"m/s²|kN/m[²³]?")
+_TERM = re.compile(r"\([^()=]{1,24}\)")
 _SYMBOL = re.compile(r"((?:^|(?<= ))[^\W\d][^\s=]*) (?==)")
 _NO_BREAK = "\u00a0"
 
 
 def _formula(text: str) -> Markup:
     """A formula with its indices below the line and its powers above it, and lines that end between its terms."""
-    text = _SYMBOL.sub(rf"\1{_NO_BREAK}", _UNIT.sub(_NO_BREAK, text)).replace("= ", f"={_NO_BREAK}")
+    text = _SYMBOL.sub(rf"\1{_NO_BREAK}", _whole(text)).replace("= ", f"={_NO_BREAK}")
+    text = _TERM.sub(lambda term: term[0].replace(" ", _NO_BREAK), text)
 
     def raised(found: re.Match[str]) -> str:
         if found["power"]:
             return f"<sup>{found['power']}</sup>"
         return f"<sub>{found['group'] or found['word'] or found['zero']}</sub>"
 
-    return Markup(_INDEX.sub(raised, str(escape(text))))
+    return _with_strokes(Markup(_INDEX.sub(raised, str(escape(text)))))
+
+
+def _sentence(text: str) -> Markup:
+    """A sentence with quantities at whose blanks and strokes no line ends."""
+    return _with_strokes(escape(_whole(text)))
+
+
+def _whole(text: str) -> str:
+    return _UNIT.sub(_NO_BREAK, text)
+
+
+def _with_strokes(text: Markup) -> Markup:
+    return Markup(_STROKE.sub(r'<span class="unit">\g<0></span>', str(text)))
 
 
 def _line(error: Exception, name: str) -> int | None:

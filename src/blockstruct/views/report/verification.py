@@ -1,6 +1,6 @@
 """Checks of local mechanisms, as a report hands them in."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import blockstruct as bs
@@ -9,19 +9,27 @@ from blockstruct.views.report.pictures import capacity_picture, mechanism_pictur
 Check = bs.assess.LocalMechanismCheck
 
 
-def checked(analysis: bs.Analysis, checks: Sequence[Check]) -> list[tuple[str, Check]]:
-    """The case of each check, which must be of the load factor that the report relies on.
+def checked(analysis: bs.Analysis, checks: Iterable[Check]) -> list[tuple[str, Check]]:
+    """The case of each check, which must be of the load factor that the report relies on; checks alike count once.
 
     Raises
     ------
     ModelError
-        If a check is of another model, of a case that the analysis does not have, or of another load factor.
+        If something is no check, or a check is of another model, of a case that the analysis does not have, or of
+        another load factor.
     """
+    given = tuple(checks) if isinstance(checks, Iterable) else (checks,)
+    if not isinstance(checks, Iterable) or not all(isinstance(check, Check) for check in given):
+        msg = (
+            f"report of {analysis.model.name!r}: checks: {', '.join(type(each).__name__ for each in given)}; give a "
+            "list of what assess.local_mechanism returns, as in checks=[check]"
+        )
+        raise bs.errors.ModelError(msg)
     runs = {name: name for name in analysis.headlines}
     for case, spread in analysis.spreads.items():
         runs |= dict.fromkeys((r.name for r in spread.results.values()), case)
-    found = []
-    for check in checks:
+    found: dict[tuple[str, str], Check] = {}
+    for check in given:
         name = check.result.name
         if check.result.model.hash != analysis.model.hash or name not in runs:
             msg = (
@@ -36,8 +44,9 @@ def checked(analysis: bs.Analysis, checks: Sequence[Check]) -> list[tuple[str, C
                 f"but that of {runs[name]!r} is {relied:.4g}; check analysis.spread({runs[name]!r})"
             )
             raise bs.errors.ModelError(msg)
-        found.append((runs[name], check))
-    return found
+        # Two that print the same are one, whichever was made first.
+        found.setdefault((runs[name], str(check)), check)
+    return [(case, check) for (case, _), check in found.items()]
 
 
 def undemanded(analysis: bs.Analysis) -> str:
