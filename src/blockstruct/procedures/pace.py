@@ -18,7 +18,7 @@ GROWTH, LEAST, LARGEST = 1.5, 1 / 64, 2.0
 #: Ratio of what the push and the dead load weigh, up to which steps are the longer for it: what carries more moves no
 #: further.
 HEAVIEST = 1.0
-#: States from which the end of the curve is foreseen, along a straight line.
+#: States from which the end of the curve is foreseen, along a straight line, and how long a step is.
 FORESEEN = 8
 #: Most that a block may move, in multiples of what the control point is meant to.
 FASTEST = 3.0
@@ -50,7 +50,7 @@ class Pace:
         self.even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * steps)
         #: Displacement, m, and load factor of each state.
         self.curve: list[tuple[float, float]] = []
-        self._way = [0.0]
+        self._way, self._times = [0.0], [0.0]
         self._last: State | None = None
 
     def taken(self, state: State) -> None:
@@ -58,7 +58,13 @@ class Pace:
         if self._last is not None:
             self._way.append(self._way[-1] + _way(self._last, state.placement, state.displacement))
         self._last = state
+        self._times.append(state.time)
         self.curve.append((state.displacement, state.load_factor))
+
+    @property
+    def longest(self) -> float:
+        """Time of the longest of the last motions, s; infinite before the first."""
+        return max(self._times[-FORESEEN:]) or np.inf
 
     def way(self, placement: Placement) -> float:
         """Of the next step from a placement, m: of the control point, or a share of that of the fastest block."""

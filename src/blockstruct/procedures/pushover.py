@@ -171,7 +171,7 @@ class _Path:
         for _ in range(EVENTS):
             moved = attempts.after(state, share * time)
             found = attempts.reached(moved, state)
-            if found is None or not attempts.goes_on(found.solved):
+            if found is None or not attempts.goes_on(found):
                 break
             bent = BENT[0] < self._energy(state, found.state)[0] / (error * share**2) < BENT[1]
             if self._missed(state, found) < missed:
@@ -212,12 +212,12 @@ class _Path:
             following = attempts.reached(moved, state)
             # Half of a way that blocks drop by is none that they rest on.
             landed = not halved and following is not None and attempts.settles(following, state)
-            if landed or (following is not None and attempts.goes_on(following.solved)):
+            if landed or (following is not None and attempts.goes_on(following)):
                 break
             if not last:
                 time, halved = time / 2, True
         most = CERTIFIED if self._doubtful == DOUBTFUL else LOST
-        if following is None or following.solved.missed > most or (attempts.falls(following.solved) and not landed):
+        if following is None or following.solved.missed > most or (attempts.falls(following) and not landed):
             return self.lost(moved.placement, following), time
         # Where a tie breaks the load factor falls at once, and not on the way there.
         if self._problem.breaks(state.longest, moved.longest).any():
@@ -229,13 +229,13 @@ class _Path:
             time *= state.load_factor / (state.load_factor - below)
             moved = attempts.after(state, time)
             back = attempts.reached(moved, state)
-            if back is None or not attempts.goes_on(back.solved):
+            if back is None or not attempts.goes_on(back):
                 break
             following = back
         return following, time
 
     def lost(self, placement: Placement, found: Found | None) -> str:
-        return lost(self._problem, placement, found, falls=found is not None and self.attempts.falls(found.solved))
+        return lost(self._problem, placement, found, falls=found is not None and self.attempts.falls(found))
 
     def record(self, found: Found) -> FiniteStep:
         """The state as it is kept."""
