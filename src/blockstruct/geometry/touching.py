@@ -278,8 +278,9 @@ def _sharpest(body: Polyhedron) -> float:
     edges = {(a, b): f for f, face in enumerate(body.faces) for a, b in zip(face, (*face[1:], face[0]), strict=True)}
     start, one, other = np.array([(a, f, edges[b, a]) for (a, b), f in edges.items()]).T
     centre = np.array([corners[list(face)].mean(axis=0) for face in body.faces])
-    out = _dots(normals[one], centre[other] - corners[start]) <= 0
-    halves = np.arccos(np.clip(_dots(normals[one], normals[other]), -1.0, 1.0)) / 2
+    cosine = _dots(normals[one], normals[other])
+    out = (_dots(normals[one], centre[other] - corners[start]) <= 0) | (cosine > FLAT)
+    halves = np.arccos(np.clip(cosine, -1.0, 1.0)) / 2
     points = np.zeros_like(corners)
     np.add.at(points, at[:, 0], normals[at[:, 1]])
     points /= np.maximum(np.linalg.norm(points, axis=1, keepdims=True), 1e-300)

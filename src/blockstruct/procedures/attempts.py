@@ -56,6 +56,8 @@ class Attempts:
         self.stepper = Stepper(settings, solver)
         self._least = LEAST_WORK * self.load_factor
         self._nearest = NEAREST * problem.statics.length
+        shapes = ((b.shape.vertices, b.centroid) for b in problem.statics.model.blocks)
+        self._radius = np.array([np.linalg.norm(corners - centre, axis=1).max() for corners, centre in shapes])
         self._before: State | None = None
         self.last: State | None = None
 
@@ -81,8 +83,7 @@ class Attempts:
 
     def after(self, state: State, time: float) -> MovedProblem:
         """The problem where the blocks of a state are after a time, with contacts within the reach of that motion."""
-        furthest = float(np.linalg.norm(state.twist[:, :3], axis=1).max()) * time
-        reach = max(self._nearest, REACH * furthest)
+        reach = max(self._nearest, REACH * self._fastest(state.twist) * time)
         return self.problem.at(state.placement.moved(state.twist * time), reach, state.longest)
 
     def reached(self, moved: MovedProblem, before: State) -> Found | None:
@@ -142,9 +143,14 @@ class Attempts:
         placement, displacement = moved.placement, self.problem.control.displacement(moved.placement)
         twist, alpha, dissipation = moved.twist(solution.u), solution.load_factor, solution.dissipation
         falling, longest = solution.falling, moved.longest
-        time = min(time, moved.reach / float(np.linalg.norm(twist[:, :3], axis=1).max()))
+        time = min(time, moved.reach / self._fastest(twist))
         state = State(placement, alpha, dissipation, twist, time, displacement, longest, falling)
         return Found(state, moved, solution)
+
+    def _fastest(self, twist: Array) -> float:
+        """Speed that no point of a block is faster than in a motion, twists (B, 6)."""
+        velocity, turning = (np.linalg.norm(part, axis=1) for part in (twist[:, :3], twist[:, 3:]))
+        return float((velocity + turning * self._radius).max())
 
     def _until_closed(self, moved: MovedProblem, solved: Solved, twist: Array, time: float) -> float:
         """Time in which the last motion closes the first gap or slack across which the solution has a force of weight.

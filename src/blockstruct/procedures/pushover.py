@@ -179,8 +179,8 @@ class _Path:
                 self._divided = not bent
             if missed <= EVENT:
                 break
-            allowed = EVENT * np.array([work / 2, self._done]) / error
-            share = WITHIN * (allowed[0] + np.sqrt(allowed[0] ** 2 + allowed[1])) if bent else share / 2
+            own, before = EVENT * work / error / 2, EVENT * self._done / error
+            share = WITHIN * (own + np.sqrt(own**2 + before)) if bent else share / 2
         if best is following:
             return best
         speed = abs(self._problem.control.velocity(best.state.placement, best.state.twist))
