@@ -29,6 +29,35 @@ def test_a_stop_is_met_whatever_the_steps(at, steps):
     assert "the push meets what it cannot move" in result.message
 
 
+def test_blocks_that_come_towards_each_other_meet():
+    """Two plates, pushed from both sides, slide half a metre each and jam: those of 30 mm went through each other."""
+    blocks = [
+        box("ground", [-6, 0, -0.5], [20, 1, 0.5], fixed=True),
+        box("left", [-1, 0, 0], [1, 1, 0.03]),
+        box("right", [1, 0, 0], [1, 1, 0.03]),
+    ]
+    weight = Q_(20 * 0.03, "kN")
+    loads = [bs.PointLoad("left", Q_([0, 0.5, 0], "m"), weight * np.array([1, 0, 0]))]
+    loads += [bs.PointLoad("right", Q_([1, 0.5, 0], "m"), weight * np.array([-1, 0, 0]))]
+    result = run(model_of(blocks, SMOOTH), "left", bs.LoadPattern("jaws", loads), steps=10)
+    assert result.load_factor == pytest.approx(0.3, rel=1e-6)
+    assert float(result.capacity["displacement"][-1]) == pytest.approx(0.5, rel=2e-2)
+
+
+def test_the_tip_of_a_long_beam_meets_what_is_below():
+    """It turns over a pivot near its centroid, which hardly moves: the tip went through a tray 1.2 m below."""
+    blocks = [
+        box("pivot", [-0.1, 0, -2], [0.2, 1, 2], fixed=True),
+        box("beam", [-3, 0, 0], [6, 1, 0.3]),
+        box("tray", [2.6, 0, -1.25], [0.8, 1, 0.05], fixed=True),
+    ]
+    load = bs.PointLoad("beam", Q_([3, 0.5, 0], "m"), Q_([0, 0, -36], "kN"))
+    control = {"control": ("beam", "-z"), "control_point": Q_([3, 0.5, 0], "m")}
+    case = bs.Pushover("push", SELF_WEIGHT, bs.LoadPattern("tip", [load]), steps=12, **control)
+    curve = bs.run(model_of(blocks, bs.JointMaterial("dry", 0.6)), case)["push"].capacity
+    assert float(curve["displacement"].max()) < 1.21
+
+
 def test_the_unit_of_the_variable_load_changes_nothing():
     """A block of 1,200 kN is pushed against a stop: with a unit of 1 kN its steps went through it."""
     blocks = [
@@ -84,14 +113,16 @@ def test_a_spike_does_not_go_into_a_wall():
     assert np.isnan(result.capacity["d0"])
 
 
-def test_no_curve_where_the_interface_is_smaller_than_faces():
+@pytest.mark.parametrize("rounding", ["0 mm", "50 mm"])
+def test_no_curve_where_the_interface_is_smaller_than_faces(rounding):
     """A block 0.5 m by 2 m on an interface half as wide: α0 = 0.125; its faces would hold it up to 0.25."""
     blocks = [box("ground", [-3, 0, -0.5], [9, 1, 0.5], fixed=True), box("block", [0, 0, 0], [0.5, 1, 2])]
     corners = Q_([[0.125, 0, 0], [0.375, 0, 0], [0.375, 1, 0], [0.125, 1, 0]], "m")
-    result = run(bs.Model("pointed", blocks, [bs.Interface("joint", "ground", "block", corners, ROUGH)]), "block")
+    model = bs.Model("pointed", blocks, [bs.Interface("joint", "ground", "block", corners, ROUGH)])
+    result = run(model, "block", corner_rounding=rounding)
     assert result.load_factor == pytest.approx(0.125, rel=1e-6)
     assert result.capacity is None
-    assert "no curve: it would begin at a load factor of 0.25, above the 0.125 of the collapse state" in result.message
+    assert "would begin at a load factor of 0.25, above the 0.125 of the collapse state" in result.message
     assert "faces larger than its interfaces" in result.message
 
 

@@ -158,12 +158,18 @@ class MovingProblem:
 
     def __init__(self, statics: Statics, problem: LimitProblem, case: Pushover) -> None:
         check_pushover(statics.model, case)
-        self.statics, self.at_rest = statics, problem
+        self.statics, self.at_rest, self._case = statics, problem, case
         self.structure = MovingStructure(statics, case.corner_rounding)
         self.control = ControlPoint.of(statics.model, case)
         self.dead, self.variable = (MovingLoads.of(statics.model, p, case.dead) for p in (case.dead, case.variable))
         self.unit = np.full(len(statics.model.blocks), np.inf)
         self.unit[statics.free] = problem.wrench_unit
+
+    @property
+    def sharp(self) -> Self:
+        """The same with sharp corners, as the model has them."""
+        case = replace(self._case, corner_rounding=0.0)
+        return self if case == self._case else type(self)(self.statics, self.at_rest, case)
 
     def lengths(self, placement: Placement) -> Array:
         """Lengths (N,) of the ties of the model, m."""

@@ -83,7 +83,7 @@ class Attempts:
 
     def after(self, state: State, time: float) -> MovedProblem:
         """The problem where the blocks of a state are after a time, with contacts within the reach of that motion."""
-        reach = max(self._nearest, REACH * self._fastest(state.twist) * time)
+        reach = max(self._nearest, REACH * self._closing(state.twist) * time)
         return self.problem.at(state.placement.moved(state.twist * time), reach, state.longest)
 
     def reached(self, moved: MovedProblem, before: State) -> Found | None:
@@ -143,14 +143,15 @@ class Attempts:
         placement, displacement = moved.placement, self.problem.control.displacement(moved.placement)
         twist, alpha, dissipation = moved.twist(solution.u), solution.load_factor, solution.dissipation
         falling, longest = solution.falling, moved.longest
-        time = min(time, moved.reach / self._fastest(twist))
+        time = min(time, moved.reach / self._closing(twist))
         state = State(placement, alpha, dissipation, twist, time, displacement, longest, falling)
         return Found(state, moved, solution)
 
-    def _fastest(self, twist: Array) -> float:
-        """Speed that no point of a block is faster than in a motion, twists (B, 6)."""
-        velocity, turning = (np.linalg.norm(part, axis=1) for part in (twist[:, :3], twist[:, 3:]))
-        return float((velocity + turning * self._radius).max())
+    def _closing(self, twist: Array) -> float:
+        """Speed that no two points of blocks are faster than towards each other in a motion, twists (B, 6)."""
+        apart = np.linalg.norm(np.ptp(twist[:, :3], axis=0))
+        turning = np.linalg.norm(twist[:, 3:], axis=1) * self._radius
+        return float(apart + np.sort(turning)[-2:].sum())
 
     def _until_closed(self, moved: MovedProblem, solved: Solved, twist: Array, time: float) -> float:
         """Time in which the last motion closes the first gap or slack across which the solution has a force of weight.

@@ -175,9 +175,9 @@ def begins_above(problem: MovingProblem, first: Found, load_factor: float) -> st
     without = [f"{names[i]}|{names[j]}" for i, j in sorted(loaded - {(i, j) for i, j in joints})]
     where = f"{listed(without)}, where the model has no interface" if without else "faces larger than its interfaces"
     return (
-        f"no curve: it would begin at a load factor of {first.state.load_factor:.4g}, above the {load_factor:.4g} of "
-        f"the collapse state, as blocks that move touch wherever their faces do: forces at {where}. Give the "
-        "interfaces that are there, or blocks whose faces are no larger, and compare the load factors"
+        f"no curve: with sharp corners it would begin at a load factor of {first.state.load_factor:.4g}, above the "
+        f"{load_factor:.4g} of the collapse state, as blocks that move touch wherever faces do: forces at {where}. "
+        "Give the interfaces that are there, or blocks whose faces are no larger, and compare the load factors"
     )
 
 

@@ -214,7 +214,7 @@ def _misses(capacity: xr.Dataset) -> list[str]:
         return []
     k = int(missed.argmax())
     before = f"{1e3 * float(capacity['displacement'][max(k - 1, 0)]):.4g} mm"
-    what = "blocks drop or hinges leap there, so run it with other steps and compare"
+    what = "blocks drop or meet, or hinges leap there, so run it with other steps and compare"
     return [f"{missed[k]:.1%} of all work is missed in the step from a displacement of {before}: {what}"]
 
 
