@@ -50,7 +50,7 @@ class Pace:
         self.even = float(np.linalg.norm(free - free.mean(axis=0), axis=1).max()) / (4 * steps)
         #: Displacement, m, and load factor of each state.
         self.curve: list[tuple[float, float]] = []
-        self._way, self._times = [0.0], [0.0]
+        self._way, self._times, self._drops = [0.0], [0.0], [False]
         self._last: State | None = None
 
     def taken(self, state: State) -> None:
@@ -59,7 +59,13 @@ class Pace:
             self._way.append(self._way[-1] + _way(self._last, state.placement, state.displacement))
         self._last = state
         self._times.append(state.time)
+        self._drops.append(state.dropped)
         self.curve.append((state.displacement, state.load_factor))
+
+    @property
+    def dropped(self) -> bool:
+        """Whether blocks have dropped in one of the last states."""
+        return any(self._drops[-FORESEEN:])
 
     @property
     def longest(self) -> float:
