@@ -1,5 +1,6 @@
 """Names of statuses, dimensions and stored variables: one spelling for code, files and users."""
 
+from collections.abc import Sequence
 from enum import StrEnum
 
 COMPONENTS = ("n", "s", "t")
@@ -37,6 +38,12 @@ def counted(number: int, noun: str, plural: str = "") -> str:
     ('1 block', '2 blocks', '0 bodies')
     """
     return f"{number} {noun if number == 1 else plural or f'{noun}s'}"
+
+
+def listed(names: Sequence[str], most: int = 10) -> str:
+    """The first names, and how many more there are."""
+    rest = len(names) - most
+    return ", ".join(names[:most]) + (f" and {rest} more" if rest > 0 else "")
 
 
 class Flow(StrEnum):

@@ -17,6 +17,7 @@ from blockstruct.keywords import checked_keywords
 from blockstruct.model import Block, LimitCase, Model, checked_tuple, tie_segments
 from blockstruct.results import MacroBlock, applied_loads
 from blockstruct.units import QuantityLike, si, si_array
+from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 
@@ -68,8 +69,7 @@ class Overturning:
     notes: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        count = len(self.blocks)
-        said = section(f"overturning of {count} block{'s' * (count > 1)} about an edge", self.lines)
+        said = section(f"overturning of {counted(len(self.blocks), 'block')} about an edge", self.lines)
         return "\n".join([*(f"note: {text}" for text in self.notes), str(said)])
 
 

@@ -92,8 +92,8 @@ class MovingBodies:
         least = (np.inf, "")
         for i, (name, body) in enumerate(bodies.items()):
             parts = [(f, part) for f, face in enumerate(body.faces) for part in _convex_parts(body, f, face)]
-            angle = min(max(FACING, _sharpest(body)), LOOKS)
             beyond = {(a, b): f for f, part in parts for a, b in zip(part, (*part[1:], part[0]), strict=True)}
+            angle = min(max(FACING, _sharpest(body, beyond)), LOOKS)
             for f, part in parts:
                 others = body.normals[[beyond[b, a] for a, b in zip(part, (*part[1:], part[0]), strict=True)]]
                 points = body.vertices[list(part)] - body.centroid
@@ -271,12 +271,15 @@ def _dots(a: Array, b: Array) -> Array:
     return np.asarray(np.einsum("pi,pi->p", a, b))
 
 
-def _sharpest(body: Polyhedron) -> float:
-    """Angle, radians, between what an edge or a corner that sticks out points to and the nearest of its faces."""
+def _sharpest(body: Polyhedron, beyond: Mapping[tuple[int, int], int]) -> float:
+    """Angle, radians, between what an edge or a corner that sticks out points to and the nearest of its faces.
+
+    The face of each edge is that on its left, seen from outside.
+    """
     normals, corners = body.normals, body.vertices
-    at = np.array([(v, f) for f, face in enumerate(body.faces) for v in face])
-    edges = {(a, b): f for f, face in enumerate(body.faces) for a, b in zip(face, (*face[1:], face[0]), strict=True)}
-    start, one, other = np.array([(a, f, edges[b, a]) for (a, b), f in edges.items()]).T
+    start, one, other = np.array([(a, f, beyond[b, a]) for (a, b), f in beyond.items()]).T
+    # Parts of one face have corners in common.
+    at = np.unique(np.column_stack([start, one]), axis=0)
     centre = np.array([corners[list(face)].mean(axis=0) for face in body.faces])
     cosine = _dots(normals[one], normals[other])
     out = (_dots(normals[one], centre[other] - corners[start]) <= 0) | (cosine > FLAT)

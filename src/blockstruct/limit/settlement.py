@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, UnknownNameError
-from blockstruct.model import Model, SettlementCase, listed
+from blockstruct.model import Model, SettlementCase
 from blockstruct.statics import Statics, equilibrium_matrix, wrenches
+from blockstruct.vocabulary import listed
 
 Array = NDArray[np.float64]
 

@@ -11,9 +11,10 @@ from blockstruct.errors import ModelError
 from blockstruct.geometry import stretches_inside
 from blockstruct.keywords import checked_keywords
 from blockstruct.model.block import Block
-from blockstruct.model.checks import checked_name, listed
+from blockstruct.model.checks import checked_name
 from blockstruct.model.tie_segments import TieSegment, Vector, positive_quantities, set_fields
 from blockstruct.units import QuantityLike, VectorLike, si_vector
+from blockstruct.vocabulary import listed
 
 
 @checked_keywords

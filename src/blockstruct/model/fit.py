@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from blockstruct.errors import GeometryError
 from blockstruct.geometry import areas_on_bodies, box_pairs, common_areas, overlapping_pairs, perimeter
 from blockstruct.model.block import Block
-from blockstruct.model.checks import listed
 from blockstruct.model.detection_report import DetectionReport
 from blockstruct.model.interface import Interface
-from blockstruct.vocabulary import counted
+from blockstruct.vocabulary import counted, listed
 
 Array = NDArray[np.float64]
 

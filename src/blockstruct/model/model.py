@@ -15,7 +15,7 @@ from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry import unsupported
 from blockstruct.keywords import checked_keywords
 from blockstruct.model.block import Block
-from blockstruct.model.checks import checked_name, checked_tuple, listed
+from blockstruct.model.checks import checked_name, checked_tuple
 from blockstruct.model.detection_report import Detection, DetectionReport
 from blockstruct.model.fit import check_interfaces, check_overlaps
 from blockstruct.model.interface import Interface
@@ -23,7 +23,7 @@ from blockstruct.model.joint_material import JointMaterial
 from blockstruct.model.material import Material
 from blockstruct.model.tie_kinds import AnyTie, given_quantities, tie_kind_of, tie_segments
 from blockstruct.notebook import html_table
-from blockstruct.vocabulary import Torsion, counted
+from blockstruct.vocabulary import Torsion, counted, listed
 
 
 @checked_keywords

@@ -10,8 +10,9 @@ import numpy as np
 
 from blockstruct.errors import ModelError, UnknownNameError, shown
 from blockstruct.model.block import Block
-from blockstruct.model.checks import check_at_block, checked_name, listed
+from blockstruct.model.checks import check_at_block, checked_name
 from blockstruct.units import si, si_vector, symbol
+from blockstruct.vocabulary import listed
 
 Vector = tuple[float, float, float]
 #: Where a tie ends: the name of a block, and the point of its anchor in m.

@@ -169,10 +169,10 @@ class Attempts:
         """Whether blocks drop until they meet others, by the rates of the dead load's work in a step and in another."""
         return falling > max(before, self.driving - self.load_factor) + DROPS * self.driving
 
-    def falls(self, found: Found) -> bool:
+    def falls(self, solved: Solved) -> bool:
         """Whether the dead load drives the motion, and not the push: what forces there are is no load factor then."""
-        most = FALLING if found.solved.load_factor > 0 else FALLING_AT_ZERO
-        return found.solved.falling > most * self.driving
+        most = FALLING if solved.load_factor > 0 else FALLING_AT_ZERO
+        return solved.falling > most * self.driving
 
     def settles(self, found: Found, before: State) -> bool:
         """Whether blocks have dropped on the way to a state, or lately, and drop on by little.
@@ -185,6 +185,6 @@ class Attempts:
         lately = self.pace.dropped and found.solved.falling * found.state.time < self.driving * self.pace.longest
         return (before.drops_next or lately) and near and found.solved.missed <= CERTIFIED
 
-    def goes_on(self, found: Found) -> bool:
+    def goes_on(self, solved: Solved) -> bool:
         """Whether the next step may begin at a state."""
-        return found.solved.missed <= CERTIFIED and not self.falls(found)
+        return solved.missed <= CERTIFIED and not self.falls(solved)

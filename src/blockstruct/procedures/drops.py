@@ -52,7 +52,7 @@ def drop_on(tried: Attempts, state: State, following: Found, time: float) -> Fou
     if before:
         tried.go_on()
         holds = tried.reached(tried.after(state, before), state)
-        if holds is not None and tried.goes_on(holds):
+        if holds is not None and tried.goes_on(holds.solved):
             # Where the drop is on its way already, that way ends with it.
             left = min(holds.state.time, behind - before)
             return replace(holds, state=replace(holds.state, time=left, drops_next=True))

@@ -161,7 +161,8 @@ class _Path:
             return dropping
         # What was looked for in vain leaves nothing behind.
         attempts.stepper.go_on(*tried)
-        missed = self._missed(state, following)
+        error, work = self._energy(state, following.state)
+        missed = self._share(error, work)
         # Blocks that fall release work that nothing balances, however short the step.
         self._divided = missed > EVENT and not divided and following.solved.falling < attempts.driving
         if not self._divided:
@@ -170,16 +171,16 @@ class _Path:
         # length of the step in which they do: most of the way is a step of its own. Where it goes with the square of
         # that length forces bend, and do not jump: what is left of the way may be divided as well.
         whole, share = following.state.displacement, 1 - EVENT / missed / 2
-        best, (error, work) = following, self._energy(state, following.state)
+        best = following
         for _ in range(EVENTS):
             moved = attempts.after(state, share * time)
             found = attempts.reached(moved, state)
-            if found is None or not attempts.goes_on(found):
+            if found is None or not attempts.goes_on(found.solved):
                 break
-            bent = BENT[0] < self._energy(state, found.state)[0] / (error * share**2) < BENT[1]
-            if self._missed(state, found) < missed:
-                best, missed = found, self._missed(state, found)
-                self._divided = not bent
+            less, done = self._energy(state, found.state)
+            bent = BENT[0] < less / (error * share**2) < BENT[1]
+            if self._share(less, done) < missed:
+                best, missed, self._divided = found, self._share(less, done), not bent
             if missed <= EVENT:
                 break
             own, before = EVENT * work / error / 2, EVENT * self._done / error
@@ -190,9 +191,8 @@ class _Path:
         rest = abs(whole - best.state.displacement) / max(speed, 1e-300)
         return replace(best, state=replace(best.state, time=min(best.state.time, rest)))
 
-    def _missed(self, state: State, found: Found) -> float:
+    def _share(self, missed: float, work: float) -> float:
         """What the energy balance of a step misses, relative to all work so far."""
-        missed, work = self._energy(state, found.state)
         return missed / max(self._done + work, 1e-300)
 
     def _tried(self, state: State) -> tuple[Found | str, float]:
@@ -215,12 +215,12 @@ class _Path:
             following = attempts.reached(moved, state)
             # Half of a way that blocks drop by is none that they rest on.
             landed = not halved and following is not None and attempts.settles(following, state)
-            if landed or (following is not None and attempts.goes_on(following)):
+            if landed or (following is not None and attempts.goes_on(following.solved)):
                 break
             if not last:
                 time, halved = time / 2, True
         most = CERTIFIED if self._doubtful == DOUBTFUL else LOST
-        if following is None or following.solved.missed > most or (attempts.falls(following) and not landed):
+        if following is None or following.solved.missed > most or (attempts.falls(following.solved) and not landed):
             return self.lost(moved.placement, following), time
         # Where a tie breaks the load factor falls at once, and not on the way there.
         if self._problem.breaks(state.longest, moved.longest).any():
@@ -232,25 +232,24 @@ class _Path:
             time *= state.load_factor / (state.load_factor - below)
             moved = attempts.after(state, time)
             back = attempts.reached(moved, state)
-            if back is None or not attempts.goes_on(back):
+            if back is None or not attempts.goes_on(back.solved):
                 break
             following = back
         return following, time
 
     def lost(self, placement: Placement, found: Found | None) -> str:
-        return lost(self._problem, placement, found, falls=found is not None and self.attempts.falls(found))
+        return lost(self._problem, placement, found, falls=found is not None and self.attempts.falls(found.solved))
 
     def record(self, found: Found) -> FiniteStep:
         """The state as it is kept."""
         missed = work = 0.0
         if self.attempts.last is not None:
             missed, work = self._energy(self.attempts.last, found.state)
-        all_work = self._done + work
         time, self._clock = perf_counter() - self._clock, perf_counter()
         return found.kept(
             divided=self._divided,
             waiting=self.attempts.stepper.waiting,
-            energy_error=missed / all_work if all_work else 0.0,
+            energy_error=self._share(missed, work),
             spent=self.attempts.stepper.solver.spent(),
             time=time,
         )

@@ -13,6 +13,7 @@ from blockstruct.limit.capacity_curve import FiniteStep
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.moved import MovedProblem, MovingProblem
 from blockstruct.procedures.finite_step import Solved, dissipated
+from blockstruct.vocabulary import listed
 
 Array = NDArray[np.float64]
 
@@ -173,7 +174,9 @@ def begins_above(problem: MovingProblem, first: Found, load_factor: float) -> st
     joints, found = (np.sort(np.column_stack([p.minus, p.plus])).tolist() for p in (own, points))
     loaded = {(i, j) for (i, j), n in zip(found, first.solved.x[:, 0], strict=True) if n > NO_FORCE}
     without = [f"{names[i]}|{names[j]}" for i, j in sorted(loaded - {(i, j) for i, j in joints})]
-    where = f"{listed(without)}, where the model has no interface" if without else "faces larger than its interfaces"
+    where = (
+        f"{listed(without, NAMED)}, where the model has no interface" if without else "faces larger than its interfaces"
+    )
     return (
         f"no curve: with sharp corners it would begin at a load factor of {first.state.load_factor:.4g}, above the "
         f"{load_factor:.4g} of the collapse state, as blocks that move touch wherever faces do: forces at {where}. "
@@ -193,13 +196,8 @@ def lost(problem: MovingProblem, placement: Placement, found: Found | None, *, f
     fastest = np.argsort(-speed, kind="stable")
     names = [problem.statics.model.blocks[i].name for i in fastest[speed[fastest] > FAST * speed.max()]]
     if falls:
-        return f"blocks fall under the dead load alone {at} ({listed(names)}), and the method ends"
-    return f"no motion that satisfies the flow rule is found {at} (blocks {listed(names)}), and the method ends"
-
-
-def listed(names: Sequence[str]) -> str:
-    """The first of them, and how many more there are."""
-    return ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
+        return f"blocks fall under the dead load alone {at} ({listed(names, NAMED)}), and the method ends"
+    return f"no motion that satisfies the flow rule is found {at} (blocks {listed(names, NAMED)}), and the method ends"
 
 
 def moves_furthest(names: Sequence[str], twist: Array) -> str:

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from blockstruct.model import Case, SettlementCase, listed
+from blockstruct.model import Case, SettlementCase
 from blockstruct.results.crushing_cells import lost_lever
 from blockstruct.results.utilisation import beyond_rectangle
-from blockstruct.vocabulary import NO_STATE, OF_CURVE, OF_HUNG, OF_JAMMED, Status, counted
+from blockstruct.vocabulary import NO_STATE, OF_CURVE, OF_HUNG, OF_JAMMED, Status, counted, listed
 
 _JAMMED = (
     "With dilatancy the joints carry any multiple of the variable load, so nothing bounds this load factor from above: "

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from blockstruct.model import BodyForce, Case, Model, SelfWeight, SettlementCase, kind_of, listed
+from blockstruct.model import BodyForce, Case, Model, SelfWeight, SettlementCase, kind_of
 from blockstruct.statics import applied_loads, carried_weights
+from blockstruct.vocabulary import listed
 
 _NAMES = {
     "weight": "concentrated weights",

@@ -6,10 +6,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.limit import UniformTorsion
-from blockstruct.model import Model, listed
+from blockstruct.model import Model
 from blockstruct.results.history import division_of
 from blockstruct.statics import ContactPoints, multiple_of_uniform_friction
-from blockstruct.vocabulary import Torsion
+from blockstruct.vocabulary import Torsion, listed
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry import PlanFaces, products
 from blockstruct.model import AreaLoad, Block, FillLoad, LineLoad, LoadPattern, Model, Weight
-from blockstruct.model.checks import listed
+from blockstruct.vocabulary import listed
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -31,18 +31,18 @@ class Room:
 
     Attributes
     ----------
-    cases, warnings : int
-        How many it shows.
     crowding : str
         Classes of its style: nothing, smaller texts, or no picture either.
     picture : float
         Width of its picture, mm.
+    cases, warnings : int
+        How many it shows.
     """
 
-    cases: int
-    warnings: int
     crowding: str
     picture: float
+    cases: int = CASES
+    warnings: int = WARNINGS
 
 
 def room_of(said: Mapping[str, Any], warned: Sequence[Mapping[str, str]]) -> Room:
@@ -72,7 +72,7 @@ def room_of(said: Mapping[str, Any], warned: Sequence[Mapping[str, str]]) -> Roo
     lines += sum(max(1.3 + 0.9 * more, names) for more, names in below)
     lines += 0.4 * sum(_lines(text, _COLUMN) + 0.3 for text in said["assumptions"])
     if lines <= _LINES:
-        return Room(CASES, WARNINGS, "", _LARGEST)
+        return Room("", _LARGEST)
     height = _ALWAYS + _TITLE_LINE * titles + _REMARK_LINE * remarks + _ROW * stated
     height += sum(_LINE * _lines(text, _SMALL_WIDE) + _SPACE for text in paragraphs)
     height += sum(max(_ROW + _REMARK_LINE * more, _ROW * names) for more, names in below)
@@ -81,7 +81,7 @@ def room_of(said: Mapping[str, Any], warned: Sequence[Mapping[str, str]]) -> Roo
     height += min(max(sum(items[:k]), sum(items[k:])) for k in range(len(items) + 1))
     caption = relied["picture"]["caption"] if relied["picture"] else ""
     width = (_PAGE - height - _LINE * _lines(caption, _SMALL_WIDE) - _ABOUT) * PICTURE[0] / PICTURE[1]
-    return Room(CASES, WARNINGS, "crowded" if width >= _LEAST else "crowded bare", round(min(width, _LARGEST)))
+    return Room("crowded" if width >= _LEAST else "crowded bare", round(min(width, _LARGEST)))
 
 
 def _lines(text: str, width: int) -> int:
