@@ -941,6 +941,18 @@ def test_demands_of_one_place_are_taken(result):
         assert np.isfinite(states["SLD"].demand) == ("spectrum_sld" in others)
 
 
+def test_a_mechanism_on_a_support_at_a_height_is_told_under_the_spectrum_of_the_ground():
+    """A pinnacle on a tower that is a support, 9 m above the foot of a wall, begins before the wall does."""
+    ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[8, 3, 0.5] m", STONE, fixed=True)
+    tower = bs.Block.box("tower", "[5, 0, 0] m", "[1, 1, 9] m", STONE, fixed=True)
+    wall = bs.Block.box("wall", "[0, 0, 0] m", "[4, 0.9, 3] m", STONE)
+    pinnacle = bs.Block.box("pinnacle", "[5.3, 0.3, 9] m", "[0.4, 0.4, 2] m", STONE)
+    result = run(model_of([ground, tower, wall, pinnacle], DRY, "two levels"))
+    (note,) = bs.assess.local_mechanism(result, 1.35, SITE).notes
+    assert note.startswith("What moves stands on a support 9 m above the foot of the structure")
+    assert "where that is not the ground, what is below amplifies it" in note
+
+
 def test_an_anchorage_that_gives_way_is_told():
     """It is taken to slip or punch without end, and neither does."""
     assert bs.assess.local_mechanism(run(tied()), 1.35, SITE).notes == ()

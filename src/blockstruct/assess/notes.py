@@ -182,11 +182,13 @@ def notes_of_demand(model: Model, bodies: Sequence[MacroBlock], spectrum: Spectr
             f"The largest acceleration at the height, {in_g(spectrum.peak, g)}, is less than that of the ground, "
             f"{in_g(spectrum.ground.peak, g)}: the modes that are given leave out what moves with the ground."
         )
-    elif isinstance(spectrum, NtcSpectrum) and low > _HIGH * (top - foot) and not _stands(model, moving):
+    elif isinstance(spectrum, NtcSpectrum) and low > _HIGH * (top - foot):
+        # A support as high is a terrace of the ground, or a building.
+        upon, where = ("on a support ", "where that is not the ground, ") if _stands(model, moving) else ("", "")
         text = (
-            f"What moves stands {low:.3g} m above the foot of the structure, and the demand is that of the ground: "
-            "what is below amplifies it. Give bs.assess.floor_spectrum(…), or --mode on the command line "
-            "(C8.7.1.2.1.8)."
+            f"What moves stands {upon}{low:.3g} m above the foot of the structure, and the demand is that of the "
+            f"ground: {where}what is below amplifies it. Give bs.assess.floor_spectrum(…), or --mode on the command "
+            "line (C8.7.1.2.1.8)."
         )
     elif isinstance(spectrum, FloorSpectrum) and _stands(model, moving):
         text = (
