@@ -854,6 +854,24 @@ def test_a_control_point_near_the_hinge_is_told():
         assert any("by the mean of the weights P + Q to 0.3 m" in note for note in check.notes) == told
 
 
+def test_what_holds_a_body_beyond_the_end_of_its_rotation_is_told():
+    """A wall 0.5 × 3 m meets a pier that nobody counts on: by itself it ends where its centroid has moved by 0.25 m."""
+    ground = bs.Block.box("ground", "[-1, -3, -0.5] m", "[6, 6, 0.5] m", STONE, fixed=True)
+    wall = bs.Block.box("wall", "[0, 0, 0] m", "[4, 0.5, 3] m", STONE)
+    pier = bs.Block.box("pier", "[1.5, -0.9, 0] m", "[1, 0.8, 2.5] m", STONE)
+    model = model_of([ground, wall, pier], DRY, "wall before a pier")
+    alone = bs.assess.local_mechanism(run(model), 1.35, SITE).limit_states["SLV, by displacement"]
+    pushed = bs.Pushover("out", SELF_WEIGHT, push(0, -1, 0), control=("wall", (0, -1, 0)), steps=12)
+    check = bs.assess.local_mechanism(bs.run(model, pushed)["out"], 1.35, SITE, method="displacement")
+    assert check.curve.d0 > 0.3
+    assert check.ratio > 1.2 * alone.ratio
+    (note,) = [text for text in check.notes if text.startswith("The pushover ends at d0 = ")]
+    assert "is overturned at 0.25 m" in note
+    assert f"capacity / demand of SLV, by displacement = {alone.ratio_text()}: rely on that" in note
+    short = bs.Pushover("out", SELF_WEIGHT, push(0, -1, 0), control=("façade", (0, -1, 0)), steps=5)
+    assert bs.assess.local_mechanism(bs.run(facade(), short)["out"], 1.35, SITE).notes == ()
+
+
 @pytest.mark.parametrize("beside", [False, True])
 def test_a_mechanism_at_a_height_is_told_under_the_spectrum_of_the_ground(beside):
     """Ties hold the lower storey: the upper one turns 3 m above the foot, also where a support stands beside it."""

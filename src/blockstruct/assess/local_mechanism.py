@@ -6,7 +6,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from blockstruct.assess.capacity import curve_of_rotation
+from blockstruct.assess.capacity import CapacityCurve, curve_of_rotation
 from blockstruct.assess.capacity_of_pushover import curve_of_pushover
 from blockstruct.assess.check import LocalMechanismCheck
 from blockstruct.assess.coefficients import Coefficients, confidence
@@ -38,6 +38,8 @@ from blockstruct.vocabulary import Status
 g = STANDARD_GRAVITY
 #: Share by which a mechanism by hand begins before the one found, for it to be told.
 _BELOW = 1e-3
+#: Share by which a pushover ends behind the d0 of a body that turns about its hinge alone, for it to be told.
+_LATER = 0.03
 
 
 @checked_keywords
@@ -216,6 +218,7 @@ class _Asked:
         ]
         if curve is not None and pushed is not None:
             notes += notes_of_control(found.model, pushed, curve.d0, forces, part, whole)
+            notes += self._note_of_one_body(bodies, a0_star, sld.ag, curve)
         beside = self.beside
         notes += [] if beside is None else [*notes_of_height(found.model, beside, part), *beside.notes]
         if beside is not None and beside.alpha0 < (1 - _BELOW) * alpha0:
@@ -244,6 +247,25 @@ class _Asked:
             coefficients=c,
             notes=tuple(notes),
         )
+
+    def _note_of_one_body(
+        self, bodies: Sequence[MacroBlock], a0_star: float, ag_sld: float, pushed: CapacityCurve
+    ) -> list[str]:
+        """Whether the body, turning about its hinge alone, is overturned before the pushover is at its end."""
+        try:
+            alone = curve_of_rotation(self.found, self.case, bodies, self.forces, a0_star)
+            if pushed.d0 <= (1 + _LATER) * alone.d0:
+                return []
+            state = by_displacement(alone, ag_sld, "SLV", self.coefficients, self.spectrum, with_demand=True)
+        except ModelError:
+            return []
+        text = (
+            f"The pushover ends at d0 = {shown(pushed.d0, 'm')}, but a body that turns about its hinge, with nothing "
+            f"else to hold it, is overturned at {shown(alone.d0, 'm')}: on its way friction beside it, which "
+            "self-stress may raise as it likes, or blocks that it meets hold it, too. Without them capacity / demand "
+            f"of {state.name} = {state.ratio_text()}: rely on that, unless it is verified that they do."
+        )
+        return [text]
 
 
 def _spectrum(name: str, value: object) -> NtcSpectrum | TableSpectrum | FloorSpectrum:
