@@ -971,6 +971,23 @@ def test_a_mechanism_on_a_support_at_a_height_is_told_under_the_spectrum_of_the_
     assert "where that is not the ground, what is below amplifies it" in note
 
 
+def test_the_hazard_of_every_limit_state_is_printed(result):
+    """SLD at 0.06 g with F0 = 2.5 and Tc* = 0.27 s, SLC at 0.19 g with 2.45 and 0.31 s, and the site of SLV once."""
+    sites = {
+        "SLD": bs.assess.ntc_spectrum("0.06 g_0", 2.5, "0.27 s", "B"),
+        "SLC": bs.assess.ntc_spectrum("0.19 g_0", 2.45, "0.31 s", "B"),
+    }
+    check = bs.assess.local_mechanism(result, 1.35, SITE, spectrum_sld=sites["SLD"], spectrum_slc=sites["SLC"])
+    printed = {part.title: str(part) for part in check.sections}
+    for title, hazard in (
+        ("SLD", "0.06 g, F0 = 2.5, T_C* = 0.27 s"),
+        ("SLC, by displacement", "0.19 g, F0 = 2.45, T_C* = 0.31 s"),
+        ("Demand at SLV", "0.15 g, F0 = 2.4, T_C* = 0.3 s"),
+    ):
+        assert hazard in printed[title]
+    assert str(check).count("hazard at the site, as given") == 3
+
+
 def test_an_anchorage_that_gives_way_is_told():
     """It is taken to slip or punch without end, and neither does."""
     assert bs.assess.local_mechanism(run(tied()), 1.35, SITE).notes == ()

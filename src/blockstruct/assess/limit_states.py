@@ -26,7 +26,7 @@ def damage(a0_star: float, spectrum: Spectrum, *, with_demand: bool) -> LimitSta
     ag = _ground_acceleration(spectrum, lambda s: s.peak, a0_star)
     lines = [Line("capacity", f"a_Z,SLD = α0 g / (e* FC) = a0* = {in_g(a0_star, g)}", "C8.7.1.2.1.5 (C8.7.1.8)")]
     if with_demand:
-        lines += [spectrum.peak_line, _ratio(a0_star, spectrum.peak, "m/s²")]
+        lines += [*spectrum.lines(), spectrum.peak_line, _ratio(a0_star, spectrum.peak, "m/s²")]
     lines.append(_equal("a_g,SLD", "a_Z(a_g) = a0*", spectrum, ag, "C8.7.1.2.1.5", own_site=with_demand))
     demand = spectrum.peak if with_demand else np.nan
     return LimitState("SLD", a0_star, demand, "m/s²", ag, spectrum.ag, tuple(lines))
@@ -90,6 +90,8 @@ def by_displacement(
     ]
     demand = float(spectrum.displacement(T, damping))
     if with_demand:
+        # That of SLV has a section of its own.
+        lines += spectrum.lines() if state != "SLV" else []
         lines += [spectrum.displacement_line(T, damping, f"S_De(T_{state})"), _ratio(d, demand, "m")]
     equation = f"S_De(T_{state}; a_g) = d_{state}"
     lines.append(_equal(f"a_g,{state}", equation, spectrum, ag, "C8.7.1.2.1.8", own_site=with_demand))
