@@ -14,6 +14,7 @@ from blockstruct.views.page import write_page
 from blockstruct.views.page.payload import payload
 from blockstruct.views.paraview import write_paraview
 from blockstruct.views.report.contents import contents
+from blockstruct.views.report.pushovers import curve_sentences
 from structures import SELF_WEIGHT, box, model_of, push
 
 pv = pytest.importorskip("pyvista")
@@ -50,6 +51,25 @@ def test_states(result, last):
     broken = result.capacity["tie_elongation"].sel(tie="high") > 0.06
     assert state.sel(tie="high").to_numpy().tolist() == np.where(broken, "broken", "yielding").tolist()
     assert set(state.sel(tie="low").to_numpy().tolist()) == {"yielding"}
+
+
+def test_first_page_of_ties_that_break_in_turn(analysis):
+    """The first break is told with numbers, and that there are more; of one tie that breaks nothing more is."""
+    (one,) = curve_sentences(analysis, "push", [], [])
+    assert "tie high breaks" in one
+    assert "further breaks" not in one
+    model, case = analysis["push"].model, analysis["push"].case
+    low = bs.Tie(
+        "low",
+        ("post", Q_([-2, 0.5, 0.5], "m")),
+        ("block", Q_([0, 0.5, 0.5], "m")),
+        yield_force="2 kN",
+        elongation_limit="40 mm",
+    )
+    both = bs.Model("both", model.blocks, model.interfaces, ties=[model.ties[0], low])
+    (two,) = curve_sentences(bs.run(both, case), "push", [], [])
+    assert "tie high breaks" in two
+    assert two.endswith("; further breaks of ties are told below.")
 
 
 def test_figure(result):

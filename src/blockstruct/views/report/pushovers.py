@@ -43,9 +43,12 @@ def curve_sentences(analysis: bs.Analysis, relied_on: str, checked: Sequence[str
     said = []
     for name in names[:_LISTED]:
         curve, procedure = curves[name], analysis[name].settings.procedure
-        looked_at = [*bs.results.doubtful_words(curve, procedure), *bs.results.breaking_words(curve)][:1]
+        breaks = bs.results.breaking_words(curve)
+        looked_at = [*bs.results.doubtful_words(curve, procedure), *breaks][:1]
         clauses = [beginning_words(analysis[name], heads[name].load_factor), curve.attrs.get("ended", "")]
         clauses += [text for text in looked_at if not any(text in note for note in told)]
+        # The last of several may be the one at which SLV ends.
+        clauses += ["further breaks of ties are told below"] if breaks[1:] and looked_at == breaks[:1] else []
         if any(clauses):
             said.append(f"Pushover “{name}”: {'; '.join(filter(None, clauses))}.")
     more = len(names) - _LISTED
