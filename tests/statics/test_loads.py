@@ -49,17 +49,27 @@ def test_line_loads_share_the_blocks_below_and_follow_the_line(room):
     np.testing.assert_allclose(moment, [-24e3 * 0.1, 24e3 * 2, 0], atol=1e-6)
 
 
-def test_a_line_between_two_blocks_is_shared_by_halves():
+@pytest.mark.parametrize("degrees", [0, 10, 30, 40])
+@pytest.mark.parametrize("drawn", ["exactly", "to a millimetre"])
+@pytest.mark.parametrize(("y", "shares"), [(0.3, (0.5, 0.5)), (0.0, (1, 0)), (1.0, (0, 1))])
+def test_a_line_along_a_joint_is_shared_by_halves_and_one_along_an_edge_is_borne_however_they_are_turned(
+    degrees, drawn, y, shares
+):
     blocks = [
         bs.Block.box("ground", ["-1 m", "-1 m", "-1 m"], ["4 m", "4 m", "1 m"], STONE, fixed=True),
         bs.Block.box("a", ["0 m", "0 m", "0 m"], ["1 m", "0.3 m", "1 m"], STONE),
         bs.Block.box("b", ["0 m", "0.3 m", "0 m"], ["1 m", "0.7 m", "1 m"], STONE),
     ]
-    model = model_of(blocks, DRY)
-    line = bs.LineLoad("10 kN/m", ["0.2 m", "0.3 m", "1 m"], ["0.8 m", "0.3 m", "1 m"])
-    w = wrenches(model, bs.LoadPattern("d", [line]))
-    np.testing.assert_allclose(w[1:, 2], -3e3)
-    np.testing.assert_allclose(w[1:, 3], [-3e3 * 0.15, 3e3 * 0.35])
+    # By rounding, which of the two blocks or whether any is under the line differs from angle to angle.
+    R = rotation((0, 0, 1), np.radians(degrees))
+    model = model_of(moved(blocks, R), DRY)
+    ends = np.array([[0.2, y, 1], [0.8, y, 1]]) @ R.T
+    start, end = ends if drawn == "exactly" else ends.round(3)
+    w = wrenches(model, bs.LoadPattern("d", [bs.LineLoad("10 kN/m", Q_(start, "m"), Q_(end, "m"))]))
+    share, arm = np.array(shares), y - np.array([0.15, 0.65])
+    rough = {} if drawn == "exactly" else {"rtol": 2e-3, "atol": 5.0}
+    np.testing.assert_allclose(w[1:, 2], -6e3 * share, **({"atol": 1e-6} | rough))
+    np.testing.assert_allclose((w[1:, 3:] @ R)[:, 0], -6e3 * share * arm, **({"atol": 1e-6} | rough))
 
 
 def test_area_load_on_a_block_takes_its_open_upper_faces():

@@ -66,8 +66,9 @@ class LineLoad:
     weight_per_length : quantity, force/length
         Above zero.
     start, end : quantity, length, three components
-        Ends of the line. Without a block it is level, and lies on upper faces of blocks at its height, to a thousandth
-        of a block; where it runs between two blocks, each has its half.
+        Ends of the line. Without a block it is level, and lies on upper faces of blocks at its height. Where it runs
+        between two blocks, each has its half; along an edge, the block beside it bears it all. Heights and edges count
+        to a thousandth of a block.
     block
         Name of the one block that carries it all; the line lies within its extent.
     spanning

@@ -159,24 +159,26 @@ def _along_line(placing: Placing, load: LineLoad) -> _Placed:
         placing.check_extent(load, ends, 3, "leaves the block, which reaches {reach}; correct its start or end")
         return _plain([placing.at(load)], ends.mean(axis=0)[None], np.array([total]))
     faces = _level_faces(placing, float(ends[0, 2]))
-    line = shapely.LineString(ends[:, :2])
-    on = shapely.get_parts(shapely.intersection(line, faces.outline), return_index=True)
-    # Faces that it misses leave an empty line, those it only touches a point.
-    lines = shapely.length(on[0]) > 0
-    along = np.sort(shapely.line_locate_point(line, shapely.points(_ends_of(on[0][lines]))).reshape(-1, 2), axis=1)
-    body = faces.body[on[1][lines]]
-    cuts = np.unique(np.concatenate([[0.0, line.length], along.ravel()]))
+    span = ends[1, :2] - ends[0, :2]
+    reach = float(np.linalg.norm(span))
+    # A line drawn along an edge runs beside it by rounding: each of its two sides is asked what bears it.
+    aside = placing.tolerance / reach * np.array([-span[1], span[0]])
+    sides = [_stretches(ends[:, :2] + shift, faces) for shift in (aside, -aside)]
+    cuts = np.unique(np.concatenate([[0.0, reach], *(along.ravel() for _, along in sides)]))
     middle, width = (cuts[1:] + cuts[:-1]) / 2, np.diff(cuts)
-    over = (along[:, :1] < middle) & (middle < along[:, 1:])
-    carriers = over.sum(axis=0)
-    share = np.where(over, width / np.maximum(carriers, 1), 0.0)
-    borne = float(width[carriers > 0].sum())
-    _check_cover(placing, load, borne / line.length, f"{line.length:.6g} m", f"z = {ends[0, 2]:.6g} m")
+    over = np.zeros((2, len(faces), len(width)), dtype=bool)
+    for on, (face, along) in zip(over, sides, strict=True):
+        np.logical_or.at(on, face, (along[:, :1] < middle) & (middle < along[:, 1:]))
+    carriers = over.sum(axis=1)
+    bearing = (carriers > 0).sum(axis=0)
+    share = (over / np.maximum(carriers, 1)[:, None]).sum(axis=0) * width / np.maximum(bearing, 1)
+    borne = float(width[bearing > 0].sum())
+    _check_cover(placing, load, borne / reach, f"{reach:.6g} m", f"z = {ends[0, 2]:.6g} m")
     length = share.sum(axis=1)
-    some = length > 1e-9 * line.length
+    some = length > 1e-9 * reach
     centre = (share @ middle)[some] / length[some]
-    point = ends[0] + (centre / line.length)[:, None] * (ends[1] - ends[0])
-    return _plain(body[some], point, total * length[some] / length[some].sum())
+    point = ends[0] + (centre / reach)[:, None] * (ends[1] - ends[0])
+    return _plain(faces.body[some], point, total * length[some] / length[some].sum())
 
 
 def _over_area(placing: Placing, load: AreaLoad) -> _Placed:
@@ -252,8 +254,15 @@ def _centres(faces: PlanFaces) -> Array:
     return np.column_stack([xy, faces.z(xy)])
 
 
-def _ends_of(lines: Any) -> Array:
-    return np.stack([shapely.get_coordinates(shapely.get_point(lines, k)) for k in (0, -1)], axis=1).reshape(-1, 2)
+def _stretches(ends: Array, faces: PlanFaces) -> tuple[Index, Array]:
+    """Stretches of a line (2, 2) in plan over faces: index of the face of each, and distances (n, 2) from its start."""
+    line = shapely.LineString(ends)
+    parts, face = shapely.get_parts(shapely.intersection(line, faces.outline), return_index=True)
+    # Faces that it misses leave an empty line, those it only touches a point.
+    lines = shapely.length(parts) > 0
+    corners = np.stack([shapely.get_coordinates(shapely.get_point(parts[lines], k)) for k in (0, -1)], axis=1)
+    along = shapely.line_locate_point(line, shapely.points(corners.reshape(-1, 2))).reshape(-1, 2)
+    return face[lines], np.sort(along, axis=1)
 
 
 def _check_cover(placing: Placing, load: LineLoad | AreaLoad, part: float, size: str, where: str) -> None:
