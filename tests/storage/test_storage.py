@@ -301,6 +301,13 @@ def replace_variable(name, data):
     return change
 
 
+def relabel(name, texts):
+    def change(file):
+        file[name][: len(texts)] = texts
+
+    return change
+
+
 def absurd(name):
     def change(file):
         file.create_dataset(name, shape=(10**12,), dtype="f8", chunks=(1000,))
@@ -396,6 +403,11 @@ HISTORY = "/cases/push associative/history"
         (overwrite("/model/vertex_position", 0.0), ["/model", "block"]),
         (overwrite(f"{HISTORY}/interface_of_contact_point", 1000), ["interface_of_contact_point", "outside"]),
         (overwrite("/cases/push associative/n_iterations", 7), ["n_iterations"]),
+        (relabel(f"{HISTORY}/component", ["t", "s", "n"]), [f"{HISTORY}/component", "n, s, t"]),
+        (relabel(f"{HISTORY}/axis", ["y", "x", "z"]), [f"{HISTORY}/axis", "x, y, z"]),
+        (relabel(f"{HISTORY}/stage", ["final"]), [f"{HISTORY}/stage", "'final' is none of"]),
+        (relabel(f"{HISTORY}/solver_status", ["fine"]), [f"{HISTORY}/solver_status", "'fine' is none of"]),
+        (relabel(f"{HISTORY}/contact_point", ["elsewhere"]), [f"{HISTORY}/contact_point", "their interfaces"]),
         (replace_variable(f"{HISTORY}/load_factor", np.array([1])), [f"{HISTORY}", "load_factor"]),
         (link(f"{HISTORY}/load_factor", h5py.ExternalLink("/etc/passwd", "/x")), ["load_factor", "link"]),
         (link("/model/extra", h5py.SoftLink("/model")), ["/model", "extra", "link"]),

@@ -133,11 +133,11 @@ def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
     yield from _reactions(result)
     yield from _other_model(statics, problem, result.history)
     yield from _residuals(problem, result)
+    yield from _velocities(statics, problem, result.history)
     if result.status is Status.UNBOUNDED or (result.status is Status.INTERRUPTED and result.certificate is None):
         # An interrupted case claims nothing.
         return
     state = _State.of(statics, problem, result)
-    yield from _velocities(statics, state, result.history.isel(iteration=-1))
     again = state.certificate(result.settings)
     stored = result.certificate
     if stored is None:
@@ -219,6 +219,9 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
             "tie_bond": table.bond,
             "tie_elongation_limit": table.elongation_limit,
         }
+        for name, texts in (("tie", table.name), ("tie_governing", table.governing)):
+            if list(history[name].to_numpy()) != list(texts):
+                yield f"{name} of the history is not that of the model"
     if len(problem.torsion):
         expected["torsion_lever"] = points.torsion_lever
     for name, values in expected.items():
@@ -262,24 +265,33 @@ def _reactions(result: CaseResult) -> Iterator[str]:
         yield f"the reaction of iteration {k} is {said(stored[k], 6)}, that of its load factor {said(expected[k], 6)}"
 
 
-def _velocities(statics: Statics, state: _State, last: xr.Dataset) -> Iterator[str]:
-    """Relative velocities, and those of supports, against the velocities of the free blocks."""
-    v = (state.problem.A.T @ state.u).reshape(-1, 3) / state.problem.force_unit[:, None]
-    ties = state.problem.ties
-    if len(ties):
-        rates = ties.elongation(state.u) / ties.force_unit
-        stored = last["tie_elongation_rate"].to_numpy()
-        if not np.allclose(stored, rates, rtol=0, atol=_ROUNDING * _largest(rates), equal_nan=True):
-            yield "the rates of elongation of the history are not those of its blocks"
-    stored = last["relative_velocity"].transpose("contact_point", "component").to_numpy()
-    if not np.allclose(stored, v, rtol=0, atol=_ROUNDING * _largest(v), equal_nan=True):
-        yield "the relative velocities of the history are not those of its blocks"
+def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) -> Iterator[str]:
+    """Relative velocities of every iteration, and those of supports, against the velocities of the free blocks."""
+    ties = problem.ties
     fixed = np.setdiff1d(np.arange(len(statics.model.blocks)), statics.free)
-    moved, allowed = (
-        motion[fixed] for motion in (motion_of(last), block_motion(statics, state.problem, state.u[None])[0])
-    )
-    if not np.allclose(moved, allowed, rtol=_SAME, atol=0, equal_nan=True):
-        yield "supports move in the mechanism of the history"
+    for k in range(history.sizes["iteration"]):
+        iteration = history.isel(iteration=k)
+        motion = motion_of(iteration)
+        stored = iteration["relative_velocity"].transpose("contact_point", "component").to_numpy()
+        if np.isnan(motion).all() and np.isnan(stored).all():
+            # The solver found none, or the file does not keep them.
+            continue
+        u = velocities_of(statics, problem, motion[None])[0]
+        v = (problem.A.T @ u).reshape(-1, 3) / problem.force_unit[:, None]
+        wrong = []
+        if len(ties):
+            rates = ties.elongation(u) / ties.force_unit
+            found = iteration["tie_elongation_rate"].to_numpy()
+            if not np.allclose(found, rates, rtol=0, atol=_ROUNDING * _largest(rates), equal_nan=True):
+                wrong.append(f"the rates of elongation of iteration {k} are not those of its blocks")
+        if not np.allclose(stored, v, rtol=0, atol=_ROUNDING * _largest(v), equal_nan=True):
+            wrong.append(f"the relative velocities of iteration {k} are not those of its blocks")
+        allowed = block_motion(statics, problem, u[None])[0, fixed]
+        if not np.allclose(motion[fixed], allowed, rtol=_SAME, atol=0, equal_nan=True):
+            wrong.append(f"supports move in the mechanism of iteration {k}")
+        if wrong:
+            yield from wrong
+            return
 
 
 def _largest(values: Array) -> float:

@@ -10,7 +10,7 @@ from blockstruct.geometry import unsupported
 from blockstruct.model import Model
 from blockstruct.results import CaseResult
 from blockstruct.storage.case_group import group_name
-from blockstruct.vocabulary import Stage, Status
+from blockstruct.vocabulary import AXES, COMPONENTS, SolverStatus, Stage, Status
 
 #: Relative difference of reactions, and of sizes of the model, that rounding makes.
 _SAME = 1e-9
@@ -54,10 +54,17 @@ _ASCENDING = (
     "tie_of_model",
     "step_of_contact",
 )
+#: Labels by which values are looked up, and what they must be.
+_LABELS = {"axis": AXES, "component": COMPONENTS}
+#: Texts of iterations, and what each can be.
+_WORDS = {"stage": Stage, "solver_status": SolverStatus}
 
 
 def index_findings(path: str, ds: xr.Dataset) -> Iterator[Finding]:
-    """Indices of a group that are out of their range or order."""
+    """Indices of a group that are out of their range or order, and labels that are not those of the format."""
+    for name, labels in _LABELS.items():
+        if name in ds.variables and tuple(ds[name].to_numpy()) != labels:
+            yield f"{path}/{name}", f"the labels are not {', '.join(labels)}"
     for name, (dim, least) in _INDICES.items():
         if name not in ds.variables:
             continue
@@ -127,8 +134,17 @@ def bound_findings(path: str, case: xr.Dataset, history: xr.Dataset) -> Iterator
 
 def history_findings(path: str, history: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
     """What a history says against itself or the model."""
-    yield from index_findings(path, history)
+    wrong = list(index_findings(path, history))
+    yield from wrong
     yield from _count_findings(path, history, "iteration")
+    for name, words in _WORDS.items():
+        unknown = set(history[name].to_numpy()) - set(words)
+        if unknown:
+            yield f"{path}/{name}", f"{min(unknown)!r} is none of {', '.join(words)}"
+    if not wrong:
+        of_point = history["interface"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
+        if np.any(history["contact_point"].to_numpy() != of_point):
+            yield f"{path}/contact_point", "the names of contact points are not those of their interfaces"
     for dim in ("block", "interface"):
         if history.sizes[dim] != model.sizes[dim]:
             yield path, f"{history.sizes[dim]} along {dim}, but /model has {model.sizes[dim]}"
@@ -148,5 +164,7 @@ def capacity_findings(path: str, capacity: xr.Dataset, model: xr.Dataset) -> Ite
         capacity["block"].to_numpy() != model["block"].to_numpy()
     ):
         yield path, "the block names of the capacity curve are not those of /model"
+    elif "tie" in capacity.variables and not np.array_equal(capacity["tie"].to_numpy(), model["tie"].to_numpy()):
+        yield path, "the names of ties of the capacity curve are not those of /model"
     else:
         yield from index_findings(path, capacity)
