@@ -177,6 +177,77 @@ def test_blocks_of_the_drawing_are_followed(draw):
     assert [b.centroid[0] for b in found.blocks] == pytest.approx([0.25, 0.75, 1.25])
 
 
+def hidden_polyline(space):
+    rectangle(space, 0, 0, 500, 250, invisible=1)
+
+
+def other_drawing(space):
+    space.doc.add_xref_def("other.dxf", "OTHER")
+    space.add_blockref("OTHER", (0, 0))
+
+
+def unit_on(layer, **attributes):
+    def insert(space):
+        rectangle(space.doc.blocks.new("UNIT"), 0, 0, 500, 250, "STONE")
+        space.add_blockref("UNIT", (0, 0), dxfattribs={"layer": layer} | attributes)
+
+    return insert
+
+
+def frozen_unit(space):
+    space.doc.layers.get("NOTES").freeze()
+    unit_on("NOTES")(space)
+
+
+def smoothed_mesh(space):
+    mesh = space.add_mesh(dxfattribs={"layer": "STONE", "subdivision_levels": 2})
+    with mesh.edit_data() as data:
+        data.vertices = [(x, y, z) for x in (0, 500) for y in (0, 250) for z in (0, 250)]
+        data.faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+
+
+@pytest.mark.parametrize(
+    ("add", "words"),
+    [
+        (hidden_polyline, "1 LWPOLYLINE on layer STONE, which is hidden"),
+        (other_drawing, "1 block 'OTHER', which is another drawing, to be bound to this one"),
+        (frozen_unit, "1 block 'UNIT' on layer NOTES, which is hidden or frozen there"),
+        (unit_on("NOTES", invisible=1), "1 block 'UNIT' on layer NOTES, which is hidden or frozen there"),
+        (smoothed_mesh, "1 MESH on layer STONE that is drawn smoothed, to be drawn at smoothness 0"),
+    ],
+)
+def test_what_is_not_there_to_be_seen_is_left_out_and_told(draw, add, words):
+    space, read = draw
+    rectangle(space, 0, 250, 500, 250)
+    add(space)
+    with pytest.warns(bs.errors.GeometryWarning, match=words):
+        found = read()
+    assert [b.centroid[2] for b in found.blocks] == pytest.approx([0.375])
+
+
+def test_of_a_block_on_a_layer_that_is_off_the_layers_inside_count(draw):
+    space, read = draw
+    space.doc.layers.get("NOTES").off()
+    unit_on("NOTES")(space)
+    assert [b.name for b in read().blocks] == ["STONE.1"]
+
+
+def test_control_points_of_a_fitted_spline_are_no_corners(draw):
+    space, read = draw
+    corners = [(0, 0), (500, -90), (500, 0), (500, 250), (250, 400), (0, 250)]
+    fitted = space.add_polyline2d(corners, close=True, dxfattribs={"layer": "STONE", "flags": 1 | 4})
+    for vertex, flag in zip(fitted.vertices, (8, 16, 8, 8, 16, 8), strict=True):
+        vertex.dxf.flags = flag
+    (block,) = read().blocks
+    assert block.volume == pytest.approx(0.5 * 0.25 * 0.3)
+
+
+def test_one_layer_of_supports_may_be_given_as_a_text(draw):
+    space, read = draw
+    rectangle(space, 0, 0, 500, 250, "GROUND")
+    assert read(supports="GROUND").report.supports == ("GROUND.1",)
+
+
 def test_a_polyline_may_have_its_own_thickness(draw):
     space, read = draw
     rectangle(space, 0, 0, 500, 250, thickness=120)
@@ -359,6 +430,15 @@ def test_the_unit_of_the_user_overrides_that_of_the_template(draw):
     assert said in str(found.report)
     space.doc.header["$INSUNITS"] = MM
     assert read(override_unit=True).report.notes == ()
+
+
+@pytest.mark.parametrize(("number", "stated"), [(3, "1609.34 m"), (13, "1e-06 m"), (16, "100 m"), (22, "0.0254001 m")])
+def test_units_that_are_rarely_stated_are_compared_too(draw, number, stated):
+    space, read = draw
+    rectangle(space, 0, 0, 5000, 2500)
+    space.doc.header["$INSUNITS"] = number
+    with pytest.raises(bs.errors.GeometryFileError, match=rf"its unit is {stated} \(\$INSUNITS\), unit= says 0.001 m"):
+        read()
 
 
 @pytest.mark.parametrize(

@@ -25,10 +25,17 @@ from blockstruct.units import QuantityLike
 
 Array = NDArray[np.float64]
 
-#: Metres of the units that a drawing may state ($INSUNITS).
-_STATED_UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1}
+_SURVEY_FOOT = 1200 / 3937
+#: Metres of the units that a drawing may state ($INSUNITS), from microinches to miles.
+_STATED_UNITS = {
+    **{1: 0.0254, 2: 0.3048, 3: 1609.344, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 8: 2.54e-8, 9: 2.54e-5, 10: 0.9144},
+    **{13: 1e-6, 14: 0.1, 15: 10.0, 16: 100.0},
+    **{21: _SURVEY_FOOT, 22: _SURVEY_FOOT / 12, 23: 3 * _SURVEY_FOOT, 24: 5280 * _SURVEY_FOOT},
+}
 #: Bodies that only the program that made them can divide into faces.
 _SOLID_MODELS = ("3DSOLID", "BODY", "EXTRUDEDSURFACE", "LOFTEDSURFACE", "REVOLVEDSURFACE", "SURFACE", "SWEPTSURFACE")
+#: Flag of a vertex of a polyline that is a control point of the spline fitted to it.
+_CONTROL_POINT = 16
 #: Entities of one kind that are named one by one.
 _NAMED = 20
 
@@ -54,8 +61,8 @@ def read_drawing(
     Closed polylines become prisms; meshes, polyface meshes and closed sets of 3D faces become blocks as they are.
     The k-th on a layer is called ``layer.k``. A polyline whose ends meet to rounding is closed; edges that it runs over
     again are dropped and reported. Everything else in the model space is left out and reported by layer and handle,
-    open polylines with the distance of their ends, as is what lies on a layer that is off or frozen, and what is drawn
-    in paper space.
+    open polylines with the distance of their ends, as is what is hidden, or lies on a layer that is off or frozen, what
+    is drawn in paper space, and drawings that this one refers to.
 
     Parameters
     ----------
@@ -144,21 +151,24 @@ def drawing_content(
         raise ModelError(msg)
     drawing = _opened(path)
     check_expansion(drawing, path, DEPTH)
-    reading = _Reading(path, scale, depth, plane == "elevation", segments, ends)
     notes = _checked_unit(drawing, scale, path, override=override_unit)
+    frozen = frozenset(layer.dxf.name.lower() for layer in drawing.layers if layer.is_frozen())
+    reading = _Reading(path, scale, depth, plane == "elevation", segments, ends, frozen)
     layers = {layer.dxf.name: layer for layer in drawing.layers}
     # DXF does not tell layers apart by case, and entities may lie on layers that no table lists.
     listed = {name.lower(): name for name in layers}
     entities = [(e, listed.get(name.lower(), name), h) for e, name, h in _entities(drawing.modelspace(), reading)]
     known = {*layers, *(layer for _, layer, _ in entities)}
     materials = material if isinstance(material, Mapping) else None
-    fixed_layers = set(supports)
+    fixed_layers = {supports} if isinstance(supports, str) else set(supports)
     for name in sorted({*(materials or ()), *fixed_layers} - known):
         msg = f"{path}: has no layer {name!r}; it has {', '.join(sorted(known))}"
         raise UnknownNameError(msg)
     for entity, layer, handle in entities:
         if layer in layers and (layers[layer].is_off() or layers[layer].is_frozen()):
             reading.leave_out(f"{entity.dxftype()} on layer {layer}, which is off or frozen", handle)
+        elif entity.dxf.get("invisible", 0):
+            reading.leave_out(f"{entity.dxftype()} on layer {layer}, which is hidden", handle)
         elif materials is not None and layer not in materials:
             reading.leave_out(f"{entity.dxftype()} on layer {layer}, which has no material", handle)
         else:
@@ -194,6 +204,7 @@ class _Reading:
     standing: bool
     segments: int | None
     closing: float | None
+    frozen: frozenset[str]
     bodies: list[_Body] = field(default_factory=list)
     count: Counter[str] = field(default_factory=Counter)
     loose: dict[str, list[Array]] = field(default_factory=dict)
@@ -240,8 +251,12 @@ class _Reading:
             self._polyline(entity, layer, handle, corners, closed=entity.closed)
         elif kind == "POLYLINE" and entity.is_2d_polyline:
             level = entity.dxf.elevation.z
-            corners = [(v.dxf.location.x, v.dxf.location.y, level, v.dxf.bulge) for v in entity.vertices]
+            # The control points of a fitted spline are no points of it.
+            drawn = [v for v in entity.vertices if not v.dxf.flags & _CONTROL_POINT]
+            corners = [(v.dxf.location.x, v.dxf.location.y, level, v.dxf.bulge) for v in drawn]
             self._polyline(entity, layer, handle, corners, closed=entity.is_closed)
+        elif kind == "MESH" and entity.dxf.get("subdivision_levels", 0):
+            self.leave_out(f"MESH on layer {layer} that is drawn smoothed, to be drawn at smoothness 0", handle)
         elif kind == "MESH" or (kind == "POLYLINE" and (entity.is_poly_face_mesh or entity.is_polygon_mesh)):
             builder = package("ezdxf.render", "cad", str(self.path)).MeshBuilder
             mesh = builder.from_mesh(entity) if kind == "MESH" else builder.from_polyface(entity)
@@ -351,8 +366,13 @@ def _entities(
         handle = within or entity.dxf.handle
         if entity.dxftype() != "INSERT":
             yield entity, layer, handle
-        elif entity.block() is None:
+        elif (block := entity.block()) is None:
             reading.leave_out(f"block {entity.dxf.get('name', '')!r}, which the drawing does not have", handle)
+        elif block.block.is_xref or block.block.is_xref_overlay:
+            reading.leave_out(f"block {entity.dxf.name!r}, which is another drawing, to be bound to this one", handle)
+        elif layer.lower() in reading.frozen or entity.dxf.get("invisible", 0):
+            # All of it is hidden, whatever the layers inside; on a layer that is off, those inside count.
+            reading.leave_out(f"block {entity.dxf.name!r} on layer {layer}, which is hidden or frozen there", handle)
         elif depth == DEPTH:
             reading.leave_out(f"block {entity.dxf.name!r}, {DEPTH} blocks deep", handle)
         else:
