@@ -38,6 +38,11 @@ def sphere(n):
     return np.vstack([ring, [(0, 0, 1), (0, 0, -1)]]), faces
 
 
+def without_a_vertex(stl):
+    lines = stl.splitlines(keepends=True)
+    return "".join(lines[:3] + lines[4:])
+
+
 @pytest.mark.parametrize(
     ("name", "content", "expected"),
     [
@@ -59,8 +64,10 @@ def sphere(n):
         (
             "a.stl",
             ascii_stl(BLOCK).replace("vertex 0.0 0.0 0.0", "vertex 0.0 zero 0.0", 1),
-            "not a readable STL|0 can be read",
+            "line .*: vertex '0.0 zero 0.0'; give three finite numbers",
         ),
+        ("a.stl", without_a_vertex(ascii_stl(BLOCK)), "line 7: a facet of 2 vertices; give triangles"),
+        ("a.stl", ascii_stl(BLOCK).replace("outer loop", "inner loop", 1), "'inner loop' is not a line of STL here"),
         ("a.ply", PLY[:-10], "states 14 vertices and faces and has 13 lines"),
         ("a.ply", PLY + "0 0 0\n", "states 14 vertices and faces and has 15 lines"),
         ("a.ply", ply_text(TWO)[:-60], "states 28 vertices and faces"),
@@ -160,8 +167,9 @@ def test_a_million_faces_are_refused_before_they_are_read(tmp_path, monkeypatch)
 def test_without_trimesh_the_message_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "trimesh", None)
     with pytest.raises(bs.errors.MissingExtraError, match=r'pip install "blockstruct\[mesh\]"'):
-        read(tmp_path, "a.stl", STL)
+        read(tmp_path, "a.ply", PLY)
     assert len(read(tmp_path, "a.obj", obj_text()).blocks) == 1
+    assert len(read(tmp_path, "a.stl", STL).blocks) == 1
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Blocks from OBJ, STL and PLY files, and back to OBJ."""
 
 import warnings
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -230,6 +231,27 @@ def test_names_used_twice_are_numbered(tmp_path):
     with pytest.warns(bs.errors.GeometryWarning, match="name used twice"):
         found = bs.imports.read_mesh(saved(tmp_path, "a.obj", text), unit="m", material=STONE)
     assert [b.name for b in found.blocks] == ["stone", "stone#2"]
+
+
+def test_solids_of_an_stl_file_keep_their_names_whatever_words_these_hold(tmp_path):
+    names = ["Solid_1", "Solid_2", "arch solid 3", "endsolid", "facet vertex 5", "-6 %"]
+    blocks = [bs.Block.box(n, Q_([0, 0, k], "m"), Q_([1, 1, 1], "m"), STONE) for k, n in enumerate(names)]
+    text = ascii_stl(blocks).replace("facet normal", "\tFACET\tnormal").replace("\n", "\r\n")
+    found = bs.imports.read_mesh(saved(tmp_path, "a.stl", "\ufeff" + text), unit="m", material=STONE)
+    assert [(b.name, b.centroid[2]) for b in found.blocks] == [(n, k + 0.5) for k, n in enumerate(names)]
+    assert found.report.warnings == ()
+
+
+@pytest.mark.parametrize("name", ["a.stl", "a.ply"])
+@pytest.mark.parametrize(("east", "told"), [(500, False), (512_345.67, True)])
+def test_what_single_precision_makes_of_large_coordinates_is_told(tmp_path, name, east, told):
+    block = bs.Block.box("a", Q_([east, 0, 0], "m"), Q_([0.37, 0.3, 0.21], "m"), STONE)
+    content = stl_bytes([block]) if name == "a.stl" else ply_text([block]).replace("double", "float")
+    path = saved(tmp_path, name, content)
+    with pytest.warns(bs.errors.GeometryWarning, match=r"rounds .* by up to 0.0156 m \(a\)") if told else nullcontext():
+        (found,) = bs.imports.read_mesh(path, unit="m", material=STONE).blocks
+    width = np.ptp(found.shape.vertices[:, 0])
+    assert abs(width - 0.37) > 1e-3 if told else width == pytest.approx(0.37, abs=1e-4)
 
 
 def test_a_hash_inside_a_word_is_part_of_a_name_and_after_a_space_begins_a_comment(tmp_path):

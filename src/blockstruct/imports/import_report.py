@@ -16,6 +16,7 @@ from blockstruct.vocabulary import counted
 
 #: What was done to a body, in words.
 KINDS = {
+    "rounded": "coordinates far from the origin, which single precision rounds (export them nearer to it)",
     "welded": "corners joined with others close by",
     "no area": "faces without area dropped",
     "twin": "faces given twice dropped",
@@ -34,7 +35,7 @@ KINDS = {
 #: Part of most imports of triangles: reported, not warned of.
 _ROUTINE = ("merged", "divided")
 #: Kinds whose amount is a length.
-_LENGTHS = ("flattened", "closed", "arcs")
+_LENGTHS = ("rounded", "flattened", "closed", "arcs")
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,13 +12,14 @@ from blockstruct.imports.import_report import Imported
 from blockstruct.imports.obj import read_obj
 from blockstruct.imports.solid import Content, Solid, make_blocks
 from blockstruct.imports.source import checked_faces, package, read_bytes
+from blockstruct.imports.stl import read_stl
 from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike
 from blockstruct.vocabulary import counted
 
-#: Length of the header of a binary STL file, and of each of its triangles, in bytes.
-_STL_HEADER, _STL_TRIANGLE = 84, 50
+#: Header of a PLY file whose coordinates have single precision.
+_SINGLE = re.compile(rb"^property\s+float(32)?\s+x\s*$", re.MULTILINE)
 
 
 @checked_keywords
@@ -34,16 +35,16 @@ def read_mesh(
 ) -> Imported:
     """Blocks of one or several OBJ, STL or PLY files.
 
-    Every closed body becomes a block. It takes the name of its OBJ object or group or of its STL solid, otherwise
-    that of its file; several bodies of one name are numbered, and of several files each stands before the names of
-    its blocks, as in ``arch.stone 1``. Corners close by are joined, all faces are made to look outward, neighbours in
-    one plane become one face, and what is given twice is kept once. What was done is in the report, and warned of
-    where it may not be meant.
+    Every closed body becomes a block. It takes the name of its OBJ object or group or, where there are several, of its
+    STL solid, otherwise that of its file; several bodies of one name are numbered, and of several files each stands
+    before the names of its blocks, as in ``arch.stone 1``. Corners close by are joined, all faces are made to look
+    outward, neighbours in one plane become one face, and what is given twice is kept once. What was done is in the
+    report, and warned of where it may not be meant.
 
     Parameters
     ----------
     files
-        Names that end in ``.obj``, ``.stl`` or ``.ply``. STL and PLY need ``pip install "blockstruct[mesh]"``.
+        Names that end in ``.obj``, ``.stl`` or ``.ply``. PLY needs ``pip install "blockstruct[mesh]"``.
     unit : text or quantity, length
         Unit of the coordinates, which these formats do not state: ``"mm"``, or a scale such as ``"0.025 m"``.
     material
@@ -71,7 +72,7 @@ def read_mesh(
     GeometryFileError
         If the file is damaged, or bodies are not blocks: open, not manifold, crossing themselves, without volume.
     MissingExtraError
-        If the file is STL or PLY and trimesh is not installed.
+        If the file is PLY and trimesh is not installed.
 
     Warns
     -----
@@ -88,67 +89,38 @@ def read_mesh(
 
 def mesh_content(path: Path, material: Material) -> Content:
     """Solids of an OBJ, STL or PLY file, and what else it holds."""
-    solids, left_out = (read_obj if _suffix(path) == ".obj" else _read_triangles)(path, material)
-    return Content(solids, left_out)
-
-
-def _suffix(path: Path) -> str:
+    readers = {".obj": read_obj, ".stl": read_stl, ".ply": _read_ply}
     suffix = path.suffix.lower()
-    if suffix not in (".obj", ".stl", ".ply"):
+    if suffix not in readers:
         msg = f"{path}: not a mesh; give a file that ends in .obj, .stl or .ply"
         raise ModelError(msg)
-    return suffix
+    return Content(*readers[suffix](path, material))
 
 
-def _read_triangles(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
-    """Solids of an STL or PLY file, and what else it holds."""
-    suffix = _suffix(path)
+def _read_ply(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
+    """The solid of a PLY file, and what else it holds."""
     content = read_bytes(path)
-    stated = (_stated_stl if suffix == ".stl" else _stated_ply)(content, path)
-    trimesh = package("trimesh", "mesh", f"{path}: reading {suffix[1:].upper()}")
+    stated = _stated_ply(content, path)
+    trimesh = package("trimesh", "mesh", f"{path}: reading PLY")
     try:
         # Unprocessed: trimesh would otherwise drop and join corners and faces without a word.
-        read = trimesh.load(io.BytesIO(content), file_type=suffix[1:], process=False)
-        meshes = read.geometry if hasattr(read, "geometry") else {"": read}
-        solids = [
-            Solid(
-                str(name) if len(meshes) > 1 else path.stem,
-                np.asarray(mesh.vertices, dtype=float),
-                [tuple(f) for f in np.asarray(mesh.faces).tolist()],
-                material,
-            )
-            for name, mesh in meshes.items()
-        ]
+        mesh = trimesh.load(io.BytesIO(content), file_type="ply", process=False)
+        vertices = np.asarray(mesh.vertices, dtype=float)
+        faces = [tuple(f) for f in np.asarray(mesh.faces).tolist()]
     except Exception as error:  # A reader of foreign files fails in as many ways as files can be damaged.
-        msg = f"{path}: not a readable {suffix[1:].upper()} file ({error}); export it again"
-        raise GeometryFileError(msg) from error
-    count = sum(len(s.faces) for s in solids)
-    if count < stated or count == 0:
-        faces = counted(stated, "face")
-        msg = f"{path}: states {faces}, {count} can be read; it is cut short or damaged, export it again"
-        raise GeometryFileError(msg)
-    unused = sum(len(s.vertices) - len({i for face in s.faces for i in face}) for s in solids)
-    return solids, [counted(unused, "vertex of no face", "vertices of no face")] if unused > 0 else []
-
-
-def _stated_stl(content: bytes, path: Path) -> int:
-    """Number of triangles that an STL file says it has."""
-    if len(content) >= _STL_HEADER:
-        count = int.from_bytes(content[80:84], "little")
-        if len(content) == _STL_HEADER + _STL_TRIANGLE * count:
-            return checked_faces(count, path)
-    text = content.lower()
-    if not text.lstrip().startswith(b"solid") or b"\0" in content:
         msg = (
-            f"{path}: {len(content)} bytes are not an STL file, or one cut short "
-            "(binary STL has 84 bytes and 50 for each triangle that it states); export it again"
+            f"{path}: not a readable PLY file ({error}); export it again, a binary one with all faces of as many "
+            "corners, such as triangles"
         )
+        raise GeometryFileError(msg) from error
+    if len(faces) < stated or not faces:
+        said = counted(stated, "face")
+        msg = f"{path}: states {said}, {len(faces)} can be read; it is cut short or damaged, export it again"
         raise GeometryFileError(msg)
-    begun, ended = (len(re.findall(rb"^\s*" + word, text, re.MULTILINE)) for word in (b"solid", b"endsolid"))
-    if ended < begun:
-        msg = f"{path}: 'endsolid' is missing, the file is cut short; export it again"
-        raise GeometryFileError(msg)
-    return checked_faces(len(re.findall(rb"^\s*facet\b", text, re.MULTILINE)), path)
+    unused = len(vertices) - len({i for face in faces for i in face})
+    single = _SINGLE.search(content.partition(b"end_header")[0]) is not None
+    solid = Solid(path.stem, vertices, faces, material, single=single)
+    return [solid], [counted(unused, "vertex of no face", "vertices of no face")] if unused > 0 else []
 
 
 def _stated_ply(content: bytes, path: Path) -> int:

@@ -60,7 +60,7 @@ def read_obj(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
     for number, line in _statements(text):
         keyword, *words = line.split()
         if keyword == "v":
-            vertices.append(_point(words, path, number))
+            vertices.append(finite_point(words, path, number))
         elif keyword == "f":
             face = _face(words, len(vertices), path, number)
             groups.setdefault(group, []).append(face)
@@ -109,7 +109,8 @@ def _statements(text: str) -> Iterable[tuple[int, str]]:
         yield number, held.strip()
 
 
-def _point(words: list[str], path: Path, number: int) -> list[float]:
+def finite_point(words: list[str], path: Path, number: int) -> list[float]:
+    """Coordinates that a line of a file gives, of which there may be more than three."""
     try:
         point = [float(w) for w in words[:3]]
     except ValueError:

@@ -42,6 +42,8 @@ class Solid:
     material : Material
     fixed : bool
         Whether the file itself makes it a support.
+    single : bool
+        Whether the file keeps coordinates in single precision.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Solid:
     faces: list[Face]
     material: Material
     fixed: bool = False
+    single: bool = False
 
 
 @dataclass(slots=True)
@@ -175,6 +178,11 @@ def _bodies(
     parts, twins, doubled = closed_bodies(proper)
     lost = collapsed(upright, loops, np.array([len(f) < 3 for f in faces])) if len(proper) < len(faces) else []
     n, dropped = len(parts) + len(lost), len(solid.faces) - len(proper)
+    if solid.single and proper:
+        rounding = float(np.spacing(np.float32(np.abs(points).max()))) / 2 * scale
+        edge = np.median([np.linalg.norm(vertices[f[1]] - vertices[f[0]]) for f in proper])
+        if rounding > WELD * edge:
+            repairs.append(Repair(solid.name, "rounded", rounding))
     done = {"welded": joined, "no area": dropped, "twin": twins, "doubled": doubled, "divided": n - 1}
     repairs += [Repair(solid.name, kind, amount) for kind, amount in done.items() if amount > 0]
     numbered = (name for k in count(1) if (name := f"{solid.name}.{k}") not in taken)
