@@ -317,6 +317,26 @@ def test_the_second_writer_is_refused(tmp_path, whole):
     assert [p.name for p in tmp_path.iterdir()] == ["wall.h5"]
 
 
+def test_a_lock_that_is_a_link_to_nowhere_is_named(tmp_path):
+    path = tmp_path / "wall.h5"
+    (tmp_path / "wall.h5.partial").mkdir()
+    (tmp_path / "wall.h5.partial" / "lock").symlink_to(tmp_path / "nowhere" / "lock")
+    with pytest.raises(bs.errors.StorageError, match=r"lock: cannot be made .*; remove it, or choose another name"):
+        bs.AnalysisManager(wall(), path).run(cases())
+
+
+def test_a_run_that_kept_nothing_is_not_to_be_resumed(tmp_path):
+    """As a full disk leaves it, or a kill before the plan is written."""
+    path = tmp_path / "wall.h5"
+    (tmp_path / "wall.h5.partial").mkdir()
+    (tmp_path / "wall.h5.partial" / "plan.draft").write_bytes(bytes(100))
+    for read in (bs.open_analysis, bs.AnalysisManager.resume):
+        with pytest.raises(bs.errors.StorageError, match="ended before it kept anything; wait, or run it again"):
+            read(path)
+    assert bs.AnalysisManager(wall(), path).run(cases()).status == "finished"
+    assert [p.name for p in tmp_path.iterdir()] == ["wall.h5"]
+
+
 def write_many(path, start, done):
     start.wait()
     for _ in range(4):

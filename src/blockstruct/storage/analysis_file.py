@@ -50,10 +50,13 @@ class AnalysisFile:
             self._snapshot = Snapshot(path, verified)
         except StorageError as error:
             if not path.exists() and folder_of(path).is_dir():
-                msg = (
-                    f"{path}: not written, its run goes on or was killed; keep what it has found with "
-                    f"'blockstruct recover {path}', or go on with 'blockstruct resume {path}'"
+                remedy = (
+                    f"goes on or was killed; keep what it has found with 'blockstruct recover {path}', or go on with "
+                    f"'blockstruct resume {path}'"
+                    if (folder_of(path) / "plan").is_file()
+                    else "begins or has ended before it kept anything; wait, or run it again"
                 )
+                msg = f"{path}: not written, its run {remedy}"
                 raise StorageError(msg) from error
             raise
         if not self._snapshot.sealed:

@@ -53,6 +53,8 @@ def in_the_way(path: Path) -> StorageError:
     )
 
 
+#: How often a lock is made anew that another writer removes at that moment.
+_ATTEMPTS = 1000
 #: What a lock that somebody else holds fails with; anything else is a file system without locks.
 _HELD = (errno.EACCES, errno.EAGAIN, errno.EWOULDBLOCK, errno.EDEADLK)
 
@@ -117,12 +119,17 @@ class WriterLock:
 
 
 def _opened(lock: Path, path: Path) -> IO[bytes]:
+    attempts = 0
     while True:
+        attempts += 1
         try:
             lock.parent.mkdir(parents=True, exist_ok=True)
             return lock.open("a+b", buffering=0)
-        except FileNotFoundError:
-            continue  # Another writer has just removed the folder.
+        except FileNotFoundError as error:
+            # Another writer has just removed the folder; but a link may lead nowhere, however often it is followed.
+            if attempts == _ATTEMPTS:
+                msg = f"{lock}: cannot be made ({error.strerror}); remove it, or choose another name"
+                raise StorageError(msg) from error
         except FileExistsError as error:
             raise in_the_way(path) from error
         except OSError as error:
