@@ -325,6 +325,9 @@ def test_diff(call, file, small_model, small_cases, tmp_path):
     assert code == 0
     assert "relative_difference" in out
     assert call("diff", file, tmp_path / "none.h5")[0] == 2
+    for tolerance in ("-1", "nan"):
+        code, _, err = call("diff", file, file, "--tolerance", tolerance)
+        assert (code, "give a number of zero or more" in err) == (2, True)
 
 
 def test_diff_of_folders(call, file, small_model, tmp_path):
@@ -411,6 +414,13 @@ def test_view_and_report_write_beside_the_file(call, file):
         assert f"written: {target}, {target.stat().st_size / 1e6:.1f} MB" in out
         assert "small wall" in target.read_text(encoding="utf-8")
         target.unlink()
+
+
+def test_a_view_has_the_name_of_a_page(call, file):
+    target = file.with_name("view.pdf")
+    code, _, err = call("view", file, "-o", target)
+    assert (code, "give a name that ends in .html" in err) == (2, True)
+    assert not target.exists()
 
 
 def test_a_view_never_replaces_what_it_is_made_from(call, file, tmp_path):

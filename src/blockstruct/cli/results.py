@@ -157,6 +157,9 @@ def diff(
     tolerance: Annotated[float, typer.Option("--tolerance", help="Relative tolerance of load factors.")] = 1e-6,
 ) -> None:
     """Compare two analyses, or two folders of them, case by case; exit code 1 if they differ."""
+    if not tolerance >= 0:
+        msg = f"--tolerance {tolerance:g}: give a number of zero or more"
+        raise bs.errors.ModelError(msg)
     if one.is_dir():
         table = bs.Archive(one).difference(bs.Archive(other))
         same = bool((table["agree"] & (table["relative_difference"].abs() <= tolerance)).all())

@@ -27,7 +27,7 @@ SAME_END = 1e-2
 
 
 class Archive:
-    """The analysis files of a folder and of its subfolders.
+    """The analysis files of a folder and of its subfolders; links to folders are not followed.
 
     Nothing is read before it is asked for, and for a table only attributes and scalars. Every question looks for files
     anew; what was read of a file is kept as long as the file does not change.

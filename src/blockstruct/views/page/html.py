@@ -12,6 +12,9 @@ import blockstruct as bs
 from blockstruct.views.output import write_text
 from blockstruct.views.page.payload import payload
 
+#: Endings of files that a page would not be opened as.
+_NO_PAGES = (".pdf", ".png", ".svg")
+
 
 def write_page(analysis: bs.Analysis, path: str | Path) -> Path:
     """Write the page of an analysis; an existing file is replaced.
@@ -21,8 +24,11 @@ def write_page(analysis: bs.Analysis, path: str | Path) -> Path:
     ModelError
         If no case of the analysis has an iteration.
     StorageError
-        If the path cannot be written.
+        If the path cannot be written, or is named as another kind of file.
     """
+    if Path(path).suffix.lower() in _NO_PAGES:
+        msg = f"{path}: a view is a page; give a name that ends in .html"
+        raise bs.errors.StorageError(msg)
     return write_text(page_html(analysis), path)
 
 
