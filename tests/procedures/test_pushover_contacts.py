@@ -44,6 +44,26 @@ def test_blocks_that_come_towards_each_other_meet():
     assert float(result.capacity["displacement"][-1]) == pytest.approx(0.5, rel=2e-2)
 
 
+@pytest.mark.parametrize(("walls", "friction", "steps"), [(1, 0.6, 20), (1, 0.3, 40), (2, 0.6, 20)])
+def test_a_panel_slides_along_walls_beside_it(walls, friction, steps):
+    """Nothing presses its flush sides: it has the curve of a panel that stands free.
+
+    Halfway, or at a load factor of zero, it came to states in which it jams: 0.68 m instead of 0.25 m.
+    """
+    blocks = [
+        box("ground", [-3, -4, -0.5], [10, 8, 0.5], fixed=True),
+        box("panel", [0, 0, 0], [4, 0.5, 3]),
+        *(box(f"wall {k}", [(-0.6, 4)[k], -2, 0], [0.6, 3, 3], fixed=walls == 1) for k in range(walls)),
+    ]
+    model = model_of(blocks, bs.JointMaterial("lime", friction))
+    case = bs.Pushover("push", SELF_WEIGHT, push(0, -1, 0), control=("panel", "-y"), steps=steps)
+    curve = bs.run(model, case)["push"].capacity
+    # The centroid is on a circle about the edge, from half of the thickness before it to above it.
+    turned = np.arccos(np.clip((0.25 - curve["displacement"].to_numpy()) / np.hypot(0.25, 1.5), -1, 1))
+    assert curve["load_factor"].to_numpy() == pytest.approx(1 / np.tan(turned), abs=5e-4)
+    assert float(curve["d0"]) == pytest.approx(0.25, rel=1e-3)
+
+
 def test_the_tip_of_a_long_beam_meets_what_is_below():
     """It turns over a pivot near its centroid, which hardly moves: the tip went through a tray 1.2 m below."""
     blocks = [

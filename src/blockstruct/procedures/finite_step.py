@@ -34,6 +34,9 @@ EXACT = 1e-12
 RUBS = 1e-3
 #: Change of friction, relative to it, that is none.
 REMEMBERED = 1e-2
+#: Normal force, relative to the mean, with which a contact carried nothing in the last step; and share of its friction
+#: that is lost to it where nothing rubbed: a contact that slides faster than it did would gain by any force.
+IDLE, LOSS = 1e-2, 2e-2
 #: Elastic displacement of the interior-point loop, as a share of the motion of a step; and its tolerance, and
 #: factorisations; the normal forces that it begins with, relative to those of the program before it; and a normal
 #: force that is none.
@@ -213,7 +216,7 @@ def solve_finite_step(question: Question, settings: ProcedureSettings, solver: C
     if not problem.n_points:
         return None
     programs = _Programs(question, settings, solver)
-    first = programs.shifted((problem.A.T @ question.motion).reshape(-1, 3), np.zeros(problem.n_points))
+    first = programs.begun()
     if first is None:
         return None
     found = [first]
@@ -266,6 +269,15 @@ class _Programs:
     def __init__(self, question: Question, settings: ProcedureSettings, solver: CountingSolver) -> None:
         self._question, self._settings, self._solver = question, settings, solver
         self._program = ConicProgram(question.problem, settings)
+
+    def begun(self) -> Solved | None:
+        """Forces with the shift of the last motion; where nothing rubbed, idle contacts take friction at a loss."""
+        question, problem = self._question, self._question.problem
+        v, before = (problem.A.T @ question.motion).reshape(-1, 3), question.rubbing
+        shift = shift_of(problem, v, np.zeros(problem.n_points))
+        if before.any() and -float((before[:, 1:] * v[:, 1:]).sum()) <= RUBS * question.least:
+            shift = np.where(before[:, 0] <= IDLE * before[:, 0].mean(), (1 + LOSS) * shift, shift)
+        return self._found(true_sliding(problem), shift)
 
     def shifted(self, v: Array, n: Array) -> Solved | None:
         """Forces inside the true cones, with the shift of relative velocities (K, 3) and normal forces (K,)."""
