@@ -1053,15 +1053,49 @@ def test_a_pushover_that_tells_no_displacement_is_refused(result):
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_a_control_point_that_turns_back_gives_no_curve(result, side):
+@pytest.mark.parametrize(
+    ("parapet", "advised"),
+    [
+        ([0, 0.02, 0.04, 0.06, 0.2, 0.3], "run .* control= at block 'parapet', which goes on to 0.3 m"),
+        ([0, 0.02, 0.04, 0.06, 0.07, 0.08], "no block goes further without turning back"),
+        ([0, 0.05, 0.2, 0.1, 0.2, 0.3], "no block goes further without turning back"),
+    ],
+)
+def test_a_control_point_that_turns_back_gives_no_curve(result, side, parapet, advised):
     """Goes 0.1 m, comes back to 1 nm and ends there: of its states only those nearer than that were kept."""
     way = np.array([0, 0.05, 0.1, 0.02, 0.9e-9, 1e-9])
+    push = -side * np.array([0.0, 1.0, 0.0])
+    position = np.array([way, parapet]).T[:, :, None] * push + [0.0, 0.3, 3.0]
     back = xr.Dataset(
-        {"load_factor": ("step", np.linspace(0.1, 0, 6)), "holds": ("step", np.ones(6, int)), "d0": ((), side * 1e-9)},
-        coords={"displacement": ("step", side * way)},
+        {
+            "load_factor": ("step", np.linspace(0.1, 0, 6)),
+            "holds": ("step", np.ones(6, int)),
+            "d0": ((), side * 1e-9),
+            "position": (("step", "block", "axis"), position),
+        },
+        coords={"displacement": ("step", side * way), "block": ["façade", "parapet"]},
     )
-    with pytest.raises(bs.errors.ModelError, match=r"at block 'façade' turns back at 0\.1 m, .* that moves furthest"):
+    with pytest.raises(bs.errors.ModelError, match=rf"at block 'façade' turns back at 0\.1 m, .* {advised}"):
         curve_of(result, back)
+
+
+def test_a_control_point_that_goes_back_by_next_to_nothing_gives_a_curve(result):
+    """One hinge closes and another one opens, as in an arch with fill: 15 µm back of 238 mm.
+
+    Where the control point passes twice the lower α counts, whichever came first.
+    """
+    whole = capacity_of_facade(top=np.arctan(0.1))
+    straight = curve_of(result, whole)
+    for sign in (-1, 1):
+        way, alpha = whole["displacement"].to_numpy().copy(), whole["load_factor"].to_numpy().copy()
+        way[21], alpha[21] = way[20] - 15e-6 / 0.238 * way[-1], alpha[20] + sign * 1e-4 * alpha[0]
+        back = whole.assign_coords(displacement=("step", way)).assign(load_factor=("step", alpha))
+        curve = curve_of(result, back)
+        assert np.all(np.diff(curve.displacement) > 0)
+        for d, lowest in zip(way[[20, 21]] / 2, [min(alpha[20:22])] * 2, strict=True):
+            assert curve.at(d) <= lowest * g / 1.35 * (1 + 1e-6)
+        assert curve.d0 == pytest.approx(straight.d0, rel=1e-9)
+        assert curve.at(0.4 * curve.d0) == pytest.approx(straight.at(0.4 * curve.d0), rel=1e-3)
 
 
 def test_a_pushover_that_turns_back_is_checked_by_the_linear_method():

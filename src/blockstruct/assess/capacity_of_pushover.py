@@ -19,8 +19,9 @@ Array = NDArray[np.float64]
 
 #: Motion of the control point in the mechanism, in multiples of the largest, from which it tells the displacement.
 _MOVES = 0.05
-#: Way back, in multiples of the largest displacement, that is none.
-_ROUNDING = 1e-6
+#: Way back, in multiples of the largest displacement, that is none: at most 0.25 % of d_SLV, 0.4 of that displacement.
+#: Where one hinge closes and another one opens, points go back by as little before they go on.
+_BACK = 1e-3
 #: Sine of the angle between the directions of the control point and of the push that are one.
 _ALONG = 1e-2
 
@@ -76,17 +77,17 @@ def curve_of_pushover(
         raise ModelError(msg)
     certified = _certified(capacity)
     d_C = capacity["displacement"].transpose("step").to_numpy()[certified]
-    d_C = d_C * np.sign(d_C[np.abs(d_C).argmax()])
-    # Beside what is left of an end at d0 by rounding.
-    back = np.flatnonzero(np.diff(d_C) < -_ROUNDING * d_C.max())
-    if len(back):
+    side = np.sign(d_C[np.abs(d_C).argmax()])
+    d_C = d_C * side
+    if np.any(_turns_back(d_C)):
+        at = d_C[: int(_turns_back(d_C).argmax())].max()
         msg = (
-            f"the control point at block {block!r} turns back at {shown(float(d_C[back[0]]), 'm')}, and its "
-            "displacement is not that of the mechanism beyond: run the pushover again with control= at the block that "
-            "moves furthest"
+            f"the control point at block {block!r} turns back at {shown(float(at), 'm')}, and its displacement is not "
+            f"that of the mechanism beyond: {_instead(capacity, certified, side * np.array(direction), d_C.max())}"
         )
         raise ModelError(msg)
     alpha = capacity["load_factor"].transpose("step").to_numpy()[certified]
+    d_C, alpha = _onward(d_C, alpha)
     end = float(abs(capacity["d0"]))
     complete = bool(certified.all()) and np.isfinite(end)
     if complete:
@@ -141,6 +142,34 @@ def d0_of_weights(
     position = capacity["position"].transpose("step", "block", "axis").to_numpy()[last, block]
     now = position + np.einsum("nij,nj->ni", block_rotations(capacity)[last, block], arm)
     return float(weight @ ((now - forces.point[of]) @ forces.direction) / weight.sum() / e_star)
+
+
+def _turns_back(way: Array) -> NDArray[np.bool_]:
+    """Where ways over states, (state, …), are behind the furthest that they have been."""
+    return np.asarray(np.maximum.accumulate(way) - way > _BACK * way.max(axis=0))
+
+
+def _onward(way: Array, alpha: Array) -> tuple[Array, Array]:
+    """The states that none behind them is before, each with the least α since the last of them.
+
+    Of the α at one displacement this is the lowest, so that no way back makes a curve bear more.
+    """
+    nearest = np.minimum.accumulate(way[::-1])[::-1]
+    on = np.flatnonzero(np.append(way[:-1] < nearest[1:], True))
+    return way[on], np.minimum.reduceat(alpha, np.append(0, on[:-1] + 1))
+
+
+def _instead(capacity: xr.Dataset, certified: NDArray[np.bool_], direction: Array, furthest: float) -> str:
+    """What to do where the control point turns back: follow the block that goes on furthest, if beyond a way, m."""
+    position = capacity["position"].transpose("step", "block", "axis").to_numpy()[certified]
+    way = (position - position[0]) @ direction
+    on = np.where(_turns_back(way).any(axis=0), -np.inf, way[-1])
+    if not on.max() > furthest:
+        return "no block goes further without turning back; look at the states of the pushover (result.capacity)"
+    return (
+        f"run the pushover again with control= at block {str(capacity['block'].values[int(on.argmax())])!r}, which "
+        f"goes on to {shown(float(on.max()), 'm')}"
+    )
 
 
 def _certified(capacity: xr.Dataset) -> NDArray[np.bool_]:
