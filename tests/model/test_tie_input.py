@@ -6,7 +6,7 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.geometry import box, polyhedron, stretches_inside
-from structures import model_of
+from structures import model_of, moved
 
 STRONG = {"yield_force": "40 kN"}
 
@@ -163,6 +163,43 @@ def test_stretches_inside_a_body_that_is_not_convex():
     cube = polyhedron(*box((0, 0, 0), (1, 1, 1)), "cube")
     (stretch,) = stretches_inside(cube, np.array([-0.5, -0.5, -0.5]), np.array([0.5, 0.5, 0.5]))
     np.testing.assert_allclose(stretch, np.sqrt(3) * np.array([0.5, 1.0]))
+
+
+def test_stretches_of_a_bar_whose_whole_cross_section_is_inside():
+    cube = polyhedron(*box((0, 0, 0), (1, 1, 1)), "cube")
+    # Squarely through two faces: from face to face, unless it is too near to one beside it.
+    for z, stretches in ((0.1001, [(1.0, 2.0)]), (0.1, []), (0.05, []), (0.9001, []), (0.8999, [(1.0, 2.0)])):
+        assert stretches_inside(cube, np.array([-1, 0.5, z]), np.array([3, 0.5, z]), 0.1) == stretches
+    # At 30° to two faces the rim of the cross-section enters by r tan 30° behind the axis, and leaves by it before.
+    d = np.array([np.cos(np.pi / 6), np.sin(np.pi / 6), 0])
+    middle = np.array([0.5, 0.5, 0.5])
+    (stretch,) = stretches_inside(cube, middle - 2 * d, middle + 2 * d, 0.1)
+    half = 0.5 / np.cos(np.pi / 6) - 0.1 * np.tan(np.pi / 6)
+    np.testing.assert_allclose(stretch, [2 - half, 2 + half])
+    # Beside an edge inside an L, the cylinder meets its faces where it passes the edge.
+    outline = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 2), (0, 2)])
+    vertices = np.concatenate([np.insert(outline, 1, y, axis=1) for y in (0.0, 1.0)])
+    sides = [(k, k + 6, (k + 1) % 6 + 6, (k + 1) % 6) for k in range(6)]
+    ell = polyhedron(vertices, [tuple(range(6)), tuple(range(11, 5, -1)), *sides], "L")
+    found = stretches_inside(ell, np.array([-1, 0.5, 0.95]), np.array([4, 0.5, 0.95]), 0.1)
+    np.testing.assert_allclose(found, [(1, 2)])
+
+
+@pytest.mark.parametrize("degrees", [7, 13, 40])
+def test_a_bar_drawn_to_the_millimetre_in_the_head_joints_of_a_turned_wall_is_bonded_to_no_block_beside_them(
+    tuff, degrees
+):
+    wall = bs.courses(
+        [[1, 1], [0.5, 1, 0.5], [1, 1]], unit_length="0.4 m", unit_height="0.2 m", depth="0.3 m", material=tuff
+    )
+    a = np.radians(degrees)
+    R = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
+    blocks = moved(wall, R)
+    x, y, _ = np.round(R @ (0.4, 0.15, 0), 3)
+    found = bs.ties.tie_segments([bar([x, y, -0.1], [x, y, 0.6])], blocks)
+    assert [s.blocks for s in found] == [("base", "2.2")]
+    with pytest.raises(bs.errors.ModelError, match=r"within 0\.005 m of them, half its diameter"):
+        bs.ties.tie_segments([bar([x, y, -0.1], [x, y, 0.2])], blocks)
 
 
 def test_least_tie_force_of_what_is_not_there(pair):

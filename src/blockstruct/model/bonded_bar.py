@@ -31,8 +31,9 @@ class BondedBar:
     name
         Unique among the ties of a model.
     start, end : quantity, length, three components
-        Ends of the bar, in global coordinates. It may stick out of the blocks. Where it runs in a joint it is bonded
-        to neither of the blocks beside it.
+        Ends of the bar, in global coordinates. It may stick out of the blocks. It is bonded to a block where its whole
+        cross-section is inside: where it runs in a joint, or its axis within half the diameter of one or of a free
+        surface, it is bonded to none of the blocks beside it.
     diameter : quantity, length
         Of the surface d along which it is bonded, and of the cross-section that ``strength`` counts on.
     bond_strength : quantity, stress
@@ -123,15 +124,17 @@ class BondedBar:
         start, end = np.array(self.start), np.array(self.end)
         d = (end - start) / np.linalg.norm(end - start)
         inside = sorted(
-            (stretch, name) for name, b in blocks.items() for stretch in stretches_inside(b.shape, start, end)
+            (stretch, name)
+            for name, b in blocks.items()
+            for stretch in stretches_inside(b.shape, start, end, self.diameter / 2)
         )
         names = list(dict.fromkeys(name for _, name in inside))
         if len(inside) < 2 or all(blocks[name].fixed for name in names):
             through = listed([f"{name!r}" for name in names]) or "no block at all"
             msg = (
                 f"bonded bar {self.name!r} from {self.start} to {self.end} m runs through {through}, so that it holds "
-                "nothing together; give ends between which it runs inside two blocks or more (not in their faces), "
-                "one of them free"
+                "nothing together; give ends between which it runs inside two blocks or more (not in their faces, nor "
+                f"with its axis within {self.diameter / 2:g} m of them, half its diameter), one of them free"
             )
             raise ModelError(msg)
         bond = [math.pi * self.diameter * self.bond_strength * (b - a) for (a, b), _ in inside]
