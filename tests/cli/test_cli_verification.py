@@ -4,7 +4,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct.cli.verification import demand_of
-from structures import SELF_WEIGHT, model_of, push, single_block
+from structures import SELF_WEIGHT, box, model_of, push, single_block
 
 SITE = "ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B"
 MODE = "T=0.4 s, participation=1.3, shape=0.9, damping=0.1"
@@ -96,6 +96,28 @@ def test_the_one_case_that_cannot_be_checked_is_named_alone(call, file):
     _, _, err = call("assess", file, "--spectrum", SITE, "--case", "down")
     assert "rocks" not in err
     assert "--spectrum" not in err
+
+
+@pytest.mark.parametrize("command", ["assess", "report"])
+def test_cases_without_a_check_by_displacement_do_not_hide_those_with_one(call, tmp_path, command):
+    """Two bodies move against each other, which has no straight curve: the pushover beside has one, and is named."""
+    blocks = [
+        box("ground", [-1, 0, -1], [6, 1, 1], fixed=True),
+        box("tall", [0, 0, 0], [0.5, 1, 2]),
+        box("low", [0.5, 0, 0], [0.5, 1, 1]),
+    ]
+    case = bs.LimitCase("two bodies", SELF_WEIGHT, push(1, 0, 0))
+    pushed = bs.Pushover("pushed", SELF_WEIGHT, push(1, 0, 0), control=("tall", "+x"), steps=10)
+    analysis = bs.AnalysisManager(model_of(blocks, bs.JointMaterial("joint", 0.6))).run([case, pushed])
+    file = bs.save_analysis(analysis, tmp_path / "both.h5")
+    words = ("--spectrum", SITE, "--confidence-factor", "1.35", "--method", "displacement")
+    target = ("-o", tmp_path / "r.html") if command == "report" else ()
+    code, out, err = call(command, file, *target, *words)
+    assert (code, out) == (2, "")
+    assert "case 'two bodies': no capacity curve: 2 bodies move" in err
+    assert "no check of two bodies; the other cases have one: --case 'pushed'" in err
+    code, out, err = call(command, file, *target, *words, "--case", "pushed")
+    assert (code, err) == (0, "")
 
 
 def test_a_case_that_falls_is_told_beside_the_checks(call, tmp_path):

@@ -98,12 +98,22 @@ def checks_of(
             raise bs.errors.ModelError(msg)
         return []
     demand, spreads = demand_of(spectrum, modes or ()), analysis.spreads
-    return [
-        bs.assess.local_mechanism(
-            spreads.get(name, analysis[name]), factor, demand, knowledge_level=level, method=method or _LINEAR
-        )
-        for name in _checked(analysis, only)
-    ]
+    checks, refused = [], []
+    for name in _checked(analysis, only):
+        of = spreads.get(name, analysis[name])
+        try:
+            found = bs.assess.local_mechanism(of, factor, demand, knowledge_level=level, method=method or _LINEAR)
+            checks.append(found)
+        except bs.errors.ModelError as error:
+            refused.append((name, error))
+    if refused:
+        first = refused[0][1]
+        if checks:
+            without = ", ".join(name for name, _ in refused)
+            with_one = " or ".join(f"--case {check.result.name!r}" for check in checks)
+            first.add_note(f"no check of {without}; the other cases have one: {with_one}")
+        raise first
+    return checks
 
 
 def _pushed(heads: Mapping[str, bs.results.Headline]) -> dict[str, bs.results.Headline]:
