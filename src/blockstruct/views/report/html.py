@@ -134,10 +134,11 @@ _INDEX = re.compile(
 )
 
 
-#: Blanks of formulas at which no line ends: of a number and its unit, between a symbol and what it equals, and of short
-#: terms in parentheses. Nor does one after the stroke of a unit.
+#: Blanks of formulas at which no line ends: of a number and its unit, beside π, between a symbol and what it equals,
+#: and of short terms in parentheses. Nor does one after the stroke of a unit.
 _UNIT = re.compile(
     r"(?<=\d) (?=(?:m/s²|kN/m[²³]?|k?N(?:[· ]m)?|[kM]?Pa|m?m[²³]?|kg|t|s|g|°|%)(?![\w*]))|(?<=N) (?=m\b)"
+    r"|(?<=[\d·]) (?=π)|(?<=π) (?=[√\d])"
 )
 _STROKE = re.compile(r"m/s²|kN/m[²³]?")
 _TERM = re.compile(r"\([^()=]{1,24}\)")
