@@ -213,6 +213,25 @@ def test_history(call, file, tmp_path):
     assert float(rows[0]["contact_force [newton]"]) == pytest.approx(float(history.contact_force[0, 0, 0]))
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows keeps the folder that is worked in")
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["run", WALL, "-o", "x.h5"], "x.h5: the working folder has been deleted; change to another one, or give an"),
+        (["view", "FILE", "-o", "x.html"], "x.html: cannot be written (No such file or directory); choose another"),
+        (["report", "FILE", "-o", "x.html"], "x.html: cannot be written (No such file or directory); choose another"),
+    ],
+)
+def test_an_output_in_a_folder_that_was_deleted_names_it_and_the_remedy(call, file, tmp_path, monkeypatch, words, told):
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    code, _, err = call(*(file if w == "FILE" else w for w in words))
+    assert code == 2
+    assert err.startswith(f"error: {told}")
+
+
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
@@ -221,7 +240,7 @@ def test_history(call, file, tmp_path):
         (["history", "FILE", "push nonassociative", "--csv", "/proc/x/y.csv"], "cannot be written"),
         (["show", "missing.h5"], "no such file"),
         (["show", str(WALL)], "not a readable HDF5 file"),
-        (["run", "missing.yaml", "-o", "x.h5"], "cannot be read"),
+        (["run", "missing.yaml", "-o", "x.h5"], "missing.yaml: cannot be read: no such file; give the path of a YAML"),
         (["run", str(WALL), "-o", "/proc/x/y.h5"], "cannot be written"),
         (["run", str(WALL), "-o", str(WALL)], "is not replaced"),
         (["run", "FILE", "-o", "x.h5"], "is not text"),

@@ -250,10 +250,18 @@ def _project_line(line: str) -> tuple[str, str]:
 
 def _beside(target: Path, *read: Path | None) -> Path:
     """Target of a view, which must be none of the files that it is made from."""
-    if target.resolve() in [file.resolve() for file in read if file is not None]:
+    if any(file is not None and _is_same(target, file) for file in read):
         msg = f"{target}: the view is made from this file, which it would replace; choose another one with --output"
         raise bs.errors.StorageError(msg)
     return target
+
+
+def _is_same(one: Path, other: Path) -> bool:
+    """Whether both are there, and one file."""
+    try:
+        return one.samefile(other)
+    except OSError:
+        return False
 
 
 def _written(path: Path, show_it: bool) -> None:

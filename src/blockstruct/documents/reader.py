@@ -139,7 +139,10 @@ def _stored(path: Path) -> bytes:
     except (OSError, ValueError) as error:
         if isinstance(error, StorageError):
             raise
-        msg = f"{path}: cannot be read: {error}"
+        if isinstance(error, FileNotFoundError):
+            msg = f"{path}: cannot be read: no such file; give the path of a YAML or JSON document"
+        else:
+            msg = f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}"
         raise StorageError(msg) from error
     if len(stored) > MOST_BYTES:
         msg = f"{path}: more than {MOST_BYTES / 1e6:g} MB; no model document needs that, divide the structure"

@@ -21,7 +21,7 @@ def read_bytes(path: Path) -> bytes:
     try:
         content = path.read_bytes()
     except OSError as error:
-        msg = f"{path}: cannot be read ({error.strerror or error})"
+        msg = f"{path}: cannot be read ({error.strerror or error}); give the path of a file that can"
         raise StorageError(msg) from error
     if not content.strip():
         msg = f"{path}: is empty; export it again"

@@ -19,10 +19,13 @@ def place_of(path: str | Path) -> Path:
     Raises
     ------
     StorageError
-        If the text cannot be a path.
+        If the text cannot be a path, or the working folder that it is relative to is gone.
     """
     try:
         return Path(os.path.realpath(path))
+    except FileNotFoundError as error:
+        msg = f"{path}: the working folder has been deleted; change to another one, or give an absolute path"
+        raise StorageError(msg) from error
     except (TypeError, ValueError, OSError) as error:
         msg = f"{shown(path)}: is not a path ({error}); give that of a file, such as 'analysis.h5'"
         raise StorageError(msg) from error
