@@ -253,7 +253,7 @@ class CaseResult:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What one must know before using the load factor beside what :attr:`owed` tells, as sentences."""
+        """What one must know before using the load factor beside what headline and :attr:`owed` tell, as sentences."""
         if self.case.flow is not Flow.NONASSOCIATIVE:
             return ()
         found: tuple[str, ...] = ()
