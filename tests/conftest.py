@@ -3,13 +3,17 @@
 import os
 import shutil
 import sys
+from functools import lru_cache
+from io import BytesIO
 
 import pytest
 from hypothesis import settings
+from matplotlib.figure import Figure
 
 import blockstruct as bs
 import properties  # noqa: F401 - the profiles of hypothesis
 from blockstruct import Q_, cli
+from blockstruct.views.figures.sheet import Drawing
 
 # An option --hypothesis-profile is read after this.
 settings.load_profile("usual")
@@ -51,6 +55,13 @@ def small_analysis(small_model: bs.Model, small_cases: list[bs.LimitCase]) -> bs
     return bs.AnalysisManager(small_model).run(small_cases)
 
 
+@pytest.fixture(scope="session")
+def every_schedule(small_model: bs.Model, dead: bs.LoadPattern) -> bs.Analysis:
+    """The small wall by every schedule, which takes seconds."""
+    case = bs.LimitCase("push", dead, bs.LoadPattern("push", [bs.BodyForce((1, 0, 0))]))
+    return bs.AnalysisManager(small_model).run([case], spread=True)
+
+
 @pytest.fixture
 def call(monkeypatch, capsys):
     """Call the command; gives exit code, standard output and standard error."""
@@ -63,6 +74,27 @@ def call(monkeypatch, capsys):
         return stop.value.code or 0, captured.out, captured.err
 
     return run
+
+
+@pytest.fixture
+def blank_pictures(monkeypatch):
+    """Pictures of a report are drawn, and take their place on its pages, but are not turned into pixels."""
+    plain = Drawing.picture
+
+    def blank(drawing, *of_a_file):
+        if of_a_file:
+            return plain(drawing, *of_a_file)
+        drawing.draw(Figure(figsize=drawing.size).add_subplot(projection=drawing.projection))
+        return white(drawing.size)
+
+    monkeypatch.setattr(Drawing, "picture", blank)
+
+
+@lru_cache
+def white(size):
+    stream = BytesIO()
+    Figure(figsize=size).savefig(stream, format="png", dpi=200)
+    return stream.getvalue()
 
 
 def chromium():

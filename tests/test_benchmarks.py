@@ -13,11 +13,16 @@ BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
     ("name", "words", "said"),
     [
         ("wall_40x60", "--columns 4 --rows 4 --naive 1", "everything around the solver"),
-        ("views", "--columns 3 --rows 4 --iterations 2", "paraview"),
+        pytest.param("views", "--columns 3 --rows 4 --iterations 2", "paraview", marks=pytest.mark.slow),
         ("loading_path", "--walls 3x4,4x5 --without others", "over the walls"),
         ("pushover", "--walls 2x3 --steps 4", "programs"),
-        ("storage", "--columns 4 --rows 4 --programs 4 --files 2 --cases 4", "one contact force of one iteration"),
-        ("studies", "--columns 2 --rows 3 --runs 2 --files 2", "times as fast"),
+        pytest.param(
+            "storage",
+            "--columns 4 --rows 4 --programs 4 --files 2 --cases 4",
+            "one contact force of one iteration",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param("studies", "--columns 2 --rows 3 --runs 2 --files 2", "times as fast", marks=pytest.mark.slow),
     ],
 )
 def test_benchmarks_run(name, words, said):

@@ -63,7 +63,7 @@ def costed(page):
 
 
 @pytest.mark.parametrize("page", [costed(page) for page in PAGES])
-def test_the_pages_are_carried_out_in_order(page, clone, call, small_analysis):
+def test_the_pages_are_carried_out_in_order(page, clone, call, small_analysis, blank_pictures):
     (clone / "runs").mkdir()
     named = dict(zip(("push", "other"), small_analysis.values(), strict=True))
     results = {name: replace(r, case=replace(r.case, name=name)) for name, r in named.items()}

@@ -28,6 +28,9 @@ from structures import SELF_WEIGHT, box, model_of, push, single_block
 DRY = bs.JointMaterial("dry", 0.65)
 WALL = Path(__file__).parents[2] / "examples" / "ferris_tin_loi_wall_1.yaml"
 
+#: What they show is tested with the views.
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 
 @pytest.fixture(scope="module")
 def file(small_analysis, tmp_path_factory):

@@ -9,6 +9,9 @@ from structures import SELF_WEIGHT, box, model_of, push, single_block
 SITE = "ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B"
 MODE = "T=0.4 s, participation=1.3, shape=0.9, damping=0.1"
 
+#: What they show is tested with the views.
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
@@ -156,7 +159,7 @@ def test_settlements_are_left_out_of_all_cases(call, tmp_path):
     assert "no case has a push and a load factor to check (settles: a settlement has no push)" in err
 
 
-@pytest.mark.parametrize("case", ["rocks", "also"])
+@pytest.mark.parametrize("case", [pytest.param("rocks", marks=pytest.mark.slow), "also"])
 def test_the_report_checks_one_case(call, tmp_path, case):
     blocks, joint = single_block(0.4, 4.0)
     cases = [bs.LimitCase(name, SELF_WEIGHT, push(1, 0, 0)) for name in ("rocks", "also")]

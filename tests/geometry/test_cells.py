@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from blockstruct.geometry import polygon_cells
+from properties import few
 
 UP = np.array([0.0, 0, 1])
 PRESSURES = np.array([0.001, 0.003, 0.01, 0.03, 0.1, 0.2, 0.35, 0.5])
@@ -102,7 +103,7 @@ def outlines(draw):
     return radii[:, None] * on_circle(2 * np.pi * angles / angles[-1]) * [1, draw(st.floats(0.1, 1))]
 
 
-@settings(deadline=None, max_examples=60)
+@few(60)
 @given(corners=outlines(), count=st.integers(1, 80), turn=st.floats(0, 2 * np.pi), where=st.floats(-1, 1))
 def test_cells_never_bear_more_than_the_polygon(corners, count, turn, where):
     """The work of the strength in any rotation of a joint that presses: of cells, at most that of the whole area."""

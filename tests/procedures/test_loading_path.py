@@ -324,7 +324,7 @@ def test_steps_of_strong_joints_that_crush_about_both_axes_are_solved(corner, di
     assert exact(found[0]) == pytest.approx(exact(found[1]), rel=1.5e-2)
 
 
-@pytest.mark.parametrize("growth", [2.0, 4.0])
+@pytest.mark.parametrize("growth", [2.0, pytest.param(4.0, marks=pytest.mark.slow)])
 def test_a_plateau_at_the_peak_is_not_the_end(tuff, dry, growth):
     """With a door and a window the load factor hardly moves at 0.448 for a while, and ends at 0.439 whatever steps."""
     openings = [
@@ -337,6 +337,7 @@ def test_a_plateau_at_the_peak_is_not_the_end(tuff, dry, growth):
     assert exact(found) == pytest.approx(0.4395, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_wall_too_large_for_interior_point_steps_in_time():
     """820 bricks in running bond, of which 1,500 iterations a step give 0.4179, and other steps 0.412 to 0.419."""
     tuff = bs.Material("tuff", "12 kN/m^3")

@@ -97,7 +97,7 @@ def test_rocking_pier():
     assert curve["energy_error"].max() < 1e-4
 
 
-@pytest.mark.parametrize("steps", [20, 60])
+@pytest.mark.parametrize("steps", [20, pytest.param(60, marks=pytest.mark.slow)])
 def test_three_hinges(steps):
     """A wall that spans from its base to a smooth restraint at its top, and cracks at half its height.
 
@@ -158,7 +158,9 @@ def test_a_block_slides_until_it_overhangs():
     assert np.abs(turned(curve, "upper")).max() < 1e-6
 
 
-@pytest.mark.parametrize("slope", [18, 20, 21])
+@pytest.mark.parametrize(
+    "slope", [pytest.param(18, marks=pytest.mark.slow), pytest.param(20, marks=pytest.mark.slow), 21]
+)
 def test_a_block_slides_down_a_slope_that_hardly_holds_it(slope):
     """``α = tan(atan μ − β)``: the dead load does up to thirty times the push's work, and friction takes all of it."""
     blocks = [box("ground", (-2, 4), (-0.5, 0), fixed=True), box("block", (0, 1), (0, 0.3))]
@@ -456,16 +458,23 @@ def test_ties_that_a_pushover_does_not_know(kind, more, said):
         run(model, "block")
 
 
-def test_units_that_slip_in_the_plane_of_a_wall():
-    """Twice the steps, and a push the other way, give the same curve: each state is solved, and not just nearly.
-
-    A wall of 27 units in eight courses. Sequences of shifted programs end up to 3 % higher, on the unsafe side.
-    """
+@pytest.fixture(scope="module")
+def slipping():
+    """A wall of 27 units in eight courses, pushed by 20 steps."""
     rows = [[1] * 3 if j % 2 == 0 else [0.5, 1, 1, 0.5] for j in range(8)]
     blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=STONE)
     model = model_of(blocks, bs.JointMaterial("dry", 0.65))
-    one = run(model, blocks[-1].name, (1, 0, 0), steps=20).capacity
-    other = run(model, blocks[-4].name, (-1, 0, 0), steps=40).capacity
+    return model, run(model, blocks[-1].name, (1, 0, 0), steps=20)
+
+
+def test_units_that_slip_in_the_plane_of_a_wall(slipping):
+    """Twice the steps, and a push the other way, give the same curve: each state is solved, and not just nearly.
+
+    Sequences of shifted programs end up to 3 % higher, on the unsafe side.
+    """
+    model, result = slipping
+    one = result.capacity
+    other = run(model, model.blocks[-4].name, (-1, 0, 0), steps=40).capacity
     between = np.interp(one["displacement"], other["displacement"], other["load_factor"])
     assert one["load_factor"].to_numpy() == pytest.approx(between, rel=3e-3, abs=1e-3)
     assert float(one["d0"]) == pytest.approx(float(other["d0"]), rel=1e-3)
@@ -473,12 +482,9 @@ def test_units_that_slip_in_the_plane_of_a_wall():
         assert curve["energy_error"].where(curve["displacement"] > 0.01).max() < 2e-4
 
 
-def test_the_curve_begins_at_the_collapse_state():
+def test_the_curve_begins_at_the_collapse_state(slipping):
     """The first state has the load factor and the forces that the limit case has, and nothing is solved for it."""
-    rows = [[1] * 3 if j % 2 == 0 else [0.5, 1, 1, 0.5] for j in range(8)]
-    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=STONE)
-    model = model_of(blocks, bs.JointMaterial("dry", 0.65))
-    result = run(model, blocks[-1].name, (1, 0, 0), steps=20)
+    _, result = slipping
     curve = result.capacity
     assert float(curve["load_factor"][0]) == result.load_factor
     assert int(curve["programs"][0]) == 0
@@ -486,8 +492,9 @@ def test_the_curve_begins_at_the_collapse_state():
     assert float(curve["load_factor"][1]) == pytest.approx(result.load_factor, rel=0.02)
 
 
-@pytest.mark.parametrize("friction", [0.7, 0.75])
-def test_rows_of_units_go_on_sliding_as_they_did(friction):
+@pytest.mark.parametrize("friction", [0.7, pytest.param(0.75, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("steps", [20, 30, pytest.param(60, marks=pytest.mark.slow)])
+def test_rows_of_units_go_on_sliding_as_they_did(friction, steps):
     """Where every joint is about to slide, any units may: those that began go on together, until some overhang.
 
     Three courses of six units, 2.7 times as long as high: α = μ. With another motion in every step, curves of 20 to 60
@@ -496,20 +503,20 @@ def test_rows_of_units_go_on_sliding_as_they_did(friction):
     rows = [[1] * 6 if j % 2 == 0 else [0.5, *[1] * 5, 0.5] for j in range(3)]
     blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.15 m", depth="0.15 m", material=STONE)
     model = model_of(blocks, bs.JointMaterial("dry", friction))
-    for steps in (20, 30, 60):
-        curve = run(model, blocks[-1].name, (1, 0, 0), steps=steps).capacity
-        assert float(curve["d0"]) == pytest.approx(0.365, abs=0.004)
-        slides = np.flatnonzero(curve["displacement"] < 0.1)[4:]
-        assert len(slides) >= 3
-        assert curve["load_factor"].to_numpy()[slides] == pytest.approx(friction, abs=1e-4)
-        x, way = (curve[name].to_numpy() for name in ("position", "displacement"))
-        gone = (x[slides] - x[4])[:, :, 0]
-        moves = gone[-1] > 0.01
-        assert 0 < moves.sum() < len(blocks) - 1
-        assert gone == pytest.approx(np.where(moves, (way[slides] - way[4])[:, None], 0.0), abs=1e-3)
+    curve = run(model, blocks[-1].name, (1, 0, 0), steps=steps).capacity
+    assert float(curve["d0"]) == pytest.approx(0.365, abs=0.004)
+    slides = np.flatnonzero(curve["displacement"] < 0.1)[4:]
+    assert len(slides) >= 3
+    assert curve["load_factor"].to_numpy()[slides] == pytest.approx(friction, abs=1e-4)
+    x, way = (curve[name].to_numpy() for name in ("position", "displacement"))
+    gone = (x[slides] - x[4])[:, :, 0]
+    moves = gone[-1] > 0.01
+    assert 0 < moves.sum() < len(blocks) - 1
+    assert gone == pytest.approx(np.where(moves, (way[slides] - way[4])[:, None], 0.0), abs=1e-3)
 
 
-def test_two_blocks_that_slide_apart_from_each_other():
+@pytest.mark.parametrize("steps", [10, pytest.param(20, marks=pytest.mark.slow)])
+def test_two_blocks_that_slide_apart_from_each_other(steps):
     """Nothing says which of two equal blocks goes: both do, as they began, for as many steps as are asked for."""
     blocks = [
         box("ground", (-1, 9), (-0.5, 0), fixed=True, depth=2.0),
@@ -517,14 +524,13 @@ def test_two_blocks_that_slide_apart_from_each_other():
         box("ahead", (1.1, 2.1), (0, 0.3)),
     ]
     model = model_of(blocks, bs.JointMaterial("dry", 0.3))
-    for steps in (10, 20):
-        curve = run(model, "behind", steps=steps).capacity
-        gone = (curve["position"] - curve["position"][0]).sel(axis="x")
-        assert float(gone.sel(block="behind").max()) > 5.0
-        slides = (gone.sel(block="behind") < 5).to_numpy()
-        one, other = (gone.sel(block=name).to_numpy()[slides] for name in ("behind", "ahead"))
-        assert one == pytest.approx(other, rel=1e-3)
-        assert curve["load_factor"].to_numpy()[slides] == pytest.approx(0.3, abs=1e-4)
+    curve = run(model, "behind", steps=steps).capacity
+    gone = (curve["position"] - curve["position"][0]).sel(axis="x")
+    assert float(gone.sel(block="behind").max()) > 5.0
+    slides = (gone.sel(block="behind") < 5).to_numpy()
+    one, other = (gone.sel(block=name).to_numpy()[slides] for name in ("behind", "ahead"))
+    assert one == pytest.approx(other, rel=1e-3)
+    assert curve["load_factor"].to_numpy()[slides] == pytest.approx(0.3, abs=1e-4)
 
 
 def test_a_push_that_meets_a_stop():
@@ -539,6 +545,7 @@ def test_a_push_that_meets_a_stop():
     assert "or the push meets what it cannot move; and the method ends" in result.message
 
 
+@pytest.mark.slow
 def test_units_that_slide_first_and_rock_then():
     """Half of the steps, the same curve to a thousandth: 55 units, whose load factor friction leaves open by percents.
 
@@ -554,7 +561,7 @@ def test_units_that_slide_first_and_rock_then():
     assert curves[0] == pytest.approx(curves[1], abs=5e-4)
 
 
-@pytest.mark.parametrize("steps", [12, 20])
+@pytest.mark.parametrize("steps", [pytest.param(12, marks=pytest.mark.slow), 20])
 def test_a_loose_unit_that_falls_ends_the_curve(steps):
     """The end unit 5.1 falls off a wall at a seventh of its height: forces there are no load factor of the wall.
 

@@ -18,7 +18,9 @@ def pushed(steps):
     return bs.run(slid_from_under(), case)["push"].capacity
 
 
-@pytest.mark.parametrize("steps", [6, 10, 20])
+@pytest.mark.parametrize(
+    "steps", [6, pytest.param(10, marks=pytest.mark.slow), pytest.param(20, marks=pytest.mark.slow)]
+)
 def test_a_block_drops_where_nothing_holds_it(steps):
     """Whatever the steps, b turns onto the ledge once its centroid is beyond the edge of a, at 0.1 m.
 
@@ -73,7 +75,7 @@ def cracked(steps):
     return bs.run(model, case)["push"]
 
 
-@pytest.mark.parametrize("steps", [6, 10])
+@pytest.mark.parametrize("steps", [pytest.param(6, marks=pytest.mark.slow), 10])
 def test_what_a_long_step_opens_is_no_drop(steps):
     """The hinges of the panels move, and open by the square of the way of a step.
 

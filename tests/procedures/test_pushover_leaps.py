@@ -55,7 +55,14 @@ def linkage(blocks, hinges, angle):
     return way[1] / way[0]
 
 
-@pytest.mark.parametrize(("voussoirs", "hinges", "steps"), [(9, (4, 7), 35), (7, (3, 5), 40), (7, (3, 5), 60)])
+@pytest.mark.parametrize(
+    ("voussoirs", "hinges", "steps"),
+    [
+        pytest.param(9, (4, 7), 35, marks=pytest.mark.slow),
+        (7, (3, 5), 40),
+        pytest.param(7, (3, 5), 60, marks=pytest.mark.slow),
+    ],
+)
 def test_a_curve_goes_on_behind_a_leap(voussoirs, hinges, steps):
     """The hinge between pier and first voussoir leaps to the next joint, and the voussoir drops back onto the pier.
 

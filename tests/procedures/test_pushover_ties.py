@@ -121,7 +121,9 @@ def test_ties_that_are_refused_have_a_way_out(tie, instead):
         run(tied().with_ties([tie]), "block")
 
 
-@pytest.mark.parametrize("steps", [10, 40, 60])
+@pytest.mark.parametrize(
+    "steps", [10, pytest.param(40, marks=pytest.mark.slow), pytest.param(60, marks=pytest.mark.slow)]
+)
 def test_a_tie_does_not_pull_before_it_is_tight(steps):
     """A block slides at α = μ to a post ahead, past which its tie is as long again as it was: after 2 · 0.5 m."""
     blocks = [
@@ -139,7 +141,9 @@ def test_a_tie_does_not_pull_before_it_is_tight(steps):
     assert curve["load_factor"].max() > 0.5
 
 
-@pytest.mark.parametrize("steps", [20, 30, 60])
+@pytest.mark.parametrize(
+    "steps", [20, pytest.param(30, marks=pytest.mark.slow), pytest.param(60, marks=pytest.mark.slow)]
+)
 def test_a_tie_that_takes_up_the_dead_load_is_followed_to_zero(steps):
     """A block of 0.5 m × 2 m, with a tie of 8 kN to a beam behind it that is slack first: its moment comes to zero.
 

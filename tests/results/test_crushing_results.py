@@ -120,15 +120,9 @@ def test_the_interface_that_crushes_under_dead_load_is_named():
     assert "ground|block (crushing)" in result.message
 
 
-@pytest.fixture(scope="module")
-def small(small_model, tmp_path_factory):
-    manager = bs.AnalysisManager(small_model, tmp_path_factory.mktemp("spread") / "spread.h5")
-    return manager, manager.run([bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))], spread=True)
-
-
-def test_spread(small):
-    manager, analysis = small
-    for spread in (analysis.spread("push"), bs.open_analysis(manager.store).spread("push")):
+def test_spread(every_schedule, tmp_path):
+    stored = bs.open_analysis(bs.save_analysis(every_schedule, tmp_path / "spread.h5"))
+    for spread in (every_schedule.spread("push"), stored.spread("push")):
         assert set(spread.runs) == {"as given", *bs.SCHEDULES}
         factors = [r.load_factor for r in spread.runs.values() if r.status == "converged"]
         assert (spread.lowest.load_factor, spread.highest.load_factor) == (min(factors), max(factors))

@@ -27,21 +27,15 @@ from structures import SELF_WEIGHT, model_of, push, single_block, solve
 ALL = 1 + len(bs.SCHEDULES)
 
 
-@pytest.fixture(scope="module")
-def surveyed(small_model):
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
-    return bs.AnalysisManager(small_model).run([case], spread=True)
-
-
 def headline(*ends, associative=0.4):
     return bs.results.Headline.of(
         [(bs.Status(status), alpha, not drifts) for status, alpha, *drifts in ends], bs.Flow.NONASSOCIATIVE, associative
     )
 
 
-def test_the_lowest_certified_number_is_the_headline_everywhere(surveyed):
-    spread = surveyed.spread("push")
-    found = surveyed.headlines
+def test_the_lowest_certified_number_is_the_headline_everywhere(every_schedule):
+    spread = every_schedule.spread("push")
+    found = every_schedule.headlines
     assert list(found) == ["push"]
     assert found["push"] == spread.headline
     assert spread.load_factor == spread.lowest.load_factor
@@ -49,15 +43,15 @@ def test_the_lowest_certified_number_is_the_headline_everywhere(surveyed):
     assert spread.headline.associative == spread.upper_bound.load_factor
     said = f"{spread.lowest.load_factor:.4g} (lowest of {ALL} of {ALL} schedules certified, up to"
     assert str(spread).startswith(said)
-    assert said in spread_text(surveyed)
-    given = surveyed["push"]
+    assert said in spread_text(every_schedule)
+    given = every_schedule["push"]
     assert given.relied_on == spread.headline
     told = f"relied on: {spread.headline}"
     assert str(given).splitlines()[1].strip() == told
-    assert str(surveyed).count(told) == 1
+    assert str(every_schedule).count(told) == 1
     assert told in result_text(given).plain
     assert str(spread.headline) in given._repr_html_()
-    summary = json.loads(json.dumps(analysis_summary(surveyed)))["headlines"]["push"]
+    summary = json.loads(json.dumps(analysis_summary(every_schedule)))["headlines"]["push"]
     assert summary["load_factor"] == spread.load_factor
     assert summary["certified"] == ALL
 
@@ -142,11 +136,12 @@ def test_a_case_without_a_load_factor_has_none_wherever_it_stands(small_model, d
     assert [text for text in texts if "none" not in text or "nan" in text] == []
 
 
-def test_a_number_that_drifts_says_so_wherever_it_stands(small_model):
+def test_a_number_that_drifts_says_so_wherever_it_stands(small_model, blank_pictures):
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
     settings = ProcedureSettings(patience=3, load_factor_tolerance=1e-15)
     analysis = bs.AnalysisManager(small_model, settings=settings).run([case], spread=["slow", "loading path"])
     spread, alone = analysis.spread("push"), analysis["push"]
+    report = contents(analysis, {})
     assert alone.status == "converged"
     assert alone.drifts
     assert not alone.settled
@@ -158,13 +153,13 @@ def test_a_number_that_drifts_says_so_wherever_it_stands(small_model):
         "terminal": result_text(alone).plain,
         "sentence of the status": status_words(alone),
         "sentence of the spread": spread_words(spread),
-        "report": contents(analysis, {})["spreads"][0]["runs"][0]["status"],
+        "report": report["spreads"][0]["runs"][0]["status"],
         "page": " ".join(_head(analysis, alone)["below"]),
     }
     assert [what for what, text in texts.items() if DRIFTS not in text] == []
     shown = _head(analysis, alone)
     said = f"{spread.load_factor:.4g}"
-    assert said == spread.headline.number == shown["number"] == contents(analysis, {})["results"][0]["number"]
+    assert said == spread.headline.number == shown["number"] == report["results"][0]["number"]
     assert str(spread).startswith(said)
     assert json.loads(json.dumps(analysis_summary(analysis)))["cases"][0]["settled"] is False
 
@@ -219,8 +214,8 @@ def test_words_of_a_warning():
     assert warning_words(solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0))) == ""
 
 
-def test_spread_words_count_the_schedules(surveyed):
-    assert spread_words(surveyed.spread("push")).startswith(
+def test_spread_words_count_the_schedules(every_schedule):
+    assert spread_words(every_schedule.spread("push")).startswith(
         f"{ALL} of {ALL} schedules found a certified collapse state, at"
     )
     one = SimpleNamespace(headline=headline(("converged", 0.3), ("not_converged", math.nan)), path_dependence=None)
@@ -229,9 +224,9 @@ def test_spread_words_count_the_schedules(surveyed):
     )
 
 
-def test_few_joints_are_active_and_the_first_dissipates_most(surveyed):
+def test_few_joints_are_active_and_the_first_dissipates_most(every_schedule):
     """At a threshold of 1e-4 the mechanism of a solver moves joints far away from it."""
-    result = surveyed["push"]
+    result = every_schedule["push"]
     active = result.active_joints
     assert list(active.columns) == ["state", "dissipation", "speed"]
     assert active["dissipation"].is_monotonic_decreasing
@@ -239,7 +234,7 @@ def test_few_joints_are_active_and_the_first_dissipates_most(surveyed):
     assert not active["state"].isin(["sticking", "unknown"]).any()
     # All work of the loads is dissipated in the joints: w_L·u = 1, and the dead load's.
     last = result.history.isel(iteration=-1)
-    weight = np.array([0.0 if b.fixed else b.weight for b in surveyed.model.blocks])
+    weight = np.array([0.0 if b.fixed else b.weight for b in every_schedule.model.blocks])
     falls = -(weight * last.block_velocity.sel(axis="z").to_numpy()).sum()
     assert active["dissipation"].sum() == pytest.approx(result.load_factor + falls, rel=5e-3)
 

@@ -29,10 +29,20 @@ def whole(tmp_path_factory):
 
 
 def test_killed_at_random(tmp_path, whole):
-    kill_at_random(tmp_path, whole, 12, seed=1)
+    kill_at_random(tmp_path, whole, 6, seed=1)
 
 
-@pytest.mark.parametrize("at", [0, 1, 2, 8, 15, 16])
+@pytest.mark.parametrize(
+    "at",
+    [
+        0,
+        pytest.param(1, marks=pytest.mark.slow),
+        pytest.param(2, marks=pytest.mark.slow),
+        8,
+        15,
+        pytest.param(16, marks=pytest.mark.slow),
+    ],
+)
 def test_resume_after_any_iteration(tmp_path, whole, at):
     path = tmp_path / "wall.h5"
     interrupt_after(path, at)

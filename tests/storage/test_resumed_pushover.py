@@ -49,17 +49,18 @@ def dropping():
     return slid_from_under(), "a"
 
 
+@pytest.mark.parametrize("states", [4, pytest.param(10, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("structure", "steps", "happens"),
     [
         (sliding_to_a_stop, 4, "divided"),
-        (turning_onto_others, 3, "divided"),
+        pytest.param(turning_onto_others, 3, "divided", marks=pytest.mark.slow),
         (on_a_tie, 6, None),
         (slipping, 6, None),
         (dropping, 10, "dropped"),
     ],
 )
-def test_killed_at_any_state_it_is_the_same_curve(tmp_path, structure, steps, happens):
+def test_killed_at_any_state_it_is_the_same_curve(tmp_path, structure, steps, happens, states):
     model, control = structure()
     case = bs.Pushover("push", SELF_WEIGHT, push(1, 0, 0), control=(control, (1, 0, 0)), steps=steps)
     path, kept = tmp_path / "run.h5", []
@@ -74,10 +75,10 @@ def test_killed_at_any_state_it_is_the_same_curve(tmp_path, structure, steps, ha
     whole = bs.AnalysisManager(model, path, listeners=[keep]).run([case])["push"]
     assert happens is None or whole.capacity[happens].any()
     assert len(kept) == whole.capacity.sizes["step"] > steps
-    # Some ten states, and the first that are told of what happens there. What follows a state depends on what is kept
+    # Some states, and the first that are told of what happens there. What follows a state depends on what is kept
     # of it alone: where three more are the same, all are, as those that are gone on with to the end show.
     happened = np.flatnonzero(whole.capacity[happens])[:3].tolist() if happens else []
-    chosen = sorted({*happened, *range(0, len(kept), -(-len(kept) // 10))})
+    chosen = sorted({*happened, *range(0, len(kept), -(-len(kept) // states))})
     to_the_end = {chosen[1], chosen[len(chosen) // 2], *range(len(kept) - 4, len(kept))}
     for at in chosen:
         last = None if at in to_the_end else at + 3

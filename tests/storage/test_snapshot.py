@@ -94,7 +94,7 @@ def test_descriptors_are_closed(copy, monkeypatch):
     monkeypatch.setattr(snapshot, "_SMALL", 0)
     gc.collect()
     before = len(list(Path("/proc/self/fd").iterdir()))
-    for _ in range(20):
+    for _ in range(5):
         bs.open_analysis(copy)["push associative"].history.load()
     gc.collect()
     assert len(list(Path("/proc/self/fd").iterdir())) == before
@@ -146,7 +146,7 @@ def test_an_archive_checks_a_seal_once_a_file(copy, small_analysis, monkeypatch)
 )
 def test_absurdly_many_groups_are_refused_without_a_look_into_them(copy, group, monkeypatch):
     with h5py.File(copy, "r+") as file:
-        for k in range(20_000):
+        for k in range(2_000):
             file[group].create_group(f"{k}")
     seal_again(copy)
     looked = []

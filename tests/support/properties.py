@@ -1,16 +1,16 @@
-"""How many examples hypothesis tries: a few by default, ten times as many with ``--hypothesis-profile=wide``."""
+"""How many examples hypothesis tries: a few by default, twenty times as many with ``--hypothesis-profile=wide``."""
 
 from hypothesis import HealthCheck, settings
 
-#: Examples of the default profile, of which a test takes a share.
-USUAL = 100
+#: Examples of which a test names its share; by default half of them are tried.
+ALL = 100
 
 settings.register_profile(
-    "usual", max_examples=USUAL, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
+    "usual", max_examples=ALL // 2, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
 )
-settings.register_profile("wide", settings.get_profile("usual"), max_examples=10 * USUAL, derandomize=False)
+settings.register_profile("wide", settings.get_profile("usual"), max_examples=10 * ALL, derandomize=False)
 
 
 def few(count: int) -> settings:
-    """Settings of a test for so many examples; ten times as many, and others every time, in the wide profile."""
-    return settings(max_examples=count * settings.default.max_examples // USUAL)
+    """Settings of a test for half of so many examples; for ten times as many, and others, in the wide profile."""
+    return settings(max_examples=count * settings.default.max_examples // ALL)

@@ -305,12 +305,13 @@ def test_narrow_joints_pushed_across_beside_their_middle_are_told(a, b, beside, 
     assert ("which an ellipse bounds" in result.torsion_warning) is (torsion == "uniform pressure")
 
 
-def test_uniform_friction_against_a_general_minimiser():
+@pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.slow), pytest.param(5, marks=pytest.mark.slow)])
+def test_uniform_friction_against_a_general_minimiser(seed):
     """Outlines of any narrowness, a triangle and an angle, turned, under random shear and torque."""
-    random = np.random.default_rng(3)
+    random = np.random.default_rng(seed)
     narrow = [[(0, 0), (3, 0), (3, w), (0, w)] for w in (3, 1, 0.2, 0.02)]
     others = [[(0, 0), (3, 0), (0, 1)], [(0, 0), (4, 0), (4, 0.5), (0.5, 0.5), (0.5, 4), (0, 4)]]
-    for corners in (narrow + others) * 3:
+    for corners in narrow + others:
         flat = np.column_stack([corners, np.zeros(len(corners))])
         of = bs.Interface("a|b", "a", "b", Q_(flat @ rotation((1, 2, 3), 0.7).T, "m"), bs.JointMaterial("joint", 0.6))
         forces = 2 * random.normal(size=3)
