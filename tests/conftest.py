@@ -90,6 +90,12 @@ def blank_pictures(monkeypatch):
     monkeypatch.setattr(Drawing, "picture", blank)
 
 
+@pytest.fixture
+def no_pictures(monkeypatch):
+    """Pictures of a report are blank, and not even drawn: for tests of its texts."""
+    monkeypatch.setattr(Drawing, "picture", lambda drawing: white(drawing.size))
+
+
 @lru_cache
 def white(size):
     stream = BytesIO()

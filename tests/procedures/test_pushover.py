@@ -592,6 +592,7 @@ def test_what_is_doubtful_in_a_curve_is_told(rocking):
     assert "slip and catch" in result.message
 
 
+@pytest.mark.slow
 def test_a_hinge_that_leaps_is_told():
     """The load factor of an arch whose voussoirs have come to rock falls by half; friction there hangs on the steps."""
     blocks = bs.arch(span="4 m", thickness="0.8 m", depth="1 m", voussoirs=13, material=STONE)

@@ -63,6 +63,14 @@ def interrupt_after(path, at, *, error=RuntimeError):
         bs.AnalysisManager(wall(), path, listeners=[stop]).run(cases())
 
 
+@pytest.fixture(scope="module")
+def killed(tmp_path_factory):
+    """The folder of a run that was left after eight iterations, to be copied."""
+    folder = tmp_path_factory.mktemp("killed")
+    interrupt_after(folder / "wall.h5", 8)
+    return folder
+
+
 class Unreliable(ClarabelSolver):
     """Fails at some programs, as solvers do; the first it solves is that of the dead load."""
 
@@ -78,7 +86,7 @@ class Unreliable(ClarabelSolver):
 @pytest.mark.parametrize(
     ("settings", "solver"),
     [
-        ({"procedure": "shifted"}, ClarabelSolver),
+        pytest.param({"procedure": "shifted"}, ClarabelSolver, marks=pytest.mark.slow),
         ({"crushing": "linearised"}, ClarabelSolver),
         ({"crushing_interaction": "biaxial"}, ClarabelSolver),
         ({"fallback_after": 8, "max_programs": 30}, ClarabelSolver),
@@ -249,19 +257,19 @@ def changed(record):
     ("damage", "left"),
     [
         (lambda r: [*r[:5], r[5][: len(r[5]) // 2]], 4),
-        (lambda r: [*r[:5], r[5][:50], *r[6:]], 4),
+        pytest.param(lambda r: [*r[:5], r[5][:50], *r[6:]], 4, marks=pytest.mark.slow),
         (lambda r: [*r[:5], changed(r[5]), *r[6:]], 4),
         (lambda r: [*r[:3], r[4], r[3], *r[5:]], 2),
         (lambda r: [*r[:2], *r[3:]], 1),
-        (lambda r: [r[0], r[1], r[1], *r[2:]], 1),
+        pytest.param(lambda r: [r[0], r[1], r[1], *r[2:]], 1, marks=pytest.mark.slow),
         (lambda r: [changed(r[0]), *r[1:]], 0),
-        (lambda r: r[1:], 0),
+        pytest.param(lambda r: r[1:], 0, marks=pytest.mark.slow),
     ],
     ids=["cut", "shortened", "changed", "swapped", "left out", "twice", "first changed", "first left out"],
 )
-def test_a_damaged_record_ends_what_is_recovered(tmp_path, whole, damage, left):
+def test_a_damaged_record_ends_what_is_recovered(tmp_path, whole, killed, damage, left):
     path = tmp_path / "wall.h5"
-    interrupt_after(path, 8)
+    shutil.copytree(killed, tmp_path, dirs_exist_ok=True)
     journal = tmp_path / "wall.h5.partial" / "1.journal"
     journal.write_bytes(b"".join(damage(records(journal))))
     found = bs.recover(path)["sideways"]
@@ -270,9 +278,9 @@ def test_a_damaged_record_ends_what_is_recovered(tmp_path, whole, damage, left):
     check_resumed(path, whole)
 
 
-def test_a_lost_last_record_is_an_earlier_state(tmp_path, whole):
+def test_a_lost_last_record_is_an_earlier_state(tmp_path, whole, killed):
     path = tmp_path / "wall.h5"
-    interrupt_after(path, 8)
+    shutil.copytree(killed, tmp_path, dirs_exist_ok=True)
     journal = tmp_path / "wall.h5.partial" / "1.journal"
     before = len(records(journal)) - 1
     journal.write_bytes(b"".join(records(journal)[:-1]))
@@ -282,10 +290,10 @@ def test_a_lost_last_record_is_an_earlier_state(tmp_path, whole):
     check_resumed(path, whole)
 
 
-def test_an_edited_ending_is_not_taken_over(tmp_path, whole):
+def test_an_edited_ending_is_not_taken_over(tmp_path, whole, killed):
     """As by who changes the status of a case that has ended: its case counts as interrupted."""
     path = tmp_path / "wall.h5"
-    interrupt_after(path, 8)
+    shutil.copytree(killed, tmp_path, dirs_exist_ok=True)
     journal = tmp_path / "wall.h5.partial" / "0.journal"
     journal.write_bytes(journal.read_bytes().replace(b'"status": "converged"', b'"status": "unbounded"'))
     found = bs.recover(path)["upper"]
@@ -349,7 +357,7 @@ def test_a_run_that_kept_nothing_is_not_to_be_resumed(tmp_path):
 
 def write_many(path, start, done):
     start.wait()
-    for _ in range(4):
+    for _ in range(2):
         with contextlib.suppress(bs.errors.StorageError):
             done.put(str(bs.save_analysis(bs.open_analysis(path), path)))
 

@@ -56,7 +56,7 @@ def dropping():
         (sliding_to_a_stop, 4, "divided"),
         pytest.param(turning_onto_others, 3, "divided", marks=pytest.mark.slow),
         (on_a_tie, 6, None),
-        (slipping, 6, None),
+        pytest.param(slipping, 6, None, marks=pytest.mark.slow),
         (dropping, 10, "dropped"),
     ],
 )

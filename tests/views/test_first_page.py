@@ -16,7 +16,7 @@ SITE = bs.assess.ntc_spectrum(Q_(0.15, "g_0"), 2.4, "0.3 s", "B")
 
 
 @pytest.fixture(autouse=True)
-def few_pictures(monkeypatch, blank_pictures):
+def few_pictures(monkeypatch, no_pictures):
     """Pictures of cases are tested where they are drawn, and take longer than all the rest."""
     monkeypatch.setattr("blockstruct.views.report.contents.drawings", lambda result: drawings(result)[:1])
 

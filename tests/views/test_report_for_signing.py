@@ -26,7 +26,7 @@ def case(name="push", direction=(1, 0, 0), flow="nonassociative"):
 
 
 @pytest.fixture(autouse=True)
-def few_pictures(monkeypatch, blank_pictures):
+def few_pictures(monkeypatch, no_pictures):
     """Pictures of cases are tested where they are drawn, and take longer than all the rest."""
     monkeypatch.setattr("blockstruct.views.report.contents.drawings", lambda result: drawings(result)[:1])
 
