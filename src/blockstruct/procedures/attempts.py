@@ -40,6 +40,8 @@ DROPS = 0.1
 STEADY = 0.05
 #: Work of a step, relative to that at the collapse load, to which what it misses is relative where there is less.
 LEAST_WORK = 0.05
+#: Work of friction at collapse, relative to that of the push, up to which blocks rock. What is stopped early has some.
+ROCKS = 0.05
 
 
 class Attempts:
@@ -51,7 +53,9 @@ class Attempts:
         self.problem = problem
         self.load_factor = abs(collapse.load_factor)
         # Down a slope that hardly holds it the push drives little of what friction takes.
-        self.driving = max(self.load_factor, friction_of(problem.at_rest, collapse))
+        friction = friction_of(problem.at_rest, collapse)
+        self.driving = max(self.load_factor, friction)
+        self._rocks = friction <= ROCKS * self.load_factor
         self.pace = Pace(problem, steps, self.load_factor)
         self.stepper = Stepper(settings, solver)
         self._least = LEAST_WORK * self.load_factor
@@ -77,7 +81,7 @@ class Attempts:
         moved = self.problem.at(rest, self._nearest, self.problem.lengths(rest))
         twist = moved.twist(collapse.u)
         time = self.pace.time(moved.placement, twist)
-        question = Question.of(moved, time, twist, self._least)
+        question = self._question(moved, time, twist)
         solution = self.stepper.begin(moved, question, collapse, self.problem.statics.points)
         return self.solved(moved, twist) if solution is None else self._found(moved, solution, time)
 
@@ -107,7 +111,7 @@ class Attempts:
     def alone(self, state: State, moved: MovedProblem, time: float, alpha: float) -> Found | None:
         """A step for a time in which only what drops moves, and in which little else tells of the load factor."""
         self.go_on()
-        solution = self.stepper.solve(moved, Question.of(moved, time, state.carried(moved.placement), self._least))
+        solution = self.stepper.solve(moved, self._question(moved, time, state.carried(moved.placement)))
         if solution is None or not solution.holds or abs(solution.load_factor - alpha) > STEADY * self.load_factor:
             return None
         found = self._found(moved, solution, time)
@@ -120,7 +124,7 @@ class Attempts:
         found: Found | None = None
         longest = np.inf
         for _ in range(LENGTHS):
-            solution = self.stepper.solve(moved, Question.of(moved, time, twist, self._least))
+            solution = self.stepper.solve(moved, self._question(moved, time, twist))
             if solution is None:
                 break
             doubtful = solution.missed > CERTIFIED
@@ -137,6 +141,10 @@ class Attempts:
                 break
             time = better
         return found
+
+    def _question(self, moved: MovedProblem, time: float, twist: Array) -> Question:
+        """A step for a time."""
+        return Question.of(moved, time, twist, self._least, rocks=self._rocks)
 
     def _found(self, moved: MovedProblem, solution: Solved, time: float) -> Found:
         """The state of a solution, whose motion goes on for a time: blocks meet nothing further than contacts reach."""

@@ -35,7 +35,7 @@ RUBS = 1e-3
 #: Change of friction, relative to it, that is none.
 REMEMBERED = 1e-2
 #: Normal force, relative to the mean, with which a contact carried nothing in the last step; and share of its friction
-#: that is lost to it where nothing rubbed: a contact that slides faster than it did would gain by any force.
+#: that is lost to it where blocks rock: a contact that slides faster than it did would gain by any force.
 IDLE, LOSS = 1e-2, 2e-2
 #: Elastic displacement of the interior-point loop, as a share of the motion of a step; and its tolerance, and
 #: factorisations; the normal forces that it begins with, relative to those of the program before it; and a normal
@@ -117,6 +117,8 @@ class Question:
         Forces of the last step at the contact points that were there, of which friction is remembered.
     least : float
         Work per unit of work of the variable load to which what is missed is relative, where there is less.
+    rocks : bool
+        Whether blocks rock at collapse, and hardly slide.
     """
 
     problem: LimitProblem
@@ -125,12 +127,13 @@ class Question:
     motion: Array
     rubbing: Array
     least: float
+    rocks: bool
 
     @classmethod
-    def of(cls, moved: MovedProblem, work: float, twist: Array, least: float) -> Self:
+    def of(cls, moved: MovedProblem, work: float, twist: Array, least: float, *, rocks: bool) -> Self:
         """A step in which the unit variable load does a work, J, after a motion, twists (B, 6) at 1 W."""
         gap, none = moved.gap(work), np.zeros((moved.problem.n_points, 3))
-        return cls(moved.problem, gap, moved.slack_in(work), moved.velocities(twist), none, least)
+        return cls(moved.problem, gap, moved.slack_in(work), moved.velocities(twist), none, least, rocks)
 
     def remembers(self, x: Array) -> bool:
         """Whether friction of forces x (K, 3) is hardly another than that of the last step."""
@@ -271,11 +274,11 @@ class _Programs:
         self._program = ConicProgram(question.problem, settings)
 
     def begun(self) -> Solved | None:
-        """Forces with the shift of the last motion; where nothing rubbed, idle contacts take friction at a loss."""
+        """Forces with the shift of the last motion; of what rocks idle contacts take friction at a loss."""
         question, problem = self._question, self._question.problem
         v, before = (problem.A.T @ question.motion).reshape(-1, 3), question.rubbing
         shift = shift_of(problem, v, np.zeros(problem.n_points))
-        if before.any() and -float((before[:, 1:] * v[:, 1:]).sum()) <= RUBS * question.least:
+        if question.rocks and before.any() and -float((before[:, 1:] * v[:, 1:]).sum()) <= RUBS * question.least:
             shift = np.where(before[:, 0] <= IDLE * before[:, 0].mean(), (1 + LOSS) * shift, shift)
         return self._found(true_sliding(problem), shift)
 
