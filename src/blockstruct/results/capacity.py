@@ -184,7 +184,7 @@ def doubtful_words(capacity: xr.Dataset, procedure: str) -> list[str]:
         begun = "" if procedure == "loading path" else _BEGUN
         said.append(
             f"the load factor rises from {alpha[0]:.4g} to {alpha[top]:.4g} at a displacement of {1e3 * d[top]:.4g} "
-            f"mm: blocks meet or interlock{tight}{begun}"
+            f"mm: blocks meet, interlock or jam{tight}{begun}"
         )
     way = np.concatenate([[0.0], np.abs(np.diff(d)).cumsum()])
     of_ties = _of_ties(capacity)
