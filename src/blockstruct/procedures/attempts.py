@@ -183,15 +183,15 @@ class Attempts:
         return solved.falling > most * self.driving
 
     def settles(self, found: Found, before: State) -> bool:
-        """Whether blocks have dropped on the way to a state, or lately, and drop on by little.
+        """Whether blocks that have dropped on the way to a state drop on by little, or do little work by it.
 
-        Behind a drop steps are short, and on them any drop does more work than the push: what counts is the push on the
-        longest of the last steps.
+        Behind what happens steps are short, and on them any drop does more work than the push: what counts is the push
+        on the longest of all steps.
         """
         furthest = float(np.linalg.norm(found.state.twist[:, :3], axis=1).max()) * found.state.time
         near = furthest <= SETTLES * self.problem.statics.length
-        lately = self.pace.dropped and found.solved.falling * found.state.time < self.driving * self.pace.longest
-        return (before.drops_next or lately) and near and found.solved.missed <= CERTIFIED
+        little = found.solved.falling * found.state.time < self.driving * self.pace.longest
+        return (before.drops_next or little) and near and found.solved.missed <= CERTIFIED
 
     def goes_on(self, solved: Solved) -> bool:
         """Whether the next step may begin at a state."""

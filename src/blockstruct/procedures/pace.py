@@ -1,7 +1,5 @@
 """How far the steps of a pushover go."""
 
-from collections import deque
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -53,28 +51,21 @@ class Pace:
         #: Displacement, m, and load factor of each state.
         self.curve: list[tuple[float, float]] = []
         self._way = [0.0]
-        self._states: deque[State] = deque(maxlen=FORESEEN)
+        self._last: State | None = None
+        #: Time of the longest motion, s.
+        self.longest = 0.0
 
     def taken(self, state: State) -> None:
         """A state is the last one."""
-        if self._states:
-            self._way.append(self._way[-1] + _way(self._states[-1], state.placement, state.displacement))
-        self._states.append(state)
+        if self._last is not None:
+            self._way.append(self._way[-1] + _way(self._last, state.placement, state.displacement))
+        self._last = state
+        self.longest = max(self.longest, state.time)
         self.curve.append((state.displacement, state.load_factor))
-
-    @property
-    def dropped(self) -> bool:
-        """Whether blocks have dropped in one of the last states."""
-        return any(state.dropped for state in self._states)
-
-    @property
-    def longest(self) -> float:
-        """Time of the longest of the last motions, s."""
-        return max(state.time for state in self._states)
 
     def way(self, placement: Placement) -> float:
         """Of the next step from a placement, m: of the control point, or a share of that of the fastest block."""
-        if len(self.curve) < 2:
+        if self._last is None or len(self.curve) < 2:
             return FIRST * self.even
         way, a = np.array(self._way[-FORESEEN:]), np.array(self.curve[-FORESEEN:])[:, 1]
         slope = float(np.polyfit(way, a, 1)[0])
@@ -82,7 +73,7 @@ class Pace:
         large = max(self.even * max(1.0, 8 * self._share), LARGEST * way[-1] / self._steps)
         even = min(whole / self._steps, large)
         # A short step that ends where something happens tells nothing of the next.
-        gone = _way(self._states[-1], placement, self._problem.control.displacement(placement))
+        gone = _way(self._last, placement, self._problem.control.displacement(placement))
         last = max(gone, way[-1] - way[-2])
         return float(np.clip(even, max(LEAST * even, last / 2), max(GROWTH * last, LEAST * even)))
 
