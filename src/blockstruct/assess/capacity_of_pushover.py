@@ -79,8 +79,9 @@ def curve_of_pushover(
     d_C = capacity["displacement"].transpose("step").to_numpy()[certified]
     side = np.sign(d_C[np.abs(d_C).argmax()])
     d_C = d_C * side
-    if np.any(_turns_back(d_C)):
-        at = d_C[: int(_turns_back(d_C).argmax())].max()
+    back = _turns_back(d_C)
+    if back.any():
+        at = d_C[: int(back.argmax())].max()
         msg = (
             f"the control point at block {block!r} turns back at {shown(float(at), 'm')}, and its displacement is not "
             f"that of the mechanism beyond: {_instead(capacity, certified, side * np.array(direction), d_C.max())}"

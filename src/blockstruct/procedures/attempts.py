@@ -32,7 +32,7 @@ LIKE = 0.1
 #: load or of friction at collapse; and from which they do where no load factor is left. Measured where units drop a
 #: little way until they meet others: up to 5.
 FALLING, FALLING_AT_ZERO = 10.0, 3.0
-#: Way of the fastest block, in mean block sizes, up to which what has dropped may drop on, whatever that rate.
+#: Way of the fastest block, in mean block sizes, up to which blocks that drop on, or do little work by it, may.
 SETTLES = 0.1
 #: Rise of that rate, in the same multiples, from which a shorter step has blocks that drop.
 DROPS = 0.1

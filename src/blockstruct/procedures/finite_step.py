@@ -278,14 +278,10 @@ class _Programs:
         question, problem = self._question, self._question.problem
         v, before = (problem.A.T @ question.motion).reshape(-1, 3), question.rubbing
         shift = shift_of(problem, v, np.zeros(problem.n_points))
-        if question.rocks and before.any() and -float((before[:, 1:] * v[:, 1:]).sum()) <= RUBS * question.least:
-            shift = np.where(before[:, 0] <= IDLE * before[:, 0].mean(), (1 + LOSS) * shift, shift)
-        return self._found(true_sliding(problem), shift)
-
-    def shifted(self, v: Array, n: Array) -> Solved | None:
-        """Forces inside the true cones, with the shift of relative velocities (K, 3) and normal forces (K,)."""
-        problem = self._question.problem
-        return self._found(true_sliding(problem), shift_of(problem, v, n))
+        rubbed = -float((before[:, 1:] * v[:, 1:]).sum()) > RUBS * question.least
+        if question.rocks and before.any() and not rubbed:
+            shift[before[:, 0] <= IDLE * before[:, 0].mean()] *= 1 + LOSS
+        return self._shifted(shift)
 
     def remembered(self, before: Solved, force: float) -> list[Solved]:
         """States with the normal forces of the loop, which is begun with a share of those of a state."""
@@ -298,7 +294,7 @@ class _Programs:
         moving = self._found(frozen_sliding(problem, np.maximum(normal, 0.0)), np.zeros(problem.n_points))
         if moving is None:
             return []
-        last = self.shifted((problem.A.T @ moving.u).reshape(-1, 3), moving.x[:, 0])
+        last = self._shifted(shift_of(problem, (problem.A.T @ moving.u).reshape(-1, 3), moving.x[:, 0]))
         if last is None:
             return []
         return [self._question.state(last.load_factor, last.x, moving.u, last.tie_force, self._settings), last]
@@ -327,6 +323,10 @@ class _Programs:
         )
         self._solver.iterations += looped.iterations
         return looped.state.x[: 3 * K : 3] if looped.gap <= NOWHERE else None
+
+    def _shifted(self, shift: Array) -> Solved | None:
+        """Forces inside the true cones, with a shift (K,)."""
+        return self._found(true_sliding(self._question.problem), shift)
 
     def _found(self, sliding: Sliding, shift: Array) -> Solved | None:
         question, program = self._question, self._program

@@ -119,22 +119,20 @@ class WriterLock:
 
 
 def _opened(lock: Path, path: Path) -> IO[bytes]:
-    attempts = 0
-    while True:
-        attempts += 1
+    for _ in range(_ATTEMPTS):
         try:
             lock.parent.mkdir(parents=True, exist_ok=True)
             return lock.open("a+b", buffering=0)
-        except FileNotFoundError as error:
+        except FileNotFoundError:
             # Another writer has just removed the folder; but a link may lead nowhere, however often it is followed.
-            if attempts == _ATTEMPTS:
-                msg = f"{lock}: cannot be made ({error.strerror}); remove it, or choose another name"
-                raise StorageError(msg) from error
+            continue
         except FileExistsError as error:
             raise in_the_way(path) from error
         except OSError as error:
             msg = f"{path}: cannot be written ({error.strerror}); choose a folder you can write to"
             raise StorageError(msg) from error
+    msg = f"{lock}: cannot be made, as it is a link that leads nowhere; remove it, or choose another name"
+    raise StorageError(msg)
 
 
 def _is_in_place(stream: IO[bytes], lock: Path) -> bool:
