@@ -6,7 +6,9 @@ import logging
 import pytest
 
 import blockstruct as bs
+from blockstruct import Q_
 from blockstruct.analysis import CaseFinished, CaseStarted, IterationDone
+from structures import SELF_WEIGHT, box, model_of, push
 
 
 def test_events_come_in_order(small_model, small_cases):
@@ -92,3 +94,28 @@ def test_interruption_between_programs_keeps_finished_cases(small_model, small_c
         cut = again[small_cases[1].name]
         assert (cut.status, cut.n_iterations, cut.certificate) == ("interrupted", 0, None)
         assert cut.states.sizes["iteration"] == 0
+
+
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.UnusualValueWarning")
+@pytest.mark.parametrize("weights", [(0.00002, 20), (20, 0.0002, 20)], ids=["under dead load", "pushed"])
+def test_a_light_plate_between_heavy_blocks_is_told_and_one_without_weight_is_solved(weights):
+    """Blocks of 1.0, 1.2 and 1.4 m by 1 m on each other turn over about the foot of the lowest, 0.5 m aside.
+
+    A block of 24 kN/m over a plate 1 m high: 0.5·24 / (1.5·24) = 1/3; blocks of 20 and 28 kN/m with one between:
+    0.5·(20 + 28) / (0.5·20 + 2.5·28) = 0.3.
+    """
+
+    def pushed(densities):
+        blocks = [box("base", [-3, -3, -1], [6, 6, 1], fixed=True)]
+        for i, density in enumerate(densities):
+            origin, size = Q_((-0.5 - 0.1 * i, -0.5, i), "m"), Q_((1 + 0.2 * i, 1, 1), "m")
+            blocks.append(bs.Block.box(f"b{i}", origin, size, bs.Material(f"of {i}", Q_(density, "kN/m^3"))))
+        model = model_of(blocks, bs.JointMaterial("dry", 0.6))
+        return bs.run(model, bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative"))["push"]
+
+    light = pushed(weights)
+    assert light.status is bs.Status.NOT_CONVERGED
+    assert "up to 1.2e+0" in light.message
+    assert "give a plate or a wedge between heavy blocks no weight at all" in light.message
+    by_hand = 1 / 3 if len(weights) == 2 else 0.3
+    assert pushed([w if w > 1 else 0.0 for w in weights]).load_factor == pytest.approx(by_hand, rel=1e-6)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.limit.friction import true_sliding
-from blockstruct.limit.iteration import Iteration, Outcome
+from blockstruct.limit.iteration import Iteration, Outcome, of_weights_apart
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
@@ -54,5 +54,5 @@ def dead_load_program(
         Status.NOT_CONVERGED,
         np.nan,
         f"the solver ended the dead-load program as {step.solver_status}: neither forces that carry the dead load "
-        "nor a mechanism by which it falls",
+        f"nor a mechanism by which it falls{of_weights_apart(problem)}",
     )
