@@ -1,5 +1,6 @@
 """Studies: designs, files, what is not repeated, failures, results."""
 
+import contextlib
 import functools
 import shutil
 import warnings
@@ -230,6 +231,34 @@ def test_a_killed_run_is_gone_on_with(tmp_path):
     assert seen[0].found == 0
     assert path.is_file()
     assert not path.with_name(f"{path.name}.partial").exists()
+
+
+@pytest.mark.parametrize("end", ["killed", "interrupted"])
+def test_a_run_that_began_with_another_model_is_not_gone_on_with(tmp_path, monkeypatch, end):
+    """What build calls has changed since, and its own source has not: h of 1 m becomes 2 m, α = b / h."""
+    build = functools.partial(studied.failing, height=Q_(1, "m"))
+    values = {"friction_coefficient": [0.6]}
+    path = tmp_path / bs.study(build, values, tmp_path, workers=1).path.item()
+    whose = bs.open_analysis(path).study
+    path.unlink()
+
+    class Killed(BaseException):
+        pass
+
+    def stop(event):
+        if type(event).__name__ == "IterationDone":
+            raise Killed if end == "killed" else KeyboardInterrupt
+
+    model, case = build(0.6)
+    with pytest.raises(Killed) if end == "killed" else contextlib.nullcontext():
+        given = {"friction_coefficient": 0.6}
+        bs.AnalysisManager(model, path, parameters=given, study=whose, listeners=[stop]).run([case])
+    same = studied.block
+    monkeypatch.setattr(studied, "block", lambda mu, height: same(mu, Q_(2, "m")))
+    with pytest.raises(bs.errors.StorageError, match=r"1 run of these parameters.*another model.*rerun=True"):
+        bs.study(build, values, tmp_path, workers=1)
+    data = bs.study(build, values, tmp_path, workers=1, rerun=True)
+    assert load_factors(data) == [0.25]
 
 
 def test_lists_side_by_side(tmp_path):

@@ -7,7 +7,7 @@ is ``schemas/analysis-1.json``, checked on writing and on reading, and embedded 
 from blockstruct.storage.archive import Archive
 from blockstruct.storage.checkpoint import Checkpoint
 from blockstruct.storage.claim import claim
-from blockstruct.storage.reader import check_file, open_analysis, study_under_way
+from blockstruct.storage.reader import check_file, open_analysis, planned_analysis
 from blockstruct.storage.salvaging import salvage
 from blockstruct.storage.unfinished import is_unfinished, tidy
 from blockstruct.storage.writer import checked_keep_every, patterns, save_analysis, save_image
@@ -21,9 +21,9 @@ __all__ = [
     "is_unfinished",
     "open_analysis",
     "patterns",
+    "planned_analysis",
     "salvage",
     "save_analysis",
     "save_image",
-    "study_under_way",
     "tidy",
 ]

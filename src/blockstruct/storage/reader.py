@@ -64,9 +64,9 @@ def open_analysis(path: str | Path, *, verify: bool = True) -> Analysis:
     return read_analysis(AnalysisFile(path, verify=verify))
 
 
-def study_under_way(path: str | Path) -> str:
-    """Study of a run that is under way or was killed, by its working data."""
-    return str(AnalysisFile(folder_of(place_of(path)) / "plan").attrs.get("study", ""))
+def planned_analysis(path: str | Path) -> Analysis:
+    """What a run is of that is under way or was killed, by its working data: model, cases and study, no histories."""
+    return read_analysis(AnalysisFile(folder_of(place_of(path)) / "plan"), lambda *_: xr.Dataset())
 
 
 def check_file(path: str | Path) -> dict[str, Any]:

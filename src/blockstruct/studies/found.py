@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from blockstruct.errors import StorageError, shown
-from blockstruct.results import plain_value
-from blockstruct.storage import Archive, is_unfinished, open_analysis, study_under_way
+from blockstruct.results import Analysis, plain_value
+from blockstruct.storage import Archive, is_unfinished, open_analysis, planned_analysis
 from blockstruct.studies.design import Design, Run
 from blockstruct.studies.plan import Plan
 from blockstruct.studies.task import values_of
@@ -30,8 +30,8 @@ def found_runs(archive: Archive, design: Design, plan: Plan) -> tuple[dict[str, 
     for run in design.runs:
         path = archive.folder / f"{run.name}.h5"
         if is_unfinished(path):
-            if (whose := study_under_way(path)) != plan.study:
-                others[run.name] = _of_another(whose, plan)
+            if why := _not_gone_on_with(run, planned_analysis(path), plan):
+                others[run.name] = why
             continue
         if not path.is_file():
             continue
@@ -46,7 +46,9 @@ def found_runs(archive: Archive, design: Design, plan: Plan) -> tuple[dict[str, 
         done = all(row["status"] != Status.INTERRUPTED for row in of_run)
         if whose == plan.study:
             if not done:
-                continue  # It is gone on with.
+                if why := _not_gone_on_with(run, open_analysis(path), plan):
+                    others[run.name] = why
+                continue
             own.append(run)
         elif done and plan.differs_by_source(whose):
             changed.append(run)
@@ -56,10 +58,9 @@ def found_runs(archive: Archive, design: Design, plan: Plan) -> tuple[dict[str, 
         rows[run.name] = of_run
     # What build calls may be another although its own source is the same.
     ends = [own[k] for k in sorted({0, len(own) - 1}) if own]
-    if any(_differs(run, archive, plan) for run in ends):
-        why = f"is of another model or other cases than {plan.study} makes now"
-        others |= {run.name: why for run in own}
-    differing = [run for run in changed if _differs(run, archive, plan)]
+    if any(_differs(run, _finished(archive, run), plan) for run in ends):
+        others |= {run.name: _rebuilt(plan) for run in own}
+    differing = [run for run in changed if _differs(run, _finished(archive, run), plan)]
     others |= {run.name: _of_another(rows[run.name][0]["study"], plan) for run in differing}
     return {name: of_run for name, of_run in rows.items() if name not in others}, others
 
@@ -75,6 +76,25 @@ def told(archive: Archive, others: Mapping[str, str]) -> str:
 
 def _of_another(whose: str, plan: Plan) -> str:
     return f"is of {whose}; this is {plan.study}"
+
+
+def _rebuilt(plan: Plan) -> str:
+    return f"is of another model or other cases than {plan.study} makes now"
+
+
+def _finished(archive: Archive, run: Run) -> Analysis:
+    return open_analysis(archive.folder / f"{run.name}.h5")
+
+
+def _not_gone_on_with(run: Run, begun: Analysis, plan: Plan) -> str:
+    """Why a run that was killed or interrupted is not gone on with; empty if it is.
+
+    Going on, nothing is built anew: it would end with the model that it began with.
+    """
+    if begun.study != plan.study:
+        return _of_another(begun.study or "no study", plan)
+    kept = {f"parameter_{name}": plain_value(value)[0] for name, value in begun.parameters.items()}
+    return _misnamed(run, kept) or (_rebuilt(plan) if _differs(run, begun, plan) else "")
 
 
 def _misnamed(run: Run, row: Mapping[str, Any]) -> str:
@@ -97,9 +117,8 @@ def _same(one: Any, other: Any) -> bool:
     return bool(one == other)
 
 
-def _differs(run: Run, archive: Archive, plan: Plan) -> bool:
-    """Whether build now makes another model or other cases than a file has."""
-    analysis = open_analysis(archive.folder / f"{run.name}.h5")
+def _differs(run: Run, analysis: Analysis, plan: Plan) -> bool:
+    """Whether build now makes another model or other cases than an analysis has."""
     try:
         model, cases = plan.model_and_cases(values_of(run.stored))
     except Exception:  # It is not known to make the same; the runs that are left tell why.

@@ -108,8 +108,8 @@ def study(
         If the store cannot be written, or holds runs of these parameters by another ``build`` or other settings, or
         files under the names of these runs that were made with other values.
         Settings are compared. Of a ``build`` whose source is the same, the first and the last run that are found are
-        built anew; of one whose source has changed, all of them: what is found is taken over where model and cases are
-        the same to the last digit.
+        built anew, and each that was killed or interrupted, before it is gone on with; of one whose source has changed,
+        all of them: what is found is taken over where model and cases are the same to the last digit.
     StudyError
         If ``build`` cannot be sent to another process, or the processes cannot start.
     ClusterError
