@@ -8,6 +8,7 @@ from scipy import stats
 import blockstruct as bs
 import studied
 from blockstruct import Q_
+from blockstruct.views import figures, study_summary
 from structures import SELF_WEIGHT, model_of, push
 
 
@@ -88,6 +89,25 @@ def test_what_is_not_known_widens_every_interval():
     assert few.lower.item() == -np.inf
     none = bs.studies.summary(samples([np.nan], ["failed"]), fractiles=[0.5])
     assert np.isnan(none.load_factor.item())
+
+
+def test_what_mean_and_fractiles_leave_out_or_count_is_told():
+    status = ["converged"] * 5
+    for k, what in enumerate(("unstable_under_dead_load", "unbounded", "failed")):
+        status[k] = what
+    data = samples([np.nan, np.inf, np.nan, 0.3, 0.5], status)
+    message = ["", "", "", "the certificate holds; the load factor was still drifting", "the certificate holds"]
+    data["message"] = data["status"].copy(data=np.array(message)[:, None])
+    found = bs.studies.summary(data)
+    assert found.drifting.item() == 1
+    assert found.mean_load_factor.item() == pytest.approx(0.4)
+    text = study_summary(found)
+    assert "push: 5 runs, mean 0.4, standard deviation 0.14 of the 2 with a finite load factor" in text
+    assert "1 still drifting when stopped, counted with the load factor there" in text
+    title = figures.distribution(data).get_title(loc="left")
+    assert [line.split()[0] for line in title.splitlines()] == ["1"] * 4
+    assert "mean none, standard deviation none of the 0" in study_summary(bs.studies.summary(data.isel(run=[2])))
+    assert "finite" not in study_summary(bs.studies.summary(data.isel(run=[3, 4])))
 
 
 def test_a_latin_hypercube_says_that_its_intervals_are_not_exact():

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords
 from blockstruct.studies.design import LATIN
-from blockstruct.vocabulary import Status
+from blockstruct.vocabulary import DRIFTING, Status
 
 Array = NDArray[np.float64]
 _NONE = {"units": "dimensionless"}
@@ -44,9 +44,10 @@ def summary(
         where there are too few runs to tell. Along ``case`` and ``level``: ``probability``, ``probability_lower`` and
         ``probability_upper`` (Clopper–Pearson). Along ``case``: ``mean_load_factor`` and ``standard_deviation`` of the
         finite load factors, and the number of ``runs``, of those ``unstable`` under their dead load, whose load factor
-        counts as −∞, of those ``unbounded``, +∞, and of those ``unknown`` (failed, not converged, dependent on
+        counts as −∞, of those ``unbounded``, +∞, of those ``unknown`` (failed, not converged, dependent on
         self-stress), which are left out of every estimate and make every interval as wide as if they could lie
-        anywhere. Settlements, which have reactions and no load factors, are left out.
+        anywhere, and of those ``drifting`` when they were stopped, which count with their load factor there.
+        Settlements, which have reactions and no load factors, are left out.
 
     Raises
     ------
@@ -107,6 +108,8 @@ def _of_case(data: xr.Dataset, fractiles: Array, confidence: float, levels: Arra
     status, alpha = data["status"].to_numpy(), data["load_factor"].to_numpy()
     unstable, unbounded = status == Status.UNSTABLE, status == Status.UNBOUNDED
     converged = status == Status.CONVERGED
+    # A table that is made up need not have messages.
+    drifting = converged & [DRIFTING in str(text) for text in data.get("message", data["status"]).to_numpy()]
     values = np.where(unstable, -np.inf, np.where(unbounded, np.inf, alpha))
     known = unstable | unbounded | converged
     n, tail = len(values), (1 - confidence) / 2
@@ -138,6 +141,7 @@ def _of_case(data: xr.Dataset, fractiles: Array, confidence: float, levels: Arra
         "unstable": ((), int(unstable.sum())),
         "unbounded": ((), int(unbounded.sum())),
         "unknown": ((), int((~known).sum())),
+        "drifting": ((), int(drifting.sum())),
     }
     return xr.Dataset(numbers, coords={"fractile": ("fractile", fractiles, _NONE), "level": ("level", levels, _NONE)})
 

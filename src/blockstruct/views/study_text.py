@@ -14,13 +14,20 @@ from rich.text import Text
 import blockstruct as bs
 from blockstruct.units import short_unit
 from blockstruct.views.selection import compasses
-from blockstruct.vocabulary import counted
+from blockstruct.vocabulary import DRIFTING, counted
 
 #: Rows that a terminal shows; the rest is in the store.
 _SHOWN = 50
 #: Characters that texts, and titles of numbers, may have in a line of a table, from the most to the least.
 _WHOLE = 1000
 _FOLDS = ((_WHOLE, _WHOLE), (12, _WHOLE), (12, 12), (8, 8), (4, 4))
+#: Runs of a summary without a finite load factor, and with one that is not that of rest: what they count as.
+_NOT_FINITE = {
+    "unstable": "unstable under their dead load, counted as −∞ in the fractiles",
+    "unbounded": "unbounded, counted as ∞ in the fractiles",
+    "unknown": "without a load factor: the intervals are as wide as if they could lie anywhere",
+}
+_DRIFTING = {"drifting": f"{DRIFTING} when stopped, counted with the load factor there"}
 #: Characters between columns.
 _GAP = 2
 
@@ -117,26 +124,26 @@ def study_summary(summary: xr.Dataset) -> str:
     lines = []
     for case in summary["case"].to_numpy():
         of_case = summary.sel(case=case)
-        mean, deviation = of_case["mean_load_factor"].item(), of_case["standard_deviation"].item()
-        lines.append(
-            f"{case}: {counted(of_case['runs'].item(), 'run')}, mean {mean:.4g}, standard deviation {deviation:.2g}"
-        )
+        runs = of_case["runs"].item()
+        finite = runs - sum(of_case[name].item() for name in _NOT_FINITE)
+        mean, deviation = _number(of_case["mean_load_factor"].item()), _number(of_case["standard_deviation"].item(), 2)
+        of_some = f" of the {finite} with a finite load factor" if finite < runs else ""
+        lines.append(f"{case}: {counted(runs, 'run')}, mean {mean}, standard deviation {deviation}{of_some}")
         for fractile in summary["fractile"].to_numpy():
             one = of_case.sel(fractile=fractile)
             low, high = (_number(one[name].item()) for name in ("lower", "upper"))
             lines.append(
                 f"  {fractile:.0%} fractile {_number(one['load_factor'].item())} ({share} confidence: {low} to {high})"
             )
-        for name, what in (
-            ("unstable", "unstable under their dead load, counted as −∞"),
-            ("unbounded", "unbounded, counted as ∞"),
-            ("unknown", "without a load factor: the intervals are as wide as if they could lie anywhere"),
-        ):
-            if count := of_case[name].item():
-                lines.append(f"  {count} {what}")
+        lines += [f"  {text}" for text in out_of_the_ordinary(of_case)]
     if not summary.attrs["exact"]:
         lines.append("  of a Latin hypercube, whose runs are not independent: the intervals are not exact")
     return "\n".join(lines)
+
+
+def out_of_the_ordinary(of_case: xr.Dataset) -> list[str]:
+    """How many runs of a case have no load factor of their own, and what they count as in its fractiles."""
+    return [f"{count} {what}" for name, what in (_NOT_FINITE | _DRIFTING).items() if (count := of_case[name].item())]
 
 
 def directions_text(analysis: bs.Analysis) -> str:
@@ -169,7 +176,7 @@ def short_names(names: Sequence[str]) -> list[str]:
     return [next((end for end in own if taken[end] == 1 and not end[:1].isdigit()), own[-1]) for own in ends]
 
 
-def _number(value: float) -> str:
+def _number(value: float, digits: int = 4) -> str:
     if math.isinf(value):
         return "∞" if value > 0 else "−∞"
-    return "none" if np.isnan(value) else f"{value:.4g}"
+    return "none" if np.isnan(value) else f"{value:.{digits}g}"

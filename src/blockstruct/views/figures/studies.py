@@ -11,6 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 import blockstruct as bs
 from blockstruct.views.figures.canvas import legend_above, new_axes
+from blockstruct.views.study_text import out_of_the_ordinary
 from blockstruct.views.style import ACCENT, FORCE, GHOST
 
 #: Share of the largest contribution below which a bar is not seen.
@@ -123,6 +124,8 @@ def tornado(scatter: xr.Dataset, *, most: int = 12, ax: Axes | None = None) -> A
 def distribution(data: xr.Dataset, case: str | None = None, *, confidence: float = 0.9, ax: Axes | None = None) -> Axes:
     """Draw the share of the samples of a study below each load factor, and the confidence intervals of fractiles.
 
+    Runs without a load factor are left out of the shares; the title tells of them, and of those that drifted.
+
     Parameters
     ----------
     data
@@ -167,5 +170,7 @@ def distribution(data: xr.Dataset, case: str | None = None, *, confidence: float
     ax.plot(found["load_factor"], found["fractile"], "o", color=FORCE, ms=5)
     ax.axhline(1, color=GHOST, lw=0.8, zorder=0)
     ax.set(xlabel="load factor α [-]", ylabel="share of runs below [-]", ylim=(0, 1.02))
+    if said := out_of_the_ordinary(found):
+        ax.set_title("\n".join(said), fontsize="small", loc="left", pad=22)
     legend_above(ax)
     return ax
