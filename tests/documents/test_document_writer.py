@@ -66,6 +66,12 @@ def test_a_document_keeps_model_and_cases_to_the_last_bit(tmp_path, model, cases
     assert back.settings == {"max_programs": 33}
 
 
+def test_settings_are_kept_whole(tmp_path, model, cases):
+    settings = bs.ProcedureSettings(max_programs=33, crushing_cells=81)
+    back = bs.read_document(bs.write_document(tmp_path / "m.yaml", model, cases, settings=settings))
+    assert bs.ProcedureSettings.of(back.settings) == settings
+
+
 def test_the_tolerance_is_kept(tmp_path, model, cases):
     apart = [b if b.name != "2.2" else moved([b], rotation((0, 0, 1), 0), (0, 0, 1e-4))[0] for b in model.blocks]
     found = bs.detect_interfaces(apart, joint_material=LIME, tolerance="0.2 mm")

@@ -178,6 +178,10 @@ REDUNDANT = [
     ("wall", "cases/push/history/interface_corner_position", (0, 0), 50.0, "interface_corner_position of the history"),
     ("wall", "cases/push/history/interface_of_interface_corner", 4, 0, "interface_of_interface_corner of the history"),
     ("wall", "cases/push/capacity/holds", 2, 0, "state 2 of the .*: its certificate does not hold, by its measures"),
+    ("wall", "cases/push/capacity/flow_rule_gap", 2, 9.0, "state 2 .*: its certificate holds, by its measures"),
+    ("wall", "cases/push/capacity/flow_rule_gap", -1, np.nan, "state .*: its certificate holds, by its measures"),
+    ("wall", "cases/push/capacity/divided", 1, -1, "/capacity/divided: there is other than 0 and 1"),
+    ("wall", "cases/push/capacity/body_waits", 1, -1, "/capacity/body_waits: there is a negative number"),
     ("wall", "cases/push/capacity/interpenetration", 2, 0.2, "state 2 .*: its certificate holds, by its measures"),
     ("tied", "cases/push/capacity/tie_elongation_limit", 0, 3.0, "tie_elongation_limit of tie 'bar' .* is 3 m"),
     ("tied", "cases/push/capacity/tie_break_displacement", 0, 5.0, "tie_break_displacement of tie 'bar' .* is 5 m"),
@@ -194,6 +198,15 @@ def test_validate_compares_what_follows_from_something_else(stored, tmp_path, ca
     code, out, _ = call("validate", path)
     assert code == 4
     assert re.search(words, out), out
+
+
+def test_a_curve_without_its_pushover_is_refused(stored, tmp_path):
+    path = shutil.copy(stored["tied"], tmp_path / "x.h5")
+    with h5py.File(path, "r+") as file:
+        del file["cases/push"].attrs["pushover"]
+    seal_again(path)
+    with pytest.raises(bs.errors.FormatError, match="there is a capacity curve, but no attribute pushover"):
+        bs.open_analysis(path)
 
 
 def test_certificates_of_states_are_judged_as_they_were():

@@ -3,8 +3,9 @@
 import json
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,6 +36,9 @@ from blockstruct.schema import listed_violations, violations
 from blockstruct.units import si, si_text
 from blockstruct.vocabulary import Torsion
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
 #: Agreement of the corners of an interface found again with those of the model, relative to its size.
 _SAME = 1e-9
 
@@ -44,7 +48,7 @@ def write_document(
     model: Model,
     cases: Sequence[Case],
     *,
-    settings: Mapping[str, Any] | None = None,
+    settings: "Mapping[str, Any] | DataclassInstance | None" = None,
     tolerance: Any = None,
     angle_tolerance: Any = None,
     area_tolerance: Any = None,
@@ -61,7 +65,7 @@ def write_document(
     cases
         At least one.
     settings
-        Settings of the procedure by name.
+        Settings of the procedure: by name, or all of a :class:`blockstruct.ProcedureSettings`.
     tolerance, angle_tolerance, area_tolerance : quantity
         With which the interfaces of the model were found, if not by default.
 
@@ -113,7 +117,7 @@ def write_draft(
     cases: Sequence[Case],
     *,
     explicit: Iterable[Interface] = (),
-    settings: Mapping[str, Any] | None = None,
+    settings: "Mapping[str, Any] | DataclassInstance | None" = None,
     tolerance: Any = None,
     angle_tolerance: Any = None,
     area_tolerance: Any = None,
@@ -161,7 +165,7 @@ def _write(
     joint_material: JointMaterial,
     stated: Sequence[Interface],
     cases: Sequence[Case],
-    settings: Mapping[str, Any] | None,
+    settings: "Mapping[str, Any] | DataclassInstance | None",
     limits: Mapping[str, str],
     ties: Sequence[AnyTie] = (),
 ) -> Path:
@@ -200,7 +204,7 @@ def _write(
     if ties:
         content["ties"] = [_tie(t) for t in ties]
     if settings:
-        content["settings"] = dict(settings)
+        content["settings"] = asdict(settings) if is_dataclass(settings) else dict(settings)
     content["blocks"] = [_block(b) for b in blocks]
     found = violations(content, "model-1")
     if found:

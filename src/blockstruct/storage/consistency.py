@@ -56,6 +56,9 @@ _ASCENDING = (
 )
 #: Labels by which values are looked up, and what they must be.
 _LABELS = {"axis": AXES, "component": COMPONENTS}
+#: What is 0 or 1 in the states of a curve, and what is a number of something.
+_FLAGS = ("holds", "dropped", "drops_next", "divided")
+_COUNTS = ("body", "contact_points", "programs", "solver_iterations", "body_failures", "body_waits")
 #: Texts of iterations, and what each can be.
 _WORDS = {"stage": Stage, "solver_status": SolverStatus}
 
@@ -101,8 +104,10 @@ def model_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Finding]
             yield f"{path}/{name}", f"that of {who!r} is {stated:.6g}, and {expected[at]:.6g} by the rest of the model"
 
 
-def case_findings(path: str, case: xr.Dataset, load_factors: Any) -> Iterator[Finding]:
-    """What a result says against its own place, and against the load factors of its history."""
+def case_findings(path: str, case: xr.Dataset, load_factors: Any, *, has_curve: bool) -> Iterator[Finding]:
+    """What a result says against its own place, its curve, and the load factors of its history."""
+    if has_curve and "pushover" not in case.attrs:
+        yield path, "there is a capacity curve, but no attribute pushover: nothing tells what was pushed how"
     if group_name(str(case.attrs["name"])) != path.rpartition("/")[2]:
         yield path, "the attribute name is not that of the group"
     if int(case["n_iterations"]) != len(load_factors):
@@ -160,6 +165,11 @@ def _count_findings(path: str, ds: xr.Dataset, dim: str) -> Iterator[Finding]:
 def capacity_findings(path: str, capacity: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
     """What a capacity curve says against itself or the model."""
     yield from _count_findings(path, capacity, "step")
+    for names, most, words in ((_FLAGS, 1, "other than 0 and 1"), (_COUNTS, np.inf, "a negative number")):
+        for name in (name for name in names if name in capacity.variables):
+            values = capacity[name].to_numpy()
+            if np.any((values < 0) | (values > most)):
+                yield f"{path}/{name}", f"there is {words}"
     if capacity.sizes["block"] != model.sizes["block"] or np.any(
         capacity["block"].to_numpy() != model["block"].to_numpy()
     ):

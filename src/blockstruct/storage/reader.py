@@ -99,7 +99,7 @@ def findings(file: AnalysisFile) -> list[Finding]:
         history, wrong_too = file.group(f"{place}/history", "history")
         found += [*wrong, *wrong_too]
         if case is not None and history is not None:
-            found += case_findings(place, case, history["load_factor"].to_numpy())
+            found += case_findings(place, case, history["load_factor"].to_numpy(), has_curve=place in file.curves)
             found += bound_findings(place, case, history)
         if history is not None and model is not None:
             found += history_findings(f"{place}/history", history, model)
@@ -143,7 +143,9 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank
         if f"{place}/capacity" in groups:
             found += capacity_findings(f"{place}/capacity", groups[f"{place}/capacity"], held)
         if blank is None or int(groups[place]["n_iterations"]):
-            found += case_findings(place, groups[place], _load_factors(file, groups, place))
+            found += case_findings(
+                place, groups[place], _load_factors(file, groups, place), has_curve=place in file.curves
+            )
     if found:
         raise violated(file.path, found)
     try:

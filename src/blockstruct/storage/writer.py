@@ -164,7 +164,8 @@ def sealed_image(
             tree[f"{place}/history"] = history = result.history
             wrong = _violations(f"{place}/history", history, "history")
             found += wrong or history_findings(f"{place}/history", history, model)
-            found += [] if wrong else case_findings(place, case, history["load_factor"].to_numpy())
+            load_factors, has_curve = history["load_factor"].to_numpy(), result.capacity is not None
+            found += [] if wrong else case_findings(place, case, load_factors, has_curve=has_curve)
     if found:
         raise violated(path, found)
     kept = {
