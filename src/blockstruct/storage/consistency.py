@@ -59,6 +59,12 @@ _LABELS = {"axis": AXES, "component": COMPONENTS}
 #: What is 0 or 1 in the states of a curve, and what is a number of something.
 _FLAGS = ("holds", "dropped", "drops_next", "divided")
 _COUNTS = ("body", "contact_points", "programs", "solver_iterations", "body_failures", "body_waits")
+#: What a detection measured, and its tolerances, that no sign belongs to; a gap may be a penetration.
+_NOT_NEGATIVE = (
+    *("gap_tolerance", "angle_tolerance", "area_tolerance", "close_distance"),
+    *("angle_of_contact", "area_of_contact", "depth_of_overlap", "distance_of_close_pair"),
+    "deviation_of_nonplanar_face",
+)
 #: Texts of iterations, and what each can be.
 _WORDS = {"stage": Stage, "solver_status": SolverStatus}
 
@@ -95,6 +101,7 @@ def model_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Finding]
         floating[unsupported(np.array([b.fixed for b in model.blocks]), ends)] = 1
         untouched = ~np.isin(np.arange(len(model.blocks)), ends)
         derived |= {"floating": ("block", floating, 0.0), "untouched": ("block", untouched, 0.0)}
+        yield from _detection_findings(path, ds, model)
     for name, (dim, values, scale) in derived.items():
         expected = np.asarray(values, dtype=float)
         off = np.abs(ds[name].to_numpy() - expected) > _SAME * scale
@@ -102,6 +109,18 @@ def model_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Finding]
             at = tuple(np.argwhere(off)[0])
             who, stated = ds[dim].to_numpy()[at[0]], ds[name].to_numpy()[at]
             yield f"{path}/{name}", f"that of {who!r} is {stated:.6g}, and {expected[at]:.6g} by the rest of the model"
+
+
+def _detection_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Finding]:
+    """Blocks of contacts against those of their interfaces, and measures that are negative."""
+    joined = {i.name: {i.minus, i.plus} for i in model.interfaces}
+    for k, contact in enumerate(model.detection.contacts if model.detection else ()):
+        if contact.interface and {contact.minus, contact.plus} != joined[contact.interface]:
+            pair = f"{contact.minus!r} and {contact.plus!r}"
+            yield f"{path}/interface_of_contact", f"that of contact {k} of {pair} is {contact.interface!r}"
+    for name in _NOT_NEGATIVE:
+        if np.any(ds[name].to_numpy() < 0):
+            yield f"{path}/{name}", "there is a negative number"
 
 
 def case_findings(path: str, case: xr.Dataset, load_factors: Any, *, has_curve: bool) -> Iterator[Finding]:
