@@ -116,6 +116,29 @@ def test_a_sharp_toe_meets_a_stop(slope):
     assert alpha[turns] == pytest.approx(np.tan(np.arctan(2 / h) - theta[turns]), rel=1e-3)
 
 
+@pytest.mark.parametrize("slope", [60, 65, 75])
+def test_an_edge_meets_the_ridge_of_a_roof(slope):
+    """The edge of an overhang, 2 m high and 0.7 m before the hinge, comes down on a ridge across it, 1.95 m high.
+
+    It is there at 2 cos θ − 0.7 sin θ = 1.95. Faces as steep as these looked away from the one above as it tilted, and
+    the overhang went through.
+    """
+    outline = [[0, 0], [0.5, 0], [0.5, 2], [1.2, 2], [1.2, 2.3], [0, 2.3]]
+    h = 3 * np.tan(np.radians(slope))
+    ridge = [[x, y, z] for x in (0.75, 3) for y, z in ((0.5, 1.95), (-2.5, 1.95 - h), (3.5, 1.95 - h))]
+    faces = [[2, 1, 0], [3, 4, 5], [1, 4, 3, 0], [2, 5, 4, 1], [0, 3, 5, 2]]
+    blocks = [
+        box("ground", [-2, -1, -0.5], [2.7, 3, 0.5], fixed=True),
+        bs.Block.from_faces("roof", Q_(ridge, "m"), faces, STONE, fixed=True),
+        prism("wall", outline, (0, 1), STONE),
+    ]
+    result = run(model_of(blocks, bs.JointMaterial("joint", 0.7)), "wall", steps=10)
+    theta = result.capacity["rotation"].sel(block="wall", axis="y").to_numpy()
+    reach = np.hypot(2, 0.7)
+    meets = np.arccos(1.95 / reach) - np.arctan2(0.7, 2)
+    assert theta.max() == pytest.approx(meets, rel=5e-3)
+
+
 def test_a_spike_does_not_go_into_a_wall():
     """A pier 0.4 m by 1.6 m with a spike of 30 degrees at half its height, 50 mm before a wall."""
     t = 0.5 * np.tan(np.radians(15))

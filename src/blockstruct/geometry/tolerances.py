@@ -49,8 +49,10 @@ CHUNK = 2_000_000
 # Moved bodies against each other
 
 #: Angle between faces beyond which they do not face each other. A vertex of a box always has a face within 55 degrees;
-#: those of bodies with sharper corners look as far aside as these are sharp, and so far at most.
+#: those of bodies with sharper corners and edges look as far aside as these are sharp, and so far at most.
 FACING, LOOKS = math.radians(60), math.radians(85)
+#: Share of such an angle that is rounding: two edges of boxes ask for what every face has.
+ROUNDED = 1e-9
 #: Width, relative to the mean block size, of what two faces share that is none; and edges shorter than it.
 NO_WIDTH, NO_EDGE = 1e-6, 1e-9
 #: Depth of a penetration, relative to the width of what is shared, beyond which two faces belong to opposite sides.

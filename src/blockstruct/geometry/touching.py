@@ -13,7 +13,7 @@ from blockstruct.geometry.neighbours import box_pairs, expanded
 from blockstruct.geometry.polygon import plane_axes
 from blockstruct.geometry.polyhedron import Polyhedron
 from blockstruct.geometry.rounding import inset, largest_radius
-from blockstruct.geometry.tolerances import DEEP, FACING, FLAT, LOOKS, NO_CROSSING, NO_EDGE, NO_WIDTH
+from blockstruct.geometry.tolerances import DEEP, FACING, FLAT, LOOKS, NO_CROSSING, NO_EDGE, NO_WIDTH, ROUNDED
 from blockstruct.geometry.triangles import triangulated
 
 Array = NDArray[np.float64]
@@ -63,6 +63,8 @@ class MovingBodies:
         Whether the surface goes on without a bend beyond each edge.
     looks : (f,) array
         Angle from its normal, radians, up to which each looks at other faces.
+    edged : (f,) array
+        Half of the angle, radians, between the normals beside the sharpest edge of its body.
     fixed : (B,) array
         Bodies that do not move; those touch each other nowhere.
     radius : float
@@ -75,6 +77,7 @@ class MovingBodies:
     of_part: Index
     flat: Flags
     looks: Array
+    edged: Array
     fixed: Flags
     radius: float
 
@@ -88,12 +91,12 @@ class MovingBodies:
             If rounded corners leave nothing of a face.
         """
         corners: list[Array] = []
-        normals, owner, flat, looks = [], [], [], []
+        normals, owner, flat, looks, edged = [], [], [], [], []
         least = (np.inf, "")
         for i, (name, body) in enumerate(bodies.items()):
             parts = [(f, part) for f, face in enumerate(body.faces) for part in _convex_parts(body, f, face)]
             beyond = {(a, b): f for f, part in parts for a, b in zip(part, (*part[1:], part[0]), strict=True)}
-            angle = min(max(FACING, _sharpest(body, beyond)), LOOKS)
+            of_edges, of_corners = _sharpest(body, beyond)
             for f, part in parts:
                 others = body.normals[[beyond[b, a] for a, b in zip(part, (*part[1:], part[0]), strict=True)]]
                 points = body.vertices[list(part)] - body.centroid
@@ -104,7 +107,8 @@ class MovingBodies:
                 corners.append(left)
                 normals.append(body.normals[f])
                 owner.append(i)
-                looks.append(angle)
+                looks.append(max(FACING, of_edges, of_corners))
+                edged.append(of_edges)
                 flat.append([bool(body.normals[f] @ other > FLAT) for other in others])
         if least[0] < np.inf:
             # What the message tells is below the limit when it is rounded.
@@ -121,6 +125,7 @@ class MovingBodies:
             of_part=np.array(owner),
             flat=np.array([row + [False] * (most - len(row)) for row in flat]),
             looks=np.array(looks),
+            edged=np.array(edged),
             fixed=fixed,
             radius=radius,
         )
@@ -204,7 +209,10 @@ class MovingBodies:
         pair, first, _ = expanded(begin[i], count[i])
         row, second, _ = expanded(begin[j[pair]], count[j[pair]])
         first = first[row]
-        facing = _dots(normal[first], normal[second]) < -np.cos(np.maximum(self.looks[first], self.looks[second]))
+        # Where two edges cross, each leans its nearest face aside in a plane of its own: of boxes by 60 degrees in all.
+        crossing = (1 - ROUNDED) * np.arccos(np.cos(self.edged[first]) * np.cos(self.edged[second]))
+        looks = np.minimum(np.maximum.reduce([self.looks[first], self.looks[second], crossing]), LOOKS)
+        facing = _dots(normal[first], normal[second]) < -np.cos(looks)
         first, second = first[facing], second[facing]
         close = np.all((lowest[first] <= highest[second]) & (lowest[second] <= highest[first]), axis=1)
         return first[close], second[close]
@@ -271,8 +279,8 @@ def _dots(a: Array, b: Array) -> Array:
     return np.asarray(np.einsum("pi,pi->p", a, b))
 
 
-def _sharpest(body: Polyhedron, beyond: Mapping[tuple[int, int], int]) -> float:
-    """Angle, radians, between what an edge or a corner that sticks out points to and the nearest of its faces.
+def _sharpest(body: Polyhedron, beyond: Mapping[tuple[int, int], int]) -> tuple[float, float]:
+    """Angles, radians, between what edges, and what corners, that stick out point to and the nearest of their faces.
 
     The face of each edge is that on its left, seen from outside.
     """
@@ -291,7 +299,7 @@ def _sharpest(body: Polyhedron, beyond: Mapping[tuple[int, int], int]) -> float:
     np.maximum.at(nearest, at[:, 0], _dots(points[at[:, 0]], normals[at[:, 1]]))
     corner = np.isin(np.arange(len(corners)), at[:, 0]) & ~np.isin(np.arange(len(corners)), start[~out])
     of_corners = np.arccos(np.clip(nearest[corner], -1.0, 1.0))
-    return float(max(halves[out].max(initial=0.0), of_corners.max(initial=0.0)))
+    return float(halves[out].max(initial=0.0)), float(of_corners.max(initial=0.0))
 
 
 def _convex_parts(body: Polyhedron, face: int, loop: tuple[int, ...]) -> list[tuple[int, ...]]:
