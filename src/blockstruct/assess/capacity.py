@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 #: Distance between the hinge of the forces and the axis of the velocities, in multiples of the extent of the body.
 _APART = 2e-3
+#: Lift of ties that are lost, relative to what presses the joints, beyond which these crush further without them.
+_LIFTED = 1e-2
 #: Points of the curve between two breaks of ties.
 _SAMPLES = 60
 
@@ -122,6 +124,14 @@ def curve_of_rotation(
     if np.isnan(theta0):
         msg = "the dead load does not overturn the body, however far it turns"
         raise ModelError(msg)
+    lost = [tie for tie in turning.ties if all(tie is not held for held in parts[-1][0].ties)]
+    lift = sum(tie.force * float(tie.direction @ pressed.normal) for tie in lost)
+    if pressed.depth > 0 and lift > _LIFTED * pressed.force:
+        msg = (
+            f"ties that lift the body break before α vanishes, or are not counted ({', '.join(t.name for t in lost)}), "
+            "and without them its joints crush further than at collapse: check the model without these ties"
+        )
+        raise ModelError(msg)
     d0 = displacement(theta0)
     ends = pressed.ends(turning.axis, near)
     if ends[1] - ends[0] <= near:
@@ -222,6 +232,8 @@ class _Pressed:
     ----------
     point, normal : (3,) arrays
         Mean point, m, and the direction across the axis in which the blocks are pressed there.
+    force : float
+        By which they are pressed in that direction, N.
     depth : float
         Of the stress blocks, m: no axis is further from where they press than this, or than their nearest corner.
     corners : (n, 3) array
@@ -230,6 +242,7 @@ class _Pressed:
 
     point: Array
     normal: Array
+    force: float
     depth: float
     corners: Array
 
@@ -259,9 +272,11 @@ class _Pressed:
         ]
         pushes = total[outside] @ np.array([i.normal if i.plus in members else -i.normal for i in joints])
         pushes = pushes - (pushes @ axis) * axis
+        pressing = float(np.linalg.norm(pushes))
         return cls(
             normal @ position / normal.sum(),
-            pushes / np.linalg.norm(pushes),
+            pushes / pressing,
+            pressing,
             max(depths),
             np.concatenate([i.polygon for i in joints]),
         )

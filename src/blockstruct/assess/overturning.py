@@ -158,7 +158,8 @@ def overturning(
     most, least = (pulls_at(model, set(names), force) for force in strengths)
     pulls = _pulls(RigidRotation.of(model, case, members, hinge, axis), most, least)
     N = _pressed(down, pulls)
-    setback, lines = 0.0, _standing_on(model, set(names))
+    setback, alone, lines = 0.0, 0.0, _standing_on(model, set(names))
+    edge_at = bare = hinge
     if compressive_strength is not None:
         f_c = si(compressive_strength, "stress", f"{who}: compressive strength")
         if f_c <= 0:
@@ -169,13 +170,14 @@ def overturning(
             msg = f"{who}: an edge that is upright has no joint that weight crushes; leave compressive_strength out"
             raise ModelError(msg)
         inward *= np.sign(inward @ (G - hinge)) / np.linalg.norm(inward)
-        edge_at = hinge
         # Which ties the rotation slackens hangs on where the hinge is, and that on what they pull.
         for _ in range(_PASSES):
             setback = N / (2 * f_c * length)
             hinge = edge_at + setback * inward
             pulls = _pulls(RigidRotation.of(model, case, members, hinge, axis), most, least)
             N = _pressed(down, pulls)
+        alone = down / (2 * f_c * length)
+        bare = edge_at + alone * inward
         lines.append(
             Line(
                 "hinge set back by crushing",
@@ -203,9 +205,12 @@ def overturning(
             f"{shown(alpha0)}); give the edge that the push turns them about"
         )
         raise ModelError(msg)
-    free = rotation.without(pulls)
+    # Ties crush the joint, or relieve it, for as long as they pull.
+    free = RigidRotation.of(model, case, members, bare, axis)
     theta0 = free.capacity() if free.load_factor(0.0) > 0 else np.nan
-    d0 = float(rotation.moved(G, theta0) @ forces.direction) if np.isfinite(theta0) else np.nan
+    d0 = float(free.moved(G, theta0) @ forces.direction) if np.isfinite(theta0) else np.nan
+    crushed = f"and with u = {shown(alone, 'm')} " if alone else ""
+    without = f"without ties {crushed}" if pulls else ""
     resisting = "(dead+T)" if pulls else "dead"
     held = sum(rotation.moment(pull, 0.0) for pull in pulls)
     at_rest = np.eye(3)
@@ -220,13 +225,13 @@ def overturning(
         Line("share of the mass", "e* = 1: one body", "C8.7.1.2.1.3 (C8.7.1.5)"),
         Line(
             "rotation at which α vanishes",
-            f"{'without ties ' * bool(pulls)}θ0 = {shown(theta0, 'rad')}; its centroid moves by d0 = {shown(d0, 'm')}"
+            f"{without}θ0 = {shown(theta0, 'rad')}; its centroid moves by d0 = {shown(d0, 'm')}"
             if np.isfinite(theta0)
             else "none: without ties the dead load overturns the blocks, or never does",
             "C8.7.1.2.1.2",
         ),
     ]
-    left = _leaves(rotation, pulls, theta0, length)
+    left = _leaves(rotation, free, theta0, length)
     if np.isfinite(left):
         d = float(rotation.moved(G, left) @ forces.direction)
         lines.append(
@@ -248,7 +253,7 @@ def _pulls(about: RigidRotation, most: Sequence[Pull], least: Sequence[Pull]) ->
     return [p for p in most if about.moment(p, 0.0) < 0] + [p for p in least if about.moment(p, 0.0) >= 0]
 
 
-def _leaves(rotation: RigidRotation, pulls: Sequence[Pull], theta0: float, length: float) -> float:
+def _leaves(rotation: RigidRotation, free: RigidRotation, theta0: float, length: float) -> float:
     """Angle at which the resultant leaves the edge, at rest with ties and then without; infinite if it stays."""
     level = np.array([0.0, 0.0, 1.0]) - rotation.axis[2] * rotation.axis
     if np.linalg.norm(level) < _UPRIGHT:
@@ -257,7 +262,7 @@ def _leaves(rotation: RigidRotation, pulls: Sequence[Pull], theta0: float, lengt
     at_rest = rotation.leaves(ends, normal, np.zeros(1))
     if np.isfinite(at_rest) or np.isnan(theta0):
         return at_rest
-    return rotation.without(pulls).leaves(ends, normal, np.linspace(0.0, theta0, _ANGLES))
+    return free.leaves(ends, normal, np.linspace(0.0, theta0, _ANGLES))
 
 
 def _pressed(down: float, pulls: Sequence[Pull]) -> float:
