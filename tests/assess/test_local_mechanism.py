@@ -257,6 +257,32 @@ def test_a_tie_that_lifts_a_wall_off_joints_that_crush(force, limit, strength, s
         assert "ties that lift the body break before α vanishes, or are not counted (tie)" in check.missing_curve
 
 
+@pytest.mark.parametrize(("limit", "straight"), [(0.02, True), (0.2, False)])
+def test_a_tie_that_pulls_the_foot_inwards_as_the_push_falls(limit, straight):
+    """A wall of 36 kN, 1 m × 0.5 m × 4 m, with a friction of 0.3, and a tie of 18 kN at 0.8 m.
+
+    At rest α0 = (36 · 0.25 + 18 · 0.8) / (36 · 2) = 0.325, and the foot is pulled inwards by 18 − 36 α0 = 6.3 kN. The
+    friction of 10.8 kN is used up at α = 0.2: at 0.125 rad or so, where the tie is some 0.1 m longer.
+    """
+    blocks = [
+        bs.Block.box("ground", "[-3, -2, -1] m", "[6, 6, 1] m", STONE, fixed=True),
+        bs.Block.box("post", "[0, 2.5, 0] m", "[1, 0.5, 2] m", STONE, fixed=True),
+        bs.Block.box("wall", "[0, 0, 0] m", "[1, 0.5, 4] m", STONE),
+    ]
+    ends = ("post", Q_([0.5, 2.5, 0.8], "m")), ("wall", Q_([0.5, 0.5, 0.8], "m"))
+    tie = bs.Tie("tie", *ends, yield_force="18 kN", elongation_limit=Q_(limit, "m"))
+    check = bs.assess.local_mechanism(
+        run(model_of(blocks, DRY.varied(friction_coefficient=0.3)).with_ties([tie])), 1.35, SITE
+    )
+    assert check.alpha0 == pytest.approx(0.325, rel=1e-6)
+    assert (check.curve is not None) == straight
+    if not straight:
+        assert (
+            "ask for more friction at the hinge than there is, and it slides; it takes a pushover"
+            in check.missing_curve
+        )
+
+
 def test_what_a_tie_loses_is_over_the_largest_acceleration():
     """A tie of 150 kN rises steeply from (y, z) = (0, 5) m to (1, 8) m: its arm grows faster than the weight gives way.
 
@@ -467,7 +493,7 @@ def test_an_outline_that_crushes_by_cells_keeps_its_straight_curve(strength):
 def test_the_ends_of_a_hinge_are_corners_at_its_level_and_not_behind_it():
     """Turning about +x leans the body towards −y: what is at y = 1 m is behind the hinge, what is at z = 2 m above."""
     corners = np.array([[-1, 0, 0], [2, 0, 0], [5, 1, 0], [-5, 0, 2]], dtype=float)
-    pressed = _Pressed(np.zeros(3), np.array([0.0, 0, 1]), 1.0, 0.0, corners)
+    pressed = _Pressed(np.zeros(3), np.array([0.0, 0, 1]), 1.0, 0.7, 0.0, corners)
     assert pressed.ends(np.array([1.0, 0, 0]), 0.01) == (-1, 2)
     assert pressed.ends(np.array([-1.0, 0, 0]), 0.01) == (-5, 1)
 

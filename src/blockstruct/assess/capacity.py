@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 _APART = 2e-3
 #: Lift of ties that are lost, relative to what presses the joints, beyond which these crush further without them.
 _LIFTED = 1e-2
+#: Share of the friction of a joint that is rounding, and force, relative to the largest, of joints that count for it.
+_SLIDES, _PRESSED = 1e-3, 1e-3
 #: Points of the curve between two breaks of ties.
 _SAMPLES = 60
 
@@ -148,6 +150,17 @@ def curve_of_rotation(
             f"edge; {instead}"
         )
         raise ModelError(msg)
+    # At collapse it holds, by whatever it holds.
+    at_rest = turning.force(0.0)
+    pressing = -float(at_rest @ pressed.normal)
+    most = (1 + _SLIDES) * max(pressed.friction, float(np.linalg.norm(at_rest + pressing * pressed.normal)) / pressing)
+    slides = min(current.slides(most, pressed.normal, angles) for current, angles, _ in parts)
+    if np.isfinite(slides):
+        msg = (
+            f"at d = {shown(displacement(slides), 'm')}, before α vanishes at {shown(d0, 'm')}, ties and loads that "
+            f"stay while α falls ask for more friction at the hinge than there is, and it slides; {instead}"
+        )
+        raise ModelError(msg)
     where = ", ".join(f"{value:.4g}" for value in np.round(hinge, 6) + 0.0)
     lines = [
         Line("hinge", f"along ({components(direction)}) through ({where}) m, where the joints press", "C8.7.1.2.1.1"),
@@ -234,6 +247,8 @@ class _Pressed:
         Mean point, m, and the direction across the axis in which the blocks are pressed there.
     force : float
         By which they are pressed in that direction, N.
+    friction : float
+        Least coefficient of the joints that press them.
     depth : float
         Of the stress blocks, m: no axis is further from where they press than this, or than their nearest corner.
     corners : (n, 3) array
@@ -243,6 +258,7 @@ class _Pressed:
     point: Array
     normal: Array
     force: float
+    friction: float
     depth: float
     corners: Array
 
@@ -277,6 +293,11 @@ class _Pressed:
             normal @ position / normal.sum(),
             pushes / pressing,
             pressing,
+            min(
+                i.joint_material.friction_coefficient
+                for i, N in zip(joints, total[outside], strict=True)
+                if _PRESSED * total[outside].max() < N
+            ),
             max(depths),
             np.concatenate([i.polygon for i in joints]),
         )

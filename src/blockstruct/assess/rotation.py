@@ -160,13 +160,37 @@ class RigidRotation:
 
         def beyond(angle: float) -> float:
             turn, alpha = self._turn(angle), self.load_factor(angle)
-            pulls = [self._pull(tie, angle) for tie in self.ties]
-            force = self.dead.force + alpha * self.variable.force + sum(pull for _, pull in pulls)
+            pulls, force = [self._pull(tie, angle) for tie in self.ties], self.force(angle)
             moment = self.dead.moment(turn) + alpha * self.variable.moment(turn) + sum(np.cross(*p) for p in pulls)
             pressed, along = -float(force @ normal), -float(moment @ across)
             return max(ends[0] * pressed - along, along - ends[1] * pressed) - room * pressed
 
         return first_reached(beyond, angles)
+
+    def slides(self, friction: float, normal: Array, angles: Array) -> float:
+        """Least of ascending angles, rad, at which the hinge asks for more friction than it has; infinite without one.
+
+        Parameters
+        ----------
+        friction
+            Coefficient of it.
+        normal : (3,) array
+            In which the body is pressed: a unit vector across the axis.
+        angles
+            Ascending, rad.
+        """
+
+        def beyond(angle: float) -> float:
+            force = self.force(angle)
+            pressed = -float(force @ normal)
+            return float(np.linalg.norm(force + pressed * normal)) - friction * pressed
+
+        return first_reached(beyond, angles)
+
+    def force(self, angle: float) -> Array:
+        """Force (3,) with which loads and ties press the hinge at an angle, N."""
+        loads = self.dead.force + self.load_factor(angle) * self.variable.force
+        return np.asarray(loads + sum(self._pull(tie, angle)[1] for tie in self.ties))
 
     def _pull(self, tie: Pull, angle: float) -> tuple[Array, Array]:
         """Arm and force of a tie at an angle."""
