@@ -281,12 +281,20 @@ SQUARE = np.array([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float)
         ([(SQUARE - 0.5) * [10, 10, 1] + 0.5], ["'i0'", "does not lie on a face"]),
         ([SQUARE[:, [2, 0, 1]]], ["'i0'", "does not lie on a face"]),
         ([SQUARE, SQUARE * [0.5, 1, 1]], ["'i0'", "'i1'", "same area", "remove one"]),
+        # The lever of a spike is that of its tip, with as good as no area and with none.
+        ([np.insert(SQUARE, 2, [[1, 0.499, 1], [3, 0.5, 1], [1, 0.501, 1]], axis=0)], ["'i0'", "a corner 2 m beside"]),
+        ([np.insert(SQUARE, 2, [[1, 0.5, 1], [3, 0.5, 1], [1, 0.5, 1]], axis=0)], ["'i0'", "a corner 2 m beside"]),
     ],
 )
 def test_interfaces_that_do_not_fit_their_blocks(polygons, words):
     interfaces = [bs.Interface(f"i{k}", "a", "b", Q_(p, "m"), JOINT) for k, p in enumerate(polygons)]
     with refused(bs.errors.GeometryError, *words):
         bs.Model("m", [box("a", fixed=True), box("b", z=1)], interfaces)
+
+
+def test_an_interface_of_which_rounded_corners_leave_the_tips():
+    interface = bs.Interface("i", "a", "b", Q_((SQUARE - 0.5) * [1.004, 1.004, 1] + 0.5, "m"), JOINT)
+    assert len(bs.Model("m", [box("a", fixed=True), box("b", z=1)], [interface]).interfaces) == 1
 
 
 def test_an_interface_beside_its_face_within_its_box():

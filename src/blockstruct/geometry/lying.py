@@ -18,8 +18,10 @@ Index = NDArray[np.int64]
 
 def areas_on_bodies(
     polygons: Sequence[Array], normals: Array, limits: Array, bodies: Sequence[Polyhedron], of: Index
-) -> Array:
-    """Areas (m,) of polygons that lie on faces of a body, each its own.
+) -> tuple[Array, Array]:
+    """Areas (m,) of polygons that lie on faces of a body, each its own, and distances (m,) of corners beside them.
+
+    The distance is that of the corner furthest from what lies on the body: a spike has as good as no area.
 
     They are measured in the plane of the polygon, over faces that look along its normal; what is further than the limit
     from the plane of the face does not count.
@@ -41,7 +43,8 @@ def areas_on_bodies(
     begin = np.searchsorted(faces.body, np.arange(len(bodies) + 1))
     count = np.diff(begin)[of]
     low, high = (np.array([f(p, axis=0) for p in polygons]) for f in (np.min, np.max))
-    areas = np.zeros(len(polygons))
+    areas, starts = np.zeros(len(polygons)), np.cumsum([0, *map(len, polygons)])
+    beside = np.full(starts[-1], np.inf)
     for part in np.array_split(np.arange(len(polygons)), count.sum() // CHUNK + 1):
         row, face, _ = expanded(begin[of[part]], count[part])
         k = part[row]
@@ -50,12 +53,19 @@ def areas_on_bodies(
         near[near] = np.einsum("ij,ij->i", faces.normal[face[near]], normals[k[near]]) > np.cos(LIES_ON)
         k, face = k[near], face[near]
         if len(k):
-            np.add.at(areas, k, _shared_areas([polygons[i] for i in k.tolist()], normals[k], limits[k], faces, face))
-    return areas
+            own = [polygons[i] for i in k.tolist()]
+            shared, corners = _shared(own, normals[k], limits[k], faces, face)
+            np.add.at(areas, k, shapely.area(shared))
+            pair, corner, _ = expanded(starts[k], np.diff(starts)[k])
+            # Of nothing the distance is none.
+            np.fmin.at(beside, corner, shapely.distance(shared[pair], corners))
+    return areas, np.maximum.reduceat(beside, starts[:-1])
 
 
-def _shared_areas(polygons: Sequence[Array], normals: Array, limits: Array, faces: Faces, face: Index) -> Array:
-    """Areas (m,) that polygons share with a face each, where they lie within a limit of its plane."""
+def _shared(
+    polygons: Sequence[Array], normals: Array, limits: Array, faces: Faces, face: Index
+) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
+    """What polygons (m,) share with a face each, within a limit of its plane; and their corners, in the same plane."""
     middles = np.array([p.mean(axis=0) for p in polygons])
     axes = np.stack(plane_axes(normals), axis=1)
     of = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
@@ -66,12 +76,12 @@ def _shared_areas(polygons: Sequence[Array], normals: Array, limits: Array, face
     facing = np.einsum("ij,ij->i", faces.normal[face], normals)
     level = np.einsum("ij,ij->i", faces.centre[face] - middles, faces.normal[face]) / facing
     slope = -np.einsum("kaj,kj->ka", axes, faces.normal[face]) / facing[:, None]
-    corners, of = shapely.get_coordinates(shared, return_index=True)
-    heights = level[of] + np.einsum("ka,ka->k", corners, slope[of])
-    far = np.unique(of[np.abs(heights) > limits[of]])
+    ends, pair = shapely.get_coordinates(shared, return_index=True)
+    heights = level[pair] + np.einsum("ka,ka->k", ends, slope[pair])
+    far = np.unique(pair[np.abs(heights) > limits[pair]])
     if len(far):
         shared[far] = shapely.intersection(shared[far], _strips(level[far], slope[far], limits[far], extent[far]))
-    return np.asarray(shapely.area(shared))
+    return shared, np.asarray(shapely.points(np.einsum("kaj,kj->ka", axes[of], np.concatenate(polygons) - middles[of])))
 
 
 def _strips(level: Array, slope: Array, limits: Array, extent: Array) -> NDArray[np.object_]:

@@ -21,8 +21,9 @@ Array = NDArray[np.float64]
 OVERLAP, JOINED_OVERLAP = 1e-5, 1e-2
 #: Distance of an interface from the faces it lies on, relative to the smaller block: half of a wide, rough joint.
 OFF_FACE = 5e-2
-#: Share of the area of an interface that may lie beside the faces of its blocks: rounded corners.
-OFF_OUTLINE = 1e-2
+#: Share of the area of an interface that may lie beside the faces of its blocks, and distance of a corner beside them,
+#: relative to the root of that area: rounded corners.
+OFF_OUTLINE, OFF_CORNER = 1e-2, 5e-2
 #: Share of an interface that another of the same blocks may cover, and cosine of the angle between such two.
 COVERED, PARALLEL = 1e-3, 0.99
 #: Agreement of an interface with the area that its detection measured.
@@ -84,7 +85,8 @@ def check_interfaces(
 ) -> None:
     """Every polygon lies on faces of its minus block that look along its normal, and on faces of its plus block.
 
-    The faces under a polygon that is not plane may be several, each looking another way. Where a detection measured an
+    So does each of its corners, for they are the contact points. The faces under a polygon that is not plane may be
+    several, each looking another way. Where a detection measured an
     interface, its tolerance of the gap counts along the outline, too: pieces of a rough joint are made whole over
     slits as wide.
 
@@ -111,7 +113,9 @@ def check_interfaces(
     normals, areas = np.array([i.normal for i in interfaces]), np.array([i.area for i in interfaces])
     # On the minus blocks, then on the plus blocks.
     polygons, along = [i.polygon for i in interfaces] * 2, np.concatenate([normals, -normals])
-    on_faces = areas_on_bodies(polygons, along, np.tile(limits, 2), shapes, ends.T.ravel()).reshape(2, -1)
+    on_faces, corners = (
+        found.reshape(2, -1) for found in areas_on_bodies(polygons, along, np.tile(limits, 2), shapes, ends.T.ravel())
+    )
     beside = np.argwhere(on_faces < (1 - OFF_OUTLINE) * areas - slack)
     if len(beside):
         end, k = beside[0]
@@ -121,6 +125,17 @@ def check_interfaces(
             f"{on_faces[end, k]:.3g} of its {areas[k]:.3g} m^2 do, within {limits[k]:.3g} m; give a polygon on "
             "both blocks, counter-clockwise seen from the plus block, or all of what was detected (interfaces=found) "
             "if its tolerance was larger"
+        )
+        raise GeometryError(msg)
+    # A corner bears whatever the area about it.
+    reach = np.where(measured, np.inf, OFF_CORNER * np.sqrt(areas))
+    beside = np.argwhere(corners > reach)
+    if len(beside):
+        end, k = beside[0]
+        msg = (
+            f"{who}: interface {interfaces[k].name!r} has a corner {corners[end, k]:.3g} m beside what of it lies on "
+            f"block {blocks[ends[k, end]].name!r} (limit {reach[k]:.3g} m); give a polygon whose corners all lie on "
+            "both blocks"
         )
         raise GeometryError(msg)
     _check_covered(who, interfaces, ends, measured, OFF_FACE * size)
