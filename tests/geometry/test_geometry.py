@@ -160,6 +160,26 @@ def test_tributary_areas_sum_up():
     assert (shares > 0).all()
 
 
+#: Outlines whose centroid does not see all of them: L, T, and U with legs of two lengths.
+THIN_L = [(0, 0), (1, 0), (1, 0.1), (0.1, 0.1), (0.1, 1), (0, 1)]
+THIN_T = [(0, 0), (1, 0), (1, 0.2), (0.6, 0.2), (0.6, 1), (0.4, 1), (0.4, 0.2), (0, 0.2)]
+THIN_U = [(0, 0), (2, 0), (2, 1), (1.9, 1), (1.9, 0.1), (0.1, 0.1), (0.1, 0.5), (0, 0.5)]
+
+
+@pytest.mark.parametrize("outline", [L_SHAPE, THIN_L, THIN_T, THIN_U])
+@pytest.mark.parametrize("angle", [0.0, 2.0])
+def test_tributary_areas_have_the_centroid_of_the_area(outline, angle):
+    points = np.array([(*p, 0.0) for p in outline])
+    area, centroid, normal = polygon_area(points)
+    R = rotation((1, 2, 3), angle)
+    turned = points @ R.T
+    shares = tributary_areas(turned, np.array([0]), (R @ centroid)[None], (R @ normal)[None])
+    assert shares.sum() == pytest.approx(area)
+    assert (shares > 0).all()
+    np.testing.assert_allclose(shares @ turned / area, R @ centroid, atol=1e-9)
+    np.testing.assert_allclose(shares, tributary_areas(points, np.array([0]), centroid[None], normal[None]), rtol=1e-9)
+
+
 def test_rounded_coordinates_of_a_long_tilted_wall_lose_nothing(tuff, dry):
     # Normals of small faces are off by rounding; over the length of the wall that is more than any tolerance.
     rows = [[1] * 60, [0.5] + [1] * 59 + [0.5], [1] * 60]

@@ -137,6 +137,26 @@ def test_cohesion_and_tension():
     assert solve(model, pull, dead=none).load_factor == pytest.approx(0.1e3 * 0.12, rel=REL)
 
 
+@pytest.mark.parametrize("direction", ["-y", "+x", "-x"])
+def test_tension_of_a_joint_that_is_not_convex(direction):
+    """A U of unequal legs peels off about its edge, d from its centroid: α = (W + f_t A) d / (W h / 2)."""
+    outline = np.array([[0, 0], [2, 0], [2, 1], [1.9, 1], [1.9, 0.1], [0.1, 0.1], [0.1, 0.5], [0, 0.5]])
+    stone, h, ft = bs.Material("stone", "20 kN/m^3"), 2.0, 200e3
+    area = 0.33
+    x, y = (0.2 * 1 + 0.09 * 1.95 + 0.04 * 0.05) / area, (0.2 * 0.05 + 0.09 * 0.55 + 0.04 * 0.3) / area
+    n = len(outline)
+    vertices = np.concatenate([np.column_stack([outline, np.full(n, z)]) for z in (0.0, h)])
+    sides = [[i, (i + 1) % n, n + (i + 1) % n, n + i] for i in range(n)]
+    faces = [list(range(n))[::-1], list(range(n, 2 * n)), *sides]
+    block = bs.Block.from_faces("block", vertices=Q_(vertices, "m"), faces=faces, material=stone)
+    ground = bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([4, 3, 1], "m"), stone, fixed=True)
+    model = model_of([ground, block], bs.JointMaterial("mortar", 3.0, cohesion="1 MPa", tensile_strength=Q_(ft, "Pa")))
+    d = {"-y": y, "+x": 2 - x, "-x": x}[direction]
+    W = 20e3 * area * h
+    variable = bs.LoadPattern("v", [bs.BodyForce(direction)])
+    assert solve(model, variable).load_factor == pytest.approx((W + ft * area) * d / (W * h / 2), rel=REL)
+
+
 @pytest.mark.parametrize("psi", [0.0, 10.0, 20.0])
 def test_dilatancy_does_not_matter_to_a_free_block(psi):
     blocks, _ = single_block(2.0, 1.0)
