@@ -131,7 +131,7 @@ def _opened(lock: Path, path: Path) -> IO[bytes]:
         except OSError as error:
             msg = f"{path}: cannot be written ({error.strerror}); choose a folder you can write to"
             raise StorageError(msg) from error
-    msg = f"{lock}: cannot be made, as it is a link that leads nowhere; remove it, or choose another name"
+    msg = f"{lock}: cannot be made (a link that leads nowhere); remove it, or choose another name"
     raise StorageError(msg)
 
 
