@@ -68,6 +68,8 @@ _EXAMPLES = {
 #: Names of units with small powers, multiplied and divided: nothing that a parser could make an expression of.
 _FACTOR = r"(g_0|[^\W\d]+)(\s*(\*\*|\^)\s*-?\d(\.\d{1,6})?)?"
 _UNIT = re.compile(rf"(1\s*/\s*)?({_FACTOR}((\s*[*/]\s*|\s+){_FACTOR}){{0,9}})?")
+#: What pint means by a ton, and hardly anybody outside the United States does.
+_TON = re.compile(r"(?<![A-Za-z_])(kilo|mega)?(force_)?ton(?![A-Za-z_])")
 #: Number in SI units beyond which nothing is a building, and its powers overflow.
 LARGEST_NUMBER = 1e30
 #: Characters of a quantity, three components with all their digits and a long unit included.
@@ -266,6 +268,12 @@ def _article(noun: str) -> str:
 
 
 def _factor(unit: str, dimension: str, what: str) -> float:
+    if _TON.search(unit):
+        msg = (
+            f"{what}: a ton is 1000 kg, and 907 kg in the United States; give 't' or 'tf', the mass or the weight of "
+            "1000 kg, or 'US_ton' or 'US_force_ton'"
+        )
+        raise UnitError(msg)
     found = _conversion(unit, dimension)
     if found is None:
         wanted = "a plain number" if dimension == "dimensionless" else f"{_article(dimension)} {dimension}"

@@ -53,6 +53,10 @@ def refused(error, *words):
         (lambda: bs.BodyForce("[1, 0, 0"), ["[1, 0, 0", "has no end"]),
         (lambda: bs.JointMaterial("j", "0,65"), ["'j'", "0,65", "is not a quantity"]),
         (lambda: bs.Material("tuff", "__import__('os') kN/m^3"), ["'tuff'", "is not a quantity"]),
+        # To pint they are 907 kg.
+        (lambda: bs.Material("tuff", density="1.8 ton/m^3"), ["'tuff'", "1000 kg", "907 kg", "give 't' or 'tf'"]),
+        (lambda: bs.Material("tuff", Q_(1.8, "ton_force/m^3")), ["'tuff'", "'US_force_ton'"]),
+        (lambda: bs.PointLoad("b", Q_([0, 0, 0], "m"), "[0, 0, -2] kiloton_force"), ["'b'", "907 kg"]),
     ],
 )
 def test_a_unit_is_due(make, words):
@@ -60,6 +64,11 @@ def test_a_unit_is_due(make, words):
         make()
     with pytest.raises(TypeError):
         make()
+
+
+@pytest.mark.parametrize(("unit", "expected"), [("t", 9806.65), ("US_ton", 8896.443230521)])
+def test_a_ton_of_one_meaning(unit, expected):
+    assert bs.Material("tuff", density=f"1 {unit}/m^3").unit_weight == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize(
