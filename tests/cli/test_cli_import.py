@@ -119,6 +119,15 @@ def test_directions_flow_and_the_angle_of_a_tilting_table(call, stack, tmp_path)
     assert f"on a tilting table: falls at {np.degrees(np.arctan(0.5)):.4g} deg" in out
     _, out, _ = call("show", tmp_path / "m.h5")
     assert out.count("on a tilting table") == 2
+    # With cohesion the weight across the joints counts less than that along them.
+    glued = tmp_path / "glued.yaml"
+    friction = "friction_coefficient: 0.6"
+    text = model.read_text(encoding="utf-8")
+    glued.write_text(text.replace(friction, f"{friction}, cohesion: 1 kPa"), encoding="utf-8")
+    code, out, _ = call("run", glued, "-o", tmp_path / "glued.h5")
+    assert code == 0
+    assert bs.read_document(glued).model.interfaces[0].joint_material.cohesion == 1000
+    assert "on a tilting table" not in out
 
 
 def test_files_of_several_kinds_in_one_import(call, stack, tmp_path):

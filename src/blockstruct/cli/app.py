@@ -150,5 +150,9 @@ def _angle_of_table(result: bs.CaseResult) -> float | None:
     x, y, z = (variable[0].share * v for v in variable[0].direction)
     if z or result.status is not bs.Status.CONVERGED:
         return None
+    # What does not go with the weight, as cohesion or a tie, holds more of it where there is less.
+    joints = [i.joint_material for i in result.model.interfaces]
+    if result.model.ties or any(j.cohesion or j.tensile_strength or j.compressive_strength < math.inf for j in joints):
+        return None
     # The weight W on a table tilted by θ has W cos θ into it and W sin θ along it.
     return math.degrees(math.atan(result.load_factor * math.hypot(x, y)))

@@ -69,7 +69,11 @@ def import_(
     ] = None,
     flow: Annotated[bs.Flow, typer.Option(help="Flow rule of the cases.")] = bs.Flow.NONASSOCIATIVE,
     tilt: Annotated[
-        bool, typer.Option("--tilt", help="Name the cases 'tilt': results then tell the angle of a tilting table.")
+        bool,
+        typer.Option(
+            "--tilt",
+            help="Name the cases 'tilt': results of joints with friction alone tell a table's angle.",
+        ),
     ] = False,
 ) -> None:
     """Write a model document from blocks drawn elsewhere, then check it."""
