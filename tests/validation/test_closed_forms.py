@@ -208,6 +208,42 @@ def test_unstable_under_dead_load_names_its_share():
     assert result.mechanism.translation.sel(block="block", axis="z") < 0
 
 
+def leaning(standing):
+    """A plate whose centroid is beside the block that it lies on, and piers of other heights that stand beside them."""
+    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
+    ground = bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([20, 3, 1], "m"), stone, fixed=True)
+    foot = bs.Block.box("foot", Q_([0, 0, 0], "m"), Q_([0.4, 1, 1], "m"), stone)
+    plate = bs.Block.box("plate", Q_([0.3, 0, 1], "m"), Q_([2, 1, 0.2], "m"), stone)
+    beside = [
+        bs.Block.box(f"pier {i}", Q_([3 + 2 * i, 0, 0], "m"), Q_([0.5, 0.5, h], "m"), stone)
+        for i, h in enumerate((0.1, 1, 3, 9)[:standing])
+    ]
+    return model_of([ground, foot, plate, *beside], joint)
+
+
+@pytest.mark.parametrize("flow", ["associative", "nonassociative"])
+@pytest.mark.parametrize("standing", [0, 1, 4])
+def test_what_stands_is_at_rest_where_something_else_falls(standing, flow):
+    result = solve(leaning(standing), push(1, 0, 0), flow)
+    assert result.status == "unstable_under_dead_load"
+    assert result.active_joints.state.to_dict() == {"foot|plate": "hinge"}
+    # It turns about the edge of the foot, at (0.4, 1) m; its centroid is at (1.3, 1.1) m.
+    motion = result.mechanism.translation.sel(block="plate")
+    assert motion.sel(axis="x") / motion.sel(axis="z") == pytest.approx(-0.1 / 0.9, rel=1e-4)
+    assert f"1 of {2 + standing} free blocks moves" in result.describe()
+    assert result.certificate.holds
+
+
+@pytest.mark.parametrize("flow", ["associative", "nonassociative"])
+def test_a_block_that_slides_down_by_itself_slides(flow):
+    # On a slope of 0.6 with μ 0.55; by the flow rule of the proof it lifts off by μ times its way, which is no opening.
+    blocks, joint = single_block(2.0, 1.0, mu=0.55)
+    model = model_of(moved(blocks, rotation((0, 1, 0), math.atan(0.6))), joint)
+    result = solve(model, push(1, 0, 0), flow)
+    assert result.status == "unstable_under_dead_load"
+    assert result.active_joints.state.to_list() == ["sliding"]
+
+
 def test_load_that_only_helps_at_a_push_is_still_unstable():
     # The same block would stand if pushed back by a certain range of loads: α = 0 is not in that range.
     stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)

@@ -97,6 +97,10 @@ class Ties:
         """The same with a prestress that grows with the load factor."""
         return replace(self, prestress_D=np.zeros_like(self.prestress_D), prestress_L=self.prestress_D)
 
+    def at(self, alpha: float) -> Self:
+        """The same with the prestress at a load factor, whatever the load factor."""
+        return replace(self, prestress_D=self.prestress(alpha), prestress_L=np.zeros_like(self.prestress_L))
+
     def __len__(self) -> int:
         return len(self.capacity)
 

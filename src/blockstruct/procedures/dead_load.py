@@ -4,15 +4,20 @@ from collections.abc import Generator
 from dataclasses import replace
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import true_sliding
 from blockstruct.limit.iteration import Iteration, Outcome, of_weights_apart
 from blockstruct.limit.problem import LimitProblem
-from blockstruct.limit.program import ConicProgram, Solver
+from blockstruct.limit.program import ConicProgram, ProgramData, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.step import solve_step
 from blockstruct.vocabulary import Stage, Status
+
+#: Share of the dead load that is none.
+NOTHING = 1e-6
 
 
 def dead_load_program(
@@ -22,7 +27,7 @@ def dead_load_program(
 
     Maximises ρ subject to ``A x + ρ w_D = 0`` and the true conditions. That program always has a solution, so
     either answer comes with a proof: forces in equilibrium with the whole dead load, or a mechanism by which it
-    falls.
+    falls, of which there are many where the share is none: then the one in which it begins to.
 
     Yields
     ------
@@ -44,6 +49,8 @@ def dead_load_program(
     whole = share >= 1 - settings.equilibrium_tolerance
     if whole and proof.admissible:
         return step.x[:, 0]
+    if proof.holds and share <= NOTHING:
+        step = _as_it_falls(own, step, settings, solver)
     yield replace(step, load_factor=np.nan, u=problem.released(step.u))
     if proof.holds and not whole:
         what = "dead load and prestress" if problem.ties.prestress_D.any() else "dead load"
@@ -56,3 +63,53 @@ def dead_load_program(
         f"the solver ended the dead-load program as {step.solver_status}: neither forces that carry the dead load "
         f"nor a mechanism by which it falls{of_weights_apart(problem)}",
     )
+
+
+def _as_it_falls(own: LimitProblem, step: Iteration, settings: ProcedureSettings, solver: Solver) -> Iteration:
+    """The same without forces, with the mechanism in which the structure begins to fall.
+
+    Where the joints carry no share of the dead load, as dry ones that do not carry all of it, any mechanism proves it
+    in which what falls does more work than what it lifts, and a solver gives one in which all blocks move.
+    """
+    program = _LeastConstraint(own, settings)
+    _, _, u = program.unpack(solver.solve(program, program.at_rest(), settings.solver_tolerance))
+    x, T, work = np.zeros_like(step.x), own.ties.prestress(0.0), float(own.w_L @ u)
+    u = u / work if work > 0 else step.u
+    certificate = certify(own, x, u, 0.0, settings, T)
+    if not certificate.holds:
+        return step
+    v, elongation = (own.A.T @ u).reshape(-1, 3), own.ties.elongation(u)
+    return replace(step, load_factor=0.0, x=x, u=u, v=v, tie_force=T, elongation=elongation, certificate=certificate)
+
+
+class _LeastConstraint(ConicProgram):
+    """Minimise ``Σ W_b ‖r_b‖²`` of the wrenches r that are left of the dead load: Gauss's principle for blocks at rest.
+
+    ``r = A x + Σ a_j T_j + w_D``, for each block in multiples of its own dead wrench, so that ``W_b r_b`` are its first
+    velocities, with the inertia of a ball of the characteristic length. What stands by itself has none. The program has
+    the variables r and q behind its own, and ``r_i² ≤ q_i`` in cones behind its own.
+    """
+
+    def __init__(self, problem: LimitProblem, settings: ProcedureSettings) -> None:
+        loaded = replace(problem, w_D=problem.w_L, ties=problem.ties.at(1.0))
+        super().__init__(loaded, replace(settings, crushing="conic"))
+        n, (rows, columns) = self.zero_rows, self.G.shape
+        i = np.arange(n)
+        r, q, cone = columns + i, columns + n + i, rows + 3 * i
+        row, column = np.concatenate([i, cone, cone + 1, cone + 2]), np.concatenate([r, q, r, q])
+        entry = np.repeat([-1.0, -1.0, -2.0, -1.0], n)
+        own = self.G.tocoo()
+        G = sp.coo_array(
+            (np.append(own.data, entry), (np.append(own.row, row), np.append(own.col, column))),
+            shape=(rows + 3 * n, columns + 2 * n),
+        )
+        self.G = sp.csc_array(G)
+        self._h = np.append(self._h, np.tile([1.0, 0.0, -1.0], n))
+        self.cones += n
+
+    def at_rest(self) -> ProgramData:
+        """Values of the program, whose variable load is left out."""
+        weight = self.problem.wrench_unit
+        data = self.data(true_sliding(self.problem), max_load_factor=0.0, loaded=False)
+        data.q[-self.zero_rows :] = self.total * np.repeat(weight / weight.max(), 6)
+        return data

@@ -117,12 +117,7 @@ def _carries(
 
 def _loaded(problem: LimitProblem, capacity: Array, alpha: float) -> LimitProblem:
     """The problem with flow by the friction angle, whose dead load is all of its load at a load factor."""
-    ties = replace(
-        problem.ties,
-        capacity=capacity,
-        prestress_D=problem.ties.prestress(alpha),
-        prestress_L=np.zeros_like(problem.ties.prestress_L),
-    )
+    ties = replace(problem.ties.at(alpha), capacity=capacity)
     return replace(problem, dilatancy=problem.friction, w_D=problem.w_D + alpha * problem.w_L, ties=ties)
 
 

@@ -45,7 +45,9 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
     - ``crushing``: the blocks move into each other, where the joint has a compressive strength: faster than the
       tolerance or, at a hinge whose compressive strength is in use, than that share of the motion of the joint itself.
 
-    A point opens where it moves apart faster than its dilatancy makes it.
+    A point opens where it moves apart faster than its dilatancy makes it. Where no contact carries anything, as where
+    the dead load brings all down, that is the one of friction, of the mechanism that proves it, and no joint is open
+    for want of a force.
 
     Parameters
     ----------
@@ -80,10 +82,12 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
     speed = np.linalg.norm(history["block_velocity"].transpose(..., "block", "axis"), axis=-1).max(axis=-1)
     zero = np.maximum(zero, ROUNDING * np.asarray(speed)[..., None])
     slip = np.linalg.norm(v[..., 1:], axis=-1)
-    apart = v[..., 0] - history["dilatancy"].to_numpy() * slip
+    idle = force.max(axis=-1, keepdims=True) == 0
+    dilatancy, friction = (history[name].to_numpy() for name in ("dilatancy", "friction_coefficient"))
+    apart = v[..., 0] - np.where(idle, friction, dilatancy) * slip
     opening = apart > zero
     soft = np.isfinite(history["compressive_strength"].to_numpy())[index]
-    is_open = ~any_of(~opening) | ~any_of(force > threshold(force, force_tolerance))
+    is_open = ~any_of(~opening) | ~any_of(idle | (force > threshold(force, force_tolerance)))
     slips = any_of(~opening & (slip > zero))
 
     # The velocity along the plane is that of a rigid motion: a mean and a turn about the mean of the points.
