@@ -301,6 +301,23 @@ def test_interfaces_that_do_not_fit_their_blocks(polygons, words):
         bs.Model("m", [box("a", fixed=True), box("b", z=1)], interfaces)
 
 
+@pytest.mark.parametrize(("tip", "fits"), [(0.06, False), (0.01, False), (0.002, True)])
+def test_a_spike_of_a_long_joint_is_held_against_its_width(tip, fits):
+    """5 m × 0.3 m: with 60 mm more the lever across it would be 0.21 m and not 0.15 m."""
+    blocks = [
+        bs.Block.box(name, Q_([0, 0, z], "m"), Q_([5, 0.3, 1], "m"), STONE, fixed=z == 0)
+        for z, name in enumerate(("a", "b"))
+    ]
+    spike = [[2.51, 0.3, 1], [2.5, 0.3 + tip, 1], [2.49, 0.3, 1]]
+    polygon = np.array([[0, 0, 1], [5, 0, 1], [5, 0.3, 1], *spike, [0, 0.3, 1]])
+    interface = bs.Interface("i", "a", "b", Q_(polygon, "m"), JOINT)
+    if fits:
+        bs.Model("m", blocks, [interface])
+    else:
+        with refused(bs.errors.GeometryError, "'i'", f"a corner {tip} m beside"):
+            bs.Model("m", blocks, [interface])
+
+
 def test_an_interface_of_which_rounded_corners_leave_the_tips():
     interface = bs.Interface("i", "a", "b", Q_((SQUARE - 0.5) * [1.004, 1.004, 1] + 0.5, "m"), JOINT)
     assert len(bs.Model("m", [box("a", fixed=True), box("b", z=1)], [interface]).interfaces) == 1

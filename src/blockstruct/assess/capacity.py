@@ -18,8 +18,9 @@ Array = NDArray[np.float64]
 
 #: Distance between the hinge of the forces and the axis of the velocities, in multiples of the extent of the body.
 _APART = 2e-3
-#: Lift of ties that are lost, relative to what presses the joints, beyond which these crush further without them.
-_LIFTED = 1e-2
+#: Way that the hinge goes back by where ties that lift are lost, relative to its distance from the control point along
+#: the joint, up to which d0 is that with them.
+_LIFTED = 1e-3
 #: Share of the friction of a joint that is rounding, and force, relative to the largest, of joints that count for it.
 _SLIDES, _PRESSED = 1e-3, 1e-3
 #: Points of the curve between two breaks of ties.
@@ -128,10 +129,12 @@ def curve_of_rotation(
         raise ModelError(msg)
     lost = [tie for tie in turning.ties if all(tie is not held for held in parts[-1][0].ties)]
     lift = sum(tie.force * float(tie.direction @ pressed.normal) for tie in lost)
-    if pressed.depth > 0 and lift > _LIFTED * pressed.force:
+    back = pressed.setback(turning.axis, near) * lift / pressed.force
+    if back > _LIFTED * abs(float((control - hinge) @ np.cross(turning.axis, pressed.normal))):
         msg = (
             f"ties that lift the body break before α vanishes, or are not counted ({', '.join(t.name for t in lost)}), "
-            "and without them its joints crush further than at collapse: check the model without these ties"
+            f"and without them its joints crush further than at collapse, by which the hinge goes back by "
+            f"{shown(back, 'm')}: check the model without these ties"
         )
         raise ModelError(msg)
     d0 = displacement(theta0)
@@ -156,9 +159,11 @@ def curve_of_rotation(
     most = (1 + _SLIDES) * max(pressed.friction, float(np.linalg.norm(at_rest + pressing * pressed.normal)) / pressing)
     slides = min(current.slides(most, pressed.normal, angles) for current, angles, _ in parts)
     if np.isfinite(slides):
+        cohesive = any(i.joint_material.cohesion for i in result.model.interfaces)
         msg = (
             f"at d = {shown(displacement(slides), 'm')}, before α vanishes at {shown(d0, 'm')}, ties and loads that "
-            f"stay while α falls ask for more friction at the hinge than there is, and it slides; {instead}"
+            "stay while α falls ask for more friction at the hinge than there is"
+            f"{' without cohesion' * cohesive}, and it slides; {instead}"
         )
         raise ModelError(msg)
     where = ", ".join(f"{value:.4g}" for value in np.round(hinge, 6) + 0.0)
@@ -302,12 +307,21 @@ class _Pressed:
             np.concatenate([i.polygon for i in joints]),
         )
 
+    def setback(self, axis: Array, near: float) -> float:
+        """Distance of the hinge from the corners furthest before it, m."""
+        return float(self._before(axis, near)[1].max(initial=0.0))
+
     def ends(self, axis: Array, near: float) -> tuple[float, float]:
         """Ends of the hinge along the axis of the rotation: of corners at it, or before it where it is set back, m."""
-        arm = self.corners - self.point
-        at_level = np.abs(arm @ self.normal) <= near + self.depth
-        at = (arm @ axis)[at_level & (arm @ np.cross(axis, self.normal) >= -near)]
+        along, before = self._before(axis, near)
+        at = along[before >= -near]
         return float(at.min(initial=np.inf)), float(at.max(initial=-np.inf))
+
+    def _before(self, axis: Array, near: float) -> tuple[Array, Array]:
+        """Of the corners at the level of the hinge, where they are along it and how far before it, m."""
+        arm = self.corners - self.point
+        arm = arm[np.abs(arm @ self.normal) <= near + self.depth]
+        return arm @ axis, arm @ np.cross(axis, self.normal)
 
 
 def _depth(corners: Array, point: Array, used: float) -> float:

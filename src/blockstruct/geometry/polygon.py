@@ -98,8 +98,9 @@ def _levelled(weights: Array, points: Array) -> Array:
     slope = np.zeros(2)
 
     def trial(slope: Array) -> tuple[float, Array]:
-        grown = weights * np.exp(points @ slope)
-        return float(np.log(grown.sum())), grown / grown.sum()
+        exponent = points @ slope
+        grown = weights * np.exp(exponent - exponent.max())
+        return float(np.log(grown.sum()) + exponent.max()), grown / grown.sum()
 
     least, levelled = trial(slope)
     for _ in range(_LEVELLING):

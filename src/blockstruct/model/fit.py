@@ -22,8 +22,8 @@ OVERLAP, JOINED_OVERLAP = 1e-5, 1e-2
 #: Distance of an interface from the faces it lies on, relative to the smaller block: half of a wide, rough joint.
 OFF_FACE = 5e-2
 #: Share of the area of an interface that may lie beside the faces of its blocks, and distance of a corner beside them,
-#: relative to the root of that area: rounded corners.
-OFF_OUTLINE, OFF_CORNER = 1e-2, 5e-2
+#: relative to its area over half of its perimeter, the width of a long one: rounded coordinates.
+OFF_OUTLINE, OFF_CORNER = 1e-2, 2.5e-2
 #: Share of an interface that another of the same blocks may cover, and cosine of the angle between such two.
 COVERED, PARALLEL = 1e-3, 0.99
 #: Agreement of an interface with the area that its detection measured.
@@ -85,10 +85,9 @@ def check_interfaces(
 ) -> None:
     """Every polygon lies on faces of its minus block that look along its normal, and on faces of its plus block.
 
-    So does each of its corners, for they are the contact points. The faces under a polygon that is not plane may be
-    several, each looking another way. Where a detection measured an
-    interface, its tolerance of the gap counts along the outline, too: pieces of a rough joint are made whole over
-    slits as wide.
+    Each of its corners lies on or next to both, for they are the contact points. The faces under a polygon that is not
+    plane may be several, each looking another way. Where a detection measured an interface, its tolerance of the gap
+    counts along the outline, too: pieces of a rough joint are made whole over slits as wide.
 
     Raises
     ------
@@ -104,12 +103,13 @@ def check_interfaces(
     extent = np.array([np.ptp(s.vertices, axis=0).max() for s in shapes])
     limits = OFF_FACE * extent[ends].min(axis=1) + 2 * np.array([i.deviation for i in interfaces])
     slack = np.zeros(len(interfaces))
+    around = np.array([perimeter(i.polygon) for i in interfaces])
     if detection is not None:
         gap = detection.tolerances.gap
         # Pieces of a rough joint lie within the gap of their plane, and their faces within half of it of them: along
         # the normals of these.
         limits = np.maximum(limits, np.where(measured, 2 * gap / np.cos(detection.tolerances.angle), gap))
-        slack[measured] = gap * np.array([perimeter(i.polygon) for i in interfaces])[measured]
+        slack[measured] = gap * around[measured]
     normals, areas = np.array([i.normal for i in interfaces]), np.array([i.area for i in interfaces])
     # On the minus blocks, then on the plus blocks.
     polygons, along = [i.polygon for i in interfaces] * 2, np.concatenate([normals, -normals])
@@ -128,7 +128,7 @@ def check_interfaces(
         )
         raise GeometryError(msg)
     # A corner bears whatever the area about it.
-    reach = np.where(measured, np.inf, OFF_CORNER * np.sqrt(areas))
+    reach = np.where(measured, np.inf, OFF_CORNER * 2 * areas / around)
     beside = np.argwhere(corners > reach)
     if len(beside):
         end, k = beside[0]
