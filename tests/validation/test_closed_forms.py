@@ -208,9 +208,9 @@ def test_unstable_under_dead_load_names_its_share():
     assert result.mechanism.translation.sel(block="block", axis="z") < 0
 
 
-def leaning(standing):
+def leaning(standing, **strength):
     """A plate whose centroid is beside the block that it lies on, and piers of other heights that stand beside them."""
-    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65)
+    stone, joint = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("joint", 0.65, **strength)
     ground = bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([20, 3, 1], "m"), stone, fixed=True)
     foot = bs.Block.box("foot", Q_([0, 0, 0], "m"), Q_([0.4, 1, 1], "m"), stone)
     plate = bs.Block.box("plate", Q_([0.3, 0, 1], "m"), Q_([2, 1, 0.2], "m"), stone)
@@ -231,6 +231,20 @@ def test_what_stands_is_at_rest_where_something_else_falls(standing, flow):
     motion = result.mechanism.translation.sel(block="plate")
     assert motion.sel(axis="x") / motion.sel(axis="z") == pytest.approx(-0.1 / 0.9, rel=1e-4)
     assert f"1 of {2 + standing} free blocks moves" in result.describe()
+    assert result.certificate.holds
+
+
+@pytest.mark.parametrize("strength", [{"compressive_strength": "300 kPa"}, {"torsion": "uniform pressure"}])
+@pytest.mark.parametrize("force", [None, "0.1 kN"])
+def test_what_crushes_or_yields_once_it_falls_is_no_part_of_the_proof(strength, force):
+    """Under no load no joint crushes and no tie yields."""
+    model = leaning(1, **strength)
+    if force is not None:
+        ends = ("foot", Q_([0.4, 0.5, 0.5], "m")), ("pier 0", Q_([3, 0.25, 0.05], "m"))
+        model = model.with_ties([bs.Tie("tie", *ends, yield_force=force)])
+    result = solve(model, push(1, 0, 0))
+    assert result.message.startswith("the joints carry 0 of the dead load at most")
+    assert result.active_joints.state.to_dict() == {"foot|plate": "hinge"}
     assert result.certificate.holds
 
 

@@ -71,7 +71,7 @@ def _as_it_falls(own: LimitProblem, step: Iteration, settings: ProcedureSettings
     Where the joints carry no share of the dead load, as dry ones that do not carry all of it, any mechanism proves it
     in which what falls does more work than what it lifts, and a solver gives one in which all blocks move.
     """
-    program = _LeastConstraint(own, settings)
+    program = _LeastConstraint(_without_limits(own), settings)
     _, _, u = program.unpack(solver.solve(program, program.at_rest(), settings.solver_tolerance))
     x, T, work = np.zeros_like(step.x), own.ties.prestress(0.0), float(own.w_L @ u)
     u = u / work if work > 0 else step.u
@@ -80,6 +80,22 @@ def _as_it_falls(own: LimitProblem, step: Iteration, settings: ProcedureSettings
         return step
     v, elongation = (own.A.T @ u).reshape(-1, 3), own.ties.elongation(u)
     return replace(step, load_factor=0.0, x=x, u=u, v=v, tie_force=T, elongation=elongation, certificate=certificate)
+
+
+def _without_limits(own: LimitProblem) -> LimitProblem:
+    """The same under its whole dead load, with joints that do not crush and ties that do not yield.
+
+    Without a load nothing does, and a mechanism in which it did would be none of no load.
+    """
+    ties = own.ties.at(1.0)
+    return replace(
+        own,
+        w_D=own.w_L,
+        compression=np.full(own.n_points, np.inf),
+        rectangles=own.rectangles[:0],
+        capacity=np.empty(0),
+        ties=replace(ties, capacity=np.full(len(ties), np.inf), bond_rows=ties.bond_rows[:0], bond=np.empty(0)),
+    )
 
 
 class _LeastConstraint(ConicProgram):
@@ -91,8 +107,7 @@ class _LeastConstraint(ConicProgram):
     """
 
     def __init__(self, problem: LimitProblem, settings: ProcedureSettings) -> None:
-        loaded = replace(problem, w_D=problem.w_L, ties=problem.ties.at(1.0))
-        super().__init__(loaded, replace(settings, crushing="conic"))
+        super().__init__(problem, settings)
         n, (rows, columns) = self.zero_rows, self.G.shape
         i = np.arange(n)
         r, q, cone = columns + i, columns + n + i, rows + 3 * i
