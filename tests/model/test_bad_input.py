@@ -340,7 +340,7 @@ def test_a_joint_in_mid_air_beside_large_blocks():
     tile = bs.Block.box("tile", Q_([0, 0, 0.7], "m"), Q_([0.2, 0.2, 0.05], "m"), STONE)
     between = bs.Interface("air", "ground", "tile", Q_(SQUARE * [0.2, 0.2, 0.35], "m"), JOINT)
     found = bs.detect_interfaces([ground, cube, tile], JOINT, explicit=[between])
-    with refused(bs.errors.GeometryError, "'air'", "'ground'", "0 of its 0.04 m^2", "within 0.01 m"):
+    with refused(bs.errors.GeometryError, "'air'", "'ground'", "0 of its 0.04 m^2", "up to 0.01 m before it"):
         bs.Model("m", [ground, cube, tile], found.interfaces)
 
 

@@ -143,6 +143,24 @@ def test_a_measured_interface_moved_off_its_blocks_is_refused():
         bs.Model("wall", blocks, replace(found, interfaces=(beside,)))
 
 
+@pytest.mark.parametrize(
+    ("gap", "height", "refused"), [(0.02, 0.01, ()), (0, 0.012, ("a", 0.003)), (0, -0.05, ("ground", 0.003))]
+)
+def test_an_interface_within_a_block_is_refused_and_one_within_a_wide_joint_is_not(gap, height, refused):
+    """By 0.012 m within a cube of 0.3 m, it would tip at `0.15 / (0.15 - 0.012) = 1.087` instead of 1."""
+    blocks = [GROUND, box("a", [0, 0, gap])]
+    corners = np.array([[0, 0, height], [0.3, 0, height], [0.3, 0.3, height], [0, 0.3, height]])
+    bed = bs.Interface("bed", "ground", "a", Q_(corners, "m"), DRY)
+    if not refused:
+        assert bs.Model("block", blocks, [bed]).interfaces == (bed,)
+        return
+    name, limit = refused
+    with pytest.raises(
+        bs.errors.GeometryError, match=rf"'bed' does not lie on a face of block '{name}'.*{limit} m behind"
+    ):
+        bs.Model("block", blocks, [bed])
+
+
 def crossing_piers():
     """Four piers on the ground whose corners nearly meet: two by a hair."""
     hair = 2e-4

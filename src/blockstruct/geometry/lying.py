@@ -17,14 +17,14 @@ Index = NDArray[np.int64]
 
 
 def areas_on_bodies(
-    polygons: Sequence[Array], normals: Array, limits: Array, bodies: Sequence[Polyhedron], of: Index
+    polygons: Sequence[Array], normals: Array, limits: Array, inside: Array, bodies: Sequence[Polyhedron], of: Index
 ) -> tuple[Array, Array]:
     """Areas (m,) of polygons that lie on faces of a body, each its own, and distances (m,) of corners beside them.
 
     The distance is that of the corner furthest from what lies on the body: a spike has as good as no area.
 
-    They are measured in the plane of the polygon, over faces that look along its normal; what is further than the limit
-    from the plane of the face does not count.
+    They are measured in the plane of the polygon, over faces that look along its normal; what is further than the
+    limits from the plane of the face does not count.
 
     Parameters
     ----------
@@ -32,8 +32,8 @@ def areas_on_bodies(
         Corners (k, 3) of each.
     normals : (m, 3) array
         Unit normals.
-    limits : (m,) array
-        Largest distances.
+    limits, inside : (m,) arrays
+        Largest distances, outside of the body and within it.
     bodies
         Polyhedra.
     of : (m,) array
@@ -48,13 +48,13 @@ def areas_on_bodies(
     for part in np.array_split(np.arange(len(polygons)), count.sum() // CHUNK + 1):
         row, face, _ = expanded(begin[of[part]], count[part])
         k = part[row]
-        reach = limits[k, None]
+        reach = np.maximum(limits, inside)[k, None]
         near = np.all((faces.low[face] <= high[k] + reach) & (faces.high[face] >= low[k] - reach), axis=1)
         near[near] = np.einsum("ij,ij->i", faces.normal[face[near]], normals[k[near]]) > np.cos(LIES_ON)
         k, face = k[near], face[near]
         if len(k):
             own = [polygons[i] for i in k.tolist()]
-            shared, corners = _shared(own, normals[k], limits[k], faces, face)
+            shared, corners = _shared(own, normals[k], limits[k], inside[k], faces, face)
             np.add.at(areas, k, shapely.area(shared))
             pair, corner, _ = expanded(starts[k], np.diff(starts)[k])
             # Of nothing the distance is none.
@@ -63,9 +63,9 @@ def areas_on_bodies(
 
 
 def _shared(
-    polygons: Sequence[Array], normals: Array, limits: Array, faces: Faces, face: Index
+    polygons: Sequence[Array], normals: Array, limits: Array, inside: Array, faces: Faces, face: Index
 ) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
-    """What polygons (m,) share with a face each, within a limit of its plane; and their corners, in the same plane."""
+    """What polygons (m,) share with a face each, within limits of its plane; and their corners, in the same plane."""
     middles = np.array([p.mean(axis=0) for p in polygons])
     axes = np.stack(plane_axes(normals), axis=1)
     of = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
@@ -78,14 +78,15 @@ def _shared(
     slope = -np.einsum("kaj,kj->ka", axes, faces.normal[face]) / facing[:, None]
     ends, pair = shapely.get_coordinates(shared, return_index=True)
     heights = level[pair] + np.einsum("ka,ka->k", ends, slope[pair])
-    far = np.unique(pair[np.abs(heights) > limits[pair]])
+    far = np.unique(pair[(heights < -limits[pair]) | (heights > inside[pair])])
     if len(far):
-        shared[far] = shapely.intersection(shared[far], _strips(level[far], slope[far], limits[far], extent[far]))
+        strips = _strips(level[far], slope[far], -limits[far], inside[far], extent[far])
+        shared[far] = shapely.intersection(shared[far], strips)
     return shared, np.asarray(shapely.points(np.einsum("kaj,kj->ka", axes[of], np.concatenate(polygons) - middles[of])))
 
 
-def _strips(level: Array, slope: Array, limits: Array, extent: Array) -> NDArray[np.object_]:
-    """Where linear functions (m,) of two coordinates are no further than limits from zero, over some extent."""
+def _strips(level: Array, slope: Array, lowest: Array, highest: Array, extent: Array) -> NDArray[np.object_]:
+    """Where linear functions (m,) of two coordinates are between two values, over some extent."""
     steep = np.linalg.norm(slope, axis=1)[:, None]
     along = np.divide(slope, steep, out=np.tile([1.0, 0.0], (len(slope), 1)), where=steep > 0)
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
@@ -93,7 +94,7 @@ def _strips(level: Array, slope: Array, limits: Array, extent: Array) -> NDArray
     # From the origin along the slope; without any slope all of it lies too far.
     low, high = (
         np.clip(np.divide(end, steep, out=np.full_like(steep, np.inf), where=steep > 0), -far, far)
-        for end in ((-limits - level)[:, None], (limits - level)[:, None])
+        for end in ((lowest - level)[:, None], (highest - level)[:, None])
     )
     corners = [low * along - far * across, high * along - far * across]
     corners += [high * along + far * across, low * along + far * across]

@@ -19,8 +19,9 @@ Array = NDArray[np.float64]
 
 #: Penetration, relative to the mean block size, that is rounding, and that blocks joined by an interface may have.
 OVERLAP, JOINED_OVERLAP = 1e-5, 1e-2
-#: Distance of an interface from the faces it lies on, relative to the smaller block: half of a wide, rough joint.
-OFF_FACE = 5e-2
+#: Distance of an interface from the faces it lies on, relative to the smaller block: before them, half of a wide joint;
+#: behind them, what blocks that are joined may share. Deeper, the lever of what it carries is not that of the joint.
+OFF_FACE, BEHIND_FACE = 5e-2, JOINED_OVERLAP
 #: Share of the area of an interface that may lie beside the faces of its blocks, and distance of a corner beside them,
 #: relative to its area over half of its perimeter, the width of a long one: rounded coordinates.
 OFF_OUTLINE, OFF_CORNER = 1e-2, 2.5e-2
@@ -101,20 +102,21 @@ def check_interfaces(
     ends = np.array([(known[i.minus], known[i.plus]) for i in interfaces])
     measured = _measured(interfaces, detection)
     extent = np.array([np.ptp(s.vertices, axis=0).max() for s in shapes])
-    limits = OFF_FACE * extent[ends].min(axis=1) + 2 * np.array([i.deviation for i in interfaces])
+    off = np.outer([OFF_FACE, BEHIND_FACE], extent[ends].min(axis=1)) + 2 * np.array([i.deviation for i in interfaces])
     slack = np.zeros(len(interfaces))
     around = np.array([perimeter(i.polygon) for i in interfaces])
     if detection is not None:
         gap = detection.tolerances.gap
         # Pieces of a rough joint lie within the gap of their plane, and their faces within half of it of them: along
         # the normals of these.
-        limits = np.maximum(limits, np.where(measured, 2 * gap / np.cos(detection.tolerances.angle), gap))
+        off = np.maximum(off, np.where(measured, 2 * gap / np.cos(detection.tolerances.angle), gap))
         slack[measured] = gap * around[measured]
     normals, areas = np.array([i.normal for i in interfaces]), np.array([i.area for i in interfaces])
     # On the minus blocks, then on the plus blocks.
     polygons, along = [i.polygon for i in interfaces] * 2, np.concatenate([normals, -normals])
+    before, behind = np.tile(off, 2)
     on_faces, corners = (
-        found.reshape(2, -1) for found in areas_on_bodies(polygons, along, np.tile(limits, 2), shapes, ends.T.ravel())
+        found.reshape(2, -1) for found in areas_on_bodies(polygons, along, before, behind, shapes, ends.T.ravel())
     )
     beside = np.argwhere(on_faces < (1 - OFF_OUTLINE) * areas - slack)
     if len(beside):
@@ -122,7 +124,8 @@ def check_interfaces(
         msg = (
             f"{who}: interface {interfaces[k].name!r} does not lie on a face of block "
             f"{blocks[ends[k, end]].name!r} that looks {('along', 'against')[end]} its normal: "
-            f"{on_faces[end, k]:.3g} of its {areas[k]:.3g} m^2 do, within {limits[k]:.3g} m; give a polygon on "
+            f"{on_faces[end, k]:.3g} of its {areas[k]:.3g} m^2 do, up to {off[0, k]:.3g} m before it and "
+            f"{off[1, k]:.3g} m behind it; give a polygon on "
             "both blocks, counter-clockwise seen from the plus block, or all of what was detected (interfaces=found) "
             "if its tolerance was larger"
         )
