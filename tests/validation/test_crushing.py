@@ -276,7 +276,13 @@ def test_dissipation_of_mortar_is_that_of_its_stresses(biaxial):
 
 
 @pytest.mark.parametrize(
-    ("seed", "torsion"), [(0, "uniform pressure"), (3, "corners"), (11, "corners"), (27, "uniform pressure")]
+    ("seed", "torsion"),
+    [
+        (0, "uniform pressure"),
+        (3, "corners"),
+        pytest.param(11, "corners", marks=pytest.mark.slow),
+        pytest.param(27, "uniform pressure", marks=pytest.mark.slow),
+    ],
 )
 @pytest.mark.parametrize("flow", list(bs.Flow))
 @pytest.mark.parametrize("settings", EXACT, ids=str)

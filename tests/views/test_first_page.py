@@ -299,9 +299,8 @@ def first_pages(analysis, path, checks=()):
     return [page.extract_text() for page in pypdf.PdfReader(write_report(analysis, path, checks=checks)).pages[:2]]
 
 
-@pytest.mark.parametrize(
-    "others", [pytest.param(0, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow), 7]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("others", [0, 2, 7])
 def test_all_that_is_told_leaves_the_summary_on_one_page(rounded, others, tmp_path, monkeypatch):
     monkeypatch.setattr("blockstruct.views.report.contents.drawings", lambda result: [])
     given = rounded["push"]

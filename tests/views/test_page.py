@@ -403,6 +403,7 @@ def test_far_from_the_origin_the_axes_say_from_where(browser, surveyed, tmp_path
         assert "centroid\t4500000.323, -299.5, 0.4 m" in page.inner_text("#picked")
 
 
+@pytest.mark.slow
 def test_a_case_without_iterations_is_named_with_the_reason(browser, small_model, tmp_path):
     def stop_in_two(event):
         if isinstance(event, CaseStarted) and event.case.name == "two":
@@ -415,6 +416,7 @@ def test_a_case_without_iterations_is_named_with_the_reason(browser, small_model
         assert page.inner_text("#case option:disabled") == "two: interrupted, interrupted by the user"
 
 
+@pytest.mark.slow
 def test_an_unbounded_case_has_no_translation(browser, surveyed, tmp_path):
     with opened(browser, write_page(surveyed, tmp_path / "page.html")) as page:
         choose(page, "find", "block")
@@ -427,6 +429,7 @@ def test_an_unbounded_case_has_no_translation(browser, surveyed, tmp_path):
         np.testing.assert_array_equal(coordinates(page, 1), still)
 
 
+@pytest.mark.slow
 def test_the_axes_of_convergence_have_numbers(browser, surveyed, tmp_path):
     with opened(browser, write_page(surveyed, tmp_path / "page.html")) as page:
         ticks = "Array.from(document.querySelectorAll('#convergence .{}tick text'), t => t.textContent)"
@@ -453,6 +456,7 @@ def choose(page, name, value):
     settle(page)
 
 
+@pytest.mark.slow
 def test_a_large_page_follows_the_slider_with_its_blocks_alone(browser, tuff, dry, tmp_path):
     rows = [[1] * 21, [0.5] + [1] * 20 + [0.5]] * 10
     blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
@@ -476,6 +480,7 @@ def test_a_large_page_follows_the_slider_with_its_blocks_alone(browser, tuff, dr
         assert np.abs(coordinates(page, 1) - still).max() > 0.01
 
 
+@pytest.mark.slow
 def test_long_names_stay_within_the_panel(browser, tmp_path):
     """Names without a blank to break them at, as of patterns, blocks, joints and ties."""
 

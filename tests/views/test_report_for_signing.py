@@ -187,6 +187,7 @@ def test_the_report_is_a_pdf_of_numbered_pages(block, tmp_path):
     assert "Appendix: settings and versions" in found[-1]
 
 
+@pytest.mark.slow
 def test_a_page_with_two_checks_and_notes_keeps_a_picture_that_can_be_read(block, tmp_path):
     analysis = bs.AnalysisManager(block.model).run([case("push +x"), case("push +y", (0, 1, 0))])
     checks = [bs.assess.local_mechanism(result, 1.35, SITE) for result in analysis.values()]
@@ -280,6 +281,7 @@ def test_a_reaction_is_no_load_factor(block):
     assert "load factor" not in head[: head.index("Assumptions")]
 
 
+@pytest.mark.slow
 def test_many_cases_leave_the_summary_on_one_page(tmp_path, monkeypatch):
     monkeypatch.setattr("blockstruct.views.report.contents.drawings", lambda result: [])
     blocks, joint = single_block(0.4, 4.0)

@@ -105,6 +105,7 @@ def test_page_has_the_ties_of_every_step(analysis, result, last):
     assert longer == result.capacity["tie_elongation"][-1, 0].item() > 0.06
 
 
+@pytest.mark.slow
 def test_page_shows_them(browser, analysis, last, tmp_path):
     def cells(page):
         return [row.all_text_contents() for row in (r.locator("td") for r in page.locator("#ties tr").all())]
