@@ -161,6 +161,18 @@ def test_an_interface_within_a_block_is_refused_and_one_within_a_wide_joint_is_n
         bs.Model("block", blocks, [bed])
 
 
+@pytest.mark.parametrize("times", [2, 3])
+@pytest.mark.parametrize("corner", [0, 2])
+def test_a_corner_given_again_counts_once(corner, times):
+    """The share of one between two in the same place had no area, and closed rectangles were none to crushing."""
+    corners = [[0, 0, 0], [0.3, 0, 0], [0.3, 0.3, 0], [0, 0.3, 0]]
+    given = corners[corner:] + corners[: corner + 1] + [corners[corner]] * (times - 2)
+    bed = bs.Interface("bed", "ground", "a", Q_(given, "m"), DRY)
+    assert sorted(bed.polygon.tolist()) == sorted(corners)
+    with pytest.raises(bs.errors.GeometryError, match="no area"):
+        bs.Interface("bed", "ground", "a", Q_([corners[0]] * 3, "m"), DRY)
+
+
 def crossing_piers():
     """Four piers on the ground whose corners nearly meet: two by a hair."""
     hair = 2e-4

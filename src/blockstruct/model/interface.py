@@ -18,6 +18,8 @@ from blockstruct.vocabulary import JointOrientation
 Array = NDArray[np.float64]
 
 
+#: Distance of a corner from the next, relative to the size of an interface, that is rounding of one.
+SAME_CORNER = 1e-9
 #: Deviation of a corner from the plane of an interface, relative to its size: what is rounding, and what no plane fits.
 PLANARITY, LARGEST_DEVIATION = 1e-5, 0.2
 
@@ -34,10 +36,11 @@ class Interface:
     minus, plus
         Names of the two blocks. The normal points from the minus block to the plus block.
     polygon : quantity, length, shape (k, 3)
-        Corners, counter-clockwise seen from the plus block, about the normal: they are the contact points. They need
-        not lie in one plane: the contact then has the area, the normal and the axes of the plane fitted to them
-        (through their centroid, along the area vector of the polygon), while each force acts at its own corner, or
-        where a joint crushes in cells at that of a cell in the plane.
+        Corners, counter-clockwise seen from the plus block, about the normal: they are the contact points. One that is
+        given again, as where an outline is closed, counts once. They need not lie in one plane: the contact then has
+        the area, the normal and the axes of the plane fitted to them (through their centroid, along the area vector of
+        the polygon), while each force acts at its own corner, or where a joint crushes in cells at that of a cell in
+        the plane.
     joint_material
         Strength of the joint.
 
@@ -92,6 +95,7 @@ class Interface:
         if area <= 1e-12 * size**2:
             msg = f"{who}: the polygon has no area; remove the interface or correct its corners"
             raise GeometryError(msg)
+        polygon = polygon[np.linalg.norm(polygon - np.roll(polygon, 1, axis=0), axis=1) > SAME_CORNER * size]
         deviation = float(np.abs((polygon - centroid) @ normal).max())
         if deviation > LARGEST_DEVIATION * size:
             msg = (
