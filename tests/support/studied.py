@@ -29,6 +29,17 @@ def pulled(friction_coefficient):
     return tied, [case, bs.SettlementCase("spreads", SELF_WEIGHT, ["pier"], "-x")]
 
 
+def wall(friction_coefficient):
+    """Six units pushed without dilatancy and pressed down without end, and their base that sinks."""
+    stone = bs.Material("stone", "20 kN/m^3")
+    rows = [[1, 1], [0.5, 1, 0.5], [1, 1]]
+    blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=stone)
+    model = model_of(blocks, bs.JointMaterial("joint", friction_coefficient))
+    down = bs.LoadPattern("press", [bs.BodyForce((0, 0, -1))])
+    cases = [bs.LimitCase(load.name, SELF_WEIGHT, load) for load in (push(1, 0, 0), down)]
+    return model, [*cases, bs.SettlementCase("sinks", SELF_WEIGHT, ["base"], "-z")]
+
+
 def failing(friction_coefficient, height="1 m"):
     """A block whose model cannot be built at one value."""
     if friction_coefficient == 0.4:

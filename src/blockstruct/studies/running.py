@@ -28,7 +28,7 @@ from blockstruct.studies.progress import Listener, StudyProgress, print_progress
 from blockstruct.studies.table import check_parameter_names, dataset_of
 from blockstruct.studies.task import Job
 from blockstruct.units import parse
-from blockstruct.vocabulary import Flow, counted
+from blockstruct.vocabulary import Flow, Status, counted
 
 
 @checked_keywords
@@ -82,7 +82,9 @@ def study(
         Most memory of each worker process, as ``"2 GB"``. A run that needs more fails, and no other one. Workers of a
         cluster have a limit of their own (``dask worker --memory-limit``).
     settings, spread
-        Of the procedure, and of the schedules of each case, as :class:`blockstruct.AnalysisManager` takes them.
+        Of the procedure, and of the schedules of each case, as :class:`blockstruct.AnalysisManager` takes them. Of a
+        spread, ``"push [relied on]"`` is a case of its own: of each run the schedule whose load factor is the one to
+        rely on.
     rerun
         Replace runs that are found but are of another ``build``, other settings or other values, instead of refusing
         them.
@@ -193,7 +195,9 @@ def _warn(rows: Sequence[Rows], problems: Mapping[str, str]) -> None:
         row
         for of_run in rows
         for row in of_run
-        if row["flow"] == Flow.NONASSOCIATIVE and np.isposinf(row.get("associative_load_factor", np.nan))
+        if row["flow"] == Flow.NONASSOCIATIVE
+        and row["status"] != Status.UNBOUNDED
+        and np.isposinf(row.get("associative_load_factor", np.nan))
     ]
     if jammed:
         msg = (
