@@ -68,6 +68,15 @@ class Status(StrEnum):
         """As a sentence says it: a name with underscores is for files and programs."""
         return in_words(self.value)
 
+    @property
+    def predicate(self) -> str:
+        """What a sentence says of a case: all but one are adjectives.
+
+        >>> Status.UNBOUNDED.predicate, Status.SELF_STRESS.predicate
+        ('is unbounded', 'depends on self stress')
+        """
+        return self.words if self is Status.SELF_STRESS else f"is {self.words}"
+
 
 class Stage(StrEnum):
     """Which program, or step, of the procedure an iteration solved."""

@@ -16,6 +16,7 @@ from blockstruct.procedures.loading_path import loading_path
 from blockstruct.procedures.step import solve_step
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
+from blockstruct.views.report import report_html
 from structures import model_of, push, single_block, solve
 
 STONE = bs.Material("stone", "20 kN/m^3")
@@ -94,6 +95,31 @@ def test_headline_and_spread_say_that_the_dead_load_depends_on_self_stress():
     assert spread.headline.status == "depends_on_self_stress"
     assert math.isnan(spread.load_factor)
     assert str(spread).startswith("none, depends on self stress")
+
+
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
+def test_a_spread_without_a_number_warns_of_none(blank_pictures):
+    """The shift is certified at 2.043: what it warns of was told of “this load factor”, beside none."""
+    case = bs.LimitCase("more", bs.LoadPattern("dead", [bs.SelfWeight()]), MORE_WEIGHT)
+    analysis = bs.AnalysisManager(lintel(1)).run([case], spread="shift")
+    spread = analysis.spread("more")
+    assert spread.runs["shift"].status == "converged"
+    assert spread.runs["shift"].warnings
+    assert math.isnan(spread.load_factor)
+    assert spread.warnings == spread.owed == ()
+    assert "warning" not in str(spread)
+    html = report_html(analysis)
+    assert "<td>holds</td>" in html
+    assert "“more” depends on self stress." in html
+    assert "This load factor" not in html[: html.index("Spread of more")]
+
+
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
+def test_the_table_of_a_spread_has_no_certificate_where_there_is_none(blank_pictures):
+    """Of forces that the joints carry without end it said that their certificate does not hold."""
+    case = bs.LimitCase("lift", bs.LoadPattern("dead", [bs.SelfWeight()]), push(1, 0, 0))
+    html = report_html(bs.AnalysisManager(lintel(1)).run([case], spread="shift"))
+    assert html.count("<td>unbounded</td><td>none</td>") == 3
 
 
 @pytest.mark.filterwarnings("ignore:case 'case'. Friction between supports:blockstruct.errors.LoadFactorWarning")

@@ -83,7 +83,8 @@ def test_no_check_makes_up_for_a_case_that_falls(block):
 def test_no_check_makes_up_for_a_case_without_an_end(stands, status):
     found = ended(stands, back=status)
     head = summary(found, [checked(found["good"])])
-    assert f"“back” is {status.replace('_', ' ')}, the worst of 2 cases. The verification is not satisfied." in head
+    said = {"depends_on_self_stress": "depends on self stress"}.get(status, f"is {status.replace('_', ' ')}")
+    assert f"“back” {said}, the worst of 2 cases. The verification is not satisfied." in head
     assert "The check of another case says nothing of it." in head
     worst = ended(stands, good="interrupted", back="not_converged")
     assert "“back” is not converged" in summary(worst)

@@ -92,8 +92,16 @@ class Spread:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of the runs, each once."""
-        return tuple(dict.fromkeys(text for result in self.runs.values() for text in result.warnings))
+        """Warnings of the runs that the headline stands for, each once: those of a load factor hold where it is one."""
+        status = self.headline.status
+        ended = (result for result in self.runs.values() if result.status is status)
+        return tuple(dict.fromkeys(text for result in ended for text in result.warnings))
+
+    @property
+    def owed(self) -> tuple[str, ...]:
+        """What the number owes to torsion and to crushing, of the run that it is of; empty where there is none."""
+        counts = self.headline.status is Status.CONVERGED
+        return self.lowest.owed if counts and self.lowest is not None else ()
 
     def __repr__(self) -> str:
         return f"<Spread of {counted(len(self.runs), 'schedule')}: {self.headline}>"

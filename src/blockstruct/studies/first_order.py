@@ -74,7 +74,7 @@ def first_order(result: CaseResult, standard_deviation: float | Mapping[str, flo
         raise ModelError(msg)
     if result.case.flow is not Flow.ASSOCIATIVE or result.status is not Status.CONVERGED:
         msg = (
-            f"first_order: case {result.name!r} has {result.case.flow} flow and is {result.status.words}; run it with "
+            f"first_order: case {result.name!r} has {result.case.flow} flow and {result.status.predicate}; run it with "
             "flow='associative': its load factor is an upper bound of the other, and has derivatives"
         )
         raise ModelError(msg)

@@ -87,8 +87,7 @@ def load_factor_words(result: bs.CaseResult) -> str:
 
 def warning_words(found: bs.CaseResult | bs.Spread) -> str:
     """What must stand beside the load factor, as one paragraph; empty as a rule."""
-    result = found if isinstance(found, bs.CaseResult) else found.lowest
-    return " ".join([*found.warnings, *(result.owed if result else ())])
+    return " ".join([*found.warnings, *found.owed])
 
 
 def spread_words(spread: bs.Spread) -> str:

@@ -269,7 +269,7 @@ def _spread(name: str, spread: bs.Spread) -> dict[str, Any]:
                     for what, value in asdict(r.settings).items()
                     if value != given[what]
                 ),
-                "holds": "holds" if r.certificate and r.certificate.holds else "does not hold",
+                "holds": "none" if r.certificate is None else "holds" if r.certificate.holds else "does not hold",
             }
             for schedule, r in spread.results.items()
         ],

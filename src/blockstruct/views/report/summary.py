@@ -98,7 +98,7 @@ def _sentence(
 ) -> str:
     if not np.isfinite(head.load_factor):
         other = "" if cases == 1 else f", the worst of {cases} cases"
-        said = f"There is no {head.answer.name} to rely on: “{name}” is {head.status.words}{other}."
+        said = f"There is no {head.answer.name} to rely on: “{name}” {head.status.predicate}{other}."
         if not checked:
             return said
         of_others = "The check of another case says" if checked == 1 else f"The {checked} checks of other cases say"
