@@ -720,10 +720,11 @@ def test_the_spread_of_a_pushover_is_checked_by_its_curve():
     check = bs.assess.local_mechanism(spread, 1.35, SITE)
     assert check.curve.lines[0].what == "curve of the pushover"
     assert check.notes == ()
-    steep = dataclasses.replace(spread.runs["steep"], load_factor=0.099)
-    below = bs.results.Spread.of({**spread.runs, "steep": steep}, None)
-    (note,) = bs.assess.local_mechanism(below, 1.35, SITE).notes
-    assert note.startswith("The pushover began at the load factor 0.1, and a lower one is relied on, 0.099: ")
+    for lower in (0.099, 0.099999):
+        steep = dataclasses.replace(spread.runs["steep"], load_factor=lower)
+        below = bs.results.Spread.of({**spread.runs, "steep": steep}, None)
+        (note,) = bs.assess.local_mechanism(below, 1.35, SITE).notes
+        assert note.startswith(f"The pushover began at the load factor 0.1, and a lower one is relied on, {lower:g}: ")
 
 
 @pytest.mark.parametrize(

@@ -48,6 +48,17 @@ def test_iterations_along_the_loading_path_are_steps_of_displacement():
         assert drawn.endswith(caption)
 
 
+def test_the_motion_of_a_run_without_an_end_is_no_result():
+    """That every block moves was told of an iteration as of a collapse."""
+    model = model_of(*single_block(0.5, 1.0))
+    words = "the last iteration, which is no result."
+    for programs, said in ((2, True), (120, False)):
+        result = solve(model, push(1, 0, 0), "nonassociative", max_programs=programs)
+        assert (result.status == "not_converged") is said
+        assert (words in result.describe()) is said
+        assert "1 of 1 free block moves" in result.describe()
+
+
 def test_a_low_block_slides_without_turning():
     model = model_of(*single_block(2.0, 1.0, mu=0.3))
     text = describe(model, solve(model, push(1, 0, 0), "nonassociative").history)

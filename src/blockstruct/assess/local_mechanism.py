@@ -13,7 +13,7 @@ from blockstruct.assess.coefficients import Coefficients, confidence
 from blockstruct.assess.floor_spectrum import FloorSpectrum, check_one_place
 from blockstruct.assess.freedom import is_unique, separate_mechanisms
 from blockstruct.assess.limit_states import METHODS, by_displacement, damage, linear
-from blockstruct.assess.lines import shown
+from blockstruct.assess.lines import shown, told_apart
 from blockstruct.assess.notes import (
     notes_of,
     notes_of_control,
@@ -138,9 +138,10 @@ def local_mechanism(
     notes = [*notes_of_parts(parts, known, ratios), *check.notes, *notes_of_runs(result)]
     first = next(iter(result.runs.values())) if isinstance(result, Spread) else found
     if first is not found and first.capacity is not None:
+        began, lower = told_apart(first.load_factor, found.load_factor)
         notes.append(
-            f"The pushover began at the load factor {shown(first.load_factor)}, and a lower one is relied on, "
-            f"{shown(found.load_factor)}: its capacity curve is not used."
+            f"The pushover began at the load factor {began}, and a lower one is relied on, {lower}: its capacity curve "
+            "is not used."
         )
     return replace(check, notes=tuple(notes))
 

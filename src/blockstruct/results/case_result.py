@@ -372,7 +372,7 @@ class CaseResult:
     def describe(self) -> str:
         """How the structure collapses, in sentences: number, bodies that move, failing joints, and ties."""
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
-        found = describe(self.model, self.history, self.case.dead) if moves else ""
+        found = describe(self.model, self.history, self.case.dead, self.status) if moves else ""
         return "\n".join(filter(None, (str(self), *self.owed, self.cells, self.masses, found)))
 
     def __repr__(self) -> str:

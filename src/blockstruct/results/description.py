@@ -11,7 +11,7 @@ from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import tie_sentences
-from blockstruct.vocabulary import AXES, ContactState, Stage, counted
+from blockstruct.vocabulary import AXES, ContactState, Stage, Status, counted
 
 Array = NDArray[np.float64]
 
@@ -23,9 +23,12 @@ STAYS = 1e-3
 NOISE = 1e-5
 #: Cosine above which a direction is that of an axis.
 ALONG = np.cos(np.radians(3.0))
+_NO_RESULT = "What follows is the motion of the last iteration, which is no result."
 
 
-def describe(model: Model, history: xr.Dataset, dead: LoadPattern | None = None) -> str:
+def describe(
+    model: Model, history: xr.Dataset, dead: LoadPattern | None = None, status: Status = Status.CONVERGED
+) -> str:
     """How a structure collapses, in sentences: bodies, axes of rotation, hinges, sliding and crushing joints, ties.
 
     Parameters
@@ -34,6 +37,8 @@ def describe(model: Model, history: xr.Dataset, dead: LoadPattern | None = None)
         The structure, and the history of a case with a mechanism.
     dead
         The dead load, whose weights count with those of the blocks that carry them; without it none.
+    status
+        How the case ended: of one without a certified state the sentences are of its last iteration alone.
     """
     bodies = macro_blocks(model, mechanism(history), dead=dead)
     moving = [body for body in bodies if body.moves]
@@ -44,7 +49,8 @@ def describe(model: Model, history: xr.Dataset, dead: LoadPattern | None = None)
     bodies_move = counted(len(moving), "body", "bodies")
     whole, of_it = ("the weight with what blocks carry", "that weight") if carried else ("the weight", "the weight")
     move = "moves" if count == 1 else "move"
-    lines = [f"{count} of {counted(blocks, 'free block')} {move}, {share:.0%} of {whole}, as {bodies_move}."]
+    lines = [_NO_RESULT] if status in (Status.NOT_CONVERGED, Status.INTERRUPTED) else []
+    lines += [f"{count} of {counted(blocks, 'free block')} {move}, {share:.0%} of {whole}, as {bodies_move}."]
     for number, body in enumerate(moving[:LISTED], 1):
         names = _listed(body.blocks, "block")
         part = body.total / weight if weight > 0 else 0.0
