@@ -70,7 +70,8 @@ def local_mechanism(
     ----------
     result
         A converged case whose variable load is a horizontal BodyForce. Of a spread it is the lowest certified answer
-        of the runs that settled, of all where none has. That of a pushover gives its capacity curve, too.
+        of the runs that settled, of all where none has, or none but the shift. That of a pushover gives its capacity
+        curve, too.
     confidence_factor, knowledge_level
         FC, or the level ``"LC1"`` to ``"LC3"`` that it follows from. Where the joints of the bodies that move have no
         compressive strength, it is that of LC1.

@@ -25,7 +25,8 @@ class Headline:
         Of the runs that the load factor stands for. ``depends_on_self_stress`` if any run ended so: it is a finding
         about the dead load.
     lowest, highest : float
-        Lowest and highest certified load factor of the runs that settled, or of all where none has; NaN without any.
+        Lowest and highest certified load factor of the runs that settled, or of all where none has, or only those of
+        the shift; NaN without any.
         The run as given counts as the lowest where no other is below it by more than a millionth.
     certified, schedules : int
         How many runs ended with a certified load factor, of how many.
@@ -35,7 +36,10 @@ class Headline:
     flow : Flow
     drifting : tuple of float
         Certified load factors that were still drifting when their runs were stopped, sorted. Another schedule would
-        have stopped at another one, so that they count only where no run has settled.
+        have stopped at another one, so that they count only where no run has settled, or those of the shift alone.
+    shift_alone : bool
+        Whether the runs that settled are all of the shifted objective, above runs that drift. It does not drift, and
+        often ends high: jammed blocks carry a multiple of what other procedures find. So all certified runs count.
     answer : Answer
         What the number is called and how it is written. The reaction of a settlement is minus its load factor times a
         force: the lowest load factor is the largest reaction.
@@ -49,18 +53,25 @@ class Headline:
     associative: float
     flow: Flow
     drifting: tuple[float, ...] = ()
+    shift_alone: bool = False
     answer: Answer = field(default=LOAD_FACTOR, repr=False)
 
     @classmethod
     def of(
-        cls, ends: Sequence[tuple[Status, float, bool]], flow: Flow, associative: float, answer: Answer = LOAD_FACTOR
+        cls,
+        ends: Sequence[tuple[Status, float, bool]],
+        flow: Flow,
+        associative: float,
+        answer: Answer = LOAD_FACTOR,
+        *,
+        shift_alone: bool = False,
     ) -> Self:
         """Headline of the runs of one case: status, load factor and whether it settled, the one as given first."""
         certified = [load_factor for status, load_factor, _ in ends if status is Status.CONVERGED]
         settled = [load_factor for status, load_factor, at_rest in ends if status is Status.CONVERGED and at_rest]
         drifting = [load_factor for status, load_factor, at_rest in ends if status is Status.CONVERGED and not at_rest]
         statuses = [status for status, *_ in ends]
-        counted = settled or certified
+        counted = certified if shift_alone else settled or certified
         lowest = min(counted, default=np.nan)
         # The run as given is the first: its number is among those that count, or it did not converge, or drifts.
         if ends[0][1] in counted and is_same(ends[0][1], lowest):
@@ -76,6 +87,7 @@ class Headline:
             associative=associative,
             flow=flow,
             drifting=tuple(sorted(drifting)),
+            shift_alone=shift_alone,
             answer=answer,
         )
 
@@ -111,6 +123,8 @@ class Headline:
         """Among which runs the number counts, and where those are that do not count; empty for a single run."""
         if self.schedules == 1 or not self.certified:
             return ""
+        if self.shift_alone:
+            return f"the {self.first} of {self.certified} certified runs, of which none but the shift had settled"
         settled, drifting = self.certified - len(self.drifting), len(self.drifting)
         counted = settled or drifting
         said = f"the {self.first} of {counted} certified runs" if counted > 1 else "that of the only certified run"
@@ -135,10 +149,11 @@ class Headline:
     def _range(self, digits: int) -> str:
         if self.schedules == 1:
             return f"{DRIFTING} when it was stopped" if self.drifting else ""
-        settled = self.certified - len(self.drifting)
+        settled = 0 if self.shift_alone else self.certified - len(self.drifting)
         said = f"{settled or self.certified} of {self.schedules} schedules certified"
         if self.drifting:
-            said += " and settled" if settled else f", {'all ' * (self.certified > 1)}{DRIFTING}"
+            which = "all but the shift " if self.shift_alone else "all " * (self.certified > 1)
+            said += " and settled" if settled else f", {which}{DRIFTING}"
         if (settled or self.certified) > 1 and self.status is Status.CONVERGED:
             on = "down" if self.answer.is_reaction else "up"
             said = f"{self.first} of {said}, {on} to {self.answer.text(self.highest, digits)}"

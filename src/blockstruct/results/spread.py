@@ -1,15 +1,17 @@
 """The answers of several schedules to one case."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Self
+
+import numpy as np
 
 from blockstruct.limit import SCHEDULES
 from blockstruct.notebook import html_table
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.headline import Headline, is_same, path_text
-from blockstruct.vocabulary import ALONG_PATH, Flow, Status, counted
+from blockstruct.vocabulary import ALONG_PATH, Flow, Stage, Status, counted
 
 #: Key of the run with the settings as they were given.
 AS_GIVEN = "as given"
@@ -28,15 +30,16 @@ class Spread:
 
     The answer of a non-associative structure is not unique and depends on the path: each of these is certified by
     itself, and none is wrong. The lowest of those that settled is the one to rely on. A load factor that was still
-    drifting when its run was stopped is not an answer of its schedule, and counts only where none has settled.
+    drifting when its run was stopped is not an answer of its schedule, and counts only where none has settled, or none
+    but the shift, which does not drift and often ends high.
 
     Attributes
     ----------
     runs : mapping of str to CaseResult
         Result of each schedule, ``"as given"`` for the settings of the analysis; each has its certificate and history.
     lowest, highest : CaseResult or None
-        Of the runs that converged and settled; of all that converged where none has settled. The run as given is the
-        lowest where no other is below it by more than a millionth.
+        Of the runs that converged and settled; of all that converged where none has settled but the shift. The run as
+        given is the lowest where no other is below it by more than a millionth.
     upper_bound : CaseResult or None
         Result with associative flow, above every non-associative answer (Radenković).
     """
@@ -50,7 +53,8 @@ class Spread:
     def of(cls, runs: Mapping[str, CaseResult], upper_bound: CaseResult | None) -> Self:
         """Spread of the runs of a case."""
         certified = sorted((r for r in runs.values() if r.status is Status.CONVERGED), key=lambda r: r.load_factor)
-        certified = [r for r in certified if r.settled] or certified
+        if not _shift_alone(certified):
+            certified = [r for r in certified if r.settled] or certified
         lowest, highest = (certified[0], certified[-1]) if certified else (None, None)
         given = next(iter(runs.values()))
         if lowest is not None and given in certified and is_same(given.load_factor, lowest.load_factor):
@@ -83,7 +87,7 @@ class Spread:
         runs = list(self.runs.values())
         bound = runs[0].associative_load_factor if self.upper_bound is None else self.upper_bound.load_factor
         ends = [(r.status, r.load_factor, r.settled) for r in runs]
-        return Headline.of(ends, runs[0].case.flow, bound, runs[0].answer)
+        return Headline.of(ends, runs[0].case.flow, bound, runs[0].answer, shift_alone=_shift_alone(runs))
 
     @property
     def load_factor(self) -> float:
@@ -118,6 +122,15 @@ class Spread:
         if self.path_dependence is not None:
             lines.append(f"  {path_text(self.path_dependence, next(iter(self.runs.values())).answer)}")
         return "\n".join([*lines, *(f"  warning: {text}" for text in self.warnings)])
+
+
+def _shift_alone(runs: Iterable[CaseResult]) -> bool:
+    """Whether the runs that settled are all of the shifted objective, and a certified one that drifts is below them."""
+    certified = [r for r in runs if r.status is Status.CONVERGED]
+    settled = [r for r in certified if r.settled]
+    lowest = min((r.load_factor for r in settled), default=-np.inf)
+    below = any(r.drifts and r.load_factor < lowest for r in certified)
+    return below and all((r.history["stage"] == Stage.SHIFTED.value).any() for r in settled)
 
 
 def spreads_of(results: Mapping[str, CaseResult]) -> dict[str, Spread]:

@@ -97,7 +97,10 @@ class Directions:
                 "bound": ("direction", [analysis[name].associative_load_factor for name in names], _NONE),
                 "status": ("direction", np.array([h.status.value for h in heads], dtype=object)),
                 # Of a spread a number that drifts is shown only where no run has settled.
-                "settled": ("direction", [not h.drifting or h.certified > len(h.drifting) for h in heads]),
+                "settled": (
+                    "direction",
+                    [not h.drifting or (h.certified > len(h.drifting) and not h.shift_alone) for h in heads],
+                ),
                 "case": ("direction", np.array(names, dtype=object)),
             },
             coords={"direction": ("direction", angles, {"units": "degree", "long_name": "from +x towards +y"})},
