@@ -8,8 +8,6 @@ from scipy import stats
 import blockstruct as bs
 import studied
 from blockstruct import Q_
-from blockstruct.studies.design import design_of
-from blockstruct.studies.table import dataset_of
 from blockstruct.views import figures, study_summary
 from structures import SELF_WEIGHT, model_of, push
 
@@ -60,27 +58,6 @@ def test_of_a_spread_the_distribution_is_that_of_the_number_to_rely_on(tmp_path)
     sinks = data.reaction.sel(case=["sinks", "sinks [steep]"]).max("case")
     np.testing.assert_allclose(data.reaction.sel(case="sinks [relied on]"), sinks, rtol=1e-6)
     assert bs.studies.summary(data)["case"].values.tolist()[0] == "push [relied on]"
-
-
-def test_the_number_to_rely_on_has_settled():
-    """A load factor that drifted counts where no schedule settled, and a fall under the dead load before all."""
-
-    def row(case, alpha, message="the certificate holds", status="converged"):
-        return {"case": case, "load_factor": alpha, "message": message, "status": status, "flow": "nonassociative"}
-
-    drifts = "still drifting by 0.1 %"
-    given = [
-        [row("a", 0.5), row("a [steep]", 0.4, drifts), row("a [shift]", 0.45)],
-        [row("a", 0.5, drifts), row("a [steep]", 0.4, drifts), row("a [shift]", np.nan, "", "not_converged")],
-        [row("a", 0.5), row("a [steep]", -np.inf, "", "unstable_under_dead_load"), row("a [shift]", 0.4)],
-        [row("a", np.nan, "", "not_converged"), row("a [steep]", np.nan, "", "not_converged")],
-    ]
-    found = dataset_of(
-        design_of({"x": [1, 2, 3, 4]}, None, None, None), [[r | {"path": ""} for r in of] for of in given], [""] * 4
-    )
-    table = bs.studies.frame_of(found.sel(case=["a [relied on]"]))
-    assert table["load_factor"].tolist() == pytest.approx([0.45, 0.4, -np.inf, np.nan], nan_ok=True)
-    assert table["settled"].tolist() == [True, False, False, False]
 
 
 def test_intervals_are_those_of_scipy():

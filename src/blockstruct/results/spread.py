@@ -90,6 +90,14 @@ class Spread:
         return Headline.of(ends, runs[0].case.flow, bound, runs[0].answer, shift_alone=_shift_alone(runs))
 
     @property
+    def relied_on(self) -> CaseResult:
+        """The run that :attr:`headline` stands for: :attr:`lowest`, or the first of those that end with its status."""
+        status = self.headline.status
+        if self.lowest is not None and status is Status.CONVERGED:
+            return self.lowest
+        return next(run for run in self.runs.values() if run.status is status)
+
+    @property
     def load_factor(self) -> float:
         """The load factor to rely on: that of :attr:`headline`."""
         return self.headline.load_factor

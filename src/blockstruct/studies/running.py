@@ -21,7 +21,7 @@ from blockstruct.notebook import is_terminal
 from blockstruct.storage import Archive
 from blockstruct.studies.cluster import connected, on_cluster
 from blockstruct.studies.design import design_of
-from blockstruct.studies.found import Rows, found_runs, told
+from blockstruct.studies.found import Rows, found_runs, told, with_relied_on
 from blockstruct.studies.plan import Plan
 from blockstruct.studies.processes import Ended, here, in_processes, in_threads
 from blockstruct.studies.progress import Listener, StudyProgress, print_progress
@@ -150,8 +150,10 @@ def study(
             ended = in_processes(plan, jobs, folder, count, limit)
         problems = _conduct(archive, ended, rows, total, heard)
         archive.keep_index()
-    of_runs = [rows.get(run.name, []) for run in design.runs]
-    _warn(of_runs, problems)
+        of_runs = [rows.get(run.name, []) for run in design.runs]
+        _warn(of_runs, problems)
+        if plan.schedules:
+            of_runs = [with_relied_on(archive, of_run) for of_run in of_runs]
     data = dataset_of(design, of_runs, [problems.get(run.name, "") for run in design.runs])
     return data.assign_attrs(study=plan.study, store="" if store is None else str(folder))
 

@@ -8,15 +8,11 @@ import pandas as pd
 import xarray as xr
 
 from blockstruct.errors import ModelError
-from blockstruct.limit import SCHEDULES
-from blockstruct.results import Headline, run_name
 from blockstruct.studies.design import GRID, Design
-from blockstruct.vocabulary import DRIFTING, OF_CURVE, Flow, Status
+from blockstruct.vocabulary import DRIFTING, OF_CURVE, Status
 
 #: Status of a case of a run that failed: no status of a limit case.
 FAILED = "failed"
-#: Case of a spread whose rows are those of the schedules to rely on, run by run.
-RELIED_ON = "relied on"
 _NONE = {"units": "dimensionless"}
 _NUMBERS: Mapping[str, dict[str, str]] = {
     "load_factor": _NONE | {"long_name": "load factor α"},
@@ -68,7 +64,6 @@ def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], prob
     problems
         Why a run failed; empty if it did not.
     """
-    rows = [[*_relied_on(of_run), *of_run] for of_run in rows]
     cases = list(dict.fromkeys(str(row["case"]) for of_run in rows for row in of_run))
     dims, shape = list(design.dims), list(design.dims.values())
     at = {case: j for j, case in enumerate(cases)}
@@ -103,29 +98,6 @@ def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], prob
         coords[name] = ((), value.magnitude, {"units": str(value.units)}) if quantity else ((), value)
     of_all: dict[str, Any] = {"sampling": design.sampling} | ({} if design.seed is None else {"seed": design.seed})
     return xr.Dataset(variables, coords=coords, attrs=of_all)
-
-
-def _relied_on(of_run: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Of each spread of a run the row of the schedule whose answer is the one to rely on, as a case of its own."""
-    by_case, found = {row["case"]: row for row in of_run}, []
-    for case, given in by_case.items():
-        schedules = [by_case[name] for name in (run_name(case, s) for s in SCHEDULES) if name in by_case]
-        if schedules:
-            each = [given, *schedules]
-            ends = [(Status(row["status"]), _answer(row), DRIFTING not in row["message"]) for row in each]
-            headline = Headline.of(ends, Flow(given["flow"]), np.nan)
-            chosen = next(
-                row
-                for row, (status, answer, _) in zip(each, ends, strict=True)
-                if status is headline.status and (status is not Status.CONVERGED or answer == headline.lowest)
-            )
-            found.append({**chosen, "case": run_name(case, RELIED_ON)})
-    return found
-
-
-def _answer(row: Mapping[str, Any]) -> float:
-    """Load factor of a row; of a settlement minus its reaction, the largest of which is the one to rely on."""
-    return float(next((-row[name] for name in sorted(_REACTIONS) if name in row), row["load_factor"]))
 
 
 def frame_of(data: xr.Dataset) -> pd.DataFrame:
