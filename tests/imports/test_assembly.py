@@ -65,6 +65,10 @@ def model(**changes):
     return typed("compas_dem.models/BlockModel", {"transformation": None, "elements": elements})
 
 
+def frame(x):
+    return {"point": [x, 0.0, 0.0], "xaxis": [1.0, 0.0, 0.0], "yaxis": [0.0, 1.0, 0.0]}
+
+
 def polyhedra():
     points = [[typed("compas.geometry/Point", [x, y, z + i]) for x, y, z in CUBE] for i in range(3)]
     return [[typed("compas.geometry/Polyhedron", {"vertices": p, "faces": QUADS}) for p in points]]
@@ -85,6 +89,7 @@ def read(tmp_path, content, **options):
         (first(), ["0", "1", "2"], 1),
         (model(), ["stone 0", "stone 1", "stone 2"], 1),
         (model(name="Block"), ["0", "1", "2"], 1),
+        (model(frame=typed("compas.geometry/Frame", frame(0))), ["stone 0", "stone 1", "stone 2"], 1),
         ([typed("Mesh", mesh(i, name=f"m{i}")) for i in range(3)], ["m0", "m1", "m2"], 0),
         (polyhedra(), ["0", "1", "2"], 0),
     ],
@@ -150,6 +155,7 @@ def without(content, *path):
         ({"node": {"0": {"x": 1}}}, "node 0 has none of block, part"),
         ({"elements": [1]}, "not a COMPAS assembly"),
         (model(features=[{}]), "element 0 has features, which only COMPAS can apply"),
+        (model(frame=typed("compas.geometry/Frame", frame(10))), "element 0 has a frame of its own, which only COMPAS"),
         (model(transformation=[[1, 0], [0, 1]]), "is not a matrix of 4 × 4"),
         (model(geometry={"xsize": 1}), "block 0 has no readable mesh"),
         ([mesh(0) | {"face": {"0": [0, 1]}}], "fewer than three corners"),
@@ -169,3 +175,26 @@ def test_a_transformation_inside_a_group_is_refused(tmp_path):
     grouped["data"]["tree"] = {"root": {"children": [{"children": [{"element": "guid-0"}]}]}}
     with pytest.raises(bs.errors.GeometryFileError, match="element 1 has a transformation inside a group"):
         read(tmp_path, grouped)
+
+
+def test_elements_that_others_modify_are_refused(tmp_path):
+    modified = model()
+    cut = typed("compas_model.modifiers/BooleanModifier", {})
+    modified["data"]["graph"] = {"node": {"0": {}, "1": {}}, "edge": {"0": {"1": {"modifiers": [cut]}}}}
+    with pytest.raises(
+        bs.errors.GeometryFileError, match=r"some elements modify others .*; export their final geometry"
+    ):
+        read(tmp_path, modified)
+
+
+def test_a_group_that_stays_is_passed_over(tmp_path):
+    lifted = model()
+    grouped = model(transformation=None)
+    for i, element in enumerate(grouped["data"]["elements"].values()):
+        element["data"]["geometry"] = typed("compas.datastructures/Mesh", mesh(i))
+    group = {"transformation": None, "features": [], "name": "storey"}
+    grouped["data"]["elements"]["storey"] = typed("compas_model.elements/Group", group)
+    grouped["data"]["tree"] = {"root": {"children": [{"element": "storey", "children": [{"element": "guid-0"}]}]}}
+    found, expected = (read(tmp_path, content).blocks for content in (grouped, lifted))
+    assert [(b.name, b.fixed) for b in found] == [(b.name, b.fixed) for b in expected]
+    assert np.array_equal([b.centroid for b in found], [b.centroid for b in expected])

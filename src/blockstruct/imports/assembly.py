@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 #: Where a node or an element keeps its solid, and an edge its contacts.
 _SOLIDS = ("block", "part", "geometry", "mesh", "shape")
 _CONTACTS = ("interfaces", "interface", "contacts", "interface_points")
+#: Frame of an element that stays where its geometry is.
+_WORLD = {"point": [0, 0, 0], "xaxis": [1, 0, 0], "yaxis": [0, 1, 0]}
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,9 +51,10 @@ def read_assembly(
     """Blocks of a COMPAS JSON file.
 
     Read are assemblies (compas, compas_assembly, compas_cra of all versions: a graph whose nodes hold blocks), models
-    (compas_model, compas_dem: elements with a geometry), and meshes or lists of meshes. Blocks keep their names if all
-    differ, otherwise they take the key of their node or a running number. What is marked ``is_support``, true or 1, is
-    fixed. Interfaces in the file are left out, to be detected anew.
+    (compas_model, compas_dem: elements with a geometry), and meshes or lists of meshes. Models whose geometry only
+    COMPAS can tell are refused: by features, modifiers, frames, and transformations within groups. Blocks keep their
+    names if all differ, otherwise they take the key of their node or a running number. What is marked ``is_support``,
+    true or 1, is fixed. Interfaces in the file are left out, to be detected anew.
 
     Parameters
     ----------
@@ -156,14 +159,29 @@ def _elements(model: dict[str, Any], path: Path, left_out: list[str]) -> Iterato
         if not isinstance(data, dict):
             raise GeometryFileError(_unknown(path, data))
         own = _matrix(data.get("transformation"), path)
-        if data.get("features") or (grouped and not np.array_equal(own, np.eye(4))):
-            what = "features" if data.get("features") else "a transformation inside a group"
+        what = ""
+        if data.get("features"):
+            what = "features"
+        elif data.get("frame") and _body(data["frame"]) != _WORLD:
+            what = "a frame of its own"
+        elif grouped and not np.array_equal(own, np.eye(4)):
+            what = "a transformation inside a group"
+        if what:
             msg = f"{path}: element {number} has {what}, which only COMPAS can apply; export its final geometry"
             raise GeometryFileError(msg)
+        if str(element.get("dtype", "")).endswith("/Group"):
+            continue
         part = _part(str(number), data.get("geometry") or data, data, path)
         moved = np.column_stack([part.vertices, np.ones(len(part.vertices))]) @ (whole @ own).T
         yield _Part(part.key, part.name, moved[:, :3], part.faces, part.support)
-    _note_contacts(_body(model.get("graph") or {}), left_out)
+    graph = _body(model.get("graph") or {})
+    if any(edge.get("modifiers") for edge in _edges(graph)):
+        msg = (
+            f"{path}: some elements modify others (as by a boolean difference), which only COMPAS can apply; export "
+            "their final geometry"
+        )
+        raise GeometryFileError(msg)
+    _note_contacts(graph, left_out)
 
 
 def _part(key: str, solid: Any, attributes: dict[str, Any], path: Path) -> _Part:
@@ -239,11 +257,14 @@ def _matrix(transformation: Any, path: Path) -> Array:
     return matrix
 
 
-def _note_contacts(graph: Any, left_out: list[str]) -> None:
+def _edges(graph: Any) -> Iterator[dict[str, Any]]:
+    """What a graph says of each pair of nodes that it joins."""
     edges = graph.get("edge") or {} if isinstance(graph, dict) else {}
-    count = sum(
-        any(e.get(k) for k in _CONTACTS) for ends in edges.values() for e in ends.values() if isinstance(e, dict)
-    )
+    yield from (e for ends in edges.values() for e in ends.values() if isinstance(e, dict))
+
+
+def _note_contacts(graph: Any, left_out: list[str]) -> None:
+    count = sum(any(edge.get(k) for k in _CONTACTS) for edge in _edges(graph))
     if count:
         left_out.append(f"the interfaces of {counted(count, 'pair of blocks', 'pairs of blocks')}, to be detected anew")
 
