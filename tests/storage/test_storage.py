@@ -469,6 +469,18 @@ def test_validation_lists_each_violation_with_its_path(path, tmp_path):
 DATA = Path(__file__).parents[1] / "data"
 
 
+@pytest.mark.parametrize("name", ["volume", "centroid", "area"])
+@pytest.mark.parametrize("value", [99.0, np.nan])
+def test_what_follows_from_the_model_is_told_where_it_is_another(path, tmp_path, name, value):
+    copy = tmp_path / "copy.h5"
+    shutil.copy(path, copy)
+    with h5py.File(copy, "r+") as file:
+        file["model"][name][1] = value
+    seal_again(copy)
+    with pytest.raises(bs.errors.FormatError, match=f"/model/{name}: that of .* is {value:g}, and .* by the rest"):
+        bs.check_file(copy)
+
+
 @pytest.mark.parametrize("version", ["1.0"])
 def test_files_of_every_version_are_read_for_ever(version, tmp_path):
     found = bs.open_analysis(DATA / f"analysis-{version}.h5")

@@ -104,7 +104,7 @@ def model_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Finding]
         yield from _detection_findings(path, ds, model)
     for name, (dim, values, scale) in derived.items():
         expected = np.asarray(values, dtype=float)
-        off = np.abs(ds[name].to_numpy() - expected) > _SAME * scale
+        off = ~(np.abs(ds[name].to_numpy() - expected) <= _SAME * scale)
         if off.any():
             at = tuple(np.argwhere(off)[0])
             who, stated = ds[dim].to_numpy()[at[0]], ds[name].to_numpy()[at]
