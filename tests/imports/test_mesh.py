@@ -272,6 +272,19 @@ def test_a_hash_inside_a_word_is_part_of_a_name_and_after_a_space_begins_a_comme
     ]
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252"])
+def test_names_are_read_in_the_alphabet_of_windows_too(tmp_path, encoding):
+    path = saved(tmp_path, "a.obj", f"o façade – ‘west’…\n{cube()}".encode(encoding))
+    (block,) = bs.imports.read_mesh(path, unit="m", material=STONE).blocks
+    assert block.name == "façade – ‘west’…"
+
+
+def test_a_name_in_another_alphabet_does_not_keep_a_file_from_being_read(tmp_path):
+    path = saved(tmp_path, "a.obj", b"o T\x81r\n" + cube().encode())
+    (block,) = bs.imports.read_mesh(path, unit="m", material=STONE).blocks
+    assert block.name == "T\N{REPLACEMENT CHARACTER}r"
+
+
 def test_a_body_of_several_does_not_take_the_name_of_an_object(tmp_path):
     apart = [*CUBE, *((x + 2, y, z) for x, y, z in CUBE)]
     text = "o arch\n" + obj_text(apart, [*QUADS, *shifted(QUADS)])

@@ -49,8 +49,8 @@ def read_text(path: Path) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        # Older programs write names in their own alphabet; numbers read the same in all of them.
-        return content.decode("latin-1")
+        # Older programs write names in the alphabet of Windows, or their own; numbers read the same in all of them.
+        return content.decode("cp1252", errors="replace")
 
 
 def package(name: str, extra: str, needed_for: str) -> Any:
