@@ -1546,3 +1546,32 @@ def test_numbers_are_printed_as_an_engineer_reads_them(result):
     )
     assert "P + Q = " in str(still)
     assert "δ = 0\n" in str(still)
+
+
+def test_friction_that_only_self_stress_presses_is_that_of_one_schedule():
+    """A wall of two blocks, 0.5 m and 0.35 m thick, whose lower block touches a fixed ledge at its end.
+
+    Friction on the ledge is whatever self-stress makes it. Held there, the upper block turns alone, 0.35 m / 1.6 m. Not
+    held, both turn about the foot: weights of 5.6 and 2.24, arms of 0.25 m and 0.175 m, heights of 1.4 m and 3.6 m.
+    """
+    parts = [
+        ("base", [-1, -1, -0.5], [6, 3, 0.5]),
+        ("ledge", [-0.8, 0, 2.4], [0.8, 0.35, 0.4]),
+        ("lower", [0, 0, 0], [4, 0.5, 2.8]),
+        ("upper", [0, 0, 2.8], [4, 0.35, 1.6]),
+    ]
+    fixed = ("base", "ledge")
+    blocks = [bs.Block.box(n, Q_(at, "m"), Q_(size, "m"), STONE, fixed=n in fixed) for n, at, size in parts]
+    manager = bs.AnalysisManager(model_of(blocks, bs.JointMaterial("dry", 0.6)))
+    analysis = manager.run([case()], spread="path dependence")
+    alone = bs.assess.local_mechanism(analysis["out of plane"], 1.35, SITE)
+    lowest = bs.assess.local_mechanism(analysis.spreads["out of plane"], 1.35, SITE)
+    assert alone.alpha0 == pytest.approx(0.35 / 1.6, rel=1e-5)
+    assert alone.alpha0 == pytest.approx(analysis["out of plane"].associative_load_factor, rel=1e-5)
+    assert lowest.alpha0 == pytest.approx((5.6 * 0.25 + 2.24 * 0.175) / (5.6 * 1.4 + 2.24 * 3.6), rel=5e-3)
+    assert (alone.one_schedule, lowest.one_schedule) == (True, False)
+    assert "one schedule found it, others, which may find a lower one" in str(alone)
+    assert "one schedule found it" not in str(lowest)
+    assert "one schedule found it" not in str(
+        bs.assess.local_mechanism(run(facade(), case(flow="associative")), 1.35, SITE)
+    )

@@ -113,6 +113,8 @@ class LocalMechanismCheck:
     coefficients : Coefficients
     notes : tuple of str
         What one must know before relying on it.
+    one_schedule : bool
+        Whether another schedule, which was not run, may find a lower load factor.
     """
 
     result: CaseResult = field(repr=False)
@@ -133,6 +135,7 @@ class LocalMechanismCheck:
     beside: Overturning | None = field(repr=False)
     coefficients: Coefficients = field(repr=False)
     notes: tuple[str, ...]
+    one_schedule: bool = False
 
     @property
     def e_star(self) -> float:
@@ -195,12 +198,14 @@ class LocalMechanismCheck:
         share = (
             "" if abs(self.alpha0 - r.load_factor) < 1e-12 else f" ({shown(r.load_factor)} · share of the BodyForce)"
         )
+        of_one = "; one schedule found it, others, which may find a lower one (spread=True), were not run"
+        flow = f"{r.case.flow} flow{of_one * self.one_schedule}"
         found = [
             section(
                 "Mechanism",
                 Line(
                     "collapse state",
-                    f"α0 = {shown(self.alpha0)}{share}, push along ({push}), {r.case.flow} flow",
+                    f"α0 = {shown(self.alpha0)}{share}, push along ({push}), {flow}",
                     "C8.7.1.2.1.1",
                 ),
                 [Line(f"{name}, blocks: {len(by_name[name].blocks)}", self._body(W, d)) for name, W, d in whole.each],

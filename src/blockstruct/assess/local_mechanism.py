@@ -33,7 +33,7 @@ from blockstruct.keywords import checked_keywords, did_you_mean
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
 from blockstruct.results.macro_blocks import TOGETHER
-from blockstruct.vocabulary import Status
+from blockstruct.vocabulary import Flow, Status
 
 g = STANDARD_GRAVITY
 #: Share by which a mechanism by hand begins before the one found, for it to be told.
@@ -144,7 +144,9 @@ def local_mechanism(
             f"The pushover began at the load factor {began}, and a lower one is relied on, {lower}: its capacity curve "
             "is not used."
         )
-    return replace(check, notes=tuple(notes))
+    head = result.headline
+    alone = head.schedules == 1 and head.flow is Flow.NONASSOCIATIVE
+    return replace(check, notes=tuple(notes), one_schedule=alone)
 
 
 @dataclass(frozen=True, slots=True)
