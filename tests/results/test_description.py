@@ -9,6 +9,7 @@ import blockstruct as bs
 from blockstruct.results import macro_blocks
 from blockstruct.results.description import _motion, describe
 from blockstruct.views import figures
+from blockstruct.views.console import result_text
 from structures import SELF_WEIGHT, model_of, push, single_block, solve
 
 TUFF, LIME = bs.Material("tuff", "16 kN/m^3"), bs.JointMaterial("lime", 0.65)
@@ -46,6 +47,21 @@ def test_iterations_along_the_loading_path_are_steps_of_displacement():
         assert said in result.describe()
         (drawn,) = [d.caption for d in figures.drawings(result) if d.name == "convergence"]
         assert drawn.endswith(caption)
+
+
+def test_a_number_of_one_schedule_is_told_as_one(small_model):
+    """A wall that self-stress holds at its side converged at twice the lowest of its schedules, without a word."""
+    said = "another may find a lower one"
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
+    alone = bs.run(small_model, [case])["push"]
+    beside = bs.AnalysisManager(small_model).run([case], spread="steep")["push"]
+    for result, told in ((alone, True), (beside, False)):
+        assert (said in result.describe()) is told
+        assert (said in result_text(result).plain) is told
+    bound = solve(small_model, push(1, 0, 0))
+    assert said not in bound.describe()
+    sinks = bs.SettlementCase("sinks", SELF_WEIGHT, ["ground"], "-z")
+    assert "another may find a larger one" in bs.run(model_of(*single_block(0.5, 1.0)), [sinks])["sinks"].describe()
 
 
 def test_the_motion_of_a_run_without_an_end_is_no_result():

@@ -373,7 +373,8 @@ class CaseResult:
         """How the structure collapses, in sentences: number, bodies that move, failing joints, and ties."""
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
         found = describe(self.model, self.history, self.case.dead, self.status) if moves else ""
-        return "\n".join(filter(None, (str(self), *self.owed, self.cells, self.masses, found)))
+        one = self.headline.of_one_schedule if self.relied_on is None else ""
+        return "\n".join(filter(None, (str(self), one, *self.owed, self.cells, self.masses, found)))
 
     def __repr__(self) -> str:
         answer = f"{self.answer.name} {self.answer.text(self.load_factor, 4)}"

@@ -146,6 +146,14 @@ class Headline:
         more = "; ".join(filter(None, (self._range(digits), self._bound(digits))))
         return f"{number} ({more})" if more else number
 
+    @property
+    def of_one_schedule(self) -> str:
+        """That another schedule may find a worse answer, as a sentence; empty of several, and with associative flow."""
+        if self.schedules > 1 or self.flow is not Flow.NONASSOCIATIVE or self.status is not Status.CONVERGED:
+            return ""
+        worse = "larger" if self.answer.is_reaction else "lower"
+        return f"One schedule found it; another may find a {worse} one: run a spread (spread=True)."
+
     def _range(self, digits: int) -> str:
         if self.schedules == 1:
             return f"{DRIFTING} when it was stopped" if self.drifting else ""

@@ -78,6 +78,8 @@ def result_text(result: bs.CaseResult) -> Text:
     text.append(f"  {result.answer.name} {result.headline.text(6)}\n", style="bold")
     if result.relied_on is not None:
         text.append(f"  relied on: {result.relied_on}\n", style="bold")
+    elif one := result.headline.of_one_schedule:
+        text.append(f"  {one}\n")
     if said := range_words(result):
         text.append(f"  {said}\n")
     if result.path_dependence is not None:
