@@ -122,6 +122,7 @@ def test_wrong_dimension_or_no_number(make, words):
         (lambda: bs.JointMaterial("j", 0.5, compressive_strength="0 MPa"), ["'j'", "compressive strength", "infinite"]),
         (lambda: bs.BodyForce((0, 0, 0)), ["direction", "zero"]),
         (lambda: bs.BodyForce((2, 0, 0)), ["direction", "length 2", "share=2"]),
+        (lambda: bs.BodyForce("y"), ["direction 'y'", "+x, -x, +y", "three numbers"]),
         (lambda: bs.BodyForce("+x", share=0), ["share 0"]),
         (lambda: bs.JointMaterial("j", 0.5, normal_stiffness="0 Pa/m"), ["normal stiffness", "0 Pa/m"]),
         (lambda: bs.LoadPattern("p", ["weight"]), ["'p'", "'weight'", "SelfWeight"]),

@@ -140,7 +140,8 @@ def _checked(analysis: bs.Analysis, only: str | None) -> list[str]:
         ended = ", ".join(
             f"{name}: {head.status.words if name in pushed else _NO_PUSH}" for name, head in heads.items()
         )
-        msg = f"--spectrum: no case has a push and a load factor to check ({ended}); run a LimitCase, then check it"
+        remedy = "mend what keeps it from one" if pushed else "run a LimitCase, then check it"
+        msg = f"--spectrum: no case has a push and a load factor to check ({ended}); {remedy}"
         raise bs.errors.ModelError(msg)
     settling = [name for name in heads if name not in pushed]
     if settling:

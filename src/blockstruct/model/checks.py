@@ -36,9 +36,13 @@ def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tup
     Raises
     ------
     ModelError
-        If the direction is zero or not of length 1.
+        If the direction is zero, not of length 1 or a name of no axis.
     """
-    if isinstance(direction, str) and direction.strip() in AXES_BY_NAME:
+    if isinstance(direction, str) and not any(map(str.isdigit, direction)):
+        if direction.strip() not in AXES_BY_NAME:
+            names = ", ".join(AXES_BY_NAME)
+            msg = f"{what} {shown(direction)}: give one of {names}, or three numbers, as (0.6, 0.8, 0)"
+            raise ModelError(msg)
         direction = AXES_BY_NAME[direction.strip()]
     x, y, z = si_vector(direction, "dimensionless", what)
     length = math.hypot(x, y, z)
