@@ -720,11 +720,19 @@ def test_the_spread_of_a_pushover_is_checked_by_its_curve():
     check = bs.assess.local_mechanism(spread, 1.35, SITE)
     assert check.curve.lines[0].what == "curve of the pushover"
     assert check.notes == ()
-    for lower in (0.099, 0.099999):
+    for lower, used in ((0.099, False), (0.099999, True)):
         steep = dataclasses.replace(spread.runs["steep"], load_factor=lower)
         below = bs.results.Spread.of({**spread.runs, "steep": steep}, None)
-        (note,) = bs.assess.local_mechanism(below, 1.35, SITE).notes
-        assert note.startswith(f"The pushover began at the load factor 0.1, and a lower one is relied on, {lower:g}: ")
+        of_lower = bs.assess.local_mechanism(below, 1.35, SITE)
+        (note,) = of_lower.notes
+        assert note.startswith(f"The pushover began at the load factor 0.1, and the one relied on is {lower:g}: ")
+        assert ("not used" in note, "lowered to that" in note) == (not used, used)
+        share = lower / check.alpha0
+        assert of_lower.ratio / check.ratio == pytest.approx(share, rel=1e-9)
+        assert (of_lower.curve is not None) is used
+        if used:
+            assert of_lower.curve.lines[0].what == "curve of the pushover"
+            np.testing.assert_allclose(of_lower.curve.acceleration, share * check.curve.acceleration, rtol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -71,7 +71,7 @@ def local_mechanism(
     result
         A converged case whose variable load is a horizontal BodyForce. Of a spread it is the lowest certified answer
         of the runs that settled, of all where none has, or none but the shift. That of a pushover gives its capacity
-        curve, too.
+        curve, too, lowered to that answer where it begins above it by no more than ``gap_tolerance``.
     confidence_factor, knowledge_level
         FC, or the level ``"LC1"`` to ``"LC3"`` that it follows from. Where the joints of the bodies that move have no
         compressive strength, it is that of LC1.
@@ -137,13 +137,7 @@ def local_mechanism(
     ratios = [one.ratio for one in checks]
     check = checks[int(np.argmin(ratios))]
     notes = [*notes_of_parts(parts, known, ratios), *check.notes, *notes_of_runs(result)]
-    first = next(iter(result.runs.values())) if isinstance(result, Spread) else found
-    if first is not found and first.capacity is not None:
-        began, lower = told_apart(first.load_factor, found.load_factor)
-        notes.append(
-            f"The pushover began at the load factor {began}, and a lower one is relied on, {lower}: its capacity curve "
-            "is not used."
-        )
+    notes += _notes_of_curve(result, found)
     head = result.headline
     alone = head.schedules == 1 and head.flow is Flow.NONASSOCIATIVE
     return replace(check, notes=tuple(notes), one_schedule=alone)
@@ -289,7 +283,7 @@ def _converged(result: Any) -> tuple[CaseResult, LimitCase]:
         if result.headline.status is not Status.CONVERGED or result.lowest is None:
             msg = f"local_mechanism: no run of the spread has a collapse state to check ({result.headline})"
             raise ModelError(msg)
-        return _converged(result.lowest)
+        return _converged(_lowered(result, result.lowest))
     if not isinstance(result, CaseResult):
         msg = f"local_mechanism: {type(result).__name__} is not a limit case's result; give analysis['name']"
         raise ModelError(msg)
@@ -306,6 +300,33 @@ def _converged(result: Any) -> tuple[CaseResult, LimitCase]:
         )
         raise ModelError(msg)
     return result, result.case
+
+
+def _lowered(spread: Spread, lowest: CaseResult) -> CaseResult:
+    """The run as given where it has the curve of a pushover, lowered to the lowest load factor; far above, the latter.
+
+    A mechanism and its curve are of one run: where joints slide at one load factor, another run may slide at others.
+    """
+    given = next(iter(spread.runs.values()))
+    above = given.load_factor / lowest.load_factor - 1
+    if given.capacity is None or not 0 < above <= given.settings.gap_tolerance:
+        return lowest
+    curve = given.capacity.assign(load_factor=given.capacity["load_factor"] / (1 + above))
+    return replace(given, load_factor=lowest.load_factor, capacity=curve)
+
+
+def _notes_of_curve(result: CaseResult | Spread, found: CaseResult) -> list[str]:
+    """Whether the curve of a pushover begins at another load factor than the one that is relied on."""
+    given = next(iter(result.runs.values())) if isinstance(result, Spread) else found
+    if given.capacity is None or given.load_factor == found.load_factor:
+        return []
+    began, relied_on = told_apart(given.load_factor, found.load_factor)
+    of_curve = "not used" if found.capacity is None else "lowered to that, by no more than certificates leave open"
+    text = (
+        f"The pushover began at the load factor {began}, and the one relied on is {relied_on}: its capacity curve is "
+        f"{of_curve}."
+    )
+    return [text]
 
 
 def _crushes(result: CaseResult, bodies: Sequence[MacroBlock]) -> bool:
