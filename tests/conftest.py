@@ -15,6 +15,8 @@ import properties  # noqa: F401 - the profiles of hypothesis
 from blockstruct import Q_, cli
 from blockstruct.views.figures.sheet import Drawing
 
+# Tests start many interpreters: what one has compiled the others need not.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # An option --hypothesis-profile is read after this.
 settings.load_profile("usual")
 

@@ -12,9 +12,9 @@ BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 @pytest.mark.parametrize(
     ("name", "words", "said"),
     [
-        ("wall_40x60", "--columns 4 --rows 4 --naive 1", "everything around the solver"),
+        ("wall_40x60", "--columns 3 --rows 3 --naive 1", "everything around the solver"),
         pytest.param("views", "--columns 3 --rows 4 --iterations 2", "paraview", marks=pytest.mark.slow),
-        ("loading_path", "--walls 3x4,4x5 --without others", "over the walls"),
+        ("loading_path", "--walls 2x3,3x4 --without others", "over the walls"),
         ("pushover", "--walls 2x3 --steps 4", "programs"),
         pytest.param(
             "storage",

@@ -228,7 +228,7 @@ def folder(tmp_path_factory):
 
 
 #: Shares of the corruptions; quarters, so that several processes have some.
-SHARES = [(0.0, 0.01), *(pytest.param((k / 4, (k + 1) / 4), marks=pytest.mark.slow) for k in range(4))]
+SHARES = [(0.0, 0.005), *(pytest.param((k / 4, (k + 1) / 4), marks=pytest.mark.slow) for k in range(4))]
 
 
 @pytest.mark.parametrize("share", SHARES, ids=lambda share: f"{share[0]:g} to {share[1]:g}")

@@ -490,7 +490,7 @@ def test_quiet_prints_nothing(call, tmp_path):
     assert "34 blocks" in call("show", tmp_path / "wall.h5")[1]
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
+@pytest.mark.parametrize("encoding", [pytest.param("ascii", marks=pytest.mark.slow), "cp1252"])
 def test_names_that_the_output_cannot_carry_are_escaped(tmp_path, encoding):
     document = tmp_path / "m.yaml"
     document.write_text(WALL.read_text().replace("name: Ferris", "name: Mauer α, Ferris", 1), encoding="utf-8")
@@ -707,7 +707,12 @@ def test_tables_of_a_narrow_terminal_are_folded_and_cut_no_number(call, tmp_path
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
 @pytest.mark.parametrize(
-    ("words", "told"), [(("show",), subprocess.PIPE), (("show", "--json"), subprocess.PIPE), (("recover",), None)]
+    ("words", "told"),
+    [
+        (("show",), subprocess.PIPE),
+        pytest.param(("show", "--json"), subprocess.PIPE, marks=pytest.mark.slow),
+        pytest.param(("recover",), None, marks=pytest.mark.slow),
+    ],
 )
 def test_output_that_nobody_reads_ends_a_command_silently(file, words, told):
     """As ``show FILE | head`` once head has what it wants: as a command that SIGPIPE ends, and without a word.

@@ -101,7 +101,7 @@ def test_the_one_case_that_cannot_be_checked_is_named_alone(call, file):
     assert "--spectrum" not in err
 
 
-@pytest.mark.parametrize("command", ["assess", "report"])
+@pytest.mark.parametrize("command", ["assess", pytest.param("report", marks=pytest.mark.slow)])
 def test_cases_without_a_check_by_displacement_do_not_hide_those_with_one(call, tmp_path, command):
     """Two bodies move against each other, which has no straight curve: the pushover beside has one, and is named."""
     blocks = [

@@ -96,7 +96,7 @@ def check_that_the_model_accepts(blocks, tolerance, angle):
     return False
 
 
-@pytest.mark.parametrize(("warp", "noise"), [(3e-3, 1e-3), (0.06, 0.01)])
+@pytest.mark.parametrize(("warp", "noise"), [(3e-3, 1e-3), pytest.param(0.06, 0.01, marks=pytest.mark.slow)])
 def test_a_model_refuses_nothing_that_detection_accepted(warp, noise):
     """Stones warped and disturbed by up to centimetres, with tolerances from tiny to large."""
     blocks = warped_vault(5, 2, warp=warp, noise=noise)

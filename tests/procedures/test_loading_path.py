@@ -313,7 +313,10 @@ def test_interior_point_steps_lead_to_the_same_load_factor(corner, dry, directio
     assert exact(found[0]) == pytest.approx(exact(found[1]), rel=5e-3)
 
 
-@pytest.mark.parametrize("direction", [(-0.8, 0.6, 0), (0.8, 0.6, 0)], ids=["away", "towards"])
+@pytest.mark.parametrize(
+    "direction",
+    [pytest.param((-0.8, 0.6, 0), marks=pytest.mark.slow, id="away"), pytest.param((0.8, 0.6, 0), id="towards")],
+)
 def test_steps_of_strong_joints_that_crush_about_both_axes_are_solved(corner, direction):
     """Unless the steps are, the return does not lean away from the wall, and bears up to an eighth more."""
     model = model_of(corner, bs.JointMaterial("strong", 0.65, compressive_strength="600 kPa"))

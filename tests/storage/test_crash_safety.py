@@ -29,7 +29,7 @@ def whole(tmp_path_factory):
 
 
 def test_killed_at_random(tmp_path, whole):
-    kill_at_random(tmp_path, whole, 6, seed=1)
+    kill_at_random(tmp_path, whole, 3, seed=1)
 
 
 @pytest.mark.parametrize(
@@ -144,7 +144,7 @@ def test_resume_solves_nothing_twice(tmp_path, monkeypatch):
     )
 
 
-@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
+@pytest.mark.parametrize("error", [pytest.param(RuntimeError, marks=pytest.mark.slow), KeyboardInterrupt])
 def test_a_resumed_run_can_be_interrupted_again(tmp_path, whole, error):
     path = tmp_path / "wall.h5"
     interrupt_after(path, 9, error=error)
@@ -258,11 +258,11 @@ def changed(record):
     [
         (lambda r: [*r[:5], r[5][: len(r[5]) // 2]], 4),
         pytest.param(lambda r: [*r[:5], r[5][:50], *r[6:]], 4, marks=pytest.mark.slow),
-        (lambda r: [*r[:5], changed(r[5]), *r[6:]], 4),
+        pytest.param(lambda r: [*r[:5], changed(r[5]), *r[6:]], 4, marks=pytest.mark.slow),
         (lambda r: [*r[:3], r[4], r[3], *r[5:]], 2),
         (lambda r: [*r[:2], *r[3:]], 1),
         pytest.param(lambda r: [r[0], r[1], r[1], *r[2:]], 1, marks=pytest.mark.slow),
-        (lambda r: [changed(r[0]), *r[1:]], 0),
+        pytest.param(lambda r: [changed(r[0]), *r[1:]], 0, marks=pytest.mark.slow),
         pytest.param(lambda r: r[1:], 0, marks=pytest.mark.slow),
     ],
     ids=["cut", "shortened", "changed", "swapped", "left out", "twice", "first changed", "first left out"],
@@ -403,7 +403,7 @@ def run_on_a_full_disk(path, limit, report):
     report.close()
 
 
-@pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
+@pytest.mark.parametrize("share", [0.0, pytest.param(0.3, marks=pytest.mark.slow), 0.9])
 def test_a_full_disk(tmp_path, whole, share):
     """The plan, a journal or the finished file does not fit: one message, and what was committed is kept."""
     path = tmp_path / "wall.h5"

@@ -57,7 +57,7 @@ def dropping():
         pytest.param(turning_onto_others, 3, "divided", marks=pytest.mark.slow),
         (on_a_tie, 6, None),
         pytest.param(slipping, 6, None, marks=pytest.mark.slow),
-        (dropping, 10, "dropped"),
+        pytest.param(dropping, 10, "dropped", marks=pytest.mark.slow),
     ],
 )
 def test_killed_at_any_state_it_is_the_same_curve(tmp_path, structure, steps, happens, states):

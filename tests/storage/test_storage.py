@@ -566,7 +566,7 @@ def limited(seeds, folder):
     corrupt(folder / "one.h5", folder / f"{seeds.start}.h5", seeds)
 
 
-@pytest.mark.parametrize("seeds", [range(80), pytest.param(range(80, 1500), marks=pytest.mark.slow)], ids=str)
+@pytest.mark.parametrize("seeds", [range(40), pytest.param(range(40, 1500), marks=pytest.mark.slow)], ids=str)
 def test_corrupt_files_are_never_half_read(tmp_path, seeds):
     one_block(tmp_path)
     context = multiprocessing.get_context("forkserver")
@@ -620,6 +620,7 @@ def test_cells_of_an_earlier_version_stay_as_they_are(tmp_path, stopped_after, r
     assert found.load_factor < now.load_factor
 
 
+@pytest.mark.slow
 def test_large_arrays_of_some_iterations_only(small_model, small_cases, small_analysis, tmp_path):
     """The first, every fourth and the last iteration are kept, in the run's file as in one that is saved."""
     whole, thin = tmp_path / "whole.h5", tmp_path / "thin.h5"

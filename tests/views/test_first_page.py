@@ -162,6 +162,7 @@ def test_checks_below_their_demand_are_named_where_a_case_falls(block):
     assert "Other checks: capacity / demand 0.6 of “good” (SLV, linear), not satisfied." in head
 
 
+@pytest.mark.slow
 def test_of_many_checks_below_their_demand_the_worst_are_named():
     blocks, joint = single_block(0.4, 4.0, t=0.4)
     found = bs.directions(model_of(blocks, joint), SELF_WEIGHT, 12, flow="associative").analysis

@@ -298,6 +298,7 @@ def test_many_cases_leave_the_summary_on_one_page(tmp_path, monkeypatch):
     assert "Verification" in found[1]
 
 
+@pytest.mark.slow
 def test_the_name_of_a_tie_stays_whole(tmp_path, monkeypatch):
     monkeypatch.setattr("blockstruct.views.report.contents.drawings", lambda result: [])
     blocks, joint = single_block(0.4, 4.0)

@@ -139,7 +139,8 @@ class RigidRotation:
 
     def moment(self, tie: Pull, angle: float) -> float:
         """Moment of a tie about the hinge at an angle, N·m; against the push below zero."""
-        return float(np.cross(*self._pull(tie, angle)) @ self.axis)
+        arm, force = self._pull(tie, angle)
+        return float(force @ _across(self.axis) @ arm)
 
     def leaves(self, ends: tuple[float, float], normal: Array, angles: Array) -> float:
         """Least angle among these at which the resultant lies beyond the ends of the hinge; infinite if it stays.
@@ -241,7 +242,7 @@ class RigidRotation:
         """Displacement (3,) of a point of the body at an angle, m."""
         arm = point - self.hinge
         across = arm - (arm @ self.axis) * self.axis
-        return np.asarray((np.cos(angle) - 1) * across + np.sin(angle) * np.cross(self.axis, across))
+        return np.asarray((np.cos(angle) - 1) * across + np.sin(angle) * (_across(self.axis) @ across))
 
 
 def first_reached(excess: Callable[[float], float], tried: Array) -> float:
@@ -262,7 +263,8 @@ def first_reached(excess: Callable[[float], float], tried: Array) -> float:
 
 def _across(axis: Array) -> Array:
     """Matrix (3, 3) of the cross product with an axis."""
-    return np.cross(axis, np.eye(3)).T
+    x, y, z = axis.tolist()
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def _load(model: Model, case: LimitCase, pattern: LoadPattern, blocks: Sequence[int], hinge: Array) -> Load:
