@@ -129,6 +129,8 @@ def test_the_command_refuses_them_too(archive, tmp_path, call):
         ("'slen' in path", ["slender"]),
         ("'north' not in tags", ["squat", "text"]),
         ("holds == True", ["slender", "squat"]),
+        ("d0 < 'a'", []),
+        ("d0 != 'a'", ["slender", "squat", "text"]),
         ("holds == 0", []),
         ("n_iterations >= 1", ["slender", "squat"]),
         ("created_at > '2026-01-31' or created_at < '2026-01-31'", ["slender", "squat"]),

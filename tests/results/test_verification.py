@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import blockstruct as bs
 from blockstruct import Q_
@@ -182,6 +183,29 @@ def test_another_model_is_found_out(small_analysis, small_cases):
     )
     mixed = small_analysis.replaced(results=dict(other))
     assert {name for name, _ in bs.results.contradictions(mixed)} == set(other)
+
+
+def test_coordinates_are_not_indexed_for_every_iteration(monkeypatch):
+    """Of a case of many iterations that would take longer than all else that a save does."""
+    indexed, isel = [], xr.Dataset.isel
+
+    def counted(*args, **given):
+        indexed.append(1)
+        return isel(*args, **given)
+
+    counts = {}
+    model = model_of(*single_block(0.5, 1.0, mu=0.4))
+    for programs in (3, 12):
+        case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
+        settings = bs.ProcedureSettings(max_programs=programs)
+        analysis = bs.AnalysisManager(model, settings=settings).run([case])
+        indexed.clear()
+        with monkeypatch.context() as patch:
+            patch.setattr(xr.Dataset, "isel", counted)
+            bs.results.contradictions(analysis)
+        counts[analysis["push"].history.sizes["iteration"]] = len(indexed)
+    assert len(counts) == 2
+    assert len(set(counts.values())) == 1
 
 
 def test_validate_prints_contradictions(small_analysis, tmp_path, call, monkeypatch):

@@ -269,10 +269,17 @@ def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) ->
     """Relative velocities of every iteration, and those of supports, against the velocities of the free blocks."""
     ties = problem.ties
     fixed = np.setdiff1d(np.arange(len(statics.model.blocks)), statics.free)
+
+    # One iteration after the other, as they are read from a file; of bare variables, as coordinates would take longer
+    # to index than all else that a save does.
+    def rows(name: str, *dims: str) -> xr.Variable:
+        return history[name].variable.transpose("iteration", *dims)
+
+    of_blocks = [rows(name, "block", "axis") for name in ("block_velocity", "block_angular_velocity")]
+    of_contacts = rows("relative_velocity", "contact_point", "component")
     for k in range(history.sizes["iteration"]):
-        iteration = history.isel(iteration=k)
-        motion = motion_of(iteration)
-        stored = iteration["relative_velocity"].transpose("contact_point", "component").to_numpy()
+        motion = np.hstack([velocity[k].to_numpy() for velocity in of_blocks])
+        stored = of_contacts[k].to_numpy()
         if np.isnan(motion).all() and np.isnan(stored).all():
             # The solver found none, or the file does not keep them.
             continue
@@ -281,7 +288,7 @@ def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) ->
         wrong = []
         if len(ties):
             rates = ties.elongation(u) / ties.force_unit
-            found = iteration["tie_elongation_rate"].to_numpy()
+            found = rows("tie_elongation_rate", "tie")[k].to_numpy()
             if not np.allclose(found, rates, rtol=0, atol=_ROUNDING * _largest(rates), equal_nan=True):
                 wrong.append(f"the rates of elongation of iteration {k} are not those of its blocks")
         if not np.allclose(stored, v, rtol=0, atol=_ROUNDING * _largest(v), equal_nan=True):

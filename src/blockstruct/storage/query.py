@@ -142,7 +142,10 @@ def _compared(left: ast.expr, op: ast.cmpop, right: ast.expr, table: pd.DataFram
     present = column.notna().to_numpy()
     values = column[present]
     mask = np.full(len(column), kind is ast.NotEq)
-    mask[present] = _COMPARISONS[kind](values if isinstance(value, str | pd.Timestamp) else values.astype(float), value)
+    if not values.empty:
+        # A column without values has no kind that a literal could fail to be of, and yet a type that may refuse it.
+        held = values if isinstance(value, str | pd.Timestamp) else values.astype(float)
+        mask[present] = _COMPARISONS[kind](held, value)
     return mask
 
 
