@@ -29,7 +29,7 @@ def whole(tmp_path_factory):
 
 
 def test_killed_at_random(tmp_path, whole):
-    kill_at_random(tmp_path, whole, 3, seed=1)
+    kill_at_random(tmp_path, whole, 20, seed=1)
 
 
 @pytest.mark.parametrize(
