@@ -23,7 +23,6 @@ from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.curve_verification import curve_contradictions
 from blockstruct.results.history import division_of
-from blockstruct.results.mechanism import motion_of
 from blockstruct.statics import Division, Statics
 from blockstruct.vocabulary import Stage, Status
 
@@ -31,6 +30,8 @@ Array = NDArray[np.float64]
 
 #: Relative difference of two computations of one measure, in which rounding is summed in another order.
 _ROUNDING = 1e-3
+#: Contact points of iterations that are compared at once: large histories are read from a file as they are compared.
+_AT_ONCE = 100_000
 #: Difference of coordinates and strengths of the history from those of the model, relative to their size.
 _SAME = 1e-9
 #: Statuses whose final state is one under a share of the dead load alone.
@@ -50,18 +51,20 @@ class _State:
     @classmethod
     def of(cls, statics: Statics, problem: LimitProblem, result: CaseResult) -> Self:
         """Of SI forces and velocities; under dead load alone the load factor is the share that they carry."""
-        last = result.history.isel(iteration=-1)
-        x = last["contact_force"].transpose("contact_point", "component").to_numpy() / problem.force_unit[:, None]
-        T = last["tie_force"].to_numpy() / problem.ties.force_unit if len(problem.ties) else np.zeros(0)
-        alpha = float(last["load_factor"])
-        if last["stage"].item() == Stage.DEAD_LOAD.value:
+        history = result.history
+        x = _rows(history, "contact_force", "contact_point", "component")[-1].to_numpy() / problem.force_unit[:, None]
+        T = np.zeros(0)
+        if len(problem.ties):
+            T = _rows(history, "tie_force", "tie")[-1].to_numpy() / problem.ties.force_unit
+        alpha = float(history["load_factor"].to_numpy()[-1])
+        if history["stage"].to_numpy()[-1] == Stage.DEAD_LOAD.value:
             # The first program asks with dilatancy whether the dead load is carried, a later one for its collapse.
             dilatancy = problem.friction if result.n_iterations == 1 else problem.dilatancy
             problem = replace(problem.dead_load_alone, dilatancy=dilatancy)
             # The prestress grows with the share, and is part of the forces T.
             load = problem.w_L - problem.ties.columns @ problem.ties.prestress_L
             alpha = -float((problem.A @ x.ravel() + problem.ties.columns @ T) @ load / (load @ load))
-        return cls(problem, x, T, velocities_of(statics, problem, motion_of(last)[None])[0], alpha)
+        return cls(problem, x, T, velocities_of(statics, problem, _motion(history, slice(-1, None)))[0], alpha)
 
     def certificate(self, settings: ProcedureSettings) -> Certificate:
         return certify(self.problem, self.x, self.u, self.alpha, settings, self.T)
@@ -234,15 +237,14 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
 
 def _residuals(problem: LimitProblem, result: CaseResult) -> Iterator[str]:
     """Equilibrium of every iteration before the last, at its load factor, against the residual that it states."""
-    before = result.history.isel(iteration=slice(None, -1))
-    alpha, stored = before["load_factor"].to_numpy(), before["equilibrium_residual"].to_numpy()
-    x = before["contact_force"].transpose("iteration", "contact_point", "component").to_numpy()
-    x = x / problem.force_unit[:, None]
+    history = result.history
+    alpha, stored, stage = (history[name].to_numpy()[:-1] for name in ("load_factor", "equilibrium_residual", "stage"))
+    x = _rows(history, "contact_force", "contact_point", "component")[:-1].to_numpy() / problem.force_unit[:, None]
     T = np.zeros((len(alpha), 0))
     if len(problem.ties):
-        T = before["tie_force"].transpose("iteration", "tie").to_numpy() / problem.ties.force_unit
+        T = _rows(history, "tie_force", "tie")[:-1].to_numpy() / problem.ties.force_unit
     # Programs under dead load alone have no load factor, and a file need not keep the forces of every iteration.
-    known = np.isfinite(alpha) & np.isfinite(x).all(axis=(1, 2)) & (before["stage"] != Stage.DEAD_LOAD.value).to_numpy()
+    known = np.isfinite(alpha) & np.isfinite(x).all(axis=(1, 2)) & (stage != Stage.DEAD_LOAD.value)
     for k in np.flatnonzero(known):
         found = float(np.abs(problem.unbalanced(x[k], T[k], float(alpha[k]))).max())
         if not _same(float(stored[k]), found, result.settings.equilibrium_tolerance):
@@ -267,43 +269,50 @@ def _reactions(result: CaseResult) -> Iterator[str]:
 
 def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) -> Iterator[str]:
     """Relative velocities of every iteration, and those of supports, against the velocities of the free blocks."""
-    ties = problem.ties
+    ties, n = problem.ties, history.sizes["iteration"]
     fixed = np.setdiff1d(np.arange(len(statics.model.blocks)), statics.free)
-
-    # One iteration after the other, as they are read from a file; of bare variables, as coordinates would take longer
-    # to index than all else that a save does.
-    def rows(name: str, *dims: str) -> xr.Variable:
-        return history[name].variable.transpose("iteration", *dims)
-
-    of_blocks = [rows(name, "block", "axis") for name in ("block_velocity", "block_angular_velocity")]
-    of_contacts = rows("relative_velocity", "contact_point", "component")
-    for k in range(history.sizes["iteration"]):
-        motion = np.hstack([velocity[k].to_numpy() for velocity in of_blocks])
-        stored = of_contacts[k].to_numpy()
-        if np.isnan(motion).all() and np.isnan(stored).all():
-            # The solver found none, or the file does not keep them.
-            continue
-        u = velocities_of(statics, problem, motion[None])[0]
-        v = (problem.A.T @ u).reshape(-1, 3) / problem.force_unit[:, None]
-        wrong = []
+    of_contacts = _rows(history, "relative_velocity", "contact_point", "component")
+    step = max(1, _AT_ONCE // len(problem.force_unit))
+    for begin in range(0, n, step):
+        part = slice(begin, begin + step)
+        motion, stored = _motion(history, part), of_contacts[part].to_numpy()
+        # The solver found none, or the file does not keep them.
+        known = ~(np.isnan(motion).all(axis=(1, 2)) & np.isnan(stored).all(axis=(1, 2)))
+        motion, stored = motion[known], stored[known]
+        u = velocities_of(statics, problem, motion)
+        v = (problem.A.T @ u.T).T.reshape(len(u), -1, 3) / problem.force_unit[:, None]
+        off = {"the relative velocities of iteration {} are not those of its blocks": _off(stored, v)}
         if len(ties):
-            rates = ties.elongation(u) / ties.force_unit
-            found = rows("tie_elongation_rate", "tie")[k].to_numpy()
-            if not np.allclose(found, rates, rtol=0, atol=_ROUNDING * _largest(rates), equal_nan=True):
-                wrong.append(f"the rates of elongation of iteration {k} are not those of its blocks")
-        if not np.allclose(stored, v, rtol=0, atol=_ROUNDING * _largest(v), equal_nan=True):
-            wrong.append(f"the relative velocities of iteration {k} are not those of its blocks")
-        allowed = block_motion(statics, problem, u[None])[0, fixed]
-        if not np.allclose(motion[fixed], allowed, rtol=_SAME, atol=0, equal_nan=True):
-            wrong.append(f"supports move in the mechanism of iteration {k}")
-        if wrong:
-            yield from wrong
+            rates = ties.elongation(u.T).T / ties.force_unit
+            found = _rows(history, "tie_elongation_rate", "tie")[part].to_numpy()[known]
+            off["the rates of elongation of iteration {} are not those of its blocks"] = _off(found, rates)
+        allowed = block_motion(statics, problem, u)[:, fixed]
+        still = np.isclose(motion[:, fixed], allowed, rtol=_SAME, atol=0, equal_nan=True).all(axis=(1, 2))
+        off["supports move in the mechanism of iteration {}"] = ~still
+        wrong = np.flatnonzero(np.any(list(off.values()), axis=0))
+        if len(wrong):
+            at = begin + np.flatnonzero(known)[wrong[0]]
+            yield from (text.format(at) for text, of in off.items() if of[wrong[0]])
             return
 
 
-def _largest(values: Array) -> float:
-    """Largest magnitude of those that the solver found; zero without any."""
-    return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+def _off(stored: Array, expected: Array) -> NDArray[np.bool_]:
+    """Whether values (n, ...) are others than expected, each n by itself, but for the rounding of its largest."""
+    axes = tuple(range(1, stored.ndim))
+    largest = np.abs(np.where(np.isfinite(expected), expected, 0.0)).max(axis=axes, initial=0.0, keepdims=True)
+    same = np.isclose(stored, expected, rtol=0, atol=_ROUNDING * largest, equal_nan=True)
+    return np.asarray(~same.all(axis=axes))
+
+
+def _rows(history: xr.Dataset, name: str, *dims: str) -> xr.Variable:
+    """A variable by its iterations, without coordinates: to index them takes longer than all else that a save does."""
+    return history[name].variable.transpose("iteration", *dims)
+
+
+def _motion(history: xr.Dataset, part: slice) -> Array:
+    """Velocities of centroids and angular velocities (n, blocks, 6) of some iterations, SI."""
+    of_blocks = (_rows(history, name, "block", "axis")[part] for name in ("block_velocity", "block_angular_velocity"))
+    return np.concatenate([velocity.to_numpy() for velocity in of_blocks], axis=2)
 
 
 def _same(one: float, other: float, scale: float) -> bool:

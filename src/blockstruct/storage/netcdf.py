@@ -103,7 +103,7 @@ def _write(group: h5py.Group, ds: xr.Dataset, kept: Sequence[int] | None) -> Non
             else:
                 item = _stored(group, str(key), variable.values)
             for k, dim in enumerate(variable.dims):
-                item.dims[k].attach_scale(scales[str(dim)])
+                h5py.h5ds.attach_scale(item.id, scales[str(dim)].id, k)
         _describe(item, variable.attrs)
     _describe(group, ds.attrs)
     others = [str(name) for name in ds.coords if name not in ds.sizes]
