@@ -169,6 +169,11 @@ def test_violations_of_the_schema_name_their_place(tmp_path, content, words):
         (changed("blocks", 1, "material", to="glass"), bs.errors.UnknownNameError, ["'glass'", "stone"]),
         (changed("interfaces", "joint_material", to="glue"), bs.errors.UnknownNameError, ["'glue'", "dry"]),
         (changed("cases", 0, "dead", to="live"), bs.errors.UnknownNameError, ["'push'", "'live'"]),
+        (
+            changed("cases", to=2 * BASIC["cases"]),
+            bs.errors.ModelError,
+            ["case names used more than once: push; rename"],
+        ),
         (changed("materials", "stone", to={"unit_weight": "-1 N/m^3"}), bs.errors.ModelError, ["'stone'", "negative"]),
         (changed("blocks", 1, "polyhedron", "unit", to="kg"), bs.errors.DimensionError, ["'wedge'", "length"]),
         (changed("blocks", 0, "fixed", to=False), bs.errors.ModelError, ["no block is fixed"]),

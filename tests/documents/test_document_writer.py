@@ -122,6 +122,8 @@ def test_bad_documents_are_not_written(tmp_path, model, cases):
     other = bs.LimitCase("other", bs.LoadPattern("dead", []), cases[0].variable)
     with pytest.raises(bs.errors.ModelError, match="different load patterns share a name"):
         bs.write_document(tmp_path / "m.yaml", model, [*cases, other])
+    with pytest.raises(bs.errors.ModelError, match=f"case names used more than once: {cases[0].name}; rename"):
+        bs.write_document(tmp_path / "m.yaml", model, [*cases, cases[0]])
     blocks = [*model.blocks[:-1], bs.Block("2.3", model.blocks[-1].shape, bs.Material("tuff", "20 kN/m^3"))]
     with pytest.raises(bs.errors.ModelError, match="different materials share a name"):
         bs.write_draft(tmp_path / "m.yaml", "two tuffs", blocks, LIME, cases)

@@ -211,6 +211,13 @@ def test_what_a_third_version_goes_on_with_is_told(tmp_path, monkeypatch):
     assert stored["sideways"].versions == tuple(made_by)
 
 
+def test_a_run_that_was_killed_before_it_kept_anything_is_told(tmp_path):
+    (tmp_path / "wall.h5.partial").mkdir()
+    for go_on in (bs.recover, bs.AnalysisManager.resume):
+        with pytest.raises(bs.errors.StorageError, match="before it kept anything; wait, or run it again"):
+            go_on(tmp_path / "wall.h5")
+
+
 def test_a_finished_analysis_is_resumed_as_it_is(tmp_path, whole):
     path = bs.save_analysis(whole, tmp_path / "wall.h5")
     before = path.stat()

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from blockstruct.errors import GeometryError, ModelError, UnusualValueWarning
 from blockstruct.limit import LimitProblem, check_pushover
-from blockstruct.model import Case, Pushover
+from blockstruct.model import Case, Pushover, check_unrepeated
 from blockstruct.statics import MovingStructure, Statics
 from blockstruct.storage import patterns
 
@@ -27,10 +27,7 @@ def checked_problems(statics: Statics, cases: Sequence[Case]) -> list[LimitProbl
     if not names:
         msg = "AnalysisManager.run: no case; give at least one LimitCase or SettlementCase"
         raise ModelError(msg)
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        msg = f"AnalysisManager.run: case names used more than once: {', '.join(twice)}; rename them"
-        raise ModelError(msg)
+    check_unrepeated(names, "AnalysisManager.run: case")
     patterns(cases)
     for case in (c for c in cases if isinstance(c, Pushover)):
         check_pushover(statics.model, case)

@@ -30,6 +30,7 @@ from blockstruct.model import (
     DetectionTolerances,
     FoundContact,
     Interface,
+    check_unrepeated,
     checked_tuple,
     lies_between,
     overlaps,
@@ -210,11 +211,8 @@ def _close(
 
 
 def _check_names(blocks: Sequence[Block], explicit: Sequence[Interface]) -> None:
-    names = Counter(b.name for b in blocks)
-    twice = [name for name, count in names.items() if count > 1]
-    if twice:
-        msg = f"detect_interfaces: block names used more than once: {', '.join(twice[:10])}; rename them"
-        raise ModelError(msg)
+    check_unrepeated((b.name for b in blocks), "detect_interfaces: block")
+    names = {b.name for b in blocks}
     for interface in explicit:
         for end in (interface.minus, interface.plus):
             if end not in names:

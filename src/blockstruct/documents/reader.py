@@ -30,6 +30,7 @@ from blockstruct.model import (
     Model,
     Pushover,
     SettlementCase,
+    check_unrepeated,
     direction_cases,
 )
 from blockstruct.schema import listed_violations, violations
@@ -185,6 +186,7 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
         for name, loads in content["load_patterns"].items()
     }
     cases = [case for entry in content["cases"] for case in _cases(entry, patterns)]
+    check_unrepeated((case.name for case in cases), "case")
     return Document(model, tuple(cases), content.get("settings", {}), found.report, digest)
 
 

@@ -28,6 +28,7 @@ from blockstruct.model import (
     Material,
     Model,
     Pushover,
+    check_unrepeated,
     given_quantities,
     kind_of,
     tie_kind_of,
@@ -170,6 +171,7 @@ def _write(
     ties: Sequence[AnyTie] = (),
 ) -> Path:
     check_new_document(path)
+    check_unrepeated((case.name for case in cases), f"{path}: case")
     patterns = {p.name: p for case in cases for p in case.patterns}
     if any(patterns[p.name] != p for case in cases for p in case.patterns):
         msg = f"{path}: different load patterns share a name; rename one"

@@ -10,7 +10,7 @@
 from blockstruct.model.block import Block
 from blockstruct.model.bonded_bar import BondedBar
 from blockstruct.model.case import Case
-from blockstruct.model.checks import checked_name, checked_tuple
+from blockstruct.model.checks import check_unrepeated, checked_name, checked_tuple
 from blockstruct.model.compass import direction_cases, direction_of
 from blockstruct.model.detection_report import (
     Detection,
@@ -93,6 +93,7 @@ __all__ = [
     "Pushover",
     "SettlementCase",
     # input
+    "check_unrepeated",
     "checked_name",
     "checked_tuple",
     "direction_cases",

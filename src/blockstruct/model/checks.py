@@ -2,6 +2,7 @@
 
 import math
 import operator
+from collections import Counter
 from collections.abc import Iterable
 from typing import Any, get_args
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.units import VectorLike, si, si_vector
+from blockstruct.vocabulary import listed
 
 #: Characters of a name. That of an interface holds two of blocks.
 LONGEST_NAME = 1000
@@ -64,6 +66,20 @@ def checked_name(name: Any, kind: str) -> str:
         msg = f"{kind} {shown(name)}: a name must be a text of 1 to {LONGEST_NAME} printable characters, not blank"
         raise ModelError(msg)
     return name
+
+
+def check_unrepeated(names: Iterable[str], what: str) -> None:
+    """Refuse names that are used more than once.
+
+    Raises
+    ------
+    ModelError
+        If there are any.
+    """
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        msg = f"{what} names used more than once: {listed(twice)}; rename them"
+        raise ModelError(msg)
 
 
 def checked_source(source: Any, who: str) -> str:

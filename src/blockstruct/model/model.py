@@ -15,7 +15,7 @@ from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry import unsupported
 from blockstruct.keywords import checked_keywords
 from blockstruct.model.block import Block
-from blockstruct.model.checks import checked_name, checked_tuple
+from blockstruct.model.checks import check_unrepeated, checked_name, checked_tuple
 from blockstruct.model.detection_report import Detection, DetectionReport
 from blockstruct.model.fit import check_interfaces, check_overlaps
 from blockstruct.model.interface import Interface
@@ -162,10 +162,7 @@ class Model:
             raise
 
     def _check_names(self, kind: str, objects: Iterable[Any]) -> None:
-        twice = [n for n, count in Counter(o.name for o in objects).items() if count > 1]
-        if twice:
-            msg = f"model {self.name!r}: {kind} names used more than once: {listed(twice)}; rename them"
-            raise ModelError(msg)
+        check_unrepeated((o.name for o in objects), f"model {self.name!r}: {kind}")
 
     def _check(self) -> None:
         who = f"model {self.name!r}"

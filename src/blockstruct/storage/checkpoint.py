@@ -94,7 +94,12 @@ class Checkpoint:
         """
         place = place_of(path)
         if not is_unfinished(place):
-            none = f"no working data, {folder_of(place)}: no run that writes to it was killed"
+            kept = (
+                "its run begins or has ended before it kept anything; wait, or run it again"
+                if folder_of(place).is_dir()
+                else "no run that writes to it was killed"
+            )
+            none = f"no working data, {folder_of(place)}: {kept}"
             msg = f"{path}: {f'is {found}' if (found := named_instead(Path(path))) else none}"
             raise StorageError(msg)
         lock = WriterLock(place)
