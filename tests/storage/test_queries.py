@@ -157,6 +157,9 @@ def test_differences(history, small_analysis):
     another = bs.AnalysisManager(model_of(*single_block(0.5, 2.0))).run([case])["rocks"].history
     with pytest.raises(bs.errors.ModelError, match="different contact point positions"):
         history.blockstruct.difference(another)
+    for no_history in (3, history.load_factor):
+        with pytest.raises(bs.errors.ModelError, match=r"is not a history; give result\.history"):
+            history.blockstruct.difference(no_history)
 
 
 def exact(path, columns):

@@ -215,9 +215,13 @@ class HistoryAccessor:
         Raises
         ------
         ModelError
-            If the histories have different contact points or blocks, or the file of one does not keep the iteration.
+            If the other is not a history, the two have different contact points or blocks, or the file of one does not
+            keep the iteration.
         """
         other = self._ds if other is None else other
+        if not isinstance(other, xr.Dataset) or "contact_point_position" not in other.variables:
+            msg = f"difference: {shown(other)} is not a history; give result.history, and iterations by their keywords"
+            raise ModelError(msg)
         for name in ("contact_point_position", "block_position"):
             one, two = self._ds[name].to_numpy(), other[name].to_numpy()
             if one.shape != two.shape or not np.allclose(one, two, rtol=0, atol=1e-9 * np.ptp(one, axis=0).max()):
