@@ -158,6 +158,10 @@ def test_values_without_mechanical_meaning(make, words):
         (lambda: bs.wall(lenght="1 m"), ["wall", "'lenght'", "did you mean length?"]),
         (lambda: bs.arch(colour="red"), ["arch", "'colour'", "known are span, thickness"]),
         (lambda: bs.imports.read_mesh("m.obj", units="mm"), ["read_mesh", "did you mean unit?"]),
+        (lambda: bs.run(None, [], spred=True), ["run", "did you mean spread?"]),
+        (lambda: bs.AnalysisManager.run(None, [], spred=True), ["AnalysisManager.run", "did you mean spread?"]),
+        (lambda: bs.open_analysis("a.h5", verfy=False), ["open_analysis", "did you mean verify?"]),
+        (lambda: bs.least_tie_force(None, None, [], factor=1), ["least_tie_force", "'factor'", "load_factor"]),
         (lambda: bs.AnalysisManager("m", stor="x"), ["AnalysisManager", "did you mean store?"]),
     ],
 )
@@ -361,7 +365,7 @@ def test_slight_penetration_is_contact_or_an_error_but_never_nothing():
     # 0.05 mm on blocks of 1 m: found as contact with a tolerance above it, refused as overlap below.
     blocks = [box("a", fixed=True), box("b", z=1), box("c", x=1 - 5e-5, z=1), box("g", x=1.0, fixed=True)]
     blocks[3] = box("g", x=1.0 + 1e-9, fixed=True)
-    with refused(bs.errors.GeometryError, "'b' and 'c'", "tolerance above the penetration"):
+    with refused(bs.errors.GeometryError, "'b' and 'c'", "tolerance above 5e-05 m"):
         model_of(blocks, JOINT)
     found = bs.detect_interfaces(blocks, JOINT, tolerance="0.1 mm")
     assert "b|c" in [i.name for i in bs.Model("m", blocks, found.interfaces).interfaces]

@@ -73,10 +73,11 @@ def check_overlaps(
     ]
     if pairs:
         named = [f"{a!r} and {b!r} by {depth:.3g} m" for a, b, depth in pairs]
+        deepest = max(depth for *_, depth in pairs)
         msg = (
             f"{who}: overlapping blocks, {counted(len(pairs), 'pair')} in all (limit {gap:.3g} m): "
-            f"{listed(named)}; move or cut the blocks, or detect interfaces with a tolerance above the "
-            "penetration and give the model all of what was found (interfaces=found)"
+            f"{listed(named)}; move or cut the blocks, or detect interfaces with a tolerance above {deepest:.3g} m "
+            "(--gap where blocks are imported) and give the model all of what was found (interfaces=found)"
         )
         raise GeometryError(msg)
 

@@ -11,6 +11,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
+from blockstruct.keywords import checked_keywords
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.curve_comparison import compared_curves
@@ -107,6 +108,7 @@ def _of_curves(row: Any) -> list[str]:
     return [said] + [f"    {ends[0]}; other: {ends[1]}"] * (ends[0] != ends[1])
 
 
+@checked_keywords
 def compare(one: Analysis, other: Analysis) -> Comparison:
     """Compare two analyses, case by case.
 

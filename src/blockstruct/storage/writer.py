@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.errors import ModelError, StorageError, shown
+from blockstruct.keywords import checked_keywords
 from blockstruct.model import Case, LoadPattern
 from blockstruct.results import Analysis, confirm, stored_value
 from blockstruct.schema import schema_text, violations
@@ -37,6 +38,7 @@ SCHEMA = "analysis-1"
 RAREST = 50
 
 
+@checked_keywords
 def save_analysis(analysis: Analysis, path: str | Path, *, keep_every: int = 1) -> Path:
     """Write an analysis to one file, in one step: readers see the whole new file or what was there before.
 
@@ -120,6 +122,7 @@ def save_image(image: bytes, path: str | Path) -> Path:
     return place
 
 
+@checked_keywords
 def write_draft(parts: Iterable[bytes | memoryview], draft: Path) -> None:
     """Write bytes to a file that has not got its name yet, and wait until they are on the disk."""
     try:

@@ -69,8 +69,11 @@ def model_text(model: bs.Model) -> str:
     return text
 
 
-def result_text(result: bs.CaseResult) -> Text:
-    """Status, load factor and certificate of a case, with the tolerances that make it hold."""
+def result_text(result: bs.CaseResult, *, of_spread: bool = False) -> Text:
+    """Status, load factor and certificate of a case, with the tolerances that make it hold.
+
+    Of a spread it is not told that there may be others.
+    """
     case, c = result.case, result.certificate
     text = Text("\n").append(f"{result.name}\n", style="bold")
     text.append(f"  {case.question}\n")
@@ -78,7 +81,7 @@ def result_text(result: bs.CaseResult) -> Text:
     text.append(f"  {result.answer.name} {result.headline.text(6)}\n", style="bold")
     if result.relied_on is not None:
         text.append(f"  relied on: {result.relied_on}\n", style="bold")
-    elif one := result.headline.of_one_schedule:
+    elif not of_spread and (one := result.headline.of_one_schedule):
         text.append(f"  {one}\n")
     if said := range_words(result):
         text.append(f"  {said}\n")
