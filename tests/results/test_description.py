@@ -64,6 +64,14 @@ def test_a_number_of_one_schedule_is_told_as_one(small_model):
     assert "another may find a larger one" in bs.run(model_of(*single_block(0.5, 1.0)), [sinks])["sinks"].describe()
 
 
+def test_runs_of_a_spread_are_not_told_to_run_one(small_model, tmp_path, call):
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
+    bs.AnalysisManager(small_model, tmp_path / "a.h5").run([case], spread="steep")
+    _, out, _ = call("show", tmp_path / "a.h5")
+    assert "push [steep]" in out
+    assert "another may find" not in out
+
+
 def test_the_motion_of_a_run_without_an_end_is_no_result():
     """That every block moves was told of an iteration as of a collapse."""
     model = model_of(*single_block(0.5, 1.0))
