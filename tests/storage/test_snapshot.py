@@ -183,6 +183,15 @@ def test_salvage_keeps_what_can_be_read_and_says_so(copy, small_analysis):
         bs.salvage(copy)
 
 
+def test_salvage_follows_no_link_and_says_so(copy):
+    forces = "/cases/push associative/history/contact_force"
+    with h5py.File(copy, "r+") as file:
+        del file[forces]
+        file[forces] = h5py.ExternalLink("elsewhere.h5", "/x")
+    found = bs.salvage(copy)
+    assert found.lost == {forces: "a link to elsewhere, which is not followed"}
+
+
 def test_salvage_of_zeroed_sectors(copy):
     """Whatever they held, all that can be read without them is; none of them holds the root of the file."""
     content = bytearray(copy.read_bytes())

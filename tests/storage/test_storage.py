@@ -50,6 +50,11 @@ def same(one: bs.Analysis, other: bs.Analysis) -> None:
         np.testing.assert_equal(result.load_factor, twin.load_factor)
 
 
+def test_no_tolerance_is_kept_but_that_of_the_settings(small_analysis):
+    assert small_analysis.solver_options["clarabel"]["direct_solve_method"] == "qdldl"
+    assert not {"tol_gap_abs", "tol_gap_rel", "tol_feas"} & set(small_analysis.solver_options["clarabel"])
+
+
 def test_round_trip(small_analysis, path):
     same(small_analysis, bs.open_analysis(path))
 
