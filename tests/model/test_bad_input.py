@@ -159,8 +159,6 @@ def test_values_without_mechanical_meaning(make, words):
         (lambda: bs.arch(colour="red"), ["arch", "'colour'", "known are span, thickness"]),
         (lambda: bs.imports.read_mesh("m.obj", units="mm"), ["read_mesh", "did you mean unit?"]),
         (lambda: bs.run(None, [], spred=True), ["run", "did you mean spread?"]),
-        (lambda: bs.AnalysisManager.run(None, [], spred=True), ["AnalysisManager.run", "did you mean spread?"]),
-        (lambda: bs.open_analysis("a.h5", verfy=False), ["open_analysis", "did you mean verify?"]),
         (lambda: bs.least_tie_force(None, None, [], factor=1), ["least_tie_force", "'factor'", "load_factor"]),
         (lambda: bs.AnalysisManager("m", stor="x"), ["AnalysisManager", "did you mean store?"]),
     ],

@@ -117,7 +117,6 @@ class AnalysisManager:
         self.keep_every = checked_keep_every(keep_every)
         self.store = None if store is None else claim(store)
 
-    @checked_keywords
     def run(self, cases: Iterable[Case], *, spread: bool | str | Iterable[str] = False) -> Analysis:
         """Run cases, one after the other.
 
@@ -180,7 +179,6 @@ class AnalysisManager:
         return done
 
     @classmethod
-    @checked_keywords
     def resume(cls, path: str | Path, *, listeners: Iterable[Listener] = (), progress: Progress = "auto") -> Analysis:
         """Go on with a run that was killed or interrupted, from its last committed iteration.
 
@@ -242,7 +240,6 @@ class AnalysisManager:
         """Check cases as :meth:`run` does before it solves anything, and return their limit problems."""
         return checked_problems(self.statics, cases)
 
-    @checked_keywords
     def sweep(
         self,
         quantity: str | Mapping[str, Any],

@@ -25,6 +25,8 @@ _PACKAGES = (
     "shapely",
     "xarray",
 )
+#: Options of Clarabel that every solve takes from the settings: what they are by default was never used.
+_TOLERANCES = {"tol_gap_abs", "tol_gap_rel", "tol_feas"}
 
 
 def now() -> str:
@@ -50,7 +52,8 @@ def solver_options(settings: Iterable[ProcedureSettings]) -> dict[str, dict[str,
 
 def _options(solver: Any) -> dict[str, Any]:
     settings = getattr(solver, "settings", None)
-    plain = {name: getattr(settings, name) for name in dir(settings) if not name.startswith("_")}
+    names = [name for name in dir(settings) if not name.startswith("_") and name not in _TOLERANCES]
+    plain = {name: getattr(settings, name) for name in names}
     return {name: value for name, value in plain.items() if isinstance(value, bool | int | float | str)}
 
 

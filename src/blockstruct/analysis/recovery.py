@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from blockstruct.keywords import checked_keywords
 from blockstruct.limit import LimitProblem, ProcedureSettings
 from blockstruct.model import Case, Model
 from blockstruct.results import Analysis, CaseResult, history_of
@@ -14,7 +13,6 @@ from blockstruct.storage import Checkpoint
 from blockstruct.vocabulary import Status
 
 
-@checked_keywords
 def recover(path: str | Path) -> Analysis:
     """Make the analysis file of a run that was killed, with every iteration that it committed.
 

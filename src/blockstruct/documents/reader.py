@@ -14,7 +14,6 @@ from blockstruct.documents import yaml_core
 from blockstruct.documents.walls import wall_of
 from blockstruct.errors import BlockstructError, DocumentError, StorageError, UnknownNameError
 from blockstruct.files import unique_pairs
-from blockstruct.keywords import checked_keywords
 from blockstruct.model import (
     LOAD_KINDS,
     TIE_KINDS,
@@ -66,7 +65,6 @@ class Document:
     hash: str
 
 
-@checked_keywords
 def read_document(path: str | Path) -> Document:
     """Read a model document.
 

@@ -13,7 +13,6 @@ from blockstruct.contacts.detection import detect_interfaces
 from blockstruct.documents import yaml_core
 from blockstruct.errors import DocumentError, ModelError
 from blockstruct.files import check_new, write_new
-from blockstruct.keywords import checked_keywords
 from blockstruct.model import (
     JOINT_PROPERTIES,
     LOAD_KINDS,
@@ -45,7 +44,6 @@ if TYPE_CHECKING:
 _SAME = 1e-9
 
 
-@checked_keywords
 def write_document(
     path: str | Path,
     model: Model,
@@ -112,7 +110,6 @@ def _same(known: list[Interface], found: list[Interface]) -> bool:
     )
 
 
-@checked_keywords
 def write_draft(
     path: str | Path,
     name: str,

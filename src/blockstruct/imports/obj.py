@@ -12,7 +12,6 @@ from blockstruct.errors import GeometryFileError, ModelError
 from blockstruct.files import write_new
 from blockstruct.imports.solid import Face, Solid, metres_per_unit
 from blockstruct.imports.source import checked_faces, read_text
-from blockstruct.keywords import checked_keywords
 from blockstruct.model import Block, Material
 from blockstruct.units import QuantityLike
 from blockstruct.vocabulary import counted
@@ -138,7 +137,6 @@ def _face(words: list[str], known: int, path: Path, number: int) -> Face:
     return face
 
 
-@checked_keywords
 def write_obj(path: str | Path, blocks: Iterable[Block], *, unit: QuantityLike = "m") -> Path:
     """Write blocks as objects of a Wavefront OBJ file, to the last digit.
 

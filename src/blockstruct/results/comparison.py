@@ -11,7 +11,6 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.keywords import checked_keywords
 from blockstruct.results.analysis import Analysis
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.curve_comparison import compared_curves
@@ -79,7 +78,8 @@ class Comparison:
             lines.append(
                 f"  {name}: {ended[0]} {answers[0]}, other {ended[1]} {answers[1]}, "
                 f"relative difference {row['relative_difference']:.1e}, "
-                f"of forces {row['force_difference']:.1e}, of the mechanism {row['mechanism_difference']:.1e}"
+                f"of forces {_shown(row['force_difference'])}, "
+                f"of the mechanism {_shown(row['mechanism_difference'])}"
                 f"{'' if row['same_certificate'] else ', another certificate'}"
                 f"{'' if row['same_question'] else ', another question'}"
             )
@@ -89,6 +89,11 @@ class Comparison:
         for case, changed in self.settings.items():
             lines += [f"  {case}: {name} {one!r}, other {two!r}" for name, (one, two) in changed.items()]
         return "\n".join(lines)
+
+
+def _shown(difference: float) -> str:
+    """A difference of two states, infinite where they cannot be compared."""
+    return f"{difference:.1e}" if np.isfinite(difference) else "not comparable"
 
 
 def _said(value: float, unit: str) -> str:
@@ -108,7 +113,6 @@ def _of_curves(row: Any) -> list[str]:
     return [said] + [f"    {ends[0]}; other: {ends[1]}"] * (ends[0] != ends[1])
 
 
-@checked_keywords
 def compare(one: Analysis, other: Analysis) -> Comparison:
     """Compare two analyses, case by case.
 

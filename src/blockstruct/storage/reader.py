@@ -10,7 +10,6 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.errors import BlockstructError, FormatError
-from blockstruct.keywords import checked_keywords
 from blockstruct.model import LoadPattern, Model
 from blockstruct.results import Analysis, CaseResult, LazyHistory
 from blockstruct.storage.analysis_file import AnalysisFile, major, parameters_of, violated
@@ -38,7 +37,6 @@ DAMAGE = (BlockstructError, ArithmeticError, IndexError, KeyError, TypeError, Va
 Blank = Callable[[Model, CaseResult], xr.Dataset]
 
 
-@checked_keywords
 def open_analysis(path: str | Path, *, verify: bool = True) -> Analysis:
     """Read an analysis back: the model and its cases. A history is read when it is first looked at.
 
@@ -71,7 +69,6 @@ def planned_analysis(path: str | Path) -> Analysis:
     return read_analysis(AnalysisFile(folder_of(place_of(path)) / "plan"), lambda *_: xr.Dataset())
 
 
-@checked_keywords
 def check_file(path: str | Path) -> dict[str, Any]:
     """Check all of a file, its histories included, and give its root attributes.
 

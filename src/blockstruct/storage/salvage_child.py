@@ -56,12 +56,15 @@ class _Reader:
         names: list[str] = []
         if f"{place}/*" not in self.skip:
             with self.at(f"{place}/*"):
-                names = [name for name in group if isinstance(group.get(name, getlink=True), h5py.HardLink)]
+                names = [*group]
         for name in names:
             path = f"{place}/{name}"
             item = None
             if path not in self.skip or look == self.words:
                 with self.at(path):
+                    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                        msg = "a link to elsewhere, which is not followed"
+                        raise ValueError(msg)
                     item = group[name]
             if isinstance(item, h5py.Dataset):
                 look(item, path)

@@ -14,7 +14,6 @@ import xarray as xr
 
 from blockstruct.errors import FormatError, StorageError
 from blockstruct.files import write_new_bytes
-from blockstruct.keywords import checked_keywords
 from blockstruct.storage import salvage_child
 from blockstruct.storage.netcdf import netcdf_image
 from blockstruct.storage.snapshot import Snapshot
@@ -53,7 +52,6 @@ class Salvaged:
         return "\n".join(lines)
 
 
-@checked_keywords
 def salvage(path: str | Path, output: str | Path | None = None, *, time_limit: float = 120.0) -> Salvaged:
     """Keep what can still be read of a damaged analysis file.
 

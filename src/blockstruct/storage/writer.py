@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.errors import ModelError, StorageError, shown
-from blockstruct.keywords import checked_keywords
 from blockstruct.model import Case, LoadPattern
 from blockstruct.results import Analysis, confirm, stored_value
 from blockstruct.schema import schema_text, violations
@@ -38,7 +37,6 @@ SCHEMA = "analysis-1"
 RAREST = 50
 
 
-@checked_keywords
 def save_analysis(analysis: Analysis, path: str | Path, *, keep_every: int = 1) -> Path:
     """Write an analysis to one file, in one step: readers see the whole new file or what was there before.
 
@@ -122,7 +120,6 @@ def save_image(image: bytes, path: str | Path) -> Path:
     return place
 
 
-@checked_keywords
 def write_draft(parts: Iterable[bytes | memoryview], draft: Path) -> None:
     """Write bytes to a file that has not got its name yet, and wait until they are on the disk."""
     try:
