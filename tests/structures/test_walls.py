@@ -5,6 +5,7 @@ import itertools
 import ezdxf
 import numpy as np
 import pytest
+import shapely
 from scipy.integrate import trapezoid
 
 import blockstruct as bs
@@ -36,6 +37,17 @@ def area(blocks, depth=DEPTH):
 
 def voussoirs(blocks):
     return [b for b in blocks if "voussoir" in b.name]
+
+
+def pieces_apart(blocks):
+    """Names of the blocks whose front falls apart, or crosses itself, but for rounding."""
+    found = []
+    for block in blocks:
+        front = list(block.shape.faces[block.face_towards("-y")])
+        outline = shapely.Polygon(block.shape.vertices[front][:, [0, 2]])
+        if not outline.is_valid or outline.buffer(-1e-6).geom_type != "Polygon":
+            found.append(block.name)
+    return found
 
 
 @pytest.mark.parametrize(
@@ -88,6 +100,30 @@ def test_a_keystone_reaches_the_bed_joint_above_it():
     assert key.shape.vertices[:, 2].max() == pytest.approx(2.5, abs=1e-12)
     beside = next(b for b in blocks if b.name == "voussoir 1.6")
     assert beside.shape.vertices[:, 2].max() < 2.495
+
+
+@pytest.mark.parametrize(
+    ("opening", "unit"),
+    [
+        (Opening("1 m", "0 m", "1 m", "1 m", rise="0.2 m", ring="0.2 m", voussoirs=5), 0.4),
+        (Opening("1 m", "0 m", "1.2 m", "0.4 m", rise="0.6 m", ring="0.2 m", voussoirs=7), 0.4),
+        (Opening("1 m", "0 m", "1.2 m", "0.6 m", rise="0.3 m", ring="0.3 m", voussoirs=5), 0.5),
+    ],
+)
+def test_units_over_a_keystone_on_a_bed_joint_are_not_one_piece(opening, unit):
+    # The back of the keystone is on a bed joint, but for rounding.
+    size = SIZE | {"unit_length": Q_(unit, "m"), "unit_height": Q_(0.2, "m")}
+    blocks = bs.wall(length="4.2 m", courses=8, openings=[opening], **size)
+    assert pieces_apart(blocks) == []
+    model_of(blocks, LIME)
+
+
+def test_units_between_rings_that_touch_are_not_one_piece():
+    apart = (1.2 + 2 * 0.25) * np.cos(np.pi / 8)
+    windows = [RoundOpening([Q_(x, "m"), "1.4 m"], "1.2 m", "0.25 m", 8) for x in (1.0, 1.0 + apart)]
+    blocks = bs.wall(length="4 m", courses=12, openings=windows, **SIZE)
+    assert pieces_apart(blocks) == []
+    model_of(blocks, LIME)
 
 
 def test_a_wall_with_an_arch_is_the_same_drawn_in_dxf(tmp_path):

@@ -10,6 +10,7 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
+from blockstruct.geometry.tolerances import GRID
 from blockstruct.structures.cut import cut
 from blockstruct.structures.openings import AnyOpening, Opening
 from blockstruct.structures.rubble import RubbleJoints
@@ -104,6 +105,8 @@ class Bond:
             self._check_lintel(number, shapely.box(a, foot, b, head), shapes, within)
         if rubble is not None:
             known = [x for ends in (*gaps, *lintels[number - 1], *lintels[number + 1]) for x in ends]
+        # Rings that touch each other would else leave slits, and necks, of rounding between them.
+        grid = float(np.exp2(np.floor(np.log2(GRID * self.course_height))))
         for layer, v, length, shift in self._layers(number, shifted):
             units: list[tuple[Interval, Array | None]] = []
             for part in rest:
@@ -112,8 +115,8 @@ class Bond:
                 else:
                     joints = rubble.joints(number, layer, part, known)
                 region = shapely.box(part[0], foot, part[1], head)
-                left = shapely.difference(region, shapely.union_all(shapes)) if shapes else region
-                left = left if within is None else shapely.intersection(left, within)
+                left = shapely.difference(region, shapely.union_all(shapes), grid_size=grid) if shapes else region
+                left = left if within is None else shapely.intersection(left, within, grid_size=grid)
                 if top is None and region.area - left.area <= 1e-9 * region.area:
                     lines = [part[0], *(joints if rubble else self._apart(part, joints)), part[1]]
                     units += [(u, None) for u in pairwise(lines)]

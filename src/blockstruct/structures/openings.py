@@ -114,7 +114,7 @@ class Opening:
         shift = np.array([self.start + self.width / 2, self.sill + self.height])
         inner, outer = profile.inner + shift, profile.outer + shift
         ring = [np.array([inner[k], outer[k], outer[k + 1], inner[k + 1]]) for k in range(len(inner) - 1)]
-        return _with_keystone(ring, len(ring) // 2, 1.0, course_height)
+        return _levelled(_with_keystone(ring, len(ring) // 2, 1.0, course_height), course_height)
 
     def outline(self, course_height: float) -> Any:
         """Polygon of the opening and its arch along and up the wall."""
@@ -123,7 +123,8 @@ class Opening:
         if not ring:
             return shapely.box(left, foot, right, head)
         extrados = [corner for outline in ring for corner in outline[1:3]]
-        return shapely.Polygon([(left, foot), (right, foot), (right, head), *extrados[::-1], (left, head)])
+        corners = np.array([(left, foot), (right, foot), (right, head), *extrados[::-1], (left, head)])
+        return shapely.Polygon(*_levelled([corners], course_height))
 
     def courses(self, course_height: float) -> tuple[int, int]:
         """First course that it cuts, and first above its head."""
@@ -197,7 +198,8 @@ class RoundOpening:
         circle[-1] = circle[0]
         inner, outer = (np.array(self.centre) + r * circle for r in (self.diameter / 2, self.diameter / 2 + self.ring))
         ring = [np.array([inner[k], outer[k], outer[k + 1], inner[k + 1]]) for k in range(n)]
-        return _with_keystone(_with_keystone(ring, 0, 1.0, course_height), n // 2, -1.0, course_height)
+        crowned = _with_keystone(ring, 0, 1.0, course_height)
+        return _levelled(_with_keystone(crowned, n // 2, -1.0, course_height), course_height)
 
     def outline(self, course_height: float) -> Any:
         """Polygon of the opening and its ring along and up the wall."""
@@ -292,3 +294,16 @@ def _with_keystone(ring: list[Array], k: int, sense: float, course_height: float
     raised = inner + along * ((joint - inner[:, 1]) / along[:, 1])[:, None]
     stone = np.array([inner[0], *raised, inner[1]])
     return [*ring[:k], stone, *ring[k + 1 :]]
+
+
+def _levelled(outlines: Sequence[Array], course_height: float) -> list[Array]:
+    """Outlines whose corners on a bed joint, but for rounding, are exactly at its height.
+
+    Rounding would leave a unit that lies on both sides of a keystone in one piece over or under it.
+    """
+    levelled = []
+    for outline in outlines:
+        u, z = outline.T
+        joint = np.round(z / course_height) * course_height
+        levelled.append(np.column_stack([u, np.where(np.abs(z - joint) <= LEVEL * course_height, joint, z)]))
+    return levelled
