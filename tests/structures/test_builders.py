@@ -202,6 +202,13 @@ def test_piers_and_spandrels_count_in_whole_courses():
         bs.pier_spandrel(bays=3, storeys=2, **size | {"spandrel_height": "0.5 m"}, **BRICK)
 
 
+def test_lintels_on_a_pier_narrower_than_a_unit_share_it():
+    size = {"pier_width": "0.3 m", "opening_width": "0.8 m", "opening_height": "1.2 m", "spandrel_height": "0.6 m"}
+    blocks = bs.pier_spandrel(bays=2, storeys=1, **size, **BRICK)
+    checked(blocks)
+    assert volume(blocks) == pytest.approx(0.2 * ((3 * 0.3 + 2 * 0.8) * 1.8 - 2 * 0.8 * 1.2))
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [

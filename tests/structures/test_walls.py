@@ -273,6 +273,10 @@ def wall(**given):
         ),
         (lambda: wall(openings=[ROUND, SEGMENTAL]), "overlaps the one at 1.5 m"),
         (lambda: wall(openings=[SEGMENTAL, Opening("3.2 m", "1 m", "0.5 m", "0.75 m")]), "course 8.*meets a ring"),
+        (
+            lambda: wall(openings=[Opening(x, "0 m", "1 m", "1 m") for x in ("0.5 m", "1.9 m")]),
+            r"two lintels of course 5 overlap from 1\.65 to 1\.75 m; give the openings a shorter bearing",
+        ),
         (lambda: wall(gable="1 m", openings=[RoundOpening(["1 m", "3.2 m"], "0.6 m", "0.2 m", 8)]), "beyond the wall"),
         (lambda: wall(gable="0 m"), "gable 0 m"),
         (

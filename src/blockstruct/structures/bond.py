@@ -101,6 +101,7 @@ class Bond:
         foot, head = (number - 1) * self.course_height, top or number * self.course_height
         shapes = [o.outline(self.course_height) for o in openings if o.voussoirs is not None]
         shapes = [shape for shape in shapes if shape.bounds[1] < head and shape.bounds[3] > foot]
+        self._check_bearings(number, spans)
         for a, b in spans:
             self._check_lintel(number, shapely.box(a, foot, b, head), shapes, within)
         if rubble is not None:
@@ -154,6 +155,15 @@ class Bond:
         """Joints that do not cut off too short a piece at an end of a part."""
         shortest = SHORTEST * self.unit_length * (1 - 1e-9)
         return [x for x in joints if part[0] + shortest <= x <= part[1] - shortest]
+
+    def _check_bearings(self, course: int, spans: Sequence[Interval]) -> None:
+        for (_, end), (start, _) in pairwise(sorted(spans)):
+            if start < end - 1e-9 * self.unit_length:
+                msg = (
+                    f"wall: two lintels of course {course} overlap from {start:.6g} to {end:.6g} m; give the openings "
+                    "a shorter bearing, half of the wall between them at most, or zero"
+                )
+                raise ModelError(msg)
 
     def _check_lintel(self, course: int, lintel: Any, shapes: Sequence[Any], within: Any) -> None:
         slack = 1e-9 * lintel.area

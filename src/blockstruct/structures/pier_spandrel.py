@@ -35,7 +35,7 @@ def pier_spandrel(
         Along x.
     opening_height, spandrel_height : quantity, length
         Along z, each of whole courses. The lowest openings begin on the ground; their lintels reach half a unit into
-        the piers.
+        the piers, or half of a pier that is narrower than a unit.
     unit_length, unit_height, depth, material, base, prefix
         As for :func:`wall`.
 
@@ -55,13 +55,14 @@ def pier_spandrel(
     ['7.lintel1', '7.lintel2', '16.lintel1', '16.lintel2']
     """
     n, m = checked_count(bays, 1, "pier_spandrel: bays"), checked_count(storeys, 1, "pier_spandrel: storeys")
-    pier, clear, opening, spandrel, course = (
+    pier, clear, opening, spandrel, unit, course = (
         positive_length(value, f"pier_spandrel: {what}")
         for what, value in (
             ("pier_width", pier_width),
             ("opening_width", opening_width),
             ("opening_height", opening_height),
             ("spandrel_height", spandrel_height),
+            ("unit_length", unit_length),
             ("unit_height", unit_height),
         )
     )
@@ -70,10 +71,9 @@ def pier_spandrel(
             msg = f"pier_spandrel: {what} {value:.6g} m is not of whole courses of {course:.6g} m; change one of them"
             raise ModelError(msg)
     check_total(n * m, "pier_spandrel")
+    size = clear, opening, min(unit, pier) / 2
     openings = [
-        Opening(
-            *(to_quantity(v, "length") for v in (pier + k * (pier + clear), j * (opening + spandrel), clear, opening))
-        )
+        Opening(*(to_quantity(v, "length") for v in (pier + k * (pier + clear), j * (opening + spandrel), *size)))
         for j in range(m)
         for k in range(n)
     ]
