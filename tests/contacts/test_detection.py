@@ -433,6 +433,25 @@ def test_an_explicit_interface_is_kept_and_not_found_again():
         bs.detect_interfaces([box("a", [0, 0, 0])], DRY, explicit=[given])
 
 
+@pytest.mark.parametrize("names", [("a", "b", "b#2", "c"), ("a", "b|c", "a|b", "c")])
+def test_interfaces_have_names_of_their_own_whatever_those_of_their_blocks(names):
+    outline = np.array([(0, 0), (1, 0), (1, 1), (2, 1), (2, 0), (3, 0), (3, 2), (0, 2)], dtype=float)
+    vertices = np.concatenate([np.column_stack([outline[:, 0], np.full(8, y), outline[:, 1]]) for y in (0, 1)])
+    sides = [[k, (k + 1) % 8, 8 + (k + 1) % 8, 8 + k] for k in range(8)]
+    portal = [list(range(8)), list(range(15, 7, -1)), *(side[::-1] for side in sides)]
+    floor, two, one, upper = names
+    blocks = [
+        box(floor, [-1, -1, -1], [9, 3, 1], fixed=True),
+        bs.Block.from_faces(two, Q_(vertices, "m"), portal, STONE),
+        box(one, [4, 0, 0]),
+        box(upper, [4, 0, 1]),
+    ]
+    found = detect(*blocks)
+    model = bs.Model("of odd names", blocks, found)
+    assert len({i.name for i in model.interfaces}) == 4
+    assert found.interfaces[0].name == f"{floor}|{two}"
+
+
 def test_a_contact_that_is_not_plane_is_fitted_by_a_plane():
     # Two blocks that meet in a saddle of four corners: the fitted plane is level, the forces stay at the corners.
     saddle = np.array([[0, 0, 0.05], [1, 0, -0.05], [1, 1, 0.05], [0, 1, -0.05]])

@@ -1,8 +1,8 @@
 """Interfaces from the faces that blocks share."""
 
 import math
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -68,7 +68,8 @@ def detect_interfaces(
     All faces take part, whatever the size and number of the blocks; several interfaces per pair are possible. Pieces in
     one plane, as triangulated faces leave them, become one interface. Contacts between two fixed blocks are left out,
     and what of a contact another block lies between, as a sheet thinner than the tolerance.
-    The normal of an interface points up or, if level, along +y or +x. Whatever is left out, close or overlapping is in
+    The normal of an interface points up or, if level, along +y or +x. Interfaces are called ``minus|plus``, after their
+    blocks, and the second of a name ``minus|plus#2``. Whatever is left out, close or overlapping is in
     the report.
 
     Parameters
@@ -120,7 +121,7 @@ def detect_interfaces(
     contacts = [
         FoundContact(i.minus, i.plus, i.name, "", unknown, unknown, i.area, i.orientation, False) for i in known
     ]
-    seen: Counter[tuple[str, str]] = Counter()
+    taken = {i.name for i in known}
     for pair, hidden_by in _face_pairs([b.shape for b in blocks], size, limits):
         minus, plus = blocks[pair.minus], blocks[pair.plus]
         ends = (minus.name, plus.name)
@@ -136,13 +137,18 @@ def detect_interfaces(
         elif reason:
             near_miss = not between and not _reason(pair, limits, factor=2.0)
         else:
-            seen[ends] += 1
-            name = "|".join(ends) + (f"#{seen[ends]}" if seen[ends] > 1 else "")
+            name = _free_name("|".join(ends), taken)
+            taken.add(name)
             interface = Interface(name, *ends, to_quantity(pair.polygon, "length"), unruled())
             interfaces.append(interface.with_joint_material(rule(interface)))
         contacts.append(FoundContact(*ends, name, reason, pair.gap, pair.angle, pair.area, orientation, near_miss))
     check_rules_fit(joint_material, interfaces, who)
     return Detection(tuple(interfaces), _report(blocks, limits, contacts))
+
+
+def _free_name(pair: str, taken: Collection[str]) -> str:
+    """Name of the next interface of a pair of blocks, whose own names may hold the same marks."""
+    return next(name for k in count(1) if (name := pair if k == 1 else f"{pair}#{k}") not in taken)
 
 
 def _face_pairs(
