@@ -23,9 +23,9 @@ from blockstruct.views.figures.sheet import _file_names, nearest_to_crushing
 from blockstruct.views.report.pictures import mechanism_picture
 from blockstruct.views.selection import application_points
 from blockstruct.views.solids import Solids, triangles
-from blockstruct.views.style import ACCENT, DISPLACEMENT, FORCE, STATE_COLOURS, SUPPORT, parts
+from blockstruct.views.style import ACCENT, AMPLITUDE, DISPLACEMENT, FORCE, STATE_COLOURS, SUPPORT, parts
 from blockstruct.views.view import View
-from structures import SELF_WEIGHT, divided, model_of, push, single_block, solve
+from structures import SELF_WEIGHT, balanced_beam, divided, model_of, push, single_block, solve
 
 mpl.use("Agg")
 
@@ -206,6 +206,22 @@ def test_the_mechanism_is_drawn_to_its_amplitude_and_coloured_by_it(rocking):
         assert np.abs(moved - corner).sum(axis=1).min() == pytest.approx(0, abs=1e-6)
     block = min(faces, key=lambda face: np.ptp(face[0], axis=0).sum())
     np.testing.assert_allclose(block[2], to_rgba(DISPLACEMENT[-1]), atol=0.02)
+
+
+def test_the_ends_of_a_balanced_beam_do_not_fill_the_picture_of_its_mechanism():
+    model, load = balanced_beam()
+    result = solve(model, load)
+    assert result.load_factor == pytest.approx(4 * 0.3 * 0.3 * 20 * 0.05 / 1.95)
+    still = np.concatenate([b.shape.vertices for b in model.blocks])[:, [0, 2]]
+    ax = figures.mechanism(result, look="y", ax=axes())
+    corners = np.concatenate([path for path, *_ in drawn(ax)[0]])
+    farthest = np.linalg.norm(corners[:, None] - still, axis=2).min(axis=1).max()
+    assert farthest <= 3 * AMPLITUDE * 4 * (1 + 1e-9)
+    # The centroid is √(0.05² + 0.15²) m from the edge the beam turns about, its far upper corner √(2.05² + 0.3²) m.
+    translation = 3 * AMPLITUDE * 4 * np.hypot(0.05, 0.15) / np.hypot(2.05, 0.3)
+    assert ax.get_title(loc="left") == f"largest translation of a block drawn as {translation:.2g} m"
+    given = figures.mechanism(result, look="y", amplitude="10 cm", ax=axes())
+    assert given.get_title(loc="left") == "largest translation of a block drawn as 0.1 m"
 
 
 def test_the_push_is_an_arrow_with_the_load_factor(rocking):

@@ -17,7 +17,7 @@ from blockstruct.views.page import page_html, write_page
 from blockstruct.views.page.payload import payload
 from blockstruct.views.selection import is_pressed
 from blockstruct.views.style import AMPLITUDE
-from structures import SELF_WEIGHT, box, model_of, moved, push, single_block
+from structures import SELF_WEIGHT, balanced_beam, box, model_of, moved, push, single_block
 
 #: Traces of the scene.
 BLOCKS, EDGES, INTERFACES, JOINTS, FORCES, HEADS = range(1, 7)
@@ -261,6 +261,18 @@ def test_the_page_opens_with_the_mechanism_moved_and_blocks_opaque(page, analysi
     assert page.evaluate("document.getElementById('view').data[1].opacity") == 1
     assert "numerical iteration" in page.inner_text("label:has(#iteration)")
     assert page.inner_text("#load-factor") == f"{result.load_factor:.4g}"
+
+
+def test_the_ends_of_a_balanced_beam_stay_near_it(browser, tmp_path):
+    model, load = balanced_beam()
+    analysis = bs.run(model, [bs.LimitCase("tip", SELF_WEIGHT, load, "associative")])
+    with opened(browser, write_page(analysis, tmp_path / "beam.html")) as page:
+        still = np.concatenate([b.shape.vertices for b in model.blocks])
+        moved = coordinates(page, BLOCKS) - still
+        assert np.linalg.norm(moved, axis=1).max() == pytest.approx(3 * AMPLITUDE * 4, rel=2e-3)
+        # What is said to be drawn is: of the beam, the last block.
+        translation = np.linalg.norm(moved[-8:].mean(axis=0))
+        assert page.inner_text("#amplitude-value") == f"{translation:.3g} m"
 
 
 def test_nothing_lies_in_the_face_of_a_block(page, analysis):

@@ -14,6 +14,9 @@ from blockstruct.geometry import triangulated
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+#: Displacement of a corner, in multiples of the largest translation, beyond which a mechanism is drawn smaller.
+LEVER = 3.0
+
 
 @dataclass(frozen=True)
 class Solids:
@@ -78,6 +81,14 @@ class Solids:
         turn = found["rotation"].transpose("block", "axis").to_numpy()
         k = self.block_of_vertex
         return np.asarray(shift[k] + np.cross(turn[k], self.vertices - self.centroids[k]))
+
+    def drawn_share(self, displacement: Array) -> float:
+        """Share of the amplitude that a mechanism is drawn with: all, unless corners move much farther than centroids.
+
+        A beam that turns about a support below its centroid would else fill the picture with its ends.
+        """
+        farthest = float(np.linalg.norm(displacement, axis=1).max())
+        return min(1.0, LEVER / farthest) if farthest > 0 else 1.0
 
 
 @dataclass(frozen=True, slots=True)

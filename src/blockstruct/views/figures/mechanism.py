@@ -47,7 +47,8 @@ def mechanism(
         ``"displacement"``: how far a block moves. ``"macro-block"``: the body it moves with
         (:func:`blockstruct.results.macro_blocks`), named in the legend with its weight.
     amplitude : quantity, length
-        The largest translation of a centroid; 8 % of the structure's largest extent by default.
+        The largest translation of a centroid. By default 8 % of the structure's largest extent, or less: as much as
+        moves no corner by more than three times that.
     iteration, look, ax
         As in :func:`structure`.
 
@@ -61,13 +62,14 @@ def mechanism(
         raise bs.errors.ModelError(msg)
     index = chosen_iteration(given_result(result, "mechanism"), iteration)
     model, solids = result.model, Solids.of(result.model)
-    factor = AMPLITUDE * solids.size if amplitude is None else si(amplitude, "length", "mechanism: amplitude")
+    given = None if amplitude is None else si(amplitude, "length", "mechanism: amplitude")
     displacement = solids.displacement(result, index)
     if not np.isfinite(displacement).all():
         msg = (
             f"case {result.name!r}: no mechanism in iteration {index}, {result.status.words}; choose another iteration"
         )
         raise bs.errors.ModelError(msg)
+    factor = AMPLITUDE * solids.size * solids.drawn_share(displacement) if given is None else given
     moved = solids.vertices + factor * displacement
     canvas = Canvas.of(result, ax, look)
     canvas.ghost(model, solids)
@@ -80,7 +82,8 @@ def mechanism(
     drawn = _push(canvas, result, index, solids, moved)
     canvas.frame(np.concatenate([solids.vertices, moved, drawn]))
     if colour == "displacement":
-        canvas.ax.set_title(f"largest displacement drawn as {factor:.2g} m", fontsize="small", color="0.35", loc="left")
+        said = f"largest translation of a block drawn as {factor:.2g} m"
+        canvas.ax.set_title(said, fontsize="small", color="0.35", loc="left")
     else:
         legend_above(canvas.ax, handles, [str(handle.get_label()) for handle in handles])
     return canvas.ax  # type: ignore[no-any-return]

@@ -39,6 +39,8 @@ const B = blocks.name.length, I = interfaces.name.length;
 // ---------------------------------------------------------------- what is shown
 const shown = {case: data.first, iteration: 0, amplitude: data.look.amplitude, colour: "state", picked: null, step: null};
 const current = () => data.cases[shown.case];
+/** The largest translation as it is drawn, m: less than the slider says where corners move much farther. */
+const largest = () => shown.amplitude * blocks.size * current().share[shown.iteration];
 
 /** Coordinates of points where the blocks are in the step of the pushover: turned about the centroid, and moved. */
 function placed(points, blockOf) {
@@ -53,7 +55,7 @@ function placed(points, blockOf) {
 /** Coordinates of points after the mechanism of the iteration, to first order; or in the step of the pushover. */
 function displaced(points, blockOf) {
   if (shown.step !== null) return placed(points, blockOf);
-  const scale = shown.amplitude * blocks.size, start = shown.iteration * B * 6, moved = points.slice();
+  const scale = largest(), start = shown.iteration * B * 6, moved = points.slice();
   if (!scale) return moved;
   // Without a mechanism the blocks stay where they are.
   const u = current().velocity.subarray(start, start + 6 * B).map(c => Number.isNaN(c) ? 0 : c);
@@ -337,7 +339,7 @@ function describe() {
   const rows = [], i = p.index;
   if (p.kind === "block") {
     const u = Array.from(current().velocity.slice((shown.iteration * B + i) * 6, (shown.iteration * B + i) * 6 + 3));
-    const scale = shown.amplitude * blocks.size;
+    const scale = largest();
     rows.push(["block", blocks.name[i] + (blocks.fixed[i] ? " (support)" : "")], ["material", blocks.material[i]],
       ["weight", readable(blocks.weight[i], "N")], ["volume", `${Number(blocks.volume[i].toPrecision(3))} m³`],
       ["centroid", place(Array.from(blocks.centroids.slice(3 * i, 3 * i + 3)))],
@@ -444,7 +446,7 @@ function iterationText() {
   const c = current(), i = shown.iteration, value = c.answers[i];
   at("iteration").value = i;
   at("iteration-value").textContent = `${i} of ${c.stage.length - 1}, ${c.stage[i]}, ${c.answer.symbol} = ${value === null ? "–" : Number(value.toPrecision(5))}`;
-  at("amplitude-value").textContent = `${Number((shown.amplitude * blocks.size).toPrecision(3))} m`;
+  at("amplitude-value").textContent = `${Number(largest().toPrecision(3))} m`;
 }
 
 function update(drawing = redraw) { iterationText(); legend(); tieTable(); describe(); convergence(); capacityCurve(); return drawing(); }

@@ -88,7 +88,7 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
         "blocks": _blocks(model, solids, origin),
         "interfaces": _interfaces(model, shown[0], origin),
         "ties": _ties(model, origin),
-        "cases": [_case(result, _head(analysis, result), origin) for result in shown],
+        "cases": [_case(result, _head(analysis, result), solids, origin) for result in shown],
         "first": next(k for k, r in enumerate(shown) if r is first),
         "omitted": [f"{r.name}: {r.status.words}, {r.message}" for r in analysis.values() if not r.n_iterations],
     }
@@ -159,7 +159,7 @@ def _head(analysis: bs.Analysis, result: bs.CaseResult) -> dict[str, Any]:
     return {"number": head.number, "below": [text for text in below if text]}
 
 
-def _case(result: bs.CaseResult, head: dict[str, Any], origin: Array) -> dict[str, Any]:
+def _case(result: bs.CaseResult, head: dict[str, Any], solids: Solids, origin: Array) -> dict[str, Any]:
     history, resultants = result.history, result.resultants
     force = resultants["force"].transpose("iteration", "interface", "component").to_numpy()
     eccentricity = resultants["eccentricity"].transpose("iteration", "interface", "in_plane").to_numpy()
@@ -189,6 +189,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any], origin: Array) -> dict[st
         "gravest": [parts(text)[0] for text in texts],
         "state": _packed(index.reshape(states.shape), "<u2"),
         "velocity": _packed(np.array(velocity), "<f2"),
+        "share": [solids.drawn_share(solids.displacement(result, i)) for i in range(result.n_iterations)],
         **_bodies(result),
         "tie": _tie_rows(result),
         **_utilisation(history),
