@@ -25,7 +25,7 @@ from blockstruct.views.selection import application_points
 from blockstruct.views.solids import Solids, triangles
 from blockstruct.views.style import ACCENT, AMPLITUDE, DISPLACEMENT, FORCE, STATE_COLOURS, SUPPORT, parts
 from blockstruct.views.view import View
-from structures import SELF_WEIGHT, balanced_beam, divided, model_of, push, single_block, solve
+from structures import SELF_WEIGHT, balanced_beam, box, divided, model_of, push, single_block, solve
 
 mpl.use("Agg")
 
@@ -440,6 +440,20 @@ def test_stress_blocks_of_a_triangle():
     share = 1 - np.linspace(0, 1, len(N) // 2)
     np.testing.assert_allclose(N[: len(share)], 2 * h / 2 * share**2, atol=1e-12)
     np.testing.assert_allclose(M[: len(share)], 2 * h / 2 * share**2 * (1 - share) * 2 * h / 3, atol=1e-12)
+
+
+def test_names_with_dollars_are_no_formulas():
+    """As layers of a bound DXF reference have them, XREF$0$WALL."""
+    block, joint = r"a$\frac$", bs.JointMaterial("soft", 0.6, compressive_strength="1 MPa")
+    blocks = [box("b$0$", [-1, -1, -0.5], [3, 3, 0.5], fixed=True), box(block, [0, 0, 0], [0.4, 1, 0.8])]
+    dead = bs.LoadPattern("d$0$", [bs.SelfWeight(), bs.Weight(block, Q_([0.2, 0.5, 0.8], "m"), "1 kN")])
+    result = solve(model_of(blocks, joint), push(1, 0, 0), dead=dead)
+    for drawing in figures.drawings(result):
+        drawing.picture()
+    texts = [figures.crushing_domain(result, rf"b$0$|{block}", ax=axes()).get_title(loc="left").split("\n")[0]]
+    texts += [figures.loads(result, ax=axes()).get_legend().get_texts()[0].get_text()]
+    # Dollars behind a backslash are themselves.
+    assert texts == [r"b\$0\$|a\$\frac\$", r"d\$0\$: 1 kN"]
 
 
 def test_curves_have_readable_units_and_show_the_unlimited_strength():

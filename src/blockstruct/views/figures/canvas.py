@@ -197,6 +197,11 @@ def legend_above(ax: Axes, handles: Sequence[Any] | None = None, labels: Sequenc
     )
 
 
+def verbatim(name: str) -> str:
+    """A name of the user as matplotlib writes it: what stands between two dollars would be a formula."""
+    return name.replace("$", r"\$")
+
+
 def new_axes(ax: Axes | None) -> Axes:
     """Axes of a diagram, made anew if there is none, without a box."""
     axes = ax if ax is not None else plt.figure(figsize=(5, 3.4), layout="constrained").add_subplot()

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 
 import blockstruct as bs
 from blockstruct.units import readable
-from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour
+from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour, verbatim
 from blockstruct.views.selection import given_result
 from blockstruct.views.style import ACCENT, FORCE
 from blockstruct.views.words import without_curve_words
@@ -63,7 +63,7 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
     for at in broken["displacement [meter]"].unique().tolist():
         names = broken.index[broken["displacement [meter]"] == at]
         ax.axvline(at * factor, color=FORCE, lw=0.8, ls=":", zorder=0)
-        said = f"{names[0]} breaks" if len(names) == 1 else f"{len(names)} ties break"
+        said = f"{verbatim(names[0])} breaks" if len(names) == 1 else f"{len(names)} ties break"
         ax.annotate(
             said,
             (at * factor, 1.0),
@@ -75,7 +75,7 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
         )
     ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
     block, _ = result.case.control if isinstance(result.case, bs.Pushover) else ("", ())
-    ax.set(xlabel=f"displacement of the control point on {block} [{unit}]", ylabel="load factor α [-]")
+    ax.set(xlabel=f"displacement of the control point on {verbatim(block)} [{unit}]", ylabel="load factor α [-]")
     # From zero, with room for a text below it.
     ax.update_datalim([(0.0, -0.06 * load_factor.max())])
     ax.autoscale_view()

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.units import readable
-from blockstruct.views.figures.canvas import new_axes
+from blockstruct.views.figures.canvas import new_axes, verbatim
 from blockstruct.views.selection import chosen_interface, chosen_iteration, given_result
 from blockstruct.views.style import ACCENT, FORCE
 
@@ -101,7 +101,7 @@ def _title(result: bs.CaseResult, k: int, iteration: int, other: str) -> str:
     There is no bending where its eccentricity is below a thousandth of the square root of the area.
     """
     history = result.history.isel(iteration=[iteration])
-    name = str(history["interface"].to_numpy()[k])
+    name = verbatim(str(history["interface"].to_numpy()[k]))
     used = float(bs.results.utilisation(history)["crushing"].isel(iteration=0, interface=k))
     if math.isnan(used):
         return f"{name}\nnot pressed"

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import blockstruct as bs
 from blockstruct.units import readable
-from blockstruct.views.figures.canvas import Canvas, legend_above
+from blockstruct.views.figures.canvas import Canvas, legend_above, verbatim
 from blockstruct.views.loads import load_arrows
 from blockstruct.views.selection import given_result
 from blockstruct.views.solids import Solids
@@ -52,7 +52,7 @@ def loads(result: bs.CaseResult, *, look: Any = None, ax: Axes | None = None) ->
         canvas.arrows(tails, vectors, _WIDEST * solids.size * (0.4 + 0.6 * size), colour)
         drawn.append(tails)
         factor, unit = readable(np.array([arrows.largest]), "N")
-        text = f"{arrows.name}: {arrows.total * factor:.4g} {unit}{times}"
+        text = f"{verbatim(arrows.name)}: {arrows.total * factor:.4g} {unit}{times}"
         handles[text] = Line2D([], [], color=colour, lw=2)
     canvas.frame(np.concatenate(drawn))
     legend_above(canvas.ax, list(handles.values()), list(handles))

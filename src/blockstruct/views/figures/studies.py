@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 import blockstruct as bs
-from blockstruct.views.figures.canvas import legend_above, new_axes
+from blockstruct.views.figures.canvas import legend_above, new_axes, verbatim
 from blockstruct.views.study_text import out_of_the_ordinary
 from blockstruct.views.style import ACCENT, FORCE, GHOST
 
@@ -108,7 +108,7 @@ def tornado(scatter: xr.Dataset, *, most: int = 12, ax: Axes | None = None) -> A
     ax.barh(rows, change, left=alpha, height=0.7, color=ACCENT, label="μ + σ")
     ax.barh(rows, -change, left=alpha, height=0.7, color=FORCE, label="μ − σ")
     ax.axvline(alpha, color="0.2", lw=0.8)
-    ax.set_yticks(rows, shown["interface"].to_numpy(), fontsize="small")
+    ax.set_yticks(rows, [verbatim(name) for name in shown["interface"].to_numpy()], fontsize="small")
     ax.invert_yaxis()
     ax.set(xlabel="load factor α [-], to first order")
     ax.spines[["top", "right"]].set_visible(False)
