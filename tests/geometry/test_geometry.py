@@ -147,6 +147,28 @@ def test_overlap_of_non_convex_blocks():
     assert [p[:2] for p in overlapping_pairs([corner, in_the_leg], 1e-6)] == [(0, 1)]
 
 
+@pytest.mark.parametrize("angle", [0, 0.7])
+@pytest.mark.parametrize("depth", [0.3, 0.03, 0.001])
+@pytest.mark.parametrize(
+    ("origin", "size"),
+    [
+        # Into a leg of the L with a whole side; with an edge only; below its upper side, across it.
+        ((1, 1, 0), (2, 2, 1)),
+        ((1, 1, 0), (1, 1, 1)),
+        ((1.5, -1, 1), (0.4, 3, 1)),
+    ],
+)
+def test_a_shallow_overlap_of_non_convex_blocks_has_its_depth(origin, size, depth, angle):
+    shift = np.array([depth if x == 1 else 0 for x in origin]) * ((1, 1, 0) if size == (1, 1, 1) else (1, 0, 1))
+    R = rotation((0.3, 0.2, 1), angle)
+    vertices, faces = box(np.array(origin) - shift, size)
+    corner = prism(L_SHAPE, 1.0)
+    shapes = [polyhedron(v @ R.T, f, "turned") for v, f in ((corner.vertices, corner.faces), (vertices, faces))]
+    ((*pair, found),) = overlapping_pairs(shapes, 1e-6)
+    assert pair == [0, 1]
+    assert depth * 0.95 <= found <= depth * 1.5
+
+
 def test_tributary_areas_sum_up():
     square = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]], dtype=float)
     triangle = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=float)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from blockstruct.geometry.neighbours import box_pairs, separations
 from blockstruct.geometry.polyhedron import Polyhedron
 from blockstruct.geometry.tolerances import CHUNK, MOST_CROSSINGS, NO_AREA, PARALLEL, SAMPLES
-from blockstruct.geometry.triangles import distances, half_solid_angles, triangulated
+from blockstruct.geometry.triangles import between_crossings, distances, half_solid_angles, triangulated
 
 Array = NDArray[np.float64]
 
@@ -18,8 +19,9 @@ Array = NDArray[np.float64]
 def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[int, int, float]]:
     """Pairs of bodies whose interiors meet, with a penetration depth.
 
-    Convex pairs are decided exactly, by separating axes. Where a body is not convex, a regular grid of points
-    in the common bounding box is tested instead: an overlap smaller than a twelfth of that box may escape.
+    Convex pairs are decided exactly, by separating axes. Where a body is not convex, grids of lines through the common
+    bounding box and the edges of both are followed instead: an overlap without an edge of one of them in it, and
+    smaller than a twelfth of that box in two directions, may escape.
 
     Parameters
     ----------
@@ -65,6 +67,8 @@ class _Surface:
         Whether all faces have.
     triangles : (t, 3, 3) array
         Corners, but for triangles without area between corners in line.
+    edges : (e, 2, 3) array
+        Ends of the edges of faces.
     """
 
     low: Array
@@ -73,6 +77,7 @@ class _Surface:
     heights: Array
     convex: bool
     triangles: Array
+    edges: Array
 
     @classmethod
     def of(cls, body: Polyhedron, tolerance: float) -> Self:
@@ -82,7 +87,8 @@ class _Surface:
         corners = v[[t for face in body.faces for t in triangulated(v, face)]]
         areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
         triangles = corners[areas > NO_AREA * areas.max()]
-        return cls(v.min(axis=0), v.max(axis=0), body.normals[hull], heights[hull], bool(hull.all()), triangles)
+        edges = v[[edge for face in body.faces for edge in pairwise((*face, face[0])) if edge[0] < edge[1]]]
+        return cls(v.min(axis=0), v.max(axis=0), body.normals[hull], heights[hull], bool(hull.all()), triangles, edges)
 
 
 def _directions(body: Polyhedron) -> Array:
@@ -108,16 +114,46 @@ def _hull_depth(a: Polyhedron, b: Polyhedron) -> float:
 def _sampled_depth(a: _Surface, b: _Surface) -> float:
     """Largest thickness of what two bodies share, at points of it: from a face of one to a face of the other."""
     low, high = np.maximum(a.low, b.low), np.minimum(a.high, b.high)
-    # Off the regular points, where faces of neat blocks lie: a point on a face is neither inside nor outside.
-    steps = (np.arange(SAMPLES) + 0.5 + 0.013 * np.sqrt(2)) / (SAMPLES + 0.1)
-    grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
-    points = low + grid * (high - low)
-    for body in (a, b):
-        points = points[np.all(points @ body.normals.T < body.heights, axis=1)]
-    for body in (a, b):
-        parts = np.array_split(points, body.triangles.size * len(points) // CHUNK + 1)
-        points = np.concatenate([part[half_solid_angles(body.triangles, part) > np.pi] for part in parts])
+    near = [_meeting(body.triangles, low, high) for body in (a, b)]
+    points = _between(_grid_lines(low, high), np.concatenate(near))
+    points = _inside(_inside(points, a), b)
+    found = [points]
+    # What is thinner than the grid in two directions mostly has an edge of one body within the other.
+    for body, other, triangles in ((a, b, near[1]), (b, a, near[0])):
+        found.append(_inside(_between(_meeting(body.edges, low, high), triangles), other))
+    points = np.concatenate(found)
     if not len(points):
         return 0.0
     parts = np.array_split(points, max(a.triangles.size, b.triangles.size) * len(points) // CHUNK + 1)
-    return max(float((distances(p, a.triangles) + distances(p, b.triangles)).max()) for p in parts)
+    return max(float((distances(p, a.triangles) + distances(p, b.triangles)).max()) for p in parts if len(p))
+
+
+def _meeting(shapes: Array, low: Array, high: Array) -> Array:
+    """Of shapes with corners (k, n, 3) those whose box meets that between two corners."""
+    return shapes[np.all((shapes.min(axis=1) <= high) & (shapes.max(axis=1) >= low), axis=1)]
+
+
+def _grid_lines(low: Array, high: Array) -> Array:
+    """Lines (m, 2, 3) through a box along its three axes, a grid of them each."""
+    # Off the regular places, where faces and edges of neat blocks lie.
+    steps = (np.arange(SAMPLES) + 0.5 + 0.013 * np.sqrt(2)) / (SAMPLES + 0.1)
+    first, second = (grid.ravel() for grid in np.meshgrid(steps, steps + 1e-3, indexing="ij"))
+    lines = []
+    for axis in range(3):
+        shares = np.zeros((len(first), 2, 3))
+        shares[:, :, (axis + 1) % 3], shares[:, :, (axis + 2) % 3] = first[:, None], second[:, None]
+        shares[:, 1, axis] = 1.0
+        lines.append(shares)
+    return np.asarray(low + np.concatenate(lines) * (high - low))
+
+
+def _between(lines: Array, triangles: Array) -> Array:
+    parts = np.array_split(lines, 3 * len(lines) * len(triangles) // CHUNK + 1)
+    return np.concatenate([between_crossings(part, triangles) for part in parts])
+
+
+def _inside(points: Array, body: _Surface) -> Array:
+    """Of points (k, 3) those inside a body."""
+    points = points[np.all(points @ body.normals.T < body.heights, axis=1)]
+    parts = np.array_split(points, body.triangles.size * len(points) // CHUNK + 1)
+    return np.concatenate([part[half_solid_angles(body.triangles, part) > np.pi] for part in parts])

@@ -41,8 +41,10 @@ SNAP = 1e-3
 PARALLEL = 1e-6
 #: Pairs of edges that are tried for an axis between two bodies.
 MOST_CROSSINGS = 20_000
-#: Points, per side, of the grid in which two bodies that are not convex are compared.
+#: Lines, per side, of the grids along which two bodies that are not convex are compared.
 SAMPLES = 12
+#: Distance from a triangle, relative to its sides, at which a line still crosses it.
+BESIDE = 1e-9
 #: Numbers worked on at once: bounds the memory, not the result.
 CHUNK = 2_000_000
 

@@ -1,4 +1,4 @@
-"""Polygons cut into triangles, and distances from triangles."""
+"""Polygons cut into triangles, and where points and lines are beside them."""
 
 from collections.abc import Sequence
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.geometry.polygon import polygon_area
+from blockstruct.geometry.tolerances import BESIDE
 
 Array = NDArray[np.float64]
 
@@ -87,3 +88,31 @@ def distances(points: Array, triangles: Array) -> Array:
     sides = np.einsum("ptej,tej->pte", arms, np.cross(normals[:, None], edges))
     heights = np.abs(np.einsum("ptj,tj->pt", arms[:, :, 0], normals))
     return np.asarray(np.where(np.all(sides >= 0, axis=2), heights, from_edges).min(axis=1))
+
+
+def between_crossings(lines: Array, triangles: Array) -> Array:
+    """Points (k, 3) midway between the places, one after the other, at which lines (m, 2, 3) cross triangles (t, 3, 3).
+
+    The ends of a line count as such places. A line that runs along a triangle does not cross it.
+    """
+    start, way = lines[:, None, 0], (lines[:, 1] - lines[:, 0])[:, None]
+    a, b, c = triangles.transpose(1, 0, 2)[:, None]
+    # T. Möller, B. Trumbore, "Fast, minimum storage ray/triangle intersection", J. Graphics Tools 2 (1997) 21–28.
+    across = np.cross(way, c - a)
+    determinant = np.einsum("mtj,mtj->mt", across, np.broadcast_to(b - a, across.shape))
+    determinant[determinant == 0] = np.nan
+    turned = np.cross(start - a, b - a)
+    u = np.einsum("mtj,mtj->mt", start - a, across) / determinant
+    v = np.einsum("mtj,mtj->mt", np.broadcast_to(way, turned.shape), turned) / determinant
+    along = np.einsum("mtj,mtj->mt", np.broadcast_to(c - a, turned.shape), turned) / determinant
+    # One crossing too many divides a stretch, one too few hides where it ends.
+    hit = (u >= -BESIDE) & (v >= -BESIDE) & (u + v <= 1 + BESIDE) & (along > 0) & (along < 1)
+    line, _ = np.nonzero(hit)
+    every = np.arange(len(lines))
+    line = np.concatenate([every, every, line])
+    share = np.concatenate([np.zeros(len(lines)), np.ones(len(lines)), along[hit]])
+    order = np.lexsort((share, line))
+    line, share = line[order], share[order]
+    same = line[1:] == line[:-1]
+    middle, of = ((share[1:] + share[:-1]) / 2)[same], line[1:][same]
+    return np.asarray(lines[of, 0] + middle[:, None] * (lines[of, 1] - lines[of, 0]))
