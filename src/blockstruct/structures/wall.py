@@ -81,8 +81,9 @@ def wall(
     Raises
     ------
     ModelError
-        If an opening does not lie in its wall or on its bed joints, or meets a sidewall; if a sidewall or a buttress is
-        not at the wall, overlaps another or shares its name; or if rubble cannot fill a course.
+        If an opening does not lie in its wall or on its bed joints, or meets a sidewall; if two lintels overlap; if a
+        sidewall or a buttress is not at the wall, overlaps another or shares its name; or if rubble cannot fill a
+        course.
 
     Examples
     --------
