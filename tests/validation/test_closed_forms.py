@@ -249,9 +249,11 @@ def test_what_crushes_or_yields_once_it_falls_is_no_part_of_the_proof(strength, 
 
 
 @pytest.mark.parametrize("flow", ["associative", "nonassociative"])
-def test_a_block_that_slides_down_by_itself_slides(flow):
+@pytest.mark.parametrize("strength", [{}, {"cohesion": "100 Pa"}], ids=["dry", "cohesive"])
+def test_a_block_that_slides_down_by_itself_slides(strength, flow):
     # On a slope of 0.6 with μ 0.55; by the flow rule of the proof it lifts off by μ times its way, which is no opening.
-    blocks, joint = single_block(2.0, 1.0, mu=0.55)
+    blocks, _ = single_block(2.0, 1.0)
+    joint = bs.JointMaterial("joint", 0.55, **strength)
     model = model_of(moved(blocks, rotation((0, 1, 0), math.atan(0.6))), joint)
     result = solve(model, push(1, 0, 0), flow)
     assert result.status == "unstable_under_dead_load"

@@ -6,13 +6,15 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.results.utilisation import crushing_used
-from blockstruct.vocabulary import ContactState
+from blockstruct.vocabulary import ContactState, Stage
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 #: Parts of a state, in the order in which they are written.
 _PARTS = (ContactState.HINGE, ContactState.SLIDING, ContactState.TWISTING, ContactState.CRUSHING)
+#: Stages whose programs are associative, whatever the flow of the case.
+_ASSOCIATIVE = [Stage.ASSOCIATIVE.value, Stage.LARGEST_REACTION.value]
 _AT_REST = (ContactState.STICKING.value, ContactState.UNKNOWN.value)
 _NAMES = np.array(
     [
@@ -45,9 +47,9 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
     - ``crushing``: the blocks move into each other, where the joint has a compressive strength: faster than the
       tolerance or, at a hinge whose compressive strength is in use, than that share of the motion of the joint itself.
 
-    A point opens where it moves apart faster than its dilatancy makes it. Where no contact carries anything, as where
-    the dead load brings all down, that is the one of friction, of the mechanism that proves it, and no joint is open
-    for want of a force.
+    A point opens where it moves apart faster than its dilatancy makes it: in the mechanism of an associative program,
+    as that which proves that the dead load brings a structure down, that of its friction. Where no contact carries
+    anything, no joint is open for want of a force.
 
     Parameters
     ----------
@@ -84,7 +86,7 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
     slip = np.linalg.norm(v[..., 1:], axis=-1)
     idle = force.max(axis=-1, keepdims=True) == 0
     dilatancy, friction = (history[name].to_numpy() for name in ("dilatancy", "friction_coefficient"))
-    apart = v[..., 0] - np.where(idle, friction, dilatancy) * slip
+    apart = v[..., 0] - np.where(_dilates_by_friction(history), friction, dilatancy) * slip
     opening = apart > zero
     soft = np.isfinite(history["compressive_strength"].to_numpy())[index]
     is_open = ~any_of(~opening) | ~any_of(idle | (force > threshold(force, force_tolerance)))
@@ -116,6 +118,14 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
         name: history[name] for name in ("iteration", "stage", "interface") if set(history[name].dims) <= set(dims)
     }
     return xr.DataArray(state, dims=dims, coords=coords, name="contact_state")
+
+
+def _dilates_by_friction(history: xr.Dataset) -> Flags:
+    """Whether an iteration is of an associative program, (…, 1), whatever the flow of its case."""
+    stage = history["stage"].to_numpy()
+    # A later state under the dead load is one of collapse by the flow of the case, which depends on self-stress.
+    proves = (stage == Stage.DEAD_LOAD.value) & (history["iteration"].to_numpy() == 0)
+    return np.asarray(proves | np.isin(stage, _ASSOCIATIVE))[..., None]
 
 
 def _fully_pressed(history: xr.Dataset) -> Flags:
