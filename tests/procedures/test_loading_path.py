@@ -185,6 +185,33 @@ def test_displacement_is_in_metres_where_joints_have_a_stiffness(tuff):
     assert 1e-8 < float(soft.displacement[1]) < 1e-4
 
 
+@pytest.mark.parametrize(
+    ("loads", "carried"),
+    [
+        ([bs.PointLoad("block", Q_([0, 0.5, 1], "m"), "[2, 0, 0] kN")], []),
+        ([bs.PointLoad("block", Q_([0, 0.5, z], "m"), f"[{p}, 0, 0] kN") for z, p in ((1, 1), (0.2, 3))], []),
+        ([bs.BodyForce("+x")], [bs.Weight("block", Q_([0.5, 0.5, 3], "m"), "20 kN")]),
+    ],
+    ids=["at the top", "at two heights", "a mass above"],
+)
+def test_displacement_is_that_of_the_points_where_the_load_acts(loads, carried):
+    # A block of 1 m on its four corners, k A / 4 each: forces F_i at heights z_i move it by F / k_t, and turn it by
+    # sum(F_i z_i) / (k_n A (b / 2)^2).
+    stone = bs.Material("stone", "20 kN/m^3")
+    ground = bs.Block.box("ground", Q_([-1, -1, -1], "m"), Q_([3, 3, 1], "m"), stone, fixed=True)
+    block = bs.Block.box("block", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), stone)
+    joint = bs.JointMaterial("joint", 0.8, normal_stiffness="2 GPa/m", shear_stiffness="1 GPa/m")
+    model = model_of([ground, block], joint)
+    dead, variable = bs.LoadPattern("dead", [bs.SelfWeight(), *carried]), bs.LoadPattern("push", loads)
+    acts = bs.results.applied_loads(model, variable, dead)
+    F, z = acts.force[acts.block == 1, 0], acts.point[acts.block == 1, 2]
+    history = solve(model, variable, "nonassociative", dead, **PATH, path_step=0.05).history
+    first = history.where(history["stage"] == "loading_path", drop=True).isel(iteration=1)
+    moves = F.sum() / 1e9 + z * (F @ z) / 0.5e9
+    expected = float(first.load_factor) * (F @ moves) / F.sum()
+    assert float(first.displacement) == pytest.approx(expected, rel=1e-4)
+
+
 def test_stored_and_resumed_as_it_was(small_model, dead, tmp_path):
     case = bs.LimitCase("push", dead, push(1, 0, 0), "nonassociative")
     settings = bs.ProcedureSettings(**PATH)

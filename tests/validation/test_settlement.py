@@ -88,6 +88,35 @@ def test_the_loading_path_lowers_the_support():
     assert 0 < path["displacement"].to_numpy()[1] < 1e-3
 
 
+@pytest.mark.parametrize("about", [None, Q_([1, 0, 0], "m")], ids=["lowered", "turned"])
+def test_the_displacement_of_the_path_is_that_of_the_support(about):
+    # Bearings of stiffness k and kt against turning: while the left one goes down by d and turns by t, the beam turns
+    # by (d - 2 dR / k) / l, and what its turn and theirs press into the bearings is dR l.
+    model = beam(normal_stiffness="10 GPa/m", shear_stiffness="4 GPa/m")
+    k, span = 10e9 * LEDGE, LENGTH - LEDGE
+    kt = k * (LEDGE / 2) ** 2
+    # The weight of the beam alone is none of the dead load, nor is any load on what lies on it.
+    plate = bs.Block.box("plate", Q_([1.8, 0, HEIGHT], "m"), Q_([0.4, 1, 0.1], "m"), STONE)
+    model = model_of([*model.blocks, plate], model.interfaces[0].joint_material)
+    dead = bs.LoadPattern("dead", [bs.PointLoad("beam", Q_([LENGTH / 2, 0.5, HEIGHT], "m"), "[0, 0, -48] kN")])
+    settings = bs.ProcedureSettings(procedure="loading path", path_step=0.001)
+    direction = "-z" if about is None else "-y"
+    history = settle(model, ["left"], direction, dead, settings, about=about).history
+    path = history.where(history["stage"] == "loading_path", drop=True)
+    fall = float(path["reaction"][0] - path["reaction"][1])
+    s = float(path["displacement"][1])
+    if about is None:
+        expected = 2 * kt * s / (span**2 + 4 * kt / k)
+    else:
+        # At one characteristic length from the axis; the ledge is 0.75 m from it.
+        t = s / model.characteristic_length
+        arm = 1 - LEDGE / 2
+        dR = (2 * kt * arm * t - kt * t * span) / (span**2 + 4 * kt / k)
+        turn = (arm * t - 2 * dR / k) / span
+        expected = dR * arm + kt * (t - turn)
+    assert fall == pytest.approx(expected, rel=1e-4)
+
+
 def test_a_support_that_carries_all_keeps_all():
     # The structure follows as one body: relative velocities are rounding, and so is the motion of its joints.
     blocks = [

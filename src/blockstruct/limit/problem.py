@@ -12,7 +12,7 @@ from blockstruct.limit.settlement import Settlement
 from blockstruct.limit.ties import Ties
 from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.model import Case, SettlementCase
-from blockstruct.statics import ContactPoints, Statics, wrenches
+from blockstruct.statics import ContactPoints, Statics, magnitude, wrenches
 from blockstruct.vocabulary import Flow
 
 Array = NDArray[np.float64]
@@ -52,7 +52,9 @@ class LimitProblem:
     force_unit : (K,) array
         Unit of the force at each contact point, N.
     displacement_unit : float
-        Unit of displacements along the loading path, m; NaN where no joint has a stiffness.
+        Unit of displacements along the loading path, m: of the variable load, the mean of its points in its direction,
+        with couples at the unit of length; of the supports of a settlement, if they turn at the unit of length from the
+        axis. NaN where no joint has a stiffness.
     ties : Ties
         Their prestress is part of the dead wrenches.
     torsion : UniformTorsion
@@ -124,7 +126,6 @@ class LimitProblem:
         of_rectangle = points.rectangles[:, 0]
         strength = (points.strength * points.area)[points.interface[of_rectangle]]
         strength = strength + points.tension[points.rectangles].sum(axis=1)
-        driven = float(wrench_unit.sum()) if settles else float(np.linalg.norm(variable, axis=1).sum())
         problem = cls(
             A=sp.csc_array(rows @ statics.A @ columns),
             w_D=(dead / wrench_unit[:, None]).ravel() + ties.columns @ ties.prestress_D,
@@ -140,25 +141,30 @@ class LimitProblem:
             length=statics.length,
             wrench_unit=wrench_unit,
             force_unit=force_unit,
-            displacement_unit=work_unit / driven,
+            displacement_unit=work_unit,
             ties=ties,
             torsion=UniformTorsion.of(points),
         )
         if isinstance(case, SettlementCase):
             return problem.releasing(Settlement.of(statics, case, wrench_unit))
+        if np.isfinite(work_unit):
+            size = magnitude(statics.model, case.patterns[-1], case.dead, statics.free, statics.length)
+            return replace(problem, displacement_unit=work_unit / size)
         return problem
 
     def releasing(self, settlement: Settlement) -> Self:
         """The same joints and dead load, with supports that give way and their reaction as the variable load."""
         row = sp.csc_array((settlement.row * np.repeat(self.force_unit, 3) / settlement.force)[None])
         of_ties = settlement.tie_row * self.ties.force_unit / settlement.force
-        reaction = np.zeros(self.A.shape[0] + 1)
-        reaction[-1] = settlement.reaction_unit / (self.length if settlement.rotates else 1.0) / settlement.force
+        reaction, force = np.zeros(self.A.shape[0] + 1), settlement.reaction_unit
+        force = force / self.length if settlement.rotates else force
+        reaction[-1] = force / settlement.force
         return replace(
             self,
             A=sp.csc_array(sp.vstack([self.A, row])),
             w_D=np.append(self.w_D, of_ties @ self.ties.prestress_D),
             w_L=reaction,
+            displacement_unit=self.displacement_unit / force,
             ties=replace(self.ties, columns=sp.csc_array(sp.vstack([self.ties.columns, sp.csc_array(of_ties[None])]))),
             settlement=settlement,
         )

@@ -257,6 +257,9 @@ def _reaction(settlement: Settlement, iterations: Sequence[Iteration]) -> tuple[
 def _displacement(problem: LimitProblem, iterations: Sequence[Iteration]) -> tuple[str, Array, dict[str, str]]:
     given = np.isfinite(problem.displacement_unit)
     what = "displacement of the variable load, the mean of its points in its direction, since the dead load"
+    if problem.settlement is not None:
+        what = "displacement of the supports that give way, since the dead load"
+        what += f", at {problem.length:.6g} m from their axis" * problem.settlement.rotates
     attrs = _attrs("length", what) if given else _attrs("dimensionless", f"{what}; only ratios count")
     return "iteration", np.array([i.displacement for i in iterations], dtype=float), attrs
 

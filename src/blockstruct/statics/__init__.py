@@ -16,7 +16,7 @@ from blockstruct.statics.moved import MovedContacts, MovingLoads, MovingStructur
 from blockstruct.statics.statics import Statics
 from blockstruct.statics.ties import TieTable
 from blockstruct.statics.uniform_friction import multiple_of_uniform_friction
-from blockstruct.statics.wrenches import AppliedLoads, applied_loads, wrenches
+from blockstruct.statics.wrenches import AppliedLoads, applied_loads, magnitude, wrenches
 
 __all__ = [
     "AppliedLoads",
@@ -32,6 +32,7 @@ __all__ = [
     "applied_loads",
     "carried_weights",
     "equilibrium_matrix",
+    "magnitude",
     "multiple_of_uniform_friction",
     "rotated",
     "wrenches",

@@ -120,6 +120,21 @@ def wrenches(model: Model, pattern: LoadPattern, dead: LoadPattern | None = None
     return summed(model, applied_loads(model, pattern, dead))
 
 
+def magnitude(model: Model, pattern: LoadPattern, dead: LoadPattern, blocks: Index, length: float) -> float:
+    """Sum of the magnitudes of the forces on some blocks, of each point one, and of couples at a length, N.
+
+    Other parameters and errors are those of :func:`applied_loads`.
+    """
+    found = applied_loads(model, pattern, dead)
+    on = np.isin(found.block, blocks)
+    places = np.column_stack([found.block, found.point])[on]
+    _, place = np.unique(places, axis=0, return_inverse=True)
+    forces = np.zeros((len(places), 3))
+    np.add.at(forces, place, found.force[on])
+    couples = np.linalg.norm(found.couple[on], axis=1)
+    return float(np.linalg.norm(forces, axis=1).sum() + couples.sum() / length)
+
+
 def summed(model: Model, found: AppliedLoads) -> Array:
     """Wrenches (B, 6) of forces and couples about the centroids of their blocks, as of :func:`wrenches`."""
     n = len(model.blocks)
