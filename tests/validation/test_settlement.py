@@ -146,6 +146,31 @@ def test_a_support_that_is_not_needed_keeps_nothing(flow):
     np.testing.assert_allclose(up.reaction_range.magnitude, [-WEIGHT, 0], atol=1e-6 * WEIGHT)
 
 
+def test_a_path_that_ends_without_a_reaction_has_settled():
+    middle = bs.Block.box("middle", Q_([1.75, 0, -0.3], "m"), Q_([LEDGE, 1, 0.3], "m"), STONE, fixed=True)
+    model = model_of([*beam().blocks, middle], bs.JointMaterial("joint", 0.6))
+    result = settle(model, ["middle"], "-z", settings=bs.ProcedureSettings(procedure="loading path"))
+    assert abs(result.reaction.magnitude) < 1e-6 * WEIGHT
+    assert result.settled
+    assert result.message == "the certificate holds (along the loading path)"
+
+
+def test_a_path_whose_reaction_falls_and_rises_tells_the_least():
+    blocks = [
+        bs.Block.box(name, Q_([x, 0, z], "m"), Q_([b, 1, h], "m"), STONE, fixed=z < 0)
+        for name, x, z, b, h in (
+            *(("left", 0, -1, 1, 1), ("right", 1, -1, 1, 1), ("stop", -1, -1, 1, 3)),
+            *(("a", 0, 0, 1, 0.5), ("b", 1, 0, 1, 0.5), ("c", 0, 0.5, 2, 0.5)),
+        )
+    ]
+    model = model_of(blocks, bs.JointMaterial("joint", 0.8))
+    settings = bs.ProcedureSettings(procedure="loading path")
+    result = settle(model, ["left", "stop"], (0, 0.6, -0.8), settings=settings)
+    on_the_way = result.history.where(result.history["stage"] == "loading_path", drop=True)["reaction"].min().item()
+    assert on_the_way < 0.9 * result.reaction.magnitude
+    assert result.message.endswith(f"; on the way it was at its least, reaction {on_the_way:.6g} N")
+
+
 def test_the_reaction_of_a_pebble_beside_a_beam_is_as_exact():
     """The gap of a reaction is measured by what it carries, and not by the weight of all that stands around."""
     size = 0.02

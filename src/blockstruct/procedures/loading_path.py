@@ -79,7 +79,7 @@ def loading_path(
             attempts += 1
             gap = gap_of(closed)
             if closed.certificate.holds and (best is None or gap < gap_of(best)):
-                best, early = closed, not path.at_its_end(last)
+                best, early = closed, not (path.at_its_end(last) or _is_nothing(path, last, closed))
             # Closed again from its own forces, a state comes nearer to one that they belong to. Fallen once more by as
             # much as this time, the gap should do.
             again = gap > CLOSED and gap / missed * gap <= CLOSED
@@ -96,6 +96,14 @@ def loading_path(
         # Closed too early, a path certifies whatever load factor it has come to.
         message += f", but the {path.program.problem.answer} was {DRIFTING} where the path ended"
         message += f": {path.why}" if path.why else ""
-    if path.peak > best.load_factor + path.blur * abs(best.load_factor):
-        message += f"; on the way it passed a peak, {path.program.problem.said(path.peak)}"
+    if path.peak > best.load_factor + path.blur * abs(best.load_factor) and not _is_nothing(path, last, best):
+        # The largest load factor of a settlement is its least reaction.
+        extreme = "passed a peak" if path.program.problem.settlement is None else "was at its least"
+        message += f"; on the way it {extreme}, {path.program.problem.said(path.peak)}"
     return message, best
+
+
+def _is_nothing(path: Path, last: Iteration, closed: Iteration) -> bool:
+    """Whether the load factor at the end of a path, and where it is closed, is none beside its dead load."""
+    scale = closed.certificate.flow_rule_gap_limit / closed.certificate.settings.gap_tolerance
+    return max(abs(last.load_factor), abs(closed.load_factor)) <= path.blur * scale
