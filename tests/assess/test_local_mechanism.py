@@ -1465,6 +1465,24 @@ def test_an_edge_without_a_joint_is_told(result, height):
     assert note in check.notes
 
 
+@pytest.mark.parametrize(("over", "told"), [(0.0, False), (0.1, True)])
+def test_an_edge_beyond_the_joint_is_told(over, told):
+    """A bell-cote 0.5 m thick and 2.5 m high reaches beyond its ledge, about whose edge it turns.
+
+    It begins at (0.25 − over) / 1.25, thus 0.12 with over = 0.1 m, and about its own lower edge at 0.2.
+    """
+    ledge = bs.Block.box("ledge", "[0, 0, -1] m", "[2, 0.6, 1] m", STONE, fixed=True)
+    cote = bs.Block.box("bell-cote", Q_([0, -over, 0], "m"), "[2, 0.5, 2.5] m", STONE)
+    model = model_of([ledge, cote], DRY)
+    own, joint = (Q_([[0, y, 0], [2, y, 0]], "m") for y in (-over, 0.0))
+    beyond, at_joint = (bs.assess.overturning(model, case(), ["bell-cote"], edge) for edge in (own, joint))
+    assert (beyond.alpha0, at_joint.alpha0) == pytest.approx((0.2, (0.25 - over) / 1.25))
+    assert at_joint.notes == ()
+    assert bool(beyond.notes) == told
+    if told:
+        assert beyond.notes[0].startswith("No joint with what stays is at the edge named by hand: the blocks reach")
+
+
 def test_blocks_that_turn_are_no_joint_for_each_other(small):
     """The joint above the second course, 1 m up, is within the group: it is that of the blocks above it alone."""
     names = [b.name for b in small.model.blocks if not b.fixed]

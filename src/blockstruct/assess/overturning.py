@@ -87,8 +87,8 @@ def overturning(
     The loads of the case on these blocks act, and ties between them and other blocks: with their capacities, or with
     their prestress where the rotation slackens them. Nothing else holds them, no friction and no bond to other blocks,
     and nothing else weighs on them: what stands on them is told. d0 is that without ties. Where the resultant leaves
-    the edge before, which is then not the one that they turn about, the lines tell it. Where blocks reach below the
-    edge, and no joint at it holds them, a note tells it.
+    the edge before, which is then not the one that they turn about, the lines tell it. Where no joint holds the edge,
+    as below blocks that reach beyond what they stand on, a note tells it.
 
     Parameters
     ----------
@@ -287,7 +287,7 @@ def _standing_on(model: Model, names: set[str]) -> list[Line]:
 
 
 def _without_joint(model: Model, turning: Sequence[Block], ends: Array, pressing: Array) -> tuple[str, ...]:
-    """That blocks reach below an edge at which no joint takes the force with which they press it, if so."""
+    """That no joint at an edge takes the force with which blocks press it, if so, and how they reach beyond it."""
     axis = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
     up = np.array([0.0, 0.0, 1.0]) - axis[2] * axis
     if np.linalg.norm(up) < _UPRIGHT:
@@ -296,15 +296,22 @@ def _without_joint(model: Model, turning: Sequence[Block], ends: Array, pressing
     corners = np.concatenate([b.shape.vertices for b in turning])
     near = _AT_JOINT * float(np.ptp(corners, axis=0).max())
     below = {b.name: float(((ends[0] - b.shape.vertices) @ up).max()) for b in turning}
-    furthest = max(below, key=below.__getitem__)
-    if below[furthest] <= near or _at_joint(model, set(below), ends, pressing, near):
+    if _at_joint(model, set(below), ends, pressing, near):
         return ()
+    outside = "where something outside the model holds the edge, verify that, too."
+    furthest = max(below, key=below.__getitem__)
+    if below[furthest] <= near:
+        said = (
+            "No joint with what stays is at the edge named by hand: the blocks reach beyond the one that they stand "
+            f"on, and turn about its edge at less. Name an edge of a joint; {outside}"
+        )
+        return (said,)
     others = sum(depth > near for depth in below.values()) - 1
     more = f" and above those of {others} more" if others else ""
     said = (
         f"The edge named by hand is {shown(below[furthest], 'm')} above the lowest point of block {furthest!r}{more}, "
         "and no joint with what stays holds the blocks there: what is below it would turn backwards with them. Name an "
-        "edge at a joint, or only blocks above it; where something outside the model holds the edge, verify that, too."
+        f"edge at a joint, or only blocks above it; {outside}"
     )
     return (said,)
 
