@@ -228,6 +228,15 @@ def test_no_line_ends_within_a_quantity(block, tmp_path):
     assert not re.search(r"(m/|\d)\n(s²|m|k?N)", paper)
 
 
+def test_no_line_ends_within_an_index(tmp_path):
+    """A line that begins with the 0 of d_C,0 would read 0 = 0.2047 m."""
+    blocks, joint = single_block(0.4094, 4.0)
+    analysis = bs.AnalysisManager(model_of(blocks, joint)).run([case()])
+    check = bs.assess.local_mechanism(analysis["push"], 1.35, SITE)
+    paper = "\n".join(pages(write_report(analysis, tmp_path / "r.pdf", checks=[check])))
+    assert "dC,0\u00a0=\u00a00.2047\u00a0m" in paper
+
+
 def test_nothing_leaves_the_page_where_a_name_is_one_long_word(tmp_path):
     """What stands beside such a name, the load factor above all, is not pushed off the paper."""
     name, places = "Overturning_of_the_western_façade_" * 4, []
