@@ -1483,6 +1483,29 @@ def test_an_edge_beyond_the_joint_is_told(over, told):
         assert beyond.notes[0].startswith("No joint with what stays is at the edge named by hand: the blocks reach")
 
 
+def test_an_edge_over_an_opening_crushes_over_its_piers_alone():
+    """Piers of 1.25 m each beside a door of 2.5 m bear a façade of 18 · 0.6 · (2.5 · 2 + 5 · 4) = 270 kN.
+
+    With f_c = 1 MPa over 2.5 m the hinge is set back by 270 / (2 · 1000 · 2.5) = 0.054 m, over 5 m by half as much.
+    """
+    origins, lengths = [[0, 0, 0], [3.75, 0, 0], [0, 0, 2]], [1.25, 1.25, 5]
+    parts = [
+        bs.Block.box(f"part {k}", Q_(origin, "m"), Q_([length, DEPTH, 4 if k == 2 else 2], "m"), STONE)
+        for k, (origin, length) in enumerate(zip(origins, lengths, strict=True))
+    ]
+    model = model_of([facade().blocks[0], *parts], DRY.varied(compressive_strength="1 MPa"))
+    names = [b.name for b in parts]
+
+    def of(length, strength="1 MPa"):
+        edge = Q_([[0, 0, 0], [length, 0, 0]], "m")
+        return bs.assess.overturning(model, case(), names, edge, compressive_strength=strength)
+
+    assert (of(5.0).setback, of(2.5).setback) == pytest.approx((0.027, 0.054))
+    assert of(5.0).notes[0].startswith("The edge named by hand is 5 m long, the joints at its line 2.5 m: only these")
+    assert of(2.5).notes == of(5.0, None).notes == ()
+    assert run(model).load_factor == pytest.approx(of(2.5).alpha0, rel=1e-6)
+
+
 def test_blocks_that_turn_are_no_joint_for_each_other(small):
     """The joint above the second course, 1 m up, is within the group: it is that of the blocks above it alone."""
     names = [b.name for b in small.model.blocks if not b.fixed]

@@ -33,8 +33,10 @@ _UPRIGHT = 1e-6
 _LEVEL = 0.5
 #: Distance between an edge and a joint, in multiples of the extent of the blocks, up to which it lies at the joint.
 _AT_JOINT = 5e-3
-#: Points of an edge among which one at a joint is looked for.
+#: Points along a joint among which one of an edge is looked for.
 _POINTS = 41
+#: Share by which an edge that crushes is longer than the joints at it, for it to be told.
+_LONGER = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,7 +246,7 @@ def overturning(
         )
     loads = rotation.dead.force + rotation.load_factor(0.0) * rotation.variable.force
     pressing = loads + sum((pull.force * pull.direction for pull in pulls), np.zeros(3))
-    notes = _without_joint(model, turning, ends, pressing)
+    notes = _notes_of_joints(model, turning, ends, pressing, crushes=compressive_strength is not None)
     return Overturning(names, rotation, setback, alpha0, W, d0, tuple(lines), notes)
 
 
@@ -286,9 +288,12 @@ def _standing_on(model: Model, names: set[str]) -> list[Line]:
     return [Line("standing on them, not counted", ", ".join(standing), "C8.7.1.2.1.1")] if standing else []
 
 
-def _without_joint(model: Model, turning: Sequence[Block], ends: Array, pressing: Array) -> tuple[str, ...]:
-    """That no joint at an edge takes the force with which blocks press it, if so, and how they reach beyond it."""
-    axis = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+def _notes_of_joints(
+    model: Model, turning: Sequence[Block], ends: Array, pressing: Array, *, crushes: bool
+) -> tuple[str, ...]:
+    """That no joint at an edge takes the force with which blocks press it, or that the joints there are shorter."""
+    length = float(np.linalg.norm(ends[1] - ends[0]))
+    axis = (ends[1] - ends[0]) / length
     up = np.array([0.0, 0.0, 1.0]) - axis[2] * axis
     if np.linalg.norm(up) < _UPRIGHT:
         return ()
@@ -296,8 +301,16 @@ def _without_joint(model: Model, turning: Sequence[Block], ends: Array, pressing
     corners = np.concatenate([b.shape.vertices for b in turning])
     near = _AT_JOINT * float(np.ptp(corners, axis=0).max())
     below = {b.name: float(((ends[0] - b.shape.vertices) @ up).max()) for b in turning}
-    if _at_joint(model, set(below), ends, pressing, near):
-        return ()
+    joints = _joints_at(model, set(below), ends[0], axis, pressing, near)
+    if any(begin <= length + near and end >= -near for begin, end in joints):
+        total = _length_of(joints)
+        if not crushes or length <= (1 + _LONGER) * total:
+            return ()
+        said = (
+            f"The edge named by hand is {shown(length, 'm')} long, the joints at its line {shown(total, 'm')}: only "
+            "these crush, and set the hinge back further than u. Give an edge of that length."
+        )
+        return (said,)
     outside = "where something outside the model holds the edge, verify that, too."
     furthest = max(below, key=below.__getitem__)
     if below[furthest] <= near:
@@ -316,23 +329,36 @@ def _without_joint(model: Model, turning: Sequence[Block], ends: Array, pressing
     return (said,)
 
 
-def _at_joint(model: Model, names: set[str], ends: Array, pressing: Array, near: float) -> bool:
-    """Whether an edge lies at a joint, in its box along the edge, that these blocks press with a force."""
-    points = ends[0] + np.linspace(0, 1, _POINTS)[:, None] * (ends[1] - ends[0])
+def _joints_at(
+    model: Model, names: set[str], start: Array, axis: Array, pressing: Array, near: float
+) -> list[tuple[float, float]]:
+    """Begin and end along a line, m, of joints in whose box along it it lies, and that blocks press with a force."""
+    found = []
     for joint in model.interfaces:
         inward = joint.normal if joint.plus in names else -joint.normal
         within = (joint.minus in names) == (joint.plus in names)
         if within or inward @ pressing >= -_UPRIGHT * np.linalg.norm(pressing):
             continue
-        along = ends[1] - ends[0] - ((ends[1] - ends[0]) @ inward) * inward
-        if np.linalg.norm(along) < near:
+        along = axis - (axis @ inward) * inward
+        if np.linalg.norm(along) < _UPRIGHT:
             along = joint.polygon[1] - joint.polygon[0]
         along = along / np.linalg.norm(along)
         frame = np.array([along, np.cross(inward, along), inward])
+        reach = (joint.polygon - start) @ axis
+        points = start + np.linspace(reach.min(), reach.max(), _POINTS)[:, None] * axis
         box, at = joint.polygon @ frame.T, points @ frame.T
         if np.any(np.all((box.min(axis=0) - near <= at) & (at <= box.max(axis=0) + near), axis=1)):
-            return True
-    return False
+            found.append((float(reach.min()), float(reach.max())))
+    return found
+
+
+def _length_of(parts: Sequence[tuple[float, float]]) -> float:
+    """Length of what parts of a line cover, m, each by its begin and its end."""
+    total, covered = 0.0, -np.inf
+    for begin, end in sorted(parts):
+        total += max(end - max(begin, covered), 0.0)
+        covered = max(covered, end)
+    return float(total)
 
 
 def _check_at(ends: Array, blocks: Sequence[Block]) -> None:
