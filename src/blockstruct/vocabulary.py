@@ -40,6 +40,15 @@ def counted(number: int, noun: str, plural: str = "") -> str:
     return f"{number} {noun if number == 1 else plural or f'{noun}s'}"
 
 
+def coordinate(value: float, digits: int = 3) -> str:
+    """A coordinate to so many digits, and however far from the origin to as many decimals as one of a few metres has.
+
+    >>> coordinate(0.19732), coordinate(312.7482), coordinate(312.7482, 4), coordinate(15.0)
+    ('0.197', '312.75', '312.748', '15')
+    """
+    return f"{value:.{digits}g}" if abs(value) < 10 else f"{round(value, digits - 1):.15g}"
+
+
 def listed(names: Sequence[str], most: int = 10) -> str:
     """The first names, and how many more there are."""
     rest = len(names) - most

@@ -13,7 +13,7 @@ from blockstruct import Q_
 from blockstruct.assess.capacity import _Pressed
 from blockstruct.assess.capacity_of_pushover import curve_of_pushover
 from blockstruct.assess.rotation import Pull
-from structures import SELF_WEIGHT, model_of, push, solve
+from structures import SELF_WEIGHT, model_of, moved, push, solve
 
 g = 9.80665
 STONE, DRY = bs.Material("stone", "18 kN/m^3"), bs.JointMaterial("dry", 0.7)
@@ -127,6 +127,15 @@ def test_a_facade_that_crushes_by_hand():
     assert check.curve.d0 == pytest.approx(0.2676, rel=1e-5)
     assert "0.0892 / 0.0892 = 1" in str(check)
     assert "α0 counts the compressive strength: that of level LC2" in str(check)
+
+
+def test_a_hinge_far_from_the_origin_is_printed_to_the_millimetre():
+    """Set back by 32.4 mm from an edge at y = 45 m, 212.75 m above the sea."""
+    model = facade(DRY.varied(compressive_strength="1 MPa"))
+    blocks = moved(model.blocks, np.eye(3), (120, 45, 212.75))
+    result = run(model_of(blocks, model.interfaces[0].joint_material))
+    check = bs.assess.local_mechanism(result, spectrum=SITE, knowledge_level="LC2")
+    assert "along (1, 0, 0) through (122.5, 45.032, 212.75) m" in str(check)
 
 
 def test_loads_that_a_facade_carries_by_hand():

@@ -10,7 +10,7 @@ from blockstruct.results import macro_blocks
 from blockstruct.results.description import _motion, describe
 from blockstruct.views import figures
 from blockstruct.views.console import result_text
-from structures import SELF_WEIGHT, model_of, push, single_block, solve
+from structures import SELF_WEIGHT, model_of, moved, push, single_block, solve
 
 TUFF, LIME = bs.Material("tuff", "16 kN/m^3"), bs.JointMaterial("lime", 0.65)
 
@@ -121,6 +121,14 @@ def test_crushing_moves_the_axis_inwards():
     _, point = body.axis
     assert point[0] == pytest.approx(0.6, abs=1e-4)
     assert "Crushing joints: ground|block." in describe(model, result.history)
+
+
+def test_an_axis_is_where_it_is_however_far_from_the_origin():
+    """Levels above the sea: to three digits the axis at 312.75 m would lie within the block, at 313 m."""
+    blocks, joint = single_block(0.5, 3.0)
+    model = model_of(moved(blocks, np.eye(3), (25.164, 0, 312.75)), joint)
+    text = describe(model, solve(model, push(1, 0, 0)).history)
+    assert "turns about the axis along y through x = 25.66 m, z = 312.75 m" in text
 
 
 def test_what_blocks_carry_counts_as_in_the_mass_that_takes_part():

@@ -13,6 +13,7 @@ from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
 from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase, Model
 from blockstruct.results import CaseResult, MacroBlock
+from blockstruct.vocabulary import coordinate
 
 Array = NDArray[np.float64]
 
@@ -166,7 +167,7 @@ def curve_of_rotation(
             f"{' without cohesion' * cohesive}, and it slides; {instead}"
         )
         raise ModelError(msg)
-    where = ", ".join(f"{value:.4g}" for value in np.round(hinge, 6) + 0.0)
+    where = ", ".join(coordinate(value, 4) for value in np.round(hinge, 6) + 0.0)
     lines = [
         Line("hinge", f"along ({components(direction)}) through ({where}) m, where the joints press", "C8.7.1.2.1.1"),
         *(_tie_line(tie, breaks.get(tie.name), displacement) for tie in turning.ties),

@@ -11,7 +11,7 @@ from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import tie_sentences
-from blockstruct.vocabulary import AXES, ContactState, Stage, Status, counted
+from blockstruct.vocabulary import AXES, ContactState, Stage, Status, coordinate, counted
 
 Array = NDArray[np.float64]
 
@@ -123,10 +123,11 @@ def _motion(body: MacroBlock) -> str:
         # What the solver leaves of a zero is small beside the distance from the centroid.
         noise = NOISE * np.linalg.norm(point - body.centroid)
         place = np.where(np.abs(point) <= noise, 0.0, np.round(point, 6) + 0.0)
-        rest = [f"{name} = {value:.3g} m" for name, value in zip(AXES, place, strict=True)]
+        rest = [f"{name} = {coordinate(value)} m" for name, value in zip(AXES, place, strict=True)]
         where = f"the axis along {AXES[along]} through {', '.join(r for k, r in enumerate(rest) if k != along)}"
     else:
-        where = f"an axis along {_vector(direction)} through {_vector(point)} m"
+        place = np.round(point, 6) + 0.0
+        where = f"an axis along {_vector(direction)} through ({', '.join(map(coordinate, place))}) m"
     stays = np.linalg.norm(body.translation) <= STAYS * body.speed
     return f"turns about {where}; its centroid {'stays' if stays else f'moves towards {towards}'}"
 
