@@ -1576,6 +1576,22 @@ def test_a_mechanism_by_hand_below_the_one_found_is_told(result):
     assert bs.assess.local_mechanism(result, 1.35, SITE, beside=equal).notes == ()
 
 
+def test_a_mechanism_by_hand_of_other_weights_or_loads_is_refused(result):
+    """Another façade begins elsewhere, and so does this one where it is pushed the other way or carries a roof."""
+    model = result.model
+    roof = bs.LoadPattern("roof", [bs.SelfWeight(), bs.Weight("façade", "[2.5, 0.4, 6] m", "90 kN")])
+    thick = bs.Block.box("façade", "[0, 0, 0] m", Q_([LENGTH, 2 * DEPTH, HEIGHT], "m"), STONE)
+    others = [
+        bs.assess.overturning(model_of([model.block("ground"), thick], DRY), case(), ["façade"], EDGE),
+        bs.assess.overturning(model, case(dead=roof), ["façade"], EDGE),
+        bs.assess.overturning(model, case(push(0, 1, 0)), ["façade"], edge_at(0.0, DEPTH)),
+        bs.assess.overturning(small_blocks(), case(), ["1.1"], Q_([[0, 0, 0], [1, 0, 0]], "m")),
+    ]
+    for hand in others:
+        with pytest.raises(bs.errors.ModelError, match="beside is of other blocks or loads than case 'out of plane'"):
+            bs.assess.local_mechanism(result, 1.35, SITE, beside=hand)
+
+
 def test_a_mechanism_by_hand_higher_up_is_told():
     """The upper storey, 2 m on 4 m, begins at α0 = 0.3, three times that of both; its demand is that of its height."""
     ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[7, 3, 0.5] m", STONE, fixed=True)

@@ -25,6 +25,7 @@ from blockstruct.assess.notes import (
 )
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import HorizontalForces, of_bodies, taking_part
+from blockstruct.assess.rotation import RigidRotation
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.errors import ModelError
@@ -99,7 +100,7 @@ def local_mechanism(
     ------
     ModelError
         If the case has no collapse state, its push is not horizontal, the confidence factor does not hold, the spectra
-        are of several places, or the mechanism has no capacity curve for the method.
+        are of several places, the mechanism beside it is of other loads, or there is no capacity curve for the method.
     """
     found, case = _converged(result)
     spectrum = _spectrum("spectrum", spectrum)
@@ -115,6 +116,8 @@ def local_mechanism(
         msg = f"local_mechanism: method {method!r}; {did_you_mean(str(method), METHODS)}"
         raise ModelError(msg)
     forces = HorizontalForces.of(found.model, case)
+    if beside is not None:
+        _check_same_loads(beside, found, case)
     asked = _Asked(
         found,
         case,
@@ -264,6 +267,22 @@ class _Asked:
             f"of {state.name} = {state.ratio_text()}: rely on that, unless it is verified that they do."
         )
         return [text]
+
+
+def _check_same_loads(beside: Overturning, found: CaseResult, case: LimitCase) -> None:
+    """Refuse a mechanism by hand of another model or case: weights and loads of its blocks tell."""
+    index, turning = found.model.block_index, beside.rotation
+    if set(beside.blocks) <= index.keys():
+        again = RigidRotation.of(
+            found.model, case, [index[name] for name in beside.blocks], turning.hinge, turning.axis
+        )
+        if all(one.is_close(other) for one, other in ((again.dead, turning.dead), (again.variable, turning.variable))):
+            return
+    msg = (
+        f"local_mechanism: beside is of other blocks or loads than case {case.name!r} of model {found.model.name!r}; "
+        "give bs.assess.overturning(result.model, result.case, …)"
+    )
+    raise ModelError(msg)
 
 
 def _spectrum(name: str, value: object) -> NtcSpectrum | TableSpectrum | FloorSpectrum:

@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 #: Angles, between none and the right one, among which one is looked for.
 _TRIED = np.linspace(0, np.pi / 2, 2000, endpoint=False)
+#: Difference of two loads, relative to the largest component, that is rounding.
+_SAME = 1e-6
 #: How far beyond the ends of a hinge its resultant may seem to lie, in multiples of its length.
 _BEYOND = 1e-3
 
@@ -78,6 +80,11 @@ class Load:
         """Moment (3,) about that point when the body has turned by a matrix (3, 3), N·m."""
         r = turn @ self.arms
         return np.array([r[1, 2] - r[2, 1], r[2, 0] - r[0, 2], r[0, 1] - r[1, 0]])
+
+    def is_close(self, other: Self) -> bool:
+        """Whether forces and arms are those of another load, but for rounding."""
+        pairs = ((self.force, other.force), (self.arms, other.arms))
+        return all(np.allclose(one, of, rtol=0.0, atol=_SAME * np.abs(of).max()) for one, of in pairs)
 
 
 @dataclass(frozen=True, slots=True)
