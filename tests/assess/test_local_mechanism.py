@@ -943,6 +943,10 @@ def test_what_holds_a_body_beyond_the_end_of_its_rotation_is_told():
     (note,) = [text for text in check.notes if text.startswith("The pushover ends at d0 = ")]
     assert "is overturned at 0.25 m" in note
     assert f"capacity / demand of SLV, by displacement = {alone.ratio_text()}: rely on that" in note
+    between = SITE.at((alone.ag + check.ag) / 2)
+    check = bs.assess.local_mechanism(check.result, 1.35, between, method="displacement")
+    assert check.ratio > 1
+    assert check.outcome == f"not satisfied by the {check.limit_state.noted:.4g} that a note says to rely on"
     short = bs.Pushover("out", SELF_WEIGHT, push(0, -1, 0), control=("façade", (0, -1, 0)), steps=5)
     assert bs.assess.local_mechanism(bs.run(facade(), short)["out"], 1.35, SITE).notes == ()
 

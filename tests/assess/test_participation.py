@@ -88,6 +88,22 @@ def test_what_bodies_of_small_displacement_make_of_it_is_told(stem, check):
     assert f"capacity / demand of SLV, linear = {alpha0 / 1.35 / 0.06:.4g}: rely on that." in note
 
 
+def test_a_ratio_that_a_note_relies_on_decides(stem):
+    """With e* = 1 the ratio is α0 g / (1.35 · 0.5 ag), 0.95 here; with the weight of the bracket it is above one."""
+    alpha0, W, d = by_hand(stem)
+    site = bs.assess.ntc_spectrum(Q_(alpha0 / 1.35 / 0.5 / 0.95, "g_0"), 2.4, "0.3 s", "A")
+    check = bs.assess.local_mechanism(solve(lever(stem), push(1, 0, 0), "nonassociative"), spectrum=site)
+    if d[1] <= 0.02:
+        assert (check.ratio, check.satisfied) == (pytest.approx(0.95, rel=1e-5), False)
+        return
+    assert check.ratio == pytest.approx(0.95 / share(W, d), rel=1e-5)
+    assert check.ratio > 1
+    assert not check.satisfied
+    assert ", not satisfied by the 0.95 that a note says to rely on; equal at a_g" in check.verdict
+    enough = bs.assess.local_mechanism(check.result, spectrum=site.at(0.9 * site.ag))
+    assert (enough.satisfied, enough.outcome) == (True, "satisfied")
+
+
 def test_a_body_whose_displacement_is_not_small_is_not_told():
     """A wall and what it carries at δ = 0.3 are as they are: only what hardly moves is doubted."""
     whole = Participation(("a", "b"), np.array([100.0, 100.0]), np.array([1.0, 0.3]), 1.0)

@@ -157,6 +157,15 @@ def test_the_check_that_governs_need_not_have_the_least_ratio(stands):
     assert "1.2 of “back” (SLV, linear), not satisfied, as a weaker" in summary(stands, [weaker, lowest])
 
 
+def test_a_check_that_a_note_does_not_rely_on_governs_whatever_it_bears(stands):
+    bears = checked(stands["good"], ag=1.05 * SITE.ag, capacity=1.05, demand=1.0)
+    noted = checked(stands["back"], ag=1.2 * SITE.ag, capacity=1.2, demand=1.0, noted=0.93)
+    head = summary(stands, [bears, noted])
+    assert "Relied on: capacity / demand 1.2 of “back” (SLV, linear), which of 2 checks is not satisfied, from" in head
+    assert "not satisfied by the 0.93 that a note says to rely on" in head
+    assert 'class="key missed"' in head
+
+
 def test_checks_below_their_demand_are_named_where_a_case_falls(block):
     head = summary(block, [checked(block["good"], ag=0.5 * SITE.ag, capacity=0.6, demand=1.0)])
     assert "Other checks: capacity / demand 0.6 of “good” (SLV, linear), not satisfied." in head

@@ -40,6 +40,8 @@ class LimitState:
     lines : tuple of Line
     of_sld : bool
         Whether ``ag`` is that of SLD, which it counts as no less than (C8.7.1.2.1.8).
+    noted : float
+        The ratio that a note of the check says to rely on instead, if there is one; else infinite.
     """
 
     name: str
@@ -50,6 +52,7 @@ class LimitState:
     ag_site: float
     lines: tuple[Line, ...]
     of_sld: bool = False
+    noted: float = np.inf
 
     @property
     def ratio(self) -> float:
@@ -58,8 +61,11 @@ class LimitState:
 
     @property
     def satisfied(self) -> bool:
-        """Whether the ground acceleration that it bears is not below that of the site; never without a demand."""
-        return bool(self.ag >= self.ag_site and np.isfinite(self.demand))
+        """Whether the ground acceleration that it bears is not below that of the site; never without a demand.
+
+        Nor is it where a note says to rely on a ratio below one.
+        """
+        return bool(self.ag >= self.ag_site and np.isfinite(self.demand) and self.noted >= 1)
 
     def ratio_text(self, digits: int = 4) -> str:
         """Capacity over demand to so many digits, or to as many as it takes to tell it from one."""
@@ -79,6 +85,8 @@ class LimitState:
             return f"below 1, but satisfied: a_g,{self.name[:3]} counts as no less than a_g,SLD (C8.7.1.2.1.8)"
         if self.satisfied:
             return "satisfied"
+        if self.ag >= self.ag_site:
+            return f"not satisfied by the {told_apart(self.noted, 1.0)[0]} that a note says to rely on"
         return "not satisfied" + ("" if self.ratio < 1 else ", as a weaker ground motion already demands as much")
 
 

@@ -137,7 +137,7 @@ def local_mechanism(
     known = parts if found.capacity is None or method == "linear" else [p for p in parts if asked.follows(p)] or parts
     resting = [body for body in bodies if not body.moves]
     checks = [asked.check([*part, *resting]) for part in known]
-    ratios = [one.ratio for one in checks]
+    ratios = [min(one.ratio, one.limit_state.noted) for one in checks]
     check = checks[int(np.argmin(ratios))]
     notes = [*notes_of_parts(parts, known, ratios), *check.notes, *notes_of_runs(result)]
     notes += _notes_of_curve(result, found)
@@ -198,8 +198,10 @@ class _Asked:
             msg = f"case {found.name!r}: {missing}, or give method='linear' (--method linear on the command line)"
             raise ModelError(msg)
         sld = damage(a0_star, spectrum if sld_site is None else sld_site, with_demand=sld_site is not None)
-        states, notes = [sld, linear(a0_star, spectrum, sld.ag, c)], notes_of(found, forces, bodies, whole)
-        notes += notes_of_small(whole, states[1])
+        by_q = linear(a0_star, spectrum, sld.ag, c)
+        of_small, ratio = notes_of_small(whole, by_q)
+        states = [sld, replace(by_q, noted=ratio)]
+        notes = [*notes_of(found, forces, bodies, whole), *of_small]
         part = taking_part(bodies, whole)
         if curve is not None:
             slc = spectrum if slc_site is None else slc_site
@@ -219,7 +221,9 @@ class _Asked:
         ]
         if curve is not None and pushed is not None:
             notes += notes_of_control(found.model, pushed, curve.d0, forces, part, whole)
-            notes += self._note_of_one_body(bodies, a0_star, sld.ag, curve)
+            of_one, ratio = self._note_of_one_body(bodies, a0_star, sld.ag, curve)
+            notes += of_one
+            states = [replace(s, noted=ratio) if s.name == METHODS["displacement"] else s for s in states]
         beside = self.beside
         notes += [] if beside is None else [*notes_of_height(found.model, beside, part), *beside.notes]
         if beside is not None and beside.alpha0 < (1 - _BELOW) * alpha0:
@@ -251,22 +255,22 @@ class _Asked:
 
     def _note_of_one_body(
         self, bodies: Sequence[MacroBlock], a0_star: float, ag_sld: float, pushed: CapacityCurve
-    ) -> list[str]:
-        """Whether the body, turning about its hinge alone, is overturned before the pushover is at its end."""
+    ) -> tuple[list[str], float]:
+        """Whether a body by itself is overturned before the pushover ends, and its ratio then, infinite if not."""
         try:
             alone = curve_of_rotation(self.found, self.case, bodies, self.forces, a0_star)
             if pushed.d0 <= (1 + _LATER) * alone.d0:
-                return []
+                return [], np.inf
             state = by_displacement(alone, ag_sld, "SLV", self.coefficients, self.spectrum, with_demand=True)
         except ModelError:
-            return []
+            return [], np.inf
         text = (
             f"The pushover ends at d0 = {shown(pushed.d0, 'm')}, but a body that turns about its hinge, with nothing "
             f"else to hold it, is overturned at {shown(alone.d0, 'm')}: on its way friction beside it, which "
             "self-stress may raise as it likes, or blocks that it meets hold it, too. Without them capacity / demand "
             f"of {state.name} = {state.ratio_text()}: rely on that, unless it is verified that they do."
         )
-        return [text]
+        return [text], state.ratio
 
 
 def _check_same_loads(beside: Overturning, found: CaseResult, case: LimitCase) -> None:

@@ -8,7 +8,7 @@ import xarray as xr
 from blockstruct.assess.capacity_of_pushover import d0_of_weights
 from blockstruct.assess.check import LimitState
 from blockstruct.assess.floor_spectrum import FloorSpectrum
-from blockstruct.assess.lines import in_g, shown
+from blockstruct.assess.lines import in_g, shown, told_apart
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import HorizontalForces, Participation, taking_part
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
@@ -89,20 +89,21 @@ def notes_of(
     return said
 
 
-def notes_of_small(whole: Participation, linear: LimitState) -> list[str]:
-    """Whether bodies that hardly move along the push raise a0*."""
+def notes_of_small(whole: Participation, linear: LimitState) -> tuple[list[str], float]:
+    """Whether bodies that hardly move along the push raise a0*, and the ratio to rely on then, infinite if not."""
     large, small = (whole.of_displacement(*ends) for ends in ((_SMALL, np.inf), (0.0, _SMALL)))
     share = whole.e_star / large.e_star
     if share >= 1 / (1 + _ABOVE):
-        return []
+        return [], np.inf
+    ratio = linear.ratio * share
     text = (
         f"Of what moves {shown(small.total / 1e3)} kN of {shown(whole.total / 1e3)} kN have a δ of at most "
         f"{np.abs(small.displacement).max():.2g} of the largest: e* counts their whole weight, however little they "
         f"move, and a0* grows with it. Without them e* = {shown(large.e_star)}, a0* = "
-        f"{in_g(linear.capacity * share, g)}, and capacity / demand of {linear.name} = {shown(linear.ratio * share)}: "
+        f"{in_g(linear.capacity * share, g)}, and capacity / demand of {linear.name} = {told_apart(ratio, 1.0)[0]}: "
         "rely on that."
     )
-    return [text]
+    return [text], ratio
 
 
 def notes_of_parts(

@@ -24,8 +24,8 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
     """The case that governs, its number in words and its picture.
 
     A case that is pushed and has no load factor governs, whatever the checks of others; else the check that bears the
-    least share of its site's ground acceleration, without checks the case with the lowest load factor; settlements
-    govern where nothing else was asked for.
+    least share of its site's ground acceleration, of those that are not satisfied if there are any; without checks the
+    case with the lowest load factor; settlements govern where nothing else was asked for.
     """
     heads = analysis.headlines
     loaded = {name: head for name, head in heads.items() if not head.answer.is_reaction} or heads
@@ -63,7 +63,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
         ]
     return {
         "name": name,
-        "sentence": _sentence(name, head, check, len(loaded), len(checks), mixed=mixed),
+        "sentence": _sentence(name, head, check, len(loaded), [one for _, one in checks], mixed=mixed),
         "between": "" if np.isnan(head.load_factor) else _between(analysis),
         "curves": curve_sentences(analysis, name, [case for case, _ in checks], notes),
         "figures": figures,
@@ -82,7 +82,8 @@ def _governing(
         # Worse than any number, and than any check of another case.
         return min(without, key=lambda name: _WORST_FIRST.index(heads[name].status)), None
     if checks:
-        return min(checks, key=lambda item: item[1].ag / item[1].limit_state.ag_site)
+        # One that bears more may not be satisfied by what a note says to rely on.
+        return min(checks, key=lambda item: (item[1].satisfied, _share(item[1])))
     return min(heads, key=lambda name: heads[name].load_factor, default=None), None
 
 
@@ -94,13 +95,14 @@ def _holds(head: bs.results.Headline, check: Check | None) -> bool | None:
 
 
 def _sentence(
-    name: str, head: bs.results.Headline, check: Check | None, cases: int, checked: int, *, mixed: bool
+    name: str, head: bs.results.Headline, check: Check | None, cases: int, checks: Sequence[Check], *, mixed: bool
 ) -> str:
     if not np.isfinite(head.load_factor):
         other = "" if cases == 1 else f", the worst of {cases} cases"
         said = f"There is no {head.answer.name} to rely on: “{name}” {head.status.predicate}{other}."
-        if not checked:
+        if not checks:
             return said
+        checked = len(checks)
         of_others = "The check of another case says" if checked == 1 else f"The {checked} checks of other cases say"
         return f"{said} The verification is not satisfied. {of_others} nothing of it."
     # The range that belongs beside it is known of several schedules only.
@@ -113,9 +115,9 @@ def _sentence(
         of_cases = f", {among}" if cases > 1 else ""
         said = f"Relied on: {head.answer.name} {head.number} of “{name}”{of_runs}{of_cases}."
         return f"{said} It is checked against no demand.{range_}"
-    of_checks = (
-        f", which of {checked} checks bears the least share of its site's ground acceleration" if checked > 1 else ""
-    )
+    least = _share(check) <= min(map(_share, checks))
+    governs = "bears the least share of its site's ground acceleration" if least else "is not satisfied"
+    of_checks = f", which of {len(checks)} checks {governs}" if len(checks) > 1 else ""
     return (
         f"Relied on: capacity / demand {_ratio(check)} of “{name}” ({check.relied_on}){of_checks}, from its load "
         f"factor {head.number}{of_runs}.{range_}"
@@ -151,6 +153,11 @@ def _missed(others: Sequence[tuple[str, Check]]) -> list[str]:
     if len(missed) > _LISTED:
         said.append(f"and {len(missed) - _LISTED} more, in the verification below")
     return [f"Other checks: capacity / demand {'; '.join(said)}."]
+
+
+def _share(check: Check) -> float:
+    """Ground acceleration borne over that of the site."""
+    return check.ag / check.limit_state.ag_site
 
 
 def _ratio(check: Check) -> str:
