@@ -911,7 +911,7 @@ def test_a_curve_that_ends_before_its_load_factor_has_come_down_is_told():
         assert any(note.startswith(end) and "other steps" in note for note in notes) == told
 
 
-def test_a_control_point_near_the_hinge_is_told():
+def test_a_control_point_near_the_hinge_is_told(result):
     """Its way over that of the weights grows with the angle: 0.354 m instead of 0.3 m, on the unsafe side.
 
     From the outer face at z it is (z sin θ + 0.6 (1 − cos θ)) / z · 3 m at tan θ = 0.1: 1 % more at 2 m, 2.5 % at 1 m.
@@ -927,6 +927,14 @@ def test_a_control_point_near_the_hinge_is_told():
         )
         check = bs.assess.local_mechanism(bs.run(facade(), case)["out"], 1.35, SITE)
         assert any("by the mean of the weights P + Q to 0.3 m" in note for note in check.notes) == told
+    state = check.limit_states["SLV, by displacement"]
+    straight = bs.assess.local_mechanism(result, 1.35, SITE).limit_states[state.name]
+    assert (state.noted.capacity, state.noted.ratio) == pytest.approx((0.12, straight.ratio), rel=6e-3)
+    assert state.ratio > 1.15 * straight.ratio
+    assert f"with which capacity / demand of SLV, by displacement = {state.noted.ratio_text()}." in check.notes[0]
+    between = bs.assess.local_mechanism(check.result, 1.35, SITE.at((state.ag + state.noted.ag) / 2))
+    assert between.limit_states[state.name].ratio > 1
+    assert not between.limit_states[state.name].satisfied
 
 
 def test_what_holds_a_body_beyond_the_end_of_its_rotation_is_told():
@@ -946,7 +954,7 @@ def test_what_holds_a_body_beyond_the_end_of_its_rotation_is_told():
     between = SITE.at((alone.ag + check.ag) / 2)
     check = bs.assess.local_mechanism(check.result, 1.35, between, method="displacement")
     assert check.ratio > 1
-    assert check.outcome == f"not satisfied by the {check.limit_state.noted:.4g} that a note says to rely on"
+    assert check.outcome == f"not satisfied by the {check.limit_state.noted.ratio_text()} that a note says to rely on"
     short = bs.Pushover("out", SELF_WEIGHT, push(0, -1, 0), control=("façade", (0, -1, 0)), steps=5)
     assert bs.assess.local_mechanism(bs.run(facade(), short)["out"], 1.35, SITE).notes == ()
 

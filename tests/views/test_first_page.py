@@ -159,7 +159,8 @@ def test_the_check_that_governs_need_not_have_the_least_ratio(stands):
 
 def test_a_check_that_a_note_does_not_rely_on_governs_whatever_it_bears(stands):
     bears = checked(stands["good"], ag=1.05 * SITE.ag, capacity=1.05, demand=1.0)
-    noted = checked(stands["back"], ag=1.2 * SITE.ag, capacity=1.2, demand=1.0, noted=0.93)
+    less = dataclasses.replace(bears.limit_state, ag=0.93 * SITE.ag, capacity=0.93)
+    noted = checked(stands["back"], ag=1.2 * SITE.ag, capacity=1.2, demand=1.0, noted=less)
     head = summary(stands, [bears, noted])
     assert "Relied on: capacity / demand 1.2 of “back” (SLV, linear), which of 2 checks is not satisfied, from" in head
     assert "not satisfied by the 0.93 that a note says to rely on" in head

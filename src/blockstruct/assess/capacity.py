@@ -1,7 +1,7 @@
 """The capacity curve of a mechanism: spectral acceleration over spectral displacement."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -58,6 +58,12 @@ class CapacityCurve:
     def at(self, displacement: float) -> float:
         """Acceleration, m/s²; before the loss where a tie breaks."""
         return float(np.interp(displacement, self.displacement, self.acceleration))
+
+    def with_d0(self, d0: float) -> Self:
+        """The same accelerations at displacements in proportion to another d0, m."""
+        share = d0 / self.d0
+        losses = tuple((share * at, lost) for at, lost in self.losses)
+        return replace(self, displacement=share * self.displacement, losses=losses)
 
 
 def curve_of_rotation(

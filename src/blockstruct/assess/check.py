@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,8 +41,8 @@ class LimitState:
     lines : tuple of Line
     of_sld : bool
         Whether ``ag`` is that of SLD, which it counts as no less than (C8.7.1.2.1.8).
-    noted : float
-        The ratio that a note of the check says to rely on instead, if there is one; else infinite.
+    noted : LimitState or None
+        The same limit state by what a note of the check says to rely on instead.
     """
 
     name: str
@@ -52,7 +53,7 @@ class LimitState:
     ag_site: float
     lines: tuple[Line, ...]
     of_sld: bool = False
-    noted: float = np.inf
+    noted: Self | None = None
 
     @property
     def ratio(self) -> float:
@@ -60,12 +61,18 @@ class LimitState:
         return self.capacity / self.demand
 
     @property
+    def least_ratio(self) -> float:
+        """Capacity over demand, or what a note says to rely on instead, if that is less."""
+        return self.ratio if self.noted is None else min(self.ratio, self.noted.ratio)
+
+    @property
     def satisfied(self) -> bool:
         """Whether the ground acceleration that it bears is not below that of the site; never without a demand.
 
-        Nor is it where a note says to rely on a ratio below one.
+        Nor is it where it is not by what a note says to rely on.
         """
-        return bool(self.ag >= self.ag_site and np.isfinite(self.demand) and self.noted >= 1)
+        by_note = self.noted is None or self.noted.satisfied
+        return bool(self.ag >= self.ag_site and np.isfinite(self.demand) and by_note)
 
     def ratio_text(self, digits: int = 4) -> str:
         """Capacity over demand to so many digits, or to as many as it takes to tell it from one."""
@@ -85,8 +92,8 @@ class LimitState:
             return f"below 1, but satisfied: a_g,{self.name[:3]} counts as no less than a_g,SLD (C8.7.1.2.1.8)"
         if self.satisfied:
             return "satisfied"
-        if self.ag >= self.ag_site:
-            return f"not satisfied by the {told_apart(self.noted, 1.0)[0]} that a note says to rely on"
+        if self.noted is not None and self.ag >= self.ag_site:
+            return f"not satisfied by the {self.noted.ratio_text()} that a note says to rely on"
         return "not satisfied" + ("" if self.ratio < 1 else ", as a weaker ground motion already demands as much")
 
 

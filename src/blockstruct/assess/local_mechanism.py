@@ -1,6 +1,6 @@
 """Check of a local mechanism, Circolare 21/01/2019 n. 7 C.S.LL.PP., C8.7.1.2.1."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NoReturn
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from blockstruct.assess.capacity import CapacityCurve, curve_of_rotation
 from blockstruct.assess.capacity_of_pushover import curve_of_pushover
-from blockstruct.assess.check import LocalMechanismCheck
+from blockstruct.assess.check import LimitState, LocalMechanismCheck
 from blockstruct.assess.coefficients import Coefficients, confidence
 from blockstruct.assess.floor_spectrum import FloorSpectrum, check_one_place
 from blockstruct.assess.freedom import is_unique, separate_mechanisms
@@ -137,7 +137,7 @@ def local_mechanism(
     known = parts if found.capacity is None or method == "linear" else [p for p in parts if asked.follows(p)] or parts
     resting = [body for body in bodies if not body.moves]
     checks = [asked.check([*part, *resting]) for part in known]
-    ratios = [min(one.ratio, one.limit_state.noted) for one in checks]
+    ratios = [one.limit_state.least_ratio for one in checks]
     check = checks[int(np.argmin(ratios))]
     notes = [*notes_of_parts(parts, known, ratios), *check.notes, *notes_of_runs(result)]
     notes += _notes_of_curve(result, found)
@@ -197,10 +197,14 @@ class _Asked:
         if self.method == "displacement" and curve is None:
             msg = f"case {found.name!r}: {missing}, or give method='linear' (--method linear on the command line)"
             raise ModelError(msg)
-        sld = damage(a0_star, spectrum if sld_site is None else sld_site, with_demand=sld_site is not None)
-        by_q = linear(a0_star, spectrum, sld.ag, c)
-        of_small, ratio = notes_of_small(whole, by_q)
-        states = [sld, replace(by_q, noted=ratio)]
+        of_sld = spectrum if sld_site is None else sld_site
+        sld = damage(a0_star, of_sld, with_demand=sld_site is not None)
+
+        def by_q(a0: float) -> LimitState:
+            return linear(a0, spectrum, damage(a0, of_sld, with_demand=False).ag, c)
+
+        of_small, without = notes_of_small(whole, a0_star, by_q)
+        states = [sld, replace(by_q(a0_star), noted=without)]
         notes = [*notes_of(found, forces, bodies, whole), *of_small]
         part = taking_part(bodies, whole)
         if curve is not None:
@@ -220,10 +224,19 @@ class _Asked:
             if state.name not in METHODS.values() and np.isfinite(state.demand) and not state.satisfied
         ]
         if curve is not None and pushed is not None:
-            notes += notes_of_control(found.model, pushed, curve.d0, forces, part, whole)
-            of_one, ratio = self._note_of_one_body(bodies, a0_star, sld.ag, curve)
-            notes += of_one
-            states = [replace(s, noted=ratio) if s.name == METHODS["displacement"] else s for s in states]
+
+            def slv(other: CapacityCurve) -> LimitState | None:
+                """By another curve, if the spectrum tells it."""
+                try:
+                    return by_displacement(other, sld.ag, "SLV", c, spectrum, with_demand=True)
+                except ModelError:
+                    return None
+
+            of_control, less = notes_of_control(found.model, pushed, curve, forces, part, whole, slv)
+            of_one, alone = self._notes_of_one_body(bodies, a0_star, curve, slv)
+            notes += [*of_control, *of_one]
+            noted = min((one for one in (less, alone) if one), key=lambda one: one.ag, default=None)
+            states = [replace(one, noted=noted) if one.name == METHODS["displacement"] else one for one in states]
         beside = self.beside
         notes += [] if beside is None else [*notes_of_height(found.model, beside, part), *beside.notes]
         if beside is not None and beside.alpha0 < (1 - _BELOW) * alpha0:
@@ -253,24 +266,28 @@ class _Asked:
             notes=tuple(notes),
         )
 
-    def _note_of_one_body(
-        self, bodies: Sequence[MacroBlock], a0_star: float, ag_sld: float, pushed: CapacityCurve
-    ) -> tuple[list[str], float]:
-        """Whether a body by itself is overturned before the pushover ends, and its ratio then, infinite if not."""
+    def _notes_of_one_body(
+        self,
+        bodies: Sequence[MacroBlock],
+        a0_star: float,
+        pushed: CapacityCurve,
+        slv: Callable[[CapacityCurve], LimitState | None],
+    ) -> tuple[list[str], LimitState | None]:
+        """Whether a body by itself is overturned before the pushover ends, and SLV by its curve then."""
         try:
             alone = curve_of_rotation(self.found, self.case, bodies, self.forces, a0_star)
-            if pushed.d0 <= (1 + _LATER) * alone.d0:
-                return [], np.inf
-            state = by_displacement(alone, ag_sld, "SLV", self.coefficients, self.spectrum, with_demand=True)
         except ModelError:
-            return [], np.inf
+            return [], None
+        state = slv(alone) if pushed.d0 > (1 + _LATER) * alone.d0 else None
+        if state is None:
+            return [], None
         text = (
             f"The pushover ends at d0 = {shown(pushed.d0, 'm')}, but a body that turns about its hinge, with nothing "
             f"else to hold it, is overturned at {shown(alone.d0, 'm')}: on its way friction beside it, which "
             "self-stress may raise as it likes, or blocks that it meets hold it, too. Without them capacity / demand "
             f"of {state.name} = {state.ratio_text()}: rely on that, unless it is verified that they do."
         )
-        return [text], state.ratio
+        return [text], state
 
 
 def _check_same_loads(beside: Overturning, found: CaseResult, case: LimitCase) -> None:

@@ -1,14 +1,15 @@
 """What one must know before relying on a check."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 import xarray as xr
 
+from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.capacity_of_pushover import d0_of_weights
 from blockstruct.assess.check import LimitState
 from blockstruct.assess.floor_spectrum import FloorSpectrum
-from blockstruct.assess.lines import in_g, shown, told_apart
+from blockstruct.assess.lines import in_g, shown
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import HorizontalForces, Participation, taking_part
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
@@ -89,21 +90,22 @@ def notes_of(
     return said
 
 
-def notes_of_small(whole: Participation, linear: LimitState) -> tuple[list[str], float]:
-    """Whether bodies that hardly move along the push raise a0*, and the ratio to rely on then, infinite if not."""
+def notes_of_small(
+    whole: Participation, a0_star: float, linear: Callable[[float], LimitState]
+) -> tuple[list[str], LimitState | None]:
+    """Whether bodies that hardly move along the push raise a0*, m/s², and SLV without them."""
     large, small = (whole.of_displacement(*ends) for ends in ((_SMALL, np.inf), (0.0, _SMALL)))
     share = whole.e_star / large.e_star
     if share >= 1 / (1 + _ABOVE):
-        return [], np.inf
-    ratio = linear.ratio * share
+        return [], None
+    without = linear(share * a0_star)
     text = (
         f"Of what moves {shown(small.total / 1e3)} kN of {shown(whole.total / 1e3)} kN have a δ of at most "
         f"{np.abs(small.displacement).max():.2g} of the largest: e* counts their whole weight, however little they "
-        f"move, and a0* grows with it. Without them e* = {shown(large.e_star)}, a0* = "
-        f"{in_g(linear.capacity * share, g)}, and capacity / demand of {linear.name} = {told_apart(ratio, 1.0)[0]}: "
-        "rely on that."
+        f"move, and a0* grows with it. Without them e* = {shown(large.e_star)}, a0* = {in_g(without.capacity, g)}, "
+        f"and capacity / demand of {without.name} = {without.ratio_text()}: rely on that."
     )
-    return [text], ratio
+    return [text], without
 
 
 def notes_of_parts(
@@ -235,17 +237,21 @@ def notes_of_runs(result: CaseResult | Spread) -> list[str]:
 def notes_of_control(
     model: Model,
     capacity: xr.Dataset,
-    d0: float,
+    curve: CapacityCurve,
     forces: HorizontalForces,
     bodies: Sequence[MacroBlock],
     whole: Participation,
-) -> list[str]:
-    """Whether the control point of a pushover goes with the weights."""
-    moving = _moving(bodies)
-    of_weights = d0_of_weights(model, capacity, forces, moving, whole.e_star)
+    slv: Callable[[CapacityCurve], LimitState | None],
+) -> tuple[list[str], LimitState | None]:
+    """Whether the control point of a pushover goes with the weights, and SLV by their d0 if that is less."""
+    d0, of_weights = curve.d0, d0_of_weights(model, capacity, forces, _moving(bodies), whole.e_star)
+    if -_BELOW * of_weights <= d0 - of_weights <= _ABOVE * of_weights:
+        return [], None
+    less = slv(curve.with_d0(of_weights)) if 0 < of_weights < d0 else None
+    ratio = f", with which capacity / demand of {less.name} = {less.ratio_text()}" if less else ""
     text = (
         f"By its control point the oscillator goes to {shown(d0, 'm')}, by the mean of the weights P + Q to "
         f"{shown(of_weights, 'm')}: what is in proportion at the collapse state is not at the end of the curve. A "
-        "point near the centroid of the weights tells most; rely on the smaller one."
+        f"point near the centroid of the weights tells most; rely on the smaller one{ratio}."
     )
-    return [text] if not -_BELOW * of_weights <= d0 - of_weights <= _ABOVE * of_weights else []
+    return [text], less
