@@ -651,6 +651,17 @@ def test_a_body_that_mortar_holds_as_it_crushes_has_no_straight_curve(tensile_st
     assert "more than weight and ties resists" in check.missing_curve
 
 
+def test_a_body_that_crushes_askew_is_told_why_it_has_no_straight_curve():
+    """Under a push 5° off its normal the stress block is a rectangle (5 − 2 e1)(0.6 − 2 e2) at a corner of the foot."""
+    askew = np.array([np.sin(np.radians(5)), np.cos(np.radians(5))])
+    result = run(facade(DRY.varied(compressive_strength="1 MPa")), case(push(askew[0], -askew[1], 0)))
+    along, across = np.array([LENGTH, DEPTH]) - 2 * HEIGHT / 2 * result.load_factor * askew
+    assert 1000 * along * across == pytest.approx(324, rel=1e-4)
+    check = bs.assess.local_mechanism(result, knowledge_level="LC2", spectrum=SITE)
+    assert check.curve is None
+    assert "or it crushes towards a corner, as under a push askew to its edge; it takes a" in check.missing_curve
+
+
 def test_bodies_that_turn_about_other_axes_are_told():
     """A slender wall leans on a low one, whose far edge runs askew by 0.3 in 1."""
     base = [(0.5, 0), (1.0, 0), (1.3, 1), (0.5, 1)]

@@ -106,7 +106,8 @@ def curve_of_rotation(
     if np.linalg.norm(apart) > near + pressed.depth:
         msg = (
             f"the body turns about an axis {np.linalg.norm(apart):.3g} m from where its joints press: friction, "
-            f"tension or other bodies hold it, too; {instead}"
+            "tension or other bodies hold it, too, or it crushes towards a corner, as under a push askew to its edge; "
+            f"{instead}"
         )
         raise ModelError(msg)
     force = result.history["tie_force"].isel(iteration=-1).to_numpy() if result.model.ties else np.zeros(0)
