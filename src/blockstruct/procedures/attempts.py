@@ -121,9 +121,11 @@ class Attempts:
         """A step from a placement in which the control point moves as far as wanted, or blocks as far as they may."""
         placement = moved.placement
         time, last = self.pace.time(placement, twist), twist
+        shortest = CLOSEST * self.pace.even / self.pace.way(placement) * time
         found: Found | None = None
-        longest = np.inf
-        for _ in range(LENGTHS):
+        longest, left = np.inf, LENGTHS
+        while left > 0:
+            left -= 1
             solution = self.stepper.solve(moved, self._question(moved, time, twist))
             if solution is None:
                 break
@@ -135,7 +137,10 @@ class Attempts:
             if doubtful:
                 break
             if np.isinf(longest):
-                longest = self._until_closed(moved, solution, last, time)
+                longest = max(self._until_closed(moved, solution, last), shortest)
+            if time <= longest and (solution.tightening > REACHING).any():
+                # The last motion pulls a tie tight later than this one does.
+                longest, left = max(time / 2, shortest), max(left, 1)
             better = min(self.pace.time(placement, twist), longest)
             if 1 / MISSED < better / time < MISSED and time <= longest:
                 break
@@ -161,7 +166,7 @@ class Attempts:
         turning = np.linalg.norm(twist[:, 3:], axis=1) * self._radius
         return float(apart + np.sort(turning)[-2:].sum())
 
-    def _until_closed(self, moved: MovedProblem, solved: Solved, twist: Array, time: float) -> float:
+    def _until_closed(self, moved: MovedProblem, solved: Solved, twist: Array) -> float:
         """Time in which the last motion closes the first gap or slack across which the solution has a force of weight.
 
         Forces of a step are those at its end; what closes on the way has none before.
@@ -170,8 +175,7 @@ class Attempts:
         longer = moved.problem.ties.elongation(moved.velocities(twist))
         ways = np.concatenate([moved.contacts.gap[reaching], moved.slack_in(1.0)[tightening]])
         rates = np.concatenate([-moved.relative(twist)[reaching, 0], longer[tightening]])
-        shortest = CLOSEST * self.pace.even / self.pace.way(moved.placement) * time
-        return max((1 - BEFORE) * float((ways / np.maximum(rates, 1e-300)).min(initial=np.inf)), shortest)
+        return (1 - BEFORE) * float((ways / np.maximum(rates, 1e-300)).min(initial=np.inf))
 
     def drops(self, falling: float, before: float = 0.0) -> bool:
         """Whether blocks drop until they meet others, by the rates of the dead load's work in a step and in another."""
