@@ -1,9 +1,11 @@
-"""Names that are nearly right: of arguments, of keys in documents, of settings."""
+"""Arguments by their names: those that are nearly right, and those that an object is made again of."""
 
 import inspect
 from collections.abc import Callable, Iterable
+from dataclasses import fields
 from difflib import get_close_matches
-from functools import wraps
+from functools import partial, wraps
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from blockstruct.errors import UnknownKeywordError
@@ -42,6 +44,17 @@ def checked_keywords(called: _Called) -> _Called:
         return called
     watched: _Called = _watched(called, called.__qualname__)
     return watched
+
+
+def made_again(instance: Any) -> tuple[Callable[[], Any], tuple[()]]:
+    """How a dataclass with frozen mappings is pickled and copied, as its ``__reduce__``: made again of its fields.
+
+    Python can do neither with a frozen view of a dictionary.
+    """
+    kind: Callable[..., Any] = type(instance)
+    values = {field.name: getattr(instance, field.name) for field in fields(instance)}
+    plain = {name: dict(v) if isinstance(v, MappingProxyType) else v for name, v in values.items()}
+    return partial(kind, **plain), ()
 
 
 def _watched(function: Any, name: str) -> Any:

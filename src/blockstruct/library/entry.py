@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from blockstruct.errors import ModelError, UnknownNameError, shown
-from blockstruct.keywords import did_you_mean
+from blockstruct.keywords import did_you_mean, made_again
 from blockstruct.units import parse, si, to_quantity
 
 _Entry = TypeVar("_Entry", bound="Entry")
@@ -76,6 +77,12 @@ class Entry:
     verified: str
     ranges: Mapping[str, Range] = field(hash=False)
     notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "ranges", MappingProxyType(dict(self.ranges)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return made_again(self)
 
     def __str__(self) -> str:
         lines = [f"{self.name} ({self.original})"]

@@ -49,7 +49,7 @@ def _joint(name: str, original: str, low: float, high: float, source: str, verif
     return DryJoint(
         name=name,
         original=original,
-        ranges=MappingProxyType({"friction_angle": angle}),
+        ranges={"friction_angle": angle},
         source=source,
         verified=verified,
         notes=(_PLANE,),

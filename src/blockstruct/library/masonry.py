@@ -93,7 +93,7 @@ def _masonry(name: str, original: str, notes: tuple[str, ...] = (), **values: tu
     return Masonry(
         name=name,
         original=original,
-        ranges=MappingProxyType(ranges),
+        ranges=ranges,
         source=_SOURCE,
         verified=_VERIFIED,
         notes=(_BASIS, *notes),

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Any, Self
 
 from blockstruct.errors import ModelError, UnknownNameError
+from blockstruct.keywords import made_again
 from blockstruct.model import Case, Model, checked_tuple
 from blockstruct.notebook import html_table
 from blockstruct.results.case_result import CaseResult
@@ -74,6 +75,9 @@ class Analysis(Mapping[str, CaseResult]):
         object.__setattr__(self, "tags", checked_tuple(tags, str, "Analysis: tags"))
         object.__setattr__(self, "parameters", MappingProxyType(checked_parameters(parameters, "Analysis: parameters")))
         object.__setattr__(self, "study", study)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return made_again(self)
 
     @property
     def cases(self) -> tuple[Case, ...]:

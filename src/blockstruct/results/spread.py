@@ -3,10 +3,11 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
+from blockstruct.keywords import made_again
 from blockstruct.limit import SCHEDULES
 from blockstruct.notebook import html_table
 from blockstruct.results.case_result import CaseResult
@@ -49,6 +50,12 @@ class Spread:
     highest: CaseResult | None
     upper_bound: CaseResult | None
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "runs", MappingProxyType(dict(self.runs)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return made_again(self)
+
     @classmethod
     def of(cls, runs: Mapping[str, CaseResult], upper_bound: CaseResult | None) -> Self:
         """Spread of the runs of a case."""
@@ -59,7 +66,7 @@ class Spread:
         given = next(iter(runs.values()))
         if lowest is not None and given in certified and is_same(given.load_factor, lowest.load_factor):
             lowest = given
-        return cls(MappingProxyType(runs), lowest, highest, upper_bound)
+        return cls(runs, lowest, highest, upper_bound)
 
     @property
     def results(self) -> dict[str, CaseResult]:
