@@ -171,6 +171,56 @@ def test_a_tie_that_is_slack_changes_nothing(level, steps):
 
 
 @pytest.mark.parametrize(
+    "steps", [20, pytest.param(5, marks=pytest.mark.slow), pytest.param(60, marks=pytest.mark.slow)]
+)
+def test_ties_that_hold_keep_their_length(steps):
+    """Two leaves, 0.3 m and 0.5 m thick and 3 m high, turn over one after the other, the slender one held back by ties.
+
+    Leaf i, b thick and h high, turned by θ about its edge, has its centroid h/2 cos θ + b/2 sin θ high and moved by
+    b/2 cos θ - h/2 sin θ. The stouter one turns by θ, the other by φ(θ) so that the tie that is tighter is as long as
+    it was: 0.3 m. No tie yields, so that α dX = dV: work of the push and of the weights, 20 kN/m³ each.
+    """
+    b, h, gap, levels = np.array([0.3, 0.5]), 3.0, 0.3, (1.0, 2.5)
+    blocks = [
+        box("ground", (-2, 4), (-1, 0), fixed=True),
+        box("slender", (0, b[0]), (0, h)),
+        box("stout", (b[0] + gap, b.sum() + gap), (0, h)),
+    ]
+    ties = [
+        bs.Tie(
+            f"bar {z}",
+            ("slender", Q_([b[0], 0.5, z], "m")),
+            ("stout", Q_([b[0] + gap, 0.5, z], "m")),
+            yield_force="2 kN",
+        )
+        for z in levels
+    ]
+    model = bs.Model("leaves", blocks, bs.detect_interfaces(blocks, ROUGH), ties=ties)
+    curve = run(model, "stout", (-1, 0, 0), steps=steps).capacity
+
+    def longest(phi, theta):
+        ends = [
+            (
+                (b[0] * np.cos(phi) - z * np.sin(phi), b[0] * np.sin(phi) + z * np.cos(phi)),
+                (b[0] + gap - z * np.sin(theta), z * np.cos(theta)),
+            )
+            for z in levels
+        ]
+        return max(float(np.hypot(*np.subtract(*end))) for end in ends)
+
+    def heights_and_ways(theta):
+        turned = np.array([brentq(lambda phi: longest(phi, theta) - gap, theta - 0.1, theta + 0.1), theta])
+        height = h / 2 * np.cos(turned) + b / 2 * np.sin(turned)
+        return np.array([b @ height, -b @ (b / 2 * np.cos(turned) - h / 2 * np.sin(turned))])
+
+    theta = -curve["rotation"].sel(block="stout", axis="y").to_numpy()[1:]
+    changes = [heights_and_ways(t + 1e-6) - heights_and_ways(t - 1e-6) for t in theta]
+    expected = [rise / way for rise, way in changes]
+    np.testing.assert_allclose(curve["load_factor"][1:], expected, atol=4e-3 / steps**2 + 1e-6)
+    assert curve["tie_elongation"].max() < 1e-2 / steps**2
+
+
+@pytest.mark.parametrize(
     "steps", [20, pytest.param(30, marks=pytest.mark.slow), pytest.param(60, marks=pytest.mark.slow)]
 )
 def test_a_tie_that_takes_up_the_dead_load_is_followed_to_zero(steps):

@@ -33,9 +33,11 @@ class MovedProblem:
         Largest gap of contact points, m.
     placement : Placement
     slack : (M,) array, m
-        Elongation before which the ties that hold do not pull.
+        Elongation before which the ties that hold do not pull; negative of those that are longer than they may be.
     longest : (N,) array, m
         Length that each tie of the model has reached on the way there.
+    tight : (N,) array, m
+        Length from which on each of them pulls.
     elongation : (N,) array, m
         Of each tie there, beyond its length in the model; negative where its ends have come closer.
     holds : (N,) array
@@ -50,6 +52,7 @@ class MovedProblem:
     placement: Placement
     slack: Array
     longest: Array
+    tight: Array
     elongation: Array
     holds: NDArray[np.bool_]
     free: Index
@@ -133,6 +136,8 @@ class ControlPoint:
         return float((twist[self.block, :3] + np.cross(twist[self.block, 3:], arm)) @ self.direction)
 
 
+#: Share of its yield force that a tie that yields may miss.
+YIELDS = 1e-3
 #: Share of the elongation limit of a tie within which it is reached; what is left of a way to it, and how much further
 #: one behind it leads, as shares of the way.
 AT_LIMIT, SHORT_OF, BEYOND = 1e-4, 1e-5, 1 / 4096
@@ -204,7 +209,11 @@ class MovingProblem:
         """How much longer ties (N,) may become than they have been, m."""
         return self.statics.ties.span + self.statics.ties.elongation_limit - longest
 
-    def at(self, placement: Placement, reach: float, longest: Array) -> MovedProblem:
+    def yielding(self, force: Array) -> NDArray[np.bool_]:
+        """Which ties of the model yield, by their forces (N,), N."""
+        return np.asarray(force >= (1 - YIELDS) * self.statics.ties.capacity)
+
+    def at(self, placement: Placement, reach: float, longest: Array, tight: Array | None = None) -> MovedProblem:
         """Limit problem at a placement.
 
         Parameters
@@ -214,7 +223,9 @@ class MovingProblem:
         reach
             Largest gap of contact points, m.
         longest : (N,) array, m
-            Length that each tie has had on the way there. It pulls again where it has that length, unless it broke.
+            Length that each tie has had on the way there, by which it breaks.
+        tight : (N,) array, m
+            Length from which on each pulls; if not given, the longest it has had.
         """
         statics, problem = self.statics, self.at_rest
         contacts = self.structure.contacts(placement, reach)
@@ -226,6 +237,7 @@ class MovingProblem:
         table = self.structure.ties(placement)
         elongation = table.span - statics.ties.span
         longest = np.maximum(longest, table.span)
+        tight = longest if tight is None else tight
         holds = ~self.broken(longest)
         table = table[holds]
         wrench = table.columns(placement.position, statics.free, statics.length, placement.rotation)
@@ -245,9 +257,8 @@ class MovingProblem:
             capacity=np.empty(0),
             force_unit=force_unit,
         )
-        return MovedProblem(
-            moved, contacts, reach, placement, longest[holds] - table.span, longest, elongation, holds, statics.free
-        )
+        slack = tight[holds] - table.span
+        return MovedProblem(moved, contacts, reach, placement, slack, longest, tight, elongation, holds, statics.free)
 
 
 _PARTS = (

@@ -88,7 +88,8 @@ class Attempts:
     def after(self, state: State, time: float) -> MovedProblem:
         """The problem where the blocks of a state are after a time, with contacts within the reach of that motion."""
         reach = max(self._nearest, REACH * self._closing(state.twist) * time)
-        return self.problem.at(state.placement.moved(state.twist * time), reach, state.longest)
+        placement = state.placement.moved(state.twist * time)
+        return self.problem.at(placement, reach, state.longest, state.tightened(self.problem.lengths(placement)))
 
     def reached(self, moved: MovedProblem, before: State) -> Found | None:
         """A step from where the motion of a state leads to.
@@ -102,7 +103,7 @@ class Attempts:
         found = self.solved(moved, carried)
         wide = WIDE * self.problem.statics.length
         if found is None and moved.reach < wide:
-            further = self.problem.at(moved.placement, wide, moved.longest)
+            further = self.problem.at(moved.placement, wide, moved.longest, moved.tight)
             found = self.solved(further, carried)
             if found is not None and abs(found.solved.load_factor - before.load_factor) > LIKE * self.load_factor:
                 return None
@@ -155,9 +156,10 @@ class Attempts:
         """The state of a solution, whose motion goes on for a time: blocks meet nothing further than contacts reach."""
         placement, displacement = moved.placement, self.problem.control.displacement(moved.placement)
         twist, alpha, dissipation = moved.twist(solution.u), solution.load_factor, solution.dissipation
-        falling, longest = solution.falling, moved.longest
+        falling, yields = solution.falling, self.problem.yielding(moved.tie_force(solution.tie_force))
         time = min(time, moved.reach / self._closing(twist))
-        state = State(placement, alpha, dissipation, twist, time, displacement, longest, falling)
+        ties = moved.longest, moved.tight, yields
+        state = State(placement, alpha, dissipation, twist, time, displacement, *ties, falling)
         return Found(state, moved, solution)
 
     def _closing(self, twist: Array) -> float:

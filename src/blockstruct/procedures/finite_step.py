@@ -170,7 +170,7 @@ class Question:
 def dissipated(problem: LimitProblem, x: Array, T: Array, u: Array) -> tuple[float, float]:
     """Rates of work of friction and of ties, of forces x (K, 3) and T (M,) in a motion u (6 F,)."""
     v = (problem.A.T @ u).reshape(-1, 3)
-    return -float(np.einsum("kj,kj->", x[:, 1:], v[:, 1:])), float(T @ np.maximum(problem.ties.elongation(u), 0.0))
+    return -float(np.einsum("kj,kj->", x[:, 1:], v[:, 1:])), float(T @ problem.ties.elongation(u))
 
 
 class CountingSolver:

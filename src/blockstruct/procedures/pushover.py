@@ -140,10 +140,12 @@ class _Path:
     def taken(self, step: FiniteStep) -> State:
         """Take a state as the last one, from what is kept of it alone: a curve that is gone on with is the same."""
         placement = Placement.at(step.position, step.rotation)
-        self._longest = np.maximum(self._longest, self._problem.lengths(placement))
-        state = State.of(step, self._longest)
-        if self.attempts.last is not None:
-            self._done += self._energy(self.attempts.last, state)[1]
+        lengths, last = self._problem.lengths(placement), self.attempts.last
+        self._longest = np.maximum(self._longest, lengths)
+        tight = lengths if last is None else last.tightened(lengths)
+        state = State.of(step, self._longest, tight, self._problem.yielding(step.tie_force))
+        if last is not None:
+            self._done += self._energy(last, state)[1]
         self._divided, self._doubtful = step.divided, 0 if step.holds else self._doubtful + 1
         self.attempts.taken(state, step)
         return state

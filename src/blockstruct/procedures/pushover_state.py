@@ -31,7 +31,8 @@ class State:
 
     On the way the dead load does a work that ties do not take up, per unit of work of the variable load; ``dropped`` is
     a motion of blocks that drop alone, and ``drops_next`` the one before it. Friction and ties have dissipated such a
-    work on the way from the state before.
+    work on the way from the state before. Ties (N,) have been so long, m, pull from a length on that is ``tight``, and
+    yield.
     """
 
     placement: Placement
@@ -41,14 +42,16 @@ class State:
     time: float
     displacement: float
     longest: Array
+    tight: Array
+    yields: NDArray[np.bool_]
     falling: float
     dropped: bool = False
     drops_next: bool = False
     dissipated: float = 0.0
 
     @classmethod
-    def of(cls, step: FiniteStep, longest: Array) -> Self:
-        """That of a step, with the lengths (N,) that ties have had on the way there, m."""
+    def of(cls, step: FiniteStep, longest: Array, tight: Array, yields: NDArray[np.bool_]) -> Self:
+        """That of a step, with what its ties (N,) are like."""
         twist = np.column_stack([step.velocity, step.angular_velocity])
         placement = Placement.at(step.position, step.rotation)
         return cls(
@@ -59,10 +62,19 @@ class State:
             step.motion_time,
             step.displacement,
             longest,
+            tight,
+            yields,
             step.falling,
             step.dropped,
             step.drops_next,
         )
+
+    def tightened(self, lengths: Array) -> Array:
+        """Lengths (N,) from which on ties pull where they have others, m: those that yield grow, and no others.
+
+        Anchors move along chords, and a tie that does not yield is longer behind a step by what these are off.
+        """
+        return np.where(self.yields, np.maximum(self.tight, lengths), self.tight)
 
     def carried(self, placement: Placement) -> Array:
         """The same screws, as twists (B, 6) of the centroids at another placement."""

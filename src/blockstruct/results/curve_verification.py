@@ -208,7 +208,8 @@ class _States:
         # Of blocks that drop it is the dead load that does most of it.
         work = np.abs(self._alpha) + np.abs(found) + np.abs(self._of("falling"))
         work = np.maximum(work, LEAST * abs(self._alpha[0]))
-        none = OF_WORK * work + self._of_ties(self._twist, self._rounded) + self._not_kept()
+        of_ties = (self._rounded * np.abs(self._longer(self._twist))).sum(axis=1)
+        none = OF_WORK * work + of_ties + self._not_kept()
         yield from _told(
             ~(np.abs(found - stored) <= none),
             lambda k: (
@@ -308,7 +309,7 @@ class _States:
         v -= np.einsum("ki,ki->k", v, normal)[:, None] * normal
         found = np.zeros(len(twist))
         np.add.at(found, state, -np.einsum("ki,ki->k", self._of_contact("force_of_contact"), v))
-        return found + self._of_ties(twist, self._tie_force)
+        return np.asarray(found + (self._tie_force * self._longer(twist)).sum(axis=1))
 
     def _not_kept(self) -> Array:
         """Most work (S,) in a second of forces that are too small to be kept: blocks that drop are fast."""
@@ -317,13 +318,11 @@ class _States:
         unit = self._moving.unit
         return np.asarray(2 * speed * missing * NOT_KEPT * unit[np.isfinite(unit)].max())
 
-    def _of_ties(self, twist: Array, force: Array) -> Array:
-        """Work (S,) of forces (S, N) of ties that motions (S, B, 6) make longer, in a second, J."""
+    def _longer(self, twist: Array) -> Array:
+        """By how much ties (S, N) get longer in a second of motions (S, B, 6), m."""
         own = self._own(twist) * np.repeat([1.0, self._size], 3)
-        longer = [
-            np.maximum(-(now.ravel() @ columns), 0.0) for now, columns in zip(own, self._tie_columns, strict=True)
-        ]
-        return np.asarray(np.einsum("sn,sn->s", force, np.reshape(longer, force.shape)))
+        found = [-(now.ravel() @ columns) for now, columns in zip(own, self._tie_columns, strict=True)]
+        return np.reshape(found, self._tie_force.shape)
 
     def _energy_error(self, dissipation: Array) -> Array:
         """What the work of each way misses (S,), relative to all so far; zero at the first state."""
