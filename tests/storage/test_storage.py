@@ -197,7 +197,7 @@ LOADS = st.lists(
         st.builds(lambda w: bs.AreaLoad(Q_(w, "kPa"), block="β/1"), st.floats(0.1, 1e3)),
     ),
     max_size=4,
-)
+).filter(lambda loads: loads.count(bs.SelfWeight()) < 2)
 NAMES = st.text(st.characters(categories=["L", "N", "P", "S"]), min_size=1, max_size=12).filter(str.strip)
 
 
