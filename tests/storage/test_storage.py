@@ -217,7 +217,7 @@ NAMES = st.text(st.characters(categories=["L", "N", "P", "S"]), min_size=1, max_
         ),
         st.floats(0.2, 1),
         st.floats(0, 1),
-        st.floats(0, 10),
+        st.floats(0, 10, allow_subnormal=False),
         st.floats(0, 0.9),
     ),
 )
