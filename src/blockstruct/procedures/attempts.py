@@ -124,6 +124,8 @@ class Attempts:
         time, last = self.pace.time(placement, twist), twist
         shortest = CLOSEST * self.pace.even / self.pace.way(placement) * time
         found: Found | None = None
+        # Work that the dead load did before is none of what drops.
+        fell = 0.0 if self.last is None or self.last.dropped else self.last.falling
         longest, left = np.inf, LENGTHS
         while left > 0:
             left -= 1
@@ -131,7 +133,7 @@ class Attempts:
             if solution is None:
                 break
             doubtful = solution.missed > CERTIFIED
-            if found is not None and (doubtful or self.drops(solution.falling, found.solved.falling)):
+            if found is not None and (doubtful or self.drops(solution.falling, max(found.solved.falling, fell))):
                 break
             found = self._found(moved, solution, time)
             twist = found.state.twist
@@ -139,8 +141,8 @@ class Attempts:
                 break
             if np.isinf(longest):
                 longest = max(self._until_closed(moved, solution, last), shortest)
-            if time <= longest and (solution.tightening > REACHING).any():
-                # The last motion pulls a tie tight later than this one does.
+            if time <= longest and self._closes(moved, solution, last):
+                # The last motion does so later than this one.
                 longest, left = max(time / 2, shortest), max(left, 1)
             better = min(self.pace.time(placement, twist), longest)
             if 1 / MISSED < better / time < MISSED and time <= longest:
@@ -167,6 +169,20 @@ class Attempts:
         apart = np.linalg.norm(np.ptp(twist[:, :3], axis=0))
         turning = np.linalg.norm(twist[:, 3:], axis=1) * self._radius
         return float(apart + np.sort(turning)[-2:].sum())
+
+    def _closes(self, moved: MovedProblem, solved: Solved, twist: Array) -> bool:
+        """Whether a solution pulls a tie tight, or closes a gap that the last motion closes too, and has weight there.
+
+        Gaps are those near which nothing was pressed in the last state: hinges that move open by the square of the way,
+        and have their forces across that all of the time.
+        """
+        if (solved.tightening > REACHING).any():
+            return True
+        meets = (solved.reaching > REACHING) & (moved.relative(twist)[:, 0] < 0)
+        if self.last is None or not meets.any():
+            return False
+        carried, _ = self._carried
+        return not carried.pressed_near(moved, NEAREST)[meets].all()
 
     def _until_closed(self, moved: MovedProblem, solved: Solved, twist: Array) -> float:
         """Time in which the last motion closes the first gap or slack across which the solution has a force of weight.

@@ -14,7 +14,7 @@ from blockstruct.limit.moved import MovedProblem, MovingProblem
 from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.carried_forces import carried_forces
-from blockstruct.procedures.finite_step import CERTIFIED, CountingSolver, Question, Solved, solve_finite_step
+from blockstruct.procedures.finite_step import CERTIFIED, IDLE, CountingSolver, Question, Solved, solve_finite_step
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -70,19 +70,34 @@ class Carried:
         Those of blocks that slide are where they were on one of the two. Points that parts of one face have in the same
         place share their forces.
         """
-        # Loaded here: scipy.spatial is slow to import.
-        from scipy.spatial import KDTree
-
         place, frame = _placed(moved.contacts.points, moved)
-        near = [
-            KDTree(new).sparse_distance_matrix(KDTree(old), SAME, output_type="ndarray")
-            for old, new in zip(self.place, place, strict=True)
-        ]
-        now, before = np.unique([np.concatenate([n[of] for n in near]) for of in ("i", "j")], axis=1)
+        now, before = self._near(place, SAME)
         share = self.force[before] / np.bincount(before)[before, None]
         force = np.zeros_like(question.rubbing)
         np.add.at(force, now, np.einsum("kij,kj->ki", frame[now], share))
         return replace(question, rubbing=force)
+
+    def pressed_near(self, moved: MovedProblem, distance: float) -> NDArray[np.bool_]:
+        """Contact points (K,) that have a force of the same two blocks within a distance, in characteristic lengths."""
+        place, _ = _placed(moved.contacts.points, moved)
+        now, before = self._near(place, distance)
+        force = np.linalg.norm(self.force, axis=1)
+        pressed = force > IDLE * force.mean()
+        found = np.zeros(place.shape[1], dtype=bool)
+        found[now[pressed[before]]] = True
+        return found
+
+    def _near(self, place: Array, distance: float) -> tuple[Index, Index]:
+        """Places (2, K, 8) and those of these forces that are within a distance of each other on one of two blocks."""
+        # Loaded here: scipy.spatial is slow to import.
+        from scipy.spatial import KDTree
+
+        near = [
+            KDTree(new).sparse_distance_matrix(KDTree(old), distance, output_type="ndarray")
+            for old, new in zip(self.place, place, strict=True)
+        ]
+        now, before = np.unique([np.concatenate([n[of] for n in near]) for of in ("i", "j")], axis=1)
+        return now, before
 
 
 class Stepper:
