@@ -1,4 +1,4 @@
-"""Writes the variables of ``analysis-1.json`` as the tables of ``docs/file-format.md`` state them.
+"""Writes the variables of ``analysis-2.json`` as the tables of ``docs/file-format.md`` state them.
 
 A variable is added by a row of its table, and by running this from the root of the repository.
 """
@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
-PAGE, SCHEMA = ROOT / "docs" / "file-format.md", ROOT / "schemas" / "analysis-1.json"
+PAGE, SCHEMA = ROOT / "docs" / "file-format.md", ROOT / "schemas" / "analysis-2.json"
 TITLES = {"model": "`/model`", "case": "a case", "history": "a history", "capacity": "a capacity curve"}
 KINDS: dict[str, Any] = {"float": {"const": "f"}, "integer": {"enum": ["i", "u"]}, "text": {"const": "text"}}
 

@@ -36,7 +36,17 @@ from typing import TYPE_CHECKING, Any
 
 from blockstruct import errors
 from blockstruct.units import Q_, ureg
-from blockstruct.vocabulary import ContactState, Flow, JointOrientation, SolverStatus, Stage, Status
+from blockstruct.vocabulary import (
+    ContactState,
+    Flow,
+    JointOrientation,
+    PathEnd,
+    Procedure,
+    Reason,
+    SolverStatus,
+    Stage,
+    Status,
+)
 
 if TYPE_CHECKING:
     from blockstruct import assess, contacts, imports, library, results, structures, studies
@@ -52,7 +62,7 @@ if TYPE_CHECKING:
     )
     from blockstruct.contacts import Detection, detect_interfaces
     from blockstruct.documents import Document, read_document, write_document, write_draft
-    from blockstruct.limit import SCHEDULES, Certificate, ProcedureSettings
+    from blockstruct.limit import SCHEDULES, Certificate, FictitiousSchedule, Numerics, ProcedureSettings
     from blockstruct.model import (
         AreaLoad,
         Block,
@@ -155,6 +165,8 @@ __all__ = [
     "AnalysisManager",
     "Flow",
     "SCHEDULES",
+    "FictitiousSchedule",
+    "Numerics",
     "ProcedureSettings",
     "least_tie_force",
     "log_to",
@@ -169,6 +181,9 @@ __all__ = [
     "Spread",
     "Certificate",
     "ContactState",
+    "PathEnd",
+    "Procedure",
+    "Reason",
     "SolverStatus",
     "Stage",
     "Status",
@@ -190,7 +205,7 @@ _ROOMS_LATER = {
     "documents": ("Document", "read_document", "write_document", "write_draft"),
     "imports": (),
     "library": (),
-    "limit": ("SCHEDULES", "Certificate", "ProcedureSettings"),
+    "limit": ("SCHEDULES", "Certificate", "FictitiousSchedule", "Numerics", "ProcedureSettings"),
     "model": (
         *("AreaLoad", "Block", "BodyForce", "FaceLoad", "FillLoad", "Interface", "JointMaterial", "LimitCase"),
         *("LineLoad", "LoadPattern", "Material", "Model", "Moment", "PointLoad", "Pushover", "SelfWeight"),

@@ -16,7 +16,7 @@ MOST_VIOLATIONS = 100
 
 @cache
 def schema_text(name: str) -> str:
-    """Text of a schema: ``"model-1"`` or ``"analysis-1"``."""
+    """Text of a schema: ``"model-1"`` or ``"analysis-2"``."""
     shipped = resources.files("blockstruct") / "schemas" / f"{name}.json"
     if shipped.is_file():
         return shipped.read_text(encoding="utf-8")

@@ -6,20 +6,8 @@ from enum import StrEnum
 COMPONENTS = ("n", "s", "t")
 AXES = ("x", "y", "z")
 
-#: In the message of a case whose load factor had not settled when its iteration was stopped.
-DRIFTING = "still drifting"
-#: In the message of a case that ended along its loading path.
-ALONG_PATH = "along the loading path"
-#: In the message of a pushover, before what it tells of the curve, or of why there is none.
-OF_CURVE = "; pushover: "
-
-#: In the message of a case, before the blocks whose dead load, or whose variable load, self-stress decides on.
-OF_HUNG, OF_JAMMED = "; hung by friction between supports: ", "; jammed: "
-#: In the message of a loading path that could not begin, before what took its place.
-NO_STATE = "the loading path found no state under dead load"
-
 FORMAT = "blockstruct-analysis"
-FORMAT_VERSION = "1.0"
+FORMAT_VERSION = "2.0"
 
 
 def in_words(name: str) -> str:
@@ -85,6 +73,63 @@ class Status(StrEnum):
         ('is unbounded', 'depends on self stress')
         """
         return self.words if self is Status.SELF_STRESS else f"is {self.words}"
+
+
+class Procedure(StrEnum):
+    """How a load factor is found."""
+
+    LOADING_PATH = "loading path"
+    FICTITIOUS = "fictitious"
+    SHIFTED = "shifted"
+    ASSOCIATIVE = "associative"
+
+
+class Reason(StrEnum):
+    """Why a case ended with its status."""
+
+    #: A collapse state is certified.
+    CERTIFIED = "certified"
+    #: The joints carry less than the dead load.
+    DEAD_LOAD_NOT_CARRIED = "dead_load_not_carried"
+    #: The dead load alone has a collapse state without dilatancy.
+    DEAD_LOAD_COLLAPSES = "dead_load_collapses"
+    #: The solver found neither forces that carry the dead load nor a mechanism.
+    DEAD_LOAD_UNDECIDED = "dead_load_undecided"
+    #: With associative flow no multiple of the load causes collapse.
+    NEVER_COLLAPSES = "never_collapses"
+    #: Forces carry any multiple of the load. Without dilatancy this does not exclude collapse.
+    CARRIES_ANY_LOAD = "carries_any_load"
+    #: The load factors of successive programs grow without limit.
+    GROWS_WITHOUT_LIMIT = "grows_without_limit"
+    #: The loading path ends without a load factor that stays.
+    NEVER_SETTLES = "never_settles"
+    #: The solver did not solve a program that all others need.
+    PROGRAM_NOT_SOLVED = "program_not_solved"
+    #: No state met the tolerances of the certificate.
+    NO_CERTIFICATE = "no_certificate"
+    #: The state that was found has a negative load factor.
+    NEGATIVE_LOAD_FACTOR = "negative_load_factor"
+    #: The user stopped the run.
+    INTERRUPTED = "interrupted"
+    #: The process of the run ended before the case did.
+    KILLED = "killed"
+    #: No program of the case was solved.
+    NOT_BEGUN = "not_begun"
+
+
+class PathEnd(StrEnum):
+    """How a loading path ended."""
+
+    #: A collapse state is certified at its end.
+    CLOSED = "closed"
+    #: No state under dead load was found to begin with.
+    NO_DEAD_LOAD_STATE = "no_dead_load_state"
+    #: A step was not solved.
+    STEP_NOT_SOLVED = "step_not_solved"
+    #: The largest displacement or number of iterations was reached.
+    LIMIT_REACHED = "limit_reached"
+    #: No state at its end met the tolerances of the certificate.
+    NOT_CERTIFIED = "not_certified"
 
 
 class Stage(StrEnum):

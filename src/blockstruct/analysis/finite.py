@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.analysis.events import Listener, StepDone, tell
-from blockstruct.limit import FiniteStep, Iteration, LimitProblem, MovingProblem, Placement, block_motion
+from blockstruct.limit import FiniteStep, Iteration, LimitProblem, MovingProblem, Outcome, Placement, block_motion
 from blockstruct.model import Pushover
 from blockstruct.procedures import moves_furthest, pushover
-from blockstruct.results import CaseResult, breaking_words, capacity_of, doubtful_words, step_arrays, steps_of
+from blockstruct.results import CaseResult, capacity_of, step_arrays, steps_of
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
-from blockstruct.vocabulary import OF_CURVE, Status
+from blockstruct.vocabulary import Reason, Status
 
 Array = NDArray[np.float64]
 
@@ -46,9 +46,9 @@ def pushed_over(
     steps: list[FiniteStep] = [] if result.capacity is None else steps_of(result.capacity)
     moving = MovingProblem(statics, problem, case)
     if not steps and (resting := _resting(moving, case, block_motion(statics, problem, collapse.u[None])[0])):
-        return replace(result, message=f"{result.message}{OF_CURVE}{resting}")
+        return replace(result, curve_ended=resting)
     going = pushover(moving, collapse, case.steps, settings, solver_of(settings), list(steps))
-    status, load_factor, message, ended = result.status, result.load_factor, result.message, ""
+    outcome, ended = result.outcome, ""
     try:
         for k, step in enumerate(steps):
             tell(listeners, StepDone(case, k, step))
@@ -59,17 +59,13 @@ def pushed_over(
     except StopIteration as stop:
         ended = stop.value
     except KeyboardInterrupt:
-        status, load_factor, message = Status.INTERRUPTED, np.nan, "interrupted by the user"
+        outcome = Outcome(Status.INTERRUPTED, np.nan, Reason.INTERRUPTED)
     curve = capacity_of(statics.model, step_arrays(steps), ended) if steps else None
-    if ended:
-        said = [] if curve is None else [*breaking_words(curve), *doubtful_words(curve, settings.procedure)]
-        message = f"{message}{OF_CURVE}{'; '.join([*said, ended])}"
     return replace(
         result,
-        status=status,
-        load_factor=load_factor,
-        message=message,
+        outcome=outcome,
         capacity=curve,
+        curve_ended=ended,
         duration=result.duration + perf_counter() - start,
     )
 

@@ -19,7 +19,7 @@ from blockstruct.analysis.provenance import now, solver_options, versions, warn_
 from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.recovery import blank_history, planned_result
 from blockstruct.analysis.replay import ReplaySolver, followed
-from blockstruct.analysis.sweeps import axes_of, joints_at, keep_point, names_at, points_of, runs_of
+from blockstruct.analysis.sweeps import Run, axes_of, joints_at, keep_point, names_at, points_of, runs_of
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.keywords import checked_keywords
 from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, schedules_of
@@ -30,18 +30,13 @@ from blockstruct.results import (
     CaseResult,
     checked_parameters,
     division_of,
-    failures,
     history_of,
-    self_stressed,
     sweep_of,
 )
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Division, Statics
 from blockstruct.storage import Checkpoint, checked_keep_every, claim, is_unfinished, open_analysis, tidy
-from blockstruct.vocabulary import Status
-
-#: Statuses whose last iteration shows how the structure falls under its dead load.
-FALLS = (Status.UNSTABLE, Status.SELF_STRESS)
+from blockstruct.vocabulary import Reason, Status
 
 
 @checked_keywords
@@ -137,11 +132,10 @@ class AnalysisManager:
         cases
             The cases.
         spread
-            True also runs every non-associative case with each of the named :data:`~blockstruct.SCHEDULES` and with
-            associative flow, as ``"case [schedule]"`` and ``"case [associative]"``; names run only those schedules,
-            ``"path dependence"`` the loading paths among them. :meth:`Analysis.spread` then tells the lowest and the
-            highest certified load factor of the runs that settled, of all where none has;
-            :attr:`CaseResult.path_dependence` those along the loading path.
+            True also runs every non-associative case along the variants of the loading path and with associative
+            flow, as ``"case [half steps]"`` and ``"case [associative]"``. :attr:`CaseResult.path_dependence` is then
+            the range of the load factor. Names run those of :data:`~blockstruct.SCHEDULES`, ``"paper"`` all schedules
+            of the paper's procedure: :meth:`Analysis.spread` has their results, and none changes the headline.
 
         Raises
         ------
@@ -156,15 +150,15 @@ class AnalysisManager:
         runs = runs_of(given, self.settings, schedules_of(spread))
         started_at = now()
         planned = {
-            case.name: planned_result(case, settings, self.statics, problem, started_at)
-            for (case, settings), problem in zip(runs, self.check([case for case, _ in runs]), strict=True)
+            run.case.name: planned_result(run, self.statics, problem, started_at)
+            for run, problem in zip(runs, self.check([run.case for run in runs]), strict=True)
         }
         analysis = Analysis(
             self.model,
             planned,
             started_at,
             versions(),
-            solver_options=solver_options([settings for _, settings in runs]),
+            solver_options=solver_options([run.settings for run in runs]),
             document_hash=self.document_hash,
             tags=self.tags,
             parameters=self.parameters,
@@ -233,7 +227,8 @@ class AnalysisManager:
         for name, result in analysis.items():
             statics = manager._statics_of(result)
             problem = LimitProblem.of(statics, result.case)
-            planned[name] = planned_result(result.case, result.settings, statics, problem, started_at)
+            run = Run(result.case, result.settings, result.schedule, result.of_case)
+            planned[name] = planned_result(run, statics, problem, started_at)
         return manager._conduct(analysis.replaced(results=planned, created_at=started_at), manager.listeners)
 
     def check(self, cases: Sequence[Case]) -> list[LimitProblem]:
@@ -290,7 +285,7 @@ class AnalysisManager:
             place = (len(results) + 1, len(varied))
             statics = statics.varied(joints, self.settings.crushing_cells)
             problem = LimitProblem.of(statics, case)
-            planned = planned_result(case, self.settings, statics, problem, now())
+            planned = planned_result(Run(case, self.settings), statics, problem, now())
             results.append(self._run_case(planned, statics, problem, heard, place))
             tell(heard, CaseFinished(results[-1]))
             if store is not None:
@@ -345,7 +340,7 @@ class AnalysisManager:
         made_by = before.versions if before.n_iterations else ()
         steps = followed(solve_limit_case(problem, case.flow, settings, solver), before.history)
         iterations: list[Iteration] = []
-        outcome = Outcome(Status.INTERRUPTED, np.nan, "interrupted by the user")
+        outcome = Outcome(Status.INTERRUPTED, np.nan, Reason.INTERRUPTED)
         started_at = before.started_at if before.n_iterations else now()
         try:
             tell(listeners, CaseStarted(case, len(self.model.blocks), problem.n_points, statics, problem, *place))
@@ -358,15 +353,11 @@ class AnalysisManager:
             if len(iterations) < before.n_iterations:
                 return before
         history = history_of(statics, problem, iterations)
-        names = [self.model.blocks[i].name for i in statics.free]
         done = replace(
             before,
-            status=outcome.status,
-            load_factor=outcome.load_factor,
+            outcome=outcome,
+            damage="",
             certificate=iterations[-1].certificate if iterations and outcome.status is not Status.UNBOUNDED else None,
-            message=outcome.message
-            + (failures(history) if outcome.status in FALLS else "")
-            + self_stressed(*([names[i] for i in blocks] for blocks in (outcome.hung, outcome.jammed))),
             history=history,
             started_at=started_at,
             duration=before.duration + perf_counter() - start,

@@ -9,7 +9,7 @@ from importlib.metadata import version
 from typing import Any
 
 from blockstruct.errors import VersionWarning
-from blockstruct.limit import ProcedureSettings
+from blockstruct.limit import Numerics, ProcedureSettings
 from blockstruct.results import Analysis
 from blockstruct.solvers import solver_of
 
@@ -47,7 +47,10 @@ def _installed() -> dict[str, str]:
 
 def solver_options(settings: Iterable[ProcedureSettings]) -> dict[str, dict[str, Any]]:
     """Options of each solver that settings name, beyond the tolerances, which the settings tell."""
-    return {name: _options(solver_of(ProcedureSettings(solver=name))) for name in sorted({s.solver for s in settings})}
+    return {
+        name: _options(solver_of(ProcedureSettings(numerics=Numerics(solver=name))))
+        for name in sorted({s.numerics.solver for s in settings})
+    }
 
 
 def _options(solver: Any) -> dict[str, Any]:

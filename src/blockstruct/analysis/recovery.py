@@ -5,12 +5,13 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from blockstruct.limit import LimitProblem, ProcedureSettings
-from blockstruct.model import Case, Model
+from blockstruct.analysis.sweeps import Run
+from blockstruct.limit import LimitProblem, Outcome
+from blockstruct.model import Model
 from blockstruct.results import Analysis, CaseResult, history_of
 from blockstruct.statics import Division, Statics
 from blockstruct.storage import Checkpoint
-from blockstruct.vocabulary import Status
+from blockstruct.vocabulary import Reason, Status
 
 
 def recover(path: str | Path) -> Analysis:
@@ -44,18 +45,16 @@ def blank_history(model: Model, result: CaseResult) -> xr.Dataset:
     return history_of(statics, LimitProblem.of(statics, result.case), [])
 
 
-def planned_result(
-    case: Case, settings: ProcedureSettings, statics: Statics, problem: LimitProblem, started_at: str
-) -> CaseResult:
+def planned_result(run: Run, statics: Statics, problem: LimitProblem, started_at: str) -> CaseResult:
     """Result of a case that is still to be run."""
     return CaseResult(
         model=statics.model,
-        case=case,
-        settings=settings,
-        status=Status.INTERRUPTED,
-        load_factor=np.nan,
+        case=run.case,
+        settings=run.settings,
+        outcome=Outcome(Status.INTERRUPTED, np.nan, Reason.NOT_BEGUN),
         certificate=None,
-        message="interrupted before its first program was solved",
+        schedule=run.schedule,
+        of_case=run.of_case,
         history=history_of(statics, problem, []),
         started_at=started_at,
         duration=0.0,

@@ -124,19 +124,36 @@ def keep_point(
     save_analysis(kept, path)
 
 
-def runs_of(
-    cases: Sequence[Case], settings: ProcedureSettings, schedules: Sequence[str]
-) -> list[tuple[Case, ProcedureSettings]]:
-    """Cases with their settings: those given, and the schedules of a spread with its associative bound."""
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A case to run, with its settings.
+
+    Attributes
+    ----------
+    case : Case
+    settings : ProcedureSettings
+    schedule, of_case : str
+        The schedule of a run of a spread, and the case that it varies; empty for a case as given.
+    """
+
+    case: Case
+    settings: ProcedureSettings
+    schedule: str = ""
+    of_case: str = ""
+
+
+def runs_of(cases: Sequence[Case], settings: ProcedureSettings, schedules: Sequence[str]) -> list[Run]:
+    """Return the runs of cases: as given, by the schedules of a spread, and with associative flow as its bound."""
     runs = []
     for case in cases:
-        runs.append((case, settings))
-        if schedules and case.flow is Flow.NONASSOCIATIVE:
-            for name in schedules:
-                other = scheduled(settings, name)
-                # The loading path as given needs no second run.
-                if other != settings:
-                    runs.append((case.renamed(run_name(case.name, name)), other))
-            bound = case.renamed(run_name(case.name, Flow.ASSOCIATIVE), Flow.ASSOCIATIVE)
-            runs.append((bound, settings))
+        runs.append(Run(case, settings))
+        if not schedules or case.flow is Flow.ASSOCIATIVE:
+            continue
+        for name in schedules:
+            other = scheduled(settings, name)
+            # The settings as given need no second run.
+            if other != settings:
+                runs.append(Run(case.renamed(run_name(case.name, name)), other, name, case.name))
+        bound = str(Flow.ASSOCIATIVE)
+        runs.append(Run(case.renamed(run_name(case.name, bound), Flow.ASSOCIATIVE), settings, bound, case.name))
     return runs

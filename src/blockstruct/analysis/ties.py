@@ -263,7 +263,7 @@ def least_tie_force(
     force = found.tie_force * problem.ties.force_unit
     c = found.certificate
     beyond_prestress = float((force - statics.ties.prestress)[sought].sum())
-    rounding = settings.yield_tolerance * float(problem.wrench_unit.sum())
+    rounding = settings.numerics.yield_tolerance * float(problem.wrench_unit.sum())
     needed = beyond_prestress > rounding
     if beyond_prestress <= rounding:
         force = statics.ties.prestress

@@ -128,8 +128,6 @@ class LocalMechanismCheck:
     coefficients : Coefficients
     notes : tuple of str
         What one must know before relying on it.
-    one_schedule : bool
-        Whether another schedule, which was not run, may find a lower load factor.
     """
 
     result: CaseResult = field(repr=False)
@@ -150,7 +148,6 @@ class LocalMechanismCheck:
     beside: Overturning | None = field(repr=False)
     coefficients: Coefficients = field(repr=False)
     notes: tuple[str, ...]
-    one_schedule: bool = False
 
     @property
     def e_star(self) -> float:
@@ -179,13 +176,13 @@ class LocalMechanismCheck:
 
     @property
     def satisfied(self) -> bool:
-        """Whether the limit state relied on is."""
-        return self.limit_state.satisfied
+        """Whether the limit state relied on is, from a load factor that settled."""
+        return self.result.settled and self.limit_state.satisfied
 
     @property
     def outcome(self) -> str:
-        """Whether it is satisfied, and why where the ratio does not tell."""
-        return self.limit_state.outcome
+        """Whether it is satisfied, and why where the ratio does not show it."""
+        return self.limit_state.outcome if self.result.settled else "NOT SETTLED: the load factor is no answer yet"
 
     @property
     def verdict(self) -> str:
@@ -213,8 +210,7 @@ class LocalMechanismCheck:
         share = (
             "" if abs(self.alpha0 - r.load_factor) < 1e-12 else f" ({shown(r.load_factor)} · share of the BodyForce)"
         )
-        of_one = "; one schedule found it, others, which may find a lower one (spread=True), were not run"
-        flow = f"{r.case.flow} flow{of_one * self.one_schedule}"
+        flow = f"{r.case.flow} flow"
         found = [
             section(
                 "Mechanism",

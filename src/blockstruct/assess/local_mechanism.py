@@ -13,14 +13,13 @@ from blockstruct.assess.coefficients import Coefficients, confidence
 from blockstruct.assess.floor_spectrum import FloorSpectrum, check_one_place
 from blockstruct.assess.freedom import is_unique, separate_mechanisms
 from blockstruct.assess.limit_states import METHODS, by_displacement, damage, linear
-from blockstruct.assess.lines import shown, told_apart
+from blockstruct.assess.lines import shown
 from blockstruct.assess.notes import (
     notes_of,
     notes_of_control,
     notes_of_demand,
     notes_of_height,
     notes_of_parts,
-    notes_of_runs,
     notes_of_small,
 )
 from blockstruct.assess.overturning import Overturning
@@ -34,7 +33,7 @@ from blockstruct.keywords import checked_keywords, did_you_mean
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
 from blockstruct.results.macro_blocks import TOGETHER
-from blockstruct.vocabulary import Flow, Status
+from blockstruct.vocabulary import Status
 
 g = STANDARD_GRAVITY
 #: Share by which a mechanism by hand begins before the one found, for it to be told.
@@ -70,9 +69,8 @@ def local_mechanism(
     Parameters
     ----------
     result
-        A converged case whose variable load is a horizontal BodyForce. Of a spread it is the lowest certified answer
-        of the runs that settled, of all where none has, or none but the shift. That of a pushover gives its capacity
-        curve, too, lowered to that answer where it begins above it by no more than ``gap_tolerance``.
+        A converged case whose variable load is a horizontal BodyForce. Of a spread it is the run as given; the lower
+        end of its range is noted. A pushover also gives its capacity curve.
     confidence_factor, knowledge_level
         FC, or the level ``"LC1"`` to ``"LC3"`` that it follows from. Where the joints of the bodies that move have no
         compressive strength, it is that of LC1.
@@ -139,11 +137,8 @@ def local_mechanism(
     checks = [asked.check([*part, *resting]) for part in known]
     ratios = [one.limit_state.least_ratio for one in checks]
     check = checks[int(np.argmin(ratios))]
-    notes = [*notes_of_parts(parts, known, ratios), *check.notes, *notes_of_runs(result)]
-    notes += _notes_of_curve(result, found)
-    head = result.headline
-    alone = head.schedules == 1 and head.flow is Flow.NONASSOCIATIVE
-    return replace(check, notes=tuple(notes), one_schedule=alone)
+    notes = [*notes_of_parts(parts, known, ratios), *check.notes]
+    return replace(check, notes=tuple(notes))
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,8 +199,10 @@ class _Asked:
             return linear(a0, spectrum, damage(a0, of_sld, with_demand=False).ag, c)
 
         of_small, without = notes_of_small(whole, a0_star, by_q)
-        states = [sld, replace(by_q(a0_star), noted=without)]
-        notes = [*notes_of(found, forces, bodies, whole), *of_small]
+        of_range, low = self._notes_of_range(a0_star, by_q)
+        noted = min((one for one in (without, low) if one), key=lambda one: one.ag, default=None)
+        states = [sld, replace(by_q(a0_star), noted=noted)]
+        notes = [*of_range, *notes_of(found, forces, bodies, whole), *of_small]
         part = taking_part(bodies, whole)
         if curve is not None:
             slc = spectrum if slc_site is None else slc_site
@@ -266,6 +263,19 @@ class _Asked:
             notes=tuple(notes),
         )
 
+    def _notes_of_range(
+        self, a0_star: float, by_q: Callable[[float], LimitState]
+    ) -> tuple[list[str], LimitState | None]:
+        """The lower end of the range of the load factor, and the limit state there."""
+        head = self.found.headline
+        if not head.lowest < head.load_factor:
+            return [], None
+        low = by_q(a0_star * head.lowest / head.load_factor)
+        text = (
+            f"The load factor is {head.range}. At the lower end capacity / demand is {low.ratio_text()}: rely on that."
+        )
+        return [text], low
+
     def _notes_of_one_body(
         self,
         bodies: Sequence[MacroBlock],
@@ -320,10 +330,7 @@ def _refuse_kind(name: str, value: object, remedy: str) -> NoReturn:
 def _converged(result: Any) -> tuple[CaseResult, LimitCase]:
     """The collapse state to check, and what was asked for."""
     if isinstance(result, Spread):
-        if result.headline.status is not Status.CONVERGED or result.lowest is None:
-            msg = f"local_mechanism: no run of the spread has a collapse state to check ({result.headline})"
-            raise ModelError(msg)
-        return _converged(_lowered(result, result.lowest))
+        result = result.given
     if not isinstance(result, CaseResult):
         msg = f"local_mechanism: {type(result).__name__} is not a limit case's result; give analysis['name']"
         raise ModelError(msg)
@@ -335,38 +342,11 @@ def _converged(result: Any) -> tuple[CaseResult, LimitCase]:
         raise ModelError(msg)
     if result.status is not Status.CONVERGED:
         msg = (
-            f"case {result.name!r}: {result.status.words} ({result.message}); a local mechanism is checked from a "
+            f"case {result.name!r}: {result.headline}; a local mechanism is checked from a "
             "converged collapse state: change the procedure or the loads and run the case again"
         )
         raise ModelError(msg)
     return result, result.case
-
-
-def _lowered(spread: Spread, lowest: CaseResult) -> CaseResult:
-    """The run as given where it has the curve of a pushover, lowered to the lowest load factor; far above, the latter.
-
-    A mechanism and its curve are of one run: where joints slide at one load factor, another run may slide at others.
-    """
-    given = next(iter(spread.runs.values()))
-    above = given.load_factor / lowest.load_factor - 1
-    if given.capacity is None or not 0 < above <= given.settings.gap_tolerance:
-        return lowest
-    curve = given.capacity.assign(load_factor=given.capacity["load_factor"] / (1 + above))
-    return replace(given, load_factor=lowest.load_factor, capacity=curve)
-
-
-def _notes_of_curve(result: CaseResult | Spread, found: CaseResult) -> list[str]:
-    """Whether the curve of a pushover begins at another load factor than the one that is relied on."""
-    given = next(iter(result.runs.values())) if isinstance(result, Spread) else found
-    if given.capacity is None or given.load_factor == found.load_factor:
-        return []
-    began, relied_on = told_apart(given.load_factor, found.load_factor)
-    of_curve = "not used" if found.capacity is None else "lowered to that, by no more than certificates leave open"
-    text = (
-        f"The pushover began at the load factor {began}, and the one relied on is {relied_on}: its capacity curve is "
-        f"{of_curve}."
-    )
-    return [text]
 
 
 def _crushes(result: CaseResult, bodies: Sequence[MacroBlock]) -> bool:

@@ -14,8 +14,7 @@ from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import HorizontalForces, Participation, taking_part
 from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.model import STANDARD_GRAVITY, Model
-from blockstruct.results import CaseResult, MacroBlock, Spread, applied_loads, doubtful_words, tie_state
-from blockstruct.results.headline import is_same
+from blockstruct.results import CaseResult, MacroBlock, applied_loads, doubtful_words, tie_state
 from blockstruct.results.macro_blocks import TOGETHER
 from blockstruct.vocabulary import Flow, TieState
 
@@ -46,8 +45,6 @@ def notes_of(
             "α0 is that of associative flow, an upper bound of every other flow rule: run the case non-associative "
             "before relying on it."
         )
-    if not result.settled:
-        said.append("The load factor had not settled when its procedure ended: another schedule may find another one.")
     said += [*result.warnings, *result.owed]
     rounding = getattr(result.case, "corner_rounding", 0.0)
     if rounding and result.capacity is not None:
@@ -225,13 +222,6 @@ def notes_of_height(model: Model, beside: Overturning, part: Sequence[MacroBlock
         "bs.assess.floor_spectrum(…)."
     )
     return [text]
-
-
-def notes_of_runs(result: CaseResult | Spread) -> list[str]:
-    """Runs of a spread that found less than what is relied on, and had not settled."""
-    head = result.headline
-    below = [end for end in head.drifting if end < head.load_factor and not is_same(end, head.load_factor)]
-    return [f"α0 is from the load factor {head.number}, {head.among}."] if below else []
 
 
 def notes_of_control(

@@ -126,12 +126,11 @@ def say_table(table: Table) -> None:
 
 def print_results(analysis: bs.Analysis, *, iterations: bool = False) -> None:
     """Print every case with its certificate, then all of them in a table; with iterations, those too."""
-    of_spreads = {run.name for spread in analysis.spreads.values() for run in spread.runs.values()}
     for result in analysis.values():
         if iterations:
             out.print(iteration_table(result.history))
-        out.print(result_text(result, of_spread=result.name in of_spreads), soft_wrap=True)
-        if result.name.startswith("tilt") and (angle := _angle_of_table(result)) is not None:
+        out.print(result_text(result), soft_wrap=True)
+        if (angle := _angle_of_table(result)) is not None:
             say(f"  on a tilting table: falls at {angle:.4g} deg\n")
     say_table(summary_table(analysis))
     for text in cells_of(analysis.values()):

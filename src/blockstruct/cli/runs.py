@@ -57,10 +57,7 @@ def demo(
 def run(
     model: Annotated[Path, typer.Argument(help="A model document, YAML or JSON.", show_default=False)],
     output: Annotated[Path, typer.Option("--output", "-o", help="File to write.", show_default=False)],
-    spread: Annotated[bool, typer.Option("--spread", help="Also run the other schedules, and their spread.")] = False,
-    path_dependence: Annotated[
-        bool, typer.Option("--path-dependence", help="Also run the loading paths, and the range of their load factors.")
-    ] = False,
+    spread: Annotated[bool, typer.Option("--spread", help="Also run variants of the loading path.")] = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -69,8 +66,7 @@ def run(
     document = bs.read_document(model)
     say(f"{document.model.name}: {counted(len(document.model.blocks), 'block')}, {document.report}")
     settings = bs.ProcedureSettings.of(document.settings)
-    schedules = spread or ("path dependence" if path_dependence else False)
-    _run(document.model, list(document.cases), settings, output, quiet, as_json, document.hash, spread=schedules)
+    _run(document.model, list(document.cases), settings, output, quiet, as_json, document.hash, spread=spread)
 
 
 @app.command()

@@ -16,7 +16,14 @@ from blockstruct.limit.motion import block_motion, velocities_of
 from blockstruct.limit.moved import ControlPoint, MovedProblem, MovingProblem, check_pushover
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, ProgramData, Solution, Solver
-from blockstruct.limit.settings import SCHEDULES, ProcedureSettings, scheduled, schedules_of
+from blockstruct.limit.settings import (
+    SCHEDULES,
+    FictitiousSchedule,
+    Numerics,
+    ProcedureSettings,
+    scheduled,
+    schedules_of,
+)
 from blockstruct.limit.settlement import Settlement, reaction_unit
 from blockstruct.limit.ties import Ties
 from blockstruct.limit.torsion import UniformTorsion
@@ -30,6 +37,8 @@ __all__ = [
     "Ties",
     "UniformTorsion",
     "ProcedureSettings",
+    "FictitiousSchedule",
+    "Numerics",
     "SCHEDULES",
     "scheduled",
     "schedules_of",

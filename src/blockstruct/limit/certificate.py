@@ -74,7 +74,7 @@ class Certificate:
     @property
     def tolerances(self) -> dict[str, float]:
         """Tolerance of each of the four measures."""
-        s = self.settings
+        s = self.settings.numerics
         limits = (s.equilibrium_tolerance, s.yield_tolerance, s.interpenetration_tolerance, self.flow_rule_gap_limit)
         return dict(zip(_JUDGED, limits, strict=True))
 
@@ -107,7 +107,8 @@ class Certificate:
 def are_admissible(residual: Array | float, excess: Array | float, settings: ProcedureSettings) -> NDArray[np.bool_]:
     """Whether forces are in equilibrium inside the true conditions, by their residuals and their yield excesses."""
     # A NaN fails every comparison, so a state that is not a number never is.
-    return np.asarray((residual <= settings.equilibrium_tolerance) & (excess <= settings.yield_tolerance))
+    numerics = settings.numerics
+    return np.asarray((residual <= numerics.equilibrium_tolerance) & (excess <= numerics.yield_tolerance))
 
 
 def _said(value: float) -> str:
@@ -202,11 +203,11 @@ def certify(
     at_ties = problem.ties.missed_work(beyond_prestress, problem.ties.elongation(u) - slack)
     missed = (at_rigid, at_cells, at_rectangles, friction, at_ties, unbalanced * u)
     gap = float(sum(np.abs(part).sum() for part in missed))
-    gap_limit = settings.gap_tolerance * max(abs(alpha), 1e-3 * problem.work_scale(u))
+    gap_limit = settings.numerics.gap_tolerance * max(abs(alpha), 1e-3 * problem.work_scale(u))
     # A NaN fails every comparison, so a state that is not a number never holds.
     holds = (
         are_admissible(residual, excess, settings)
-        and interpenetration <= settings.interpenetration_tolerance
+        and interpenetration <= settings.numerics.interpenetration_tolerance
         and gap <= gap_limit
         and abs(problem.w_L @ u - 1) < 1e-6
     )

@@ -1,7 +1,8 @@
 """What one program of the procedure found, and how the procedure ended."""
 
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from blockstruct.limit.certificate import Certificate
 from blockstruct.limit.friction import Sliding
 from blockstruct.limit.problem import LimitProblem
-from blockstruct.vocabulary import SolverStatus, Stage, Status
+from blockstruct.vocabulary import PathEnd, Procedure, Reason, SolverStatus, Stage, Status
 
 Array = NDArray[np.float64]
 
@@ -81,51 +82,102 @@ def is_solved(status: SolverStatus) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
+class Found:
+    """A certified collapse state and how it was found.
+
+    Attributes
+    ----------
+    state : Iteration
+    procedure : Procedure
+    settled : bool
+        Whether the load factor had settled when the search ended.
+    drift : tuple of float or None
+        Lowest and highest of the last load factors, None if the search has none.
+    peak : float
+        Largest load factor on the loading path, NaN if it is that of the state.
+    """
+
+    state: Iteration
+    procedure: Procedure
+    settled: bool = True
+    drift: tuple[float, float] | None = None
+    peak: float = np.nan
+
+
+@dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a limit case ended: its status, its load factor and a sentence on why.
+    """How a limit case ended, as facts.
 
     Attributes
     ----------
     status : Status
     load_factor : float
-    message : str
+        α at collapse; infinite if unbounded, NaN without a result.
+    reason : Reason
+        Why the case ended with this status.
+    procedure : Procedure or None
+        How the load factor was found, None without one.
+    settled : bool
+        Whether the load factor had settled when the procedure ended.
+    drift : tuple of float or None
+        Lowest and highest of the last load factors.
+    peak : float
+        Largest load factor on the loading path, NaN if it does not exceed the load factor.
+    path_end : PathEnd or None
+        How the loading path ended, None if it was not followed.
+    carried : float
+        Largest share of the dead load that the joints carry, NaN if they carry all of it.
+    programs : int
+        Programs solved before the search was given up; 0 otherwise.
+    load_ratio : float
+        Largest ratio of the loads of two blocks that touch, if it is too large for the solver; NaN otherwise.
     hung, jammed : tuple of int
-        Indices of free blocks whose dead load, or whose share of the variable load, self-stress decides on.
+        Free blocks whose dead load, or whose share of the variable load, depends on self-stress.
     """
 
     status: Status
     load_factor: float
-    message: str
+    reason: Reason
+    procedure: Procedure | None = None
+    settled: bool = False
+    drift: tuple[float, float] | None = None
+    peak: float = np.nan
+    path_end: PathEnd | None = None
+    carried: float = np.nan
+    programs: int = 0
+    load_ratio: float = np.nan
     hung: tuple[int, ...] = ()
     jammed: tuple[int, ...] = ()
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Self:
+        """Return the outcome of plain values, as JSON keeps those of :func:`dataclasses.asdict`."""
+        kinds: dict[str, Any] = {"status": Status, "reason": Reason, "procedure": Procedure, "path_end": PathEnd}
+        kinds |= dict.fromkeys(("drift", "hung", "jammed"), tuple)
+        return cls(**{n: kinds[n](v) if n in kinds and v is not None else v for n, v in values.items()})
+
+    @property
+    def stands_in(self) -> bool:
+        """Whether another procedure found the load factor because the loading path did not finish."""
+        return self.procedure is not None and self.path_end not in (None, PathEnd.CLOSED)
 
 
 #: A procedure: yields its iterations as they are solved, and returns how it ended.
 Steps = Generator[Iteration, None, Outcome]
-#: A search for a collapse state: yields its iterations, and returns why the last one is certified, or None; and the
-#: last one that was solved.
-Search = Generator[Iteration, None, tuple[str | None, Iteration]]
+#: A search for a collapse state: yields its iterations, and returns the state, or None, and the last solved iteration.
+Search = Generator[Iteration, None, tuple[Found | None, Iteration]]
 
 
-def given_up(problem: LimitProblem, why: str, last: Iteration) -> Outcome:
-    """Outcome without a load factor, with the certificate of the last program that was solved."""
-    c = last.certificate
+def given_up(problem: LimitProblem, reason: Reason, *, programs: int = 0) -> Outcome:
+    """Outcome without a load factor."""
+    ratio = _load_ratio(problem)
     return Outcome(
-        Status.NOT_CONVERGED,
-        np.nan,
-        f"{why}; last {problem.said(last.load_factor)} with equilibrium residual {c.equilibrium_residual:.1e}, "
-        f"yield excess {c.yield_excess:.1e}, interpenetration {c.interpenetration:.1e}, "
-        f"flow-rule gap {c.flow_rule_gap:.1e}{of_weights_apart(problem)}",
+        Status.NOT_CONVERGED, np.nan, reason, programs=programs, load_ratio=ratio if ratio > APART else np.nan
     )
 
 
-def of_weights_apart(problem: LimitProblem) -> str:
-    """What to do where a light block carries a heavy one, as the end of a message; empty where none does."""
+def _load_ratio(problem: LimitProblem) -> float:
+    """Largest ratio of the loads of two blocks that touch."""
     A = sp.csc_array(problem.A[: 6 * len(problem.wrench_unit), ::3])
     ratio = problem.wrench_unit[A.indices // 6] / np.repeat(problem.force_unit, np.diff(A.indptr))
-    if not ratio.max(initial=0.0) > APART:
-        return ""
-    return (
-        f"; loads of two blocks that touch are up to {ratio.max():.1e} apart, of which programs resolve the smaller "
-        "one poorly: give a plate or a wedge between heavy blocks no weight at all, or more"
-    )
+    return float(ratio.max(initial=0.0))

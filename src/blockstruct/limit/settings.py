@@ -1,7 +1,7 @@
 """Settings of the procedure."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from numbers import Integral, Real
 from types import MappingProxyType
 from typing import Any, Self
@@ -10,89 +10,99 @@ from blockstruct.errors import ModelError, UnknownKeywordError, shown
 from blockstruct.keywords import checked_keywords, did_you_mean
 from blockstruct.model import checked_tuple
 
-#: Tolerances of the certificate.
-CERTIFIED = ("equilibrium_tolerance", "yield_tolerance", "interpenetration_tolerance", "gap_tolerance")
+
+class _Checked:
+    """Checks numbers against their limits and texts against their choices."""
+
+    #: Lowest and highest value of a number, by its name; and the values that a text may have.
+    _LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    _CHOICES: Mapping[str, tuple[str, ...]] = MappingProxyType({})
+
+    def _check(self) -> None:
+        who = type(self).__name__
+        for name, (low, high) in self._LIMITS.items():
+            value, whole = getattr(self, name), isinstance(_default(self, name), int)
+            kind: type[Any] = Integral if whole else Real
+            if isinstance(value, bool) or not isinstance(value, kind):
+                msg = f"{who}: {name} is {shown(value)}; give a {'whole ' if whole else ''}number"
+                raise ModelError(msg)
+            if not low <= value <= high:
+                msg = f"{who}: {name} is {shown(value)}; give a value from {low:g} to {high:g}"
+                raise ModelError(msg)
+            # JSON stores Python's numbers and not those of numpy.
+            object.__setattr__(self, name, int(value) if whole else float(value))
+        for name, known in self._CHOICES.items():
+            if getattr(self, name) not in known:
+                msg = f"{who}: {name} is {shown(getattr(self, name))}; give one of {', '.join(known)}"
+                raise ModelError(msg)
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Self:
+        """Return settings from names and values, as documents and files keep them.
+
+        Raises
+        ------
+        ModelError
+            If this is no mapping, or a value is not allowed.
+        UnknownKeywordError
+            If a name is unknown.
+        """
+        if not isinstance(values, Mapping):
+            msg = f"{cls.__name__}: {shown(values)} are not settings; give a mapping of names to values"
+            raise ModelError(msg)
+        parts: dict[str, type[_Checked]] = {"schedule": FictitiousSchedule, "numerics": Numerics}
+        known = [f.name for f in fields(cls)]  # type: ignore[arg-type]
+        for name in values:
+            if name not in known:
+                msg = f"{cls.__name__}: no setting {shown(name)}; {did_you_mean(str(name), known)}"
+                raise UnknownKeywordError(msg)
+        given = {n: parts[n].of(v) if n in parts and isinstance(v, Mapping) else v for n, v in values.items()}
+        return cls(**given)
+
+
+def _default(settings: Any, name: str) -> Any:
+    return next(f.default for f in fields(settings) if f.name == name)
 
 
 @checked_keywords
 @dataclass(frozen=True, slots=True)
-class ProcedureSettings:
-    """Schedule and tolerances of the procedure: part of every result, because the answer depends on them.
+class FictitiousSchedule(_Checked):
+    """Schedule of the iteration with fictitious sliding conditions.
 
-    The non-associative iteration replaces the friction cone by a fictitious condition
-    ``‖(s, t)‖ ≤ c0 + (1 + a) μ n0 − a μ n`` (for zero dilatancy) that is moved along with the solution
-    (Gilbert, Casapulla & Ahmed 2006; Portioli et al. 2014). Forces at a contact are in multiples of the dead wrench of
-    the lighter of its two blocks.
+    Each program has the condition ``‖(s, t)‖ ≤ c0 + (1 + a) μ n0 − a μ n`` (for zero dilatancy), which moves with the
+    solution (Gilbert, Casapulla & Ahmed 2006; Portioli et al. 2014). c0 is in multiples of the dead wrench of the
+    lighter of the two blocks.
 
     Parameters
     ----------
     slope, slope_decay, slope_min
-        Start, factor per step and end of ``a``. A negative slope steers to the low solution; it must fade faster
-        than the cohesion, because ``a > 0`` also caps the force on contacts that were unloaded.
-    cohesion, cohesion_decay, cohesion_min
-        Start, factor per step and end of ``c0``, which keeps unloaded contacts from making a program infeasible.
-    relaxation, relaxation_growth, relaxation_cut, relaxation_min, relaxation_max
-        β, the share of the new normal forces in ``n0``: its start, its factor in a step that moves the load factor
-        on in the same direction, its factor in a step that turns it back, and its limits.
-    load_factor_tolerance
-        Relative change of the load factor, extrapolated to the end of its drift, below which it has settled.
-    patience
-        After this many steps a load factor that still moves is certified as well, if it can be.
-    cohesion_limit
+        Start, factor per program and end of ``a``. A negative slope leads to the low solution. It must fade faster
+        than c0, because ``a > 0`` also limits the force at contacts without force in the program before.
+    c0, c0_decay, c0_min
+        Start, factor per program and end of ``c0``, which keeps contacts without force from making a program
+        infeasible.
+    c0_limit
         Largest ``c0`` at which the iteration may end.
-    procedure
-        Non-associative sliding by ``"fictitious"`` conditions; by the ``"shifted"`` objective of De Saxcé & Feng
-        (1998), which is never infeasible and often ends higher; or along the ``"loading path"`` of a structure with
-        slightly elastic joints, from its state under dead load.
-    shear_stiffness_ratio
-        Shear over normal stiffness of joints that were given no shear stiffness, in the loading path: 0.4 is that of
-        an elastic layer with a Poisson ratio of 0.2.
-    path_step, path_growth
-        First step of the loading path, in multiples of the displacement of the elastic structure under the variable
-        load; and the largest ratio of one step to the last.
-    path_steps
-        How the steps of the loading path are solved: by ``"splitting"``, to three digits or so in a hundred cheap
-        iterations each, or by ``"interior point"``, exactly where it succeeds and ten times as slow. The collapse state
-        at their end is closed exactly in either case.
+    relaxation, relaxation_growth, relaxation_cut, relaxation_min, relaxation_max
+        β, the share of the new normal forces in ``n0``: its start, its factor after a program that moves the load
+        factor in the same direction, its factor after one that turns it back, and its limits.
+    load_factor_tolerance
+        Relative change of the load factor, extrapolated to its end, below which it has settled.
+    patience
+        Programs after which a load factor that still moves is certified as well, if possible.
     max_programs
-        Programs solved before the case is given up.
+        Programs after which the case ends without a result.
     fallback_after
-        Programs after which the fictitious conditions give way to the shifted objective.
-    equilibrium_tolerance, yield_tolerance
-        Largest residual, in multiples of the dead wrench of the block; and yield excess, in multiples of that of the
-        lighter block or, where it is larger, of the normal force.
-    interpenetration_tolerance
-        Largest interpenetration, in multiples of the largest relative velocity.
-    gap_tolerance
-        Largest flow-rule gap, relative to the load factor; or, where that is smaller, to a thousandth of the work
-        scale of the mechanism, the sum of weight times velocity over the blocks.
-    crushing
-        How crushing of rectangles enters the programs: ``"conic"`` exactly, by rotated cones, or ``"linearised"``
-        about the last iterate, as in the paper, in the same loop as friction.
-    crushing_interaction
-        ``"biaxial"`` bounds bending about both axes by the effective rectangle, exact about one axis and on the safe
-        side about both; the default with ``crushing="conic"``, which it needs. ``"uniaxial"``, as in the paper, bounds
-        that about each axis by itself, on the unsafe side about both; the default with ``crushing="linearised"``.
-    crushing_cells
-        Number of cells, about, of an interface that crushes and is not a rectangle. A block that rocks turns about the
-        middle of the outer row: 64 cells take up to 7 % off its lever, mostly 3 to 5 %.
-    solver
-        ``"clarabel"`` (direct, reused between iterations) or ``"cvxpy:NAME"`` for any conic solver CVXPY has.
-    solver_tolerance
-        Feasibility and duality-gap tolerance asked of the solver.
-    step_tolerance
-        The same in a step of the non-associative iteration, in multiples of its ``c0``. An interior-point solution
-        leaves a little force on unloaded contacts: it must stay small beside c0, or it holds the wall together
-        (measured: 1e-6 in all steps ends 0.8 % high on walls of 50 blocks, 1e-3 c0 does not, with a tenth fewer
-        interior-point iterations).
+        Programs after which the shifted objective replaces the fictitious conditions.
     """
 
     slope: float = 0.3
     slope_decay: float = 0.35
     slope_min: float = 1e-6
-    cohesion: float = 0.01
-    cohesion_decay: float = 0.5
-    cohesion_min: float = 1e-6
+    c0: float = 0.01
+    c0_decay: float = 0.5
+    c0_min: float = 1e-6
+    c0_limit: float = 1e-3
     relaxation: float = 0.4
     relaxation_growth: float = 1.15
     relaxation_cut: float = 0.6
@@ -100,84 +110,155 @@ class ProcedureSettings:
     relaxation_max: float = 0.8
     load_factor_tolerance: float = 3e-4
     patience: int = 16
-    cohesion_limit: float = 1e-3
-    procedure: str = "fictitious"
-    shear_stiffness_ratio: float = 0.4
-    path_step: float = 1.0
-    path_growth: float = 4.0
-    path_steps: str = "splitting"
     max_programs: int = 120
     fallback_after: int = 60
+
+    _LIMITS = MappingProxyType(
+        {
+            **dict.fromkeys(("slope", "slope_decay", "slope_min", "c0_decay", "relaxation_cut"), (0.0, 1.0)),
+            **dict.fromkeys(("relaxation", "relaxation_min", "relaxation_max"), (1e-3, 1.0)),
+            **dict.fromkeys(("c0", "c0_min", "c0_limit", "load_factor_tolerance"), (0.0, 1e6)),
+            "relaxation_growth": (1.0, 10.0),
+            "patience": (1, 10_000),
+            "max_programs": (1, 10_000),
+            "fallback_after": (3, 10_000),
+        }
+    )
+
+    def __post_init__(self) -> None:
+        self._check()
+        if self.relaxation_min > self.relaxation_max:
+            msg = (
+                f"FictitiousSchedule: relaxation_min is {self.relaxation_min!r}, above relaxation_max "
+                f"{self.relaxation_max!r}; give less"
+            )
+            raise ModelError(msg)
+
+
+@checked_keywords
+@dataclass(frozen=True, slots=True)
+class Numerics(_Checked):
+    """The conic solver, its tolerances, and those of the certificate.
+
+    Parameters
+    ----------
+    solver
+        ``"clarabel"`` (direct, reused between programs) or ``"cvxpy:NAME"`` for any conic solver that CVXPY has.
+    solver_tolerance
+        Feasibility and duality-gap tolerance of the solver.
+    step_tolerance
+        The same in a program of the fictitious iteration, in multiples of its c0. An interior-point solution leaves
+        a little force on open contacts. Measured: 1e-6 in all programs ends 0.8 % high on walls of 50 blocks.
+    equilibrium_tolerance
+        Largest residual, in multiples of the dead wrench of the block.
+    yield_tolerance
+        Largest yield excess, in multiples of the dead wrench of the lighter block or of the normal force, whichever
+        is larger.
+    interpenetration_tolerance
+        Largest interpenetration, in multiples of the largest relative velocity.
+    gap_tolerance
+        Largest flow-rule gap, relative to the load factor or to a thousandth of the work scale of the mechanism,
+        whichever is larger. The work scale is the sum of weight times velocity over the blocks.
+    """
+
+    solver: str = "clarabel"
+    solver_tolerance: float = 1e-9
+    step_tolerance: float = 1e-3
     equilibrium_tolerance: float = 1e-6
     yield_tolerance: float = 1e-5
     interpenetration_tolerance: float = 1e-4
     gap_tolerance: float = 1e-3
+
+    _LIMITS = MappingProxyType(
+        {
+            "solver_tolerance": (1e-14, 1e-4),
+            "step_tolerance": (0.0, 1e-2),
+            # A certificate within wider tolerances would prove nothing.
+            **dict.fromkeys(
+                ("equilibrium_tolerance", "yield_tolerance", "interpenetration_tolerance", "gap_tolerance"), (0.0, 1e-2)
+            ),
+        }
+    )
+
+    def __post_init__(self) -> None:
+        self._check()
+        if not isinstance(self.solver, str):
+            msg = f"Numerics: solver is {shown(self.solver)}; give a text"
+            raise ModelError(msg)
+
+
+@checked_keywords
+@dataclass(frozen=True, slots=True)
+class ProcedureSettings(_Checked):
+    """How a load factor is found: part of every result, because the answer depends on it.
+
+    Parameters
+    ----------
+    procedure
+        Non-associative sliding ``"loading path"``: from the state under dead load, with joints that are slightly
+        elastic, to collapse. ``"fictitious"``: the iteration of Portioli, Casapulla & Cascini (2015).
+        ``"shifted"``: the objective of De Saxcé & Feng (1998), always feasible and often too high.
+    crushing
+        Crushing of rectangles: ``"conic"`` exactly, by rotated cones, or ``"linearised"`` about the last iterate, as
+        in the paper, in the same loop as friction.
+    crushing_interaction
+        ``"biaxial"`` limits bending about both axes together by the effective rectangle, the default with
+        ``crushing="conic"``. ``"uniaxial"`` limits bending about each axis separately, as in the paper, the default
+        with ``crushing="linearised"``.
+    crushing_cells
+        Approximate number of cells of an interface that crushes and is not a rectangle. A block that rocks turns
+        about the middle of the outer row: 64 cells take up to 7 % off its lever, mostly 3 to 5 %.
+    shear_stiffness_ratio
+        Shear over normal stiffness of joints without a shear stiffness, on the loading path. 0.4 is the ratio of an
+        elastic layer with a Poisson ratio of 0.2.
+    path_step, path_growth
+        First step of the loading path, in multiples of the elastic displacement under the variable load; and the
+        largest ratio of one step to the step before.
+    path_steps
+        How steps of the loading path are solved: by ``"splitting"``, approximately in a hundred cheap iterations
+        each, or by ``"interior point"``, exactly where it succeeds and ten times as slow. The collapse state at the
+        end is exact in either case.
+    schedule : FictitiousSchedule
+        Of the fictitious conditions.
+    numerics : Numerics
+        Solver and tolerances.
+    """
+
+    procedure: str = "loading path"
     crushing: str = "conic"
     crushing_interaction: str = ""
     crushing_cells: int = 64
-    solver: str = "clarabel"
-    solver_tolerance: float = 1e-9
-    step_tolerance: float = 1e-3
+    shear_stiffness_ratio: float = 0.4
+    path_step: float = 1.0
+    path_growth: float = 4.0
+    path_steps: str = "splitting"
+    schedule: FictitiousSchedule = field(default_factory=FictitiousSchedule)
+    numerics: Numerics = field(default_factory=Numerics)
+
+    _LIMITS = MappingProxyType(
+        {
+            "crushing_cells": (1, 100_000),
+            "shear_stiffness_ratio": (1e-3, 1e3),
+            "path_step": (1e-3, 1e3),
+            "path_growth": (1.0, 100.0),
+        }
+    )
+    _CHOICES = MappingProxyType(
+        {
+            "procedure": ("loading path", "fictitious", "shifted"),
+            "crushing": ("conic", "linearised"),
+            "crushing_interaction": ("uniaxial", "biaxial"),
+            "path_steps": ("splitting", "interior point"),
+        }
+    )
 
     def __post_init__(self) -> None:
         if self.crushing_interaction == "":
             object.__setattr__(self, "crushing_interaction", "biaxial" if self.crushing == "conic" else "uniaxial")
-        limits = {
-            "slope": (0.0, 1.0),
-            "slope_decay": (0.0, 1.0),
-            "cohesion_decay": (0.0, 1.0),
-            "relaxation": (1e-3, 1.0),
-            "relaxation_growth": (1.0, 10.0),
-            "relaxation_cut": (0.0, 1.0),
-            "relaxation_min": (1e-3, 1.0),
-            "relaxation_max": (1e-3, 1.0),
-            "max_programs": (1, 10_000),
-            "fallback_after": (3, 10_000),
-            "patience": (1, 10_000),
-            "crushing_cells": (1, 100_000),
-            "solver_tolerance": (1e-14, 1e-4),
-            "step_tolerance": (0.0, 1e-2),
-            "shear_stiffness_ratio": (1e-3, 1e3),
-            "path_step": (1e-3, 1e3),
-            "path_growth": (1.0, 100.0),
-            "slope_min": (0.0, 1.0),
-            # A certificate within wider tolerances would say nothing.
-            **{f.name: (0.0, 1e-2) for f in fields(self) if f.name in CERTIFIED},
-        }
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.type is str or field.type == "str":
-                if not isinstance(value, str):
-                    msg = f"ProcedureSettings: {field.name} is {shown(value)}; give a text"
-                    raise ModelError(msg)
-                continue
-            low, high = limits.get(field.name, (0.0, 1e6))
-            whole = field.type is int or field.type == "int"
-            kind: type[Any] = Integral if whole else Real
-            if isinstance(value, bool) or not isinstance(value, kind):
-                msg = f"ProcedureSettings: {field.name} is {shown(value)}; give a {'whole ' if whole else ''}number"
-                raise ModelError(msg)
-            if not low <= value <= high:
-                msg = f"ProcedureSettings: {field.name} is {shown(value)}; give a value from {low:g} to {high:g}"
-                raise ModelError(msg)
-            # Numbers of numpy are stored as JSON like any other.
-            object.__setattr__(self, field.name, int(value) if whole else float(value))
-
-        if self.relaxation_min > self.relaxation_max:
-            msg = (
-                f"ProcedureSettings: relaxation_min is {self.relaxation_min!r}, above relaxation_max "
-                f"{self.relaxation_max!r}; give less"
-            )
-            raise ModelError(msg)
-        choices = {
-            "procedure": ("fictitious", "shifted", "loading path"),
-            "path_steps": ("splitting", "interior point"),
-            "crushing": ("conic", "linearised"),
-            "crushing_interaction": ("uniaxial", "biaxial"),
-        }
-        for name, known in choices.items():
-            if getattr(self, name) not in known:
-                msg = f"ProcedureSettings: {name} is {shown(getattr(self, name))}; give one of {', '.join(known)}"
+        self._check()
+        for name, kind in (("schedule", FictitiousSchedule), ("numerics", Numerics)):
+            if not isinstance(getattr(self, name), kind):
+                msg = f"ProcedureSettings: {name} is {shown(getattr(self, name))}; give {kind.__name__}(…)"
                 raise ModelError(msg)
         if self.crushing_interaction == "biaxial" and self.crushing != "conic":
             msg = (
@@ -186,65 +267,73 @@ class ProcedureSettings:
             )
             raise ModelError(msg)
 
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Self:
-        """Settings from names and values, as documents and files keep them."""
-        if not isinstance(values, Mapping):
-            msg = f"ProcedureSettings: {shown(values)} are not settings; give a mapping of names to values"
-            raise ModelError(msg)
-        known = [f.name for f in fields(cls)]
-        for name in values:
-            if name not in known:
-                msg = f"ProcedureSettings: no setting {shown(name)}; {did_you_mean(str(name), known)}"
-                raise UnknownKeywordError(msg)
-        return cls(**values)
+    @property
+    def flat(self) -> dict[str, Any]:
+        """All settings by name, those of the two parts as ``schedule_slope`` and ``numerics_solver``."""
+        own = {f.name: getattr(self, f.name) for f in fields(self)}
+        parts = {name: asdict(own.pop(name)) for name in ("schedule", "numerics")}
+        return own | {f"{part}_{name}": value for part, of_part in parts.items() for name, value in of_part.items()}
 
 
-#: Settings that each schedule changes. Measured on 36 walls with openings (default settings: 0.2 % above the lowest
-#: on average, 7 % at most): each of the first three finds the lowest load factor of some, the shift the highest. The
-#: loading paths tell what the answer to how a structure is loaded depends on.
-SCHEDULES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
+#: Variants of the loading path: the load factor may depend on step length and joint stiffness.
+PATH_VARIANTS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
-        "steep": {"procedure": "fictitious", "slope": 0.6},
-        "low cohesion": {"procedure": "fictitious", "cohesion": 0.001, "slope": 0.5},
-        "slow": {"procedure": "fictitious", "cohesion": 0.1, "cohesion_decay": 0.7, "slope_decay": 0.6, "patience": 24},
-        # Where the shift finds a certificate it does so in fewer than 30 programs; it need not try 120.
-        "shift": {"procedure": "shifted", "max_programs": 40},
         "loading path": {"procedure": "loading path"},
-        "path half steps": {"procedure": "loading path", "path_step": 0.5, "path_growth": 2.0},
-        "path shear 0.2": {"procedure": "loading path", "shear_stiffness_ratio": 0.2},
-        "path shear 1": {"procedure": "loading path", "shear_stiffness_ratio": 1.0},
+        "half steps": {"procedure": "loading path", "path_step": 0.5, "path_growth": 2.0},
+        "shear ratio 0.2": {"procedure": "loading path", "shear_stiffness_ratio": 0.2},
+        "shear ratio 1": {"procedure": "loading path", "shear_stiffness_ratio": 1.0},
     }
 )
-
-
-#: The loading paths among them, by one name: what the number along the path depends on.
-PATH_DEPENDENCE = "path dependence"
-_PATHS = tuple(name for name, changes in SCHEDULES.items() if changes["procedure"] == "loading path")
+#: Schedules of the paper's procedure, and the shifted objective.
+FICTITIOUS_VARIANTS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
+    {
+        "fictitious": {"procedure": "fictitious"},
+        "steep": {"procedure": "fictitious", "schedule": {"slope": 0.6}},
+        "low c0": {"procedure": "fictitious", "schedule": {"c0": 0.001, "slope": 0.5}},
+        "slow": {
+            "procedure": "fictitious",
+            "schedule": {"c0": 0.1, "c0_decay": 0.7, "slope_decay": 0.6, "patience": 24},
+        },
+        # Where the shifted objective finds a certificate it needs fewer than 30 programs.
+        "shifted": {"procedure": "shifted", "schedule": {"max_programs": 40}},
+    }
+)
+#: Settings that each schedule changes, by its name.
+SCHEDULES: Mapping[str, Mapping[str, Any]] = MappingProxyType({**PATH_VARIANTS, **FICTITIOUS_VARIANTS})
+#: Schedules by the name of their group.
+_GROUPS = {"path": tuple(PATH_VARIANTS), "paper": tuple(FICTITIOUS_VARIANTS)}
 
 
 def scheduled(settings: ProcedureSettings, schedule: str) -> ProcedureSettings:
-    """Settings changed by a schedule, which never raises the number of programs."""
+    """Return settings changed by a schedule, which never raises the number of programs."""
     changes = dict(SCHEDULES[schedule])
-    changes["max_programs"] = min(settings.max_programs, changes.get("max_programs", settings.max_programs))
-    return replace(settings, **changes)
+    of_schedule = dict(changes.pop("schedule", {}))
+    most = settings.schedule.max_programs
+    of_schedule["max_programs"] = min(most, of_schedule.get("max_programs", most))
+    return replace(settings, schedule=replace(settings.schedule, **of_schedule), **changes)
 
 
 def schedules_of(spread: bool | str | Iterable[str]) -> tuple[str, ...]:
-    """Names of the schedules that ``spread`` asks for: all for True, none for False, the paths for their one name.
+    """Return the names of the schedules of a spread.
+
+    Parameters
+    ----------
+    spread
+        True for the variants of the loading path, names of :data:`SCHEDULES`, or ``"paper"`` for all schedules of the
+        paper's procedure.
 
     Raises
     ------
     ModelError
-        If no schedule has a name.
+        If a name is unknown.
     """
     if isinstance(spread, bool):
-        return tuple(SCHEDULES) if spread else ()
+        return tuple(PATH_VARIANTS) if spread else ()
     names = checked_tuple((spread,) if isinstance(spread, str) else spread, str, "spread")
-    names = tuple(each for name in names for each in (_PATHS if name == PATH_DEPENDENCE else (name,)))
+    names = tuple(each for name in names for each in _GROUPS.get(name, (name,)))
     unknown = [name for name in names if name not in SCHEDULES]
     if unknown:
-        known = ", ".join((*SCHEDULES, PATH_DEPENDENCE))
+        known = ", ".join((*_GROUPS, *SCHEDULES))
         msg = f"spread: unknown schedule {', '.join(map(repr, unknown))}; known are {known}, or True"
         raise ModelError(msg)
     return tuple(dict.fromkeys(names))

@@ -60,9 +60,9 @@ def close_path(
     Iteration
         The last of them.
     """
-    program = path.program
+    program, numerics = path.program, settings.numerics
     of_mechanism, of_forces = (
-        replace(settings, solver_tolerance=max(settings.solver_tolerance, tolerance))
+        replace(settings, numerics=replace(numerics, solver_tolerance=max(numerics.solver_tolerance, tolerance)))
         for tolerance in (MECHANISM, FORCES)
     )
     caps = frozen_sliding(program.problem, near[:, 0])

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import true_sliding
-from blockstruct.limit.iteration import Iteration, Outcome, of_weights_apart
+from blockstruct.limit.iteration import Iteration, Outcome, given_up
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, ProgramData, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.step import solve_step
-from blockstruct.vocabulary import Stage, Status
+from blockstruct.vocabulary import Reason, Stage, Status
 
 #: Share of the dead load that is none.
 NOTHING = 1e-6
@@ -46,23 +46,16 @@ def dead_load_program(
     program, sliding = ConicProgram(own, replace(settings, crushing="conic")), true_sliding(own)
     step = solve_step(program, sliding, Stage.DEAD_LOAD, settings, solver, max_load_factor=1.0)
     share, proof = step.load_factor, step.certificate
-    whole = share >= 1 - settings.equilibrium_tolerance
+    whole = share >= 1 - settings.numerics.equilibrium_tolerance
     if whole and proof.admissible:
         return step.x[:, 0]
     if proof.holds and share <= NOTHING:
         step = _as_it_falls(own, step, settings, solver)
     yield replace(step, load_factor=np.nan, u=problem.released(step.u))
     if proof.holds and not whole:
-        what = "dead load and prestress" if problem.ties.prestress_D.any() else "dead load"
         # Less than a solver's tolerance is nothing.
-        carried = round(max(share, 0.0), 6)
-        return Outcome(Status.UNSTABLE, np.nan, f"the joints carry {carried:.3g} of the {what} at most")
-    return Outcome(
-        Status.NOT_CONVERGED,
-        np.nan,
-        f"the solver ended the dead-load program as {step.solver_status}: neither forces that carry the dead load "
-        f"nor a mechanism by which it falls{of_weights_apart(problem)}",
-    )
+        return Outcome(Status.UNSTABLE, np.nan, Reason.DEAD_LOAD_NOT_CARRIED, carried=round(max(share, 0.0), 6))
+    return given_up(problem, Reason.DEAD_LOAD_UNDECIDED)
 
 
 def _as_it_falls(own: LimitProblem, step: Iteration, settings: ProcedureSettings, solver: Solver) -> Iteration:
@@ -72,7 +65,7 @@ def _as_it_falls(own: LimitProblem, step: Iteration, settings: ProcedureSettings
     in which what falls does more work than what it lifts, and a solver gives one in which all blocks move.
     """
     program = _LeastConstraint(_without_limits(own), settings)
-    _, _, u = program.unpack(solver.solve(program, program.at_rest(), settings.solver_tolerance))
+    _, _, u = program.unpack(solver.solve(program, program.at_rest(), settings.numerics.solver_tolerance))
     x, T, work = np.zeros_like(step.x), own.ties.prestress(0.0), float(own.w_L @ u)
     u = u / work if work > 0 else step.u
     certificate = certify(own, x, u, 0.0, settings, T)

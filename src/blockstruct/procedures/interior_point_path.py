@@ -12,6 +12,7 @@ from blockstruct.limit.program import ConicProgram
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.path import Path, gap_of
 from blockstruct.solvers.interior_point import ContactProblem, ContactState
+from blockstruct.vocabulary import PathEnd
 
 Array = NDArray[np.float64]
 
@@ -59,7 +60,7 @@ class InteriorPointPath(Path):
         super().__init__(program, settings)
         self._step, self._spent = 0.0, 0
         self._lags = self._settled = False
-        self.why = f"no end within {MAX_OF_PATH} factorisations"
+        self.end = PathEnd.LIMIT_REACHED
 
     def _at_rest(self) -> tuple[ContactState, int] | None:
         found = self.contact.solve(
@@ -107,7 +108,7 @@ class InteriorPointPath(Path):
                 self._next = s / 3
             else:
                 self._lags = True
-        self.why = f"its steps beyond the displacement {self._displacement():.3g} are not solved"
+        self.end = PathEnd.STEP_NOT_SOLVED
         return None
 
     def at_its_end(self, last: Iteration) -> bool:

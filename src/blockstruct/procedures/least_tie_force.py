@@ -133,7 +133,7 @@ def _solved(
     """Status, contact forces, velocities and tie forces under the dead load; NaN without a solution."""
     program = ConicProgram(loaded, replace(settings, crushing="conic"))
     data = program.data(true_sliding(loaded), objective=objective, max_load_factor=0.0, loaded=False)
-    solution = solver.solve(program, data, settings.solver_tolerance)
+    solution = solver.solve(program, data, settings.numerics.solver_tolerance)
     _, x, u = program.unpack(solution)
     T = program.tie_force(solution)
     if not is_solved(solution.status):

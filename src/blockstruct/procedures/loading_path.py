@@ -4,14 +4,14 @@ from collections.abc import Generator
 
 import numpy as np
 
-from blockstruct.limit.iteration import Iteration
+from blockstruct.limit.iteration import Found, Iteration
 from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.closing import CLOSED, close_path
 from blockstruct.procedures.interior_point_path import InteriorPointPath
 from blockstruct.procedures.path import Path, gap_of
 from blockstruct.procedures.splitting_path import SplittingPath
-from blockstruct.vocabulary import ALONG_PATH, DRIFTING, NO_STATE
+from blockstruct.vocabulary import PathEnd, Procedure
 
 #: Attempts at a closed state.
 ATTEMPTS = 8
@@ -25,7 +25,7 @@ def path_of(program: ConicProgram, settings: ProcedureSettings) -> Path:
 
 def loading_path(
     path: Path, bound: float, settings: ProcedureSettings, solver: Solver
-) -> Generator[Iteration, None, tuple[str, Iteration | None]]:
+) -> Generator[Iteration, None, tuple[PathEnd, Found | None]]:
     """Follow the loading path to its end, and close it with an exact collapse state.
 
     A collapse state without dilatancy is not unique: what a structure does is decided by how it is loaded. Each step
@@ -55,12 +55,12 @@ def loading_path(
 
     Returns
     -------
-    str, Iteration or None
-        Why the last program is certified, and it; or why the path did not finish.
+    PathEnd, Found or None
+        How the path ended; and the certified state, None if the path did not finish.
     """
     last = path.dead_load
     if last is None:
-        return NO_STATE, None
+        return PathEnd.NO_DEAD_LOAD_STATE, None
     yield last
     best: Iteration | None = None
     closed: Iteration | None = None
@@ -86,24 +86,23 @@ def loading_path(
             near, missed = closed.x, gap
         path.refine()
     if best is None:
-        why = path.why or f"its end was not certified in {attempts} attempts"
-        return f"the loading path did not finish, {why}", None
+        return path.end, None
     if best is not closed:
         # The last iteration of a history is the certified one.
         yield best
-    message = f"the certificate holds ({ALONG_PATH})"
-    if early:
-        # Closed too early, a path certifies whatever load factor it has come to.
-        message += f", but the {path.program.problem.answer} was {DRIFTING} where the path ended"
-        message += f": {path.why}" if path.why else ""
-    if path.peak > best.load_factor + path.blur * abs(best.load_factor) and not _is_nothing(path, last, best):
-        # The largest load factor of a settlement is its least reaction.
-        extreme = "passed a peak" if path.program.problem.settlement is None else "was at its least"
-        message += f"; on the way it {extreme}, {path.program.problem.said(path.peak)}"
-    return message, best
+    ends = (last.load_factor, best.load_factor)
+    passed = path.peak > best.load_factor + path.blur * abs(best.load_factor) and not _is_nothing(path, last, best)
+    # Closed too early, a path certifies whatever load factor it has reached.
+    return PathEnd.CLOSED, Found(
+        best,
+        Procedure.LOADING_PATH,
+        settled=not early,
+        drift=(min(ends), max(ends)),
+        peak=path.peak if passed else np.nan,
+    )
 
 
 def _is_nothing(path: Path, last: Iteration, closed: Iteration) -> bool:
     """Whether the load factor at the end of a path, and where it is closed, is none beside its dead load."""
-    scale = closed.certificate.flow_rule_gap_limit / closed.certificate.settings.gap_tolerance
+    scale = closed.certificate.flow_rule_gap_limit / closed.certificate.settings.numerics.gap_tolerance
     return max(abs(last.load_factor), abs(closed.load_factor)) <= path.blur * scale

@@ -14,7 +14,7 @@ from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import ConicProgram
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.solvers.interior_point import ContactProblem, ContactState, Step
-from blockstruct.vocabulary import SolverStatus, Stage
+from blockstruct.vocabulary import PathEnd, SolverStatus, Stage
 
 Array = NDArray[np.float64]
 
@@ -36,8 +36,8 @@ class Path(ABC):
         Largest load factor so far.
     blur : float
         Relative error that a load factor on the way may have.
-    why : str
-        Why the path ended.
+    end : PathEnd
+        How the path ends if its next attempt at a closed state is the last.
     contact : ContactProblem
         Its contacts.
     reached : ContactState
@@ -54,7 +54,7 @@ class Path(ABC):
         self.contact = ContactProblem(program, np.column_stack([normal, shear, shear]))
         self._settings, self._sliding = settings, true_sliding(problem)
         self._total, self._unit = 0.0, np.nan
-        self.peak, self.why = -np.inf, ""
+        self.peak, self.end = -np.inf, PathEnd.NOT_CERTIFIED
 
     @cached_property
     def dead_load(self) -> Iteration | None:

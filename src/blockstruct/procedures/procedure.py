@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from blockstruct.limit.crushing import Linearisation
 from blockstruct.limit.friction import fictitious_sliding, true_sliding
-from blockstruct.limit.iteration import Iteration, Outcome, Search, Steps, given_up
+from blockstruct.limit.iteration import Found, Iteration, Outcome, Steps, given_up
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
@@ -24,7 +24,7 @@ from blockstruct.procedures.self_stress import (
 )
 from blockstruct.procedures.shifted import shifted_iteration
 from blockstruct.procedures.step import solve_step
-from blockstruct.vocabulary import Flow, Stage, Status, counted
+from blockstruct.vocabulary import Flow, PathEnd, Procedure, Reason, Stage, Status
 
 if TYPE_CHECKING:
     from blockstruct.procedures.path import Path
@@ -33,11 +33,6 @@ Array = NDArray[np.float64]
 
 #: Programs after which a linearised associative analysis turns to the exact cones.
 LINEARISED_PROGRAMS = 12
-_UNBOUNDED = "the variable load never causes collapse: the joints carry any multiple of it"
-_JAMMED = "the supports never move that way: the joints resist the motion with any force"
-#: What the same ray tells without dilatancy: of forces alone.
-_CAN_CARRY = "the joints can carry any multiple of the variable load"
-_CAN_RESIST = "the joints can resist this motion of the supports with any force"
 
 
 def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
@@ -89,20 +84,21 @@ def _solve(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solve
     if jammed:
         # Dilatancy jams the blocks; without it they may slide all the same. Go on from the forces of the dead load,
         # with sliding conditions of the slope tan ψ: they bound every load that does not jam them by itself.
-        sliding = fictitious_sliding(problem, dead, settings.cohesion, 0.0)
-        first = solve_step(program, sliding, Stage.NONASSOCIATIVE, settings, solver, c0=settings.cohesion)
+        sliding = fictitious_sliding(problem, dead, settings.schedule.c0, 0.0)
+        first = solve_step(program, sliding, Stage.NONASSOCIATIVE, settings, solver, c0=settings.schedule.c0)
         yield first
     if first.load_factor == np.inf:
-        return Outcome(Status.UNBOUNDED, np.inf, _unbounded(problem, flow))
+        reason = Reason.NEVER_COLLAPSES if flow is Flow.ASSOCIATIVE else Reason.CARRIES_ANY_LOAD
+        return Outcome(Status.UNBOUNDED, np.inf, reason)
     if not first.solved:
-        return given_up(problem, f"the solver ended the {first.stage} program as {first.solver_status}", first)
+        return given_up(problem, Reason.PROGRAM_NOT_SOLVED)
     if flow is Flow.NONASSOCIATIVE:
         steps = _without_dilatancy(program, first, path, settings, solver)
         return (yield from _concluded(steps, first, ray if jammed else None, problem, settings, solver))
-    outcome = _collapse(problem, first, "the certificate of the associative program holds")
+    outcome = _collapse(problem, Found(first, Procedure.ASSOCIATIVE))
     if first.certificate.holds and _is_answer(problem, outcome):
         return outcome
-    return given_up(problem, "the certificate of the associative program does not hold", first)
+    return given_up(problem, Reason.NO_CERTIFICATE, programs=1)
 
 
 def _associate(
@@ -151,44 +147,50 @@ def _dead_load_forces(problem: LimitProblem, path: "Path | None") -> Array | Non
     from blockstruct.procedures.carried_forces import carried_forces
 
     x = carried_forces(own.A, own.friction, state.x, -own.w_D)
-    if x is None or np.abs(own.A @ x.ravel() + own.w_D).max() > state.certificate.settings.equilibrium_tolerance:
+    tolerance = state.certificate.tolerances["equilibrium_residual"]
+    if x is None or np.abs(own.A @ x.ravel() + own.w_D).max() > tolerance:
         return None
     return x[:, 0]
 
 
 def _without_dilatancy(
     program: ConicProgram, first: Iteration, path: "Path | None", settings: ProcedureSettings, solver: Solver
-) -> Search:
-    """The procedure of the settings; if the fictitious iteration finds no certificate, the shifted one goes on."""
-    # The dead-load and the associative program are behind.
-    left, last = settings.max_programs - 2, first
-    of_cones, before = exact(program, settings) if path is None else path.program, ""
+) -> Generator[Iteration, None, tuple[Found | None, PathEnd | None]]:
+    """The procedure of the settings, and others where it finds no certificate.
+
+    The fictitious conditions stand in for a loading path that does not finish, the shifted objective for fictitious
+    conditions without a certificate. What stands in has not settled: it is another question.
+    """
+    # The dead-load and the associative program come before.
+    left, last, end = settings.schedule.max_programs - 2, first, None
+    of_cones = exact(program, settings) if path is None else path.program
     if path is not None:
         from blockstruct.procedures.loading_path import loading_path
 
-        why, closed = yield from loading_path(path, first.load_factor, settings, solver)
+        end, closed = yield from loading_path(path, first.load_factor, settings, solver)
         if closed is not None:
-            return why, closed
-        before = f"{why}; "
+            return closed, end
+    found = None
     if settings.procedure != "shifted":
-        within = min(left, settings.fallback_after - 2)
+        within = min(left, settings.schedule.fallback_after - 2)
         found, last = yield from fictitious_iteration(program, of_cones, first, settings, solver, within)
-        if found is not None:
-            return before + found, last
         left -= within
-    found, last = yield from shifted_iteration(of_cones, last, settings, solver, left)
-    return None if found is None else before + found, last
+    if found is None:
+        found, _ = yield from shifted_iteration(of_cones, last, settings, solver, left)
+    if found is not None and found.procedure.value != settings.procedure:
+        found = replace(found, settled=False)
+    return found, end
 
 
 def _concluded(
-    steps: Search,
+    steps: Generator[Iteration, None, tuple[Found | None, PathEnd | None]],
     first: Iteration,
     ray: Iteration | None,
     problem: LimitProblem,
     settings: ProcedureSettings,
     solver: Solver,
 ) -> Steps:
-    """What the search for a collapse state comes to.
+    """Conclude the search for a collapse state.
 
     ``ray`` is the associative program, if it is unbounded: the proof that the joints carry any multiple of the
     variable load, though not that they do so without dilatancy.
@@ -198,7 +200,7 @@ def _concluded(
         try:
             step = next(steps)
         except StopIteration as stop:
-            found, last = stop.value
+            found, end = stop.value
             break
         n += step.stage is not Stage.LOADING_PATH
         yield step
@@ -208,30 +210,15 @@ def _concluded(
             watched = False
             if not can_jam(problem, settings, solver):
                 yield ray
-                message = (
-                    f"{_CAN_CARRY if problem.settlement is None else _CAN_RESIST}; they are pressed together by more "
-                    f"than they slide (without dilatancy no collapse state up to {problem.said(step.load_factor)})"
-                )
-                return Outcome(Status.UNBOUNDED, np.inf, message)
+                return Outcome(Status.UNBOUNDED, np.inf, Reason.GROWS_WITHOUT_LIMIT)
     if found is None:
-        most = counted(settings.max_programs, "program")
-        limit = f"no certificate in {counted(n, 'program')} (limit {most}, that under dead load counted)"
-        with_dilatancy = "" if ray is None else ", though with dilatancy the joints carry any multiple of the load"
-        return given_up(problem, limit + with_dilatancy, last)
-    outcome = _collapse(problem, last, found)
+        return replace(given_up(problem, Reason.NO_CERTIFICATE, programs=n), path_end=end)
+    outcome = replace(_collapse(problem, found), path_end=end)
     if _is_answer(problem, outcome):
         return outcome
-    if n >= settings.max_programs - 1:
-        return given_up(problem, f"no certificate of a positive load factor in {counted(n, 'program')}", last)
-    return (yield from collapse_of_dead_load(problem, last, settings, solver))
-
-
-def _unbounded(problem: LimitProblem, flow: Flow) -> str:
-    """What a ray proves: with associative flow that nothing moves, without dilatancy that forces exist."""
-    if flow is Flow.ASSOCIATIVE:
-        return _UNBOUNDED if problem.settlement is None else _JAMMED
-    carried = _CAN_CARRY if problem.settlement is None else _CAN_RESIST
-    return f"{carried}, which without dilatancy does not prove that no block moves"
+    if n >= settings.schedule.max_programs - 1:
+        return given_up(problem, Reason.NEGATIVE_LOAD_FACTOR, programs=n)
+    return (yield from collapse_of_dead_load(problem, found.state, settings, solver))
 
 
 def _is_answer(problem: LimitProblem, outcome: Outcome) -> bool:
@@ -239,13 +226,21 @@ def _is_answer(problem: LimitProblem, outcome: Outcome) -> bool:
     return outcome.load_factor >= 0 or problem.settlement is not None
 
 
-def _collapse(problem: LimitProblem, step: Iteration, message: str) -> Outcome:
+def _collapse(problem: LimitProblem, found: Found) -> Outcome:
     """Outcome of a certified state; a load factor within the gap of zero is zero."""
-    if problem.settlement is not None:
-        return Outcome(Status.CONVERGED, step.load_factor, message)
-    within = abs(step.load_factor) <= step.certificate.flow_rule_gap_limit
-    alpha = max(step.load_factor, 0.0) if within else step.load_factor
-    return Outcome(Status.CONVERGED, alpha, message)
+    state = found.state
+    alpha = state.load_factor
+    if problem.settlement is None and abs(alpha) <= state.certificate.flow_rule_gap_limit:
+        alpha = max(alpha, 0.0)
+    return Outcome(
+        Status.CONVERGED,
+        alpha,
+        Reason.CERTIFIED,
+        procedure=found.procedure,
+        settled=found.settled,
+        drift=found.drift,
+        peak=found.peak,
+    )
 
 
 def exact(program: ConicProgram, settings: ProcedureSettings) -> ConicProgram:

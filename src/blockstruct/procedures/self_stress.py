@@ -19,7 +19,7 @@ from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.limit.ties import Ties
 from blockstruct.procedures.step import solve_step
-from blockstruct.vocabulary import Stage, Status
+from blockstruct.vocabulary import Reason, Stage, Status
 
 Array = NDArray[np.float64]
 
@@ -57,18 +57,13 @@ def collapse_of_dead_load(
         The state under the dead load, certified with its own normalisation ``w_D·u = 1``. Its load factor is NaN.
     """
     own, work = problem.dead_load_alone, float(problem.w_D @ found.u)
-    why = f"the collapse state found has the negative load factor {found.load_factor:.4g}, which is not an answer"
     if not work > 0:
-        return given_up(problem, why, found)
+        return given_up(problem, Reason.NEGATIVE_LOAD_FACTOR)
     step = _falling(own, replace(found, u=found.u / work, v=found.v / work), settings, solver)
     yield replace(step, load_factor=np.nan)
     if _is_whole(step, settings):
-        message = (
-            "the dead load by itself has a non-associative collapse state: friction holds it in some states of "
-            f"self-stress and not in others (the iteration ended at the negative load factor {found.load_factor:.4g})"
-        )
-        return Outcome(Status.SELF_STRESS, np.nan, message)
-    return given_up(problem, why, found)
+        return Outcome(Status.SELF_STRESS, np.nan, Reason.DEAD_LOAD_COLLAPSES)
+    return given_up(problem, Reason.NEGATIVE_LOAD_FACTOR)
 
 
 def _falling(own: LimitProblem, mechanism: Iteration, settings: ProcedureSettings, solver: Solver) -> Iteration:
@@ -88,7 +83,7 @@ def _falling(own: LimitProblem, mechanism: Iteration, settings: ProcedureSetting
 
 def _is_whole(step: Iteration, settings: ProcedureSettings) -> bool:
     """Whether a state of :func:`_falling` is one of collapse under the whole dead load."""
-    return step.certificate.holds and step.load_factor >= 1 - settings.gap_tolerance
+    return step.certificate.holds and step.load_factor >= 1 - settings.numerics.gap_tolerance
 
 
 def grows_without_limit(load_factors: Sequence[float]) -> bool:
@@ -119,7 +114,7 @@ def can_jam(problem: LimitProblem, settings: ProcedureSettings, solver: Solver) 
     program = ConicProgram(own, replace(settings, crushing="conic"))
     opening = Objective(np.full(own.n_points, -1.0 / own.n_points))
     data = program.data(true_sliding(own), objective=opening, max_load_factor=0.0)
-    _, _, u = program.unpack(solver.solve(program, data, settings.solver_tolerance))
+    _, _, u = program.unpack(solver.solve(program, data, settings.numerics.solver_tolerance))
     v = (own.A.T @ u).reshape(-1, 3)
     # A NaN, where the solver gives no multipliers, proves nothing.
     return not bool((v[:, 0] - own.friction * np.linalg.norm(v[:, 1:], axis=1)).min() > 0.5 / own.n_points)
@@ -192,7 +187,7 @@ def _least_pressed(part: LimitProblem, settings: ProcedureSettings, solver: Solv
     program = ConicProgram(replace(part, w_L=part.w_D), replace(settings, crushing="conic"))
     least = Objective(np.full(part.n_points, 1.0 / part.n_points))
     data = program.data(true_sliding(part), objective=least, max_load_factor=0.0, loaded=False)
-    solution = solver.solve(program, data, settings.solver_tolerance)
+    solution = solver.solve(program, data, settings.numerics.solver_tolerance)
     forces = program.unpack(solution)[1][:, 0]
     return forces if is_solved(solution.status) else np.full(part.n_points, np.nan)
 
@@ -205,7 +200,7 @@ def _hanging(part: LimitProblem, loose: Array, settings: ProcedureSettings, solv
     own = part.dead_load_alone
     program = ConicProgram(own, replace(settings, crushing="conic"))
     found = solve_step(program, frozen_sliding(own, loose), Stage.DEAD_LOAD, settings, solver)
-    if not found.solved or found.load_factor > 1 + settings.gap_tolerance:
+    if not found.solved or found.load_factor > 1 + settings.numerics.gap_tolerance:
         return none
     if not _is_whole(_falling(own, found, settings, solver), settings):
         return none

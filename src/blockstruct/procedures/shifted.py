@@ -1,11 +1,11 @@
 """The non-associative iteration with the true cones and a shifted objective."""
 
 from blockstruct.limit.friction import relax, shift_of, true_sliding
-from blockstruct.limit.iteration import Iteration, Search
+from blockstruct.limit.iteration import Found, Iteration, Search
 from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.step import solve_step
-from blockstruct.vocabulary import Stage
+from blockstruct.vocabulary import Procedure, Stage
 
 #: Share of the new shift that is taken up.
 DAMPING = 0.5
@@ -33,8 +33,8 @@ def shifted_iteration(
 
     Returns
     -------
-    str or None, Iteration
-        Why the last program is certified, None if it is not; and the last solved program.
+    Found or None, Iteration
+        The certified state, None without one; and the last solved program.
     """
     problem, last = program.problem, first
     sliding, shift = true_sliding(problem), shift_of(problem, first.v, first.x[:, 0])
@@ -45,6 +45,6 @@ def shifted_iteration(
             break
         last = step
         if step.certificate.holds:
-            return "the certificate holds (De Saxcé shift)", step
+            return Found(step, Procedure.SHIFTED), step
         shift = relax(shift, shift_of(problem, step.v, step.x[:, 0]), DAMPING)
     return None, last

@@ -11,7 +11,7 @@ from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.path import Path, gap_of
 from blockstruct.solvers.interior_point import ContactState
 from blockstruct.solvers.splitting import Splitting
-from blockstruct.vocabulary import counted
+from blockstruct.vocabulary import PathEnd
 
 Array = NDArray[np.float64]
 
@@ -75,9 +75,7 @@ class SplittingPath(Path):
         start, before = perf_counter(), self._total / self._unit
         length = self._settings.path_growth * self._step if self._step else self._settings.path_step
         if before >= FURTHEST or self._spent >= MAX_OF_PATH:
-            self.why = (
-                f"no end within {counted(self._spent, 'iteration')} and the displacement {self._displacement():.3g}"
-            )
+            self.end = PathEnd.LIMIT_REACHED
             return None
         s = length * self._unit
         found = self._splitting.solve(
@@ -89,7 +87,7 @@ class SplittingPath(Path):
         )
         self._spent += found.iterations
         if not found.residual <= ENOUGH:
-            self.why = f"its steps beyond the displacement {self._displacement():.3g} are not solved"
+            self.end = PathEnd.STEP_NOT_SOLVED
             return None
         # Where forces still move and hardly miss their conditions, the penalty is too large.
         ratio = np.sqrt(found.missed / max(found.changed, 1e-300))

@@ -47,7 +47,8 @@ def solve_step(
         A step whose velocities belong to the state instead of the solver's own.
     """
     data = program.data(sliding, linearisation=linearisation, objective=objective, max_load_factor=max_load_factor)
-    solution = solver.solve(program, data, max(settings.solver_tolerance, settings.step_tolerance * c0))
+    numerics = settings.numerics
+    solution = solver.solve(program, data, max(numerics.solver_tolerance, numerics.step_tolerance * c0))
     alpha, x, u = program.unpack(solution)
     T = program.tie_force(solution)
     if mechanism is not None:
@@ -92,4 +93,4 @@ def _is_ray(
     # What crushes carries no force at any size, and no tie does.
     bounded = np.concatenate([x[problem.crushes, 0], of_ties / alpha])
     excess = max(excess, np.abs(bounded).max(initial=0.0))
-    return bool(max(residual, excess) <= settings.yield_tolerance * max(1.0, np.abs(x).max()))
+    return bool(max(residual, excess) <= settings.numerics.yield_tolerance * max(1.0, np.abs(x).max()))

@@ -9,14 +9,12 @@ from blockstruct.limit import CERTIFICATE_MEASURES
 from blockstruct.results.accessor import HistoryAccessor
 from blockstruct.results.admissible_state import AdmissibleState
 from blockstruct.results.analysis import Analysis
-from blockstruct.results.answer import LOAD_FACTOR
 from blockstruct.results.capacity import block_rotations, capacity_of, doubtful_words, step_arrays, steps_of
 from blockstruct.results.case_result import CaseResult, LazyHistory
-from blockstruct.results.caveats import cell_words, self_stressed
 from blockstruct.results.comparison import Comparison, compare, relative_difference
 from blockstruct.results.crushing_cells import parts_beyond
+from blockstruct.results.crushing_words import cell_words
 from blockstruct.results.curve_comparison import compared_curves
-from blockstruct.results.description import failures
 from blockstruct.results.frame import capacity_frame, history_frame
 from blockstruct.results.headline import Headline
 from blockstruct.results.history import division_of, history_of, iteration_variables
@@ -39,6 +37,7 @@ from blockstruct.results.torsion import corner_torsion, sliding_rates
 from blockstruct.results.utilisation import utilisation
 from blockstruct.results.verification import confirm, contradictions, recomputed_certificate
 from blockstruct.statics import applied_loads
+from blockstruct.text import LOAD_FACTOR
 
 __all__ = [
     # results
@@ -85,9 +84,7 @@ __all__ = [
     "parts_beyond",
     "contact_state",
     "corner_torsion",
-    "self_stressed",
     "sliding_rates",
-    "failures",
     "history_frame",
     "division_of",
     "require_stored",

@@ -91,7 +91,7 @@ class Analysis(Mapping[str, CaseResult]):
         return "interrupted" if cut else "finished"
 
     def spread(self, name: str) -> Spread:
-        """Answers of the schedules that a case was run with: ``manager.run(cases, spread=True)``, or ``"steep"``.
+        """Results of the schedules that a case was run with: ``bs.run(model, cases, spread=True)``, or ``"steep"``.
 
         Raises
         ------
@@ -113,10 +113,8 @@ class Analysis(Mapping[str, CaseResult]):
 
     @property
     def headlines(self) -> dict[str, Headline]:
-        """The load factor to rely on for every case: that of its spread, if it was run with several schedules."""
-        spreads = self.spreads
-        runs = {r.name for s in spreads.values() for r in s.results.values()} - set(spreads)
-        return {name: spreads.get(name, result).headline for name, result in self.items() if name not in runs}
+        """Load factor, range and bound of every case, the other runs of spreads left out."""
+        return {name: result.headline for name, result in self.items() if result.of_case not in self}
 
     def replaced(self, **changes: Any) -> Self:
         """The same analysis, but for some of its attributes."""
@@ -156,15 +154,10 @@ class Analysis(Mapping[str, CaseResult]):
             f"{counted(len(self.model.interfaces), 'interface')}"
         )
         results = [indent(str(r), "  ") for r in self.results.values()]
-        notes = [f"  {n}: {s.headline}" for n, s in self.spreads.items() if self.results[n].relied_on is None]
-        return "\n".join([head, *results, *notes])
+        return "\n".join([head, *results])
 
 
 def _with_spreads(results: Mapping[str, CaseResult]) -> dict[str, CaseResult]:
-    """The same results, those of cases with several runs with what all of these tell."""
-    found = dict(results)
-    for name, spread in spreads_of(results).items():
-        # Without the associative run its bound is in the history, which is not read for it.
-        relied_on = None if spread.upper_bound is None else spread.headline
-        found[name] = found[name].with_spread(spread.path_dependence, relied_on)
-    return found
+    """The same results; cases with several runs have the range of their loading paths."""
+    ranges = {name: spread.path_dependence for name, spread in spreads_of(results).items()}
+    return {name: r.changed(path_dependence=ranges[name]) if ranges.get(name) else r for name, r in results.items()}

@@ -10,14 +10,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
-from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, ProcedureSettings, are_admissible
+from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, Outcome, ProcedureSettings, are_admissible
 from blockstruct.model import Case, Model, SelfWeight, SettlementCase
 from blockstruct.notebook import html_table
 from blockstruct.results.admissible_state import AdmissibleState
-from blockstruct.results.answer import Answer
-from blockstruct.results.caveats import beyond_rectangle_words, cell_words, told_by_message, unbounded_with_dilatancy
-from blockstruct.results.description import describe
-from blockstruct.results.headline import Headline, path_text
+from blockstruct.results.crushing_words import beyond_rectangle_words, cell_words
+from blockstruct.results.description import describe, failures
+from blockstruct.results.headline import Headline
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
 from blockstruct.results.pushed import pushed_masses
@@ -27,10 +26,13 @@ from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import ties_at_collapse
 from blockstruct.results.torsion import torsion_words
 from blockstruct.results.utilisation import utilisation
-from blockstruct.vocabulary import DRIFTING, OF_CURVE, Flow, Stage, Status
+from blockstruct.text import Answer, caveats, ended, why
+from blockstruct.vocabulary import Flow, Stage, Status
 
 #: Stages that do not ask the question of the case.
 _OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.LARGEST_REACTION.value]
+#: Statuses whose last iteration shows how the structure falls under its dead load.
+_FALLS = (Status.UNSTABLE, Status.SELF_STRESS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,28 +60,27 @@ class CaseResult:
         The structure the case is of.
     case : LimitCase or SettlementCase
     settings : ProcedureSettings
-    status : Status
-    load_factor : float
-        Load factor at collapse if the status is converged; infinite if unbounded; NaN otherwise. Of a settlement it is
-        minus the reaction as a share of the dead load, so that it grows as the support gives way; read
-        :attr:`reaction`.
+    outcome : Outcome
+        How the case ended: status, load factor, how it was found, whether it settled, its peak and its range.
     certificate : Certificate or None
         Of the last iteration. If the status is unstable under dead load, it is the proof of that: of the state in
         which the joints carry the largest share of the dead load; if it depends on self-stress, of the collapse state
         of the dead load. None if unbounded, or without iterations.
-    message : str
-        Why the case ended as it did.
     history : xarray.Dataset
         Every iteration; of a file, it is read when it is first looked at.
     started_at : str
         UTC, ISO 8601.
     duration : float
         Seconds.
+    schedule, of_case : str
+        The schedule of a run of a spread, and the case that it varies; empty for any other case.
     path_dependence : tuple of float or None
-        Lowest and highest load factor along the loading path, at halved steps and at other shear stiffness of the
-        joints: what the number depends on, if the analysis was run with ``spread="path dependence"`` or ``True``.
-    relied_on : Headline or None
-        Of a case that was run with several schedules to their end, the number of all of them: that of its spread.
+        Lowest and highest load factor of the variants of the loading path, by step length and joint stiffness; None
+        if they were not run (``spread=True``).
+    damage : str
+        What could not be read of a run that was killed; empty as a rule.
+    curve_ended : str
+        Why the curve of a pushover ends where it does, or why there is none.
     capacity : xarray.Dataset or None
         Of a :class:`~blockstruct.Pushover`, the states beyond the collapse state, which is the last of the history:
         :func:`blockstruct.results.capacity_of`. None for any other case, and without a collapse state.
@@ -91,15 +92,16 @@ class CaseResult:
     model: Model = field(repr=False)
     case: Case
     settings: ProcedureSettings
-    status: Status
-    load_factor: float
+    outcome: Outcome
     certificate: Certificate | None
-    message: str
     history: xr.Dataset = field(repr=False)
     started_at: str
     duration: float
+    schedule: str = ""
+    of_case: str = ""
     path_dependence: tuple[float, float] | None = None
-    relied_on: Headline | None = field(default=None, repr=False)
+    damage: str = ""
+    curve_ended: str = ""
     capacity: xr.Dataset | None = field(default=None, repr=False)
     versions: tuple[Mapping[str, str], ...] = field(default=(), repr=False)
     _unread: LazyHistory | None = field(init=False, default=None, repr=False)
@@ -129,24 +131,58 @@ class CaseResult:
         return self._unread.n_iterations if self._unread else int(self.history.sizes["iteration"])
 
     @property
+    def status(self) -> Status:
+        """How the case ended."""
+        return self.outcome.status
+
+    @property
+    def load_factor(self) -> float:
+        """Load factor at collapse; infinite if unbounded, NaN without a result.
+
+        Of a settlement it is minus the reaction as a share of the dead load, so that it grows as the support gives
+        way; read :attr:`reaction`.
+        """
+        return self.outcome.load_factor
+
+    @property
     def settled(self) -> bool:
         """Whether the load factor had settled when the procedure ended.
 
-        Where it had not, the state is certified all the same, but another schedule would have stopped at another one.
+        Where it had not, the state is certified all the same, but another procedure would end at another one.
         """
-        return self.status is Status.CONVERGED and DRIFTING not in self.message
+        return self.outcome.settled
 
     @property
     def drifts(self) -> bool:
-        """Whether the load factor was still drifting from one certified state to the next when it was stopped."""
+        """Whether the case has a certified load factor that had not settled."""
         return self.status is Status.CONVERGED and not self.settled
 
     @property
+    def hung(self) -> tuple[str, ...]:
+        """Blocks that friction holds under the dead load in some states of self-stress only."""
+        return self._free_blocks(self.outcome.hung)
+
+    @property
+    def jammed(self) -> tuple[str, ...]:
+        """Blocks whose share of the variable load depends on self-stress."""
+        return self._free_blocks(self.outcome.jammed)
+
+    def _free_blocks(self, indices: tuple[int, ...]) -> tuple[str, ...]:
+        names = [block.name for block in self.model.blocks if not block.fixed] if indices else []
+        return tuple(names[i] for i in indices)
+
+    @property
     def ended(self) -> str:
-        """How the case ended in a few words: its status, and without dilatancy whether its load factor settled."""
-        if self.status is not Status.CONVERGED or self.case.flow is Flow.ASSOCIATIVE:
-            return self.status.words
-        return f"{self.status.words}, {'settled' if self.settled else DRIFTING}"
+        """How the case ended in a few words: its status, and whether a non-associative load factor settled."""
+        return ended(self.outcome, has_procedure=self.case.flow is Flow.NONASSOCIATIVE)
+
+    @property
+    def why(self) -> str:
+        """Why the case ended with its status, without a full stop."""
+        text = why(self.outcome, self.answer)
+        if self.status in _FALLS and self.n_iterations:
+            text += failures(self.history)
+        return f"{text}; {self.damage}" if self.damage else text
 
     @property
     def mechanism(self) -> xr.Dataset:
@@ -234,13 +270,12 @@ class CaseResult:
     @property
     def missing_curve(self) -> str:
         """Why a pushover with a collapse state has no capacity curve; empty if it has one, and of any other case."""
-        return self.message.partition(OF_CURVE)[2] if self.capacity is None else ""
+        return self.curve_ended if self.capacity is None else ""
 
     @property
     def headline(self) -> Headline:
-        """The load factor as every text shows it, with the associative bound."""
-        end = (self.status, self.load_factor, self.settled)
-        return Headline.of([end], self.case.flow, self.associative_load_factor, self.answer)
+        """The load factor with its range and the associative bound."""
+        return Headline(self.outcome, self.case.flow, self.associative_load_factor, self.path_dependence, self.answer)
 
     @property
     def associative_load_factor(self) -> float:
@@ -253,15 +288,16 @@ class CaseResult:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What one must know before using the load factor beside what headline and :attr:`owed` tell, as sentences."""
+        """What must be known before the number is used, as sentences; empty as a rule."""
         if self.case.flow is not Flow.NONASSOCIATIVE:
             return ()
-        found: tuple[str, ...] = ()
-        if np.isposinf(self.associative_load_factor):
+        bound, is_searched = self.associative_load_factor, False
+        if np.isposinf(bound):
             stages, alpha = (self.history[name].to_numpy() for name in ("stage", "load_factor"))
-            searched = np.isfinite(alpha[~np.isin(stages, _OF_OTHER_PROGRAMS)]).any()
-            found = unbounded_with_dilatancy(self.case, self.status, searched=bool(searched))
-        return (*found, *told_by_message(self.message, self.answer.name, unbounded=bool(found)))
+            is_searched = bool(np.isfinite(alpha[~np.isin(stages, _OF_OTHER_PROGRAMS)]).any())
+        return caveats(
+            self.outcome, self.answer, bound=bound, is_searched=is_searched, hung=self.hung, jammed=self.jammed
+        )
 
     @property
     def torsion_warning(self) -> str:
@@ -309,9 +345,9 @@ class CaseResult:
     def _certificate_at(self, iteration: int) -> Certificate:
         """Certificate of an iteration of the history."""
         measures = {name: float(self.history[name][iteration]) for name in CERTIFICATE_MEASURES if name != "holds"}
-        s, gap, limit = self.settings, measures["flow_rule_gap"], measures["flow_rule_gap_limit"]
-        holds = measures["interpenetration"] <= s.interpenetration_tolerance and gap <= limit
-        return Certificate(**measures, holds=bool(holds and self._admissible[iteration]), settings=s)
+        gap, limit = measures["flow_rule_gap"], measures["flow_rule_gap_limit"]
+        holds = measures["interpenetration"] <= self.settings.numerics.interpenetration_tolerance and gap <= limit
+        return Certificate(**measures, holds=bool(holds and self._admissible[iteration]), settings=self.settings)
 
     @property
     def admissible_load_factor(self) -> float:
@@ -333,10 +369,9 @@ class CaseResult:
         residual, excess = (self.history[name].to_numpy() for name in ("equilibrium_residual", "yield_excess"))
         return are_admissible(residual, excess, self.settings)
 
-    def with_spread(self, path_dependence: tuple[float, float] | None, relied_on: Headline | None) -> Self:
-        """The same result with what the runs of its case found; a history that is not read yet stays so."""
-        history: Any = self._unread or self.history
-        return replace(self, history=history, path_dependence=path_dependence, relied_on=relied_on)
+    def changed(self, **changes: Any) -> Self:
+        """The same result with other fields; a history that is not read yet stays so."""
+        return replace(self, **{"history": self._unread or self.history, **changes})
 
     @classmethod
     def restored(
@@ -344,7 +379,6 @@ class CaseResult:
         *,
         case: Case,
         settings: Mapping[str, Any],
-        status: str,
         certificate: Mapping[str, float],
         **rest: Any,
     ) -> Self:
@@ -358,7 +392,6 @@ class CaseResult:
         return cls(
             case=case,
             settings=given,
-            status=Status(status),
             certificate=Certificate(**measures, holds=holds, settings=given) if certificate else None,
             **rest,
         )
@@ -373,28 +406,23 @@ class CaseResult:
         """How the structure collapses, in sentences: number, bodies that move, failing joints, and ties."""
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
         found = describe(self.model, self.history, self.case.dead, self.status) if moves else ""
-        one = self.headline.of_one_schedule if self.relied_on is None else ""
-        return "\n".join(filter(None, (str(self), one, *self.owed, self.cells, self.masses, found)))
+        return "\n".join(filter(None, (str(self), *self.owed, self.cells, self.masses, found)))
 
     def __repr__(self) -> str:
         answer = f"{self.answer.name} {self.answer.text(self.load_factor, 4)}"
-        return f"<CaseResult {self.name!r}: {self.status.words}, {answer}>"
+        return f"<CaseResult {self.name!r}: {self.ended}, {answer}>"
 
     def _repr_html_(self) -> str:
         rows = [
-            ("status", f"{self.status.words}: {self.message}"),
-            (self.answer.name, self.headline.text(6)),
-            *([] if self.relied_on is None else [("relied on", str(self.relied_on))]),
+            ("result", self.headline.text(6)),
             ("loads", self.case.question),
             ("numerical iterations", self.n_iterations),
         ]
-        told = (*self.warnings, *self.owed)
-        table = html_table(self.name, ["", ""], rows, told)
+        table = html_table(self.name, ["", ""], rows, (*self.warnings, *self.owed))
         return table + (self.certificate._repr_html_() if self.certificate else "")
 
     def __str__(self) -> str:
-        number = self.answer.text(self.load_factor, 6)
-        head = f"{self.name}: {self.status.words}, {self.answer.name} {number} ({self.message})"
-        path = [] if self.path_dependence is None else [f"  {path_text(self.path_dependence, self.answer)}"]
-        relied = [] if self.relied_on is None else [f"  relied on: {self.relied_on}"]
-        return "\n".join([head, *relied, *path, *(f"  warning: {text}" for text in self.warnings)])
+        text = self.headline.text()
+        if self.status in _FALLS and self.n_iterations:
+            text += failures(self.history)
+        return "\n".join([f"{self.name}: {text}", *(f"  warning: {text}" for text in self.warnings)])

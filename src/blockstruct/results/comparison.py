@@ -1,7 +1,7 @@
 """Two analyses side by side."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -139,7 +139,7 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
             motions = partial(_at_points, name="relative_velocity"), motion_of
             row["mechanism_difference"] = max(_state_difference(first, second, motion) for motion in motions)
             row["same_certificate"] = _same_certificate(first, second)
-            changed = _changed(asdict(first.settings), asdict(second.settings))
+            changed = _changed(first.settings.flat, second.settings.flat)
             row["same_question"] = not changed and first.case == second.case
             if changed:
                 settings[name] = changed
@@ -185,10 +185,10 @@ def _same_certificate(one: CaseResult, other: CaseResult) -> bool:
         return a is b
     s, limit = one.settings, np.fmax(a.flow_rule_gap_limit, b.flow_rule_gap_limit)
     pairs = (
-        (a.equilibrium_residual, b.equilibrium_residual, s.equilibrium_tolerance),
+        (a.equilibrium_residual, b.equilibrium_residual, s.numerics.equilibrium_tolerance),
         # Below zero is inside, however far.
-        (max(a.yield_excess, 0.0), max(b.yield_excess, 0.0), s.yield_tolerance),
-        (a.interpenetration, b.interpenetration, s.interpenetration_tolerance),
+        (max(a.yield_excess, 0.0), max(b.yield_excess, 0.0), s.numerics.yield_tolerance),
+        (a.interpenetration, b.interpenetration, s.numerics.interpenetration_tolerance),
         (a.flow_rule_gap, b.flow_rule_gap, limit),
     )
     # A NaN is as good as another one, and nothing else.

@@ -158,10 +158,11 @@ def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
         yield f"the certificate {says} by what is stored, that of the final state {has}"
     if result.status in (Status.CONVERGED, *_OF_DEAD_LOAD) and not again.holds:
         yield f"{result.status.words}, but the certificate of the final state does not hold"
-    whole = state.alpha >= 1 - max(result.settings.gap_tolerance, result.settings.equilibrium_tolerance)
+    numerics = result.settings.numerics
+    whole = state.alpha >= 1 - max(numerics.gap_tolerance, numerics.equilibrium_tolerance)
     if result.status is Status.SELF_STRESS and not whole:
         yield f"{result.status.words}, but the final state carries {state.alpha:.3g} of the dead load, not all of it"
-    if result.status is Status.UNSTABLE and state.alpha >= 1 - result.settings.equilibrium_tolerance:
+    if result.status is Status.UNSTABLE and state.alpha >= 1 - result.settings.numerics.equilibrium_tolerance:
         yield f"{result.status.words}, but the final state carries the whole dead load"
 
 
@@ -247,7 +248,7 @@ def _residuals(problem: LimitProblem, result: CaseResult) -> Iterator[str]:
     known = np.isfinite(alpha) & np.isfinite(x).all(axis=(1, 2)) & (stage != Stage.DEAD_LOAD.value)
     for k in np.flatnonzero(known):
         found = float(np.abs(problem.unbalanced(x[k], T[k], float(alpha[k]))).max())
-        if not _same(float(stored[k]), found, result.settings.equilibrium_tolerance):
+        if not _same(float(stored[k]), found, result.settings.numerics.equilibrium_tolerance):
             yield (
                 f"load factor and forces of iteration {k} miss equilibrium by {found:.3g}, its equilibrium residual "
                 f"is {stored[k]:.3g}"

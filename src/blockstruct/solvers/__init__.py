@@ -22,13 +22,13 @@ def solver_of(settings: ProcedureSettings) -> Solver:
     SolverError
         If no solver has the name, or the solver is not installed.
     """
-    if settings.solver == "clarabel":
+    if settings.numerics.solver == "clarabel":
         return ClarabelSolver()
-    layer, _, name = settings.solver.partition(":")
+    layer, _, name = settings.numerics.solver.partition(":")
     if layer == "cvxpy" and name:
         # CVXPY takes as long to import as everything else together.
         from blockstruct.solvers.cvxpy import CvxpySolver
 
         return CvxpySolver(name)
-    msg = f"solver {shown(settings.solver)}: give 'clarabel', or 'cvxpy:NAME' such as 'cvxpy:SCS'"
+    msg = f"solver {shown(settings.numerics.solver)}: give 'clarabel', or 'cvxpy:NAME' such as 'cvxpy:SCS'"
     raise SolverError(msg)

@@ -1,7 +1,7 @@
 """One analysis, one netCDF-4/HDF5 file, readable without blockstruct.
 
 ``/model`` holds the structure, ``/cases/<name>`` a result and ``/cases/<name>/history`` its iterations. The contract
-is ``schemas/analysis-1.json``, checked on writing and on reading, and embedded in every file.
+is ``schemas/analysis-2.json``, checked on writing and on reading, and embedded in every file.
 """
 
 from blockstruct.storage.archive import Archive

@@ -16,7 +16,6 @@ from blockstruct.storage.analysis_file import AnalysisFile, member, parameters_o
 from blockstruct.storage.case_group import versions_of
 from blockstruct.storage.file_outline import plain
 from blockstruct.units import SI_UNITS
-from blockstruct.vocabulary import DRIFTING, Status
 
 #: A row of the table: a case, or a file that cannot be read.
 Row = dict[str, Any]
@@ -24,7 +23,7 @@ Row = dict[str, Any]
 #: Reactions of settlements, by their unit.
 REACTIONS = {SI_UNITS["force"]: "reaction", SI_UNITS["moment"]: "reaction_moment"}
 _NUMBERS = ("load_factor", "associative_load_factor", "n_iterations", "duration", *CERTIFICATE_MEASURES)
-_TEXTS = ("status", "flow", "dead", "variable", "message", "started_at")
+_TEXTS = ("status", "flow", "dead", "variable", "reason", "procedure", "started_at")
 _FIRST = (
     "path",
     "case",
@@ -97,9 +96,17 @@ def rows_of(file: AnalysisFile) -> Iterator[Row]:
                 **_reaction(case, place),
                 **(_curve(groups, file.curves[place]) if place in file.curves else {}),
                 **texts,
-                "settled": texts["status"] == Status.CONVERGED and DRIFTING not in texts["message"],
-                **{f"settings_{key}": value for key, value in settings.items()},
+                "curve_ended": plain(case.attrs["curve_ended"]) if "curve_ended" in case.attrs else "",
+                "settled": bool(_scalar(case, place, "settled")),
+                **flat("settings", settings),
             }
+
+
+def flat(name: str, value: Any) -> Row:
+    """Settings by the names of their columns, as ``settings_schedule_slope``."""
+    if not isinstance(value, dict):
+        return {name: value}
+    return {key: v for part, within in value.items() for key, v in flat(f"{name}_{part}", within).items()}
 
 
 def table_of(rows: Iterable[Row]) -> pd.DataFrame:
@@ -139,13 +146,12 @@ def _reaction(case: h5py.Group, place: str) -> Row:
 
 
 def _curve(groups: h5py.File, place: str) -> Row:
-    """How far a pushover came, and how it ended."""
+    """How far a pushover came."""
     curve = member(groups, place)
     displacement = _values(curve, place, "displacement")
     return {
         "d0": _scalar(curve, place, "d0"),
         "curve_end": float(displacement.flat[-1]) if displacement.size else np.nan,
-        "curve_ended": str(plain(curve.attrs["ended"])) if "ended" in curve.attrs else "",
     }
 
 

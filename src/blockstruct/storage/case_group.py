@@ -1,6 +1,7 @@
 """The result of a case as a Dataset, and back."""
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
@@ -8,10 +9,14 @@ from typing import Any
 import xarray as xr
 
 from blockstruct.errors import FormatError
+from blockstruct.limit import Outcome
 from blockstruct.model import Case, LimitCase, LoadPattern, Model, Point, Pushover, SettlementCase
 from blockstruct.results import CERTIFICATE_MEASURES, CaseResult, LazyHistory
 from blockstruct.units import SI_UNITS, to_quantity
+from blockstruct.vocabulary import PathEnd, Procedure, Reason, Status
 
+#: Numbers of an outcome that are stored where they are finite, and texts of a result where they are not empty.
+_FACTS, _TEXTS = ("peak", "carried", "load_ratio"), ("schedule", "of_case", "damage", "curve_ended")
 #: What the attribute of a settlement holds.
 _MOTION = ("supports", "direction", "about")
 
@@ -29,7 +34,14 @@ def case_dataset(result: CaseResult, versions: Mapping[str, str]) -> xr.Dataset:
         "load_factor": ((), result.load_factor, number),
         "n_iterations": ((), result.n_iterations, number),
         "duration": ((), result.duration, {"units": SI_UNITS["time"]}),
+        "settled": ((), int(result.settled), number),
     }
+    outcome = result.outcome
+    if outcome.drift is not None:
+        variables |= {f"drift_{end}": ((), v, number) for end, v in zip(("low", "high"), outcome.drift, strict=True)}
+    variables |= {name: ((), v, number) for name in _FACTS if math.isfinite(v := getattr(outcome, name))}
+    if outcome.programs:
+        variables["programs"] = ((), outcome.programs, number)
     if result.n_iterations:
         variables["associative_load_factor"] = ((), result.associative_load_factor, number)
     if result.certificate is not None:
@@ -41,13 +53,18 @@ def case_dataset(result: CaseResult, versions: Mapping[str, str]) -> xr.Dataset:
     attrs = {
         "name": result.name,
         "status": result.status.value,
-        "message": result.message,
+        "reason": outcome.reason.value,
+        "procedure": outcome.procedure.value if outcome.procedure else "",
         "flow": result.case.flow.value,
         "dead": result.case.dead.name,
         "variable": result.case.patterns[-1].name if isinstance(result.case, LimitCase) else "",
         "settings": json.dumps(asdict(result.settings)),
         "started_at": result.started_at,
     }
+    if outcome.path_end:
+        attrs["path_end"] = outcome.path_end.value
+    attrs |= {name: json.dumps(v) for name in ("hung", "jammed") if (v := getattr(result, name))}
+    attrs |= {name: text for name in _TEXTS if (text := getattr(result, name))}
     made_by = [dict(each) for each in result.versions]
     if result.n_iterations and made_by not in ([], [dict(versions)]):
         attrs["versions"] = json.dumps(made_by, sort_keys=True)
@@ -77,15 +94,32 @@ def read_result(
         model=model,
         case=_case(ds.attrs, patterns),
         settings=json.loads(a["settings"]),
-        status=a["status"],
-        load_factor=float(ds["load_factor"]),
+        outcome=_outcome(ds, model),
         certificate={name: ds[name].item() for name in CERTIFICATE_MEASURES if name in ds},
-        message=a["message"],
+        **{name: a[name] for name in _TEXTS if name in a},
         history=history,
         started_at=a["started_at"],
         duration=float(ds["duration"]),
         capacity=capacity,
         versions=versions_of(a, versions) if int(ds["n_iterations"]) else (),
+    )
+
+
+def _outcome(ds: xr.Dataset, model: Model) -> Outcome:
+    a, free = ds.attrs, [block.name for block in model.blocks if not block.fixed]
+    facts: dict[str, Any] = {name: float(ds[name]) for name in _FACTS if name in ds}
+    for name in ("hung", "jammed"):
+        facts[name] = tuple(free.index(block) for block in json.loads(a.get(name, "[]")))
+    return Outcome(
+        Status(a["status"]),
+        float(ds["load_factor"]),
+        Reason(a["reason"]),
+        procedure=Procedure(a["procedure"]) if a["procedure"] else None,
+        settled=bool(ds["settled"]),
+        drift=(float(ds["drift_low"]), float(ds["drift_high"])) if "drift_low" in ds else None,
+        path_end=PathEnd(a["path_end"]) if "path_end" in a else None,
+        programs=int(ds["programs"]) if "programs" in ds else 0,
+        **facts,
     )
 
 

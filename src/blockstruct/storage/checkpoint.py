@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.errors import FormatError, StorageError
+from blockstruct.limit import Outcome
 from blockstruct.model import Model
 from blockstruct.results import CERTIFICATE_MEASURES, Analysis, CaseResult, capacity_of
 from blockstruct.storage.analysis_file import AnalysisFile
@@ -22,7 +23,7 @@ from blockstruct.storage.reader import DAMAGE, Blank, read_analysis
 from blockstruct.storage.snapshot import Stamp
 from blockstruct.storage.unfinished import clear, is_unfinished, refuse_killed
 from blockstruct.storage.writer import checked_keep_every, sealed_image, write_draft, write_file
-from blockstruct.vocabulary import Status, counted
+from blockstruct.vocabulary import Reason, Status
 
 
 class Checkpoint:
@@ -179,7 +180,7 @@ class Checkpoint:
         journal, records = self._journals[planned.name], _Records()
         damage = journal.read(records.take)
         if damage:
-            damage = f"; {journal.path.name} {damage} in record {records.count}, which is left out with all behind it"
+            damage = f"{journal.path.name} {damage} in record {records.count}, which is left out with all after it"
         known = {-1: planned.versions[-1]} if planned.n_iterations else {0: self.planned.versions}
         made_by = (*planned.versions[:-1], *(known | records.versions).values())
         self._versions[planned.name] = made_by[-1]
@@ -187,16 +188,14 @@ class Checkpoint:
         self._committed[planned.name], self._steps[planned.name] = len(pieces), len(records.steps)
         n_steps = 0 if planned.capacity is None else planned.capacity.sizes["step"]
         if records.blank is None or len(pieces) < planned.n_iterations or len(records.steps) < n_steps:
-            return replace(planned, message=planned.message + damage)
+            return planned.changed(damage=damage)
         if not pieces:
-            message = f"interrupted before its first program was solved{damage}"
-            return replace(planned, history=records.blank, message=message)
+            return replace(planned, history=records.blank, damage=damage)
         history = _joined(records.blank, pieces)
         last = {name: float(history[name][-1]) for name in CERTIFICATE_MEASURES if name != "holds"}
         found: dict[str, Any] = {
-            "status": Status.INTERRUPTED.value,
-            "load_factor": np.nan,
-            "message": f"interrupted: the run was killed after {counted(len(pieces), 'iteration')}{damage}",
+            "outcome": asdict(Outcome(Status.INTERRUPTED, np.nan, Reason.KILLED)),
+            "damage": damage,
             "certificate": {**last, "holds": bool(pieces[-1]["holds"][0])},
             "started_at": planned.started_at,
             "duration": float(history["solver_time"].sum()),
@@ -208,9 +207,11 @@ class Checkpoint:
                 case=planned.case,
                 settings=settings,
                 history=history,
-                capacity=_capacity(planned.model, records.steps, ending.pop("curve_ended", "")),
+                capacity=_capacity(planned.model, records.steps, ending.get("curve_ended", "")),
+                schedule=planned.schedule,
+                of_case=planned.of_case,
                 versions=made_by,
-                **ending,
+                **ending | {"outcome": Outcome.of(ending["outcome"])},
             )
         except DAMAGE as error:
             msg = f"{journal.path}: {error}; delete it, the case then counts as interrupted"
@@ -292,13 +293,11 @@ def _joined(blank: xr.Dataset, pieces: list[dict[str, np.ndarray]]) -> xr.Datase
 
 def _ending(result: CaseResult) -> dict[str, Any]:
     return {
-        "status": result.status.value,
-        "load_factor": result.load_factor,
-        "message": result.message,
+        "outcome": asdict(result.outcome),
         "certificate": result.certificate.measures if result.certificate else {},
         "started_at": result.started_at,
         "duration": result.duration,
-        **({} if result.capacity is None else {"curve_ended": result.capacity.attrs.get("ended", "")}),
+        "curve_ended": result.curve_ended,
     }
 
 

@@ -32,7 +32,7 @@ from blockstruct.storage.snapshot import Stamp, seal_of
 from blockstruct.storage.unfinished import clear, refuse_killed
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION, Status
 
-SCHEMA = "analysis-1"
+SCHEMA = "analysis-2"
 #: Largest value of keep_every: a reader takes data of many times the size of their file for an attack.
 RAREST = 50
 

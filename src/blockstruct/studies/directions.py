@@ -18,7 +18,7 @@ from blockstruct.keywords import checked_keywords
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import LimitCase, LoadPattern, Model, direction_cases, direction_of
 from blockstruct.results import LOAD_FACTOR, Analysis, CaseResult
-from blockstruct.vocabulary import DRIFTING, Flow, Status, counted, in_words
+from blockstruct.vocabulary import Flow, Status, counted, in_words
 
 _NONE = {"units": "dimensionless"}
 _ROUNDING = 1e-6
@@ -37,9 +37,8 @@ class Directions:
     analysis : Analysis
         A case each direction.
     data : xarray.Dataset
-        Along ``direction`` (degrees from +x towards +y): ``load_factor``, that of the headline of each case:
-        of a spread the lowest certified one of the runs that settled, of all where none has; ``bound``, the associative
-        one; ``status``; ``settled``, False where the load factor was still drifting when its procedure was stopped;
+        Along ``direction`` (degrees from +x towards +y): ``load_factor``; ``bound``, the associative one;
+        ``status``; ``settled``, False where the load factor had not settled when its procedure ended;
         ``case``, the name in the analysis.
     """
 
@@ -96,11 +95,7 @@ class Directions:
                 "load_factor": ("direction", [h.load_factor for h in heads], _NONE | {"long_name": "load factor α"}),
                 "bound": ("direction", [analysis[name].associative_load_factor for name in names], _NONE),
                 "status": ("direction", np.array([h.status.value for h in heads], dtype=object)),
-                # Of a spread a number that drifts is shown only where no run has settled.
-                "settled": (
-                    "direction",
-                    [not h.drifting or (h.certified > len(h.drifting) and not h.shift_alone) for h in heads],
-                ),
+                "settled": ("direction", [h.settled for h in heads]),
                 "case": ("direction", np.array(names, dtype=object)),
             },
             coords={"direction": ("direction", angles, {"units": "degree", "long_name": "from +x towards +y"})},
@@ -128,8 +123,7 @@ class Directions:
             msg = f"directions of {self.analysis.model.name!r}: none has a load factor ({ended}), so none governs"
             raise ModelError(msg)
         name = str(self.data["case"].to_numpy()[self._least])
-        spread = self.analysis.spreads.get(name)
-        return self.analysis[name] if spread is None or spread.lowest is None else spread.lowest
+        return self.analysis[name]
 
     @property
     def governing_direction(self) -> float:
@@ -219,7 +213,7 @@ class Directions:
             *(self.data[name].to_numpy() for name in ("direction", "load_factor", "status", "settled")), strict=True
         ):
             drifts = status == Status.CONVERGED and not settled
-            lines.append(f"  {angle:6g} deg  {LOAD_FACTOR.text(alpha):<10}{in_words(status)}{f', {DRIFTING}' * drifts}")
+            lines.append(f"  {angle:6g} deg  {LOAD_FACTOR.text(alpha):<10}{in_words(status)}{', NOT SETTLED' * drifts}")
         if not math.isnan(self.load_factor):
             lines.append(f"  governing: {self.governing_direction:g} deg, load factor {self.load_factor:.4g}")
         if not math.isnan(self.least_between):

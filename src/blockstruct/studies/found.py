@@ -5,15 +5,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from blockstruct.errors import StorageError, shown
-from blockstruct.results import Analysis, plain_value, run_name
+from blockstruct.results import Analysis, plain_value
 from blockstruct.storage import Archive, is_unfinished, open_analysis, planned_analysis
 from blockstruct.studies.design import Design, Run
 from blockstruct.studies.plan import Plan
 from blockstruct.studies.task import values_of
 from blockstruct.vocabulary import Status, counted
 
-#: Of a spread the case whose rows are those of the schedules to rely on.
-RELIED_ON = "relied on"
 #: Rows of the archive of one run, by the names of all columns.
 Rows = list[dict[str, Any]]
 
@@ -65,14 +63,6 @@ def found_runs(archive: Archive, design: Design, plan: Plan) -> tuple[dict[str, 
     differing = [run for run in changed if _differs(run, _finished(archive, run), plan)]
     others |= {run.name: _of_another(rows[run.name][0]["study"], plan) for run in differing}
     return {name: of_run for name, of_run in rows.items() if name not in others}, others
-
-
-def with_relied_on(archive: Archive, of_run: Rows) -> Rows:
-    """Rows of a run, first those of the schedules to rely on, of each of its spreads one, as a case of its own."""
-    by_case = {row["case"]: row for row in of_run}
-    spreads = open_analysis(archive.folder / of_run[0]["path"]).spreads if of_run else {}
-    found = [{**by_case[spread.relied_on.name], "case": run_name(case, RELIED_ON)} for case, spread in spreads.items()]
-    return [*found, *of_run]
 
 
 def told(archive: Archive, others: Mapping[str, str]) -> str:

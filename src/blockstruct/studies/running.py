@@ -21,7 +21,7 @@ from blockstruct.notebook import is_terminal
 from blockstruct.storage import Archive
 from blockstruct.studies.cluster import connected, on_cluster
 from blockstruct.studies.design import design_of
-from blockstruct.studies.found import Rows, found_runs, told, with_relied_on
+from blockstruct.studies.found import Rows, found_runs, told
 from blockstruct.studies.plan import Plan
 from blockstruct.studies.processes import Ended, here, in_processes, in_threads
 from blockstruct.studies.progress import Listener, StudyProgress, print_progress
@@ -82,9 +82,7 @@ def study(
         Most memory of each worker process, as ``"2 GB"``. A run that needs more fails, and no other one. Workers of a
         cluster have a limit of their own (``dask worker --memory-limit``).
     settings, spread
-        Of the procedure, and of the schedules of each case, as :class:`blockstruct.AnalysisManager` takes them. Of a
-        spread, ``"push [relied on]"`` is a case of its own: of each run the schedule whose load factor is the one to
-        rely on.
+        Of the procedure, and of the schedules of each case, as :class:`blockstruct.AnalysisManager` takes them.
     rerun
         Replace runs that are found but are of another ``build``, other settings or other values, instead of refusing
         them.
@@ -152,8 +150,6 @@ def study(
         archive.keep_index()
         of_runs = [rows.get(run.name, []) for run in design.runs]
         _warn(of_runs, problems)
-        if plan.schedules:
-            of_runs = [with_relied_on(archive, of_run) for of_run in of_runs]
     data = dataset_of(design, of_runs, [problems.get(run.name, "") for run in design.runs])
     return data.assign_attrs(study=plan.study, store="" if store is None else str(folder))
 

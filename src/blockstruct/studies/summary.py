@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import checked_keywords
 from blockstruct.studies.design import LATIN
-from blockstruct.vocabulary import DRIFTING, Status
+from blockstruct.vocabulary import Status
 
 Array = NDArray[np.float64]
 _NONE = {"units": "dimensionless"}
@@ -108,8 +108,9 @@ def _of_case(data: xr.Dataset, fractiles: Array, confidence: float, levels: Arra
     status, alpha = data["status"].to_numpy(), data["load_factor"].to_numpy()
     unstable, unbounded = status == Status.UNSTABLE, status == Status.UNBOUNDED
     converged = status == Status.CONVERGED
-    # A table that is made up need not have messages.
-    drifting = converged & [DRIFTING in str(text) for text in data.get("message", data["status"]).to_numpy()]
+    # A table that is made up need not say what has settled.
+    settled = data["settled"].to_numpy() != 0 if "settled" in data else converged
+    drifting = converged & ~settled
     values = np.where(unstable, -np.inf, np.where(unbounded, np.inf, alpha))
     known = unstable | unbounded | converged
     n, tail = len(values), (1 - confidence) / 2

@@ -9,7 +9,6 @@ import xarray as xr
 
 from blockstruct.errors import ModelError
 from blockstruct.studies.design import GRID, Design
-from blockstruct.vocabulary import DRIFTING, OF_CURVE, Status
 
 #: Status of a case of a run that failed: no status of a limit case.
 FAILED = "failed"
@@ -17,6 +16,7 @@ _NONE = {"units": "dimensionless"}
 _NUMBERS: Mapping[str, dict[str, str]] = {
     "load_factor": _NONE | {"long_name": "load factor α"},
     "bound": _NONE | {"long_name": "associative load factor, an upper bound of every flow rule"},
+    "settled": _NONE | {"long_name": "1 if the load factor had settled when the procedure ended"},
     "flow_rule_gap": _NONE | {"long_name": "flow-rule gap of the certificate"},
     "n_iterations": _NONE | {"long_name": "programs"},
     "reaction": {"units": "newton", "long_name": "reaction of a settlement"},
@@ -25,11 +25,11 @@ _NUMBERS: Mapping[str, dict[str, str]] = {
     "curve_end": {"units": "meter", "long_name": "displacement of the last state of a pushover"},
     "duration": {"units": "second", "long_name": "wall-clock time of the case"},
 }
-_TEXTS = ("status", "flow", "message")
+_TEXTS = ("status", "flow", "reason", "procedure", "curve_ended")
 #: Variables that every case of a run has.
 _OF_CASE = (*_NUMBERS, *_TEXTS)
 _OF_RUN = ("problem", "path")
-_TAKEN = {"run", "case", "settled", "missing_curve", *_OF_CASE, *_OF_RUN}
+_TAKEN = {"run", "case", "missing_curve", *_OF_CASE, *_OF_RUN}
 _REACTIONS = {"reaction", "reaction_moment"}
 #: Numbers of some kinds of cases alone.
 _OF_SOME = (*_REACTIONS, "d0", "curve_end")
@@ -132,14 +132,10 @@ def frame_of(data: xr.Dataset) -> pd.DataFrame:
         if not present:
             rows.append({**held, "case": "", "load_factor": np.nan, "status": FAILED})
     table = pd.DataFrame(rows, columns=["run", *parameters, "case", *of_case, "problem", "path"])
-    table["settled"] = [
-        status == Status.CONVERGED and DRIFTING not in str(message)
-        for status, message in zip(table["status"], table["message"], strict=True)
-    ]
+    table["settled"] = table["settled"] == 1
     without = table["curve_end"].isna() if "curve_end" in table else np.ones(len(table), dtype=bool)
     table["missing_curve"] = [
-        str(message).partition(OF_CURVE)[2] if is_missing else ""
-        for message, is_missing in zip(table["message"], without, strict=True)
+        str(ended) if is_missing else "" for ended, is_missing in zip(table["curve_ended"], without, strict=True)
     ]
     units = {name: data[name].attrs.get("units") for name in (*parameters, *of_case)}
     table.attrs["units"] = {name: unit for name, unit in units.items() if unit}

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict
 from textwrap import indent
 from typing import Any
 
@@ -16,7 +15,7 @@ from rich.text import Text
 import blockstruct as bs
 from blockstruct.units import SI_UNITS, short_unit
 from blockstruct.views.study_text import answer_cell, answer_title, folded_table, short_names, status_cell
-from blockstruct.views.words import admissible_words, path_words, range_words, tie_words
+from blockstruct.views.words import admissible_words, range_words, tie_words
 from blockstruct.vocabulary import counted
 
 _COLUMNS = {
@@ -69,24 +68,14 @@ def model_text(model: bs.Model) -> str:
     return text
 
 
-def result_text(result: bs.CaseResult, *, of_spread: bool = False) -> Text:
-    """Status, load factor and certificate of a case, with the tolerances that make it hold.
-
-    Of a spread it is not told that there may be others.
-    """
+def result_text(result: bs.CaseResult) -> Text:
+    """Load factor and certificate of a case, with the tolerances that make it hold."""
     case, c = result.case, result.certificate
     text = Text("\n").append(f"{result.name}\n", style="bold")
     text.append(f"  {case.question}\n")
-    text.append(f"  status {result.status.words}: {result.message}\n")
-    text.append(f"  {result.answer.name} {result.headline.text(6)}\n", style="bold")
-    if result.relied_on is not None:
-        text.append(f"  relied on: {result.relied_on}\n", style="bold")
-    elif not of_spread and (one := result.headline.of_one_schedule):
-        text.append(f"  {one}\n")
+    text.append(f"  {result.headline}\n", style="bold")
     if said := range_words(result):
         text.append(f"  {said}\n")
-    if result.path_dependence is not None:
-        text.append(f"  {path_words(result)}\n")
     for warning in (*result.warnings, *result.owed):
         text.append(f"  warning: {warning}\n", style="bold yellow")
     left = admissible_words(result)
@@ -180,9 +169,9 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
                 "reaction": _reaction(r),
                 "iterations": r.n_iterations,
                 "duration": r.duration,
-                "message": r.message,
-                "settled": r.settled,
+                **_outcome(r),
                 "path_dependence": r.path_dependence,
+                "text": str(r.headline),
                 "warnings": [*r.warnings, *r.owed, *_of_curve(r)],
                 "admissible_load_factor": None if r.answer.is_reaction else _finite(r.admissible_load_factor),
                 "certificate": None if r.certificate is None else _measures(r.certificate),
@@ -204,14 +193,32 @@ def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
 
 
 def _headline(headline: bs.results.Headline) -> dict[str, Any]:
-    values = {"load_factor": headline.load_factor, **asdict(headline)}
-    answer = values.pop("answer")
-    if headline.answer.is_reaction:
-        # The lowest load factor is the largest reaction.
-        names = {"load_factor": "reaction", "lowest": "largest", "highest": "least", "associative": "associative"}
-        of_factors = {names[name]: answer["factor"] * values.pop(name) for name in names}
-        values = {**of_factors, "units": SI_UNITS[answer["dimension"]], **values}
-    return {name: _finite(v) if isinstance(v, float) else v for name, v in values.items()}
+    answer, ends = headline.answer, headline.path_range
+    name, factor = ("reaction", answer.factor) if answer.is_reaction else ("load_factor", 1.0)
+    return {
+        name: _finite(factor * headline.load_factor),
+        "range": None if ends is None else sorted(factor * end for end in ends),
+        "associative": _finite(factor * headline.associative),
+        "units": SI_UNITS[answer.dimension],
+        "status": headline.status.value,
+        "settled": headline.settled,
+        "text": str(headline),
+    }
+
+
+def _outcome(r: bs.CaseResult) -> dict[str, Any]:
+    """How a case ended, as plain values."""
+    o = r.outcome
+    return {
+        "reason": o.reason.value,
+        "procedure": o.procedure and o.procedure.value,
+        "settled": o.settled,
+        "drift": o.drift,
+        "peak": _finite(o.peak),
+        "path_end": o.path_end and o.path_end.value,
+        "hung": list(r.hung),
+        "jammed": list(r.jammed),
+    }
 
 
 def _reaction(r: bs.CaseResult) -> dict[str, Any] | None:

@@ -61,7 +61,7 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
         msg = f"{target}: give a name that ends in .pvd"
         raise bs.errors.StorageError(msg)
     if not result.n_iterations:
-        ended = f"{result.status.words} ({result.message})"
+        ended = str(result.headline)
         msg = f"case {result.name!r}: no iteration to export, {ended}; run the case again"
         raise bs.errors.ModelError(msg)
     folder = target.with_suffix("")

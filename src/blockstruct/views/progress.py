@@ -57,7 +57,7 @@ def bar(progress: Progress) -> Listener:
             case CaseStarted(case):
                 place = f"case {event.number} of {event.count}, " if event.count > 1 else ""
                 # A case is usually certified soon after it may be: when its patience ends, by two more programs.
-                usual = bs.ProcedureSettings().patience + 2 if case.flow is bs.Flow.NONASSOCIATIVE else 1
+                usual = bs.FictitiousSchedule().patience + 2 if case.flow is bs.Flow.NONASSOCIATIVE else 1
                 progress.reset(task, description=f"{place}{case.name}", total=usual, rest="")
             case IterationDone(case, index, iteration):
                 done, total = index + 1, progress.tasks[task].total or 1

@@ -21,9 +21,7 @@ def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
     """
     n = result.n_iterations
     if n == 0:
-        msg = (
-            f"case {result.name!r}: no iteration to show, {result.status.words} ({result.message}); run the case again"
-        )
+        msg = f"case {result.name!r}: no iteration to show, {result.headline}; run the case again"
         raise bs.errors.ModelError(msg)
     try:
         index = operator.index(iteration)
@@ -109,18 +107,8 @@ def moving_bodies(result: bs.CaseResult, iteration: int) -> tuple[NDArray[np.int
 
 
 def shown_results(analysis: bs.Analysis) -> list[bs.CaseResult]:
-    """One result of each case: of a spread the one whose load factor is that of its headline."""
-    spreads = analysis.spreads
-    return [
-        _of_headline(spreads[name], head) if name in spreads else analysis[name]
-        for name, head in analysis.headlines.items()
-    ]
-
-
-def _of_headline(spread: bs.Spread, head: bs.results.Headline) -> bs.CaseResult:
-    if head.status is bs.Status.CONVERGED and spread.lowest is not None:
-        return spread.lowest
-    return next(r for r in spread.runs.values() if r.status is head.status)
+    """One result of each case, the other runs of spreads left out."""
+    return [analysis[name] for name in analysis.headlines]
 
 
 def compasses(analysis: bs.Analysis) -> list[tuple[str, bs.studies.Directions]]:

@@ -14,7 +14,7 @@ from rich.text import Text
 import blockstruct as bs
 from blockstruct.units import short_unit
 from blockstruct.views.selection import compasses
-from blockstruct.vocabulary import DRIFTING, counted
+from blockstruct.vocabulary import counted
 
 #: Rows that a terminal shows; the rest is in the store.
 _SHOWN = 50
@@ -27,7 +27,7 @@ _NOT_FINITE = {
     "unbounded": "unbounded, counted as ∞ in the fractiles",
     "unknown": "without a load factor: the intervals are as wide as if they could lie anywhere",
 }
-_DRIFTING = {"drifting": f"{DRIFTING} when stopped, counted with the load factor there"}
+_DRIFTING = {"drifting": "NOT SETTLED, counted with the load factor there"}
 #: Characters between columns.
 _GAP = 2
 
@@ -108,9 +108,9 @@ def answer_cell(row: Mapping[Any, Any]) -> str:
 
 
 def status_cell(row: Mapping[Any, Any]) -> str:
-    """Status of a case, and that its load factor was still drifting when the procedure was stopped."""
+    """Status of a case, and whether its load factor settled."""
     drifts = row["status"] == bs.Status.CONVERGED and not row["settled"]
-    return f"{row['status']}, still drifting" if drifts else str(row["status"]).replace("_", " ")
+    return f"{row['status']}, NOT SETTLED" if drifts else str(row["status"]).replace("_", " ")
 
 
 def _reactions(row: Mapping[Any, Any]) -> list[str]:

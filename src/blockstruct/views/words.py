@@ -1,6 +1,5 @@
 """Statuses and certificates in words, as a report says them."""
 
-import re
 from collections.abc import Iterable
 
 import numpy as np
@@ -8,47 +7,6 @@ import numpy as np
 import blockstruct as bs
 from blockstruct.vocabulary import counted
 
-#: Of a settlement, where it is not the same.
-_OF_SETTLEMENT = {
-    bs.Status.CONVERGED: (
-        "At this reaction the structure follows the supports: the state is certified within the tolerances. A support "
-        "that gives way further keeps it."
-    ),
-    bs.Status.UNSTABLE: (
-        "The structure does not stand under its dead load, even with all supports held; there is no reaction."
-    ),
-    bs.Status.UNBOUNDED: "The supports never move that way: the joints resist the motion with any force.",
-}
-_STATUS = {
-    bs.Status.CONVERGED: "The structure collapses at this load factor: the state is certified within the tolerances.",
-    bs.Status.UNSTABLE: "The structure does not stand under its dead load alone; there is no load factor.",
-    bs.Status.SELF_STRESS: (
-        "Whether the structure stands under its dead load depends on self-stress, which the model does not determine: "
-        "without dilatancy the dead load by itself has a collapse state. There is no load factor to rely on."
-    ),
-    bs.Status.UNBOUNDED: "The variable load never causes collapse, however large.",
-    bs.Status.NOT_CONVERGED: "No state could be certified; the numbers of the last iteration are not a result.",
-    bs.Status.INTERRUPTED: "The run was interrupted; the numbers of the last iteration are not a result.",
-}
-
-
-#: Without dilatancy the same forces prove less.
-_CAN_CARRY = (
-    "The joints can carry any multiple of the variable load: forces that no joint refuses are in equilibrium with "
-    "it and the dead load. With associative flow nothing would move; without dilatancy blocks may move all the same."
-)
-_CAN_RESIST = (
-    "The joints can resist this motion of the supports with any force. With associative flow they would never move "
-    "that way; without dilatancy they may move all the same."
-)
-
-_DRIFTING = (
-    "It was still drifting from one such state to the next when the procedure was stopped: another schedule would have "
-    "stopped at another {}."
-)
-
-#: Endings that say that the certificate holds, and by which procedure.
-_CERTIFIED = re.compile(r"the certificate (?:of the associative program )?holds(?: \((.*)\))?")
 #: Ties that hold in a pushover that are told one by one.
 _LISTED = 5
 #: Statuses whose history may still hold an admissible state.
@@ -56,17 +14,9 @@ _WITHOUT_STATE = (bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
 
 
 def status_words(result: bs.CaseResult) -> str:
-    """Sentences on how a case ended.
-
-    >>> from types import SimpleNamespace
-    >>> status_words(SimpleNamespace(status=bs.Status.CONVERGED, case=None, drifts=False))
-    'The structure collapses at this load factor: the state is certified within the tolerances.'
-    """
-    if result.status is bs.Status.UNBOUNDED and result.case.flow is bs.Flow.NONASSOCIATIVE:
-        return _CAN_RESIST if isinstance(result.case, bs.SettlementCase) else _CAN_CARRY
-    words = _OF_SETTLEMENT if isinstance(result.case, bs.SettlementCase) else _STATUS
-    said = words.get(result.status, _STATUS[result.status])
-    return f"{said} {_DRIFTING.format(result.answer.name)}" if result.drifts else said
+    """How a case ended, as a sentence: its number, how it was found, and its limits."""
+    text = str(result.headline)
+    return f"{text[:1].upper()}{text[1:]}."
 
 
 def range_words(result: bs.CaseResult) -> str:
@@ -91,30 +41,13 @@ def warning_words(found: bs.CaseResult | bs.Spread) -> str:
 
 
 def spread_words(spread: bs.Spread) -> str:
-    """A sentence on how far the certified answers of several schedules lie apart."""
-    h = spread.headline
-    said = f"{h.certified} of {counted(h.schedules, 'schedule')} found a certified collapse state"
-    if h.certified:
-        ends = sorted((*h.drifting, h.lowest, h.highest))
-        texts = list(dict.fromkeys(h.answer.text(end) for end in (ends[0], ends[-1])))
-        said += (
-            f", at {h.answer.name}s from {' to '.join(texts)}" if len(texts) > 1 else f", at {h.answer.name} {texts[0]}"
-        )
-    if h.drifting:
-        said += f"; {len(h.drifting)} of them still drifting when stopped"
-    return " ".join(filter(None, (f"{'; '.join(filter(None, (said, h.bound)))}.", path_words(spread))))
-
-
-def path_words(found: bs.CaseResult | bs.Spread) -> str:
-    """A sentence on what the number along the loading path depends on; empty where it was not asked."""
-    ends = found.path_dependence
-    if ends is None:
-        return ""
-    answer = found.headline.answer
-    return (
-        f"Along the loading path, from the dead load on, it is {answer.text(ends[0])} to {answer.text(ends[1])}, by "
-        "the steps and the shear stiffness of the joints."
-    )
+    """A sentence on the certified answers of the schedules of a spread."""
+    ends, answer = [r.load_factor for r in spread.runs.values() if r.settled], spread.headline.answer
+    said = f"{len(ends)} of {counted(len(spread.runs), 'schedule')} settled at a certified {answer.name}"
+    if ends:
+        texts = dict.fromkeys(answer.ends((min(ends), max(ends))))
+        said += f", {' to '.join(texts)}"
+    return f"{said}."
 
 
 def admissible_words(result: bs.CaseResult) -> str:
@@ -181,7 +114,7 @@ def pushover_words(result: bs.CaseResult) -> list[str]:
 
 def without_curve_words(result: bs.CaseResult) -> str:
     """Why a result has no capacity curve, and what to do, as the end of a message."""
-    said = f"no capacity curve, {result.status.words} ({result.message})"
+    said = f"no capacity curve, {result.missing_curve or result.headline}"
     return said if isinstance(result.case, bs.Pushover) else f"{said}; run a Pushover"
 
 
@@ -210,16 +143,3 @@ def certificate_words(result: bs.CaseResult) -> str:
         f"blocks penetrate by at most {depth} ({of_depth}) of the largest motion, and the flow rule is missed by "
         f"{gap} ({of_gap}) in units of {_gap_unit(result)}."
     )
-
-
-def ending_words(result: bs.CaseResult) -> str:
-    """How the procedure of a case ended, beside what :func:`certificate_words` and :func:`pushover_words` say.
-
-    >>> from types import SimpleNamespace
-    >>> ending_words(SimpleNamespace(message="the certificate holds (along the loading path)", capacity=None))
-    'Along the loading path. '
-    """
-    message = result.message if result.capacity is None else result.message.partition("; pushover: ")[0]
-    plain = _CERTIFIED.fullmatch(message)
-    said = (plain[1] or "") if plain else message
-    return f"{said[:1].upper()}{said[1:]}. " if said else ""

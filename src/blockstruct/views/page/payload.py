@@ -90,7 +90,7 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
         "ties": _ties(model, origin),
         "cases": [_case(result, _head(analysis, result), solids, origin) for result in shown],
         "first": next(k for k, r in enumerate(shown) if r is first),
-        "omitted": [f"{r.name}: {r.status.words}, {r.message}" for r in analysis.values() if not r.n_iterations],
+        "omitted": [f"{r.name}: {r.headline}" for r in analysis.values() if not r.n_iterations],
     }
 
 
@@ -150,11 +150,9 @@ def _head(analysis: bs.Analysis, result: bs.CaseResult) -> dict[str, Any]:
     """The load factor to rely on, of a run of a spread that of its case, and what is said below it."""
     spread = next((s for s in analysis.spreads.values() if result in s.results.values()), None)
     head = (spread or result).headline
-    if spread is None:
-        below = [head.range, head.bound]
-    else:
-        this = f"This run: {load_factor_words(result)} ({result.ended})."
-        below = [spread_words(spread), this]
+    below = [head.range, head.bound]
+    if spread is not None:
+        below += [spread_words(spread), f"This run: {load_factor_words(result)} ({result.ended})."]
     below += [range_words(result), warning_words(spread or result), admissible_words(result)]
     return {"number": head.number, "below": [text for text in below if text]}
 

@@ -22,9 +22,7 @@ from blockstruct.views.study_text import directions_text, parameter_texts
 from blockstruct.views.words import (
     admissible_words,
     certificate_words,
-    ending_words,
     load_factor_words,
-    path_words,
     pushover_words,
     range_words,
     spread_words,
@@ -74,7 +72,7 @@ def contents(
         "cases": [_case(r) for r in shown_results(analysis)],
         "assumptions": assumptions(model, results, [check for _, check in of_case]),
         "masses": pushed_masses(model, results),
-        "settings": list(asdict(results[0].settings).items()),
+        "settings": list(results[0].settings.flat.items()),
         "versions": dict(analysis.versions),
     }
     # Of the warnings that of the case relied on comes first.
@@ -234,13 +232,12 @@ def _headline(given: bs.CaseResult, found: bs.CaseResult | bs.Spread) -> dict[st
     return {
         "name": given.name,
         "flow": head.flow.value,
-        "status": head.status.words,
+        "status": found.given.ended if isinstance(found, bs.Spread) else found.ended,
         "number": head.number,
         "range": head.range,
         "begins": beginning_words(given, head.load_factor),
         "bound": head.bound.removeprefix("associative bound "),
         "warning": warning_words(found),
-        "path": path_words(found),
     }
 
 
@@ -255,7 +252,7 @@ def _result(r: bs.CaseResult) -> dict[str, str]:
 
 
 def _spread(name: str, spread: bs.Spread) -> dict[str, Any]:
-    given = asdict(spread.runs["as given"].settings)
+    given = spread.given.settings.flat
     return {
         "name": name,
         "words": spread_words(spread),
@@ -266,7 +263,7 @@ def _spread(name: str, spread: bs.Spread) -> dict[str, Any]:
                 "status": r.ended,
                 "settings": ", ".join(
                     f"{what.replace('_', ' ')} {value}"
-                    for what, value in asdict(r.settings).items()
+                    for what, value in r.settings.flat.items()
                     if value != given[what]
                 ),
                 "holds": "none" if r.certificate is None else "holds" if r.certificate.holds else "does not hold",
@@ -288,7 +285,6 @@ def _case(r: bs.CaseResult) -> dict[str, Any]:
         "status_words": " ".join(filter(None, (status_words(r), range_words(r), admissible_words(r)))),
         "certificate_words": certificate_words(r),
         "ties": tie_words(r),
-        "ending": ending_words(r),
         "pushover": pushover_words(r),
         "states": sorted(states.items(), key=lambda item: -item[1]),
         "pictures": [{"caption": d.caption, "address": address(d)} for d in drawings(r)],

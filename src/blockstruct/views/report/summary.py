@@ -37,8 +37,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
     head = heads[name]
     shown = dict(zip(heads, shown_results(analysis), strict=True))[name]
     begins = beginning_words(analysis[name], head.load_factor)
-    # What the sentence has said is not said again.
-    notes = [text for text in check.notes if not head.among or head.among not in text] if check else []
+    notes = list(check.notes) if check else []
     mixed = len({one.answer.dimension for one in loaded.values()}) > 1
     figures = [
         {
@@ -105,22 +104,19 @@ def _sentence(
         checked = len(checks)
         of_others = "The check of another case says" if checked == 1 else f"The {checked} checks of other cases say"
         return f"{said} The verification is not satisfied. {of_others} nothing of it."
-    # The range that belongs beside it is known of several schedules only.
-    one = head.schedules == 1 and head.flow is bs.Flow.NONASSOCIATIVE
-    worse = "larger" if head.answer.is_reaction else "lower"
-    range_ = f" One schedule found it; others, which may find a {worse} one, were not run." if one else ""
-    of_runs = f", {head.among}" if head.among else ""
+    worst = "largest" if head.answer.is_reaction else "lowest"
+    range_ = f" It is {head.range}." if head.range else ""
     if check is None:
-        among = f"one of {cases} cases, forces and moments" if mixed else f"the {head.first} of {cases} cases"
+        among = f"one of {cases} cases, forces and moments" if mixed else f"the {worst} of {cases} cases"
         of_cases = f", {among}" if cases > 1 else ""
-        said = f"Relied on: {head.answer.name} {head.number} of “{name}”{of_runs}{of_cases}."
+        said = f"Relied on: {head.answer.name} {head.number} of “{name}”{of_cases}."
         return f"{said} It is checked against no demand.{range_}"
     least = _share(check) <= min(map(_share, checks))
     governs = "bears the least share of its site's ground acceleration" if least else "is not satisfied"
     of_checks = f", which of {len(checks)} checks {governs}" if len(checks) > 1 else ""
     return (
         f"Relied on: capacity / demand {_ratio(check)} of “{name}” ({check.relied_on}){of_checks}, from its load "
-        f"factor {head.number}{of_runs}.{range_}"
+        f"factor {head.number}.{range_}"
     )
 
 

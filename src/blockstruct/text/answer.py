@@ -57,6 +57,11 @@ class Answer:
         """The answer at a load factor to so many digits, ``infinite`` or ``none``."""
         return self.said(self.factor * alpha + 0.0, digits)
 
+    def ends(self, alphas: tuple[float, float], digits: int = 4) -> tuple[str, str]:
+        """Both ends of a range of load factors, the smaller number first and in one unit."""
+        low, high = sorted(self.factor * alpha + 0.0 for alpha in alphas)
+        return self.said(low, digits, beside=high), self.said(high, digits, beside=low)
+
     def said(self, value: float, digits: int = 4, *, beside: float = 0.0) -> str:
         """A value of the answer, in SI, as :meth:`text`; in the unit of the larger one beside which it stands."""
         if np.isnan(value):
