@@ -107,7 +107,7 @@ def recording(folder: Path, columns: int, rows: int, programs: int) -> None:
     Checkpoint.begin = classmethod(begun)  # type: ignore[assignment,method-assign]
     clocked(Recorder, "__call__", "iterations")
     clocked(Checkpoint, "finish", "finished file")
-    settings = bs.ProcedureSettings(max_programs=programs)
+    settings = bs.ProcedureSettings(schedule=bs.FictitiousSchedule(max_programs=programs))
     manager = bs.AnalysisManager(model, folder / "recorded.h5", settings=settings)
     whole, analysis = timed(lambda: manager.run([CASE]))
     n = analysis["push"].n_iterations

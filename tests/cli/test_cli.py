@@ -339,7 +339,9 @@ def test_diff(call, file, small_model, small_cases, tmp_path):
     code, out, _ = call("diff", file, other)
     assert code == 0
     assert "the same model, 2 cases" in out
-    bs.AnalysisManager(small_model, other, settings=bs.ProcedureSettings(slope=0.2)).run(small_cases)
+    bs.AnalysisManager(
+        small_model, other, settings=bs.ProcedureSettings(schedule=bs.FictitiousSchedule(slope=0.2))
+    ).run(small_cases)
     code, out, _ = call("diff", file, other, "--tolerance", "0")
     assert code == 1
     assert "slope 0.3, other 0.2" in out
@@ -572,7 +574,7 @@ def test_a_dead_load_that_is_not_the_weight_is_told(call, tmp_path, loads, code,
 
 
 def test_what_still_drifts_is_told_in_every_table(call, small_model, tmp_path):
-    settings = bs.ProcedureSettings(patience=3, load_factor_tolerance=1e-15)
+    settings = bs.ProcedureSettings(schedule=bs.FictitiousSchedule(patience=3, load_factor_tolerance=1e-15))
     around = bs.directions(small_model, SELF_WEIGHT, 2, settings=settings, store=tmp_path / "drifts" / "a.h5")
     assert all(result.drifts for result in around.analysis.values())
     assert str(around).count("converged, still drifting") == 2

@@ -67,7 +67,7 @@ def test_a_document_keeps_model_and_cases_to_the_last_bit(tmp_path, model, cases
 
 
 def test_settings_are_kept_whole(tmp_path, model, cases):
-    settings = bs.ProcedureSettings(max_programs=33, crushing_cells=81)
+    settings = bs.ProcedureSettings(crushing_cells=81, schedule=bs.FictitiousSchedule(max_programs=33))
     back = bs.read_document(bs.write_document(tmp_path / "m.yaml", model, cases, settings=settings))
     assert bs.ProcedureSettings.of(back.settings) == settings
 

@@ -128,10 +128,19 @@ def test_wrong_dimension_or_no_number(make, words):
         (lambda: bs.LoadPattern("p", ["weight"]), ["'p'", "'weight'", "SelfWeight"]),
         (lambda: bs.LimitCase("c", bs.SelfWeight(), push(1, 0, 0)), ["'c'", "dead", "LoadPattern"]),
         (lambda: bs.LimitCase("c", push(1, 0, 0), push(1, 0, 0), "dilatant"), ["'c'", "'dilatant'", "associative"]),
-        (lambda: bs.ProcedureSettings(relaxation=2.0), ["relaxation", "2.0", "1"]),
-        (lambda: bs.ProcedureSettings(max_programs=3.5), ["max_programs", "3.5", "whole"]),
-        (lambda: bs.ProcedureSettings(yield_tolerance=0.1), ["yield_tolerance", "0.1", "to 0.01"]),
-        (lambda: bs.ProcedureSettings(relaxation_min=0.9), ["relaxation_min", "0.9", "relaxation_max", "0.8"]),
+        (lambda: bs.ProcedureSettings(schedule=bs.FictitiousSchedule(relaxation=2.0)), ["relaxation", "2.0", "1"]),
+        (
+            lambda: bs.ProcedureSettings(schedule=bs.FictitiousSchedule(max_programs=3.5)),
+            ["max_programs", "3.5", "whole"],
+        ),
+        (
+            lambda: bs.ProcedureSettings(numerics=bs.Numerics(yield_tolerance=0.1)),
+            ["yield_tolerance", "0.1", "to 0.01"],
+        ),
+        (
+            lambda: bs.ProcedureSettings(schedule=bs.FictitiousSchedule(relaxation_min=0.9)),
+            ["relaxation_min", "0.9", "relaxation_max", "0.8"],
+        ),
         (lambda: bs.ProcedureSettings.of({"speed": 1}), ["speed", "known are"]),
         (lambda: bs.detect_interfaces([], JOINT, tolerance="0 m"), ["tolerance", "0 m", "above zero"]),
         (lambda: bs.detect_interfaces([], "lime"), ["'lime'", "JointMaterial"]),
@@ -176,7 +185,7 @@ def test_a_misspelt_argument_is_told_the_one_that_was_meant(make, words):
         lambda long: bs.detect_interfaces([box("a")], {"*": long}),
         lambda long: bs.wall(joint_material=long),
         lambda long: bs.run(bs.Model("m", [box("a")], []), long),
-        lambda long: bs.ProcedureSettings(solver=long),
+        lambda long: bs.ProcedureSettings(numerics=bs.Numerics(solver=long)),
         lambda long: bs.AnalysisManager(bs.Model("m", [box("a")], []), long),
         lambda long: bs.AnalysisManager(bs.Model("m", [box("a")], []), keep_every=long),
         lambda long: bs.imports.read_mesh("m.obj", unit="m", material=STONE, up=long),
@@ -429,11 +438,11 @@ def test_cases_are_checked_before_anything_is_solved(small_model, small_cases, t
 
 def test_unknown_solvers(small_model):
     with refused(bs.errors.SolverError, "'mosek'", "clarabel"):
-        bs.AnalysisManager(small_model, settings=bs.ProcedureSettings(solver="mosek"))
+        bs.AnalysisManager(small_model, settings=bs.ProcedureSettings(numerics=bs.Numerics(solver="mosek")))
     with refused(bs.errors.SolverError, "'NOSUCH'", "not installed"):
-        bs.AnalysisManager(small_model, settings=bs.ProcedureSettings(solver="cvxpy:NOSUCH"))
+        bs.AnalysisManager(small_model, settings=bs.ProcedureSettings(numerics=bs.Numerics(solver="cvxpy:NOSUCH")))
     with refused(bs.errors.SolverError, "'OSQP'", "no second-order cones", "CLARABEL"):
-        bs.AnalysisManager(small_model, settings=bs.ProcedureSettings(solver="cvxpy:OSQP"))
+        bs.AnalysisManager(small_model, settings=bs.ProcedureSettings(numerics=bs.Numerics(solver="cvxpy:OSQP")))
 
 
 def test_unknown_cases_are_named(small_analysis):
@@ -470,5 +479,7 @@ def test_a_joint_is_varied_by_its_friction_angle():
 
 
 def test_settings_take_numbers_of_numpy():
-    settings = bs.ProcedureSettings(max_programs=np.int64(5), gap_tolerance=np.float64(1e-4))
+    settings = bs.ProcedureSettings(
+        schedule=bs.FictitiousSchedule(max_programs=np.int64(5)), numerics=bs.Numerics(gap_tolerance=np.float64(1e-4))
+    )
     assert (type(settings.max_programs), type(settings.gap_tolerance)) == (int, float)

@@ -130,7 +130,7 @@ def test_one_run_is_not_the_lowest_of_several(ends, said):
 
 def test_a_case_without_a_load_factor_has_none_wherever_it_stands(small_model, dead):
     case = bs.LimitCase("push", dead, push(1, 0, 0))
-    analysis = bs.run(small_model, case, settings=bs.ProcedureSettings(max_programs=1))
+    analysis = bs.run(small_model, case, settings=bs.ProcedureSettings(schedule=bs.FictitiousSchedule(max_programs=1)))
     (cells,) = [list(c.cells) for c in summary_table(analysis).columns if str(c.header) == "load factor"]
     texts = [str(analysis), repr(analysis), repr(analysis["push"]), analysis._repr_html_(), str(cells[0])]
     assert [text for text in texts if "none" not in text or "nan" in text] == []
@@ -138,7 +138,7 @@ def test_a_case_without_a_load_factor_has_none_wherever_it_stands(small_model, d
 
 def test_a_number_that_drifts_says_so_wherever_it_stands(small_model, blank_pictures):
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
-    settings = ProcedureSettings(patience=3, load_factor_tolerance=1e-15)
+    settings = ProcedureSettings(schedule=bs.FictitiousSchedule(patience=3, load_factor_tolerance=1e-15))
     analysis = bs.AnalysisManager(small_model, settings=settings).run([case], spread=["slow", "loading path"])
     spread, alone = analysis.spread("push"), analysis["push"]
     report = contents(analysis, {})
@@ -183,10 +183,10 @@ def test_status_of_a_headline(ends, status, load_factor):
 
 
 def test_a_schedule_never_raises_the_number_of_programs():
-    assert scheduled(ProcedureSettings(max_programs=7), "shift").max_programs == 7
+    assert scheduled(ProcedureSettings(schedule=bs.FictitiousSchedule(max_programs=7)), "shift").max_programs == 7
     # The shift took 59 % of the time of a spread, and failed in three of four: it has a budget.
     assert scheduled(ProcedureSettings(), "shift").max_programs == 40
-    assert scheduled(ProcedureSettings(), "steep") == ProcedureSettings(slope=0.6)
+    assert scheduled(ProcedureSettings(), "steep") == ProcedureSettings(schedule=bs.FictitiousSchedule(slope=0.6))
 
 
 @pytest.mark.parametrize("status", list(bs.Status))

@@ -197,7 +197,7 @@ def test_coordinates_are_not_indexed_for_every_iteration(monkeypatch):
     model = model_of(*single_block(0.5, 1.0, mu=0.4))
     for programs in (3, 12):
         case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
-        settings = bs.ProcedureSettings(max_programs=programs)
+        settings = bs.ProcedureSettings(schedule=bs.FictitiousSchedule(max_programs=programs))
         analysis = bs.AnalysisManager(model, settings=settings).run([case])
         indexed.clear()
         with monkeypatch.context() as patch:

@@ -220,7 +220,7 @@ def test_two_analyses(small_analysis, small_model, small_cases):
     same = bs.compare(small_analysis, small_analysis)
     assert same.agrees(0)
     assert not same.versions
-    settings = bs.ProcedureSettings(slope=0.2)
+    settings = bs.ProcedureSettings(schedule=bs.FictitiousSchedule(slope=0.2))
     other = bs.AnalysisManager(small_model, settings=settings).run(small_cases[1:])
     found = bs.compare(small_analysis, other)
     assert found.same_model

@@ -126,7 +126,9 @@ def test_runs_of_another_study_are_not_taken_over(tmp_path, monkeypatch, change)
     parameters = {"friction_coefficient": [0.3, 0.6]}
     bs.study(build, parameters, tmp_path, workers=1)
     changed = {"build": other_block}.get(change, build)
-    options = {"settings": bs.ProcedureSettings(slope=0.2)} if change == "settings" else {}
+    options = (
+        {"settings": bs.ProcedureSettings(schedule=bs.FictitiousSchedule(slope=0.2))} if change == "settings" else {}
+    )
     if change == "what it calls":
         same = studied.block
         monkeypatch.setattr(studied, "block", lambda mu, height: same(mu, Q_(2, "m")))

@@ -1,6 +1,7 @@
 """Builders of structures that tests vary: plain numbers in, model or load factor out."""
 
 from collections.abc import Sequence
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -78,6 +79,15 @@ def random_frame(seed: int, torsion: str, **joint: object) -> tuple[bs.Model, bs
     return model, bs.LoadPattern("push", [bs.BodyForce(direction / np.linalg.norm(direction)), moment])
 
 
+def settings_of(**values: object) -> bs.ProcedureSettings:
+    """Settings by the names of their fields, those of the schedule and the numerics sorted into their parts."""
+    parts = {
+        part: {f.name: values.pop(f.name) for f in fields(kind) if f.name in values}
+        for part, kind in (("schedule", bs.FictitiousSchedule), ("numerics", bs.Numerics))
+    }
+    return bs.ProcedureSettings.of({**values, **parts})
+
+
 def solve(
     model: bs.Model,
     variable: bs.LoadPattern,
@@ -87,7 +97,7 @@ def solve(
 ) -> bs.CaseResult:
     """Result of one case."""
     case = bs.LimitCase("case", dead, variable, flow)
-    return bs.AnalysisManager(model, settings=bs.ProcedureSettings(**settings)).run([case])["case"]
+    return bs.AnalysisManager(model, settings=settings_of(**settings)).run([case])["case"]
 
 
 def seal_again(path: Path) -> None:

@@ -202,7 +202,7 @@ def test_least_tie_force_against_bisection():
 def test_least_tie_force_of_several_ties_is_what_they_need():
     model, wanted = two_ties(), 0.7
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
-    other = bs.ProcedureSettings(solver="cvxpy:CLARABEL")
+    other = bs.ProcedureSettings(numerics=bs.Numerics(solver="cvxpy:CLARABEL"))
     assert bs.least_tie_force(model, case, ["high"], wanted, settings=other).proven
     both = bs.least_tie_force(model, case, ["low", "high"], wanted)
     alone = [bs.least_tie_force(model, case, [name], wanted) for name in ("low", "high")]

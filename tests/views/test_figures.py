@@ -681,7 +681,7 @@ def test_what_falls_under_its_own_weight_is_not_shown_as_pushed():
 
 
 def test_the_last_iteration_of_what_did_not_converge_is_called_no_result(small_model):
-    settings = bs.ProcedureSettings(max_programs=3)
+    settings = bs.ProcedureSettings(schedule=bs.FictitiousSchedule(max_programs=3))
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
     result = bs.AnalysisManager(small_model, settings=settings).run([case])["push"]
     assert result.status == "not_converged"

@@ -105,7 +105,7 @@ def test_of_two_checks_of_a_case_the_one_that_governs_is_shown(stands):
 
 def test_runs_that_drift_are_not_those_the_number_is_the_lowest_of(small_model):
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
-    settings = bs.ProcedureSettings(patience=3, load_factor_tolerance=1e-15)
+    settings = bs.ProcedureSettings(schedule=bs.FictitiousSchedule(patience=3, load_factor_tolerance=1e-15))
     found = bs.AnalysisManager(small_model, settings=settings).run([case], spread=["slow", "loading path"])
     spread = found.spread("push")
     assert (spread.certified, len(spread.headline.drifting)) == (3, 2)

@@ -92,6 +92,8 @@ def range_text(ends: tuple[float, float] | None, answer: Answer) -> str:
     if ends is None:
         return ""
     low, high = answer.ends(ends)
+    if low == high:
+        return "the same by other steps and joint stiffness"
     return f"{low} to {high} by step length and joint stiffness"
 
 
