@@ -61,7 +61,7 @@ def small_analysis(small_model: bs.Model, small_cases: list[bs.LimitCase]) -> bs
 def every_schedule(small_model: bs.Model, dead: bs.LoadPattern) -> bs.Analysis:
     """The small wall by every schedule, which takes seconds."""
     case = bs.LimitCase("push", dead, bs.LoadPattern("push", [bs.BodyForce((1, 0, 0))]))
-    return bs.AnalysisManager(small_model).run([case], spread=True)
+    return bs.AnalysisManager(small_model).run([case], spread=["path", "paper"])
 
 
 @pytest.fixture

@@ -52,7 +52,7 @@ def test_single_block(rocking):
     assert float(curve["d0"]) == pytest.approx(0.15, rel=1e-5)
     assert rocking.status == "converged"
     assert rocking.load_factor == pytest.approx(0.2, rel=1e-6)
-    assert "the load factor is zero" in rocking.message
+    assert "the load factor is zero" in rocking.curve_ended
 
 
 def test_energy_and_certificates(rocking):
@@ -141,7 +141,7 @@ def test_three_hinges(steps):
         assert alpha == pytest.approx(dz / dx, abs=1e-3)
     # The weight of the upper panel has come behind M: without the restraint no push holds both panels.
     assert float(curve["load_factor"][-1]) < 0.03
-    assert "the method ends" in result.message
+    assert "the method ends" in result.curve_ended
     assert np.isnan(curve["d0"])
     assert curve["energy_error"].max() < 1e-3
 
@@ -296,7 +296,7 @@ def test_rounded_corners(parts):
     assert curve["load_factor"].to_numpy() == pytest.approx((x * c - z * s) / (x * s + z * c + r), abs=1e-6)
     # The state at rest is that of sharp corners, as of any limit case.
     assert result.load_factor == pytest.approx(b / h, rel=1e-6)
-    assert "load factor is zero" in result.message
+    assert "load factor is zero" in result.curve_ended
     assert curve["energy_error"].max() < 1e-3
     assert curve["penetration"].max() < 1e-5
 
@@ -357,8 +357,8 @@ def test_a_control_point_at_rest_has_no_curve(direction):
     assert result.status == "converged"
     assert result.load_factor == pytest.approx(0.2, rel=1e-6)
     assert result.capacity is None
-    assert "does not move along" in result.message
-    assert "block 'tall' moves furthest, along (0.981, 0, 0.196)" in result.message
+    assert "does not move along" in result.curve_ended
+    assert "block 'tall' moves furthest, along (0.981, 0, 0.196)" in result.curve_ended
 
 
 def test_a_control_point_that_comes_back():
@@ -373,9 +373,9 @@ def test_a_control_point_that_comes_back():
     curve, angle = result.capacity, np.arctan(0.2)
     assert float(curve["d0"]) == pytest.approx(1.5 * np.cos(angle) + 0.2 * np.sin(angle) - 1.5, rel=1e-3)
     assert 10 <= curve.sizes["step"] <= 30
-    assert "where the control point at block 'block' stands still or goes back" in result.message
+    assert "where the control point at block 'block' stands still or goes back" in result.curve_ended
     # Its centroid is above the toe.
-    assert "block 'block' moves furthest, along (1, 0, " in result.message
+    assert "block 'block' moves furthest, along (1, 0, " in result.curve_ended
 
 
 @pytest.mark.parametrize("point", [(5, 5, 50), (0.15, 0.5, 1.51), (-0.01, 0.5, 1)])
@@ -542,7 +542,7 @@ def test_a_push_that_meets_a_stop():
     ]
     result = run(model_of(blocks, bs.JointMaterial("dry", 0.3)), "block", steps=8)
     assert 0.05 < float(result.capacity["displacement"][-1]) < 0.1
-    assert "or the push meets what it cannot move; and the method ends" in result.message
+    assert "or the push meets what it cannot move; and the method ends" in result.curve_ended
 
 
 @pytest.mark.slow
@@ -573,7 +573,7 @@ def test_a_loose_unit_that_falls_ends_the_curve(steps):
     curve = result.capacity
     assert np.isnan(curve["d0"])
     assert float(curve["displacement"][-1]) > 0.1
-    assert result.message.endswith("and the method ends")
+    assert result.curve_ended.endswith("and the method ends")
     assert float(curve["falling"].where(curve["dropped"] == 0).max()) < 10 * result.load_factor
 
 
@@ -587,9 +587,9 @@ def test_what_is_doubtful_in_a_curve_is_told(rocking):
     ]
     result = run(model_of(blocks, bs.JointMaterial("dry", 0.2)), "block", steps=20)
     top = float(result.capacity["load_factor"].max())
-    assert f"the load factor rises from 0.2 to {top:.4g} at a displacement of 100 mm" in result.message
-    assert "the load factor jumps from 0.2 to" in result.message
-    assert "slip and catch" in result.message
+    assert f"the load factor rises from 0.2 to {top:.4g} at a displacement of 100 mm" in result.curve_ended
+    assert "the load factor jumps from 0.2 to" in result.curve_ended
+    assert "slip and catch" in result.curve_ended
 
 
 @pytest.mark.slow
@@ -600,5 +600,5 @@ def test_a_hinge_that_leaps_is_told():
     result = run(model_of(blocks, bs.JointMaterial("dry", 0.7)), crown, steps=12)
     alpha = result.capacity["load_factor"].to_numpy()
     assert alpha[1:].min() < 0.6 * alpha[0]
-    assert "the load factor jumps from" in result.message
-    assert "run it with other steps and compare" in result.message
+    assert "the load factor jumps from" in result.curve_ended
+    assert "run it with other steps and compare" in result.curve_ended

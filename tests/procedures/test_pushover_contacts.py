@@ -26,7 +26,7 @@ def test_a_stop_is_met_whatever_the_steps(at, steps):
     ]
     result = run(model_of(blocks, SMOOTH), "block", steps=steps)
     assert float(result.capacity["displacement"][-1]) == pytest.approx(at - 0.6, rel=2e-2)
-    assert "the push meets what it cannot move" in result.message
+    assert "the push meets what it cannot move" in result.curve_ended
 
 
 def test_blocks_that_come_towards_each_other_meet():
@@ -165,8 +165,8 @@ def test_no_curve_where_the_interface_is_smaller_than_faces(rounding):
     result = run(model, "block", corner_rounding=rounding)
     assert result.load_factor == pytest.approx(0.125, rel=1e-6)
     assert result.capacity is None
-    assert "would begin at a load factor of 0.25, above the 0.125 of the collapse state" in result.message
-    assert "faces larger than its interfaces" in result.message
+    assert "would begin at a load factor of 0.25, above the 0.125 of the collapse state" in result.curve_ended
+    assert "faces larger than its interfaces" in result.curve_ended
 
 
 def test_no_curve_where_blocks_touch_without_an_interface():
@@ -181,7 +181,7 @@ def test_no_curve_where_blocks_touch_without_an_interface():
     result = run(bs.Model("heads", blocks, left), "slender")
     assert result.load_factor == pytest.approx(0.25, rel=1e-6)
     assert result.capacity is None
-    assert "forces at slender|stout, where the model has no interface" in result.message
+    assert "forces at slender|stout, where the model has no interface" in result.curve_ended
 
 
 @pytest.mark.parametrize(

@@ -90,5 +90,5 @@ def test_what_a_long_step_opens_is_no_drop(steps):
 def test_few_steps_are_given_time():
     """Steps that grow again behind what happened are as many, whatever was asked for."""
     result = cracked(5)
-    assert "blocks fall" in result.message
+    assert "blocks fall" in result.curve_ended
     assert float(result.capacity["load_factor"][-1]) < 0.02

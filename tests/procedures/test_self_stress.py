@@ -2,7 +2,6 @@
 
 import math
 import warnings
-from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -10,13 +9,12 @@ import pytest
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.analysis import IterationDone
-from blockstruct.limit import ConicProgram, LimitProblem
+from blockstruct.limit import ConicProgram, LimitProblem, scheduled
 from blockstruct.limit.friction import true_sliding
 from blockstruct.procedures.loading_path import loading_path
 from blockstruct.procedures.step import solve_step
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Statics
-from blockstruct.views.report import report_html
 from structures import model_of, push, single_block, solve
 
 STONE = bs.Material("stone", "20 kN/m^3")
@@ -68,7 +66,7 @@ def test_the_dead_load_of_a_flat_lintel_hangs_on_self_stress(blocks, load):
     result = solve(model, load, "nonassociative")
     assert result.status == "depends_on_self_stress"
     assert math.isnan(result.load_factor)
-    assert "self-stress" in result.message
+    assert result.outcome.reason is bs.Reason.DEAD_LOAD_COLLAPSES
     # The proof is a collapse state of the whole dead load: friction does as much work as the falling blocks.
     assert result.certificate.holds
     assert result.history.stage[-1] == "dead_load"
@@ -85,7 +83,9 @@ def test_the_dead_load_of_a_flat_lintel_hangs_on_self_stress(blocks, load):
 @pytest.mark.parametrize("schedule", list(bs.SCHEDULES))
 def test_no_schedule_converges_below_zero(blocks, load, schedule):
     """Another path may end in a state of more self-stress; then the result warns."""
-    result = solve(lintel(blocks), load, "nonassociative", **bs.SCHEDULES[schedule])
+    settings = scheduled(bs.ProcedureSettings(), schedule)
+    case = bs.LimitCase("case", bs.LoadPattern("dead", [bs.SelfWeight()]), load, "nonassociative")
+    result = bs.AnalysisManager(lintel(blocks), settings=settings).run([case])["case"]
     assert result.status != "converged" or (result.load_factor > 0 and result.warnings)
 
 
@@ -94,57 +94,17 @@ def test_headline_and_spread_say_that_the_dead_load_depends_on_self_stress():
     spread = bs.AnalysisManager(lintel(3)).run([case], spread="steep").spread("more")
     assert spread.headline.status == "depends_on_self_stress"
     assert math.isnan(spread.load_factor)
-    assert str(spread).startswith("none, depends on self stress")
 
 
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
-def test_a_spread_without_a_number_warns_of_none(blank_pictures):
-    """The shift is certified at 2.043: what it warns of was told of “this load factor”, beside none."""
+def test_another_schedule_gives_no_number_to_a_case_without_one():
+    """The shifted objective is certified at 2.043 where the dead load depends on self-stress."""
     case = bs.LimitCase("more", bs.LoadPattern("dead", [bs.SelfWeight()]), MORE_WEIGHT)
-    analysis = bs.AnalysisManager(lintel(1)).run([case], spread="shift")
-    spread = analysis.spread("more")
-    assert spread.runs["shift"].status == "converged"
-    assert spread.runs["shift"].warnings
+    spread = bs.AnalysisManager(lintel(1)).run([case], spread="shifted").spread("more")
+    assert spread.runs["shifted"].status == "converged"
+    assert spread.runs["shifted"].warnings
     assert math.isnan(spread.load_factor)
     assert spread.warnings == spread.owed == ()
-    assert "warning" not in str(spread)
-    html = report_html(analysis)
-    assert "<td>holds</td>" in html
-    assert "“more” depends on self stress." in html
-    assert "This load factor" not in html[: html.index("Spread of more")]
-
-
-@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
-def test_the_shift_alone_is_not_relied_on_above_runs_that_drift():
-    """It ends at 2.5 on blocks that hang by self-stress, five times what two other certified runs found."""
-    case = bs.LimitCase("push", bs.LoadPattern("dead", [bs.SelfWeight()]), push(0, 1, 0))
-    jambs = [
-        bs.Block.box(n, Q_([x, 0, -0.5], "m"), Q_([1, 1, 1.5], "m"), STONE, fixed=True)
-        for n, x in (("left", -1), ("right", 2))
-    ]
-    hung = [bs.Block.box(f"{i}", Q_([i / 2, 0, 0], "m"), Q_([0.5, 1, 1], "m"), STONE) for i in range(4)]
-    model = model_of([*jambs, *hung], bs.JointMaterial("dry", 0.6))
-    spread = bs.AnalysisManager(model).run([case], spread=["steep", "shift"]).spread("push")
-    ends = {name: run.load_factor for name, run in spread.runs.items()}
-    assert [name for name, run in spread.runs.items() if run.settled] == ["shift"]
-    assert ends["shift"] > 3 * ends["as given"]
-    assert spread.load_factor == spread.lowest.load_factor == min(ends.values())
-    assert spread.highest is spread.runs["shift"]
-    assert "lowest of 3 of 3 schedules certified, all but the shift still drifting, up to 2.5" in str(spread)
-    assert spread.headline.among == "the lowest of 3 certified runs, of which none but the shift had settled"
-    # Beside a path that settled it is one of several.
-    steep = replace(spread.runs["steep"], message="the certificate holds", load_factor=0.5)
-    beside = bs.results.Spread.of({**spread.runs, "steep": steep}, None)
-    assert beside.load_factor == 0.5
-    assert "1 more still drifting" in str(beside)
-
-
-@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
-def test_the_table_of_a_spread_has_no_certificate_where_there_is_none(blank_pictures):
-    """Of forces that the joints carry without end it said that their certificate does not hold."""
-    case = bs.LimitCase("lift", bs.LoadPattern("dead", [bs.SelfWeight()]), push(1, 0, 0))
-    html = report_html(bs.AnalysisManager(lintel(1)).run([case], spread="shift"))
-    assert html.count("<td>unbounded</td><td>none</td>") == 3
 
 
 @pytest.mark.filterwarnings("ignore:case 'case'. Friction between supports:blockstruct.errors.LoadFactorWarning")
@@ -185,7 +145,7 @@ ON_PIER = bs.LoadPattern("on the pier", [bs.PointLoad("pier", Q_([10, 1, 2], "m"
 @pytest.mark.parametrize("procedure", ["fictitious", "shifted"])
 def test_a_hung_block_is_told_beside_one_that_bounds_the_load(load, alpha, procedure):
     """A pier that falls by itself made the load factor finite, and all warnings of the block go."""
-    with pytest.warns(bs.errors.LoadFactorWarning, match=r"may hold blocks under the dead load, or may not \(hung\)"):
+    with pytest.warns(bs.errors.LoadFactorWarning, match="holds hung under the dead load"):
         result = solve(beside(cube("hung", 0, 1), PIER), load, "nonassociative", procedure=procedure)
     assert result.load_factor == pytest.approx(alpha, rel=1e-4)
     assert len(result.warnings) == 1
@@ -196,19 +156,14 @@ def test_a_hung_block_is_told_where_no_load_causes_collapse():
     """Pushed against a jamb by itself: any multiple is carried, and it may fall before."""
     result = solve(beside(cube("hung", 0, 1)), push(1, 0, 0), "nonassociative")
     assert result.status == "unbounded"
-    assert any("may not (hung)" in text for text in result.warnings)
+    assert result.hung == ("hung",)
 
 
-def test_a_loading_path_without_a_state_under_dead_load_is_told(small_analysis):
-    """It was said in the message alone, and the case listed as converged."""
+def test_a_loading_path_without_a_state_under_dead_load_says_so():
     followed = loading_path(SimpleNamespace(dead_load=None), 1.0, bs.ProcedureSettings(), None)
     with pytest.raises(StopIteration) as stop:
         next(followed)
-    why, found = stop.value.value
-    assert found is None
-    result = next(r for r in small_analysis.values() if r.case.flow == "nonassociative")
-    (said,) = replace(result, message=f"{why}; {result.message}").warnings
-    assert "found no state under dead load" in said
+    assert stop.value.value == (bs.PathEnd.NO_DEAD_LOAD_STATE, None)
 
 
 def test_blocks_that_others_hang_on_are_not_told():
@@ -236,9 +191,8 @@ def test_a_jammed_block_is_told_beside_one_that_bounds_the_load(load):
         result = bs.AnalysisManager(bs.Model("model", model.blocks, joints)).run([case])["case"]
     assert result.associative_load_factor == pytest.approx(1.0, rel=1e-6)
     assert result.status == "converged"
-    found = ["no load factor moves some blocks (stuck)" in str(w.message) for w in caught]
-    assert found == ([True] if load[1] else [])
-    assert [any("(stuck)" in text for text in result.warnings)] == [bool(load[1])]
+    assert result.jammed == (("stuck",) if load[1] else ())
+    assert len(caught) == len(result.warnings) == bool(load[1])
 
 
 def test_a_problem_is_the_sum_of_its_groups():
@@ -273,7 +227,7 @@ def test_an_ordinary_load_factor_does_not_warn(small_analysis):
 @pytest.mark.parametrize(("share", "mu"), [(0.1, 0.4), (0.3, 0.4), (0.3, 0.65), (0.5, 0.65)])
 def test_a_load_inside_the_friction_cone_is_recognised_early(share, mu):
     """Pushed down by more than friction needs: it ended after 60 programs and more, as not converged, at −0.857."""
-    with pytest.warns(bs.errors.LoadFactorWarning, match="grew without limit"):
+    with pytest.warns(bs.errors.LoadFactorWarning, match="grows without limit"):
         result = solve(model_of(*single_block(1.0, 1.0, mu=mu)), push(share, 0, -1), "nonassociative")
     assert result.status == "unbounded"
     assert result.load_factor == math.inf
@@ -303,21 +257,25 @@ def test_a_load_factor_of_zero_is_not_negative():
 
 
 def test_programs_are_counted_as_recorded(small_model):
-    result = solve(small_model, push(1, 0, 0), "nonassociative", max_programs=6, gap_tolerance=1e-12)
+    result = solve(
+        small_model, push(1, 0, 0), "nonassociative", procedure="fictitious", max_programs=6, gap_tolerance=1e-12
+    )
     assert result.status == "not_converged"
-    assert f"no certificate in {result.n_iterations} programs (limit 6" in result.message
+    assert (result.outcome.reason, result.outcome.programs) == (bs.Reason.NO_CERTIFICATE, result.n_iterations)
 
 
 def test_what_has_not_converged_keeps_its_best_admissible_state(small_model):
-    result = solve(small_model, push(1, 0, 0), "nonassociative", max_programs=8, gap_tolerance=1e-12)
+    result = solve(
+        small_model, push(1, 0, 0), "nonassociative", procedure="fictitious", max_programs=8, gap_tolerance=1e-12
+    )
     state = result.admissible_state
     assert math.isnan(result.load_factor)
     assert result.admissible_load_factor == state.load_factor
     # It is admissible, not a collapse state, and none of the others misses the flow rule less.
-    assert state.certificate.yield_excess <= result.settings.yield_tolerance
+    assert state.certificate.yield_excess <= result.settings.numerics.yield_tolerance
     assert not state.certificate.holds
     h = result.history
-    inside = (h.yield_excess <= result.settings.yield_tolerance) & (h.equilibrium_residual <= 1e-6)
+    inside = (h.yield_excess <= result.settings.numerics.yield_tolerance) & (h.equilibrium_residual <= 1e-6)
     assert state.certificate.flow_rule_gap == h.flow_rule_gap.where(inside).min().item()
     assert state.load_factor <= result.associative_load_factor * (1 + 1e-9)
 

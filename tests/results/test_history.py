@@ -74,7 +74,7 @@ def test_the_schedule_is_recorded(result):
     steps = history.where(history.stage == "nonassociative", drop=True)
     expected = np.maximum(s.cohesion * s.cohesion_decay ** np.arange(steps.sizes["iteration"]), s.cohesion_min)
     assert steps.schedule_cohesion.to_numpy() == pytest.approx(expected)
-    assert steps.schedule_slope[0] == s.slope
+    assert steps.schedule_slope[0] == s.schedule.slope
     # The recorded condition is the one the forces obey.
     f = history.contact_force
     shear = np.hypot(f.sel(component="s"), f.sel(component="t"))

@@ -20,7 +20,7 @@ from blockstruct.statics import Statics
 from blockstruct.storage import is_unfinished
 from killed_runs import cases, check_resumed, kill_at_random, wall
 from processes import FRESH
-from structures import SELF_WEIGHT, model_of, push
+from structures import SELF_WEIGHT, model_of, push, settings_of
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def test_resume_after_any_iteration(tmp_path, whole, at):
     check_resumed(path, whole)
 
 
-def interrupt_after(path, at, *, error=RuntimeError):
+def interrupt_after(path, at, *, error=RuntimeError, procedure="loading path"):
     """Run the wall and leave it by an error, as if killed, after so many iterations."""
     seen = []
 
@@ -60,7 +60,7 @@ def interrupt_after(path, at, *, error=RuntimeError):
             raise error
 
     with contextlib.suppress(RuntimeError):
-        bs.AnalysisManager(wall(), path, listeners=[stop]).run(cases())
+        bs.AnalysisManager(wall(), path, listeners=[stop], settings=settings_of(procedure=procedure)).run(cases())
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +101,7 @@ def test_every_procedure_is_replayed(settings, solver):
     blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.2 m", material=tuff)
     model = model_of(blocks, bs.JointMaterial("soft", 0.65, compressive_strength="60 kPa"))
     case = bs.LimitCase("sideways", SELF_WEIGHT, push(1, 0, 0))
-    settings = bs.ProcedureSettings(**settings)
+    settings = settings_of(**{"procedure": "fictitious"} | settings)
     statics = Statics.of(model)
     problem = LimitProblem.of(statics, case)
 
@@ -131,7 +131,7 @@ def test_every_procedure_is_replayed(settings, solver):
 
 def test_resume_solves_nothing_twice(tmp_path, monkeypatch):
     path = tmp_path / "wall.h5"
-    interrupt_after(path, 6)
+    interrupt_after(path, 6, procedure="fictitious")
     solved = []
     solve = ClarabelSolver.solve
     monkeypatch.setattr(ClarabelSolver, "solve", lambda *words: solved.append(words) or solve(*words))
@@ -241,7 +241,7 @@ def test_a_killed_run_is_not_replaced_unasked(tmp_path):
 
 def test_iterations_of_another_procedure_are_not_gone_on_with(tmp_path):
     path = tmp_path / "wall.h5"
-    interrupt_after(path, 6, error=KeyboardInterrupt)
+    interrupt_after(path, 6, error=KeyboardInterrupt, procedure="fictitious")
     stored = bs.open_analysis(path)
     history = stored["sideways"].history
     other = history.assign(schedule_cohesion=history.schedule_cohesion.copy(data=2 * history.schedule_cohesion.values))
@@ -281,7 +281,7 @@ def test_a_damaged_record_ends_what_is_recovered(tmp_path, whole, killed, damage
     journal.write_bytes(b"".join(damage(records(journal))))
     found = bs.recover(path)["sideways"]
     assert found.n_iterations == left
-    assert f"in record {left + 1 if left else 0}, which is left out with all behind it" in found.message
+    assert f"in record {left + 1 if left else 0}, which is left out with all after it" in found.damage
     check_resumed(path, whole)
 
 
@@ -293,7 +293,7 @@ def test_a_lost_last_record_is_an_earlier_state(tmp_path, whole, killed):
     journal.write_bytes(b"".join(records(journal)[:-1]))
     found = bs.recover(path)["sideways"]
     assert found.n_iterations == before - 1
-    assert f"killed after {before - 1} iterations" in found.message
+    assert (found.outcome.reason, found.n_iterations) == (bs.Reason.KILLED, before - 1)
     check_resumed(path, whole)
 
 
@@ -305,7 +305,7 @@ def test_an_edited_ending_is_not_taken_over(tmp_path, whole, killed):
     journal.write_bytes(journal.read_bytes().replace(b'"status": "converged"', b'"status": "unbounded"'))
     found = bs.recover(path)["upper"]
     assert found.status == "interrupted"
-    assert "0.journal does not match its checksum" in found.message
+    assert "0.journal does not match its checksum" in found.damage
     check_resumed(path, whole)
 
 

@@ -11,7 +11,7 @@ import blockstruct as bs
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "file-format.md").read_text(encoding="utf-8")
-SCHEMA = json.loads((ROOT / "schemas" / "analysis-1.json").read_text(encoding="utf-8"))
+SCHEMA = json.loads((ROOT / "schemas" / "analysis-2.json").read_text(encoding="utf-8"))
 KINDS = {"float": {"const": "f"}, "integer": {"enum": ["i", "u"]}, "text": {"const": "text"}}
 
 
