@@ -108,8 +108,8 @@ def main() -> None:
         )
         if name.startswith("wall"):
             growth.append((blocks, count, along, seconds))
-        if "loading path)" not in outcome.message:
-            print(f"{'':<16}{outcome.message}")
+        if outcome.stands_in or not outcome.settled:
+            print(f"{'':<16}{outcome}")
     if len(growth) > 1:
         logs = np.log(growth)
         exponents = (logs[-1] - logs[0])[1:] / (logs[-1] - logs[0])[0]

@@ -52,7 +52,7 @@ def measured(model: bs.Model, direction: tuple[int, int, int], steps: int) -> st
     case = seconds(lambda: manager.run([bound]))
     found: list[bs.CaseResult] = []
     spent = seconds(lambda: found.append(manager.run([pushover])["push"]), 1) - seconds(lambda: manager.run([limit]), 1)
-    curve, ended = found[0].capacity, found[0].message.rpartition("pushover: ")[2]
+    curve, ended = found[0].capacity, found[0].curve_ended
     means = (float(curve[name].mean()) for name in ("programs", "solver_iterations"))
     return "{:>8}{:>10.2f}{:>12.1f}{:>8.1f}{:>8.1f}  {}".format(
         curve.sizes["step"], *means, spent / solver, spent / case, ended

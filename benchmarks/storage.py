@@ -22,7 +22,7 @@ from wall_40x60 import peak_memory, wall
 
 import blockstruct as bs
 from blockstruct.analysis.recorder import Recorder
-from blockstruct.limit import LimitProblem
+from blockstruct.limit import LimitProblem, Outcome
 from blockstruct.results import history_of
 from blockstruct.statics import Statics
 from blockstruct.storage import Checkpoint
@@ -145,10 +145,8 @@ def made_up(model: bs.Model, iterations: int) -> bs.CaseResult:
         model=model,
         case=CASE,
         settings=bs.ProcedureSettings(),
-        status=bs.Status.INTERRUPTED,
-        load_factor=np.nan,
+        outcome=Outcome(bs.Status.INTERRUPTED, np.nan, bs.Reason.NOT_BEGUN),
         certificate=None,
-        message="made up",
         history=xr.Dataset(data, coords, history.attrs),
         started_at="",
         duration=0.0,

@@ -89,10 +89,8 @@ def main() -> None:
         model=model,
         case=case,
         settings=settings,
-        status=outcome.status,
-        load_factor=outcome.load_factor,
+        outcome=outcome,
         certificate=iterations[-1].certificate,
-        message=outcome.message,
         history=history,
         started_at="",
         duration=whole,
@@ -112,7 +110,7 @@ def main() -> None:
     print(f"  file {stored:.1f} MB, raw history {history.nbytes / 1e6:.1f} MB")
     print(f"  peak memory {peak_memory():.2f} GB (limit 1.5)")
     print("\nwhole non-associative analysis")
-    print(f"  {outcome.status}: {outcome.message}; load factor {outcome.load_factor:.6f}")
+    print(f"  {outcome.status}, {outcome.reason}; load factor {outcome.load_factor:.6f}")
     print(f"  {len(iterations)} iterations and the dead-load program, {whole:.1f} s, {in_solver:.1f} s in their solver")
     print(f"  {whole / solve:.1f} associative solves (limit 20)")
 

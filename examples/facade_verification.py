@@ -16,12 +16,12 @@ def main(folder: Path | None = None) -> bs.assess.LocalMechanismCheck:
     dead = bs.LoadPattern("dead", [bs.SelfWeight()])
     push = bs.LoadPattern("push -y", [bs.BodyForce("-y")])
     case = bs.LimitCase("out of plane", dead=dead, variable=push)
-    analysis = bs.AnalysisManager(model).run([case], spread=["steep", "shift"])
+    analysis = bs.AnalysisManager(model).run([case], spread=True)
     spread = analysis.spread("out of plane")
 
     site = bs.assess.ntc_spectrum(ag=Q_(0.15, "g_0"), F0=2.4, Tc=Q_(0.3, "s"), soil="B")
     edge = Q_([[0, 0, 0], [5, 0, 0]], "m")
-    (body,) = spread.lowest.macro_blocks
+    (body,) = spread.given.macro_blocks
     hand = bs.assess.overturning(model, case, body, edge, compressive_strength=Q_(2, "MPa"))
     check = bs.assess.local_mechanism(spread, spectrum=site, knowledge_level="LC2", method="displacement", beside=hand)
     if folder is not None:

@@ -1,7 +1,7 @@
 """A façade pushed out of its plane: how much its sidewalls hold, bonded in or butted against it.
 
 The façade and two sidewalls are one call; the push is along −y, away from the sidewalls. Associative flow bounds the
-answer from above and is unique; that without dilatancy is one certified collapse state, which depends on the schedule.
+load factor from above. Without dilatancy it is the one that the loading path ends at.
 """
 
 import blockstruct as bs
