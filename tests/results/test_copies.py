@@ -36,7 +36,7 @@ def test_so_is_one_that_was_read(small_analysis, tmp_path, again):
 
 @ways()
 def test_so_is_a_spread(small_analysis, again):
-    spread = bs.Spread.of({"as given": next(iter(small_analysis.values()))}, None)
+    spread = bs.Spread({"as given": next(iter(small_analysis.values()))}, None)
     assert str(again(spread)) == str(spread)
     with pytest.raises(TypeError):
         again(spread).runs["another"] = None

@@ -29,7 +29,7 @@ def ending(whole, n):
     curve = result.capacity.assign(d0=((), np.nan, result.capacity["d0"].attrs))
     curve = curve.isel(step=slice(n), contact=np.flatnonzero(curve["step_of_contact"] < n))
     curve.attrs["ended"] = "blocks fall"
-    return whole.replaced(results={"push": replace(result, capacity=curve)})
+    return whole.replaced(results={"push": replace(result, capacity=curve, curve_ended="blocks fall")})
 
 
 def test_the_same_curve_in_half_the_steps(rocking):

@@ -129,9 +129,9 @@ def test_what_blocks_carry_counts_as_in_the_mass_that_takes_part():
 def test_a_result_describes_itself_even_without_a_mechanism():
     blocks, joint = single_block(1.0, 2.0)
     model = model_of(blocks, joint)
-    assert solve(model, push(1, 0, 0)).describe().startswith("case: converged, load factor 0.5")
+    assert solve(model, push(1, 0, 0)).describe().startswith("case: collapses at load factor 0.5")
     lifted = solve(model, push(0, 0, -1))
-    assert "unbounded, load factor infinite (" in lifted.describe()
+    assert lifted.describe().startswith("case: never collapses")
     assert "bod" not in lifted.describe()
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import blockstruct as bs
-from structures import solve
+from structures import push, solve
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +23,7 @@ def test_every_iteration_is_there(result):
         "axis": 3,
         "interface_corner": 4 * history.sizes["interface"],
     }
-    assert list(history.stage.to_numpy()[[0, 1, -1]]) == ["associative", "nonassociative", "admissible"]
+    assert list(history.stage.to_numpy()[[0, 1, -1]]) == ["associative", "loading_path", "admissible"]
     assert history.load_factor[-1] == pytest.approx(result.load_factor, rel=1e-12)
     assert (history.solver_status == "solved").all()
     assert (history.solver_iterations > 3).all()
@@ -68,11 +68,13 @@ def test_contact_points_are_selected_by_their_interface(result):
     assert force.sizes["contact_point"] == 4
 
 
-def test_the_schedule_is_recorded(result):
+def test_the_schedule_is_recorded(small_model):
+    result = solve(small_model, push(1, 0, 0), "nonassociative", procedure="fictitious")
     history, s = result.history, result.settings
     force = history.contact_force_unit
     steps = history.where(history.stage == "nonassociative", drop=True)
-    expected = np.maximum(s.cohesion * s.cohesion_decay ** np.arange(steps.sizes["iteration"]), s.cohesion_min)
+    decay = s.schedule.c0_decay ** np.arange(steps.sizes["iteration"])
+    expected = np.maximum(s.schedule.c0 * decay, s.schedule.c0_min)
     assert steps.schedule_cohesion.to_numpy() == pytest.approx(expected)
     assert steps.schedule_slope[0] == s.schedule.slope
     # The recorded condition is the one the forces obey.

@@ -123,7 +123,7 @@ def test_every_procedure_is_replayed(settings, solver):
         assert same.status == outcome.status
         # To the tolerance of the certificate: forces go through SI units, and the last bit of a force can decide which
         # of many equally good ones a program takes.
-        np.testing.assert_allclose(same.load_factor, outcome.load_factor, rtol=settings.gap_tolerance)
+        np.testing.assert_allclose(same.load_factor, outcome.load_factor, rtol=settings.numerics.gap_tolerance)
         for before, now in zip(iterations[:at], again, strict=False):
             assert (before.stage, before.solver_status, before.c0) == (now.stage, now.solver_status, now.c0)
             np.testing.assert_allclose(now.x, before.x, rtol=1e-12, atol=1e-12)

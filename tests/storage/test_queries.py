@@ -231,7 +231,7 @@ def test_two_analyses(small_analysis, small_model, small_cases):
     assert not row["same_question"]
     expected = other[NAME].load_factor / small_analysis[NAME].load_factor - 1
     assert row["relative_difference"] == pytest.approx(expected)
-    assert "schedule slope 0.3, other 0.2" in str(found)
+    assert "schedule_slope 0.3, other 0.2" in str(found)
     block = model_of(*single_block(0.5, 1.0))
     case = bs.LimitCase(NAME, SELF_WEIGHT, push(0, 0, -1), "associative")
     unbounded = bs.AnalysisManager(block).run([case])

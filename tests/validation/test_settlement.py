@@ -138,7 +138,7 @@ def test_a_support_that_is_not_needed_keeps_nothing(flow):
     down = settle(model, ["middle"], "-z", flow=flow)
     assert down.status == "converged"
     assert abs(down.reaction.magnitude) < 1e-6 * WEIGHT
-    assert down.certificate.flow_rule_gap_limit == pytest.approx(1e-3 * down.settings.gap_tolerance, rel=1e-6)
+    assert down.certificate.flow_rule_gap_limit == pytest.approx(1e-3 * down.settings.numerics.gap_tolerance, rel=1e-6)
     # The middle alone carries the beam at most: the other two then carry nothing, and the beam stands on it.
     np.testing.assert_allclose(down.reaction_range.magnitude, [0, WEIGHT], atol=1e-6 * WEIGHT)
     up = settle(model, ["middle"], "+z", flow=flow)
@@ -179,7 +179,7 @@ def test_the_reaction_of_a_pebble_beside_a_beam_is_as_exact():
     ]
     found = settle(model_of([*beam().blocks, *pebble], bs.JointMaterial("joint", 0.6)), ["slab"], "-z")
     assert found.reaction.magnitude == pytest.approx(20e3 * size**3, rel=1e-6)
-    assert found.certificate.flow_rule_gap_limit <= 1.01 * found.settings.gap_tolerance * -found.load_factor
+    assert found.certificate.flow_rule_gap_limit <= 1.01 * found.settings.numerics.gap_tolerance * -found.load_factor
 
 
 def test_supports_settle_as_one_body():

@@ -106,7 +106,7 @@ class WithAndWithout:
 
     def __str__(self) -> str:
         return "\n".join(
-            f"{name}: {tied.headline} with ties, {self.without_ties[name].headline} without"
+            f"{name}: {tied.headline.number} with ties, {self.without_ties[name].headline.number} without"
             for name, tied in self.with_ties.items()
         )
 

@@ -85,7 +85,8 @@ def certificate(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
     for name, (label, colour, marker) in MEASURES.items():
         values = np.maximum(history[name].to_numpy(), _FLOOR)
         ax.semilogy(values, color=colour, marker=marker, markersize=3.5, lw=1, label=label)
-        limit = history["flow_rule_gap_limit"][-1] if name == "flow_rule_gap" else getattr(settings, _tolerance(name))
+        is_gap = name == "flow_rule_gap"
+        limit = history["flow_rule_gap_limit"][-1] if is_gap else getattr(settings.numerics, _tolerance(name))
         ax.axhline(float(limit), color=colour, lw=0.9, ls=(0, (5, 3)), zorder=0)
     _iterations(ax, result)
     ax.set_ylabel("certificate [-]")
