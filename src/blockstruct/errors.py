@@ -92,6 +92,10 @@ class UnverifiedWarning(UserWarning):
     """A file is read although its seal does not match: nothing vouches for its numbers."""
 
 
+class FormatWarning(UserWarning):
+    """A file that other programs do not read as it is meant; write it anew."""
+
+
 class VersionWarning(UserWarning):
     """Numbers that other versions made are kept where a run is gone on with; the versions of each case tell which."""
 

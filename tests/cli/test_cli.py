@@ -413,7 +413,20 @@ def test_validate(call, file, tmp_path):
 def test_the_installed_command():
     command = Path(sys.executable).with_name("blockstruct")
     out = subprocess.run([command, "--help"], check=True, capture_output=True, text=True, timeout=60).stdout
-    names = ("demo", "run", "show", "history", "archive", "diff", "recover", "resume", "validate", "import", "check")
+    names = (
+        "demo",
+        "run",
+        "show",
+        "history",
+        "archive",
+        "diff",
+        "recover",
+        "resume",
+        "validate",
+        "migrate",
+        "import",
+        "check",
+    )
     for name in (*names, "view", "figures", "report", "Exit codes"):
         assert name in out
 

@@ -2,6 +2,7 @@
 
 import json
 import shlex
+import warnings
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -96,6 +97,16 @@ def resume(file: FileArgument, quiet: QuietOption = False) -> None:
     if not events:
         say(f"{file}: every case had ended, nothing was left to run")
     _report(analysis, file, written=killed or bool(events))
+
+
+@app.command()
+def migrate(file: FileArgument) -> None:
+    """Write an analysis file anew in its place, as this version writes it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", bs.errors.FormatWarning)
+        analysis = bs.open_analysis(file)
+    bs.save_analysis(analysis, file)
+    say(f"written: {file}")
 
 
 def _run(

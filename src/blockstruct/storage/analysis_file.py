@@ -19,7 +19,7 @@ from blockstruct.storage.case_group import group_name
 from blockstruct.storage.consistency import Finding
 from blockstruct.storage.file_outline import outline, plain
 from blockstruct.storage.lock import folder_of
-from blockstruct.storage.netcdf import read_group
+from blockstruct.storage.netcdf import dimension_number, read_group
 from blockstruct.storage.snapshot import Snapshot, Stamp
 from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
 
@@ -140,6 +140,16 @@ class AnalysisFile:
                 msg = f"{case}/history/load_factor: {values.dtype} {values.shape} is not a list of numbers"
                 raise FormatError(msg)
             return values[()]
+
+    def repeats_dimensions(self) -> bool:
+        """Return whether the numbers of dimensions begin anew in each group.
+
+        netCDF-4 wants one numbering of the whole file. Without it netCDF's own library reads arrays short.
+        """
+        with self.opened() as file:
+            numbers = {dimension_number(scale) for scale in member(file, "/model").values()} - {None}
+            histories = [f"{place}/history/iteration" for place in self.cases.values()]
+            return any(dimension_number(member(file, place)) in numbers for place in histories[:1])
 
     def _violations(self, place: str, found: dict[str, Any], part: str) -> list[Finding]:
         return [(placed(place, where), what) for where, what in violations(found, f"analysis-{self.major}", part)]

@@ -4,7 +4,7 @@ Written and read with h5py alone, because h5netcdf looks every dimension up by i
 with the square of the number of groups.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import count
 from types import MappingProxyType
 from typing import Any
@@ -21,6 +21,8 @@ _TEXT_TYPE, _ONE = h5py.h5t.py_create(_TEXT, logical=True), h5py.h5s.create(h5py
 _BARE = "This is a netCDF dimension but not a netCDF variable."
 #: Attribute of a group that names the coordinates which are not dimensions, as xarray reads and writes it.
 _COORDINATES = "coordinates"
+#: Attribute of a scale: the number of its dimension, which no other dimension of the file has.
+_DIMENSION = "_Netcdf4Dimid"
 _NUMBERS = count()
 
 
@@ -40,9 +42,10 @@ def netcdf_image(
         and take no space.
     """
     # libhdf5 takes two files of one name for the same, in other threads too.
-    with h5py.File(f"image-{next(_NUMBERS)}", "w", driver="core", backing_store=False) as file:
+    with h5py.File(f"image-{next(_NUMBERS)}", "w", driver="core", backing_store=False, track_order=True) as file:
+        numbers = count()
         for path, ds in tree.items():
-            _write(file if path == "/" else _created(file, path), ds, kept.get(path))
+            _write(file if path == "/" else _created(file, path), ds, kept.get(path), numbers)
         file.flush()
         return memoryview(file.id.get_file_image())
 
@@ -72,6 +75,12 @@ def read_values(ds: h5py.Dataset, key: Any = ()) -> Any:
     return ds.asstr()[key] if h5py.check_string_dtype(ds.dtype) else ds[key]
 
 
+def dimension_number(scale: h5py.Dataset) -> int | None:
+    """Return the number by which netCDF finds a dimension, if it has one."""
+    number = scale.attrs.get(_DIMENSION)
+    return None if number is None else int(number)
+
+
 def _is_own(attribute: str) -> bool:
     return not attribute.startswith("_") and attribute not in ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST")
 
@@ -88,13 +97,14 @@ def _created(file: h5py.File, path: str) -> h5py.Group:
     return parent
 
 
-def _write(group: h5py.Group, ds: xr.Dataset, kept: Sequence[int] | None) -> None:
+def _write(group: h5py.Group, ds: xr.Dataset, kept: Sequence[int] | None, numbers: Iterator[int]) -> None:
+    """Write a Dataset, whose dimensions take the next numbers of the file."""
     scales = {}
-    for number, (dim, size) in enumerate(ds.sizes.items()):
+    for dim, size in ds.sizes.items():
         name = str(dim)
         scales[name] = scale = _stored(group, name, ds.variables[dim].values if dim in ds.variables else None, size)
         scale.make_scale(name if dim in ds.variables else f"{_BARE}{size:10d}")
-        scale.attrs["_Netcdf4Dimid"] = np.int32(number)
+        scale.attrs[_DIMENSION] = np.int32(next(numbers))
     for key, variable in ds.variables.items():
         item = scales.get(str(key))
         if item is None:

@@ -1,6 +1,7 @@
 """Read an analysis."""
 
 import json
+import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from blockstruct.errors import BlockstructError, FormatError
+from blockstruct.errors import BlockstructError, FormatError, FormatWarning
 from blockstruct.model import LoadPattern, Model
 from blockstruct.results import Analysis, CaseResult, LazyHistory
 from blockstruct.storage.analysis_file import AnalysisFile, major, parameters_of, violated
@@ -60,8 +61,16 @@ def open_analysis(path: str | Path, *, verify: bool = True) -> Analysis:
     -----
     UnverifiedWarning
         If the seal of the file does not match.
+    FormatWarning
+        If the file was written before files were valid netCDF-4.
     """
-    return read_analysis(AnalysisFile(path, verify=verify))
+    file = AnalysisFile(path, verify=verify)
+    analysis = read_analysis(file)
+    if file.repeats_dimensions():
+        remedy = "bs.save_analysis(bs.open_analysis(path), path), or 'blockstruct migrate FILE'"
+        msg = f"{path}: netCDF's own library reads this file short; write it anew: {remedy}"
+        warnings.warn(msg, FormatWarning, stacklevel=2)
+    return analysis
 
 
 def planned_analysis(path: str | Path) -> Analysis:

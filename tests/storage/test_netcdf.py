@@ -1,0 +1,149 @@
+"""A stored analysis is netCDF-4: every reader finds the same variables, values, dimensions and units."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import h5py
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+import blockstruct as bs
+import studied
+from blockstruct.storage.lock import folder_of
+from structures import SELF_WEIGHT, block_on_a_bar, push
+
+OLD = Path(__file__).parents[1] / "data" / "analysis-1.0.h5"
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """Files with every kind of case, and the working file that a run keeps while it goes on."""
+    folder = tmp_path_factory.mktemp("netcdf")
+    bar, weak = block_on_a_bar(), bs.JointMaterial("weak", 2.0, compressive_strength="1 MPa")
+    crushes = bs.Model("weak", bar.blocks, bs.detect_interfaces(bar.blocks, weak), ties=bar.ties)
+    loads = {"dead": SELF_WEIGHT, "variable": push(1, 0, 0)}
+    limit = [bs.LimitCase(flow, flow=flow, **loads) for flow in bs.Flow]
+    moves = [
+        bs.SettlementCase("settlement", SELF_WEIGHT, ["post"], "-x"),
+        bs.Pushover("pushover", **loads, control=("block", (1, 0, 0)), steps=3),
+    ]
+
+    def keep_plan(_):
+        if not (folder / "plan.h5").exists():
+            shutil.copy(folder_of(folder / "limit.h5") / "plan", folder / "plan.h5")
+
+    settings = bs.ProcedureSettings(crushing_cells=16)
+    manager = bs.AnalysisManager(crushes, folder / "limit.h5", settings=settings, keep_every=2, listeners=[keep_plan])
+    manager.run(limit, spread=["steep"])
+    bs.run(bar, moves, folder / "moves.h5")
+    bs.study(studied.pulled, {"friction_coefficient": [0.3]}, folder / "study", workers=1, listeners=[])
+    shutil.move(next((folder / "study").glob("*.h5")), folder / "study.h5")
+    return folder
+
+
+@pytest.fixture(params=["limit", "plan", "moves", "study"])
+def path(request, files):
+    return files / f"{request.param}.h5"
+
+
+def stored(path):
+    """Dimensions, values and attributes of every variable, by its HDF5 path."""
+    found, dimensions = {}, {}
+
+    def look(name, item):
+        if not isinstance(item, h5py.Dataset):
+            return
+        group = item.parent.name
+        if item.is_scale:
+            dimensions.setdefault(group, {})[Path(name).name] = len(item)
+        if b"not a netCDF variable" in bytes(item.attrs.get("NAME", b"")):
+            return
+        dims = [Path(name).name] if item.is_scale else [Path(item.dims[k][0].name).name for k in range(item.ndim)]
+        values = item.asstr()[()] if h5py.check_string_dtype(item.dtype) else item[()]
+        attrs = {key: item.attrs[key] for key in ("units", "long_name") if key in item.attrs}
+        found[f"/{name}"] = (tuple(dims), np.asarray(values), attrs)
+
+    with h5py.File(path) as file:
+        file.visititems(look)
+    return found, dimensions
+
+
+def check_same(dims, values, attrs, expected):
+    assert tuple(dims) == expected[0]
+    assert np.shape(values) == expected[1].shape
+    np.testing.assert_array_equal(np.asarray(values), expected[1])
+    for key, value in expected[2].items():
+        assert attrs[key] == value
+
+
+def groups_of(dataset):
+    yield dataset
+    for group in dataset.groups.values():
+        yield from groups_of(group)
+
+
+def check_netcdf(path, kept, dimensions):
+    """Check all that the library of netCDF reads of a file."""
+    seen = {}
+    with netCDF4.Dataset(path) as root:
+        for group in groups_of(root):
+            assert {name: len(dim) for name, dim in group.dimensions.items()} == dimensions.get(group.path, {})
+            for name, variable in group.variables.items():
+                variable.set_auto_mask(False)
+                attrs = {key: variable.getncattr(key) for key in variable.ncattrs()}
+                seen[f"{group.path.rstrip('/')}/{name}"] = variable.dimensions, variable[...], attrs
+    assert seen.keys() == kept.keys()
+    for name, each in seen.items():
+        check_same(*each, kept[name])
+
+
+def test_netcdf_reads_what_is_stored(path):
+    check_netcdf(path, *stored(path))
+
+
+@pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
+def test_xarray_reads_what_is_stored(path, engine):
+    kept, _ = stored(path)
+    seen = {}
+    with xr.open_datatree(path, engine=engine, decode_cf=False) as tree:
+        for node in tree.subtree:
+            with xr.open_dataset(path, group=node.path, engine=engine, decode_cf=False) as ds:
+                assert ds.identical(node.to_dataset(inherit=False))
+                for name, v in ds.variables.items():
+                    seen[f"{node.path.rstrip('/')}/{name}"] = v.dims, v.values, v.attrs
+    assert seen.keys() == kept.keys()
+    for name, each in seen.items():
+        check_same(*each, kept[name])
+
+
+@pytest.mark.skipif(shutil.which("ncdump") is None, reason="no ncdump: apt install netcdf-bin")
+def test_ncdump_prints_what_is_stored(path, tmp_path):
+    """Its text is made a file again, and that file holds the same."""
+    text = subprocess.run(["ncdump", "-p", "9,17", path], check=True, capture_output=True, timeout=60).stdout
+    (tmp_path / "again.cdl").write_bytes(text)
+    subprocess.run(["ncgen", "-4", "-o", tmp_path / "again.nc", tmp_path / "again.cdl"], check=True, timeout=60)
+    check_netcdf(tmp_path / "again.nc", *stored(path))
+
+
+@pytest.mark.parametrize("how", ["save", "migrate"])
+def test_a_file_that_netcdf_reads_short_is_written_anew(how, call, tmp_path):
+    """Numbers of dimensions began at 0 in each group: netCDF takes one of another group, and its length."""
+    path = tmp_path / "old.h5"
+    shutil.copy(OLD, path)
+    kept, dimensions = stored(path)
+    with pytest.raises((AssertionError, RuntimeError, IndexError)):
+        check_netcdf(path, kept, dimensions)
+    with pytest.warns(bs.errors.FormatWarning, match="netCDF's own library reads this file short; write it anew: bs"):
+        analysis = bs.open_analysis(path)
+    if how == "save":
+        bs.save_analysis(analysis, path)
+    else:
+        assert call("migrate", path) == (0, f"written: {path}\n", "")
+    assert {name: analysis[name].history.identical(r.history) for name, r in bs.open_analysis(path).items()} == {
+        "rocking": True,
+        "sliding": True,
+    }
+    check_netcdf(path, *stored(path))
