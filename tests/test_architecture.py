@@ -12,8 +12,6 @@ import blockstruct as bs
 
 SOURCE = Path(__file__).parents[1] / "src" / "blockstruct"
 API = "the public interface"
-#: Files of under 40 lines that may stand for a thought of their own.
-MOST_SHORT = 8
 GROUND = {"errors", "keywords", "units", "vocabulary", "notebook", "schema", "files"}
 MAY_IMPORT = {
     "errors": set(),
@@ -98,12 +96,6 @@ def test_every_way_to_write_an_import_is_seen(text):
 def test_the_whole_package_is_an_arrow_too():
     assert set(imported_rooms("import blockstruct as bs\nimport numpy", "blockstruct.results")) == {API, None}
     assert set(imported_rooms("from blockstruct import Model", "blockstruct.results")) == {API}
-
-
-def test_files_are_neither_long_nor_many_of_them_short():
-    lines = {p: len(p.read_text(encoding="utf-8").splitlines()) for p in FILES}
-    assert [p for p, n in lines.items() if n > 400] == []
-    assert len([p for p, n in lines.items() if n < 40 and p.name != "__init__.py"]) < MOST_SHORT
 
 
 def test_sections_of_docstrings_hold_entries_alone():

@@ -165,8 +165,8 @@ def agree(seed, *, tied=False):
         by_hand = measures(structure, dead, variable, lower)
         s = lower.settings
         assert by_hand.residual < 1e-5, (model.name, by_hand)
-        assert by_hand.excess < 10 * s.yield_tolerance, (model.name, by_hand)
-        assert by_hand.penetration < 1.01 * s.interpenetration_tolerance, (model.name, by_hand)
+        assert by_hand.excess < 10 * s.numerics.yield_tolerance, (model.name, by_hand)
+        assert by_hand.penetration < 1.01 * s.numerics.interpenetration_tolerance, (model.name, by_hand)
         assert by_hand.gap < 1.01 * lower.certificate.flow_rule_gap_limit + 1e-9, (model.name, by_hand)
         assert by_hand.work == pytest.approx(1.0, abs=1e-5)
     return kind, status, lower.status.value

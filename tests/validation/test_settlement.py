@@ -310,7 +310,7 @@ def test_a_jammed_beam_has_no_largest_thrust():
 def test_nonassociative_reactions_are_not_below_the_least():
     model = arch(0.2, friction=0.4)
     flat = bs.SettlementCase("case", SELF_WEIGHT, ["left"], "-x")
-    analysis = bs.run(model, flat, spread=["steep", "shift"])
+    analysis = bs.run(model, flat, spread=["steep", "shifted"])
     least, largest = analysis["case"].reaction_range.magnitude
     for result in analysis.values():
         assert result.status == "converged"
