@@ -37,7 +37,8 @@ FULLY_PRESSED = 0.999
 def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tolerance: float = 1e-4) -> xr.DataArray:
     """State of every interface in every iteration, read from its forces and its part in the mechanism.
 
-    ``open``: no contact point stays closed, or none carries a force. ``sticking``: no relative motion. ``unknown``: the
+    ``open``: no contact point stays closed, or none carries a force; a joint that is pressed is never open.
+    ``sticking``: no relative motion. ``unknown``: the
     solver found no forces, or the file of the history does not keep those of the iteration. Any other state has one
     part or several, joined by `` + ``:
 
@@ -58,7 +59,7 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
     tolerance
         Relative velocity that counts as zero, relative to the largest of the iteration.
     force_tolerance
-        Contact force that counts as zero, relative to the largest of the iteration.
+        Contact force that counts as zero, in units of ``contact_force_unit``.
 
     Returns
     -------
@@ -68,10 +69,8 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
     index = history["interface_of_contact_point"].to_numpy()
     starts = np.searchsorted(index, np.arange(history.sizes["interface"]))
     v = history["relative_velocity"].transpose(..., "contact_point", "component").to_numpy()
-    force = np.linalg.norm(history["contact_force"].transpose(..., "contact_point", "component"), axis=-1)
-
-    def threshold(values: Array, tolerance: float) -> Array:
-        return np.asarray(np.maximum(tolerance * values.max(axis=-1, keepdims=True), np.finfo(float).tiny))
+    components = history["contact_force"].transpose(..., "contact_point", "component").to_numpy()
+    force = np.linalg.norm(components, axis=-1)
 
     def any_of(points: Flags) -> Flags:
         return np.logical_or.reduceat(points, starts, axis=-1)
@@ -79,17 +78,21 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
     def sum_of(values: Array) -> Array:
         return np.asarray(np.add.reduceat(values, starts, axis=-1))
 
-    zero = threshold(np.linalg.norm(v, axis=-1), tolerance)
+    zero = np.maximum(tolerance * np.linalg.norm(v, axis=-1).max(axis=-1, keepdims=True), np.finfo(float).tiny)
     # Where a structure follows its supports as one body, relative velocities are rounding of those of the blocks.
     speed = np.linalg.norm(history["block_velocity"].transpose(..., "block", "axis"), axis=-1).max(axis=-1)
     zero = np.maximum(zero, ROUNDING * np.asarray(speed)[..., None])
     slip = np.linalg.norm(v[..., 1:], axis=-1)
-    idle = force.max(axis=-1, keepdims=True) == 0
     dilatancy, friction = (history[name].to_numpy() for name in ("dilatancy", "friction_coefficient"))
     apart = v[..., 0] - np.where(_dilates_by_friction(history), friction, dilatancy) * slip
-    opening = apart > zero
+    nothing = force_tolerance * history["contact_force_unit"].to_numpy()
+    carries = any_of(force > nothing)
+    # A joint that is pressed touches where it is closest: the motion of its points apart counts from there.
+    pressed = any_of(components[..., 0] > nothing)[..., index]
+    least = np.minimum.reduceat(apart, starts, axis=-1)[..., index]
+    opening = apart - np.where(pressed, np.maximum(least, 0.0), 0.0) > zero
     soft = np.isfinite(history["compressive_strength"].to_numpy())[index]
-    is_open = ~any_of(~opening) | ~any_of(idle | (force > threshold(force, force_tolerance)))
+    is_open = ~any_of(~opening) | (~carries & carries.any(axis=-1, keepdims=True))
     slips = any_of(~opening & (slip > zero))
 
     # The velocity along the plane is that of a rigid motion: a mean and a turn about the mean of the points.
