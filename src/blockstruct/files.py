@@ -1,4 +1,4 @@
-"""Text files that are written once, CSV that is not a formula, and the objects of JSON that repeat no key."""
+"""What a path is, new files, CSV without formulas, and JSON objects that repeat no key."""
 
 import re
 from collections import Counter
@@ -21,6 +21,16 @@ def unique_pairs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         msg = f"repeated keys {twice[:10]}; rename or merge them"
         raise ValueError(msg)
     return found
+
+
+def irregular(path: Path) -> str:
+    """Return what a path is if it is no regular file; empty for a file or nothing.
+
+    Asked before a path is opened: a pipe waits for its other end, and a device may never come to its own.
+    """
+    if path.is_file() or not path.exists():
+        return ""
+    return "a folder" if path.is_dir() else "not a regular file but a pipe or a device"
 
 
 def check_new(path: Path) -> Path:

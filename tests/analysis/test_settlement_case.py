@@ -123,8 +123,8 @@ def test_archives_have_a_column_for_reactions(stored):
     assert table.attrs["units"]["reaction"] == "newton"
     # A reaction is not a load factor, and never passes for one.
     assert table["load_factor"].notna().to_list() == [case.name == "push" for case in CASES]
-    assert archive.query("load_factor < 0.6 or load_factor > 0")["case"].to_list() == ["push"]
-    assert archive.query("reaction > 20000")["case"].to_list() == ["left goes down"]
+    assert archive.select("load_factor < 0.6 or load_factor > 0")["case"].to_list() == ["push"]
+    assert archive.select("reaction > 20000")["case"].to_list() == ["left goes down"]
 
 
 def test_comparisons_compare_reactions(stored, model, tmp_path):

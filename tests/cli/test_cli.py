@@ -169,7 +169,7 @@ def test_statuses_are_told_in_words(call, tmp_path):
         assert "unstable_under" not in text
         assert "unstable under dead load" in " ".join(text.split())
     assert '"status": "unstable_under_dead_load"' in call("show", one, "--json")[1]
-    assert call("archive", one.parent, "--query", "status == 'unstable_under_dead_load'")[1].count("x.h5") == 1
+    assert call("archive", one.parent, "--where", "status == 'unstable_under_dead_load'")[1].count("x.h5") == 1
 
 
 def test_an_interrupted_study_tells_how_it_goes_on(call, tmp_path, monkeypatch):
@@ -323,11 +323,11 @@ def test_archive(call, file, tmp_path):
     assert code == 0
     for word in ("sub/a.h5", "push nonassociative", "converged", "b.h5", "not a readable HDF5"):
         assert word in out
-    code, out, _ = call("archive", tmp_path, "--query", "flow == 'associative'")
+    code, out, _ = call("archive", tmp_path, "--where", "flow == 'associative'")
     assert code == 0
     assert "push associative" in out
     assert "push nonassociative" not in out
-    assert call("archive", tmp_path, "--query", "colour == 1")[0] == 2
+    assert call("archive", tmp_path, "--where", "colour == 1")[0] == 2
     assert call("archive", tmp_path, "--csv", tmp_path / "t.csv")[0] == 0
     with (tmp_path / "t.csv").open(newline="", encoding="utf-8") as stream:
         assert len(list(csv.DictReader(stream))) == 3
@@ -593,7 +593,7 @@ def test_what_still_drifts_is_told_in_every_table(call, small_model, tmp_path):
     assert str(around).count("converged, still drifting") == 2
     _, out, _ = call("archive", tmp_path / "drifts")
     assert " ".join(out.split()).count("still drifting") == 2
-    table = bs.Archive(tmp_path / "drifts").query("settled == False")
+    table = bs.Archive(tmp_path / "drifts").select("settled == False")
     assert table["status"].tolist() == ["converged"] * 2
     settles = bs.directions(small_model, SELF_WEIGHT, 2, store=tmp_path / "settles" / "a.h5")
     assert "drifting" not in str(settles)

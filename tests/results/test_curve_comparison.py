@@ -109,7 +109,7 @@ def test_archives_tell_how_far_pushovers_went(rocking, tmp_path, capsys):
     assert np.isnan(table.loc[["a/plain.h5", "b/push.h5", "b/plain.h5"], "d0"].astype(float)).all()
     assert table.loc["b/push.h5", "curve_end"] == curve["displacement"][5].item()
     assert table.loc["b/push.h5", "curve_ended"] == "blocks fall"
-    assert bs.Archive(tmp_path).query("d0 < 0.2")["path"].tolist() == ["a/push.h5"]
+    assert bs.Archive(tmp_path).select("d0 < 0.2")["path"].tolist() == ["a/push.h5"]
     different = bs.Archive(tmp_path / "a").difference(bs.Archive(tmp_path / "b"))
     assert different["agree"].to_dict() == {("plain.h5", "plain"): True, ("push.h5", "push"): False}
     assert different.loc[("push.h5", "push"), "relative_difference"] == 0

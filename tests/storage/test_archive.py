@@ -2,7 +2,9 @@
 
 import builtins
 import dataclasses
+import os
 import shutil
+import sys
 
 import h5py
 import numpy as np
@@ -71,9 +73,9 @@ def test_one_row_a_case(folder, small_analysis):
         assert of_case["model_hash"] == small_analysis.model.hash
 
 
-def test_query_and_select(folder, small_analysis):
+def test_select(folder, small_analysis):
     archive = bs.Archive(folder)
-    assert archive.query("flow == 'associative' and load_factor > 0")["path"].tolist() == ["wall-2.h5", "wall.h5"]
+    assert archive.select("flow == 'associative' and load_factor > 0")["path"].tolist() == ["wall-2.h5", "wall.h5"]
     assert set(archive.select(model_hash=small_analysis.model.hash[:12])["path"]) == {"wall.h5", "wall-2.h5"}
     assert set(archive.select(tags="north")["path"]) == {"wall.h5", "wall-2.h5"}
     assert set(archive.select(tags=["north", "survey 2"])["path"]) == {"wall-2.h5"}
@@ -84,10 +86,10 @@ def test_query_and_select(folder, small_analysis):
 
 
 @pytest.mark.parametrize("expression", ["load_factr < 1", "load_factor <", "@builtins", "1", "case"])
-def test_bad_queries(folder, expression):
+def test_bad_conditions(folder, expression):
     assert builtins  # A name that an expression must not reach.
-    with pytest.raises(bs.errors.StorageError, match=r"^query "):
-        bs.Archive(folder).query(expression)
+    with pytest.raises(bs.errors.StorageError, match=r"^where "):
+        bs.Archive(folder).select(expression)
 
 
 def test_bad_dates_and_folders(folder, tmp_path):
@@ -98,7 +100,7 @@ def test_bad_dates_and_folders(folder, tmp_path):
     empty = bs.Archive(tmp_path)
     assert empty.table().empty
     assert "load_factor" in empty.table()
-    assert empty.query("load_factor < 1").empty
+    assert empty.select("load_factor < 1").empty
 
 
 def test_damaged_files_are_listed_with_the_reason(damaged):
@@ -112,8 +114,32 @@ def test_damaged_files_are_listed_with_the_reason(damaged):
     }.items():
         assert reason in table.loc[name, "problem"]
         assert table.loc[name, "case"] is None or pd.isna(table.loc[name, "case"])
-    assert bs.Archive(damaged).query("problem == ''").shape[0] == 5
-    assert bs.Archive(damaged).query("load_factor > 0").shape[0] == 5
+    assert bs.Archive(damaged).select("problem == ''").shape[0] == 5
+    assert bs.Archive(damaged).select("load_factor > 0").shape[0] == 5
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
+@pytest.mark.parametrize(
+    "name", ["pipe.h5", "zero.h5", "nowhere.h5", "of-a-run.h5.partial/plan", ".blockstruct-index.json"]
+)
+def test_what_is_no_file_has_a_row_and_is_never_opened(folder, tmp_path, name):
+    """A pipe waits for its other end, and a device never comes to its own: each question is answered at once."""
+    shutil.copytree(folder, tmp_path / "a")
+    path = tmp_path / "a" / name
+    path.parent.mkdir(exist_ok=True)
+    if "zero" in name:
+        path.symlink_to("/dev/zero")
+    elif "nowhere" in name:
+        path.symlink_to("nowhere")
+    else:
+        os.mkfifo(path)
+    archive = bs.Archive(tmp_path / "a")
+    table = archive.table()
+    told = table[table["problem"] != ""]
+    reason = {"pipe.h5": "a pipe or a device", "zero.h5": "a pipe or a device", "nowhere.h5": "no such file"}
+    assert told["path"].tolist() == ([name] if name in reason else [])
+    assert all(reason[name] in problem for problem in told["problem"])
+    assert len(archive.select("load_factor > 0")) == 5
 
 
 def test_runs_under_way_are_listed(folder, tmp_path, small_model, small_cases):
@@ -159,7 +185,7 @@ def test_one_case_is_read_without_the_others(folder, tmp_path, small_analysis):
     """Whatever has become of the other files: they are not opened."""
     shutil.copytree(folder, tmp_path / "a")
     archive = bs.Archive(tmp_path / "a")
-    one = archive.query("path == 'wall.h5' and flow == 'associative'")
+    one = archive.select("path == 'wall.h5' and flow == 'associative'")
     for name in ("wall-2.h5", "sub/block.h5"):
         (tmp_path / "a" / name).write_bytes(b"")
     tree = archive.history(one)
@@ -170,7 +196,7 @@ def test_one_case_is_read_without_the_others(folder, tmp_path, small_analysis):
 
 def test_histories_of_damaged_files_are_refused(damaged):
     archive = bs.Archive(damaged)
-    rows = archive.query("path == 'wall.h5'")
+    rows = archive.select("path == 'wall.h5'")
     with h5py.File(damaged / "wall.h5", "r+") as file:
         del file["/cases/push associative/history/contact_force"]
     seal_again(damaged / "wall.h5")

@@ -57,7 +57,7 @@ def test_runs_are_rows_of_an_archive_with_their_parameters(tmp_path):
     assert whole["joint_friction_coefficient"].tolist() == [0.3, 0.4]
     assert whole["joint_compressive_strength"].tolist() == [np.inf] * 2
     assert whole["study"].str.startswith("build block ").all()
-    low = bs.Archive(tmp_path).query("parameter_friction_coefficient < 0.35 and joint_cohesion == 0")
+    low = bs.Archive(tmp_path).select("parameter_friction_coefficient < 0.35 and joint_cohesion == 0")
     assert low["load_factor"].tolist() == pytest.approx([0.3], rel=1e-6)
 
 
@@ -392,28 +392,6 @@ def test_several_cases_and_the_loss_of_a_bound(tmp_path):
     assert data.status.sel(case="down").to_numpy().tolist() == ["unbounded", ""]
     assert data.bound.sel(case="down", mu=0.3) == np.inf
     assert np.isnan(data.load_factor.sel(case="down", mu=0.6))
-
-
-def test_an_index_saves_time_and_nothing_else(tmp_path, monkeypatch):
-    monkeypatch.setattr("blockstruct.storage.archive._WORTH_KEEPING", 2)
-    bs.study(studied.block, MU, tmp_path, workers=1)
-    table = bs.Archive(tmp_path).table(all_columns=True)
-
-    def refuse(path, **_):
-        msg = f"{path} is read"
-        raise AssertionError(msg)
-
-    with monkeypatch.context() as patch:
-        patch.setattr("blockstruct.storage.archive.AnalysisFile", refuse)
-        again = bs.Archive(tmp_path).table(all_columns=True)
-        assert again.equals(table)
-        assert again.attrs == table.attrs
-    changed = sorted(tmp_path.glob("*.h5"))[0]
-    model = model_of(*single_block(0.5, 1.0))
-    bs.AnalysisManager(model, changed).run([bs.LimitCase("other", SELF_WEIGHT, push(1, 0, 0), "associative")])
-    assert bs.Archive(tmp_path).table()["case"].tolist().count("other") == 1
-    (tmp_path / ".blockstruct-index.json").write_text('{"version": 1, "files": {"x": 3}}')
-    assert len(bs.Archive(tmp_path).table()) == 3
 
 
 def test_a_study_tells_how_it_goes_on_and_not_how_each_run_does(capsys, monkeypatch):

@@ -126,9 +126,9 @@ def _of_interface(frame: pd.DataFrame, interface: str, known: list[str]) -> pd.D
 @app.command()
 def archive(
     folder: Annotated[Path, typer.Argument(help="A folder of analysis files.", show_default=False)],
-    query: Annotated[
+    where: Annotated[
         str | None,
-        typer.Option("--query", help='Rows to print, such as "load_factor < 0.3".', show_default=False),
+        typer.Option("--where", help='Rows to print, such as "load_factor < 0.3".', show_default=False),
     ] = None,
     all_columns: Annotated[
         bool, typer.Option("--all-columns", help="Print every column: certificates, joints, settings, times.")
@@ -138,7 +138,7 @@ def archive(
     """Print a row for each case of the analyses in a folder and its subfolders."""
     found = bs.Archive(folder)
     whole = csv is not None or all_columns
-    table = found.table(all_columns=whole) if query is None else found.query(query, all_columns=whole)
+    table = found.select(where, all_columns=whole)
     if csv is None:
         if all_columns:
             say(table.to_string())

@@ -13,7 +13,7 @@ from blockstruct.contacts.detection import detect_interfaces
 from blockstruct.documents import yaml_core
 from blockstruct.documents.walls import wall_of
 from blockstruct.errors import BlockstructError, DocumentError, StorageError, UnknownNameError
-from blockstruct.files import unique_pairs
+from blockstruct.files import irregular, unique_pairs
 from blockstruct.model import (
     LOAD_KINDS,
     TIE_KINDS,
@@ -131,9 +131,8 @@ def _check(content: Any, schema: str, where: object) -> None:
 
 def _stored(path: Path) -> bytes:
     try:
-        # A pipe or a device might never end.
-        if path.exists() and not path.is_file():
-            msg = f"{path}: cannot be read: it is not a file; give a YAML or JSON document"
+        if what := irregular(path):
+            msg = f"{path}: cannot be read: it is {what}; give a YAML or JSON document"
             raise StorageError(msg)
         with path.open("rb") as stream:
             stored = stream.read(MOST_BYTES + 1)

@@ -1,7 +1,6 @@
 """Many analysis files as one table."""
 
 import os
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -11,17 +10,14 @@ import xarray as xr
 from blockstruct.errors import BlockstructError, StorageError
 from blockstruct.results import relative_difference
 from blockstruct.storage.analysis_file import AnalysisFile
-from blockstruct.storage.archive_index import Known, read_index, write_index
-from blockstruct.storage.archive_rows import REACTIONS, rows_of, short_columns, table_of
+from blockstruct.storage.archive_rows import REACTIONS, Row, rows_of, short_columns, table_of
 from blockstruct.storage.case_group import group_name
 from blockstruct.storage.claim import SUFFIX
 from blockstruct.storage.lazy import lazy_history
 from blockstruct.storage.lock import PARTIAL
-from blockstruct.storage.query import selected
 from blockstruct.storage.snapshot import Stamp, unreadable
+from blockstruct.storage.where import rows_where
 
-#: Rows read anew from which on it is worth to keep them for the next session.
-_WORTH_KEEPING = 50
 #: Relative difference of the ends of two pushovers that are the same.
 SAME_END = 1e-2
 
@@ -45,7 +41,7 @@ class Archive:
     Examples
     --------
     >>> archive = Archive(".")
-    >>> weakest = archive.query("status == 'converged' and load_factor < 0.2")  # doctest: +SKIP
+    >>> weakest = archive.select("status == 'converged' and load_factor < 0.2")  # doctest: +SKIP
     >>> histories = archive.history(weakest)  # doctest: +SKIP
     """
 
@@ -54,12 +50,7 @@ class Archive:
         if not self.folder.is_dir():
             msg = f"{self.folder}: no such folder; give the folder of the analysis files"
             raise StorageError(msg)
-        self._known: Known = {}
-        self._kept = 0
-
-    @cached_property
-    def _remembered(self) -> Known:
-        return read_index(self.folder)
+        self._known: dict[Path, tuple[Stamp, list[Row]]] = {}
 
     def __repr__(self) -> str:
         return f"Archive({str(self.folder)!r})"
@@ -88,18 +79,12 @@ class Archive:
             ``started_at`` and ``created_at`` (UTC), ``version`` of blockstruct, ``tags``, ``study``, a column
             ``joint_…`` for each property of joints (NaN where the joint materials of a model differ in it) and
             ``settings_…`` for each setting.
-
-        Notes
-        -----
-        Of a folder with many files, rows are kept in ``.blockstruct-index.json`` for the next session, if it can be
-        written to; each counts as long as inode, size and time of its file stay what they are.
         """
         paths, problems = self._found()
         rows = [row for path in paths for row in self.rows(path)]
         rows += [
             {"path": path.relative_to(self.folder).as_posix(), "problem": problems[path]} for path in sorted(problems)
         ]
-        self.keep_index()
         table = table_of(rows)
         return table if all_columns else short_columns(table)
 
@@ -109,8 +94,6 @@ class Archive:
         try:
             stamp = Stamp.at(path)
             known = self._known.get(path)
-            if (known is None or stamp != known[0]) and (known := self._remembered.get(path)) and stamp == known[0]:
-                return known[1]
             if known is None or stamp != known[0]:
                 file = self._opened(path)
                 self._known[path] = known = (file.stamp, [{"path": relative, **row} for row in rows_of(file)])
@@ -121,39 +104,9 @@ class Archive:
             problem = str(unreadable(path, error))
         return [{"path": relative, "problem": problem.removeprefix(f"{path}: ")}]
 
-    def keep_index(self) -> None:
-        """Keep the rows that were read for the next session, if they are many."""
-        if len(self._known) - self._kept < _WORTH_KEEPING:
-            return
-        present = {path: known for path, known in (self._remembered | self._known).items() if path.is_file()}
-        write_index(self.folder, present)
-        self._kept = len(self._known)
-
-    def query(self, expression: str, *, all_columns: bool = False) -> pd.DataFrame:
-        """Rows of the table by an expression over any of its columns, which is parsed and never evaluated.
-
-        Parameters
-        ----------
-        expression
-            Comparisons (``==``, ``!=``, ``<``, ``<=``, ``>``, ``>=``, ``in``, ``not in``) of columns with numbers,
-            texts, True or False, joined by ``and``, ``or``, ``not``: ``"status == 'converged' and load_factor < 0.3"``,
-            ``"case in ['push +x', 'push -x']"``, ``"'north' in tags"``, ``"created_at >= '2026-01-31'"``. Parameters go
-            by their names or by ends of them, in SI units, as ``"friction_coefficient < 0.4"`` or ``"'lime
-            1.5.cohesion' > 1e4"``.
-        all_columns
-            As in :meth:`table`.
-
-        Raises
-        ------
-        StorageError
-            If the expression is any other, names a column that the table does not have, or compares one with a value of
-            another kind.
-        """
-        rows = selected(self.table(all_columns=True), expression)
-        return rows if all_columns else short_columns(rows)
-
     def select(
         self,
+        where: str | None = None,
         *,
         model_hash: str | None = None,
         tags: str | list[str] | tuple[str, ...] = (),
@@ -161,10 +114,15 @@ class Archive:
         until: str | None = None,
         all_columns: bool = False,
     ) -> pd.DataFrame:
-        """Rows of the table by model, tags and date.
+        """Return rows of the table by a condition, model, tags and date.
 
         Parameters
         ----------
+        where
+            Comparisons of any columns with numbers or texts, in SI units, joined by ``and``, ``or`` and ``not``:
+            ``"status == 'converged' and load_factor < 0.3"``, ``"case in ['push +x', 'push -x']"``, ``"'north' in
+            tags"``, ``"created_at >= '2026-01-31'"``. Other characters of a name than letters and digits are written
+            as ``_``: ``"parameter_blocks_top_height < 2"``. It is parsed, and never run as code.
         model_hash
             The hash, or how it begins.
         tags
@@ -177,9 +135,12 @@ class Archive:
         Raises
         ------
         StorageError
-            If a text is not a date.
+            If a text is not a date, or the condition is anything else, names no column, or compares one with a value
+            of another kind.
         """
         table = self.table(all_columns=True)
+        if where is not None:
+            table = rows_where(table, where)
         wanted = {tags} if isinstance(tags, str) else set(tags)
         keep = table["tags"].map(lambda found: wanted <= set(found) if isinstance(found, tuple) else not wanted)
         if model_hash is not None:
@@ -199,7 +160,7 @@ class Archive:
         Parameters
         ----------
         selection
-            Rows of :meth:`table`, or an expression of :meth:`query`.
+            Rows of :meth:`table`, or a condition as ``where`` of :meth:`select`.
 
         Returns
         -------
@@ -211,7 +172,7 @@ class Archive:
         FormatError
             If a selected file violates its schema.
         """
-        rows = self.query(selection) if isinstance(selection, str) else selection
+        rows = self.select(selection) if isinstance(selection, str) else selection
         rows = rows[rows["case"].notna()]
         files = {path: self._opened(self.folder / path) for path in rows["path"].unique()}
         nodes = {}

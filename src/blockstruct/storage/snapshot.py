@@ -7,13 +7,13 @@ checked before libhdf5 sees a byte, because on damaged bytes libhdf5 may run for
 import errno
 import hashlib
 import os
-import stat
 import weakref
 from io import SEEK_END, BytesIO, RawIOBase, UnsupportedOperation
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 from blockstruct.errors import FormatError, StorageError
+from blockstruct.files import irregular
 from blockstruct.storage.lock import named_instead
 
 _MARK = b"\nblockstruct sha256 "
@@ -73,20 +73,17 @@ class Snapshot:
 
     def __init__(self, path: Path, verified: Stamp | None = None) -> None:
         self.path = path
-        # Nothing waits for the other end of a pipe.
-        flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
         try:
-            self._descriptor = os.open(path, flags)
+            if what := irregular(path):
+                msg = f"{path}: is {named_instead(path) or f'{what}; give the path of a blockstruct analysis'}"
+                raise StorageError(msg)
+            self._descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
+        except StorageError:
+            raise
         except (OSError, ValueError) as error:
             raise unreadable(path, error) from error
         self._close = weakref.finalize(self, os.close, self._descriptor)
-        status = os.fstat(self._descriptor)
-        if not stat.S_ISREG(status.st_mode):
-            self._close()
-            what = "a folder" if stat.S_ISDIR(status.st_mode) else "not a regular file but a pipe or a device"
-            msg = f"{path}: is {named_instead(path) or f'{what}; give the path of a blockstruct analysis'}"
-            raise StorageError(msg)
-        self.stamp = Stamp.of(status)
+        self.stamp = Stamp.of(os.fstat(self._descriptor))
         self._image: bytes | None = None
         try:
             if self.stamp.size <= _SMALL:

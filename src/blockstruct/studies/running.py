@@ -147,7 +147,6 @@ def study(
         else:
             ended = in_processes(plan, jobs, folder, count, limit)
         problems = _conduct(archive, ended, rows, total, heard)
-        archive.keep_index()
         of_runs = [rows.get(run.name, []) for run in design.runs]
         _warn(of_runs, problems)
     data = dataset_of(design, of_runs, [problems.get(run.name, "") for run in design.runs])
