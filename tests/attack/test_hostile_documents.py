@@ -22,7 +22,7 @@ load_patterns:
   dead: [{ kind: self_weight }]
   push: [{ kind: body_force, direction: [1, 0, 0] }]
 cases: [{ name: push, dead: dead, variable: push }]
-settings: { max_programs: 30 }
+settings: { crushing_cells: 30 }
 """
 LAUGHS = "a0: &a0 [lol, lol, lol, lol, lol, lol, lol, lol, lol]\n" + "".join(
     f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]\n" for k in range(1, 20)
@@ -36,13 +36,13 @@ def changed(old, new):
 
 YAML = {
     "aliases upon aliases": LAUGHS,
-    "aliases upon aliases in the settings": changed("{ max_programs: 30 }", "\n  " + LAUGHS.replace("\n", "\n  ")),
+    "aliases upon aliases in the settings": changed("{ crushing_cells: 30 }", "\n  " + LAUGHS.replace("\n", "\n  ")),
     "a long text aliased": f"a: &a {'k' * 200_000}\nb: [{', '.join(['*a'] * 5_000)}]",
     "1,000 levels by aliases": "a0: &a0 [k]\n" + "".join(f"a{k}: &a{k} [*a{k - 1}]\n" for k in range(1, 1_000)),
     "an alias of itself": "a: &a [*a]",
-    "an alias of what it is part of": changed("{ max_programs: 30 }", "&a { slope: { x: *a } }"),
+    "an alias of what it is part of": changed("{ crushing_cells: 30 }", "&a { schedule: { slope: *a } }"),
     "an unknown alias": "a: *b",
-    "merged keys": changed("{ max_programs: 30 }", "{ <<: { slope: 1 } }"),
+    "merged keys": changed("{ crushing_cells: 30 }", "{ <<: { path_step: 1 } }"),
     "100,000 lists": "[" * 100_000,
     "100,000 mappings": "{a: " * 100_000,
     "10,000 lists that end": "[" * 10_000 + "]" * 10_000,
@@ -56,15 +56,15 @@ YAML = {
     "20,000 violations": "blocks:\n" + "- { name: 1 }\n" * 20_000,
     "a list as a key": "? [1, 2]\n: 3",
     "a number as a key": changed("materials: { stone:", "materials: { 1: { density: 2 t/m^3 }, stone:"),
-    "a key of 100,000 letters": changed("{ max_programs: 30 }", f"{{ {'k' * 100_000}: 1 }}"),
+    "a key of 100,000 letters": changed("{ crushing_cells: 30 }", f"{{ {'k' * 100_000}: 1 }}"),
     "an object of Python": "!!python/object/apply:os.system ['true']",
     "a tag of numbers": changed("0.6", "!!float 0.6"),
     "bytes": changed("name: two blocks", "name: !!binary aGk="),
     "octal": changed("[1, 0, 0]", "[040, 0, 0]"),
-    "octal as in YAML 1.2": changed("max_programs: 30", "max_programs: 0o36"),
+    "octal as in YAML 1.2": changed("crushing_cells: 30", "crushing_cells: 0o36"),
     "base sixty": changed("[1, 0, 0]", "[1:30, 0, 0]"),
-    "underscores": changed("max_programs: 30", "max_programs: 3_0"),
-    "binary": changed("max_programs: 30", "max_programs: 0b11110"),
+    "underscores": changed("crushing_cells: 30", "crushing_cells: 3_0"),
+    "binary": changed("crushing_cells: 30", "crushing_cells: 0b11110"),
     "yes": changed("fixed: true", "fixed: yes"),
     "5,000 digits": changed("[1, 0, 0]", f"[{'1' * 5_000}, 0, 0]"),
     "400 digits": changed("[1, 0, 0]", f"[{'1' * 400}, 0, 0]"),
@@ -95,7 +95,7 @@ YAML = {
         "courses:\n"
         "  - { rows: [[1e-300, 1e9]], unit_length: 1 m, unit_height: 1 m, depth: 1 m, material: stone }\ninterfaces:",
     ),
-    "settings within settings": changed("{ max_programs: 30 }", "{ slope: { slope: { slope: 1 } } }"),
+    "settings within settings": changed("{ crushing_cells: 30 }", "{ schedule: { slope: { slope: 1 } } }"),
     "a document after the document": BASIC + "---\n" + BASIC,
     "nothing": "",
     "a comment": "# nothing",

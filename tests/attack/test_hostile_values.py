@@ -342,9 +342,9 @@ ABSURD = {
     "a long row": [[1e-300, 1e300]],
     "huge faces": [[10**30, 1, 2]] * 6,
     "faces of floats": [[0.5, 1, 2]] * 6,
-    "nested settings": {"max_programs": {"a": [1]}, "slope": [1]},
-    "settings of bytes": {"solver": b"clarabel", "max_programs": 10**400},
-    "settings of texts": {"max_programs": "3"},
+    "nested settings": {"crushing_cells": {"a": [1]}, "schedule": {"slope": [1]}},
+    "settings of bytes": {"numerics": {"solver": b"clarabel"}, "crushing_cells": 10**400},
+    "settings of texts": {"crushing_cells": "3"},
     "settings of numbers": {1: 2},
 }
 

@@ -23,7 +23,7 @@ from blockstruct.cli import runs as cli_runs
 from blockstruct.cli import studies as cli_studies
 from blockstruct.views import archive_table, summary_table
 from blockstruct.views.progress import bar, following
-from structures import SELF_WEIGHT, box, model_of, push, single_block
+from structures import SELF_WEIGHT, box, model_of, push, settings_of, single_block
 
 DRY = bs.JointMaterial("dry", 0.65)
 WALL = Path(__file__).parents[2] / "examples" / "ferris_tin_loi_wall_1.yaml"
@@ -41,16 +41,16 @@ def test_demo(call, tmp_path):
     code, out, err = call("demo", "-o", tmp_path / "demo.h5")
     assert code == 0
     # Without a terminal, progress is a line per iteration.
-    assert "load factor 0.494770" in err
     assert not re.search(r"^ *# ", out, re.MULTILINE)
     assert "39 blocks, 86 interfaces" in out
-    assert "certificate holds" in out
-    assert "load factor 0.49477" in out
     target = tmp_path / "demo.h5"
     assert f"next: blockstruct view {target}, blockstruct report {target}, or" in out
     _, table, _ = call("history", target, "push +x, nonassociative")
-    assert [len(line) <= 80 for line in table.splitlines() if line.startswith((" 1 ", "10 "))] == [True, True]
-    assert bs.open_analysis(target)["push +x, nonassociative"].status == "converged"
+    assert max(map(len, table.splitlines())) <= 80
+    result = bs.open_analysis(target)["push +x, nonassociative"]
+    assert (result.status, result.outcome.procedure, result.settled) == ("converged", "loading path", True)
+    assert str(result.headline) in out
+    assert len(err.splitlines()) > result.n_iterations
 
 
 @pytest.mark.parametrize(
@@ -167,7 +167,7 @@ def test_statuses_are_told_in_words(call, tmp_path):
     texts += [str(result), repr(result), result._repr_html_(), str(result.headline), str(bs.open_analysis(one))]
     for text in texts:
         assert "unstable_under" not in text
-        assert "unstable under dead load" in " ".join(text.split())
+        assert re.search("unstable under dead load|does not stand under its dead load", " ".join(text.split()))
     assert '"status": "unstable_under_dead_load"' in call("show", one, "--json")[1]
     assert call("archive", one.parent, "--where", "status == 'unstable_under_dead_load'")[1].count("x.h5") == 1
 
@@ -300,8 +300,9 @@ def test_recover_and_resume(call, small_model, small_cases, small_analysis, tmp_
         assert f"x.h5.partial: is a folder with the working data of a run; give the name of its file, {path}" in err
     code, out, _ = call("recover", path)
     assert code == 0
-    assert "interrupted: the run was killed after 5 iterations" in out
     assert f"written: {path}" in out
+    cut = bs.open_analysis(path)[small_cases[1].name]
+    assert (cut.status, cut.outcome.reason, cut.n_iterations) == ("interrupted", "killed", 5)
     code, out, err = call("resume", path)
     assert code == 0
     assert "load factor" in err
@@ -339,12 +340,10 @@ def test_diff(call, file, small_model, small_cases, tmp_path):
     code, out, _ = call("diff", file, other)
     assert code == 0
     assert "the same model, 2 cases" in out
-    bs.AnalysisManager(
-        small_model, other, settings=bs.ProcedureSettings(schedule=bs.FictitiousSchedule(slope=0.2))
-    ).run(small_cases)
+    bs.AnalysisManager(small_model, other, settings=bs.ProcedureSettings(path_step=0.5)).run(small_cases)
     code, out, _ = call("diff", file, other, "--tolerance", "0")
     assert code == 1
-    assert "slope 0.3, other 0.2" in out
+    assert "path_step 1.0, other 0.5" in out
     code, out, _ = call("diff", file.parent, other.parent, "--tolerance", "1")
     assert code == 0
     assert "relative_difference" in out
@@ -551,7 +550,7 @@ def test_on_a_terminal_a_bar_tells_the_iteration_and_the_rest(small_model, small
         bs.AnalysisManager(small_model, listeners=[listen]).run(small_cases[1:] + small_cases[:1])
     texts = [text for text, _, _ in seen]
     assert any(
-        re.fullmatch(r"case 1 of 2, push nonassociative: numerical iteration 1, α = 0\.\d{4}, gap \de-\d+", t)
+        re.fullmatch(r"case 1 of 2, push nonassociative: numerical iteration 1, α = 0\.\d{4}, gap \de[+-]\d+", t)
         for t in texts
     )
     assert seen[1][1].startswith("about ")
@@ -586,24 +585,25 @@ def test_a_dead_load_that_is_not_the_weight_is_told(call, tmp_path, loads, code,
     assert err.count("error:") + err.count("warning:") == 1
 
 
-def test_what_still_drifts_is_told_in_every_table(call, small_model, tmp_path):
-    settings = bs.ProcedureSettings(schedule=bs.FictitiousSchedule(patience=3, load_factor_tolerance=1e-15))
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
+def test_what_has_not_settled_is_told_in_every_table(call, small_model, tmp_path):
+    settings = settings_of(procedure="fictitious", patience=3, load_factor_tolerance=1e-15)
     around = bs.directions(small_model, SELF_WEIGHT, 2, settings=settings, store=tmp_path / "drifts" / "a.h5")
     assert all(result.drifts for result in around.analysis.values())
-    assert str(around).count("converged, still drifting") == 2
+    assert str(around).count("NOT SETTLED") == 2
     _, out, _ = call("archive", tmp_path / "drifts")
-    assert " ".join(out.split()).count("still drifting") == 2
+    assert " ".join(out.split()).count("NOT SETTLED") == 2
     table = bs.Archive(tmp_path / "drifts").select("settled == False")
     assert table["status"].tolist() == ["converged"] * 2
     settles = bs.directions(small_model, SELF_WEIGHT, 2, store=tmp_path / "settles" / "a.h5")
-    assert "drifting" not in str(settles)
+    assert "NOT SETTLED" not in str(settles)
     _, out, _ = call("archive", tmp_path / "settles")
-    assert "drifting" not in out
+    assert "NOT SETTLED" not in out
     assert bs.Archive(tmp_path / "settles").table()["settled"].tolist() == [True] * 2
 
 
-def test_what_still_drifts_is_told_in_the_table_of_a_study(call, tmp_path):
-    drifting = "settings: { patience: 3, load_factor_tolerance: 1.0e-15 }"
+def test_what_has_not_settled_is_told_in_the_table_of_a_study(call, tmp_path):
+    drifting = "settings: { procedure: fictitious, schedule: { patience: 3, load_factor_tolerance: 1.0e-15 } }"
     wall = WALL.read_text(encoding="utf-8")
     for name, more in (("drifts", drifting), ("settles", "")):
         (tmp_path / "wall.yaml").write_text(f"{wall}\n{more}\n", encoding="utf-8")
@@ -614,7 +614,7 @@ def test_what_still_drifts_is_told_in_the_table_of_a_study(call, tmp_path):
         )
         code, out, err = call("study", tmp_path / "study.yaml", "-o", tmp_path / name, "--workers", 1)
         assert code == 0, err
-        assert ("converged, still drifting" in " ".join(out.split())) == (name == "drifts")
+        assert ("NOT SETTLED" in " ".join(out.split())) == (name == "drifts")
 
 
 def test_a_pushover_without_a_curve_exits_with_3(call, tmp_path):

@@ -51,7 +51,7 @@ BASIC = {
         ],
     },
     "cases": [{"name": "push", "dead": "dead", "variable": "push", "flow": "associative"}],
-    "settings": {"max_programs": 30},
+    "settings": {"crushing_cells": 30},
 }
 
 #: Names that a model may have, and texts that a version of YAML takes for something else.
@@ -76,7 +76,7 @@ def test_everything_a_document_can_say(tmp_path, suffix):
     (case,) = document.cases
     assert case.flow is bs.Flow.ASSOCIATIVE
     assert case.variable.loads[1] == bs.PointLoad("wedge", Q_([0, 0.5, 0.25], "m"), Q_([1, 0, 0], "kN"))
-    assert document.settings == {"max_programs": 30}
+    assert document.settings == {"crushing_cells": 30}
     assert document.report.accepted == 1
     result = bs.AnalysisManager(document.model).run(document.cases)["push"]
     # Sliding: (W + 1 kN + 1 kPa · 0.5 m²) α = μ W; the couple takes no part in it.

@@ -59,11 +59,11 @@ def cases():
 
 @pytest.mark.parametrize("suffix", ["yaml", "yml", "json"])
 def test_a_document_keeps_model_and_cases_to_the_last_bit(tmp_path, model, cases, suffix):
-    path = bs.write_document(tmp_path / f"m.{suffix}", model, cases, settings={"max_programs": 33})
+    path = bs.write_document(tmp_path / f"m.{suffix}", model, cases, settings={"crushing_cells": 33})
     back = bs.read_document(path)
     assert back.model.hash == model.hash
     assert back.cases == tuple(cases)
-    assert back.settings == {"max_programs": 33}
+    assert back.settings == {"crushing_cells": 33}
 
 
 def test_settings_are_kept_whole(tmp_path, model, cases):

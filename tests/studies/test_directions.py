@@ -5,7 +5,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from structures import SELF_WEIGHT, model_of, moved, rotation
+from structures import SELF_WEIGHT, model_of, moved, rotation, settings_of
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +108,7 @@ def test_each_case_with_directions_has_its_compass(tower):
 
 
 def test_directions_without_a_load_factor_are_told(tower):
-    settings = bs.ProcedureSettings(schedule=bs.FictitiousSchedule(max_programs=2))
+    settings = settings_of(procedure="fictitious", max_programs=2)
     with pytest.warns(bs.errors.StudyWarning, match=r"no load factor for push 0 deg.*the envelope may be lower"):
         around = bs.directions(tower, SELF_WEIGHT, 2, settings=settings)
     assert np.isnan(around.load_factor)

@@ -1,5 +1,7 @@
 """Distributions of load factors, and their first-order scatter."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -46,18 +48,19 @@ def test_settlements_have_no_load_factors():
         bs.studies.summary(mixed.sel(case=["spreads"]))
 
 
-def test_of_a_spread_the_distribution_is_that_of_the_number_to_rely_on(tmp_path):
-    """Of each run the lowest schedule, which is another one in some of them, or the largest reaction."""
-    mu = stats.uniform(0.3, 0.5)
-    data = bs.study(studied.wall, {"friction_coefficient": mu}, tmp_path, runs=4, seed=2, workers=1, spread="steep")
-    spreads = [bs.open_analysis(tmp_path / path).spreads for path in data["path"].to_numpy()]
-    relied_on = data.sel(case="push [relied on]")
-    assert relied_on.load_factor.values.tolist() == [of_run["push"].load_factor for of_run in spreads]
-    assert (relied_on.load_factor < data.load_factor.sel(case="push")).any()
-    assert (data.status.sel(case="press [relied on]") == "unbounded").all()
-    sinks = data.reaction.sel(case=["sinks", "sinks [steep]"]).max("case")
-    np.testing.assert_allclose(data.reaction.sel(case="sinks [relied on]"), sinks, rtol=1e-6)
-    assert bs.studies.summary(data)["case"].values.tolist()[0] == "push [relied on]"
+def test_schedules_of_a_spread_are_cases_and_leave_the_load_factor_as_it_is():
+    """A study tells the runs apart by their case; that of the case itself is the run as given."""
+    study = partial(
+        bs.study, studied.wall, {"friction_coefficient": stats.uniform(0.3, 0.5)}, runs=2, seed=2, workers=1
+    )
+    data, alone = study(spread="steep"), study()
+    of_push = data.sel(case=["push", "push [steep]"])
+    assert set(of_push.procedure.sel(case="push").values) == {"loading path"}
+    assert set(of_push.procedure.sel(case="push [steep]").values) == {"fictitious"}
+    assert (of_push.settled == 1).all()
+    for name in ("load_factor", "status", "reason"):
+        np.testing.assert_array_equal(data[name].sel(case=alone.case), alone[name])
+    assert (of_push.load_factor <= data.bound.sel(case="push") + 1e-6).all()
 
 
 def test_intervals_are_those_of_scipy():
@@ -110,14 +113,13 @@ def test_what_mean_and_fractiles_leave_out_or_count_is_told():
     for k, what in enumerate(("unstable_under_dead_load", "unbounded", "failed")):
         status[k] = what
     data = samples([np.nan, np.inf, np.nan, 0.3, 0.5], status)
-    message = ["", "", "", "the certificate holds; the load factor was still drifting", "the certificate holds"]
-    data["message"] = data["status"].copy(data=np.array(message)[:, None])
+    data["settled"] = data["status"].copy(data=np.array([0, 0, 0, 0, 1])[:, None])
     found = bs.studies.summary(data)
     assert found.drifting.item() == 1
     assert found.mean_load_factor.item() == pytest.approx(0.4)
     text = study_summary(found)
     assert "push: 5 runs, mean 0.4, standard deviation 0.14 of the 2 with a finite load factor" in text
-    assert "1 still drifting when stopped, counted with the load factor there" in text
+    assert "1 NOT SETTLED" in text
     title = figures.distribution(data).get_title(loc="left")
     assert [line.split()[0] for line in title.splitlines()] == ["1"] * 4
     assert "mean none, standard deviation none of the 0" in study_summary(bs.studies.summary(data.isel(run=[2])))

@@ -52,7 +52,7 @@ def test_runs_are_rows_of_an_archive_with_their_parameters(tmp_path):
     assert table["parameter_height"].tolist() == [0.8, 0.8]
     assert table.attrs["units"]["parameter_height"] == "meter"
     assert "joint_friction_coefficient" not in table
-    assert "settings_slope" not in table
+    assert "settings_crushing_cells" not in table
     whole = bs.Archive(tmp_path).table(all_columns=True)
     assert whole["joint_friction_coefficient"].tolist() == [0.3, 0.4]
     assert whole["joint_compressive_strength"].tolist() == [np.inf] * 2
@@ -338,8 +338,8 @@ def test_bad_studies_are_refused_before_they_begin(tmp_path, parameters, options
 
 
 TAKEN = [
-    *("run", "case", "load_factor", "bound", "status", "flow", "flow_rule_gap", "n_iterations", "duration", "message"),
-    *("problem", "path", "reaction", "reaction_moment", "d0", "curve_end"),
+    *("run", "case", "load_factor", "bound", "status", "settled", "reason", "procedure", "flow", "flow_rule_gap"),
+    *("n_iterations", "duration", "problem", "path", "reaction", "reaction_moment", "d0", "curve_end", "curve_ended"),
 ]
 
 

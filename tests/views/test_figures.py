@@ -25,7 +25,7 @@ from blockstruct.views.selection import application_points
 from blockstruct.views.solids import Solids, triangles
 from blockstruct.views.style import ACCENT, AMPLITUDE, DISPLACEMENT, FORCE, STATE_COLOURS, SUPPORT, parts
 from blockstruct.views.view import View
-from structures import SELF_WEIGHT, balanced_beam, box, divided, model_of, push, single_block, solve
+from structures import SELF_WEIGHT, balanced_beam, box, divided, model_of, push, settings_of, single_block, solve
 
 mpl.use("Agg")
 
@@ -332,7 +332,7 @@ def test_convergence_draws_every_load_factor(wall):
     ax = figures.certificate(result, ax=axes())
     measures, limits = ax.lines[::2], ax.lines[1::2]
     assert [len(line.get_ydata()) for line in measures] == [result.n_iterations] * 4
-    s = result.settings
+    s = result.settings.numerics
     expected = [s.equilibrium_tolerance, s.yield_tolerance, s.interpenetration_tolerance]
     assert [line.get_ydata()[0] for line in limits] == [*expected, result.certificate.flow_rule_gap_limit]
     assert ax.get_yscale() == "log"
@@ -681,7 +681,7 @@ def test_what_falls_under_its_own_weight_is_not_shown_as_pushed():
 
 
 def test_the_last_iteration_of_what_did_not_converge_is_called_no_result(small_model):
-    settings = bs.ProcedureSettings(schedule=bs.FictitiousSchedule(max_programs=3))
+    settings = settings_of(procedure="fictitious", max_programs=3)
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
     result = bs.AnalysisManager(small_model, settings=settings).run([case])["push"]
     assert result.status == "not_converged"

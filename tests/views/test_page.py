@@ -17,6 +17,7 @@ from blockstruct.views.page import page_html, write_page
 from blockstruct.views.page.payload import payload
 from blockstruct.views.selection import is_pressed
 from blockstruct.views.style import AMPLITUDE
+from blockstruct.views.words import spread_words, status_words
 from structures import SELF_WEIGHT, balanced_beam, box, model_of, moved, push, single_block
 
 #: Traces of the scene.
@@ -80,7 +81,7 @@ def test_the_page_has_the_loads():
     dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.AreaLoad("4 kPa", block="block")])
     cases = [
         bs.LimitCase("push", dead, push(1, 0, 0), "associative"),
-        bs.SettlementCase("sinks", dead, ["ground"], "-z"),
+        bs.SettlementCase("sinks", dead, ["ground"], "-z", flow="associative"),
     ]
     pushed, settles = (case["arrows"] for case in payload(bs.run(model, cases))["cases"])
     assert [arrows["grows"] for arrows in pushed] == [False, True]
@@ -150,8 +151,15 @@ def test_places_are_kept_far_from_the_origin(surveyed):
 
 def test_the_page_tells_the_spread_of_a_case(small_model):
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
-    analysis = bs.AnalysisManager(small_model).run([case], spread="steep")
-    assert page_html(analysis).count("2 of 2 schedules found a certified collapse state") == 3
+    analysis = bs.AnalysisManager(small_model).run([case], spread="half steps")
+    spread, cases = analysis.spread("push"), payload(analysis)["cases"]
+    given, *others = ([*case["head"]["below"], case["status"]] for case in cases)
+    assert len(others) == 2
+    assert {case["head"]["number"] for case in cases} == {spread.headline.number}
+    said = [status_words(r) for r in analysis.values()]
+    assert given == [spread_words(spread), said[0]]
+    assert others == [[said[0], spread_words(spread), words] for words in said[1:]]
+    assert sum(text.count(spread.headline.range) for text in given) == 1
 
 
 @contextmanager
@@ -225,7 +233,7 @@ def test_the_sliders_move_the_blocks(page, analysis):
     np.testing.assert_allclose(translation, 0.1 * size * result.mechanism.translation, atol=2e-3 * size)
     slide(page, "case", "1")
     n = list(analysis.values())[1].n_iterations
-    assert page.inner_text("#iteration-value").startswith(f"{n - 1} of {n - 1}, admissible")
+    assert page.inner_text("#iteration-value").startswith(f"{n - 1} of {n - 1}, loading path")
     last = coordinates(page, 1)
     slide(page, "iteration", "0")
     assert page.inner_text("#iteration-value").startswith(f"0 of {n - 1}, associative")
@@ -316,16 +324,15 @@ def test_the_mechanism_plays_when_asked_and_stops(page):
     np.testing.assert_allclose(coordinates(page, BLOCKS), moved)
 
 
-def test_the_page_of_a_spread_opens_with_its_lowest_run(browser, small_model, tmp_path):
+def test_the_page_of_a_spread_opens_with_the_run_as_given(browser, small_model, tmp_path):
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
     analysis = bs.AnalysisManager(small_model).run([case], spread="steep")
-    lowest = analysis.spread("push").lowest
     with opened(browser, write_page(analysis, tmp_path / "page.html")) as page:
-        assert page.evaluate("document.getElementById('case').selectedOptions[0].text") == lowest.name
+        assert page.evaluate("document.getElementById('case').selectedOptions[0].text") == "push"
         for index in range(3):
             slide(page, "case", str(index))
-            # The number to rely on is that of the case, whichever run is shown.
-            assert page.inner_text("#load-factor") == f"{lowest.load_factor:.4g}"
+            # That of the case, whichever run is shown.
+            assert page.inner_text("#load-factor") == f"{analysis['push'].load_factor:.4g}"
 
 
 def test_names_are_text_and_never_markup(page):

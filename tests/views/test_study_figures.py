@@ -55,11 +55,11 @@ def test_points_of_a_compass_are_joined_only_where_no_direction_between_them_is_
     assert "directions between the points are not covered" in ax.get_title()
     (hollow,) = ax.collections
     np.testing.assert_allclose(hollow.get_offsets().ravel(), [np.pi / 2, around.data.load_factor[1]])
-    assert "hollow: still drifting when stopped" in ax.get_title()
+    assert "hollow" in ax.get_title()
     assert "directions between them are not covered, and one of them may be lower" in str(around)
     upwards = bs.directions(small_model, dead, 4, vertical=0.1, flow="associative")
     assert not upwards.is_convex
-    assert "still drifting" not in figures.compass(upwards).get_title()
+    assert "hollow" not in figures.compass(upwards).get_title()
 
 
 def test_the_tornado():

@@ -268,7 +268,7 @@ class _Asked:
     ) -> tuple[list[str], LimitState | None]:
         """The lower end of the range of the load factor, and the limit state there."""
         head = self.found.headline
-        if not head.lowest < head.load_factor:
+        if head.answer.text(head.lowest) == head.number:
             return [], None
         low = by_q(a0_star * head.lowest / head.load_factor)
         text = (

@@ -16,7 +16,7 @@ from rich.table import Table
 from typer.core import TyperGroup
 
 import blockstruct as bs
-from blockstruct.views import directions_text, iteration_table, result_text, spread_text, summary_table
+from blockstruct.views import directions_text, iteration_table, result_text, summary_table
 from blockstruct.views.words import cells_of
 
 #: Exit codes; the last two are those of the signals SIGINT and SIGPIPE.
@@ -135,7 +135,6 @@ def print_results(analysis: bs.Analysis, *, iterations: bool = False) -> None:
     say_table(summary_table(analysis))
     for text in cells_of(analysis.values()):
         say(text)
-    out.print(spread_text(analysis), markup=False, soft_wrap=True, end="")
     out.print(directions_text(analysis), markup=False, soft_wrap=True, end="")
 
 

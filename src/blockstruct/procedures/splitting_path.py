@@ -78,13 +78,18 @@ class SplittingPath(Path):
             self.end = PathEnd.LIMIT_REACHED
             return None
         s = length * self._unit
-        found = self._splitting.solve(
-            self._memory(self._state, s),
-            self._splitting.predicted(self._state, length / self._step if self._step else 0.0),
-            penalty=self._balance * PENALTY * length,
-            tolerance=TOLERANCE / self._care,
-            max_iterations=MAX_OF_STEP * self._care,
-        )
+        try:
+            found = self._splitting.solve(
+                self._memory(self._state, s),
+                self._splitting.predicted(self._state, length / self._step if self._step else 0.0),
+                penalty=self._balance * PENALTY * length,
+                tolerance=TOLERANCE / self._care,
+                max_iterations=MAX_OF_STEP * self._care,
+            )
+        except RuntimeError:
+            # Blocks that nothing holds, as those on their only support once it moves.
+            self.end = PathEnd.STEP_NOT_SOLVED
+            return None
         self._spent += found.iterations
         if not found.residual <= ENOUGH:
             self.end = PathEnd.STEP_NOT_SOLVED

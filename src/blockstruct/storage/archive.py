@@ -66,8 +66,8 @@ class Archive:
         Columns: ``path`` (relative to the folder), ``case``, ``model``, a column ``parameter_…`` for each parameter
         that an analysis was made with, ``load_factor`` of limit cases, ``reaction`` (N) or ``reaction_moment`` (N·m) of
         settlements, ``d0`` and ``curve_end`` (m) of pushovers, of which the second is the displacement of their last
-        state, ``status``, ``settled``, which is false where the load factor was still drifting when the procedure was
-        stopped, ``flow``, ``n_iterations`` and ``problem``: why a file, which has one row then, cannot be read. A run
+        state, ``status``, ``settled``, false where the load factor had not settled when the procedure
+        ended, ``flow``, ``n_iterations`` and ``problem``: why a file, which has one row then, cannot be read. A run
         that is under way or was killed has a row of that kind, too. The units of columns, coherent SI, are in
         ``table.attrs["units"]``.
 
@@ -75,8 +75,8 @@ class Archive:
         ----------
         all_columns
             Also ``model_hash``, ``associative_load_factor``, ``duration`` (s), the measures of the certificate and
-            whether it ``holds``, ``curve_ended``, why a pushover went no further, ``dead``, ``variable``, ``message``,
-            ``started_at`` and ``created_at`` (UTC), ``version`` of blockstruct, ``tags``, ``study``, a column
+            whether it ``holds``, ``curve_ended``, why a pushover went no further, ``dead``, ``variable``, ``reason``,
+            ``procedure``, ``started_at`` and ``created_at`` (UTC), ``version``, ``tags``, ``study``, a column
             ``joint_…`` for each property of joints (NaN where the joint materials of a model differ in it) and
             ``settings_…`` for each setting.
         """

@@ -111,9 +111,9 @@ def frame_of(data: xr.Dataset) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        ``run``, the parameters, ``case``, the variables of the study; ``settled``, which is false where the load
-        factor was still drifting when the procedure was stopped; and ``missing_curve``, why a pushover with a collapse
-        state has no capacity curve, empty otherwise. ``attrs["units"]`` has the units.
+        ``run``, the parameters, ``case``, the variables of the study; ``settled``, false where the load factor had
+        not settled when the procedure ended; and ``missing_curve``, why a pushover with a collapse state has no
+        capacity curve, empty otherwise. ``attrs["units"]`` has the units.
     """
     of_case = [name for name in _OF_CASE if name in data]
     parameters = [str(name) for name in data.coords if name not in ("run", "case")]

@@ -15,7 +15,7 @@ from rich.text import Text
 import blockstruct as bs
 from blockstruct.units import SI_UNITS, short_unit
 from blockstruct.views.study_text import answer_cell, answer_title, folded_table, short_names, status_cell
-from blockstruct.views.words import admissible_words, range_words, tie_words
+from blockstruct.views.words import admissible_words, pushover_words, range_words, tie_words
 from blockstruct.vocabulary import counted
 
 _COLUMNS = {
@@ -81,7 +81,7 @@ def result_text(result: bs.CaseResult) -> Text:
     left = admissible_words(result)
     if left:
         text.append(f"  {left}\n")
-    for sentence in tie_words(result):
+    for sentence in (*tie_words(result), *pushover_words(result)):
         text.append(f"  {sentence}\n")
     if c is None:
         return text
@@ -104,11 +104,6 @@ def summary_table(analysis: bs.Analysis) -> Table:
             ("time [s]", [f"{r.duration:.2f}" for r in results], "right"),
         ]
     )
-
-
-def spread_text(analysis: bs.Analysis) -> str:
-    """Spreads of the cases that were run with several schedules, one paragraph per case; empty without any."""
-    return "".join(f"{name}: {spread}\n" for name, spread in analysis.spreads.items())
 
 
 def archive_table(rows: pd.DataFrame) -> Table:

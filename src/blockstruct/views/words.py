@@ -30,14 +30,9 @@ def range_words(result: bs.CaseResult) -> str:
     return f"Statics allows reactions from {ends[0]} to {ends[1]} under the dead load."
 
 
-def load_factor_words(result: bs.CaseResult) -> str:
-    """The load factor, or the reaction, as far as it is one: a number, ``infinite`` or ``none``."""
-    return result.headline.number
-
-
-def warning_words(found: bs.CaseResult | bs.Spread) -> str:
-    """What must stand beside the load factor, as one paragraph; empty as a rule."""
-    return " ".join([*found.warnings, *found.owed])
+def warning_words(result: bs.CaseResult) -> str:
+    """Return what must stand next to the load factor, as one paragraph; empty as a rule."""
+    return " ".join([*result.warnings, *result.owed])
 
 
 def spread_words(spread: bs.Spread) -> str:
@@ -82,10 +77,10 @@ def tie_words(result: bs.CaseResult) -> list[str]:
 
 
 def pushover_words(result: bs.CaseResult) -> list[str]:
-    """What a pushover found beyond collapse, a sentence each: its states, how it ended, and ties; else none."""
+    """Return what a pushover found beyond collapse, a sentence each: states, end and ties, or why it has no curve."""
     curve = result.capacity
     if curve is None or not isinstance(result.case, bs.Pushover):
-        return []
+        return [f"There is no capacity curve: {result.missing_curve}."] if result.missing_curve else []
     n, certified = curve.sizes["step"], int(curve["holds"].sum())
     block, direction = result.case.control
     along = f"on {block} along ({', '.join(f'{round(d, 4):g}' for d in direction)})"

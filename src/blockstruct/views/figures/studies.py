@@ -22,7 +22,7 @@ def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None 
     """Draw load factors around the compass: x to the right, y upwards, and the governing direction as an arrow.
 
     Lines join the points where no direction between them is below (:attr:`blockstruct.studies.Directions.is_convex`).
-    A hollow point was still drifting when its procedure was stopped.
+    The load factor of a hollow point has not settled.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None 
     governing = f"α = {found.load_factor:.4g} at {found.governing_direction:g}°"
     missing = f", {len(found.without_load_factor)} not known" if found.without_load_factor else ""
     said = [("no load factor" if math.isnan(found.load_factor) else governing) + missing]
-    said += ["hollow: still drifting when stopped"] if hollow.any() else []
+    said += ["hollow: NOT SETTLED"] if hollow.any() else []
     said += ["directions between the points are not covered"] if found.uncovered else []
     ax.set_title("\n".join(said), fontsize="small")
     if label:

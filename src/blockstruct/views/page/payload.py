@@ -38,7 +38,6 @@ from blockstruct.views.view import eye
 from blockstruct.views.words import (
     admissible_words,
     certificate_words,
-    load_factor_words,
     pushover_words,
     range_words,
     spread_words,
@@ -65,7 +64,7 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
         raise bs.errors.ModelError(msg)
     solids = Solids.of(model)
     origin = _origin(solids)
-    # Open with the case whose number counts: of a spread, that of its headline.
+    # Of a spread, open with the run as given.
     first = next((r for r in shown_results(analysis) if r.n_iterations), shown[0])
     return {
         "name": model.name,
@@ -147,14 +146,13 @@ def _ties(model: bs.Model, origin: Array) -> dict[str, Any]:
 
 
 def _head(analysis: bs.Analysis, result: bs.CaseResult) -> dict[str, Any]:
-    """The load factor to rely on, of a run of a spread that of its case, and what is said below it."""
+    """Return the load factor, of a run of a spread that of the run as given, and the sentences below it."""
     spread = next((s for s in analysis.spreads.values() if result in s.results.values()), None)
-    head = (spread or result).headline
-    below = [head.range, head.bound]
-    if spread is not None:
-        below += [spread_words(spread), f"This run: {load_factor_words(result)} ({result.ended})."]
-    below += [range_words(result), warning_words(spread or result), admissible_words(result)]
-    return {"number": head.number, "below": [text for text in below if text]}
+    given = result if spread is None else spread.given
+    below = [] if result is given else [status_words(given)]
+    below += [] if spread is None else [spread_words(spread)]
+    below += [range_words(result), warning_words(given), admissible_words(result)]
+    return {"number": given.headline.number, "below": [text for text in below if text]}
 
 
 def _case(result: bs.CaseResult, head: dict[str, Any], solids: Solids, origin: Array) -> dict[str, Any]:

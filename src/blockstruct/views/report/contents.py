@@ -22,7 +22,6 @@ from blockstruct.views.study_text import directions_text, parameter_texts
 from blockstruct.views.words import (
     admissible_words,
     certificate_words,
-    load_factor_words,
     pushover_words,
     range_words,
     spread_words,
@@ -65,7 +64,7 @@ def contents(
         "patterns": _patterns(results),
         "relied_on": relied_on(analysis, of_case),
         "answers": " / ".join(dict.fromkeys(r.answer.name + " [-]" * (not r.answer.is_reaction) for r in results)),
-        "results": [_headline(analysis[name], spreads.get(name, analysis[name])) for name in analysis.headlines],
+        "results": [_headline(r) for r in shown_results(analysis)],
         "verification": [verification(name, check) for name, check in of_case],
         "undemanded": undemanded(analysis),
         "spreads": [_spread(name, spread) for name, spread in spreads.items()],
@@ -226,18 +225,12 @@ def _vector(values: Any, unit: str) -> str:
     return "(" + ", ".join(f"{v * factor:.4g}" for v in values) + f") {unit}"
 
 
-def _headline(given: bs.CaseResult, found: bs.CaseResult | bs.Spread) -> dict[str, str]:
-    """Of the run as given, which has the curve if there is one, and of all runs of its case."""
-    head = found.headline
-    return {
-        "name": given.name,
-        "flow": head.flow.value,
-        "status": found.given.ended if isinstance(found, bs.Spread) else found.ended,
-        "number": head.number,
+def _headline(r: bs.CaseResult) -> dict[str, str]:
+    head = r.headline
+    return _result(r) | {
         "range": head.range,
-        "begins": beginning_words(given, head.load_factor),
         "bound": head.bound.removeprefix("associative bound "),
-        "warning": warning_words(found),
+        "warning": warning_words(r),
     }
 
 
@@ -245,9 +238,9 @@ def _result(r: bs.CaseResult) -> dict[str, str]:
     return {
         "name": r.name,
         "flow": r.case.flow.value,
-        "status": r.status.words,
-        "load_factor": load_factor_words(r),
-        "begins": beginning_words(r, r.load_factor),
+        "status": r.ended,
+        "number": r.headline.number,
+        "begins": beginning_words(r),
     }
 
 
@@ -260,7 +253,6 @@ def _spread(name: str, spread: bs.Spread) -> dict[str, Any]:
             _result(r)
             | {
                 "name": schedule,
-                "status": r.ended,
                 "settings": ", ".join(
                     f"{what.replace('_', ' ')} {value}"
                     for what, value in r.settings.flat.items()

@@ -13,12 +13,12 @@ _APART = 0.005
 _LISTED = 3
 
 
-def beginning_words(result: bs.CaseResult, load_factor: float) -> str:
-    """Where the curve of a pushover begins, if elsewhere than at the load factor that is shown; else empty."""
+def beginning_words(result: bs.CaseResult) -> str:
+    """Return where the curve of a pushover begins, if not at the load factor; else empty."""
     if result.capacity is None:
         return ""
-    first = _first(result.capacity)
-    # A load factor that is none is apart from nothing.
+    first, load_factor = _first(result.capacity), result.load_factor
+    # False for a load factor that is NaN.
     if not abs(first - load_factor) > _APART * abs(load_factor):
         return ""
     rounded = isinstance(result.case, bs.Pushover) and result.case.corner_rounding
@@ -36,16 +36,14 @@ def curve_sentences(analysis: bs.Analysis, relied_on: str, checked: Sequence[str
     names += [
         name
         for name, curve in curves.items()
-        if name not in names
-        and beginning_words(analysis[name], heads[name].load_factor)
-        and _first(curve) < heads[relied_on].load_factor
+        if name not in names and beginning_words(analysis[name]) and _first(curve) < heads[relied_on].load_factor
     ]
     said = []
     for name in names[:_LISTED]:
         curve, procedure = curves[name], analysis[name].settings.procedure
         breaks = bs.results.breaking_words(curve)
         looked_at = [*bs.results.doubtful_words(curve, procedure), *breaks][:1]
-        clauses = [beginning_words(analysis[name], heads[name].load_factor), curve.attrs.get("ended", "")]
+        clauses = [beginning_words(analysis[name]), curve.attrs.get("ended", "")]
         clauses += [text for text in looked_at if not any(text in note for note in told)]
         # The last of several may be the one at which SLV ends.
         clauses += ["further breaks of ties are told below"] if breaks[1:] and looked_at == breaks[:1] else []

@@ -8,7 +8,6 @@ import numpy as np
 import blockstruct as bs
 from blockstruct.views.report.pictures import mechanism_picture
 from blockstruct.views.report.pushovers import beginning_words, curve_sentences
-from blockstruct.views.selection import shown_results
 
 Check = bs.assess.LocalMechanismCheck
 
@@ -35,15 +34,15 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
         nothing = {"name": "", "sentence": said, "between": "", "curves": [], "figures": [], "notes": []}
         return nothing | {"picture": None, "holds": None}
     head = heads[name]
-    shown = dict(zip(heads, shown_results(analysis), strict=True))[name]
-    begins = beginning_words(analysis[name], head.load_factor)
+    result = analysis[name]
+    begins = beginning_words(result)
     notes = list(check.notes) if check else []
     mixed = len({one.answer.dimension for one in loaded.values()}) > 1
     figures = [
         {
             "what": f"{head.answer.name} {head.answer.symbol}",
             "number": head.number,
-            "more": [begins, head.range, head.bound, f"{head.flow} flow"],
+            "more": ["NOT SETTLED" * result.drifts, begins, head.range, head.bound, f"{head.flow} flow"],
         }
     ]
     if check is not None:
@@ -66,8 +65,8 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
         "between": "" if np.isnan(head.load_factor) else _between(analysis),
         "curves": curve_sentences(analysis, name, [case for case, _ in checks], notes),
         "figures": figures,
-        "picture": mechanism_picture(shown, small=True),
-        "holds": _holds(head, check),
+        "picture": mechanism_picture(result, small=True),
+        "holds": _holds(result, check),
         "notes": _missed([item for item in checks if item[1] is not check]) + notes,
     }
 
@@ -86,9 +85,9 @@ def _governing(
     return min(heads, key=lambda name: heads[name].load_factor, default=None), None
 
 
-def _holds(head: bs.results.Headline, check: Check | None) -> bool | None:
-    """Whether what governs is satisfied: never without a load factor, whatever other checks say; None if unchecked."""
-    if np.isnan(head.load_factor):
+def _holds(result: bs.CaseResult, check: Check | None) -> bool | None:
+    """Return whether what governs is satisfied; never without a settled load factor, None if unchecked."""
+    if np.isnan(result.load_factor) or result.drifts:
         return False
     return None if check is None else check.satisfied
 
@@ -105,18 +104,17 @@ def _sentence(
         of_others = "The check of another case says" if checked == 1 else f"The {checked} checks of other cases say"
         return f"{said} The verification is not satisfied. {of_others} nothing of it."
     worst = "largest" if head.answer.is_reaction else "lowest"
-    range_ = f" It is {head.range}." if head.range else ""
     if check is None:
         among = f"one of {cases} cases, forces and moments" if mixed else f"the {worst} of {cases} cases"
         of_cases = f", {among}" if cases > 1 else ""
         said = f"Relied on: {head.answer.name} {head.number} of “{name}”{of_cases}."
-        return f"{said} It is checked against no demand.{range_}"
+        return f"{said} It is checked against no demand."
     least = _share(check) <= min(map(_share, checks))
     governs = "bears the least share of its site's ground acceleration" if least else "is not satisfied"
     of_checks = f", which of {len(checks)} checks {governs}" if len(checks) > 1 else ""
     return (
         f"Relied on: capacity / demand {_ratio(check)} of “{name}” ({check.relied_on}){of_checks}, from its load "
-        f"factor {head.number}.{range_}"
+        f"factor {head.number}."
     )
 
 
