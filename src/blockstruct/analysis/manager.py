@@ -336,9 +336,10 @@ class AnalysisManager:
         place: tuple[int, int],
     ) -> CaseResult:
         case, settings, start = before.case, before.settings, perf_counter()
-        solver = ReplaySolver(statics, problem, before.history, solver_of(settings))
+        own = problem.at_unit_load
+        solver = ReplaySolver(statics, own, before.history, solver_of(settings))
         made_by = before.versions if before.n_iterations else ()
-        steps = followed(solve_limit_case(problem, case.flow, settings, solver), before.history)
+        steps = followed(solve_limit_case(own, case.flow, settings, solver), before.history)
         iterations: list[Iteration] = []
         outcome = Outcome(Status.INTERRUPTED, np.nan, Reason.INTERRUPTED)
         started_at = before.started_at if before.n_iterations else now()

@@ -52,7 +52,7 @@ class ReplaySolver:
         self._T = np.zeros((len(self._x), 0))
         if len(problem.ties):
             self._T = self._history["tie_force"].to_numpy() / problem.ties.force_unit - problem.ties.prestress_D
-        self._u = velocities_of(statics, problem, np.concatenate(motion, axis=2))
+        self._u = velocities_of(statics, problem, np.concatenate(motion, axis=2)) * problem.load_unit
         self._next = 0
 
     def solve(self, program: ConicProgram, data: ProgramData, tolerance: float) -> Solution:
@@ -61,7 +61,7 @@ class ReplaySolver:
             return self._solver.solve(program, data, tolerance)
         k = self._next
         self._next += 1
-        alpha = float(self._history["load_factor"][k])
+        alpha = float(self._history["load_factor"][k]) * self._problem.load_unit
         if np.isposinf(alpha):
             return self._solver.solve(program, data, tolerance)
         y, z = np.zeros(program.G.shape[1]), np.zeros(program.G.shape[0])

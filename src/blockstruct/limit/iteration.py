@@ -1,7 +1,7 @@
 """What one program of the procedure found, and how the procedure ended."""
 
 from collections.abc import Generator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
@@ -74,6 +74,22 @@ class Iteration:
     def solved(self) -> bool:
         """Whether the solver claims a point: only the certificate tells what it is worth."""
         return is_solved(self.solver_status)
+
+    def of_case(self, problem: LimitProblem) -> Self:
+        """Return the iteration in multiples of the variable load of the case; of the dead load alone, as it is."""
+        if self.stage is Stage.DEAD_LOAD:
+            return self
+        unit, c = problem.load_unit, self.certificate
+        return replace(
+            self,
+            load_factor=self.load_factor / unit,
+            u=self.u / unit,
+            v=self.v / unit,
+            elongation=self.elongation / unit,
+            certificate=replace(
+                c, flow_rule_gap=c.flow_rule_gap / unit, flow_rule_gap_limit=c.flow_rule_gap_limit / unit
+            ),
+        )
 
 
 def is_solved(status: SolverStatus) -> bool:
@@ -155,6 +171,12 @@ class Outcome:
         kinds: dict[str, Any] = {"status": Status, "reason": Reason, "procedure": Procedure, "path_end": PathEnd}
         kinds |= dict.fromkeys(("drift", "hung", "jammed"), tuple)
         return cls(**{n: kinds[n](v) if n in kinds and v is not None else v for n, v in values.items()})
+
+    def of_case(self, problem: LimitProblem) -> Self:
+        """Return the outcome in multiples of the variable load of the case."""
+        unit = problem.load_unit
+        drift = None if self.drift is None else (self.drift[0] / unit, self.drift[1] / unit)
+        return replace(self, load_factor=self.load_factor / unit, drift=drift, peak=self.peak / unit)
 
     @property
     def stands_in(self) -> bool:

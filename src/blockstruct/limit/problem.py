@@ -61,6 +61,8 @@ class LimitProblem:
         The interfaces whose torsion is that of uniform pressure.
     settlement : Settlement or None
         The supports that give way, if the case is a settlement.
+    load_unit : float
+        Unit of the variable load: ``w_L`` is that of the case divided by it.
     """
 
     A: sp.csc_array
@@ -81,6 +83,7 @@ class LimitProblem:
     ties: Ties
     torsion: UniformTorsion
     settlement: Settlement | None = None
+    load_unit: float = 1.0
 
     @classmethod
     def of(cls, statics: Statics, case: Case) -> Self:
@@ -167,6 +170,24 @@ class LimitProblem:
             displacement_unit=self.displacement_unit / force,
             ties=replace(self.ties, columns=sp.csc_array(sp.vstack([self.ties.columns, sp.csc_array(of_ties[None])]))),
             settlement=settlement,
+        )
+
+    @property
+    def at_unit_load(self) -> Self:
+        """The same problem with a variable load as large as the dead load of the blocks that it acts on.
+
+        A multiple of the variable load gives the same problem, so that the procedure does not depend on its unit. The
+        reaction of a settlement has a unit of its own.
+        """
+        if self.settlement is not None:
+            return self
+        size = _magnitudes(self.w_L) * self.wrench_unit
+        unit = float(size.sum() / self.wrench_unit[size > 0].sum())
+        return replace(
+            self,
+            w_L=self.w_L / unit,
+            displacement_unit=self.displacement_unit * unit,
+            load_unit=self.load_unit * unit,
         )
 
     @property

@@ -52,13 +52,25 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
     Yields
     ------
     Iteration
-        One a program, as it is solved.
+        One a program, as it is solved, in multiples of the variable load of the case.
 
     Returns
     -------
     Outcome
-        Value of the generator.
+        Value of the generator, likewise.
     """
+    steps = _decided(problem, flow, settings, solver)
+    while True:
+        try:
+            step = next(steps)
+        except StopIteration as stop:
+            outcome: Outcome = stop.value
+            return outcome.of_case(problem)
+        yield step.of_case(problem)
+
+
+def _decided(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
+    """The procedure, and the question what self-stress decides."""
     outcome = yield from _solve(problem, flow, settings, solver)
     asked = flow is Flow.NONASSOCIATIVE and problem.settlement is None
     if not asked or outcome.status not in (Status.CONVERGED, Status.UNBOUNDED):
