@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.limit.crushing import Linearisation
-from blockstruct.limit.friction import fictitious_sliding, relax, shift_of, true_sliding
+from blockstruct.limit.friction import STEEPEST, fictitious_sliding, limited_sliding, relax, shift_of, true_sliding
 from blockstruct.limit.iteration import Found, Iteration, Search
 from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
@@ -32,7 +32,8 @@ def fictitious_iteration(
     program, exact
         The program of the steps, and that of closing states, which are found inside the exact cones of crushing.
     first
-        The associative program.
+        The associative program. Joints of more friction than :func:`limited_sliding` has start from a program of their
+        own.
     settings, solver
         Schedule and tolerances, and the solver.
     left
@@ -43,6 +44,11 @@ def fictitious_iteration(
     Found or None, Iteration
         The certified state, None without one; and the last step.
     """
+    if (program.problem.friction > STEEPEST).any():
+        start = solve_step(program, limited_sliding(program.problem), Stage.NONASSOCIATIVE, settings, solver)
+        yield start
+        left -= 1
+        first = start if start.solved else first
     n0, c0, a, beta = first.x[:, 0], settings.schedule.c0, settings.schedule.slope, settings.schedule.relaxation
     linearisation = Linearisation.first(program.problem).after(program.problem, first.x, first.v, 1.0)
     last, load_factors, settled, cooldown, pause = first, [first.load_factor], 0, 0, 1
