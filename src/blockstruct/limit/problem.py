@@ -217,6 +217,10 @@ class LimitProblem:
         shape = (self.n_blocks, K + len(self.ties))
         return sp.csr_array((np.ones(len(row)), (row // 6, of)), shape=shape)
 
+    def points_of(self, blocks: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Whether each contact point, (K,), acts on some of the free blocks, (F,)."""
+        return np.asarray(self._touches[blocks].sum(axis=0))[: self.n_points] > 0
+
     def part(self, blocks: NDArray[np.bool_]) -> Self:
         """The problem of whole groups of free blocks, (F,), of one whose supports are held."""
         acts = np.asarray(self._touches[blocks].sum(axis=0)) > 0

@@ -107,7 +107,7 @@ def admissible(program: ConicProgram, step: Iteration, settings: ProcedureSettin
         solver,
         objective=Objective(shift_of(program.problem, step.v, step.x[:, 0]), 1.01),
         max_load_factor=step.load_factor,
-        mechanism=step,
+        velocities=step.u,
     )
 
 

@@ -18,9 +18,9 @@ from blockstruct.procedures.fictitious import fictitious_iteration
 from blockstruct.procedures.largest_reaction import largest_reaction
 from blockstruct.procedures.self_stress import (
     can_jam,
-    collapse_of_dead_load,
-    decided_by_self_stress,
+    dead_load_collapse,
     grows_without_limit,
+    jammed_by_self_stress,
 )
 from blockstruct.procedures.shifted import shifted_iteration
 from blockstruct.procedures.step import solve_step
@@ -59,7 +59,7 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
     Outcome
         Value of the generator, likewise.
     """
-    steps = _decided(problem, flow, settings, solver)
+    steps = _solve(problem, flow, settings, solver)
     while True:
         try:
             step = next(steps)
@@ -69,18 +69,8 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
         yield step.of_case(problem)
 
 
-def _decided(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
-    """The procedure, and the question what self-stress decides."""
-    outcome = yield from _solve(problem, flow, settings, solver)
-    asked = flow is Flow.NONASSOCIATIVE and problem.settlement is None
-    if not asked or outcome.status not in (Status.CONVERGED, Status.UNBOUNDED):
-        return outcome
-    hung, jammed = decided_by_self_stress(problem, settings, solver)
-    return replace(outcome, hung=hung, jammed=jammed if outcome.status is Status.CONVERGED else ())
-
-
 def _solve(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
-    """The procedure, without the question what self-stress decides."""
+    """The procedure, and what self-stress decides."""
     program = ConicProgram(problem, settings)
     path = _path(program, settings) if flow is Flow.NONASSOCIATIVE else None
     dead = _dead_load_forces(problem, path)
@@ -89,6 +79,11 @@ def _solve(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solve
         if isinstance(found, Outcome):
             return found
         dead = found
+    searched = flow is Flow.NONASSOCIATIVE and problem.settlement is None
+    if searched:
+        hung = yield from dead_load_collapse(problem, settings, solver)
+        if hung:
+            return Outcome(Status.SELF_STRESS, np.nan, Reason.DEAD_LOAD_COLLAPSES, hung=hung)
     if problem.settlement is not None:
         yield largest_reaction(problem, settings, solver)
     first = ray = yield from _associate(program, flow, settings, solver)
@@ -106,7 +101,11 @@ def _solve(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solve
         return given_up(problem, Reason.PROGRAM_NOT_SOLVED)
     if flow is Flow.NONASSOCIATIVE:
         steps = _without_dilatancy(program, first, path, settings, solver)
-        return (yield from _concluded(steps, first, ray if jammed else None, problem, settings, solver))
+        outcome = yield from _concluded(steps, first, ray if jammed else None, problem, settings, solver)
+        if not searched or outcome.status is not Status.CONVERGED:
+            return outcome
+        blocks = jammed_by_self_stress(problem, settings, solver, bounded=not jammed)
+        return replace(outcome, jammed=blocks)
     outcome = _collapse(problem, Found(first, Procedure.ASSOCIATIVE))
     if first.certificate.holds and _is_answer(problem, outcome):
         return outcome
@@ -228,9 +227,7 @@ def _concluded(
     outcome = replace(_collapse(problem, found), path_end=end)
     if _is_answer(problem, outcome):
         return outcome
-    if n >= settings.schedule.max_programs - 1:
-        return given_up(problem, Reason.NEGATIVE_LOAD_FACTOR, programs=n)
-    return (yield from collapse_of_dead_load(problem, found.state, settings, solver))
+    return replace(given_up(problem, Reason.NEGATIVE_LOAD_FACTOR, programs=n), path_end=end)
 
 
 def _is_answer(problem: LimitProblem, outcome: Outcome) -> bool:

@@ -12,78 +12,153 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import frozen_sliding, shift_of, true_sliding
-from blockstruct.limit.iteration import Iteration, Outcome, given_up, is_solved
+from blockstruct.limit.iteration import Iteration, is_solved
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.program import ConicProgram, Objective, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.limit.ties import Ties
 from blockstruct.procedures.step import solve_step
-from blockstruct.vocabulary import Reason, Stage, Status
+from blockstruct.vocabulary import Stage
 
 Array = NDArray[np.float64]
 
 #: A load factor grows without limit after this many increments, each larger than the one before and than a share of the
 #: load factor, to this multiple of the first one. Measured: increments alone also grow for a while on paths that end.
 _INCREMENTS, _SHARE, _MULTIPLE = 5, 0.05, 10.0
+#: Share of the dead load that frozen friction must carry more to need no program.
+_MORE = 1e-2
 #: Velocity of a block that falls, relative to that of the fastest.
 _FALLS = 1e-2
 #: Attempts of least squares, and the openings beyond friction, relative to the largest velocity, that are proof and
 #: that are asked for.
 _TRIES, _OPENS, _ASKED = 20, 2e-3, 0.1
+#: Stiffness of blocks in directions in which no joint holds them, relative to the mean.
+_SLIGHT = 1e-10
 
 
-def collapse_of_dead_load(
-    problem: LimitProblem, found: Iteration, settings: ProcedureSettings, solver: Solver
-) -> Generator[Iteration, None, Outcome]:
-    """Ask whether the mechanism of a negative load factor is one of the dead load alone.
+def dead_load_collapse(
+    problem: LimitProblem, settings: ProcedureSettings, solver: Solver
+) -> Generator[Iteration, None, tuple[int, ...]]:
+    """Find the blocks that friction holds under the dead load in some states of self-stress and not in others.
 
-    Such a mechanism is driven by the dead load, and held by friction. If forces carry the whole dead load that this
-    mechanism has used up, the dead load itself is at collapse; as forces of another self-stress carry it as well,
-    the model does not tell whether the structure stands.
+    Whether they fall depends on forces that the model does not determine. The answer depends on the joints and the
+    dead load alone, and not on the variable load.
+
+    Normal forces that carry the dead load without friction prove that nothing falls. With them the dead load does no
+    work in any motion that closes no joint, and a collapse state without dilatancy needs work against friction. Least
+    squares find such forces in most walls. Otherwise each group of blocks that touches no other is tested with the
+    forces that press its joints together least.
 
     Parameters
     ----------
     problem
-        The limit problem, with the dilatancy of its flow.
-    found
-        A certified state at a negative load factor.
+        The limit problem, with the dilatancy of its joints.
     settings, solver
         Tolerances and solver.
 
     Yields
     ------
     Iteration
-        The state under the dead load, certified with its own normalisation ``w_D·u = 1``. Its load factor is NaN.
+        The collapse state of the dead load, if one is found, with its own normalisation ``w_D·u = 1``. Its load factor
+        is NaN.
+
+    Returns
+    -------
+    tuple of int
+        Indices of the free blocks that fall, empty if the dead load has no such collapse state.
     """
-    own, work = problem.dead_load_alone, float(problem.w_D @ found.u)
-    if not work > 0:
-        return given_up(problem, Reason.NEGATIVE_LOAD_FACTOR)
-    step = _falling(own, replace(found, u=found.u / work, v=found.v / work), settings, solver)
-    yield replace(step, load_factor=np.nan)
-    if _is_whole(step, settings):
-        return Outcome(Status.SELF_STRESS, np.nan, Reason.DEAD_LOAD_COLLAPSES)
-    return given_up(problem, Reason.NEGATIVE_LOAD_FACTOR)
+    whole = problem.held
+    dilates = bool((whole.friction == whole.dilatancy).all())
+    if dilates or not whole.w_D.any() or _stands_without_friction(whole, settings):
+        return ()
+    groups, u, n = whole.groups, np.zeros((whole.n_blocks, 6)), np.zeros(whole.n_points)
+    for group in range(int(groups.max()) + 1):
+        blocks = groups == group
+        part = whole.part(blocks)
+        if not part.n_points or not part.w_D.any():
+            continue
+        # One group alone is the whole, which has been tested.
+        if groups.any() and _stands_without_friction(part, settings):
+            continue
+        found = _fall(part, settings, solver)
+        if found is not None:
+            u[blocks], n[whole.points_of(blocks)] = found.u.reshape(-1, 6), found.x[:, 0]
+    if not u.any():
+        return ()
+    own = whole.dead_load_alone
+    velocities = u.ravel() / float(own.w_L @ u.ravel())
+    yield replace(_falling(own, velocities, n, settings, solver), load_factor=np.nan)
+    speed = np.linalg.norm(u[:, :3], axis=1) / whole.wrench_unit
+    return tuple(np.flatnonzero(speed > _FALLS * speed.max()).tolist())
 
 
-def _falling(own: LimitProblem, mechanism: Iteration, settings: ProcedureSettings, solver: Solver) -> Iteration:
-    """Forces of the dead load, of up to its whole, that miss the flow rule of a mechanism with ``w_D·u = 1`` least."""
+def _stands_without_friction(problem: LimitProblem, settings: ProcedureSettings) -> bool:
+    """Whether least squares find normal forces that carry the dead load without friction.
+
+    Contact points that they put in tension are left out of the next attempt.
+    """
+    # Loaded here: it is slow to import.
+    from scipy.sparse.linalg import splu
+
+    A, bears = sp.csc_array(problem.A)[:, ::3], np.ones(problem.n_points, dtype=bool)
+    for _ in range(_TRIES):
+        bearing = sp.csc_array(A[:, bears])
+        normal = sp.csc_array(bearing @ bearing.T)
+        slight = sp.diags_array(np.full(normal.shape[0], _SLIGHT * max(float(normal.diagonal().mean()), 1.0)))
+        n = -(bearing.T @ splu(sp.csc_matrix(normal + slight)).solve(problem.w_D))
+        if np.abs(bearing @ n + problem.w_D).max() > settings.numerics.equilibrium_tolerance:
+            return False
+        pulled = n < -0.1 * settings.numerics.yield_tolerance
+        if not pulled.any():
+            x, u = np.zeros((problem.n_points, 3)), np.zeros_like(problem.w_D)
+            x[bears, 0] = n
+            return certify(problem, x, u, 0.0, settings, problem.ties.prestress(0.0)).admissible
+        bears[np.flatnonzero(bears)[pulled]] = False
+    return False
+
+
+def _fall(part: LimitProblem, settings: ProcedureSettings, solver: Solver) -> Iteration | None:
+    """Mechanism of a collapse state of the dead load with friction frozen, None if there is none."""
+    forces = _least_pressed(part, settings, solver)
+    if forces is None:
+        return None
+    own, tolerance = part.dead_load_alone, settings.numerics.gap_tolerance
+    frozen = frozen_sliding(own, forces[:, 0])
+    beyond = (1 + _MORE) * np.linalg.norm(forces[:, 1:], axis=1) - frozen.bound - frozen.slope * forces[:, 0]
+    if beyond.max() <= 10 * settings.numerics.solver_tolerance:
+        # A larger share of the dead load is carried with the same friction.
+        return None
+    found = solve_step(_exact(own, settings), frozen, Stage.DEAD_LOAD, settings, solver)
+    if not found.solved or found.load_factor > 1 + tolerance:
+        return None
+    collapse = _falling(own, found.u, found.x[:, 0], settings, solver)
+    return found if collapse.certificate.holds and collapse.load_factor >= 1 - tolerance else None
+
+
+def _falling(own: LimitProblem, u: Array, n: Array, settings: ProcedureSettings, solver: Solver) -> Iteration:
+    """Forces of the dead load, at most its whole, that miss the flow rule of velocities with ``w_D·u = 1`` least.
+
+    Joints of uniform torsion slide as normal forces n (K,) near them tell.
+    """
+    v = (own.A.T @ u).reshape(-1, 3)
     return solve_step(
-        ConicProgram(own, replace(settings, crushing="conic")),
+        _exact(own, settings),
         true_sliding(own),
         Stage.DEAD_LOAD,
         settings,
         solver,
-        # The flow-rule gap is linear in the forces; the weight above one asks for the whole dead load first.
-        objective=Objective(shift_of(own, mechanism.v, mechanism.x[:, 0]), 2.0),
+        # The flow-rule gap is linear in the forces. The weight above one favours the whole dead load.
+        objective=Objective(shift_of(own, v, n), 2.0),
         max_load_factor=1.0,
-        mechanism=mechanism,
+        velocities=u,
     )
 
 
-def _is_whole(step: Iteration, settings: ProcedureSettings) -> bool:
-    """Whether a state of :func:`_falling` is one of collapse under the whole dead load."""
-    return step.certificate.holds and step.load_factor >= 1 - settings.numerics.gap_tolerance
+def _exact(problem: LimitProblem, settings: ProcedureSettings) -> ConicProgram:
+    """The program with the exact cones of crushing."""
+    return ConicProgram(problem, replace(settings, crushing="conic"))
 
 
 def grows_without_limit(load_factors: Sequence[float]) -> bool:
@@ -111,7 +186,7 @@ def can_jam(problem: LimitProblem, settings: ProcedureSettings, solver: Solver) 
     # The variable load only scales the program, which any load does.
     loads = problem.w_L if problem.w_L.any() else problem.w_D
     own = replace(problem, w_D=np.zeros_like(problem.w_D), w_L=loads, ties=Ties.none(len(problem.w_D)))
-    program = ConicProgram(own, replace(settings, crushing="conic"))
+    program = _exact(own, settings)
     opening = Objective(np.full(own.n_points, -1.0 / own.n_points))
     data = program.data(true_sliding(own), objective=opening, max_load_factor=0.0)
     _, _, u = program.unpack(solver.solve(program, data, settings.numerics.solver_tolerance))
@@ -126,8 +201,7 @@ def _opens_everywhere(problem: LimitProblem) -> bool:
     from scipy.sparse.linalg import splu
 
     normal = sp.csc_array(problem.A @ problem.A.T)
-    # Blocks that no joint holds in some direction rest in it.
-    slight = sp.diags_array(np.full(normal.shape[0], 1e-10 * float(normal.diagonal().mean())))
+    slight = sp.diags_array(np.full(normal.shape[0], _SLIGHT * float(normal.diagonal().mean())))
     solved = splu(sp.csc_matrix(normal + slight))
     asked = np.tile([1.0, 0.0, 0.0], (problem.n_points, 1))
     for _ in range(_TRIES):
@@ -140,15 +214,14 @@ def _opens_everywhere(problem: LimitProblem) -> bool:
     return False
 
 
-def decided_by_self_stress(
-    problem: LimitProblem, settings: ProcedureSettings, solver: Solver
-) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Free blocks that friction on self-stress may hold or not, group by group.
+def jammed_by_self_stress(
+    problem: LimitProblem, settings: ProcedureSettings, solver: Solver, *, bounded: bool
+) -> tuple[int, ...]:
+    """Indices of the free blocks that self-stress keeps from moving under the variable load, or may not.
 
-    What bounds one group tells nothing of another that touches it nowhere. So each group that can jam is asked by
-    itself: whether its dead load has a collapse state, from the forces under dead load that press its joints together
-    least; and whether, with friction frozen at these, the variable load moves it, though with dilatancy nothing does.
-    Where no joints can jam, as in most walls, arches and domes, least squares show it without a program.
+    The load factor of one group of blocks says nothing about another that touches it nowhere. A group jams if, with
+    friction frozen at the forces under dead load that press its joints together least, the variable load moves it,
+    though with dilatancy nothing does.
 
     Parameters
     ----------
@@ -156,64 +229,36 @@ def decided_by_self_stress(
         The limit problem without dilatancy, or with that of its joints.
     settings, solver
         Tolerances and solver.
-
-    Returns
-    -------
-    tuple of int, tuple of int
-        Indices of the free blocks that fall with too little self-stress, and those of other groups that it jams.
+    bounded
+        Whether the load factor with dilatancy is finite, so that one group alone does not jam.
     """
-    own = problem.held
-    if not can_jam(own, settings, solver):
-        return (), ()
-    hung, jammed, groups = np.zeros(own.n_blocks, bool), np.zeros(own.n_blocks, bool), own.groups
+    groups, jammed = problem.groups, np.zeros(problem.n_blocks, dtype=bool)
+    if bounded and not groups.any():
+        return ()
     for group in range(int(groups.max()) + 1):
-        blocks = groups == group
-        part = own.part(blocks)
-        if not part.n_points or not (part.w_D.any() or part.w_L.any()):
-            continue
-        # A group that is all there is has been asked.
-        if groups.any() and not can_jam(part, settings, solver):
-            continue
-        loose = _least_pressed(part, settings, solver)
-        hung[blocks] = _hanging(part, loose, settings, solver)
-        jammed[blocks] = not hung[blocks].any() and _only_jams(part, loose, settings, solver)
-    return tuple(np.flatnonzero(hung).tolist()), tuple(np.flatnonzero(jammed).tolist())
+        part = problem.part(groups == group)
+        if part.n_points and part.w_L.any() and can_jam(part, settings, solver):
+            jammed[groups == group] = _only_jams(part, settings, solver)
+    return tuple(np.flatnonzero(jammed).tolist())
 
 
-def _least_pressed(part: LimitProblem, settings: ProcedureSettings, solver: Solver) -> Array:
-    """Normal forces (K,) of the least sum that carry the dead load; NaN where the solver finds none."""
+def _least_pressed(part: LimitProblem, settings: ProcedureSettings, solver: Solver) -> Array | None:
+    """Forces (K, 3) of the least normal forces that carry the dead load; None where the solver finds none."""
     if not part.w_D.any():
-        return np.zeros(part.n_points)
-    program = ConicProgram(replace(part, w_L=part.w_D), replace(settings, crushing="conic"))
+        return np.zeros((part.n_points, 3))
+    program = _exact(replace(part, w_L=part.w_D), settings)
     least = Objective(np.full(part.n_points, 1.0 / part.n_points))
     data = program.data(true_sliding(part), objective=least, max_load_factor=0.0, loaded=False)
     solution = solver.solve(program, data, settings.numerics.solver_tolerance)
-    forces = program.unpack(solution)[1][:, 0]
-    return forces if is_solved(solution.status) else np.full(part.n_points, np.nan)
+    return program.unpack(solution)[1] if is_solved(solution.status) else None
 
 
-def _hanging(part: LimitProblem, loose: Array, settings: ProcedureSettings, solver: Solver) -> NDArray[np.bool_]:
-    """Blocks that fall, (F,), in a collapse state of the dead load by a mechanism of friction frozen at n (K,)."""
-    none = np.zeros(part.n_blocks, dtype=bool)
-    if not part.w_D.any() or not np.isfinite(loose).all():
-        return none
-    own = part.dead_load_alone
-    program = ConicProgram(own, replace(settings, crushing="conic"))
-    found = solve_step(program, frozen_sliding(own, loose), Stage.DEAD_LOAD, settings, solver)
-    if not found.solved or found.load_factor > 1 + settings.numerics.gap_tolerance:
-        return none
-    if not _is_whole(_falling(own, found, settings, solver), settings):
-        return none
-    speed = np.linalg.norm(found.u.reshape(-1, 6)[:, :3], axis=1) / own.wrench_unit
-    return np.asarray(speed > _FALLS * speed.max())
-
-
-def _only_jams(part: LimitProblem, loose: Array, settings: ProcedureSettings, solver: Solver) -> bool:
-    """Whether the variable load moves blocks whose friction is frozen at normal forces (K,), and no others."""
-    if not part.w_L.any() or not np.isfinite(loose).all():
+def _only_jams(part: LimitProblem, settings: ProcedureSettings, solver: Solver) -> bool:
+    """Whether the variable load moves blocks with friction frozen, and no blocks with dilatancy."""
+    program = _exact(part, settings)
+    if solve_step(program, true_sliding(part), Stage.ASSOCIATIVE, settings, solver).load_factor != np.inf:
         return False
-    program = ConicProgram(part, replace(settings, crushing="conic"))
-    dilating = solve_step(program, true_sliding(part), Stage.ASSOCIATIVE, settings, solver)
-    if dilating.load_factor != np.inf:
+    forces = _least_pressed(part, settings, solver)
+    if forces is None:
         return False
-    return solve_step(program, frozen_sliding(part, loose), Stage.NONASSOCIATIVE, settings, solver).solved
+    return solve_step(program, frozen_sliding(part, forces[:, 0]), Stage.NONASSOCIATIVE, settings, solver).solved

@@ -27,7 +27,7 @@ def solve_step(
     linearisation: Linearisation | None = None,
     objective: Objective | None = None,
     max_load_factor: float | None = None,
-    mechanism: Iteration | None = None,
+    velocities: Array | None = None,
 ) -> Iteration:
     """Solve one program and certify its state.
 
@@ -43,16 +43,16 @@ def solve_step(
         Tolerances of the certificate, and the solver.
     linearisation, objective, max_load_factor
         Data of the program: :meth:`ConicProgram.data`.
-    mechanism
-        A step whose velocities belong to the state instead of the solver's own.
+    velocities
+        Of the state, instead of the solver's own.
     """
     data = program.data(sliding, linearisation=linearisation, objective=objective, max_load_factor=max_load_factor)
     numerics = settings.numerics
     solution = solver.solve(program, data, max(numerics.solver_tolerance, numerics.step_tolerance * c0))
     alpha, x, u = program.unpack(solution)
     T = program.tie_force(solution)
-    if mechanism is not None:
-        u = mechanism.u
+    if velocities is not None:
+        u = velocities
     status = solution.status
     if not is_solved(status):
         unbounded = status is SolverStatus.UNBOUNDED

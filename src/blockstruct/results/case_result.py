@@ -295,9 +295,7 @@ class CaseResult:
         if np.isposinf(bound):
             stages, alpha = (self.history[name].to_numpy() for name in ("stage", "load_factor"))
             is_searched = bool(np.isfinite(alpha[~np.isin(stages, _OF_OTHER_PROGRAMS)]).any())
-        return caveats(
-            self.outcome, self.answer, bound=bound, is_searched=is_searched, hung=self.hung, jammed=self.jammed
-        )
+        return caveats(self.outcome, self.answer, bound=bound, is_searched=is_searched, jammed=self.jammed)
 
     @property
     def torsion_warning(self) -> str:

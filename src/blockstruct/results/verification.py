@@ -58,8 +58,8 @@ class _State:
             T = _rows(history, "tie_force", "tie")[-1].to_numpy() / problem.ties.force_unit
         alpha = float(history["load_factor"].to_numpy()[-1])
         if history["stage"].to_numpy()[-1] == Stage.DEAD_LOAD.value:
-            # The first program asks with dilatancy whether the dead load is carried, a later one for its collapse.
-            dilatancy = problem.friction if result.n_iterations == 1 else problem.dilatancy
+            # Whether the dead load is carried at all is tested with dilatancy, its collapse without.
+            dilatancy = problem.dilatancy if result.status is Status.SELF_STRESS else problem.friction
             problem = replace(problem.dead_load_alone, dilatancy=dilatancy)
             # The prestress grows with the share, and is part of the forces T.
             load = problem.w_L - problem.ties.columns @ problem.ties.prestress_L
@@ -137,8 +137,9 @@ def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
     yield from _other_model(statics, problem, result.history)
     yield from _residuals(problem, result)
     yield from _velocities(statics, problem, result.history)
-    if result.status is Status.UNBOUNDED or (result.status is Status.INTERRUPTED and result.certificate is None):
-        # An interrupted case claims nothing.
+    of_dead_load = str(result.history["stage"].to_numpy()[-1]) == Stage.DEAD_LOAD.value
+    claims_nothing = result.status is Status.INTERRUPTED and (of_dead_load or result.certificate is None)
+    if result.status is Status.UNBOUNDED or claims_nothing:
         return
     state = _State.of(statics, problem, result)
     again = state.certificate(result.settings)

@@ -20,10 +20,6 @@ _NOT_PROVEN = (
     "The proof that {what} holds for joints that dilate by their friction angle. For joints that do not, the "
     "procedure found that its {answer} grows without limit."
 )
-_HUNG = (
-    "Friction between supports holds {names} under the dead load in some states of self-stress and not in others. "
-    "The model does not determine the self-stress. This {answer} is for a state in which they are held."
-)
 _JAMMED_PART = (
     "With dilatancy no {answer} moves {names}. Without it, self-stress decides whether they move first, which the "
     "model does not determine. Other procedures may find another {answer}."
@@ -43,7 +39,6 @@ def caveats(
     *,
     bound: float,
     is_searched: bool,
-    hung: Sequence[str],
     jammed: Sequence[str],
 ) -> tuple[str, ...]:
     """Return what must be known before the number of a non-associative case is used, as sentences.
@@ -56,8 +51,8 @@ def caveats(
         Load factor with associative flow.
     is_searched
         Whether a procedure without dilatancy found a load factor on its way.
-    hung, jammed
-        Blocks whose dead load, or whose share of the variable load, depends on self-stress.
+    jammed
+        Blocks whose share of the variable load depends on self-stress.
     """
     found, unbounded = list[str](), bound == np.inf
     if outcome.status is Status.CONVERGED:
@@ -69,10 +64,7 @@ def caveats(
             found.append(_JAMMED_SUPPORT if answer.is_reaction else _JAMMED)
     if unbounded and is_searched and outcome.status is Status.UNBOUNDED:
         found.append(_NOT_PROVEN)
-    if hung:
-        found.append(_HUNG)
     if jammed and not unbounded:
         found.append(_JAMMED_PART)
     what = "the supports never move that way" if answer.is_reaction else "no load causes collapse"
-    names = {_HUNG: hung, _JAMMED_PART: jammed}
-    return tuple(t.format(answer=answer.name, what=what, names=listed(names.get(t, ()), _LISTED)) for t in found)
+    return tuple(t.format(answer=answer.name, what=what, names=listed(jammed, _LISTED)) for t in found)
