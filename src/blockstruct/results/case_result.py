@@ -179,7 +179,7 @@ class CaseResult:
     @property
     def why(self) -> str:
         """Why the case ended with its status, without a full stop."""
-        text = why(self.outcome, self.answer)
+        text = why(self.outcome, self.answer, self.hung)
         if self.status in _FALLS and self.n_iterations:
             text += failures(self.history)
         return f"{text}; {self.damage}" if self.damage else text
@@ -275,7 +275,9 @@ class CaseResult:
     @property
     def headline(self) -> Headline:
         """The load factor with its range and the associative bound."""
-        return Headline(self.outcome, self.case.flow, self.associative_load_factor, self.path_dependence, self.answer)
+        return Headline(
+            self.outcome, self.case.flow, self.associative_load_factor, self.path_dependence, self.answer, self.hung
+        )
 
     @property
     def associative_load_factor(self) -> float:

@@ -26,6 +26,8 @@ class Headline:
     answer : Answer
         Name and unit of the number. The reaction of a settlement is minus its load factor times a force, so the lowest
         load factor is the largest reaction.
+    hung : tuple of str
+        Blocks whose dead load depends on self-stress.
     """
 
     outcome: Outcome
@@ -33,6 +35,7 @@ class Headline:
     associative: float = np.nan
     path_range: tuple[float, float] | None = None
     answer: Answer = field(default=LOAD_FACTOR, repr=False)
+    hung: tuple[str, ...] = ()
 
     @property
     def status(self) -> Status:
@@ -74,7 +77,9 @@ class Headline:
 
     def text(self, digits: int = 4) -> str:
         """Return the sentence on the case, with so many digits."""
-        return sentence(self.outcome, self.answer, bound=self.associative, path_range=self.path_range, digits=digits)
+        return sentence(
+            self.outcome, self.answer, bound=self.associative, path_range=self.path_range, hung=self.hung, digits=digits
+        )
 
     def __str__(self) -> str:
         return self.text()

@@ -1,11 +1,15 @@
 """How a case ended, in one line."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from blockstruct.limit import Outcome
 from blockstruct.text.answer import Answer
-from blockstruct.vocabulary import PathEnd, Procedure, Reason, Status, counted
+from blockstruct.vocabulary import PathEnd, Procedure, Reason, Status, counted, listed
 
+#: Names of blocks that a sentence lists.
+_LISTED = 3
 _FOUND_BY = {
     Procedure.LOADING_PATH: "along its loading path",
     Procedure.FICTITIOUS: "by fictitious sliding conditions",
@@ -21,7 +25,9 @@ _PATH_ENDS = {
 _REASONS = {
     Reason.CERTIFIED: "the certificate holds",
     Reason.DEAD_LOAD_NOT_CARRIED: "the joints carry at most {carried:.3g} of the dead load",
-    Reason.DEAD_LOAD_COLLAPSES: "friction holds the dead load in some states of self-stress and not in others",
+    Reason.DEAD_LOAD_COLLAPSES: (
+        "friction between supports holds {hung} under the dead load in some states of self-stress and not in others"
+    ),
     Reason.DEAD_LOAD_UNDECIDED: "the solver found neither forces that carry the dead load nor a mechanism",
     Reason.NEVER_COLLAPSES: "the joints carry any multiple of {load}",
     Reason.CARRIES_ANY_LOAD: (
@@ -48,7 +54,7 @@ def found_by(outcome: Outcome) -> str:
     return _FOUND_BY[outcome.procedure] if outcome.procedure is not None else ""
 
 
-def why(outcome: Outcome, answer: Answer) -> str:
+def why(outcome: Outcome, answer: Answer, hung: Sequence[str] = ()) -> str:
     """Return why a case ended with its status, without a full stop.
 
     A load factor that stands in for that of a loading path says why the path did not finish.
@@ -56,6 +62,7 @@ def why(outcome: Outcome, answer: Answer) -> str:
     last = "" if outcome.drift is None else answer.text(outcome.drift[1])
     text = _REASONS[outcome.reason].format(
         carried=outcome.carried,
+        hung=listed(hung, _LISTED) or "the structure",
         load="this motion of the supports" if answer.is_reaction else "the variable load",
         number=answer.name,
         rising="falling" if answer.is_reaction else "rising",
@@ -103,6 +110,7 @@ def sentence(
     *,
     bound: float = np.nan,
     path_range: tuple[float, float] | None = None,
+    hung: Sequence[str] = (),
     digits: int = 4,
 ) -> str:
     """Return how a case ended, its number, how it was found and between which limits it lies.
@@ -115,6 +123,8 @@ def sentence(
         Load factor with associative flow, an upper bound; infinite if it has none, NaN if unknown.
     path_range
         Lowest and highest load factor of the variants of the loading path.
+    hung
+        Blocks whose dead load depends on self-stress.
     digits
         Significant digits of the numbers.
 
@@ -129,7 +139,7 @@ def sentence(
     """
     if outcome.status is not Status.CONVERGED:
         text = _WITHOUT_NUMBER.get(outcome.status, f"no {answer.name}")
-        return f"{text}: {why(outcome, answer)}"
+        return f"{text}: {why(outcome, answer, hung)}"
     number, bounds = answer.text(outcome.load_factor, digits), []
     if path_range is not None:
         bounds.append(range_text(path_range, answer))
