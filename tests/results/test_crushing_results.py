@@ -117,7 +117,7 @@ def test_utilisation_of_mortar_is_the_share_of_all_forces():
 def test_the_interface_that_crushes_under_dead_load_is_named():
     result = solve(block(1.25), push(1, 0, 0), "nonassociative")
     assert result.status == "unstable_under_dead_load"
-    assert "ground|block (crushing)" in result.why
+    assert "ground|block (crushing)" in result.message
 
 
 def test_spread(every_schedule, tmp_path):

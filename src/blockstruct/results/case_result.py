@@ -177,7 +177,7 @@ class CaseResult:
         return ended(self.outcome, has_procedure=self.case.flow is Flow.NONASSOCIATIVE)
 
     @property
-    def why(self) -> str:
+    def message(self) -> str:
         """Why the case ended with its status, without a full stop."""
         text = why(self.outcome, self.answer, self.hung)
         if self.status in _FALLS and self.n_iterations:
