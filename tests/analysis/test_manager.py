@@ -114,6 +114,6 @@ def test_a_light_plate_between_heavy_blocks_is_told_and_one_without_weight_is_so
     light = pushed(weights)
     assert light.status is bs.Status.NOT_CONVERGED
     assert light.outcome.load_ratio == pytest.approx(1.2e6 if len(weights) == 2 else 1.2e5, rel=0.05)
-    assert "no weight" in light.why
+    assert "no weight" in light.message
     by_hand = 1 / 3 if len(weights) == 2 else 0.3
     assert pushed([w if w > 1 else 0.0 for w in weights]).load_factor == pytest.approx(by_hand, rel=1e-6)

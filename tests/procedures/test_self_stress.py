@@ -125,7 +125,7 @@ def test_a_brick_that_tips_off_does_so_whatever_the_push(share, procedure):
     assert {r.status for r in analysis.values()} == {bs.Status.SELF_STRESS}
     assert {r.hung for r in analysis.values()} == {("second",)}
     assert all(r.certificate.holds and math.isnan(r.load_factor) for r in analysis.values())
-    assert len({r.why for r in analysis.values()}) == 1
+    assert len({r.message for r in analysis.values()}) == 1
 
 
 @pytest.mark.parametrize("share", [0.49, 0.5])
