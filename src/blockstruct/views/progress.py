@@ -9,7 +9,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 import blockstruct as bs
 from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone, Listener, StepDone
 
-#: Programs and steps of a usual non-associative case: 7 to 15 on walls of 8 to 40 blocks.
+#: Programs and steps of a usual non-associative case: 7 to 11 on walls of 8 to 34 blocks.
 _USUAL = 12
 
 
