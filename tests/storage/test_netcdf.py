@@ -27,7 +27,7 @@ def files(tmp_path_factory):
     loads = {"dead": SELF_WEIGHT, "variable": push(1, 0, 0)}
     limit = [bs.LimitCase(flow, flow=flow, **loads) for flow in bs.Flow]
     moves = [
-        bs.SettlementCase("settlement", SELF_WEIGHT, ["post"], "-x"),
+        bs.SettlementCase("settlement", SELF_WEIGHT, ["post"], "-x", flow="associative"),
         bs.Pushover("pushover", **loads, control=("block", (1, 0, 0)), steps=3),
     ]
 
