@@ -655,7 +655,7 @@ def test_large_arrays_of_some_iterations_only(small_model, small_cases, small_an
 
 def test_what_is_interrupted_keeps_all_iterations(small_model, small_cases, tmp_path):
     def stop(event):
-        if isinstance(event, IterationDone) and event.index == 7:
+        if isinstance(event, IterationDone) and event.index == 5:
             raise KeyboardInterrupt
 
     path, case = tmp_path / "x.h5", small_cases[1]
