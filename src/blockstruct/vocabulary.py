@@ -136,12 +136,19 @@ class Stage(StrEnum):
     """Which program, or step, of the procedure an iteration solved."""
 
     DEAD_LOAD = "dead_load"
+    #: A collapse state of the dead load without dilatancy.
+    DEAD_LOAD_COLLAPSE = "dead_load_collapse"
     LARGEST_REACTION = "largest_reaction"
     ASSOCIATIVE = "associative"
     NONASSOCIATIVE = "nonassociative"
     ADMISSIBLE = "admissible"
     SHIFTED = "shifted"
     LOADING_PATH = "loading_path"
+
+    @property
+    def is_of_dead_load(self) -> bool:
+        """Whether the program has no variable load."""
+        return self in (Stage.DEAD_LOAD, Stage.DEAD_LOAD_COLLAPSE)
 
 
 class SolverStatus(StrEnum):

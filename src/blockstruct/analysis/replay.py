@@ -23,7 +23,7 @@ from blockstruct.statics import Statics
 from blockstruct.vocabulary import SolverStatus, Stage
 
 #: Stages whose iterations are not programs of the problem itself.
-_FOUND_ANEW = (Stage.DEAD_LOAD, Stage.LARGEST_REACTION, Stage.LOADING_PATH)
+_FOUND_ANEW = (Stage.DEAD_LOAD, Stage.DEAD_LOAD_COLLAPSE, Stage.LARGEST_REACTION, Stage.LOADING_PATH)
 
 
 class ReplaySolver:

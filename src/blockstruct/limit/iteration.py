@@ -77,7 +77,7 @@ class Iteration:
 
     def of_case(self, problem: LimitProblem) -> Self:
         """Return the iteration in multiples of the variable load of the case; of the dead load alone, as it is."""
-        if self.stage is Stage.DEAD_LOAD:
+        if self.stage.is_of_dead_load:
             return self
         unit, c = problem.load_unit, self.certificate
         return replace(

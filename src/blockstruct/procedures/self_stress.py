@@ -130,7 +130,7 @@ def _fall(part: LimitProblem, settings: ProcedureSettings, solver: Solver) -> It
     if beyond.max() <= 10 * settings.numerics.solver_tolerance:
         # A larger share of the dead load is carried with the same friction.
         return None
-    found = solve_step(_exact(own, settings), frozen, Stage.DEAD_LOAD, settings, solver)
+    found = solve_step(_exact(own, settings), frozen, Stage.DEAD_LOAD_COLLAPSE, settings, solver)
     if not found.solved or found.load_factor > 1 + tolerance:
         return None
     collapse = _falling(own, found.u, found.x[:, 0], settings, solver)
@@ -146,7 +146,7 @@ def _falling(own: LimitProblem, u: Array, n: Array, settings: ProcedureSettings,
     return solve_step(
         _exact(own, settings),
         true_sliding(own),
-        Stage.DEAD_LOAD,
+        Stage.DEAD_LOAD_COLLAPSE,
         settings,
         solver,
         # The flow-rule gap is linear in the forces. The weight above one favours the whole dead load.

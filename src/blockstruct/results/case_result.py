@@ -30,7 +30,7 @@ from blockstruct.text import Answer, caveats, ended, why
 from blockstruct.vocabulary import Flow, Stage, Status
 
 #: Stages that do not ask the question of the case.
-_OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.LARGEST_REACTION.value]
+_OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.DEAD_LOAD_COLLAPSE.value, Stage.LARGEST_REACTION.value]
 #: Statuses whose last iteration shows how the structure falls under its dead load.
 _FALLS = (Status.UNSTABLE, Status.SELF_STRESS)
 

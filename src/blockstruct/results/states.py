@@ -14,7 +14,7 @@ Flags = NDArray[np.bool_]
 #: Parts of a state, in the order in which they are written.
 _PARTS = (ContactState.HINGE, ContactState.SLIDING, ContactState.TWISTING, ContactState.CRUSHING)
 #: Stages whose programs are associative, whatever the flow of the case.
-_ASSOCIATIVE = [Stage.ASSOCIATIVE.value, Stage.LARGEST_REACTION.value]
+_ASSOCIATIVE = [Stage.DEAD_LOAD.value, Stage.ASSOCIATIVE.value, Stage.LARGEST_REACTION.value]
 _AT_REST = (ContactState.STICKING.value, ContactState.UNKNOWN.value)
 _NAMES = np.array(
     [
@@ -125,10 +125,7 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
 
 def _dilates_by_friction(history: xr.Dataset) -> Flags:
     """Whether an iteration is of an associative program, (…, 1), whatever the flow of its case."""
-    stage = history["stage"].to_numpy()
-    # A later state under the dead load is one of collapse by the flow of the case, which depends on self-stress.
-    proves = (stage == Stage.DEAD_LOAD.value) & (history["iteration"].to_numpy() == 0)
-    return np.asarray(proves | np.isin(stage, _ASSOCIATIVE))[..., None]
+    return np.asarray(np.isin(history["stage"].to_numpy(), _ASSOCIATIVE))[..., None]
 
 
 def _fully_pressed(history: xr.Dataset) -> Flags:

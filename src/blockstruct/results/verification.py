@@ -36,6 +36,7 @@ _AT_ONCE = 100_000
 _SAME = 1e-9
 #: Statuses whose final state is one under a share of the dead load alone.
 _OF_DEAD_LOAD = (Status.UNSTABLE, Status.SELF_STRESS)
+_PROGRAMS_OF_DEAD_LOAD = [stage.value for stage in Stage if stage.is_of_dead_load]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,9 +58,9 @@ class _State:
         if len(problem.ties):
             T = _rows(history, "tie_force", "tie")[-1].to_numpy() / problem.ties.force_unit
         alpha = float(history["load_factor"].to_numpy()[-1])
-        if history["stage"].to_numpy()[-1] == Stage.DEAD_LOAD.value:
-            # Whether the dead load is carried at all is tested with dilatancy, its collapse without.
-            dilatancy = problem.dilatancy if result.status is Status.SELF_STRESS else problem.friction
+        stage = Stage(history["stage"].to_numpy()[-1])
+        if stage.is_of_dead_load:
+            dilatancy = problem.friction if stage is Stage.DEAD_LOAD else problem.dilatancy
             problem = replace(problem.dead_load_alone, dilatancy=dilatancy)
             # The prestress grows with the share, and is part of the forces T.
             load = problem.w_L - problem.ties.columns @ problem.ties.prestress_L
@@ -137,9 +138,8 @@ def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
     yield from _other_model(statics, problem, result.history)
     yield from _residuals(problem, result)
     yield from _velocities(statics, problem, result.history)
-    of_dead_load = str(result.history["stage"].to_numpy()[-1]) == Stage.DEAD_LOAD.value
-    claims_nothing = result.status is Status.INTERRUPTED and (of_dead_load or result.certificate is None)
-    if result.status is Status.UNBOUNDED or claims_nothing:
+    if result.status is Status.UNBOUNDED or (result.status is Status.INTERRUPTED and result.certificate is None):
+        # An interrupted case claims nothing.
         return
     state = _State.of(statics, problem, result)
     again = state.certificate(result.settings)
@@ -179,7 +179,7 @@ def _status(result: CaseResult) -> Iterator[str]:
         within = result.certificate.flow_rule_gap_limit if result.certificate else 0.0
         if not (alpha == last or (alpha == 0 and abs(last) <= within and not signed)):
             yield f"the load factor is {alpha:.6g}, that of its last iteration {last:.6g}"
-        if stage == Stage.DEAD_LOAD.value:
+        if stage in _PROGRAMS_OF_DEAD_LOAD:
             yield "converged, but its last iteration is the dead-load program"
     elif result.status is Status.UNBOUNDED:
         if not (np.isposinf(alpha) and np.isposinf(last)):
@@ -188,7 +188,7 @@ def _status(result: CaseResult) -> Iterator[str]:
             yield "unbounded, but it has a certificate of a collapse state"
     elif not np.isnan(alpha):
         yield f"{result.status.words}, but its load factor is {alpha:.6g}"
-    if result.status in _OF_DEAD_LOAD and stage != Stage.DEAD_LOAD.value:
+    if result.status in _OF_DEAD_LOAD and stage not in _PROGRAMS_OF_DEAD_LOAD:
         yield f"{result.status.words}, but its last iteration is not a dead-load program"
 
 
@@ -246,7 +246,7 @@ def _residuals(problem: LimitProblem, result: CaseResult) -> Iterator[str]:
     if len(problem.ties):
         T = _rows(history, "tie_force", "tie")[:-1].to_numpy() / problem.ties.force_unit
     # Programs under dead load alone have no load factor, and a file need not keep the forces of every iteration.
-    known = np.isfinite(alpha) & np.isfinite(x).all(axis=(1, 2)) & (stage != Stage.DEAD_LOAD.value)
+    known = np.isfinite(alpha) & np.isfinite(x).all(axis=(1, 2)) & ~np.isin(stage, _PROGRAMS_OF_DEAD_LOAD)
     for k in np.flatnonzero(known):
         found = float(np.abs(problem.unbalanced(x[k], T[k], float(alpha[k]))).max())
         if not _same(float(stored[k]), found, result.settings.numerics.equilibrium_tolerance):

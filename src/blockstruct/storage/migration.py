@@ -26,10 +26,15 @@ _REASONS = {
 
 def _from_1(groups: Groups) -> Groups:
     """Version 2 stores how a case ended as facts, and settings in three parts."""
-    return {
-        place: _case_from_1(ds, groups[f"{place}/history"]) if f"{place}/history" in groups else ds
-        for place, ds in groups.items()
-    }
+    new = dict(groups)
+    for place, ds in groups.items():
+        if (at := f"{place}/history") in groups:
+            new[place], history = _case_from_1(ds, groups[at]), groups[at]
+            if ds.attrs["status"] == Status.SELF_STRESS.value and history.sizes["iteration"]:
+                stages = history["stage"].to_numpy().astype(object)
+                stages[-1] = Stage.DEAD_LOAD_COLLAPSE.value
+                new[at] = history.assign(stage=history["stage"].copy(data=stages))
+    return new
 
 
 def _case_from_1(case: xr.Dataset, history: xr.Dataset) -> xr.Dataset:

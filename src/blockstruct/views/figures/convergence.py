@@ -13,6 +13,7 @@ from blockstruct.views.style import ACCENT, FORCE, MEASURES
 
 _MARKERS = {
     bs.Stage.DEAD_LOAD.value: "x",
+    bs.Stage.DEAD_LOAD_COLLAPSE.value: "X",
     bs.Stage.LARGEST_REACTION.value: "v",
     bs.Stage.ASSOCIATIVE.value: "s",
     bs.Stage.NONASSOCIATIVE.value: "o",
