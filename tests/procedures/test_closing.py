@@ -134,14 +134,17 @@ def test_a_path_that_is_never_closed_exactly_ends_with_the_best_state(tuff, monk
 
 
 def test_a_dead_load_that_is_nearly_solved_is_proven_without_a_program():
-    """In an arch the state under dead load is found to three digits, and carried to the eighth."""
+    """In an arch the state under dead load is found to three digits, and carried to the eighth.
+
+    One program is the associative bound. The other one presses the joints least, because an arch needs friction.
+    """
     stone = bs.Material("limestone", unit_weight="25 kN/m^3")
     blocks = bs.arch(span="4 m", thickness="60 cm", depth="1 m", voussoirs=11, material=stone)
     _, iterations, programs = ended(model_of(blocks, bs.JointMaterial("dry", 0.6)), push(1, 0, 0))
     dead = next(i for i in iterations if i.stage == "loading_path")
     assert dead.displacement == 0
     assert dead.certificate.yield_excess > dead.certificate.tolerances["yield_excess"]
-    assert programs == 1
+    assert programs == 2
 
 
 def sliding(load_factor, free, price=1.0):

@@ -82,7 +82,7 @@ LIES = {
         lambda _: {"history": lambda h: h.block_velocity.to_numpy()[1].__imul__(1.1)},
         ["relative velocities of iteration 1"],
     ),
-    "velocities turned round": (lambda _: {"history": moving("-1")}, ["interpenetration"]),
+    "velocities turned round": (lambda _: {"history": moving("-1")}, ["flow rule gap"]),
     "unbounded": (lambda _: {"status": bs.Status.UNBOUNDED}, ["unbounded, but its load factor"]),
     "unbounded and infinite": (
         lambda _: {"status": bs.Status.UNBOUNDED, "load_factor": np.inf, "certificate": None},
