@@ -8,7 +8,6 @@ from blockstruct.limit import LimitProblem
 from blockstruct.procedures import closing, solve_limit_case
 from blockstruct.procedures.carried_forces import Aim, corrected_forces
 from blockstruct.procedures.loading_path import ATTEMPTS
-from blockstruct.procedures.path import gap_of
 from blockstruct.solvers import ClarabelSolver
 from blockstruct.statics import Statics
 from structures import SELF_WEIGHT, model_of, push, single_block
@@ -110,7 +109,8 @@ def test_a_gap_that_is_too_large_is_not_taken(tuff, monkeypatch):
 
 def test_a_gap_that_is_not_small_is_closed_again_from_its_own_forces(tuff, monkeypatch):
     load_factor, iterations, _ = ended(wall(tuff), push(1, 0, 0))
-    monkeypatch.setattr("blockstruct.procedures.loading_path.CLOSED", 0.9 * gap_of(iterations[-1]))
+    gap = iterations[-1].certificate.flow_rule_gap / load_factor
+    monkeypatch.setattr("blockstruct.procedures.loading_path.CLOSED", 0.9 * gap)
     again, iterations, _ = ended(wall(tuff), push(1, 0, 0))
     stages = [i.stage for i in iterations]
     first = stages.index("admissible")

@@ -165,7 +165,7 @@ def test_a_step_has_the_forces_of_conic_programs(seed):
     assert found.state.alpha == pytest.approx(alpha, rel=1e-5)
     assert np.abs(found.state.x.reshape(-1, 3) - expected).max() < 1e-5
 
-    splitting, exactly = Splitting(contact), {"tolerance": 1e-9, "max_iterations": 20_000}
+    splitting, exactly = Splitting(contact), {"tolerance": 1e-9, "patience": 2_000}
     rest = splitting.solve(Step(np.zeros(size), np.zeros(size), None), splitting.start(), penalty=20.0, **exactly)
     assert np.abs(rest.state.x.reshape(-1, 3) - expected_dead).max() < 1e-5
     found = splitting.solve(step, rest.state, penalty=4.0, **exactly)

@@ -229,8 +229,8 @@ class ProcedureSettings(_Checked):
     crushing_interaction: str = ""
     crushing_cells: int = 64
     shear_stiffness_ratio: float = 0.4
-    path_step: float = 1.0
-    path_growth: float = 4.0
+    path_step: float = 0.5
+    path_growth: float = 2.0
     path_steps: str = "splitting"
     schedule: FictitiousSchedule = field(default_factory=FictitiousSchedule)
     numerics: Numerics = field(default_factory=Numerics)
@@ -279,7 +279,7 @@ class ProcedureSettings(_Checked):
 PATH_VARIANTS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
         "loading path": {"procedure": "loading path"},
-        "half steps": {"procedure": "loading path", "path_step": 0.5, "path_growth": 2.0},
+        "half steps": {"procedure": "loading path", "path_step": 0.25, "path_growth": 2**0.5},
         "shear ratio 0.2": {"procedure": "loading path", "shear_stiffness_ratio": 0.2},
         "shear ratio 1": {"procedure": "loading path", "shear_stiffness_ratio": 1.0},
     }

@@ -14,7 +14,7 @@ from blockstruct.limit.program import Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.carried_forces import LEAST_FRICTION, Aim, corrected_forces, within
 from blockstruct.procedures.fictitious import admissible
-from blockstruct.procedures.path import Path, gap_of
+from blockstruct.procedures.path import Path
 from blockstruct.procedures.step import solve_step
 from blockstruct.solvers.interior_point import Step
 from blockstruct.vocabulary import SolverStatus, Stage
@@ -107,7 +107,7 @@ def _forces_nearby(path: Path, mechanism: Iteration, near: Array, settings: Proc
     if not problem.is_plain:
         return None
     v, u = mechanism.v, mechanism.u
-    scale = max(abs(mechanism.load_factor), 1e-3 * problem.work_scale(u))
+    scale = path.scale(mechanism)
     slip = np.hypot(v[:, 1], v[:, 2])
     opening = np.maximum(v[:, 0] - problem.dilatancy * slip, 0.0)
     least = MOVES * problem.force_unit * problem.speed(v, u)
@@ -150,4 +150,4 @@ def _forces_nearby(path: Path, mechanism: Iteration, near: Array, settings: Proc
         solver_iterations=count,
         solver_time=perf_counter() - start,
     )
-    return closed if closed.certificate.holds and gap_of(closed) <= CLOSED else None
+    return closed if closed.certificate.holds and path.gap(closed) <= CLOSED else None

@@ -10,7 +10,7 @@ from blockstruct.limit.friction import fictitious_sliding
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import ConicProgram
 from blockstruct.limit.settings import ProcedureSettings
-from blockstruct.procedures.path import Path, gap_of
+from blockstruct.procedures.path import Path
 from blockstruct.solvers.interior_point import ContactProblem, ContactState
 from blockstruct.vocabulary import PathEnd
 
@@ -24,21 +24,12 @@ OF_DEAD_LOAD, TOLERANCE, ENOUGH = 1e-7, 1e-5, 1e-3
 CENTRING = 1.0
 #: Factorisations of one step, and of all of them.
 MAX_OF_STEP, MAX_OF_PATH = 80, 600
-#: A step that took no more factorisations is followed by one as much longer as the settings allow.
-#: Begun in a wide state, a first step takes fewer, and says less about the next.
-EASY, EASY_FIRST = 15, 10
-#: Of a step after a harder one: share of the exponent of growth.
-HARDER = 0.6
 #: Attempts at a step: as it is, with lagging friction, and then each a third as long as the last.
 ATTEMPTS = 4
 #: Share of friction that does not lag.
 LAG = 0.5
 #: Cohesion of contacts whose friction lags, which keeps those without force from having none.
 LAG_FLOOR = 1e-5
-#: Change of the load factor in a step with lagging friction, relative, up to which the path may be closed.
-SETTLED = 5e-3
-#: Flow-rule gap of the path, relative to the load factor, at which it is closed, and up to which it may be.
-CLOSE, LOOSE = 2.5e-2, 0.1
 
 
 class InteriorPointPath(Path):
@@ -50,17 +41,13 @@ class InteriorPointPath(Path):
 
     Parameters
     ----------
-    program, settings
+    program, settings, divided
         See :class:`~blockstruct.procedures.path.Path`.
     """
 
-    blur = 1e-3
-
-    def __init__(self, program: ConicProgram, settings: ProcedureSettings) -> None:
-        super().__init__(program, settings)
-        self._step, self._spent = 0.0, 0
-        self._lags = self._settled = False
-        self.end = PathEnd.LIMIT_REACHED
+    def __init__(self, program: ConicProgram, settings: ProcedureSettings, divided: int = 1) -> None:
+        super().__init__(program, settings, divided)
+        self._step, self._spent, self._lags = 0.0, 0, False
 
     def _at_rest(self) -> tuple[ContactState, int] | None:
         found = self.contact.solve(
@@ -70,12 +57,15 @@ class InteriorPointPath(Path):
             return None
         self._spent = found.iterations
         self._state = replace(found.state, u=0 * found.state.u)
-        self._next = self._settings.path_step * self._unit
+        self._next = self._first * self._unit
         return self._state, found.iterations
 
     def advance(self, bound: float) -> Iteration | None:
         """The next step, shortened until it is solved; None if the path has ended."""
         start, iterations = perf_counter(), 0
+        if self._is_at_limit:
+            self.end = PathEnd.LIMIT_REACHED
+            return None
         for _ in range(ATTEMPTS):
             if self._spent >= MAX_OF_PATH:
                 return None
@@ -92,14 +82,9 @@ class InteriorPointPath(Path):
             self._spent += found.iterations
             iterations += found.iterations
             if found.within(ENOUGH):
-                self._settled = abs(found.state.alpha - self._state.alpha) <= SETTLED * abs(found.state.alpha)
-                easy = EASY if self._step else EASY_FIRST
                 self._state, self._step = found.state, s
                 self._total += s
-                exponent = 1.0 if iterations <= easy else HARDER
-                if self._lags and self._settled:
-                    exponent = 0.0
-                self._next = s * self._settings.path_growth**exponent
+                self._next = s * self._growth
                 if not self._lags:
                     self.peak = max(self.peak, found.state.alpha)
                 return self._step_done(found.state, s, iterations, perf_counter() - start)
@@ -108,17 +93,7 @@ class InteriorPointPath(Path):
                 self._next = s / 3
             else:
                 self._lags = True
-        self.end = PathEnd.STEP_NOT_SOLVED
         return None
-
-    def at_its_end(self, last: Iteration) -> bool:
-        """Whether little elastic strain is left, or the load factor hardly moves."""
-        return self._settled or gap_of(last) <= CLOSE
-
-    def may_close(self, last: Iteration, *, ended: bool) -> bool:
-        """Whether the flow rule is nearly met; friction that lags misses it by its lag as well."""
-        near = gap_of(last) <= LOOSE
-        return (near and self._settled if self._lags else gap_of(last) <= CLOSE) or (near and ended)
 
     def refine(self) -> None:
         """Nothing to do: its steps are exact."""

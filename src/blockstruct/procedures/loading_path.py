@@ -1,6 +1,7 @@
 """The loading path: from the state under dead load, with joints that are a little elastic, to collapse."""
 
 from collections.abc import Generator
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from blockstruct.limit.program import ConicProgram, Solver
 from blockstruct.limit.settings import ProcedureSettings
 from blockstruct.procedures.closing import CLOSED, close_path
 from blockstruct.procedures.interior_point_path import InteriorPointPath
-from blockstruct.procedures.path import Path, gap_of
+from blockstruct.procedures.path import SETTLED, Path
 from blockstruct.procedures.splitting_path import SplittingPath
 from blockstruct.vocabulary import PathEnd, Procedure
 
@@ -18,9 +19,11 @@ ATTEMPTS = 8
 
 
 def path_of(program: ConicProgram, settings: ProcedureSettings) -> Path:
-    """The path of the settings, at its beginning, for a program with the exact cones of crushing."""
-    steps = InteriorPointPath if settings.path_steps == "interior point" else SplittingPath
-    return steps(program, settings)
+    """Return the path of the settings, at its beginning, for a program with the exact cones of crushing."""
+    return _KINDS[settings.path_steps](program, settings)
+
+
+_KINDS: dict[str, type[Path]] = {"splitting": SplittingPath, "interior point": InteriorPointPath}
 
 
 def loading_path(
@@ -28,81 +31,106 @@ def loading_path(
 ) -> Generator[Iteration, None, tuple[PathEnd, Found | None]]:
     """Follow the loading path to its end, and close it with an exact collapse state.
 
-    A collapse state without dilatancy is not unique: what a structure does is decided by how it is loaded. Each step
-    prescribes the displacement of the variable load and finds forces, displacements and load factor
-    (:class:`~blockstruct.procedures.path.Path`), the contacts remembering openings and friction forces. Compare
+    A collapse state without dilatancy is not unique: it depends on how the structure is loaded. Each step prescribes
+    the displacement of the variable load and finds forces, displacements and load factor
+    (:class:`~blockstruct.procedures.path.Path`). The contacts remember openings and friction forces. Compare
     A. Orduña, P. B. Lourenço, "Three-dimensional limit analysis of rigid blocks assemblages. Part II", Int. J. Solids
     Struct. 42 (2005) 5161–5180, doi:10.1016/j.ijsolstr.2005.02.011.
 
-    At its end the displacements still hold some elastic strain, which no rigid mechanism has. So it is
-    closed by the mechanism of the largest load with friction frozen at ``μ n`` of the path, and forces that miss its
-    flow rule least (:func:`~blockstruct.procedures.closing.close_path`). Measured on walls, façades and domes of 33 to
-    2,430 blocks: the load factor moves by less than the gap of the path, and the gap falls by two orders and more.
+    The path ends where the load factor has hardly moved while the displacement grew tenfold. Its displacements still
+    contain some elastic strain, which no rigid mechanism has. So it is closed by the mechanism of the largest load with
+    friction frozen at ``μ n`` of the path, and forces that miss its flow rule least
+    (:func:`~blockstruct.procedures.closing.close_path`). If its load factor is not that of the path, the path
+    continues.
+
+    A path that does not finish is followed again in half steps, and then in steps of the other kind.
 
     Parameters
     ----------
     path
         The path, at its beginning.
     bound
-        A load factor that the path hardly passes, infinite without one; it gives the scale of a first guess.
+        A load factor that the path hardly passes, infinite without one. It gives the scale of a first guess.
     settings, solver
         Tolerances of the certificate, and the solver of programs that close the path.
 
     Yields
     ------
     Iteration
-        The state under dead load, each step with its displacement, and what closes the path.
+        The state under dead load, each step with its displacement, and the programs that close the path.
 
     Returns
     -------
     PathEnd, Found or None
-        How the path ended; and the certified state, None if the path did not finish.
+        How the path ended, and the certified state. If the load factor never settles, the last step. None if no path
+        began or a step was not solved.
     """
+    end, found = yield from _followed(path, bound, settings, solver)
+    if end is PathEnd.CLOSED:
+        return end, found
+    (other,) = _KINDS.keys() - {settings.path_steps}
+    half_steps = (type(path), settings, 2)
+    other_kind = (_KINDS[other], replace(settings, path_steps=other), 1)
+    for kind, changed, divided in (half_steps, other_kind):
+        again, closed = yield from _followed(kind(path.program, changed, divided), bound, changed, solver)
+        if again is PathEnd.CLOSED:
+            return again, closed
+    return end, found
+
+
+def _followed(
+    path: Path, bound: float, settings: ProcedureSettings, solver: Solver
+) -> Generator[Iteration, None, tuple[PathEnd, Found | None]]:
+    """Follow one path."""
     last = path.dead_load
     if last is None:
         return PathEnd.NO_DEAD_LOAD_STATE, None
     yield last
-    best: Iteration | None = None
-    closed: Iteration | None = None
-    going, early, attempts = True, False, 0
-    while going and attempts < ATTEMPTS and (best is None or gap_of(best) > CLOSED):
+    best: Found | None = None
+    closed, exact, attempts = last, False, 0
+    while not exact and attempts < ATTEMPTS:
         step = path.advance(bound)
-        going = step is not None
-        if step is not None:
-            last, closed = step, None
-            yield last
-        if closed is not None or last.displacement == 0 or not path.may_close(last, ended=not going):
+        if step is None:
+            break
+        yield step
+        last = step
+        if not path.has_settled(last):
             continue
         near, missed, again = path.forces(last), np.inf, True
         while again and attempts < ATTEMPTS:
             closed = yield from close_path(path, near, settings, solver)
             attempts += 1
-            gap = gap_of(closed)
-            if closed.certificate.holds and (best is None or gap < gap_of(best)):
-                best, early = closed, not (path.at_its_end(last) or _is_nothing(path, last, closed))
+            gap = path.gap(closed)
+            if closed.certificate.holds:
+                found = _found(path, closed)
+                if best is None or (found.settled, -gap) > (best.settled, -path.gap(best.state)):
+                    best = found
             # Closed again from its own forces, a state comes nearer to one that they belong to. Fallen once more by as
             # much as this time, the gap should do.
             again = gap > CLOSED and gap / missed * gap <= CLOSED
             near, missed = closed.x, gap
+        exact = best is not None and best.settled and path.gap(best.state) <= CLOSED
         path.refine()
-    if best is None:
-        return path.end, None
-    if best is not closed:
-        # The last iteration of a history is the certified one.
-        yield best
-    ends = (last.load_factor, best.load_factor)
-    passed = path.peak > best.load_factor + path.blur * abs(best.load_factor) and not _is_nothing(path, last, best)
-    # Closed too early, a path certifies whatever load factor it has reached.
-    return PathEnd.CLOSED, Found(
-        best,
+    if best is not None:
+        if best.state is not closed:
+            # The last iteration of a history is the certified one.
+            yield best.state
+        return PathEnd.CLOSED, best
+    if attempts:
+        return PathEnd.NOT_CERTIFIED, None
+    if path.end is PathEnd.LIMIT_REACHED:
+        return path.end, Found(last, Procedure.LOADING_PATH, settled=False, drift=path.drift)
+    return path.end, None
+
+
+def _found(path: Path, closed: Iteration) -> Found:
+    """Return the closed state of a path, settled if its load factor is that of the path."""
+    low, high = path.drift
+    around = SETTLED * path.scale(closed)
+    return Found(
+        closed,
         Procedure.LOADING_PATH,
-        settled=not early,
-        drift=(min(ends), max(ends)),
-        peak=path.peak if passed else np.nan,
+        settled=low - around <= closed.load_factor <= high + around,
+        drift=(min(low, closed.load_factor), max(high, closed.load_factor)),
+        peak=path.peak if path.peak > max(high, closed.load_factor) + around else np.nan,
     )
-
-
-def _is_nothing(path: Path, last: Iteration, closed: Iteration) -> bool:
-    """Whether the load factor at the end of a path, and where it is closed, is none beside its dead load."""
-    scale = closed.certificate.flow_rule_gap_limit / closed.certificate.settings.numerics.gap_tolerance
-    return max(abs(last.load_factor), abs(closed.load_factor)) <= path.blur * scale

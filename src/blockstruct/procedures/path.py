@@ -18,6 +18,12 @@ from blockstruct.vocabulary import PathEnd, SolverStatus, Stage
 
 Array = NDArray[np.float64]
 
+#: Range of the load factor while the displacement grows tenfold, relative, up to which it has settled. Measured on 90
+#: structures of 18 kinds: with 3e-3 as many end elsewhere, with 1e-2 twice as many.
+SETTLED = 5e-3
+#: Displacement at which a path ends, in elastic displacements: beyond it no elastic strain is left to speak of.
+FURTHEST = 1e5
+
 
 class Path(ABC):
     """Where a path has got to, and the next step of it.
@@ -28,33 +34,33 @@ class Path(ABC):
         The program, with the exact cones of crushing.
     settings
         Steps, and stiffness of joints that were given none.
+    divided
+        Number of steps in place of each step of the settings.
 
     Attributes
     ----------
     program : ConicProgram
     peak : float
         Largest load factor so far.
-    blur : float
-        Relative error that a load factor on the way may have.
     end : PathEnd
-        How the path ends if its next attempt at a closed state is the last.
+        Why the next step is None.
     contact : ContactProblem
         Its contacts.
     reached : ContactState
         State of the last step, with displacements of unit work.
     """
 
-    blur: float
-
-    def __init__(self, program: ConicProgram, settings: ProcedureSettings) -> None:
+    def __init__(self, program: ConicProgram, settings: ProcedureSettings, divided: int = 1) -> None:
         self.program = program
         problem = self._problem = program.problem
         normal, shear = problem.compliance.T
         shear = np.where(np.isnan(shear), normal / settings.shear_stiffness_ratio, shear)
         self.contact = ContactProblem(program, np.column_stack([normal, shear, shear]))
         self._settings, self._sliding = settings, true_sliding(problem)
+        self._first, self._growth = settings.path_step / divided, settings.path_growth ** (1 / divided)
+        self._load_factors: list[tuple[float, float]] = []
         self._total, self._unit = 0.0, np.nan
-        self.peak, self.end = -np.inf, PathEnd.NOT_CERTIFIED
+        self.peak, self.end = -np.inf, PathEnd.STEP_NOT_SOLVED
 
     @cached_property
     def dead_load(self) -> Iteration | None:
@@ -80,20 +86,35 @@ class Path(ABC):
         """The next step, up to a load factor that it hardly passes; None if the path has ended."""
 
     @abstractmethod
-    def at_its_end(self, last: Iteration) -> bool:
-        """Whether the load factor would hardly move if the path went on."""
-
-    @abstractmethod
-    def may_close(self, last: Iteration, *, ended: bool) -> bool:
-        """Whether a collapse state may be near the last step."""
-
-    @abstractmethod
     def forces(self, last: Iteration) -> Array:
         """Forces (K, 3) at the end of the path, the normal ones as friction follows them."""
 
     @abstractmethod
     def refine(self) -> None:
         """Solve later steps more exactly: the end that they have led to was not exact enough."""
+
+    @property
+    def drift(self) -> tuple[float, float]:
+        """Lowest and highest load factor while the displacement last grew tenfold."""
+        last = [alpha for total, alpha in self._load_factors if 10 * total >= self._total]
+        return min(last), max(last)
+
+    @property
+    def _is_at_limit(self) -> bool:
+        return self._total >= FURTHEST * self._unit
+
+    def has_settled(self, last: Iteration) -> bool:
+        """Return whether the load factor has hardly moved while the displacement grew tenfold."""
+        low, high = self.drift
+        return 10 * self._load_factors[0][0] < self._total and high - low <= SETTLED * self.scale(last)
+
+    def scale(self, found: Iteration) -> float:
+        """Return the load factor, or a thousandth of the work scale of its mechanism where that is larger."""
+        return max(abs(found.load_factor), 1e-3 * self._problem.work_scale(found.u))
+
+    def gap(self, found: Iteration) -> float:
+        """Return the flow-rule gap relative to the scale of the load factor."""
+        return float(found.certificate.flow_rule_gap / self.scale(found))
 
     @property
     def _normal(self) -> slice:
@@ -124,6 +145,7 @@ class Path(ABC):
 
     def _step_done(self, state: ContactState, s: float, iterations: int, seconds: float) -> Iteration:
         """A step of displacement s."""
+        self._load_factors.append((self._total, state.alpha))
         self.reached = state.scaled(1 / s)
         return replace(self.iteration(self.reached, iterations, seconds), displacement=self._displacement())
 
@@ -149,8 +171,3 @@ class Path(ABC):
             tie_force=T,
             elongation=problem.ties.elongation(u),
         )
-
-
-def gap_of(found: Iteration) -> float:
-    """Flow-rule gap relative to the load factor."""
-    return float(found.certificate.flow_rule_gap / max(abs(found.load_factor), 1e-12))

@@ -12,7 +12,7 @@ from blockstruct.limit import ConicProgram, Sliding
 from blockstruct.solvers.interior_point.conditions import Conditions
 from blockstruct.solvers.interior_point.cones import centred
 from blockstruct.solvers.interior_point.newton import Newton
-from blockstruct.solvers.interior_point.schur import SchurComplement
+from blockstruct.solvers.interior_point.schur import OPTIONS, SchurComplement
 from blockstruct.solvers.interior_point.state import ContactSolution, ContactState, Residuals, Step
 
 Array = NDArray[np.float64]
@@ -132,8 +132,8 @@ class ContactProblem:
         # Rigid ties that hold the load would leave no displacement to begin with; auxiliary variables are no forces.
         held = np.zeros_like(self.compliance)
         held[: 3 * self.problem.n_points] = 1 / self.compliance[: 3 * self.problem.n_points]
-        stiffness = self.A @ sp.diags_array(held) @ self.AT
-        elastic = sp.linalg.splu(sp.csc_matrix(stiffness), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        stiffness = sp.csc_matrix(self.A @ sp.diags_array(held) @ self.AT)
+        elastic = sp.linalg.splu(stiffness, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0, options=OPTIONS)
         return float(self.problem.w_L @ elastic.solve(self.problem.w_L))
 
     def solve(
