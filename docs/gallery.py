@@ -40,9 +40,9 @@ def run(model: bs.Model, case: bs.LimitCase) -> Drawn:
 
 
 def wall_with_opening() -> Drawn:
-    solid, half = [1, 1, 1, 1], [0.5, 1, 1, 1, 0.5]
-    jamb, toothed = [0.5, 1, -1, 1, 0.5], [1, 0.5, -1, 0.5, 1]
-    rows = [solid, half, solid, jamb, toothed, jamb, [1, 2, 1], half, solid]
+    """The wall of the README."""
+    half, jamb = [0.5, 1, 1, 1, 0.5], [0.5, 1, -1, 1, 0.5]
+    rows = [[1, 1, 1, 1], half, [1, 1, -1, 1], jamb, [1, 2, 1], half]
     size = {"unit_length": "0.4 m", "unit_height": "0.175 m", "depth": "0.3 m"}
     return solved("wall with an opening, pushed", bs.courses(rows, **size, material=TUFF))
 
