@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 XDIST ?= -n auto
 
-.PHONY: demo test test-slow coverage lint docs bench bench-views pictures clean
+.PHONY: demo test test-slow coverage lint docs bench bench-views pictures validation clean
 
 demo: $(VENV)/installed
 	mkdir -p runs
@@ -42,6 +42,9 @@ bench-views: $(VENV)/installed-dev
 
 pictures: $(VENV)/installed-dev
 	$(BIN)/python docs/gallery.py
+
+validation: $(VENV)/installed-dev
+	$(BIN)/python docs/validation.py --workers 2
 
 clean:
 	rm -rf $(VENV)

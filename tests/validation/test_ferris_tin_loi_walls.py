@@ -12,21 +12,8 @@ program, by more than 0.5 %, and it may not fall below it by as much either.
 import pytest
 
 import blockstruct as bs
+from published import WALLS
 from structures import model_of, push, solve
-
-PLAIN, BROKEN = [0.5, 1, 1, 1, 1, 0.5], [1, 1, 1, 1, 1]
-WALL_1 = [PLAIN, BROKEN] * 3
-FULL, HALVES = [1, 1, 1, 1], [0.5, 1, 1, 1, 0.5]
-JAMB_A, JAMB_B = [0.5, 1, -1, 1, 0.5], [1, 0.5, -1, 0.5, 1]
-WALL_3 = [FULL, HALVES, FULL, JAMB_A, JAMB_B, JAMB_A, JAMB_B, JAMB_A, FULL, HALVES, FULL]
-PIERS_A, PIERS_B = [1, -1, 1, -1, 1], [0.5, 0.5, -1, 0.5, 0.5, -1, 0.5, 0.5]
-WALL_4 = [PLAIN, BROKEN, PLAIN, PIERS_A, PIERS_B, PIERS_A, PIERS_B, PIERS_A, PLAIN, BROKEN, PLAIN]
-#: rows, blocks, interfaces, associative load factor, lowest non-associative load factor known
-WALLS = {
-    1: (WALL_1, 33, 83, 0.64286, 0.6398),
-    3: (WALL_3, 46, 102, 0.40369, 0.3558),
-    4: (WALL_4, 55, 116, 0.33195, 0.2637),
-}
 
 
 @pytest.fixture(params=[(wall, depth) for wall in WALLS for depth in ("0.1 m", "1 m")], ids=lambda p: f"{p[0]} {p[1]}")

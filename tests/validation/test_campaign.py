@@ -1,0 +1,34 @@
+"""Random structures of all kinds by every procedure: nothing fails, nothing passes what bounds it.
+
+The structures are those of ``tests/support/random_structures.py``; ``make validation`` prints the same figures.
+"""
+
+import math
+
+import pytest
+
+import campaign
+from random_structures import names, structure
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", names())
+def test_structure(name):
+    found = campaign.findings(structure(name))
+    bound = found.associative.load_factor
+
+    for run in (found.path, found.fictitious, *found.variants.values()):
+        assert run.status in ("converged", "unstable_under_dead_load", "unbounded")
+        if run.status == "converged":
+            assert run.certified
+            assert run.load_factor <= bound * (1 + 1e-6)
+    if found.kind == "falls":
+        assert found.path.status == "unstable_under_dead_load"
+    if found.exact is not None:
+        for run in (found.associative, found.path, found.fictitious):
+            assert run.load_factor == pytest.approx(found.exact, rel=1e-4)
+    if found.path.settled:
+        for variant in campaign.SAME:
+            assert found.differs(variant) < 0.01, variant
+        if found.exact is None and not math.isnan(found.reference):
+            assert abs(found.error(found.path)) < campaign.NEAR
