@@ -100,7 +100,7 @@ def facts(rows: list[Findings]) -> str:
         [
             f"- {len(rows)} structures, no exception. {certified} of {len(converged)} converged states are certified.",
             f"- The load factor passes the associative bound by {max(above, 0):.1e} at most.",
-            f"- Flow-rule gap of settled states over the load factor: median {median(gaps):.0e}, {max(gaps):.0e} at most.",
+            f"- Flow-rule gap of settled states, relative: median {median(gaps):.0e}, {max(gaps):.0e} at most.",
             f"- {len(known)} structures have a reference. The path is within 1 % of {sum(known <= APART)} of them.",
         ]
     )

@@ -76,9 +76,7 @@ def loading_path(
     for kind, changed, divided in (half_steps, other_kind):
         if end is PathEnd.CLOSED and found is not None and found.settled:
             break
-        again, last = yield from _followed(
-            kind(path.program, changed, divided), exact, bound, changed, solver
-        )
+        again, last = yield from _followed(kind(path.program, changed, divided), exact, bound, changed, solver)
         if again is PathEnd.CLOSED and last is not None and (end is not PathEnd.CLOSED or last.settled):
             end, found = again, last
     if end is PathEnd.CLOSED and found is not None and found is not last:
