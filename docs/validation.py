@@ -100,23 +100,24 @@ def facts(rows: list[Findings]) -> str:
         [
             f"- {len(rows)} structures, no exception. {certified} of {len(converged)} converged states are certified.",
             f"- The load factor passes the associative bound by {max(above, 0):.1e} at most.",
-            f"- Flow-rule gap of settled states, relative: median {median(gaps):.0e}, {max(gaps):.0e} at most.",
+            f"- Flow-rule gap over load factor of settled states: median {median(gaps):.0e}, at most {max(gaps):.0e}.",
             f"- {len(known)} structures have a reference. The path is within 1 % of {sum(known <= APART)} of them.",
         ]
     )
 
 
 def by_kind(rows: list[Findings]) -> str:
-    headings = ["kind", "structures", "blocks", "converge / fall / unbounded", "settled", "compared"]
+    headings = ["kind", "structures", "blocks", "converge / fall / unbounded / other", "settled", "compared"]
     headings += ["path: median, worst %", "fictitious: median, worst %", "time: path, fictitious"]
     lines = []
     for kind in [*KINDS, "all"]:
         own = [r for r in rows if kind in (r.kind, "all")]
         if own:
             statuses = [r.path.status for r in own]
-            counts = " / ".join(str(statuses.count(status)) for status in STATUSES)
+            counts = [statuses.count(status) for status in STATUSES]
+            ended = " / ".join(map(str, [*counts, len(own) - sum(counts)]))
             settled, blocks = sum(r.path.settled for r in own), [r.blocks for r in own]
-            line = [kind, len(own), f"{min(blocks)}–{max(blocks)}", counts, settled, len(errors(own, "path"))]
+            line = [kind, len(own), f"{min(blocks)}–{max(blocks)}", ended, settled, len(errors(own, "path"))]
             for procedure in PROCEDURES:
                 error = errors(own, procedure)
                 worst = percent(max(error, key=abs, default=math.nan))
