@@ -96,11 +96,13 @@ def facts(rows: list[Findings]) -> str:
     above = max(r.path.load_factor / r.associative.load_factor - 1 for r in converged)
     gaps = [r.path.gap / r.path.load_factor for r in converged if r.path.settled]
     known = np.abs(errors(rows, "path"))
+    raised = [r.path.load_factor / r.without_crushing - 1 for r in rows if math.isfinite(r.without_crushing)]
     return "\n".join(
         [
             f"- {len(rows)} structures, no exception. {certified} of {len(converged)} converged states are certified.",
             f"- The load factor passes the associative bound by {max(above, 0):.1e} at most.",
             f"- Flow-rule gap over load factor of settled states: median {median(gaps):.0e}, at most {max(gaps):.0e}.",
+            f"- {len(raised)} structures crush: {percent(max(raised))} % from those without crushing, or less.",
             f"- {len(known)} structures have a reference. The path is within 1 % of {sum(known <= APART)} of them.",
         ]
     )

@@ -27,6 +27,8 @@ def test_structure(name):
     if found.exact is not None:
         for run in (found.associative, found.path, found.fictitious):
             assert run.load_factor == pytest.approx(found.exact, rel=1e-4)
+    if not math.isnan(found.without_crushing):
+        assert found.path.load_factor <= found.without_crushing * 1.005
     if found.path.settled:
         for variant in campaign.SAME:
             assert found.differs(variant) < 0.01, variant
