@@ -62,7 +62,7 @@ def associative_solve(columns: int, rows: int) -> tuple[float, float]:
     program = ConicProgram(problem, settings)
     numbers = program.data(true_sliding(problem))
     start = perf_counter()
-    ClarabelSolver().solve(program, numbers, settings.solver_tolerance)
+    ClarabelSolver().solve(program, numbers, settings.numerics.solver_tolerance)
     return building, perf_counter() - start
 
 

@@ -73,7 +73,7 @@ def associative(problem: LimitProblem) -> float:
     settings = bs.ProcedureSettings()
     program = ConicProgram(problem, settings)
     start = process_time()
-    ClarabelSolver().solve(program, program.data(true_sliding(problem)), settings.solver_tolerance)
+    ClarabelSolver().solve(program, program.data(true_sliding(problem)), settings.numerics.solver_tolerance)
     return process_time() - start
 
 

@@ -48,7 +48,7 @@ def measured(model: bs.Model, direction: tuple[int, int, int], steps: int) -> st
     problem = LimitProblem.of(Statics.of(model), bound)
     program = ConicProgram(problem, settings)
     data = program.data(true_sliding(problem))
-    solver = seconds(lambda: ClarabelSolver().solve(program, data, settings.solver_tolerance))
+    solver = seconds(lambda: ClarabelSolver().solve(program, data, settings.numerics.solver_tolerance))
     case = seconds(lambda: manager.run([bound]))
     found: list[bs.CaseResult] = []
     spent = seconds(lambda: found.append(manager.run([pushover])["push"]), 1) - seconds(lambda: manager.run([limit]), 1)

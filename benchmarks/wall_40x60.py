@@ -69,7 +69,7 @@ def main() -> None:
     program = clock("conic build", lambda: ConicProgram(problem, settings))
     numbers = clock("conic build", lambda: program.data(true_sliding(problem)))
     solver = ClarabelSolver()
-    first = clock("associative solve", lambda: solver.solve(program, numbers, settings.solver_tolerance))
+    first = clock("associative solve", lambda: solver.solve(program, numbers, settings.numerics.solver_tolerance))
     solve = clock.seconds["associative solve"]
     print(f"associative: {first.status}, load factor {-(numbers.q @ first.y) / program.total:.8f}, {solve:.1f} s")
 
@@ -117,7 +117,7 @@ def main() -> None:
     naive, same = CvxpySolver("CLARABEL"), 0.0
     start = perf_counter()
     for _ in range(size.naive):
-        solution = naive.solve(ConicProgram(problem, settings), numbers, settings.solver_tolerance)
+        solution = naive.solve(ConicProgram(problem, settings), numbers, settings.numerics.solver_tolerance)
         same = abs(float(solution.y[0]) / float(first.y[0]) - 1)
     if size.naive:
         each = (perf_counter() - start) / size.naive

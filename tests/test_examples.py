@@ -40,7 +40,7 @@ def test_ferris_tin_loi_wall_1_as_a_document():
 def test_tilting_table(tmp_path):
     angles = load("tilting_table").main(tmp_path)
     # The lowest wall collapses just below the angle of friction, arctan 0.65 = 33.02°; the others sooner.
-    assert angles["4 courses"] == pytest.approx(32.47, abs=0.05)
+    assert angles["4 courses"] == pytest.approx(32.6, abs=0.05)
     assert angles["8 courses"] == pytest.approx(27.77, abs=0.05)
     assert angles["12 courses"] == pytest.approx(21.69, abs=0.05)
 
@@ -102,13 +102,13 @@ def test_facade_verification(tmp_path):
 
 def test_tied_facade(capsys):
     found = load("tied_facade").main()
-    # Without dilatancy it is one certified state: the loading path ends at 0.0781 and 0.1484.
+    # An independent loading path by implicit steps ends at 0.1982 with ties.
     assert found["without"] == pytest.approx(0.0781, rel=5e-3)
-    assert found["with"] == pytest.approx(0.148, rel=2e-2)
+    assert found["with"] == pytest.approx(0.1982, rel=5e-3)
     assert found["without, associative"] == pytest.approx(0.1003, rel=1e-3)
     assert found["with, associative"] == pytest.approx(0.2483, rel=1e-3)
     # The ties hold: they drag the sidewalls along.
-    assert found["tie force"] == pytest.approx(3.35e3, rel=5e-2)
+    assert found["tie force"] == pytest.approx(902, rel=2e-2)
     assert found["least tie force"] == pytest.approx(164.3, rel=1e-3)
     assert "punching" in capsys.readouterr().out
 

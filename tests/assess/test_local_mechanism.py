@@ -1646,4 +1646,4 @@ def test_the_loading_path_does_not_count_on_friction_that_self_stress_presses():
     assert spread.path_dependence == pytest.approx((both, both), rel=5e-3)
     check = bs.assess.local_mechanism(spread, 1.35, SITE)
     assert check.alpha0 == spread.load_factor
-    assert check.limit_state.noted.ratio <= check.ratio
+    assert check.limit_state.least_ratio <= check.ratio

@@ -340,10 +340,10 @@ def test_diff(call, file, small_model, small_cases, tmp_path):
     code, out, _ = call("diff", file, other)
     assert code == 0
     assert "the same model, 2 cases" in out
-    bs.AnalysisManager(small_model, other, settings=bs.ProcedureSettings(path_step=0.5)).run(small_cases)
+    bs.AnalysisManager(small_model, other, settings=bs.ProcedureSettings(path_step=0.4)).run(small_cases)
     code, out, _ = call("diff", file, other, "--tolerance", "0")
     assert code == 1
-    assert "path_step 1.0, other 0.5" in out
+    assert "path_step 0.5, other 0.4" in out
     code, out, _ = call("diff", file.parent, other.parent, "--tolerance", "1")
     assert code == 0
     assert "relative_difference" in out

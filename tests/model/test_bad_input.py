@@ -161,8 +161,8 @@ def test_values_without_mechanical_meaning(make, words):
         (lambda: bs.Model("m", block=[]), ["Model", "did you mean blocks?"]),
         (lambda: bs.LimitCase("c", dead=None, vairable=None), ["LimitCase", "did you mean variable?"]),
         (lambda: bs.BodyForce(dir=(1, 0, 0)), ["BodyForce", "did you mean direction?"]),
-        (lambda: bs.ProcedureSettings(max_program=3), ["ProcedureSettings", "did you mean max_programs?"]),
-        (lambda: bs.ProcedureSettings.of({"max_program": 3}), ["ProcedureSettings", "did you mean max_programs?"]),
+        (lambda: bs.FictitiousSchedule(max_program=3), ["FictitiousSchedule", "did you mean max_programs?"]),
+        (lambda: bs.FictitiousSchedule.of({"max_program": 3}), ["FictitiousSchedule", "did you mean max_programs?"]),
         (lambda: bs.detect_interfaces([], joint="lime"), ["detect_interfaces", "did you mean joint_material?"]),
         (lambda: bs.wall(lenght="1 m"), ["wall", "'lenght'", "did you mean length?"]),
         (lambda: bs.arch(colour="red"), ["arch", "'colour'", "known are span, thickness"]),
@@ -482,4 +482,5 @@ def test_settings_take_numbers_of_numpy():
     settings = bs.ProcedureSettings(
         schedule=bs.FictitiousSchedule(max_programs=np.int64(5)), numerics=bs.Numerics(gap_tolerance=np.float64(1e-4))
     )
-    assert (type(settings.max_programs), type(settings.gap_tolerance)) == (int, float)
+    assert type(settings.schedule.max_programs) is int
+    assert type(settings.numerics.gap_tolerance) is float

@@ -43,9 +43,7 @@ def test_where_a_tie_breaks(breaking):
     assert found["force [newton]"].item() == pytest.approx(4e3, rel=1e-6)
     assert found["load factor before"].item() == pytest.approx(by_hand(angle, 4.0), rel=5e-3)
     assert found["load factor after"].item() < found["load factor before"].item() - 0.2
-    said = f"; pushover: tie bar breaks at a displacement of {1e3 * found.iloc[0, 0]:.4g} mm, 100 mm longer: the load"
-    assert said in breaking.curve_ended
-    assert breaking.curve_ended.endswith(f"; {curve.attrs['ended']}")
+    assert breaking.curve_ended == curve.attrs["ended"]
     assert curve.attrs["ended"].startswith("the load factor is zero at a displacement of 0.25 m")
 
 
@@ -76,8 +74,6 @@ def test_many_ties_are_counted():
     ]
     result = run(tied().with_ties(ties), "block", steps=10)
     assert result.broken_ties.index.tolist() == [tie.name for tie in ties]
-    assert result.curve_ended.count("breaks at a displacement") == 5
-    assert "; 2 more ties break; the load factor is zero" in result.curve_ended
 
 
 @pytest.mark.parametrize(
@@ -289,8 +285,6 @@ def test_what_is_left_where_ties_break_that_pulled_late(steps):
 
     angle = brentq(lambda turn: length(turn) - length(0) - 2e-3, 0.06, 0.2)
     assert result.broken_ties["load factor after"].to_numpy() == pytest.approx(np.tan(np.arctan(0.2) - angle), rel=3e-4)
-    assert result.curve_ended.count("the load factor falls from") == 1
-    assert " and tie bar 1 breaks at" in result.curve_ended
 
 
 def test_a_slack_tie_beside_one_that_pulls_hides_no_jump():

@@ -88,7 +88,8 @@ def test_killed_at_any_state_it_is_the_same_curve(tmp_path, structure, steps, ha
             expected = expected.isel(step=slice(last + 1), contact=(expected["step_of_contact"] <= last).to_numpy())
             expected = expected.drop_vars(["d0", "tie_break_displacement"], errors="ignore")
         else:
-            assert (str(done.outcome), done.curve_ended) == (str(whole.outcome), whole.curve_ended), at
+            assert done.curve_ended == whole.curve_ended, at
+            assert done.load_factor == pytest.approx(whole.load_factor, rel=1e-8), at
         for name, values in expected.variables.items():
             np.testing.assert_array_equal(done.capacity[name], values, f"{name}, gone on with at {at}")
 
@@ -118,5 +119,7 @@ def test_a_curve_without_the_forces_of_its_states_is_found_anew(tmp_path):
     of_older = cut["push"].capacity.drop_dims("contact").drop_vars(["body", "divided", "body_failures", "body_waits"])
     bs.save_analysis(cut.replaced(results={"push": replace(cut["push"], capacity=of_older)}), tmp_path / "older.h5")
     done = bs.AnalysisManager.resume(tmp_path / "older.h5")["push"]
-    assert (str(done.outcome), done.curve_ended) == (str(whole.outcome), whole.curve_ended)
-    np.testing.assert_array_equal(done.capacity["load_factor"], whole.capacity["load_factor"])
+    assert done.curve_ended == whole.curve_ended
+    assert done.load_factor == pytest.approx(whole.load_factor, rel=1e-8)
+    # The resumed run finds its collapse state again, to the tolerance of the certificate.
+    np.testing.assert_allclose(done.capacity["load_factor"], whole.capacity["load_factor"], rtol=1e-6)

@@ -233,7 +233,7 @@ def test_the_sliders_move_the_blocks(page, analysis):
     np.testing.assert_allclose(translation, 0.1 * size * result.mechanism.translation, atol=2e-3 * size)
     slide(page, "case", "1")
     n = list(analysis.values())[1].n_iterations
-    assert page.inner_text("#iteration-value").startswith(f"{n - 1} of {n - 1}, loading path")
+    assert page.inner_text("#iteration-value").startswith(f"{n - 1} of {n - 1}, admissible")
     last = coordinates(page, 1)
     slide(page, "iteration", "0")
     assert page.inner_text("#iteration-value").startswith(f"0 of {n - 1}, associative")

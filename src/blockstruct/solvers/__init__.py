@@ -1,9 +1,9 @@
 """Conic solvers: Clarabel directly, or any that CVXPY has.
 
->>> from blockstruct.limit import ProcedureSettings
+>>> from blockstruct.limit import Numerics, ProcedureSettings
 >>> type(solver_of(ProcedureSettings())).__name__
 'ClarabelSolver'
->>> type(solver_of(ProcedureSettings(solver="cvxpy:SCS"))).__name__
+>>> type(solver_of(ProcedureSettings(numerics=Numerics(solver="cvxpy:SCS")))).__name__
 'CvxpySolver'
 """
 
