@@ -12,8 +12,8 @@ Array = NDArray[np.float64]
 #: Cohesion that keeps the program of frozen friction feasible.
 CAP = 1e-9
 #: Friction coefficient up to which the fictitious iteration starts from the associative program. Beyond, dilatancy
-#: wedges blocks by forces far above their weights. Measured on 26 structures with a friction of 3: 8 end 1.1 to 2.6
-#: times too high from the associative program, and none of these from here.
+#: wedges blocks by forces far above their weights. Measured on a wall with a friction of 2.5: 1.505 from the associative
+#: program, 0.579 from here and along the loading path.
 STEEPEST = 0.65
 
 
