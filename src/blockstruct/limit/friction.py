@@ -12,8 +12,8 @@ Array = NDArray[np.float64]
 #: Cohesion that keeps the program of frozen friction feasible.
 CAP = 1e-9
 #: Friction coefficient up to which the fictitious iteration starts from the associative program. Beyond, dilatancy
-#: wedges blocks by forces far above their weights. Measured on a wall with a friction of 2.5: 1.505 from the associative
-#: program, 0.579 from here and along the loading path.
+#: wedges blocks by forces far above their weights. Measured on a wall with a friction of 2.5: 1.505 from the
+#: associative program, 0.579 from here and along the loading path.
 STEEPEST = 0.65
 
 
