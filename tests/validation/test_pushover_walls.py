@@ -11,10 +11,10 @@ lever is shortest. With 10 mm wall 1 is within 1.5 % and wall 3 within 5 %.
 
 import numpy as np
 import pytest
-from test_ferris_tin_loi_walls import WALL_1, WALL_3
 
 import blockstruct as bs
 from blockstruct import Q_
+from published import WALL_1, WALL_3
 from structures import SELF_WEIGHT, model_of, push
 
 AT = np.array([0.05, 0.1, 0.2, 0.3])

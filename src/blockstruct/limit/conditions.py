@@ -29,6 +29,11 @@ def normal_force(points: Index) -> Index:
     return np.asarray(1 + 3 * points)
 
 
+def n_auxiliary(problem: LimitProblem, *, biaxial: bool) -> int:
+    """Number of auxiliary variables, which stand after the contact forces."""
+    return (4 if biaxial else 1) * len(problem.rectangles)
+
+
 def no_tension(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     """``n_k ≥ −f_t A_k``."""
     n = normal_force(np.arange(problem.n_points))
@@ -95,27 +100,29 @@ def torsion(problem: LimitProblem, n_columns: int, first: int) -> ConstraintRows
     )
 
 
-def strips(problem: LimitProblem, n_columns: int) -> ConstraintRows:
-    """``N² ≤ 2 F b n_e`` at the four edges of each rectangle, as ``‖(b n_e − 1, √(2 / F) N)‖ ≤ b n_e + 1``.
-
-    With b = 1, which a step may change, it is the uniaxial interaction. Measured: one cone for all four edges, with an
-    auxiliary variable, takes splitting two to five times the iterations, and it drifts in long steps.
-    """
-    of_edge = normal_force(problem.rectangles[:, EDGES]).reshape(-1, 2).T
-    corners = np.repeat(normal_force(problem.rectangles), 4, axis=0).T
-    scale, one = np.repeat(np.sqrt(2 / problem.capacity), 4), np.ones(4 * len(problem.rectangles))
-    n_e = _matrix(n_columns, *((column, -1.0) for column in of_edge))
-    N = _matrix(n_columns, *((column, -scale) for column in corners))
-    rows = _cones(ConstraintRows(n_e, one), ConstraintRows(n_e, -one), ConstraintRows(N, 0 * one))
-    return _beyond_tension(problem, rows)
-
-
-def edges(problem: LimitProblem, n_columns: int) -> ConstraintRows:
-    """``n_e ≥ m`` at the four edges of each rectangle, of m1 and m2 in turn."""
+def edges(problem: LimitProblem, n_columns: int, *, biaxial: bool) -> ConstraintRows:
+    """``n_e ≥ m`` at the four edges of each rectangle; of the biaxial interaction ``m1`` and ``m2`` in turn."""
     R = len(problem.rectangles)
-    m = 1 + 3 * problem.n_points + np.add.outer(np.arange(R), R * np.array([0, 1, 0, 1])).ravel()
+    of_edge = R * np.array([0, 1, 0, 1] if biaxial else [0, 0, 0, 0])
+    m = 1 + 3 * problem.n_points + np.add.outer(np.arange(R), of_edge).ravel()
     n_e = [(column, -1.0) for column in normal_force(problem.rectangles)[:, EDGES].reshape(-1, 2).T]
     return _beyond_tension(problem, ConstraintRows(_matrix(n_columns, (m, 1.0), *n_e), np.zeros(len(m))))
+
+
+def crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:
+    """``N² ≤ 2 F m`` for the auxiliary m of each rectangle, as ``‖(m − 1, √(2/F) N)‖ ≤ m + 1``.
+
+    With :func:`edges` that is ``n_e ≥ N² / (2 F)`` by one cone.
+    """
+    m = 1 + 3 * problem.n_points + np.arange(len(problem.rectangles))
+    scale, one = np.sqrt(2 / problem.capacity), np.ones(len(m))
+    N = [(column, -scale) for column in normal_force(problem.rectangles).T]
+    rows = _cones(
+        ConstraintRows(_matrix(n_columns, (m, -1.0)), one),
+        ConstraintRows(_matrix(n_columns, (m, -1.0)), -one),
+        ConstraintRows(_matrix(n_columns, *N), 0 * one),
+    )
+    return _beyond_tension(problem, rows)
 
 
 def biaxial_crushing(problem: LimitProblem, n_columns: int) -> ConstraintRows:

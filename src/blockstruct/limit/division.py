@@ -23,7 +23,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.limit.crushing import CrushingFlow
+from blockstruct.limit import crushing
 from blockstruct.limit.problem import LimitProblem
 from blockstruct.limit.torsion import UniformTorsion
 
@@ -38,7 +38,7 @@ STEPS = 500
 NONE, ENOUGH = 1e-8, 1e-3
 
 
-def sliding(problem: LimitProblem, x: Array, v: Array, crushes: CrushingFlow) -> Array:
+def sliding(problem: LimitProblem, x: Array, v: Array, *, biaxial: bool) -> Array:
     """Rate at which each contact point slides, (K,), by itself and with the cone of its interface.
 
     It is ``‖v_t‖`` but in the interfaces of uniform torsion. There it is :meth:`UniformTorsion.slip` without
@@ -48,8 +48,8 @@ def sliding(problem: LimitProblem, x: Array, v: Array, crushes: CrushingFlow) ->
     ----------
     x, v : (K, 3) arrays
         Contact forces, and relative velocities with the gap that is open before they act.
-    crushes
-        Flow of the rectangles that crush.
+    biaxial
+        Interaction of crushing about the two axes.
     """
     found = problem.slip(v, x[:, 0])
     own = problem.torsion
@@ -57,14 +57,14 @@ def sliding(problem: LimitProblem, x: Array, v: Array, crushes: CrushingFlow) ->
     if not dilates.any() or not np.isfinite(x).all() or not np.isfinite(v).all():
         return found
     largest = float((np.linalg.norm(v, axis=1) / problem.force_unit).max())
-    flow = _Flow.of(problem, own.part(dilates), x, v, crushes)
+    flow = _Flow.of(problem, own.part(dilates), x, v, biaxial=biaxial)
     unit = np.empty(len(flow.torsion))
     unit[flow.torsion.owner] = problem.force_unit[flow.torsion.point]
     none = NONE * largest * unit * flow.force
     missed, _ = flow.missed(found[flow.torsion.point])
     chosen = np.flatnonzero(dilates)[missed > none]
     if len(chosen):
-        flow = _Flow.of(problem, own.part(np.isin(np.arange(len(own)), chosen)), x, v, crushes)
+        flow = _Flow.of(problem, own.part(np.isin(np.arange(len(own)), chosen)), x, v, biaxial=biaxial)
         found[flow.torsion.point] = flow.divided(found[flow.torsion.point], none[missed > none])
     return found
 
@@ -86,15 +86,16 @@ class _Flow:
     compression: Array
     rigid: Flags
     corners: Index
-    crushes: CrushingFlow
+    capacity: Array
+    biaxial: bool
     force: Array
 
     @classmethod
-    def of(cls, problem: LimitProblem, torsion: UniformTorsion, x: Array, v: Array, crushes: CrushingFlow) -> Self:
+    def of(cls, problem: LimitProblem, torsion: UniformTorsion, x: Array, v: Array, *, biaxial: bool) -> Self:
         at = torsion.point
         place = np.full(problem.n_points, -1)
         place[at] = np.arange(len(at))
-        mine = np.asarray((place[problem.rectangles] >= 0).all(axis=1))
+        mine = (place[problem.rectangles] >= 0).all(axis=1)
         n = x[at, 0]
         resistance = np.maximum(problem.cohesion[at] + problem.friction[at] * n, 0.0)
         return cls(
@@ -108,7 +109,8 @@ class _Flow:
             compression=problem.compression[at],
             rigid=~problem.crushes[at],
             corners=place[problem.rectangles[mine]],
-            crushes=crushes.part(mine),
+            capacity=problem.capacity[mine],
+            biaxial=biaxial,
             force=np.maximum(torsion.summed(resistance), 1.0),
         )
 
@@ -123,7 +125,7 @@ class _Flow:
         beyond = np.maximum(self.n + self.tension, 0.0) * np.sign(penetration) + price * inwards
         of_cell = np.isfinite(self.compression)
         beyond = np.where(of_cell, np.where(inwards, self.compression, -self.tension) - self.n, beyond)
-        most = self.crushes.hardest(penetration[self.corners])
+        most = crushing.hardest(penetration[self.corners], self.capacity, biaxial=self.biaxial)
         beyond[self.corners] = most - (self.n + self.tension)[self.corners]
         work = self.torsion.summed(self.resistance * rate + self.done + beyond * penetration)
         # Below zero by rounding alone: what a point dissipates grows with its sliding.

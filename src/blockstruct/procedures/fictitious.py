@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.limit import crushing
-from blockstruct.limit.crushing import Linearisation, bearing
+from blockstruct.limit.crushing import Linearisation
 from blockstruct.limit.friction import STEEPEST, fictitious_sliding, limited_sliding, relax, shift_of, true_sliding
 from blockstruct.limit.iteration import Found, Iteration, Search
 from blockstruct.limit.program import ConicProgram, Objective, Solver
@@ -31,7 +30,7 @@ def fictitious_iteration(
     Parameters
     ----------
     program, exact
-        The program of the steps, and the program of closing states, with the exact cones of crushing.
+        The program of the steps, and that of closing states, which are found inside the exact cones of crushing.
     first
         The associative program. Joints of more friction than :func:`limited_sliding` has start from a program of their
         own.
@@ -56,15 +55,7 @@ def fictitious_iteration(
     while left > 0:
         sliding = fictitious_sliding(program.problem, n0, c0, a)
         step = solve_step(
-            program,
-            sliding,
-            Stage.NONASSOCIATIVE,
-            settings,
-            solver,
-            c0=c0,
-            a=a,
-            linearisation=linearisation,
-            bearing=bearing(program.problem, n0),
+            program, sliding, Stage.NONASSOCIATIVE, settings, solver, c0=c0, a=a, linearisation=linearisation
         )
         yield step
         left -= 1
@@ -81,7 +72,7 @@ def fictitious_iteration(
         beta = _relaxation(beta, load_factors, settings)
         n0 = relax(n0, step.x[:, 0], beta)
         if left == 1 or (cooldown <= 0 and (settled >= 2 or patient)):
-            closing = admissible(exact, step, step.x[:, 0], settings, solver)
+            closing = admissible(exact, step, settings, solver)
             yield closing
             left -= 1
             if closing.certificate.holds:
@@ -99,27 +90,22 @@ def fictitious_iteration(
     return None, last
 
 
-def admissible(
-    program: ConicProgram, step: Iteration, near: Array, settings: ProcedureSettings, solver: Solver
-) -> Iteration:
+def admissible(program: ConicProgram, step: Iteration, settings: ProcedureSettings, solver: Solver) -> Iteration:
     """Forces inside the true cones that miss the flow rule of a step's mechanism least, at no higher load factor.
 
     For given velocities the flow-rule gap is linear in the forces: up to a constant it is ``Σ s_k n_k − α`` with
-    the shift s of De Saxcé & Feng (1998). That of crushing is linear about normal forces near (K,). The state of a
-    step satisfies the true conditions only in the limit of the iteration; this one does at once, or shows that none is
-    near. A hundredth of α is added to the objective: where several load factors miss the flow rule equally little, the
-    highest is taken, and not whichever the solver's path leads to.
+    the shift s of De Saxcé & Feng (1998). The state of a step satisfies the true conditions only in the limit of the
+    iteration; this one does at once, or shows that none is near. A hundredth of α is added to the objective: where
+    several load factors miss the flow rule equally little, the highest is taken, and not whichever the solver's path
+    leads to.
     """
-    problem, biaxial = program.problem, settings.crushing_interaction == "biaxial"
-    shift = shift_of(problem, step.v, step.x[:, 0]) + crushing.shift(problem, step.v, near, biaxial=biaxial)
     return solve_step(
         program,
-        true_sliding(problem),
+        true_sliding(program.problem),
         Stage.ADMISSIBLE,
         settings,
         solver,
-        objective=Objective(shift, 1.01),
-        bearing=bearing(problem, near),
+        objective=Objective(shift_of(program.problem, step.v, step.x[:, 0]), 1.01),
         max_load_factor=step.load_factor,
         velocities=step.u,
     )

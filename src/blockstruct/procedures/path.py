@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.limit.certificate import certify
-from blockstruct.limit.crushing import bearing
 from blockstruct.limit.friction import true_sliding
 from blockstruct.limit.iteration import Iteration
 from blockstruct.limit.program import ConicProgram
@@ -32,7 +31,7 @@ class Path(ABC):
     Parameters
     ----------
     program
-        The program, with cones of crushing whose lengths a step gives.
+        The program, with the exact cones of crushing.
     settings
         Steps, and stiffness of joints that were given none.
     divided
@@ -51,8 +50,6 @@ class Path(ABC):
         State of the last step, with displacements of unit work.
     """
 
-    _state: ContactState
-
     def __init__(self, program: ConicProgram, settings: ProcedureSettings, divided: int = 1) -> None:
         self.program = program
         problem = self._problem = program.problem
@@ -60,8 +57,6 @@ class Path(ABC):
         shear = np.where(np.isnan(shear), normal / settings.shear_stiffness_ratio, shear)
         self.contact = ContactProblem(program, np.column_stack([normal, shear, shear]))
         self._settings, self._sliding = settings, true_sliding(problem)
-        #: The contacts as the last step had them.
-        self._last = self.contact
         self._first, self._growth = settings.path_step / divided, settings.path_growth ** (1 / divided)
         self._load_factors: list[tuple[float, float]] = []
         self._total, self._unit = 0.0, np.nan
@@ -98,16 +93,6 @@ class Path(ABC):
     def refine(self) -> None:
         """Solve later steps more exactly: the end that they have led to was not exact enough."""
 
-    def _bearing(self) -> Array:
-        """Share of their length over which rectangles bear in a step from the last state, (R, 2).
-
-        A longer strip bends further, and then is shorter: where that makes the load factor turn back, the share is the
-        mean of that in the state and that of the last step.
-        """
-        share = bearing(self._problem, self._state.x[self._normal])
-        rise = np.diff([alpha for _, alpha in self._load_factors[-3:]])
-        return (share + self._last.bearing) / 2 if len(rise) == 2 and rise[0] * rise[1] < 0 else share
-
     @property
     def drift(self) -> tuple[float, float]:
         """Lowest and highest load factor while the displacement last grew tenfold."""
@@ -143,9 +128,7 @@ class Path(ABC):
     def _memory(self, state: ContactState, s: float) -> Step:
         """What contacts and ties remember: friction forces, the opening of open contacts and of slack ties.
 
-        Rectangles remember what they have crushed and how far they have turned; if each step forgot it, blocks whose
-        strips differ would settle away from each other without end. What cells have crushed and how far ties have
-        yielded is forgotten.
+        Crushing, and the yielding of ties, is forgotten.
         """
         K, normal = self._problem.n_points, self._normal
         reference, opening = state.x.copy(), np.zeros_like(state.x)
@@ -153,9 +136,6 @@ class Path(ABC):
         reference[3 * K :] = 0.0
         opening[normal] = state.z.line[:K] - self.contact.compliance[normal] * state.x[normal]
         opening[self.contact.ties] = state.z.line[self.contact.slack]
-        of_rectangles = 0.0 * state.z
-        of_rectangles.soc[self.contact.strips] = state.z.soc[self.contact.strips]
-        opening += self._last.conditions.flow(of_rectangles)
         return Step(reference, opening, s)
 
     def _displacement(self) -> float:

@@ -12,7 +12,6 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from blockstruct.limit import crushing
 from blockstruct.limit.certificate import certify
 from blockstruct.limit.friction import frozen_sliding, shift_of, true_sliding
 from blockstruct.limit.iteration import Iteration, is_solved
@@ -143,8 +142,7 @@ def _falling(own: LimitProblem, u: Array, n: Array, settings: ProcedureSettings,
 
     Joints of uniform torsion slide as normal forces n (K,) near them tell.
     """
-    v, biaxial = (own.A.T @ u).reshape(-1, 3), settings.crushing_interaction == "biaxial"
-    shift = shift_of(own, v, n) + crushing.shift(own, v, n, biaxial=biaxial)
+    v = (own.A.T @ u).reshape(-1, 3)
     return solve_step(
         _exact(own, settings),
         true_sliding(own),
@@ -152,7 +150,7 @@ def _falling(own: LimitProblem, u: Array, n: Array, settings: ProcedureSettings,
         settings,
         solver,
         # The flow-rule gap is linear in the forces. The weight above one favours the whole dead load.
-        objective=Objective(shift, 2.0),
+        objective=Objective(shift_of(own, v, n), 2.0),
         max_load_factor=1.0,
         velocities=u,
     )

@@ -52,8 +52,6 @@ class ContactProblem:
         self._program = program
         self.problem = program.problem
         self.conditions = Conditions(program)
-        #: Share of their length over which rectangles bear, (R, 2).
-        self.bearing = np.ones((len(self.problem.rectangles), 2))
         ties, size = self.problem.ties, self.conditions.size
         auxiliary = size - compliance.size - len(ties)
         columns = [self.problem.A, sp.csr_array((self.problem.A.shape[0], auxiliary)), ties.columns]
@@ -63,25 +61,23 @@ class ContactProblem:
         #: Where the forces of ties stand among the variables, and ``T' ≥ 0`` among the half-lines.
         self.ties = slice(size - len(ties), size)
         self.slack = slice(program.slack_rows.start - 1, program.slack_rows.stop - 1)
-        #: Where the strips of rectangles that crush stand among the cones.
-        self.strips = slice(self.problem.n_points, self.problem.n_points + 4 * len(self.problem.rectangles))
 
     @cached_property
     def complement(self) -> SchurComplement:
         """Pattern of what is factorised in every iteration."""
         return SchurComplement(sp.csc_array(self.A), self.conditions)
 
-    def with_conditions(self, sliding: Sliding, bearing: Array) -> Self:
-        """The same contacts with another sliding condition, and other lengths over which rectangles bear, (R, 2)."""
+    def with_sliding(self, sliding: Sliding) -> Self:
+        """The same contacts with another sliding condition."""
         other = copy(self)
-        other.bearing, other.conditions = bearing, Conditions(self._program, sliding, bearing)
+        other.conditions = Conditions(self._program, sliding)
         return other
 
-    def rigid(self, sliding: Sliding, bearing: Array) -> Self:
-        """The same without compliance."""
+    def rigid(self, sliding: Sliding) -> Self:
+        """The same contacts without compliance, with another sliding condition."""
         # Found here, the pattern is there for all that share it.
         pattern = self.complement
-        other = self.with_conditions(sliding, bearing)
+        other = self.with_sliding(sliding)
         other.compliance, other.complement = np.zeros_like(self.compliance), pattern
         return other
 
