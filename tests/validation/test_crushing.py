@@ -76,7 +76,10 @@ def test_a_corner_of_walls_that_crush_about_both_axes_converges():
     side = bs.Sidewall("left", at="0 m", length="1.5 m")
     blocks = bs.wall(length="2 m", courses=3, material=stone, sidewalls=[side], **size)
     model = model_of(blocks, bs.JointMaterial("soft", 0.6, compressive_strength="500 kPa"))
-    found = [solve(model, push(0, 1, 0), "nonassociative", crushing_interaction=i) for i in ("uniaxial", "biaxial")]
+    found = [
+        solve(model, push(0, 1, 0), "nonassociative", procedure="fictitious", crushing_interaction=i)
+        for i in ("uniaxial", "biaxial")
+    ]
     assert [result.status for result in found] == ["converged", "converged"]
     assert found[1].load_factor == pytest.approx(found[0].load_factor, rel=1e-3)
 
