@@ -147,6 +147,9 @@ class Outcome:
         Programs solved before the search was given up; 0 otherwise.
     load_ratio : float
         Largest ratio of the loads of two blocks that touch, if it is too large for the solver; NaN otherwise.
+    without_crushing : float
+        Load factor of the same case without crushing, which crushing exceeded by more than the procedure is good for:
+        the load factor is this one. NaN as a rule.
     hung, jammed : tuple of int
         Free blocks whose dead load, or whose share of the variable load, depends on self-stress.
     """
@@ -162,6 +165,7 @@ class Outcome:
     carried: float = np.nan
     programs: int = 0
     load_ratio: float = np.nan
+    without_crushing: float = np.nan
     hung: tuple[int, ...] = ()
     jammed: tuple[int, ...] = ()
 
@@ -176,7 +180,13 @@ class Outcome:
         """Return the outcome in multiples of the variable load of the case."""
         unit = problem.load_unit
         drift = None if self.drift is None else (self.drift[0] / unit, self.drift[1] / unit)
-        return replace(self, load_factor=self.load_factor / unit, drift=drift, peak=self.peak / unit)
+        return replace(
+            self,
+            load_factor=self.load_factor / unit,
+            drift=drift,
+            peak=self.peak / unit,
+            without_crushing=self.without_crushing / unit,
+        )
 
     @property
     def stands_in(self) -> bool:

@@ -191,6 +191,11 @@ class LimitProblem:
         )
 
     @property
+    def without_crushing(self) -> Self:
+        """The same problem with rectangles that do not crush."""
+        return replace(self, rectangles=self.rectangles[:0], capacity=self.capacity[:0])
+
+    @property
     def held(self) -> Self:
         """The same problem with its supports held: without the row of a settlement, and without variable load."""
         if self.settlement is None:

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+#: Share by which a load factor with crushing may exceed that without: by which two runs of one structure may differ.
+ALIKE = 5e-3
 #: Programs after which a linearised associative analysis turns to the exact cones.
 LINEARISED_PROGRAMS = 12
 
@@ -59,7 +61,7 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
     Outcome
         Value of the generator, likewise.
     """
-    steps = _solve(problem, flow, settings, solver)
+    steps = _limited(problem, flow, settings, solver)
     while True:
         try:
             step = next(steps)
@@ -67,6 +69,28 @@ def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSetti
             outcome: Outcome = stop.value
             return outcome.of_case(problem)
         yield step.of_case(problem)
+
+
+def _limited(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
+    """The procedure; what it finds is limited by what it finds without crushing.
+
+    Crushing makes the associative load factor lower. Without dilatancy it does not follow: the flow of the effective
+    rectangle may lean one wall on another.
+    """
+    outcome = yield from _solve(problem, flow, settings, solver)
+    biaxial = settings.crushing_interaction == "biaxial" and len(problem.rectangles) > 0
+    if flow is Flow.ASSOCIATIVE or not biaxial or outcome.status is not Status.CONVERGED:
+        return outcome
+    steps = _solve(problem.without_crushing, flow, settings, solver)
+    while True:
+        try:
+            next(steps)
+        except StopIteration as stop:
+            without: float = stop.value.load_factor
+            break
+    if not outcome.load_factor - without > ALIKE * abs(without):
+        return outcome
+    return replace(outcome, load_factor=without, settled=False, peak=np.nan, without_crushing=without)
 
 
 def _solve(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:

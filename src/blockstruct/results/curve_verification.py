@@ -46,7 +46,8 @@ def curve_contradictions(statics: Statics, problem: LimitProblem, result: CaseRe
     """
     if result.capacity is None or not isinstance(result.case, Pushover):
         return
-    states = _States(MovingProblem(statics, problem, result.case), result.capacity, result.load_factor)
+    collapse = float(result.history["load_factor"][-1])
+    states = _States(MovingProblem(statics, problem, result.case), result.capacity, collapse)
     yield from states.places()
     yield from states.motions()
     yield from states.lengths_of_ties()

@@ -177,7 +177,8 @@ def _status(result: CaseResult) -> Iterator[str]:
         if not (np.isfinite(alpha) and (signed or alpha >= 0)):
             yield f"converged, but its load factor is {alpha:.6g}"
         within = result.certificate.flow_rule_gap_limit if result.certificate else 0.0
-        if not (alpha == last or (alpha == 0 and abs(last) <= within and not signed)):
+        limited = alpha == result.outcome.without_crushing < last
+        if not (alpha == last or limited or (alpha == 0 and abs(last) <= within and not signed)):
             yield f"the load factor is {alpha:.6g}, that of its last iteration {last:.6g}"
         if stage in _PROGRAMS_OF_DEAD_LOAD:
             yield "converged, but its last iteration is the dead-load program"

@@ -16,7 +16,8 @@ from blockstruct.units import SI_UNITS, to_quantity
 from blockstruct.vocabulary import PathEnd, Procedure, Reason, Status
 
 #: Numbers of an outcome that are stored where they are finite, and texts of a result where they are not empty.
-_FACTS, _TEXTS = ("peak", "carried", "load_ratio"), ("schedule", "of_case", "damage", "curve_ended")
+_FACTS = ("peak", "carried", "load_ratio", "without_crushing")
+_TEXTS = ("schedule", "of_case", "damage", "curve_ended")
 #: What the attribute of a settlement holds.
 _MOTION = ("supports", "direction", "about")
 

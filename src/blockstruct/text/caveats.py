@@ -28,6 +28,10 @@ _NOT_SETTLED = (
     "The {answer} had not settled when the procedure ended: it is certified as a collapse state, and another state at "
     "another {answer} may come first. Do not rely on it."
 )
+_RAISED = (
+    "With crushing the procedure ended at a higher {answer} than without: at another collapse state, to which crushing "
+    "has led it. The {answer} is the one without crushing, of which there is no history here. Do not rely on the state."
+)
 _STANDS_IN = "The loading path did not finish, and this {answer} is from another procedure."
 #: Names of blocks that a sentence lists.
 _LISTED = 3
@@ -56,7 +60,9 @@ def caveats(
     """
     found, unbounded = list[str](), bound == np.inf
     if outcome.status is Status.CONVERGED:
-        if not outcome.settled:
+        if np.isfinite(outcome.without_crushing):
+            found.append(_RAISED)
+        elif not outcome.settled:
             found.append(_NOT_SETTLED)
         if outcome.stands_in:
             found.append(_STANDS_IN)

@@ -143,8 +143,11 @@ def sentence(
     number, bounds = answer.text(outcome.load_factor, digits), []
     if path_range is not None:
         bounds.append(range_text(path_range, answer))
-    if not outcome.settled and outcome.drift is not None:
-        bounds.append("its last values are {} to {}".format(*answer.ends(outcome.drift)))
+    last = "" if outcome.drift is None else "{} to {}".format(*answer.ends(outcome.drift))
+    if np.isfinite(outcome.without_crushing):
+        bounds.append(f"without crushing; with crushing {last}")
+    elif last and not outcome.settled:
+        bounds.append(f"its last values are {last}")
     bounds.append("certified")
     if outcome.procedure is Procedure.ASSOCIATIVE:
         bounds.append("a bound of every other flow rule")

@@ -211,6 +211,7 @@ def _outcome(r: bs.CaseResult) -> dict[str, Any]:
         "drift": o.drift,
         "peak": _finite(o.peak),
         "path_end": o.path_end and o.path_end.value,
+        "without_crushing": _finite(o.without_crushing),
         "hung": list(r.hung),
         "jammed": list(r.jammed),
     }
