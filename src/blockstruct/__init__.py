@@ -85,7 +85,7 @@ if TYPE_CHECKING:
         Weight,
     )
     from blockstruct.results import Analysis, CaseResult, Spread, compare
-    from blockstruct.storage import Archive, check_file, open_analysis, salvage, save_analysis
+    from blockstruct.storage import Archive, check_file, open_analysis, save_analysis
     from blockstruct.structures import (
         Opening,
         Sidewall,
@@ -193,7 +193,6 @@ __all__ = [
     "check_file",
     "open_analysis",
     "recover",
-    "salvage",
     "save_analysis",
 ]
 
@@ -212,7 +211,7 @@ _ROOMS_LATER = {
         *("SettlementCase", "Tie", "Weight"),
     ),
     "results": ("Analysis", "CaseResult", "Spread", "compare"),
-    "storage": ("Archive", "check_file", "open_analysis", "salvage", "save_analysis"),
+    "storage": ("Archive", "check_file", "open_analysis", "save_analysis"),
     "structures": (
         *("Opening", "Sidewall", "arch", "arch_on_piers", "barrel_vault", "column", "courses", "cross_vault", "dome"),
         *("pier_spandrel", "stack", "tilted", "wall"),

@@ -8,12 +8,10 @@ import warnings
 from pathlib import Path
 
 import h5py
-import numpy as np
 import pytest
-import xarray as xr
 
 import blockstruct as bs
-from blockstruct.storage import salvage_child, salvaging, snapshot
+from blockstruct.storage import snapshot
 from blockstruct.storage.analysis_file import AnalysisFile
 from structures import seal_again
 
@@ -46,7 +44,7 @@ def test_no_byte_of_a_damaged_file_reaches_libhdf5(copy, small_model, monkeypatc
         raise AssertionError
 
     monkeypatch.setattr(h5py, "File", opened)
-    with pytest.raises(bs.errors.FormatError, match=r"do not match its seal.*verify=False.*--salvage"):
+    with pytest.raises(bs.errors.FormatError, match=r"do not match its seal.*verify=False"):
         bs.open_analysis(copy)
     with pytest.raises(bs.errors.FormatError, match="do not match its seal"):
         bs.check_file(copy)
@@ -158,83 +156,8 @@ def test_absurdly_many_groups_are_refused_without_a_look_into_them(copy, group, 
     assert len(looked) < 1000
 
 
-def test_salvage_keeps_what_can_be_read_and_says_so(copy, small_analysis):
-    content = bytearray(copy.read_bytes())
-    with h5py.File(copy) as file:
-        place = file["/cases/push associative/history/contact_force"].id.get_offset()
-    content[place : place + 8] = np.float64(7.0).tobytes()
-    copy.write_bytes(content)
-    found = bs.salvage(copy)
-    assert found.path == copy.with_suffix(".salvaged.nc")
-    assert not found.lost
-    assert "/model/vertex_position" in found.read
-    assert "nothing in it is verified" in str(found)
-    with xr.open_dataset(found.path, group="/cases/push nonassociative/history", engine="h5netcdf") as ds:
-        expected = small_analysis["push nonassociative"].history
-        np.testing.assert_array_equal(ds["contact_force"], expected["contact_force"])
-        assert ds["contact_force"].attrs["units"] == "newton"
-        assert ds["block"].to_numpy().tolist() == expected["block"].to_numpy().tolist()
-    with h5py.File(found.path) as file:
-        assert "any number may be wrong" in file.attrs["unverified"]
-        assert file["/cases/push associative/history/contact_force"][0, 0, 0] == 7.0
-    with pytest.raises(bs.errors.FormatError, match="not a blockstruct analysis"):
-        bs.open_analysis(found.path)
-    with pytest.raises(bs.errors.StorageError, match="exists and is not replaced"):
-        bs.salvage(copy)
-
-
-def test_salvage_follows_no_link_and_says_so(copy):
-    forces = "/cases/push associative/history/contact_force"
-    with h5py.File(copy, "r+") as file:
-        del file[forces]
-        file[forces] = h5py.ExternalLink("elsewhere.h5", "/x")
-    found = bs.salvage(copy)
-    assert found.lost == {forces: "a link to elsewhere, which is not followed"}
-
-
-def test_salvage_of_zeroed_sectors(copy):
-    """Whatever they held, all that can be read without them is; none of them holds the root of the file."""
-    content = bytearray(copy.read_bytes())
-    for start in range(50_000, len(content) - 1000, 40_000):
-        content[start : start + 512] = bytes(512)
-    copy.write_bytes(content)
-    found = bs.salvage(copy, time_limit=15)
-    assert found.read
-    assert all(found.lost.values())
-
-
-@pytest.mark.parametrize("end", ["while True: pass", "import os; os.abort()"])
-def test_salvage_goes_on_behind_what_its_reader_dies_of(copy, tmp_path, monkeypatch, end):
-    content = bytearray(copy.read_bytes())
-    content[-1] ^= 1
-    copy.write_bytes(content)
-    source = (tmp_path / "child.py").resolve()
-    text = Path(salvage_child.__file__).read_text(encoding="utf-8")
-    head = "            values = np.asarray("
-    assert head in text
-    trap = f"            if place.endswith('contact_force'):\n                {end}\n"
-    source.write_text(text.replace(head, trap + head))
-    monkeypatch.setattr(salvage_child, "__file__", str(source))
-    monkeypatch.setattr(salvaging, "_PATIENCE", 1.0)
-    found = bs.salvage(copy)
-    assert sorted(found.lost) == [f"/cases/push {flow}/history/contact_force" for flow in bs.Flow]
-    assert "/cases/push nonassociative/history/block_velocity" in found.read
-
-
-def test_salvage_of_what_needs_none(path, tmp_path):
-    with pytest.raises(bs.errors.FormatError, match="is undamaged"):
-        bs.salvage(path)
-    (tmp_path / "text.h5").write_text("notes")
-    with pytest.raises(bs.errors.FormatError, match=r"nothing of it can be read.*use a copy"):
-        bs.salvage(tmp_path / "text.h5")
-
-
-def test_the_command_salvages_and_says_when_nothing_is_left_to_run(copy, call):
+def test_resume_of_a_finished_file_says_that_nothing_is_left(copy, call):
     code, out, _ = call("resume", copy)
     assert code == 0
     assert "nothing was left to run" in out
     assert "written" not in out
-    copy.write_bytes(copy.read_bytes()[:-10] + b"x" * 10)
-    code, out, _ = call("recover", "--salvage", copy)
-    assert code == 0
-    assert "variables could be read" in out

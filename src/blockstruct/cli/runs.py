@@ -71,16 +71,8 @@ def run(
 
 
 @app.command()
-def recover(
-    file: FileArgument,
-    salvage: Annotated[
-        bool, typer.Option("--salvage", help="Keep what can still be read of a damaged file, unverified, in another.")
-    ] = False,
-) -> None:
-    """Make the file of a run that was killed, with every iteration that it committed."""
-    if salvage:
-        say(str(bs.salvage(file)))
-        return
+def recover(file: FileArgument) -> None:
+    """Write the analysis file of a run that was killed, with every committed iteration."""
     analysis = bs.recover(file)
     say(str(analysis))
     say(f"written: {file}")

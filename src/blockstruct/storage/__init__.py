@@ -8,7 +8,6 @@ from blockstruct.storage.archive import Archive
 from blockstruct.storage.checkpoint import Checkpoint
 from blockstruct.storage.claim import claim
 from blockstruct.storage.reader import check_file, open_analysis, planned_analysis
-from blockstruct.storage.salvaging import salvage
 from blockstruct.storage.unfinished import is_unfinished, tidy
 from blockstruct.storage.writer import checked_keep_every, patterns, save_analysis, save_image
 
@@ -22,7 +21,6 @@ __all__ = [
     "open_analysis",
     "patterns",
     "planned_analysis",
-    "salvage",
     "save_analysis",
     "save_image",
     "tidy",

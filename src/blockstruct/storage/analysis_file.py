@@ -191,9 +191,8 @@ def _unsealed(path: Path, snapshot: Snapshot) -> str:
     if start != b"\x89HDF\r\n\x1a\n":
         return f"{path}: not a readable HDF5 file; it is damaged or of another kind"
     return (
-        f"{path}: /: its bytes do not match its seal, or it has none: it is damaged, was changed, or is not a "
-        f"blockstruct analysis; use the original, open it with verify=False, or keep what can be read of it with "
-        f"'blockstruct recover --salvage {path}'"
+        f"{path}: /: its bytes do not match its seal, or it has none: the file is damaged, was changed, or is not a "
+        "blockstruct analysis. Use an intact copy, or open a file that was changed on purpose with verify=False"
     )
 
 
