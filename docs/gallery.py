@@ -4,6 +4,7 @@ import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -90,13 +91,19 @@ def church_front() -> Drawn:
 
 def curves(model: bs.Model) -> None:
     """Load factor of the wall over the friction and the strength of its joints."""
-    manager, case = bs.AnalysisManager(model), bs.LimitCase("push", DEAD, PUSH)
+    case = bs.LimitCase("push", DEAD, PUSH)
+
+    def build(**properties: Any) -> tuple[bs.Model, bs.LimitCase]:
+        joints = [i.with_joint_material(i.joint_material.varied(**properties)) for i in model.interfaces]
+        return bs.Model(model.name, model.blocks, joints), case
+
     strengths = [None, *(Q_(f, "kPa") for f in (1000, 500, 250, 150, 100, 75, 60))]
     for name, values in (
         ("friction_coefficient", [0.3, 0.4, 0.5, 0.6, 0.7, 0.8]),
         ("compressive_strength", strengths),
     ):
-        save(f"wall-{name.partition('_')[0]}", partial(figures.curve, manager.sweep(name, values, case)), (6.2, 3.0))
+        load_factor = bs.study(build, {name: values}, workers=1).load_factor.sel(case="push")
+        save(f"wall-{name.partition('_')[0]}", partial(figures.curve, load_factor), (6.2, 3.0))
 
 
 def save(name: str, draw: Callable[..., Axes], size: tuple[float, float] = (6.2, 3.8)) -> None:

@@ -186,24 +186,6 @@ def parse(text: str, what: str) -> Any:
     return Q_(values, units)
 
 
-def in_first_unit(values: Sequence[Any], dimension: str, what: str) -> tuple[list[float], str]:
-    """Magnitudes of single quantities in the unit of the first of them, and its long name; None is infinite."""
-    given = [parse(value, what) if isinstance(value, str) else value for value in values]
-    units = [str(value.units) if hasattr(value, "units") else SI_UNITS["dimensionless"] for value in given]
-    unit = next((u for u, value in zip(units, given, strict=True) if value is not None), SI_UNITS[dimension])
-    magnitudes = []
-    for own, value in zip(units, given, strict=True):
-        if value is None:
-            magnitudes.append(math.inf)
-        elif own == unit:
-            si(value, dimension, what)
-            # As it was written, not there and back.
-            magnitudes.append(float(getattr(value, "magnitude", value)))
-        else:
-            magnitudes.append(si(value, dimension, what) / _factor(unit, dimension, what))
-    return magnitudes, unit
-
-
 def own_registry() -> None:
     """Give quantities that are unpickled in this process to the one registry."""
     cast(Any, pint).set_application_registry(ureg)

@@ -91,11 +91,6 @@ def test_an_anchor_across_the_tie_is_refused(model):
         bs.run(model.with_ties([TIE]), bs.SettlementCase("across", SELF_WEIGHT, ["aside"], "+y"))
 
 
-def test_a_sweep_of_a_settlement_is_refused(model):
-    with pytest.raises(bs.errors.ModelError, match=r"not a LimitCase.*bs\.study"):
-        bs.AnalysisManager(model).sweep("friction_coefficient", [0.5, 0.6], CASES[0])
-
-
 @pytest.mark.parametrize("spread", [3, None, ["steep", 3]])
 def test_a_spread_of_no_schedules_is_refused(model, spread):
     with pytest.raises(bs.errors.ModelError, match=r"spread: .* give a list"):

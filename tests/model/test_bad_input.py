@@ -187,7 +187,6 @@ def test_a_misspelt_argument_is_told_the_one_that_was_meant(make, words):
         lambda long: bs.run(bs.Model("m", [box("a")], []), long),
         lambda long: bs.ProcedureSettings(numerics=bs.Numerics(solver=long)),
         lambda long: bs.AnalysisManager(bs.Model("m", [box("a")], []), long),
-        lambda long: bs.AnalysisManager(bs.Model("m", [box("a")], []), keep_every=long),
         lambda long: bs.imports.read_mesh("m.obj", unit="m", material=STONE, up=long),
     ],
 )

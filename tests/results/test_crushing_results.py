@@ -1,11 +1,10 @@
-"""What an engineer reads of a joint: its state, its utilisation, its neutral axis; spreads and sweeps."""
+"""What an engineer reads of a joint: its state, its utilisation, its neutral axis; spreads and studies."""
 
 import numpy as np
 import pytest
 
 import blockstruct as bs
 from blockstruct import Q_
-from blockstruct.analysis import CaseFinished
 from blockstruct.cli.app import print_results
 from blockstruct.views.report.assumptions import assumptions
 from structures import SELF_WEIGHT, divided, model_of, push, single_block, solve
@@ -170,60 +169,25 @@ def test_last_feasible(small_model):
     ).any()
 
 
-def test_sweep():
-    """α = (b / h) (1 − W / (f_c A)) at every strength, and the model's own joints are left as they are."""
-    model = model_of(*single_block(0.5, 1.0, mu=0.9))
-    manager, case = bs.AnalysisManager(model), bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
-    curve = manager.sweep("compressive_strength", [None, "200 kPa", "50 kPa", "10 kPa"], case)
-    assert list(curve.compressive_strength) == [np.inf, 200, 50, 10]
-    assert curve.load_factor[:3].to_numpy() == pytest.approx([0.5, 0.5 * 0.9, 0.5 * 0.6], rel=1e-6)
-    assert curve.status[3] == "unstable_under_dead_load"
-    assert np.isnan(curve.load_factor[3])
-    assert curve.compressive_strength.units == "kilopascal"
-    friction = manager.sweep("friction_coefficient", [0.2, 0.4, 0.8], case)
-    assert friction.load_factor.to_numpy() == pytest.approx([0.2, 0.4, 0.5], rel=1e-6)
-
-
-def test_a_sweep_of_several_quantities_with_a_store_and_listeners(tmp_path):
+def test_a_study_of_strength_and_friction():
     """α = min(μ, (b / h) (1 − W / (f_c A)))."""
-    events = []
-    manager = bs.AnalysisManager(model_of(*single_block(0.5, 1.0, mu=0.9)), tags=["swept"])
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
-    values = {"friction_coefficient": [0.2, 0.9], "compressive_strength": ["0.2 MPa", Q_(50, "kPa"), None]}
-    found = manager.sweep(values, case=case, store=tmp_path / "points", listeners=[events.append])
-    assert found.load_factor.dims == ("friction_coefficient", "compressive_strength")
-    assert found.compressive_strength.to_numpy() == pytest.approx([0.2, 0.05, np.inf])
-    assert found.compressive_strength.units == "megapascal"
-    assert found.load_factor.to_numpy() == pytest.approx(np.array([[0.2] * 3, [0.45, 0.3, 0.5]]), rel=1e-6)
-    assert sum(isinstance(event, CaseFinished) for event in events) == 6
-    table = bs.Archive(tmp_path / "points").table(all_columns=True)
-    assert sorted(table["load_factor"]) == sorted(found.load_factor.to_numpy().ravel())
-    assert set(table["tags"]) == {("swept",)}
-    name = "friction_coefficient=0.9,compressive_strength=0.2-megapascal.h5"
-    kept = bs.open_analysis(tmp_path / "points" / name)
-    assert {j.compressive_strength for j in kept.model.joint_materials.values()} == {2e5}
+    model, case = model_of(*single_block(0.5, 1.0, mu=0.9)), bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
 
+    def build(**properties):
+        joint = model.interfaces[0].joint_material.varied(**properties)
+        return bs.Model(model.name, model.blocks, [i.with_joint_material(joint) for i in model.interfaces]), case
 
-def test_sweep_refuses():
-    manager = bs.AnalysisManager(model_of(*single_block(0.5, 1.0)))
-    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
-    for quantity, values, match in (
-        ("strength", ["1 MPa"], "joints have no 'strength'"),
-        ("compressive_strength", [], "no value"),
-        ("compressive_strength", ["0 MPa"], "compressive strength 0 Pa"),
-        ("friction_coefficient", [-1.0], "negative"),
-        ("cohesion", Q_(1, "kPa"), "is not a list of values; give several"),
-        ("friction_coefficient", "12", "is not a list of values"),
-        (["cohesion"], ["1 kPa"], "joints have no"),
-    ):
-        with pytest.raises(bs.errors.ModelError, match=match):
-            manager.sweep(quantity, values, case)
-    with pytest.raises(bs.errors.UnitError):
-        manager.sweep("compressive_strength", [4.0], case)
-    with pytest.raises(bs.errors.ModelError, match="a mapping such as"):
-        manager.sweep({}, case=case)
-    with pytest.raises(bs.errors.ModelError, match="'push' is not a LimitCase"):
-        manager.sweep("compressive_strength", ["4 MPa"], "push")
+    values = {
+        "friction_coefficient": [0.2, 0.9],
+        "compressive_strength": [None, Q_(200, "kPa"), Q_(50, "kPa"), Q_(10, "kPa")],
+    }
+    data = bs.study(build, values, workers=1, listeners=[]).sel(case="push")
+    assert data.load_factor.dims == ("friction_coefficient", "compressive_strength")
+    expected = np.array([[0.2] * 3, [0.5, 0.5 * 0.9, 0.5 * 0.6]])
+    assert data.load_factor[:, :3].to_numpy() == pytest.approx(expected, rel=1e-6)
+    assert set(data.status[:, 3].to_numpy()) == {"unstable_under_dead_load"}
+    assert np.isnan(data.load_factor[:, 3]).all()
+    assert data.compressive_strength.units == "kilopascal"
 
 
 def test_cells_leave_too_much_of_a_reaction():

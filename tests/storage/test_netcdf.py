@@ -36,7 +36,7 @@ def files(tmp_path_factory):
             shutil.copy(folder_of(folder / "limit.h5") / "plan", folder / "plan.h5")
 
     settings = bs.ProcedureSettings(crushing_cells=16)
-    manager = bs.AnalysisManager(crushes, folder / "limit.h5", settings=settings, keep_every=2, listeners=[keep_plan])
+    manager = bs.AnalysisManager(crushes, folder / "limit.h5", settings=settings, listeners=[keep_plan])
     manager.run(limit, spread=["steep"])
     bs.run(bar, moves, folder / "moves.h5")
     bs.study(studied.pulled, {"friction_coefficient": [0.3]}, folder / "study", workers=1, listeners=[])

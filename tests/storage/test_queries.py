@@ -51,37 +51,6 @@ def test_what_fails_and_when_it_first_did(history, small_analysis):
     assert history.blockstruct.first("unknown").empty
 
 
-@pytest.fixture(params=["opened", "lazy"])
-def thin(request, small_analysis, tmp_path):
-    """The history as a file that keeps every fourth iteration has it."""
-    path = bs.save_analysis(small_analysis, tmp_path / "thin.h5", keep_every=4)
-    if request.param == "opened":
-        return bs.open_analysis(path)[NAME].history
-    archive = bs.Archive(tmp_path)
-    return archive.history(f"case == '{NAME}'")[f"thin.h5/{NAME}"].to_dataset()
-
-
-def test_iterations_that_a_file_leaves_out_are_not_asked(history, thin):
-    """An answer from what is left would be a later iteration, or none where there is one."""
-    asked, whole, last = thin.blockstruct, history.blockstruct, history.sizes["iteration"] - 1
-    left_out = r"leaves out forces and velocities of iteration 1, 2, 3, .*it has, 0, 4, .*keep_every=1"
-    with pytest.raises(bs.errors.ModelError, match=f"first: .*{left_out}"):
-        asked.first("sliding")
-    for ask in (
-        lambda: asked.interfaces("sliding", 2),
-        lambda: asked.top(iteration=2),
-        lambda: asked.difference(iteration=2),
-        lambda: asked.difference(before=2),
-        lambda: whole.difference(thin, before=2),
-    ):
-        with pytest.raises(bs.errors.ModelError, match=r"iteration 2 \(keep_every"):
-            ask()
-    for k in (0, 4, last, -1):
-        assert asked.interfaces("sliding", k) == whole.interfaces("sliding", k)
-        assert asked.top(3, iteration=k).equals(whole.top(3, iteration=k))
-    assert asked.difference(iteration=4, before=0).equals(whole.difference(iteration=4, before=0))
-
-
 def test_a_program_that_found_nothing_is_in_the_file(history):
     """Without forces, but not left out: no state is known, and none is hidden."""
     failed = history.copy(deep=True)

@@ -457,11 +457,11 @@ def test_names_with_dollars_are_no_formulas():
 
 
 def test_curves_have_readable_units_and_show_the_unlimited_strength():
-    strength = xr.DataArray([4e6, np.inf, 1e6], dims="compressive_strength", attrs={"units": "pascal"})
-    sweep = xr.Dataset(
+    strength = xr.DataArray([4e6, np.nan, 1e6], dims="compressive_strength", attrs={"units": "pascal"})
+    data = xr.Dataset(
         {"load_factor": ("compressive_strength", [0.3, 0.35, 0.2])}, coords={"compressive_strength": strength}
     )
-    ax = figures.curve(sweep, ax=axes())
+    ax = figures.curve(data, ax=axes())
     np.testing.assert_allclose(ax.lines[0].get_xydata(), [[1, 0.2], [4, 0.3]])
     assert ax.lines[1].get_ydata()[0] == 0.35
     assert ax.get_xlabel() == "compressive strength f_c [MPa]"

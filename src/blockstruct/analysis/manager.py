@@ -9,21 +9,19 @@ from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
-import xarray as xr
 
 from blockstruct.analysis.checks import checked_problems
 from blockstruct.analysis.events import CaseFinished, CaseStarted, IterationDone, Listener, tell
 from blockstruct.analysis.finite import pushed_over
+from blockstruct.analysis.planning import Run, blank_history, planned_result, runs_of
 from blockstruct.analysis.progress import Progress, with_progress
 from blockstruct.analysis.provenance import now, solver_options, versions, warn_of_versions
 from blockstruct.analysis.recorder import Recorder
-from blockstruct.analysis.recovery import blank_history, planned_result
 from blockstruct.analysis.replay import ReplaySolver, followed
-from blockstruct.analysis.sweeps import Run, axes_of, joints_at, keep_point, names_at, points_of, runs_of
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.keywords import checked_keywords
 from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, schedules_of
-from blockstruct.model import Case, LimitCase, Model, Pushover, checked_tuple
+from blockstruct.model import Case, Model, Pushover, checked_tuple
 from blockstruct.procedures import solve_limit_case
 from blockstruct.results import (
     Analysis,
@@ -31,11 +29,10 @@ from blockstruct.results import (
     checked_parameters,
     division_of,
     history_of,
-    sweep_of,
 )
 from blockstruct.solvers import solver_of
 from blockstruct.statics import Division, Statics
-from blockstruct.storage import Checkpoint, checked_keep_every, claim, is_unfinished, open_analysis, tidy
+from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis, tidy
 from blockstruct.vocabulary import Reason, Status
 
 
@@ -65,10 +62,6 @@ class AnalysisManager:
         Of the document that describes the model: :attr:`blockstruct.Document.hash`.
     study
         The study that this is a run of, as :func:`blockstruct.study` names it.
-    keep_every
-        The file keeps the large arrays (those of every contact point, interface or block) of every so many iterations
-        only, the first and the last always; in the others they are NaN, and questions about them are refused. The
-        analysis in memory has all.
 
     Raises
     ------
@@ -92,7 +85,6 @@ class AnalysisManager:
         parameters: Mapping[str, Any] = MappingProxyType({}),
         study: str = "",
         document_hash: str = "",
-        keep_every: int = 1,
     ) -> None:
         if not isinstance(model, Model):
             msg = f"AnalysisManager: model is {shown(model)}; give a Model"
@@ -109,7 +101,6 @@ class AnalysisManager:
         self.document_hash = document_hash
         self.statics = Statics.of(model, Division(self.settings.crushing_cells))
         solver_of(self.settings)
-        self.keep_every = checked_keep_every(keep_every)
         self.store = None if store is None else claim(store)
 
     def run(self, cases: Iterable[Case], *, spread: bool | str | Iterable[str] = False) -> Analysis:
@@ -167,7 +158,7 @@ class AnalysisManager:
         if self.store is None:
             done = self._conduct(analysis, self.listeners)
         else:
-            with Checkpoint.begin(self.store, analysis, self.keep_every) as working:
+            with Checkpoint.begin(self.store, analysis) as working:
                 done = self._record(analysis, working)
         _warn_of(done.values())
         return done
@@ -234,66 +225,6 @@ class AnalysisManager:
     def check(self, cases: Sequence[Case]) -> list[LimitProblem]:
         """Check cases as :meth:`run` does before it solves anything, and return their limit problems."""
         return checked_problems(self.statics, cases)
-
-    def sweep(
-        self,
-        quantity: str | Mapping[str, Any],
-        values: Any = None,
-        case: LimitCase | None = None,
-        *,
-        store: str | Path | None = None,
-        listeners: Iterable[Listener] = (),
-    ) -> xr.Dataset:
-        """Load factor of a case for several values of joint properties, on the statics assembled once.
-
-        Parameters
-        ----------
-        quantity
-            A property of joints such as ``"compressive_strength"`` or ``"friction_coefficient"``: every joint of the
-            model takes the value. Or a mapping from several of them to their values, all of which are combined.
-        values
-            An array quantity, or one quantity per value; None is an infinite compressive strength. Left out with a
-            mapping.
-        case
-            The case.
-        store
-            A folder that keeps the analysis of every point, for :class:`blockstruct.Archive`; None keeps none.
-        listeners
-            Called after those of the manager.
-
-        Returns
-        -------
-        xarray.Dataset
-            ``load_factor``, ``status``, ``flow_rule_gap`` and ``n_iterations`` along the quantities, each in
-            the unit of its first value.
-
-        Raises
-        ------
-        ModelError
-            If joints do not have the quantity, there is no value, or a joint cannot take one.
-        StorageError
-            If the folder cannot be written to.
-        """
-        if not isinstance(case, LimitCase):
-            msg = f"sweep: case {shown(case)} is not a LimitCase; give the case itself, or for other cases use bs.study"
-            raise ModelError(msg)
-        axes = axes_of(quantity, values)
-        heard = (*self.listeners, *checked_tuple(listeners, Callable, "sweep: listeners"))
-        results, statics = list[CaseResult](), self.statics
-        varied = list(joints_at(axes, self.model.interfaces))
-        for joints, name, point in zip(varied, names_at(axes), points_of(axes), strict=True):
-            place = (len(results) + 1, len(varied))
-            statics = statics.varied(joints, self.settings.crushing_cells)
-            problem = LimitProblem.of(statics, case)
-            planned = planned_result(Run(case, self.settings), statics, problem, now())
-            results.append(self._run_case(planned, statics, problem, heard, place))
-            tell(heard, CaseFinished(results[-1]))
-            if store is not None:
-                keep_point(self.model, joints, results[-1], Path(store) / f"{name}.h5", self.tags, point)
-            if results[-1].status is Status.INTERRUPTED:
-                break
-        _warn_of(results)
-        return sweep_of({axis.quantity: (axis.magnitudes, axis.unit) for axis in axes}, results, case.name)
 
     @classmethod
     def _resuming(

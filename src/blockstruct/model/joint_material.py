@@ -15,7 +15,7 @@ from blockstruct.vocabulary import Torsion
 
 @dataclass(frozen=True, slots=True)
 class JointProperty:
-    """A property of joints: what documents, files, reports and sweeps need to know of it.
+    """A property of joints: what documents, files, reports and studies need to know of it.
 
     Parameters
     ----------

@@ -30,8 +30,6 @@ from blockstruct.results.pushed_ties import (
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
-from blockstruct.results.stored import require_stored
-from blockstruct.results.sweep import sweep_of
 from blockstruct.results.ties import tie_forces, tie_sentences, tie_state, tie_title, ties_at_collapse
 from blockstruct.results.torsion import corner_torsion, sliding_rates
 from blockstruct.results.utilisation import utilisation
@@ -50,7 +48,6 @@ __all__ = [
     "LazyHistory",
     "Spread",
     "run_name",
-    "sweep_of",
     "Comparison",
     "relative_difference",
     "compare",
@@ -87,7 +84,6 @@ __all__ = [
     "sliding_rates",
     "history_frame",
     "division_of",
-    "require_stored",
     "history_of",
     "iteration_variables",
     "interface_resultants",

@@ -13,7 +13,6 @@ from blockstruct.files import csv_text
 from blockstruct.results.frame import history_frame
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import contact_state
-from blockstruct.results.stored import require_stored
 from blockstruct.results.utilisation import utilisation
 from blockstruct.units import Q_
 from blockstruct.vocabulary import ContactState
@@ -67,11 +66,8 @@ class HistoryAccessor:
         ------
         UnknownNameError
             If there is no such state or iteration.
-        ModelError
-            If the file of the history does not keep the iteration (``keep_every``).
         """
         position = self._position(iteration)
-        require_stored(self._ds, [position], "interfaces")
         history = self._ds.isel(iteration=[position])
         return [str(name) for name in history["interface"].to_numpy()[self._in_state(history, state)[0]]]
 
@@ -87,10 +83,7 @@ class HistoryAccessor:
         ------
         UnknownNameError
             If there is no such state.
-        ModelError
-            If the file of the history does not keep every iteration (``keep_every``): the first is then not known.
         """
-        require_stored(self._ds, range(self._ds.sizes["iteration"]), "first")
         within = self._in_state(self._ds, state)
         ever = within.any(axis=0)
         first = self._ds["iteration"].to_numpy()[within.argmax(axis=0)[ever]] if len(within) else np.zeros(0, int)
@@ -119,14 +112,10 @@ class HistoryAccessor:
         ------
         UnknownNameError
             If there is no such iteration.
-        ModelError
-            If the file of the history does not keep the iteration (``keep_every``).
         """
         ranked = utilisation(self._ds)["sliding"].transpose("iteration", "interface") if by is None else by
         position = self._position(iteration)
         values = ranked.isel(iteration=position).to_numpy()
-        if np.isnan(values).all():
-            require_stored(self._ds, [position], "top")
         index = pd.Index(self._ds["interface"].to_numpy(), name="interface")
         series = pd.Series(values, index=index, name=ranked.name)
         return series.dropna().sort_values(ascending=False, kind="stable").head(n)
@@ -145,7 +134,6 @@ class HistoryAccessor:
         -------
         pint.Quantity or array
             (iteration, contact point of the interface, component n, s, t); on the plus block, compression positive.
-            NaN in iterations that the file of the history does not keep.
         """
         points = self._ds["interface_of_contact_point"].to_numpy() == self._index_of(interface)
         force = self._ds["contact_force"].isel(contact_point=np.flatnonzero(points))
@@ -158,8 +146,7 @@ class HistoryAccessor:
         -------
         dict
             ``force`` (N, V_s, V_t) and ``moment`` (torsion M_n, bending M_s, M_t), each (iteration, component), and
-            ``eccentricity`` (e_s, e_t) of N, (iteration, 2), as quantities or plain SI floats. NaN in iterations that
-            the file of the history does not keep.
+            ``eccentricity`` (e_s, e_t) of N, (iteration, 2), as quantities or plain SI floats.
         """
         index = self._index_of(interface)
         points = np.flatnonzero(self._ds["interface_of_contact_point"].to_numpy() == index)
@@ -215,8 +202,7 @@ class HistoryAccessor:
         Raises
         ------
         ModelError
-            If the other is not a history, the two have different contact points or blocks, or the file of one does not
-            keep the iteration.
+            If the other is not a history, or the two have different contact points or blocks.
         """
         other = self._ds if other is None else other
         if not isinstance(other, xr.Dataset) or "contact_point_position" not in other.variables:
@@ -228,8 +214,6 @@ class HistoryAccessor:
                 msg = f"difference: the histories have different {name.replace('_', ' ')}s; compare cases of one model"
                 raise ModelError(msg)
         position, position_before = self._position(iteration), other.blockstruct._position(before)
-        require_stored(self._ds, [position], "difference")
-        require_stored(other, [position_before], "difference")
         here = self._ds.isel(iteration=position, drop=True)
         there = other.isel(iteration=position_before, drop=True)
         found = xr.Dataset(

@@ -1,6 +1,5 @@
 """The contact-point table of a model."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Self
 
@@ -8,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blockstruct.geometry import is_rectangle, mean_distances, plane_axes, polygon_cells, tributary_areas
-from blockstruct.model import JointMaterial, Model
+from blockstruct.model import Model
 from blockstruct.vocabulary import Torsion
 
 Array = NDArray[np.float64]
@@ -102,12 +101,7 @@ class ContactPoints:
     rectangles: Index
 
     @classmethod
-    def of(
-        cls,
-        model: Model,
-        division: Division,
-        joints: Sequence[JointMaterial] | None = None,
-    ) -> Self:
+    def of(cls, model: Model, division: Division) -> Self:
         """Table of a model.
 
         Parameters
@@ -116,12 +110,10 @@ class ContactPoints:
             The model.
         division
             Of interfaces that crush.
-        joints
-            Joint material of each interface, if it is not the model's.
         """
         interfaces = model.interfaces
         index = {b.name: i for i, b in enumerate(model.blocks)}
-        joints = joints or [i.joint_material for i in interfaces]
+        joints = [i.joint_material for i in interfaces]
         strength = np.array([j.compressive_strength for j in joints])
         rectangular = np.array([is_rectangle(i.polygon) for i in interfaces])
         rectangular[list(division.divided)] = False

@@ -1,14 +1,13 @@
 """Everything the method needs to know of a model, as arrays."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from blockstruct.model import JointMaterial, Model
+from blockstruct.model import Model
 from blockstruct.statics.contacts import ContactPoints, Division
 from blockstruct.statics.equilibrium import equilibrium_matrix
 from blockstruct.statics.ties import TieTable
@@ -60,14 +59,3 @@ class Statics:
             free=free,
             length=length,
         )
-
-    def varied(self, joints: Sequence[JointMaterial], cells: int = 64) -> Self:
-        """The same structure with another joint material at each interface.
-
-        Equilibrium is assembled anew only if an interface begins, or ceases, to be divided into cells.
-        """
-        points = ContactPoints.of(self.model, Division(cells), joints)
-        if len(points) == len(self.points) and np.array_equal(points.position, self.points.position):
-            return replace(self, points=points)
-        centroids = np.array([b.centroid for b in self.model.blocks])
-        return replace(self, points=points, A=equilibrium_matrix(points, centroids, self.free, self.length))

@@ -9,13 +9,12 @@ from blockstruct.storage.checkpoint import Checkpoint
 from blockstruct.storage.claim import claim
 from blockstruct.storage.reader import check_file, open_analysis, planned_analysis
 from blockstruct.storage.unfinished import is_unfinished, tidy
-from blockstruct.storage.writer import checked_keep_every, patterns, save_analysis, save_image
+from blockstruct.storage.writer import patterns, save_analysis, save_image
 
 __all__ = [
     "Archive",
     "Checkpoint",
     "check_file",
-    "checked_keep_every",
     "claim",
     "is_unfinished",
     "open_analysis",

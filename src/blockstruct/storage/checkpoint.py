@@ -22,7 +22,7 @@ from blockstruct.storage.packing import packed, packed_dataset, unpacked, unpack
 from blockstruct.storage.reader import DAMAGE, Blank, read_analysis
 from blockstruct.storage.snapshot import Stamp
 from blockstruct.storage.unfinished import clear, is_unfinished, refuse_killed
-from blockstruct.storage.writer import checked_keep_every, sealed_image, write_draft, write_file
+from blockstruct.storage.writer import sealed_image, write_draft, write_file
 from blockstruct.vocabulary import Reason, Status
 
 
@@ -40,18 +40,16 @@ class Checkpoint:
     Use :meth:`begin` or :meth:`reopen`, as a context.
     """
 
-    def __init__(
-        self, place: Path, lock: WriterLock, planned: Analysis, seal: str, replaced: Sequence[Stamp], keep_every: int
-    ) -> None:
+    def __init__(self, place: Path, lock: WriterLock, planned: Analysis, seal: str, replaced: Sequence[Stamp]) -> None:
         self.place, self.folder, self.planned = place, folder_of(place), planned
-        self._lock, self._replaced, self._keep_every = lock, tuple(replaced), keep_every
+        self._lock, self._replaced = lock, tuple(replaced)
         self._journals = {name: Journal(self.folder / f"{k}.journal", f"{seal} {k}") for k, name in enumerate(planned)}
         self._committed = dict.fromkeys(planned, 0)
         self._steps = dict.fromkeys(planned, 0)
         self._versions = {name: (r.versions or (planned.versions,))[-1] for name, r in planned.items()}
 
     @classmethod
-    def begin(cls, path: str | Path, planned: Analysis, keep_every: int = 1) -> Self:
+    def begin(cls, path: str | Path, planned: Analysis) -> Self:
         """Working data of a run that begins.
 
         Raises
@@ -67,13 +65,13 @@ class Checkpoint:
             clear(folder)
             stamp = Stamp.at(place)
             replaced = () if stamp is None else (stamp,)
-            _put(folder / "target", _target(replaced, keep_every))
+            _put(folder / "target", _target(replaced))
             image, seal = sealed_image(planned, folder / "plan", is_plan=True)
             _put(folder / "plan", image, seal)
         except BaseException:
             lock.release()
             raise
-        return cls(place, lock, planned, seal.decode(), replaced, keep_every)
+        return cls(place, lock, planned, seal.decode(), replaced)
 
     @classmethod
     def reopen(cls, path: str | Path, blank: Blank) -> Self:
@@ -106,7 +104,7 @@ class Checkpoint:
         lock = WriterLock(place)
         try:
             plan = AnalysisFile(folder_of(place) / "plan")
-            return cls(place, lock, read_analysis(plan, blank), plan.seal, *_aimed(folder_of(place) / "target"))
+            return cls(place, lock, read_analysis(plan, blank), plan.seal, _aimed(folder_of(place) / "target"))
         except BaseException:
             lock.release()
             raise
@@ -145,7 +143,7 @@ class Checkpoint:
 
     def finish(self, analysis: Analysis) -> None:
         """Write the finished file, then remove the working data."""
-        write_file(analysis, self.place, self._replaced, self._keep_every, self._tell)
+        write_file(analysis, self.place, self._replaced, self._tell)
         clear(self.folder)
 
     def __enter__(self) -> Self:
@@ -159,7 +157,7 @@ class Checkpoint:
     def _tell(self, draft: Stamp) -> None:
         """Note that the finished file is the run's own, before it takes the name: a kill may come just behind."""
         self._replaced = (*self._replaced, draft)
-        _put(self.folder / "target", _target(self._replaced, self._keep_every))
+        _put(self.folder / "target", _target(self._replaced))
 
     def _append(self, case: str, kind: str, content: bytes, *, wait: bool = True) -> None:
         journal = self._journals[case]
@@ -313,14 +311,13 @@ def _put(path: Path, *parts: bytes | memoryview) -> None:
         raise StorageError(msg) from error
 
 
-def _target(replaced: Sequence[Stamp], keep_every: int) -> bytes:
-    return json.dumps({"replaces": replaced, "keep_every": keep_every}).encode()
+def _target(replaced: Sequence[Stamp]) -> bytes:
+    return json.dumps({"replaces": replaced}).encode()
 
 
-def _aimed(path: Path) -> tuple[list[Stamp], int]:
-    """What a run may replace, and every how many iterations it stores: nothing and all, if that cannot be read."""
+def _aimed(path: Path) -> list[Stamp]:
+    """What a run may replace; nothing if that cannot be read."""
     try:
-        target = json.loads(path.read_bytes())
-        return [Stamp(*map(int, stamp)) for stamp in target["replaces"]], checked_keep_every(target["keep_every"])
+        return [Stamp(*map(int, stamp)) for stamp in json.loads(path.read_bytes())["replaces"]]
     except (*DAMAGE, OSError):
-        return [], 1
+        return []

@@ -9,8 +9,6 @@ import xarray as xr
 
 from blockstruct.errors import FormatError
 
-#: Largest size of the data of a group, in multiples of the size of the file: iterations left out take no space in it.
-EXPANSION = 100
 #: Members that a group has at most.
 _MEMBERS = 1000
 #: Bytes of text that are read at once, at most, if the file is larger than its longest text.
@@ -82,6 +80,9 @@ def _variable(ds: h5py.Dataset, names: Mapping[int, str], budget: "_Budget") -> 
         variable["kind"] = "stored in another file"
     elif not budget.affords(ds):
         variable["kind"] = f"of an absurd size, {ds.shape}"
+    elif ds.id.get_storage_size() < ds.nbytes:
+        # h5py would read what is missing as the fill value.
+        variable["kind"] = "not stored whole"
     return variable
 
 
@@ -102,7 +103,7 @@ class _Budget:
 
     def __init__(self, file_size: int) -> None:
         self._file_size = file_size
-        self._left = EXPANSION * file_size
+        self._left = file_size
 
     def affords(self, ds: h5py.Dataset) -> bool:
         """Whether a dataset and all before it may be read."""

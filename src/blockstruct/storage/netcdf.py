@@ -4,9 +4,8 @@ Written and read with h5py alone, because h5netcdf looks every dimension up by i
 with the square of the number of groups.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from itertools import count
-from types import MappingProxyType
 from typing import Any
 
 import h5py
@@ -26,9 +25,7 @@ _DIMENSION = "_Netcdf4Dimid"
 _NUMBERS = count()
 
 
-def netcdf_image(
-    tree: Mapping[str, xr.Dataset], kept: Mapping[str, Sequence[int]] = MappingProxyType({})
-) -> memoryview:
+def netcdf_image(tree: Mapping[str, xr.Dataset]) -> memoryview:
     """Bytes of a netCDF-4 file with a Dataset in each group; parents stand before their children.
 
     It is made in memory: libhdf5 crashes the process on a disk that is full.
@@ -37,15 +34,12 @@ def netcdf_image(
     ----------
     tree
         Dataset of each group.
-    kept
-        Of a group whose large arrays are not kept for every iteration: those that are. The others are read as NaN,
-        and take no space.
     """
     # libhdf5 takes two files of one name for the same, in other threads too.
     with h5py.File(f"image-{next(_NUMBERS)}", "w", driver="core", backing_store=False, track_order=True) as file:
         numbers = count()
         for path, ds in tree.items():
-            _write(file if path == "/" else _created(file, path), ds, kept.get(path), numbers)
+            _write(file if path == "/" else _created(file, path), ds, numbers)
         file.flush()
         return memoryview(file.id.get_file_image())
 
@@ -97,7 +91,7 @@ def _created(file: h5py.File, path: str) -> h5py.Group:
     return parent
 
 
-def _write(group: h5py.Group, ds: xr.Dataset, kept: Sequence[int] | None, numbers: Iterator[int]) -> None:
+def _write(group: h5py.Group, ds: xr.Dataset, numbers: Iterator[int]) -> None:
     """Write a Dataset, whose dimensions take the next numbers of the file."""
     scales = {}
     for dim, size in ds.sizes.items():
@@ -108,10 +102,7 @@ def _write(group: h5py.Group, ds: xr.Dataset, kept: Sequence[int] | None, number
     for key, variable in ds.variables.items():
         item = scales.get(str(key))
         if item is None:
-            if kept is not None and variable.dims[:1] == ("iteration",) and variable.ndim > 1:
-                item = _thinned(group, str(key), variable.values, kept)
-            else:
-                item = _stored(group, str(key), variable.values)
+            item = _stored(group, str(key), variable.values)
             for k, dim in enumerate(variable.dims):
                 h5py.h5ds.attach_scale(item.id, scales[str(dim)].id, k)
         _describe(item, variable.attrs)
@@ -127,13 +118,6 @@ def _stored(group: h5py.Group, name: str, values: Any, size: int = 0) -> h5py.Da
     if values.dtype.kind in "OU":
         return group.create_dataset(name, data=values.astype(object), dtype=_TEXT)
     return group.create_dataset(name, data=values)
-
-
-def _thinned(group: h5py.Group, name: str, values: Any, kept: Sequence[int]) -> h5py.Dataset:
-    item = group.create_dataset(name, values.shape, values.dtype, chunks=(1, *values.shape[1:]), fillvalue=np.nan)
-    for k in kept:
-        item[k] = values[k]
-    return item
 
 
 def _describe(item: Any, attrs: dict[Any, Any]) -> None:

@@ -5,12 +5,10 @@ import json
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import xarray as xr
 
-from blockstruct.errors import ModelError, StorageError, shown
+from blockstruct.errors import ModelError, StorageError
 from blockstruct.model import Case, LoadPattern
 from blockstruct.results import Analysis, confirm, stored_value
 from blockstruct.schema import schema_text, violations
@@ -30,14 +28,12 @@ from blockstruct.storage.model_group import model_dataset
 from blockstruct.storage.netcdf import netcdf_image
 from blockstruct.storage.snapshot import Stamp, seal_of
 from blockstruct.storage.unfinished import clear, refuse_killed
-from blockstruct.vocabulary import FORMAT, FORMAT_VERSION, Status
+from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
 
 SCHEMA = "analysis-2"
-#: Largest value of keep_every: a reader takes data of many times the size of their file for an attack.
-RAREST = 50
 
 
-def save_analysis(analysis: Analysis, path: str | Path, *, keep_every: int = 1) -> Path:
+def save_analysis(analysis: Analysis, path: str | Path) -> Path:
     """Write an analysis to one file, in one step: readers see the whole new file or what was there before.
 
     Parameters
@@ -46,9 +42,6 @@ def save_analysis(analysis: Analysis, path: str | Path, *, keep_every: int = 1) 
         Model and results.
     path
         Where, with a name that ends in ``.h5``; an existing analysis is replaced, any other existing file is refused.
-    keep_every
-        Keep the large arrays (those of every contact point, interface or block) of every so many iterations only,
-        the first and the last always; in the others they are NaN. Interrupted cases keep all, to be gone on with.
 
     Returns
     -------
@@ -66,13 +59,13 @@ def save_analysis(analysis: Analysis, path: str | Path, *, keep_every: int = 1) 
     CertificateError
         If results contradict their own forces and velocities: :func:`blockstruct.results.contradictions`.
     """
-    place, every = claim(path), checked_keep_every(keep_every)
+    place = claim(path)
     confirm(analysis)
     with WriterLock(place):
         refuse_killed(place)
         clear(folder_of(place))
         replaced = Stamp.at(place)
-        write_file(analysis, place, () if replaced is None else (replaced,), every)
+        write_file(analysis, place, () if replaced is None else (replaced,))
     return place
 
 
@@ -80,7 +73,6 @@ def write_file(
     analysis: Analysis,
     place: Path,
     replaced: Sequence[Stamp],
-    keep_every: int,
     tell: Callable[[Stamp], None] | None = None,
 ) -> None:
     """Write an analysis to a place that is claimed and held, in the place of nothing but what it replaces.
@@ -88,7 +80,7 @@ def write_file(
     The stamp of the file is told before it takes its name.
     """
     draft = folder_of(place) / "draft"
-    write_draft(sealed_image(analysis, place, keep_every), draft)
+    write_draft(sealed_image(analysis, place), draft)
     try:
         if tell is not None:
             tell(Stamp.of(draft.stat()))
@@ -135,9 +127,7 @@ def write_draft(parts: Iterable[bytes | memoryview], draft: Path) -> None:
         raise StorageError(msg) from error
 
 
-def sealed_image(
-    analysis: Analysis, path: Path, keep_every: int = 1, *, is_plan: bool = False
-) -> tuple[memoryview, bytes]:
+def sealed_image(analysis: Analysis, path: Path, *, is_plan: bool = False) -> tuple[memoryview, bytes]:
     """Bytes of the file of an analysis, and their seal; a plan leaves histories without iterations out.
 
     Raises
@@ -168,12 +158,7 @@ def sealed_image(
             found += [] if wrong else case_findings(place, case, load_factors, has_curve=has_curve)
     if found:
         raise violated(path, found)
-    kept = {
-        f"/cases/{group_name(name)}/history": [*range(0, r.n_iterations - 1, keep_every), r.n_iterations - 1]
-        for name, r in analysis.items()
-        if keep_every > 1 and r.n_iterations and r.status is not Status.INTERRUPTED
-    }
-    image = netcdf_image(tree, kept)
+    image = netcdf_image(tree)
     return image, seal_of(image)
 
 
@@ -190,20 +175,6 @@ def _described(ds: xr.Dataset, part: str) -> xr.Dataset:
         if name in described.variables:
             described[name].attrs.setdefault("long_name", meaning)
     return described
-
-
-def checked_keep_every(value: Any) -> int:
-    """Every how many iterations large arrays are stored, if it is a number that makes sense.
-
-    Raises
-    ------
-    StorageError
-        If it is anything else.
-    """
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= RAREST:
-        msg = f"keep_every is {shown(value)}; give a whole number from 1 (all iterations) to {RAREST}"
-        raise StorageError(msg)
-    return int(value)
 
 
 def patterns(cases: Iterable[Case]) -> list[LoadPattern]:

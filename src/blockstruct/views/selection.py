@@ -15,7 +15,7 @@ def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
     Raises
     ------
     ModelError
-        If the case has no iterations, its file does not keep this one, or the iteration is not an integer.
+        If the case has no iterations, or the iteration is not an integer.
     UnknownNameError
         If the case does not have the iteration.
     """
@@ -31,7 +31,6 @@ def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
     if not -n <= index < n:
         msg = f"case {result.name!r}: no iteration {iteration}; it has 0 to {n - 1} (-1 is the last)"
         raise bs.errors.UnknownNameError(msg)
-    bs.results.require_stored(result.history, [index % n], f"case {result.name!r}")
     return index % n
 
 
