@@ -56,7 +56,7 @@ def test_runs_are_rows_of_an_archive_with_their_parameters(tmp_path):
     whole = bs.Archive(tmp_path).table(all_columns=True)
     assert whole["joint_friction_coefficient"].tolist() == [0.3, 0.4]
     assert whole["joint_compressive_strength"].tolist() == [np.inf] * 2
-    assert whole["study"].str.startswith("build block ").all()
+    assert whole["study"].eq("build block").all()
     low = bs.Archive(tmp_path).select("parameter_friction_coefficient < 0.35 and joint_cohesion == 0")
     assert low["load_factor"].tolist() == pytest.approx([0.3], rel=1e-6)
 
@@ -90,8 +90,8 @@ def test_finished_runs_are_not_repeated(tmp_path):
         build, {"friction_coefficient": [0.3, 0.4, 0.6, 0.45]}, tmp_path, workers=1, listeners=[seen.append]
     )
     assert load_factors(data) == [0.3, 0.4, 0.5, 0.45]
-    # The first and the last of those found are built, to see that build still makes the same.
-    assert built == [0.3, 0.6, 0.45]
+    # Those found are built, to see that build still makes the same.
+    assert built == [0.3, 0.4, 0.6, 0.45]
     assert all(p.stat().st_mtime_ns == time for p, time in before.items())
     assert (seen[0].done, seen[0].found, seen[-1].done, seen[-1].total) == (3, 3, 4, 4)
 
@@ -141,7 +141,6 @@ def test_runs_of_another_study_are_not_taken_over(tmp_path, monkeypatch, change)
 
 @pytest.mark.parametrize("how", ["swapped", "copied"])
 def test_files_under_the_names_of_other_runs_are_refused(tmp_path, how):
-    """Neither the first nor the last run, which are built anew to see whether they are the same."""
     parameters = {"friction_coefficient": [0.1, 0.2, 0.3, 0.4], "height": Q_(90, "cm")}
     path = bs.study(studied.block, parameters, tmp_path, workers=1).path.to_numpy()
     one, two = tmp_path / path[1], tmp_path / path[2]
@@ -292,7 +291,7 @@ def test_equal_samples_are_run_once(tmp_path):
     def build(friction_coefficient, courses):
         return studied.block(friction_coefficient, Q_(courses, "m"))
 
-    data = bs.study(build, values, tmp_path, runs=6, seed=1, workers=2, threads=True, listeners=[seen.append])
+    data = bs.study(build, values, tmp_path, runs=6, seed=1, workers=1, listeners=[seen.append])
     assert len(list(tmp_path.glob("*.h5"))) == 2
     assert load_factors(data) == [min(0.3, 0.5 / courses) for courses in data.courses.to_numpy()]
     assert (seen[-1].done, seen[-1].total) == (2, 2)
@@ -325,8 +324,6 @@ def test_latin_hypercube_samples_every_layer():
         ({"friction_coefficient": [0.3, 0.4], "height": Q_([1], "m")}, {"sampling": "paired"}, "different lengths"),
         ({"friction_coefficient": stats.norm()}, {"runs": 2, "seed": "x"}, "seed is 'x'"),
         ({"friction_coefficient": [0.3]}, {"workers": 0}, "workers=0"),
-        ({"friction_coefficient": [0.3]}, {"memory_limit": "2 m"}, "not a size of memory"),
-        ({"friction_coefficient": [0.3]}, {"memory_limit": "2 GB", "threads": True}, "for worker processes"),
         ({"friction_coefficient": [0.3]}, {"settings": "fast"}, "settings are 'fast'"),
         ({"friction_coefficient": np.linspace(0, 1, 400), "height": Q_(np.linspace(1, 2, 400), "m")}, {}, "160,000"),
     ],

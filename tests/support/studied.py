@@ -70,13 +70,6 @@ def slow(friction_coefficient, folder):
     return block(friction_coefficient)
 
 
-def hungry(friction_coefficient):
-    """A block that takes 4 GB of memory, at one value."""
-    if friction_coefficient == 0.4:
-        bytearray(4 << 30)
-    return block(friction_coefficient)
-
-
 def once(folder):
     """Kill this process, the first time."""
     mark = Path(folder, "killed")

@@ -29,9 +29,6 @@ def study(
         str | None,
         typer.Option("--scheduler", help="Dask scheduler to run on, as tcp://127.0.0.1:8786.", show_default=False),
     ] = None,
-    memory_limit: Annotated[
-        str | None, typer.Option("--memory-limit", help="Of each process, as '2 GB'.", show_default=False)
-    ] = None,
     rerun: Annotated[bool, typer.Option("--rerun", help="Replace runs of another model or other settings.")] = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
@@ -48,7 +45,6 @@ def study(
                 output,
                 workers=workers,
                 cluster=scheduler,
-                memory_limit=memory_limit,
                 settings=read.settings,
                 rerun=rerun,
                 listeners=listeners,

@@ -1,8 +1,6 @@
 """Study documents: a model document, and which of its values are varied, as YAML or JSON."""
 
 import copy
-import hashlib
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,11 +32,6 @@ class DocumentBuild:
 
     content: dict[str, Any]
     name: str
-
-    @property
-    def identity(self) -> str:
-        """The content: another document is another study."""
-        return hashlib.sha256(json.dumps(self.content, sort_keys=True).encode()).hexdigest()
 
     def __call__(self, **values: Any) -> tuple[Model, list[Case]]:
         """Model and cases with values at dotted paths.

@@ -1,25 +1,19 @@
-"""What all runs of a study share: how a model is built and run, and what tells it from others."""
+"""What all runs of a study share: how a model is built and run."""
 
 import contextlib
-import hashlib
 import inspect
-import json
 import pickle
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from types import CodeType
 from typing import Any
 
 from blockstruct.errors import ModelError, StudyError, UnknownKeywordError, shown
 from blockstruct.keywords import did_you_mean
 from blockstruct.limit import ProcedureSettings, schedules_of
 from blockstruct.model import Model
-
-#: In the name of a study, before what tells its settings from others.
-_SETTINGS = ", settings "
 
 #: Function of named parameters that gives a model and its cases.
 Build = Callable[..., Any]
@@ -35,14 +29,11 @@ class Plan:
     settings : ProcedureSettings
     schedules : tuple of str
         Of a spread.
-    study : str
-        Names the study by its build function and settings: runs of another one are not taken for its own.
     """
 
     build: Build
     settings: ProcedureSettings
     schedules: tuple[str, ...]
-    study: str
 
     @classmethod
     def of(cls, build: Build, settings: ProcedureSettings | None, spread: Any) -> "Plan":
@@ -59,14 +50,12 @@ class Plan:
         if not isinstance(settings, ProcedureSettings | None):
             msg = f"study: settings are {shown(settings)}; give ProcedureSettings(…)"
             raise ModelError(msg)
-        chosen, schedules = settings or ProcedureSettings(), schedules_of(spread)
-        of_settings = _digest(json.dumps([asdict(chosen), schedules], sort_keys=True))
-        study = f"build {name_of(build)} {_digest(_source(build))}{_SETTINGS}{of_settings}"
-        return cls(build, chosen, schedules, study)
+        return cls(build, settings or ProcedureSettings(), schedules_of(spread))
 
-    def differs_by_source(self, study: str) -> bool:
-        """Whether another study has the same settings, and another build at the most."""
-        return _SETTINGS in study and study.rpartition(_SETTINGS)[2] == self.study.rpartition(_SETTINGS)[2]
+    @property
+    def study(self) -> str:
+        """Name of the study in its files."""
+        return f"build {name_of(self.build)}"
 
     def model_and_cases(self, values: Mapping[str, Any]) -> tuple[Model, list[Any]]:
         """What build returns for values.
@@ -129,7 +118,7 @@ class Plan:
             msg = (
                 f"study: build {name_of(self.build)} cannot be sent to another process ({reason}); define it at the "
                 'top of a module, or pip install "blockstruct[cluster]" (cloudpickle sends functions of notebooks and '
-                "lambdas), or give threads=True"
+                "lambdas), or give workers=1"
             )
             raise StudyError(msg) from error
 
@@ -138,25 +127,3 @@ def name_of(build: Build) -> str:
     """Name of a build function, for people."""
     inner = build.func if isinstance(build, partial) else build
     return str(getattr(inner, "__qualname__", type(inner).__qualname__))
-
-
-def _source(build: Any) -> str:
-    """What tells one build function from another: its own ``identity``, its source or its code."""
-    if isinstance(getattr(build, "identity", None), str):
-        return str(build.identity)
-    if isinstance(build, partial):
-        return f"{_source(build.func)} {build.args!r} {sorted(build.keywords.items())!r}"
-    inner = inspect.unwrap(build)
-    try:
-        return inspect.getsource(inner if inspect.isroutine(inner) else type(inner))
-    except (OSError, TypeError):
-        return repr(_code(inner.__code__)) if hasattr(inner, "__code__") else name_of(build)
-
-
-def _code(code: CodeType) -> tuple[Any, ...]:
-    constants = tuple(_code(c) if isinstance(c, CodeType) else repr(c) for c in code.co_consts)
-    return code.co_code, code.co_names, constants
-
-
-def _digest(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -1,26 +1,21 @@
-"""Runs in processes, or threads, of this machine."""
+"""Carry out the runs of a study in this process or in worker processes."""
 
 import contextlib
 import os
 import signal
 import sys
 import threading
-from collections import Counter, deque
 from collections.abc import Generator, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED as FIRST
-from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed, wait
-from multiprocessing import connection, get_context, parent_process
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 from blockstruct.errors import StudyError
 from blockstruct.studies.plan import Plan
 from blockstruct.studies.task import Job, carry_out, carry_out_sent
-from blockstruct.units import Q_
 
-#: How often a run is begun whose worker ends while it is at work.
-MOST_STARTS = 2
 #: One thread per library: the workers share the processors among themselves.
 _ONE_THREAD = dict.fromkeys(
     (
@@ -44,23 +39,11 @@ def here(plan: Plan, jobs: Sequence[Job], folder: Path) -> Ended:
         yield job, carry_out(plan, job, folder)
 
 
-def in_threads(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int) -> Ended:
-    """Carry out runs in threads of this process."""
-    Q_(1.0, "meter")  # The registry reads its definitions when it is first used: by one thread only.
-    with ThreadPoolExecutor(workers, thread_name_prefix="study") as pool:
-        futures = {pool.submit(carry_out, plan, job, folder): job for job in jobs}
-        try:
-            for future in as_completed(futures):
-                yield futures[future], future.result()
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
+def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int) -> Ended:
+    """Carry out runs in worker processes, each with one thread per library.
 
-
-def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int, memory_limit: int | None) -> Ended:
-    """Carry out runs in processes of their own, each with one thread per library.
-
-    A worker that ends, killed or out of memory, takes its run alone with it: the run is gone on with in another
-    worker, from its last committed iteration, and has failed if that one ends, too.
+    A worker that is killed ends the pool. The runs at work then continue one by one from their last committed
+    iteration, each in a process of its own. A run that ends its process again has failed.
 
     Raises
     ------
@@ -68,85 +51,61 @@ def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int, me
         If the workers cannot start.
     """
     sent, why_script = plan.pickled()
-    waiting, starts = deque(jobs), Counter[str]()
-    idle = [_Worker(memory_limit, why_script) for _ in range(min(workers, len(jobs)))]
-    busy: dict[Future[str], tuple[_Worker, Job]] = {}
-    try:
-        for worker in idle:
-            worker.await_start()
-        while waiting or busy:
-            while idle and waiting:
-                worker, job = idle.pop(), waiting.popleft()
-                starts[job.name] += 1
-                busy[worker.submit(carry_out_sent, sent, job, str(folder))] = worker, job
-            for future in wait(busy, return_when=FIRST).done:
-                worker, job = busy.pop(future)
+    left = {job.name: job for job in jobs}
+
+    def in_a_pool(some: Sequence[Job], count: int) -> Ended:
+        with _pool(min(count, len(some)), why_script) as pool:
+            futures: dict[Future[str], Job] = {}
+            with contextlib.suppress(BrokenExecutor):
+                for job in some:
+                    futures[pool.submit(carry_out_sent, sent, job, str(folder))] = job
+            for future in as_completed(futures):
                 try:
                     problem = future.result()
-                    idle.append(worker)
                 except BrokenExecutor:
-                    worker.end()
-                    idle.append(_Worker(memory_limit, why_script))
-                    if starts[job.name] < MOST_STARTS:
-                        waiting.appendleft(job)
-                        continue
-                    problem = (
-                        f"the worker ended {MOST_STARTS} times while it was at work: it was killed, or memory ran out"
-                    )
-                yield job, problem
-    finally:
-        for worker in [*idle, *(worker for worker, _ in busy.values())]:
-            worker.end()
+                    continue
+                yield left.pop(futures[future].name), problem
 
-
-class _Worker:
-    """A process that carries out one run at a time; it imports the script of this one if there is a reason why."""
-
-    def __init__(self, memory_limit: int | None, why_script: str) -> None:
-        self._why_script = why_script
-        # Spawned, not forked: locks of threads and libraries that a fork copies may never open again.
-        self._pool = ProcessPoolExecutor(
-            1, mp_context=get_context("spawn"), initializer=_begin, initargs=(memory_limit,)
-        )
-        self._started = self.submit(os.getpid)
-
-    def await_start(self) -> None:
-        try:
-            self._started.result()
-        except BrokenExecutor as error:
-            msg = (
-                "study: a worker process ended as it started (its own message stands above). A memory limit must leave "
-                "room for Python itself, some 500 MB."
-            )
-            if self._why_script:
-                msg += (
-                    " A script that defines build must call study under `if __name__ == '__main__':`, because each "
-                    'worker imports it where cloudpickle, which comes with "blockstruct[cluster]", cannot send it '
-                    f"({self._why_script}); or give threads=True"
-                )
-            raise StudyError(msg) from error
-
-    def submit(self, function: Any, *args: Any) -> Future[Any]:
-        # Processes start when they are first given something to do.
-        with _start_of_a_process(needs_script=bool(self._why_script)):
-            try:
-                return self._pool.submit(function, *args)
-            except BrokenExecutor as error:  # It ended while it had nothing to do.
-                failed = Future[Any]()
-                failed.set_exception(error)
-                return failed
-
-    def end(self) -> None:
-        """End the process at once: what it has at work is committed, iteration by iteration."""
-        self._pool.shutdown(wait=False, cancel_futures=True)
-        if self._started.done() and not self._started.cancelled() and self._started.exception() is None:
-            with contextlib.suppress(OSError):
-                os.kill(self._started.result(), signal.SIGTERM)
+    while left:
+        yield from in_a_pool([*left.values()], workers)
+        # Runs are begun in their order, so those at work when a pool ended are the first that are left.
+        for job in [*left.values()][:workers]:
+            yield from in_a_pool([job], 1)
+            if left.pop(job.name, None):
+                yield job, "its worker process ended twice while it was at work: it was killed, or memory ran out"
 
 
 @contextlib.contextmanager
-def _start_of_a_process(*, needs_script: bool) -> Iterator[None]:
-    """What a process that is started meanwhile finds: its environment, and whether it imports the script of this one.
+def _pool(workers: int, why_script: str) -> Iterator[ProcessPoolExecutor]:
+    """Pool of processes that end at once when the context does; what they have committed is kept."""
+    # Spawned, not forked: a lock that a fork copies while it is held never opens.
+    context = get_context("spawn")
+    ends_with_parent, held_by_parent = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(ends_with_parent,))
+    try:
+        with _start_of_processes(needs_script=bool(why_script)):
+            started = pool.submit(os.getpid)
+        try:
+            started.result()
+        except BrokenExecutor as error:
+            msg = "study: a worker process ended as it started. Its own message stands above."
+            if why_script:
+                msg += (
+                    " A script that defines build must call study under `if __name__ == '__main__':`, because each "
+                    'worker imports it where cloudpickle, which comes with "blockstruct[cluster]", cannot send it '
+                    f"({why_script}); or give workers=1"
+                )
+            raise StudyError(msg) from error
+        yield pool
+    finally:
+        held_by_parent.close()
+        pool.shutdown(cancel_futures=True)
+        ends_with_parent.close()
+
+
+@contextlib.contextmanager
+def _start_of_processes(*, needs_script: bool) -> Iterator[None]:
+    """Set the environment of the processes that start, and whether they import the script of this one.
 
     A script that is imported runs again, but for what stands under ``if __name__ == "__main__"``.
     """
@@ -165,20 +124,13 @@ def _start_of_a_process(*, needs_script: bool) -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _begin(memory_limit: int | None) -> None:
-    """Prepare a worker process."""
-    # The process that conducts tells its workers when to end.
+def _begin(parent: Connection) -> None:
+    """Prepare a worker process, which ends when its parent closes the pipe or dies."""
+    # An interrupt reaches the parent, which ends its workers.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = parent_process()
-    if parent is not None:
-        threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
-    if memory_limit is not None:
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_DATA, (memory_limit, memory_limit))
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
 
 
-def _end_with(sentinel: int) -> None:
-    """End this process when another one does: it would wait for ever for something to do."""
-    connection.wait([sentinel])
+def _end_with(parent: Connection) -> None:
+    parent.poll(None)
     os._exit(1)

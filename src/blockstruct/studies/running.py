@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from blockstruct.errors import DimensionError, LoadFactorWarning, ModelError, StorageError, StudyWarning, shown
+from blockstruct.errors import LoadFactorWarning, ModelError, StorageError, StudyWarning, shown
 from blockstruct.keywords import checked_keywords
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import checked_tuple
@@ -21,13 +21,12 @@ from blockstruct.notebook import is_terminal
 from blockstruct.storage import Archive
 from blockstruct.studies.cluster import connected, on_cluster
 from blockstruct.studies.design import design_of
-from blockstruct.studies.found import Rows, found_runs, told
+from blockstruct.studies.found import Rows, found_runs, refusal
 from blockstruct.studies.plan import Plan
-from blockstruct.studies.processes import Ended, here, in_processes, in_threads
+from blockstruct.studies.processes import Ended, here, in_processes
 from blockstruct.studies.progress import Listener, StudyProgress, print_progress
 from blockstruct.studies.table import check_parameter_names, dataset_of
 from blockstruct.studies.task import Job
-from blockstruct.units import parse
 from blockstruct.vocabulary import Flow, Status, counted
 
 
@@ -41,9 +40,7 @@ def study(
     runs: int | None = None,
     seed: int = 0,
     workers: int | None = None,
-    threads: bool = False,
     cluster: Any = None,
-    memory_limit: Any = None,
     settings: ProcedureSettings | None = None,
     spread: bool | str | Iterable[str] = False,
     rerun: bool = False,
@@ -73,19 +70,13 @@ def study(
     workers
         Processes of this machine, each with one thread for linear algebra; 1 runs in this process. As many as there
         are processors by default.
-    threads
-        Threads of this process instead: for functions that cannot be sent to another one.
     cluster
         An existing Dask cluster instead: a Client, a cluster, or the address of a scheduler. Its workers need
         blockstruct, and the module of ``build`` if it is in one, but no common disk.
-    memory_limit : quantity, optional
-        Most memory of each worker process, as ``"2 GB"``. A run that needs more fails, and no other one. Workers of a
-        cluster have a limit of their own (``dask worker --memory-limit``).
     settings, spread
         Of the procedure, and of the schedules of each case, as :class:`blockstruct.AnalysisManager` takes them.
     rerun
-        Replace runs that are found but are of another ``build``, other settings or other values, instead of refusing
-        them.
+        Replace runs that are found but have another model, other cases, settings or values, instead of refusing them.
     listeners
         Called with :class:`~blockstruct.studies.StudyProgress` when a run has ended; a line on a terminal by default.
 
@@ -105,11 +96,8 @@ def study(
     UnknownKeywordError
         If ``build`` does not take a parameter, or needs one more.
     StorageError
-        If the store cannot be written, or holds runs of these parameters by another ``build`` or other settings, or
-        files under the names of these runs that were made with other values.
-        Settings are compared. Of a ``build`` whose source is the same, the first and the last run that are found are
-        built anew, and each that was killed or interrupted, before it is gone on with; of one whose source has changed,
-        all of them: what is found is taken over where model and cases are the same to the last digit.
+        If the store cannot be written, or holds a file under the name of a run that was made with other values, another
+        model, other cases or other settings. Each run that is found is built anew and compared.
     StudyError
         If ``build`` cannot be sent to another process, or the processes cannot start.
     ClusterError
@@ -124,7 +112,7 @@ def study(
     design = design_of(parameters, sampling, runs, seed)
     plan.check_names(design.runs[0].values)
     check_parameter_names(design.runs[0].values)
-    count, limit = _workers(workers, len(design.runs)), _bytes(memory_limit, cluster, threads)
+    count = _workers(workers, len(design.runs))
     terminal = (print_progress,) if is_terminal(sys.stderr) else ()
     heard = terminal if listeners is None else checked_tuple(listeners, Callable, "study: listeners")
     with contextlib.ExitStack() as stack:
@@ -133,19 +121,17 @@ def study(
         archive = Archive(folder)
         rows, others = found_runs(archive, design, plan)
         if others and not rerun:
-            raise StorageError(told(archive, others))
+            raise StorageError(refusal(archive, others))
         # Samples of few values may have several runs that are the same.
         runs_left = {run.name: run for run in design.runs if run.name not in rows}
         jobs = [Job(name, run.stored, name in others) for name, run in runs_left.items()]
         total = len(rows) + len(jobs)
         if client is not None:
             ended = on_cluster(plan, jobs, folder, client)
-        elif threads:
-            ended = in_threads(plan, jobs, folder, count)
-        elif count == 1 and limit is None:
+        elif count == 1:
             ended = here(plan, jobs, folder)
         else:
-            ended = in_processes(plan, jobs, folder, count, limit)
+            ended = in_processes(plan, jobs, folder, count)
         problems = _conduct(archive, ended, rows, total, heard)
         of_runs = [rows.get(run.name, []) for run in design.runs]
         _warn(of_runs, problems)
@@ -223,24 +209,3 @@ def _workers(workers: Any, runs: int) -> int:
         msg = f"study: workers={shown(workers)}; give how many runs are carried out at a time, 1 or more"
         raise ModelError(msg)
     return min(int(workers), runs)
-
-
-def _bytes(limit: Any, cluster: Any, threads: bool) -> int | None:
-    if limit is None:
-        return None
-    if cluster is not None or threads:
-        msg = (
-            "study: memory_limit is for worker processes of this machine; those of a cluster have their own, "
-            "`dask worker --memory-limit`, threads none"
-        )
-        raise ModelError(msg)
-    try:
-        import resource  # noqa: F401
-    except ModuleNotFoundError as error:
-        msg = "study: this system has no memory_limit for a process; leave it out, or use a Dask cluster, which has one"
-        raise ModelError(msg) from error
-    given = parse(limit, "study: memory_limit") if isinstance(limit, str) else limit
-    if not hasattr(given, "units") or str(given.to_root_units().units) != "bit" or not given.magnitude > 0:
-        msg = f"study: memory_limit {shown(limit)} is not a size of memory; give one, as '2 GB'"
-        raise DimensionError(msg)
-    return int(given.to("byte").magnitude)
