@@ -17,7 +17,7 @@ MAY_IMPORT = {
     "errors": set(),
     "vocabulary": set(),
     "notebook": set(),
-    "keywords": {"errors"},
+    "keywords": set(),
     "schema": {"errors", "keywords"},
     "files": {"errors"},
     "units": {"errors"},

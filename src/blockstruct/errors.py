@@ -43,7 +43,7 @@ class UnknownNameError(ModelError, KeyError):
 
 
 class UnknownKeywordError(ModelError, TypeError):
-    """An argument that a function or class does not take."""
+    """A name that settings or the build function of a study do not have."""
 
 
 class DocumentError(ModelError):

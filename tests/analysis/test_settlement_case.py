@@ -54,7 +54,6 @@ def stored(model, tmp_path_factory):
         ({"flow": "plastic"}, bs.errors.ModelError, ["plastic", "associative"]),
         ({"dead": None}, bs.errors.ModelError, ["dead", "LoadPattern"]),
         ({"dead": bs.LoadPattern("nothing", [])}, bs.errors.ModelError, ["'nothing'", "zero"]),
-        ({"support": ["left"]}, bs.errors.UnknownKeywordError, ["supports"]),
     ],
 )
 def test_bad_input(model, arguments, error, words):

@@ -152,38 +152,15 @@ def test_values_without_mechanical_meaning(make, words):
         make()
 
 
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: bs.JointMaterial("j", friction=0.6), ["JointMaterial", "'friction'", "mean friction_coefficient or"]),
-        (lambda: bs.Material("tuff", unitweight="20 kN/m^3"), ["Material", "did you mean unit_weight?"]),
-        (lambda: bs.Block.box("b", Q_([0, 0, 0], "m"), sise=1), ["Block.box", "did you mean size?"]),
-        (lambda: bs.Model("m", block=[]), ["Model", "did you mean blocks?"]),
-        (lambda: bs.LimitCase("c", dead=None, vairable=None), ["LimitCase", "did you mean variable?"]),
-        (lambda: bs.BodyForce(dir=(1, 0, 0)), ["BodyForce", "did you mean direction?"]),
-        (lambda: bs.FictitiousSchedule(max_program=3), ["FictitiousSchedule", "did you mean max_programs?"]),
-        (lambda: bs.FictitiousSchedule.of({"max_program": 3}), ["FictitiousSchedule", "did you mean max_programs?"]),
-        (lambda: bs.detect_interfaces([], joint="lime"), ["detect_interfaces", "did you mean joint_material?"]),
-        (lambda: bs.wall(lenght="1 m"), ["wall", "'lenght'", "did you mean length?"]),
-        (lambda: bs.arch(colour="red"), ["arch", "'colour'", "known are span, thickness"]),
-        (lambda: bs.imports.read_mesh("m.obj", units="mm"), ["read_mesh", "did you mean unit?"]),
-        (lambda: bs.run(None, [], spred=True), ["run", "did you mean spread?"]),
-        (lambda: bs.least_tie_force(None, None, [], factor=1), ["least_tie_force", "'factor'", "load_factor"]),
-        (lambda: bs.AnalysisManager("m", stor="x"), ["AnalysisManager", "did you mean store?"]),
-    ],
-)
-def test_a_misspelt_argument_is_told_the_one_that_was_meant(make, words):
-    with refused(bs.errors.UnknownKeywordError, *words):
-        make()
-    with pytest.raises(TypeError):
-        make()
+def test_a_misspelt_key_of_settings_is_told_the_one_that_was_meant():
+    with refused(bs.errors.UnknownKeywordError, "FictitiousSchedule", "did you mean max_programs?"):
+        bs.FictitiousSchedule.of({"max_program": 3})
 
 
 @pytest.mark.parametrize(
     "call",
     [
         lambda long: bs.detect_interfaces([box("a")], {"*": long}),
-        lambda long: bs.wall(joint_material=long),
         lambda long: bs.run(bs.Model("m", [box("a")], []), long),
         lambda long: bs.ProcedureSettings(numerics=bs.Numerics(solver=long)),
         lambda long: bs.AnalysisManager(bs.Model("m", [box("a")], []), long),

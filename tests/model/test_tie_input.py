@@ -79,8 +79,6 @@ def test_units_are_asked_for():
         tie(LEFT, RIGHT, area="1 cm^2", strength="4 kN")
     with pytest.raises(bs.errors.ModelError, match="give a block and a point"):
         tie("left", RIGHT)
-    with pytest.raises(bs.errors.UnknownKeywordError, match="did you mean yield_force"):
-        tie(LEFT, RIGHT, yield_forces="4 kN")
 
 
 def test_the_least_limit_governs():

@@ -53,8 +53,6 @@ def test_units_are_due():
         bs.LineLoad(5, A, B)
     with pytest.raises(bs.errors.DimensionError, match=r"weight_per_area.*does not fit"):
         bs.AreaLoad("4 kN/m", A, B)
-    with pytest.raises(bs.errors.UnknownKeywordError, match="did you mean weight_per_area"):
-        bs.AreaLoad(weight_per_aera="4 kPa", block="b")
 
 
 def test_the_face_that_looks_somewhere():

@@ -19,7 +19,6 @@ from blockstruct.analysis.provenance import now, solver_options, versions, warn_
 from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.replay import ReplaySolver, followed
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
-from blockstruct.keywords import checked_keywords
 from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, schedules_of
 from blockstruct.model import Case, Model, Pushover, checked_tuple
 from blockstruct.procedures import solve_limit_case
@@ -36,7 +35,6 @@ from blockstruct.storage import Checkpoint, claim, is_unfinished, open_analysis,
 from blockstruct.vocabulary import Reason, Status
 
 
-@checked_keywords
 class AnalysisManager:
     """Runs limit cases of one model, whose statics are assembled once.
 

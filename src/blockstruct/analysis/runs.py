@@ -9,13 +9,11 @@ from blockstruct.analysis.events import Listener
 from blockstruct.analysis.manager import AnalysisManager
 from blockstruct.analysis.progress import Progress
 from blockstruct.errors import ModelError
-from blockstruct.keywords import checked_keywords
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import Case, LimitCase, Model, SettlementCase
 from blockstruct.results import Analysis, Comparison, compare
 
 
-@checked_keywords
 def run(
     model: Model,
     cases: Case | Iterable[Case],
@@ -48,7 +46,6 @@ def run(
     return manager.run(listed, spread=spread)
 
 
-@checked_keywords
 def reproduce(analysis: Analysis, *, listeners: Iterable[Listener] = ()) -> Comparison:
     """Run the model and the cases of an analysis again, each with its own settings, and compare.
 

@@ -27,7 +27,6 @@ import pandas as pd
 
 from blockstruct.analysis.manager import AnalysisManager
 from blockstruct.errors import ModelError, UnknownNameError, shown
-from blockstruct.keywords import checked_keywords
 from blockstruct.limit import Certificate, LimitProblem, ProcedureSettings
 from blockstruct.model import (
     TIE_QUANTITIES,
@@ -200,7 +199,6 @@ class LeastTieForce:
         return f"{said}; not proven, the certificate does not hold"
 
 
-@checked_keywords
 def least_tie_force(
     model: Model,
     case: LimitCase,

@@ -7,7 +7,7 @@ import numpy as np
 
 from blockstruct.assess.lines import Line
 from blockstruct.errors import ModelError, shown
-from blockstruct.keywords import checked_keywords, did_you_mean
+from blockstruct.keywords import did_you_mean
 
 #: Confidence factor of each level of knowledge, Circolare 7/2019 Tab. C8.5.IV.
 KNOWLEDGE_LEVELS = {"LC1": 1.35, "LC2": 1.20, "LC3": 1.00}
@@ -25,7 +25,6 @@ _SOURCES = {
 }
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True)
 class Coefficients:
     """Coefficients that the Circolare of 21/01/2019 n. 7 gives for local mechanisms; all of them are printed.

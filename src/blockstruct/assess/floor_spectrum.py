@@ -12,7 +12,6 @@ from blockstruct.assess.lines import Line, in_g, shown
 from blockstruct.assess.spectrum import NtcSpectrum, checked_periods, damping_factor
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.errors import ModelError
-from blockstruct.keywords import checked_keywords
 from blockstruct.model import STANDARD_GRAVITY, checked_tuple
 from blockstruct.units import QuantityLike, si
 from blockstruct.vocabulary import counted
@@ -29,7 +28,6 @@ _ROUNDING = 1e-9
 _MOST_AMPLIFIED = 10.0
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class Mode:
     """A mode of the building that the mechanism is part of, in the direction of the push.
@@ -186,7 +184,6 @@ class FloorSpectrum:
         return Line("largest acceleration at z", f"a_Z = √({parts}) = {in_g(self.peak, g)}", "C7.2.3 (C7.2.8)")
 
 
-@checked_keywords
 def floor_spectrum(
     ground: NtcSpectrum | TableSpectrum, modes: Iterable[Mode], *, a: float = 0.8, b: float = 1.1
 ) -> FloorSpectrum:

@@ -29,7 +29,7 @@ from blockstruct.assess.spectrum import NtcSpectrum, Spectrum
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.errors import ModelError
 from blockstruct.errors import shown as as_given
-from blockstruct.keywords import checked_keywords, did_you_mean
+from blockstruct.keywords import did_you_mean
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
 from blockstruct.results.macro_blocks import TOGETHER
@@ -42,7 +42,6 @@ _BELOW = 1e-3
 _LATER = 0.03
 
 
-@checked_keywords
 def local_mechanism(
     result: CaseResult | Spread,
     confidence_factor: float | None = None,

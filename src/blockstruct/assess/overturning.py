@@ -13,7 +13,6 @@ from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
 from blockstruct.errors import ModelError
 from blockstruct.errors import shown as as_given
-from blockstruct.keywords import checked_keywords
 from blockstruct.model import Block, LimitCase, Model, checked_tuple, tie_segments
 from blockstruct.results import MacroBlock, applied_loads
 from blockstruct.units import QuantityLike, si, si_array
@@ -75,7 +74,6 @@ class Overturning:
         return "\n".join([*(f"note: {text}" for text in self.notes), str(said)])
 
 
-@checked_keywords
 def overturning(
     model: Model,
     case: LimitCase,

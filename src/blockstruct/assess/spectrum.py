@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from blockstruct.assess.lines import Line, in_g, shown
 from blockstruct.errors import ModelError
 from blockstruct.errors import shown as as_given
-from blockstruct.keywords import checked_keywords, did_you_mean
+from blockstruct.keywords import did_you_mean
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.units import QuantityLike, si
 
@@ -244,7 +244,6 @@ class NtcSpectrum:
         )
 
 
-@checked_keywords
 def ntc_spectrum(
     ag: QuantityLike,
     F0: float,

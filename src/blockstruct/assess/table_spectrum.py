@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 from blockstruct.assess.lines import Line, in_g, shown
 from blockstruct.assess.spectrum import check, check_ground, checked_periods, damping_factor
 from blockstruct.errors import ModelError
-from blockstruct.keywords import checked_keywords
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.units import QuantityLike, si, si_array
 from blockstruct.vocabulary import counted
@@ -104,7 +103,6 @@ class TableSpectrum:
         return Line("largest acceleration at the base", f"a_Z = S_e(0) = {in_g(self.peak, g)}")
 
 
-@checked_keywords
 def table_spectrum(
     periods: Any, accelerations: Any, *, ag: QuantityLike | None = None, damping: float = 0.05
 ) -> TableSpectrum:

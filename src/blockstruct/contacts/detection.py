@@ -22,7 +22,6 @@ from blockstruct.geometry import (
     unsupported,
     without_far_sides,
 )
-from blockstruct.keywords import checked_keywords
 from blockstruct.model import (
     Block,
     Detection,
@@ -53,7 +52,6 @@ ANGLE = "1 deg"
 ANGLE_REACH, LARGEST_ANGLE = math.radians(10), math.radians(45)
 
 
-@checked_keywords
 def detect_interfaces(
     blocks: Iterable[Block],
     joint_material: Any,

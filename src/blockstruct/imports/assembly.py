@@ -14,7 +14,6 @@ from blockstruct.files import unique_pairs
 from blockstruct.imports.import_report import Imported
 from blockstruct.imports.solid import Content, Face, Solid, make_blocks
 from blockstruct.imports.source import checked_faces, read_text
-from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike
 from blockstruct.vocabulary import counted
@@ -37,7 +36,6 @@ class _Part:
     support: bool
 
 
-@checked_keywords
 def read_assembly(
     file: str | Path,
     *,

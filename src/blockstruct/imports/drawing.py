@@ -18,7 +18,6 @@ from blockstruct.imports.outline import enclosed, prism, read_outline
 from blockstruct.imports.solid import Content, Face, Solid, make_blocks, metres_per_unit
 from blockstruct.imports.source import checked_faces, package, read_bytes
 from blockstruct.imports.tolerances import DEPTH, IN_DRAWING_PLANE, OUTLINE, SAME_UNIT
-from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
 from blockstruct.model.checks import positive_length
 from blockstruct.units import QuantityLike
@@ -40,7 +39,6 @@ _CONTROL_POINT = 16
 _NAMED = 20
 
 
-@checked_keywords
 def read_drawing(
     file: str | Path,
     *,

@@ -13,7 +13,6 @@ from blockstruct.imports.obj import read_obj
 from blockstruct.imports.solid import Content, Solid, make_blocks
 from blockstruct.imports.source import checked_faces, package, read_bytes
 from blockstruct.imports.stl import read_stl
-from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike
 from blockstruct.vocabulary import counted
@@ -22,7 +21,6 @@ from blockstruct.vocabulary import counted
 _SINGLE = re.compile(rb"^property\s+float(32)?\s+x\s*$", re.MULTILINE)
 
 
-@checked_keywords
 def read_mesh(
     files: str | Path | Sequence[str | Path],
     *,

@@ -139,7 +139,7 @@ def make_blocks(
         blocks, source, scale, repairs=tuple(repairs), left_out=tuple(content.left_out), notes=tuple(notes)
     )
     if report.warnings:
-        warnings.warn(f"{source}: {'; '.join(report.warnings)}", GeometryWarning, stacklevel=4)
+        warnings.warn(f"{source}: {'; '.join(report.warnings)}", GeometryWarning, stacklevel=3)
     return Imported(tuple(blocks), report, {b.name: moves[b.name] for b in blocks if b.name in moves})
 
 

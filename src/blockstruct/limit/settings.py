@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any, Self
 
 from blockstruct.errors import ModelError, UnknownKeywordError, shown
-from blockstruct.keywords import checked_keywords, did_you_mean
+from blockstruct.keywords import did_you_mean
 from blockstruct.model import checked_tuple
 
 
@@ -64,7 +64,6 @@ def _default(settings: Any, name: str) -> Any:
     return next(f.default for f in fields(settings) if f.name == name)
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True)
 class FictitiousSchedule(_Checked):
     """Schedule of the iteration with fictitious sliding conditions.
@@ -135,7 +134,6 @@ class FictitiousSchedule(_Checked):
             raise ModelError(msg)
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True)
 class Numerics(_Checked):
     """The conic solver, its tolerances, and those of the certificate.
@@ -187,7 +185,6 @@ class Numerics(_Checked):
             raise ModelError(msg)
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True)
 class ProcedureSettings(_Checked):
     """How a load factor is found: part of every result, because the answer depends on it.

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError, ModelError, shown
 from blockstruct.geometry import Polyhedron, box, polyhedron
-from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_direction, checked_name
 from blockstruct.model.material import Material
 from blockstruct.units import VectorLike, si_array, si_vector
@@ -17,7 +16,6 @@ from blockstruct.units import VectorLike, si_array, si_vector
 Array = NDArray[np.float64]
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
     """A rigid polyhedral block. Make one with :meth:`box` or :meth:`from_faces`.
@@ -48,7 +46,6 @@ class Block:
             raise ModelError(msg)
 
     @classmethod
-    @checked_keywords
     def box(cls, name: str, origin: VectorLike, size: VectorLike, material: Material, *, fixed: bool = False) -> Self:
         """Axis-parallel box, whose faces 0 to 5 look along −z, +z, −y, +x, +y, −x.
 
@@ -73,7 +70,6 @@ class Block:
         return cls(name, polyhedron(vertices, faces, name), material, fixed)
 
     @classmethod
-    @checked_keywords
     def from_faces(
         cls,
         name: str,
@@ -107,7 +103,6 @@ class Block:
         points = si_array(vertices, "length", f"block {name!r}: vertices")
         return cls(name, polyhedron(points, faces, name), material, fixed)
 
-    @checked_keywords
     def face_towards(self, direction: VectorLike) -> int:
         """Index of the one face whose outward normal looks along a direction, to 5 degrees.
 

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
 from blockstruct.geometry import stretches_inside
-from blockstruct.keywords import checked_keywords
 from blockstruct.model.block import Block
 from blockstruct.model.checks import checked_name
 from blockstruct.model.tie_segments import TieSegment, Vector, positive_quantities, set_fields
@@ -17,7 +16,6 @@ from blockstruct.units import QuantityLike, VectorLike, si_vector
 from blockstruct.vocabulary import listed
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class BondedBar:
     """A straight bar, bonded along its length to all blocks that it runs through.

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from blockstruct.errors import GeometryError, ModelError, shown
 from blockstruct.geometry import mean_distances, polygon_area
-from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_name
 from blockstruct.model.joint_material import JointMaterial
 from blockstruct.units import si_array
@@ -24,7 +23,6 @@ SAME_CORNER = 1e-9
 PLANARITY, LARGEST_DEVIATION = 1e-5, 0.2
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, eq=False)
 class Interface:
     """A contact between two blocks: plane, or fitted by a plane.

@@ -7,7 +7,6 @@ from types import MappingProxyType
 from typing import Any, Self
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_name, checked_source
 from blockstruct.units import QuantityLike, si, symbol, to_quantity
 from blockstruct.vocabulary import Torsion
@@ -46,7 +45,6 @@ JOINT_PROPERTIES: Mapping[str, JointProperty] = MappingProxyType(
 LARGEST_FRICTION = 10.0
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class JointMaterial:
     """Strength of the joints between blocks: Coulomb friction, cohesion, tension and compression.

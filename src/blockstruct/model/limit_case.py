@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_name
 from blockstruct.model.loads import LoadPattern
 from blockstruct.vocabulary import Flow
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True)
 class LimitCase:
     """A dead load that stays and a variable load that grows until collapse.

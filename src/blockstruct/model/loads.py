@@ -6,7 +6,6 @@ from types import MappingProxyType
 from typing import Any
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_direction, checked_name, checked_tuple
 from blockstruct.model.weights import AreaLoad, FillLoad, LineLoad, Weight
 from blockstruct.units import QuantityLike, VectorLike, si, si_vector
@@ -14,13 +13,11 @@ from blockstruct.units import QuantityLike, VectorLike, si, si_vector
 Vector = tuple[float, float, float]
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True)
 class SelfWeight:
     """The weight of every block, acting along −z."""
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class BodyForce:
     """Mass-proportional force on every block at its centroid, and on every weight that the dead load carries.
@@ -64,7 +61,6 @@ class BodyForce:
         object.__setattr__(self, "share", of_weight)
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class PointLoad:
     """A force at a point of a block.
@@ -94,7 +90,6 @@ class PointLoad:
         object.__setattr__(self, "force", si_vector(force, "force", f"{who}: force"))
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class FaceLoad:
     """A traction or a pressure on a face of a block: wind, water, earth.
@@ -172,7 +167,6 @@ class FaceLoad:
             object.__setattr__(self, name, value)
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class Moment:
     """A couple on a block.
@@ -279,7 +273,6 @@ def kind_of(load: Load) -> str:
     return _KINDS[type(load)]
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class LoadPattern:
     """A named sum of loads.

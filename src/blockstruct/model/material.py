@@ -4,7 +4,6 @@ import warnings
 from dataclasses import dataclass
 
 from blockstruct.errors import ModelError, UnusualValueWarning
-from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_name, checked_source
 from blockstruct.units import QuantityLike, si
 
@@ -14,7 +13,6 @@ STANDARD_GRAVITY = 9.80665
 USUAL_UNIT_WEIGHT = (5e3, 90e3)
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class Material:
     """Material of rigid blocks: its weight is all that matters.
@@ -82,7 +80,7 @@ class Material:
                 f"material {name!r}: a unit weight of {value / 1e3:.6g} kN/m^3 is not one of masonry, which is from "
                 f"{low / 1e3:g} to {high / 1e3:g} kN/m^3; is its unit right?"
             )
-            warnings.warn(msg, UnusualValueWarning, stacklevel=3)
+            warnings.warn(msg, UnusualValueWarning, stacklevel=2)
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "unit_weight", value)
         object.__setattr__(self, "source", checked_source(source, f"material {name!r}"))

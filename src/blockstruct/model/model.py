@@ -13,7 +13,6 @@ import numpy as np
 
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry import unsupported
-from blockstruct.keywords import checked_keywords
 from blockstruct.model.block import Block
 from blockstruct.model.checks import check_unrepeated, checked_name, checked_tuple
 from blockstruct.model.detection_report import Detection, DetectionReport
@@ -26,7 +25,6 @@ from blockstruct.notebook import html_table
 from blockstruct.vocabulary import Torsion, counted, listed
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False, eq=False)
 class Model:
     """Blocks, their interfaces, their materials and ties.

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import AXES_BY_NAME
 from blockstruct.model.limit_case import LimitCase
 from blockstruct.units import si, si_vector
@@ -27,7 +26,6 @@ class Point(NamedTuple):
     z: float
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True)
 class Pushover(LimitCase):
     """A limit case, and what follows its collapse: displacements that grow until the load factor is zero.

@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from typing import Self
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_direction, checked_name, checked_tuple
 from blockstruct.model.loads import LoadPattern, Vector
 from blockstruct.units import VectorLike, si_vector
 from blockstruct.vocabulary import Flow
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class SettlementCase:
     """Supports that give way under the dead load, as one rigid body and in one direction.

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from blockstruct.errors import ModelError
-from blockstruct.keywords import checked_keywords
 from blockstruct.model.block import Block
 from blockstruct.model.checks import checked_name
 from blockstruct.model.tie_segments import (
@@ -27,7 +26,6 @@ _OFF_FACE = 1e-2
 _LEAST_LIMIT = 1e-6
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class Tie:
     """A bar between two anchors, which pulls two blocks together: no compression, and yield without limit.
@@ -161,7 +159,6 @@ class Tie:
         return (_segment(self, self.prestress),)
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class Strip:
     """A strip of fabric over a joint, glued to the surface of two blocks: it pulls them together there.

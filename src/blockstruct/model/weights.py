@@ -4,14 +4,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_name
 from blockstruct.units import QuantityLike, VectorLike, si, si_vector, symbol
 
 Vector = tuple[float, float, float]
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class Weight:
     """A concentrated weight that a block carries: a truss, a statue, a bell.
@@ -54,7 +52,6 @@ class Weight:
         object.__setattr__(self, "mass_share", _share(mass_share, who))
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class LineLoad:
     """A weight along a line, on a block or on all blocks under it: the edge of a floor, a row of rafters.
@@ -121,7 +118,6 @@ class LineLoad:
             object.__setattr__(self, name, field)
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class AreaLoad:
     """A weight per area in plan, on a block or on all blocks under a rectangle at a level: a floor, a roof, snow.
@@ -196,7 +192,6 @@ class AreaLoad:
             object.__setattr__(self, name, field)
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True, init=False)
 class FillLoad:
     """Fill on a vault: the weight of all that is between the blocks and a level, and its pressure on their faces.

@@ -2,10 +2,9 @@
 
 from collections.abc import Callable
 from functools import wraps
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.keywords import checked_keywords
 from blockstruct.model import Material
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -18,7 +17,7 @@ _KINDS: dict[str, tuple[type, str]] = {
 
 
 def builder(function: _Function) -> _Function:
-    """Builder that refuses arguments it does not know, and those that builders share if they are of another kind."""
+    """Return a builder that refuses arguments of another kind, of those that builders share."""
 
     @wraps(function)
     def build(*args: Any, **keywords: Any) -> Any:
@@ -29,5 +28,4 @@ def builder(function: _Function) -> _Function:
                 raise ModelError(msg)
         return function(*args, **keywords)
 
-    checked: Any = checked_keywords(build)
-    return checked  # type: ignore[no-any-return]
+    return cast(_Function, build)

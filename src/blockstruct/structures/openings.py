@@ -9,7 +9,6 @@ import shapely
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import checked_count, positive_length
 from blockstruct.structures.arch_profile import ArchProfile
 from blockstruct.units import si, to_quantity
@@ -23,7 +22,6 @@ LEVEL = 1e-6
 _LEAST = 0.25
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True)
 class Opening:
     """An opening through a wall: rectangular, or below an arch of voussoirs.
@@ -131,7 +129,6 @@ class Opening:
         return round(self.sill / course_height), round((self.sill + self.height) / course_height)
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True)
 class RoundOpening:
     """A round opening through a wall, in a ring of voussoirs with straight sides: one of them is on top.

@@ -8,14 +8,12 @@ from itertools import chain
 from typing import Any
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.keywords import checked_keywords
 from blockstruct.model.checks import positive_length
 from blockstruct.units import si
 
 Interval = tuple[float, float]
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True)
 class Rubble:
     """Units of random lengths: the same seed gives the same wall, on every machine.

@@ -8,14 +8,12 @@ import numpy as np
 import shapely
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.keywords import checked_keywords
 from blockstruct.model import checked_tuple
 from blockstruct.model.checks import checked_count, checked_name, positive_length
 from blockstruct.structures.openings import AnyOpening
 from blockstruct.units import si
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True)
 class Sidewall:
     """A wall that runs along +y, from behind the wall along x.
@@ -51,7 +49,6 @@ class Sidewall:
         object.__setattr__(self, "openings", checked_tuple(self.openings, AnyOpening, f"{who}: openings"))
 
 
-@checked_keywords
 @dataclass(frozen=True, slots=True)
 class Buttress:
     """A pier against the wall along x, before its face or behind it, upright or battered.

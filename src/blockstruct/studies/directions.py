@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from blockstruct.analysis import AnalysisManager, Listener
 from blockstruct.errors import ModelError, StudyWarning
-from blockstruct.keywords import checked_keywords
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import LimitCase, LoadPattern, Model, direction_cases, direction_of
 from blockstruct.results import LOAD_FACTOR, Analysis, CaseResult
@@ -225,7 +224,6 @@ class Directions:
         return "\n".join(lines)
 
 
-@checked_keywords
 def directions(
     model: Model,
     dead: LoadPattern,
@@ -292,5 +290,5 @@ def directions(
             f"directions: no load factor for {', '.join(around.without_load_factor)} "
             f"({around.endings}); the envelope may be lower there"
         )
-        warnings.warn(msg, StudyWarning, stacklevel=3)
+        warnings.warn(msg, StudyWarning, stacklevel=2)
     return around

@@ -9,7 +9,7 @@ import xarray as xr
 
 from blockstruct.analysis import AnalysisManager
 from blockstruct.errors import LoadFactorWarning, ModelError, StudyWarning, UnknownNameError, shown
-from blockstruct.keywords import checked_keywords, did_you_mean
+from blockstruct.keywords import did_you_mean
 from blockstruct.model import JOINT_PROPERTIES, JointMaterial, LimitCase, Model
 from blockstruct.results import CaseResult, sliding_rates
 from blockstruct.units import si
@@ -22,7 +22,6 @@ _STEP, _SAME = 1e-4, 0.02
 _ROUNDING = 1e-6
 
 
-@checked_keywords
 def first_order(result: CaseResult, standard_deviation: float | Mapping[str, float]) -> xr.Dataset:
     """How the friction of each joint moves the load factor, and its scatter to first order.
 
@@ -100,7 +99,7 @@ def first_order(result: CaseResult, standard_deviation: float | Mapping[str, flo
             f"force states have its load factor (together, {left:.3g} downwards and {right:.3g} upwards, where the "
             f"multipliers say {predicted:.3g}); run a study with samples of the friction of each joint instead"
         )
-        warnings.warn(msg, StudyWarning, stacklevel=3)
+        warnings.warn(msg, StudyWarning, stacklevel=2)
     columns: dict[str, Any] = {
         "derivative": (along, derivative, _NONE | {"long_name": "dα/dμ"}),
         "friction_coefficient": (along, [joint.friction_coefficient for joint in joints], _NONE),

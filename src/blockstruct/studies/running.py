@@ -14,7 +14,6 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.errors import LoadFactorWarning, ModelError, StorageError, StudyWarning, shown
-from blockstruct.keywords import checked_keywords
 from blockstruct.limit import ProcedureSettings
 from blockstruct.model import checked_tuple
 from blockstruct.notebook import is_terminal
@@ -30,7 +29,6 @@ from blockstruct.studies.task import Job
 from blockstruct.vocabulary import Flow, Status, counted
 
 
-@checked_keywords
 def study(
     build: Callable[..., Any],
     parameters: Mapping[str, Any],
@@ -173,7 +171,7 @@ def _warn(rows: Sequence[Rows], problems: Mapping[str, str]) -> None:
             f"study: {len(problems)} of {counted(len(rows), 'run')} failed, {name}: {why}. The variable problem tells "
             "of each; they are tried again when the study is run again"
         )
-        warnings.warn(msg, StudyWarning, stacklevel=4)
+        warnings.warn(msg, StudyWarning, stacklevel=3)
     jammed = [
         row
         for of_run in rows
@@ -188,7 +186,7 @@ def _warn(rows: Sequence[Rows], problems: Mapping[str, str]) -> None:
             f"how firmly the blocks are jammed: {jammed[0]['path']}, case {jammed[0]['case']!r} for one; see its "
             "warnings"
         )
-        warnings.warn(msg, StudyWarning, stacklevel=4)
+        warnings.warn(msg, StudyWarning, stacklevel=3)
 
 
 def _folder(store: str | Path) -> Path:

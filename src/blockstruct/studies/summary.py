@@ -8,7 +8,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.keywords import checked_keywords
 from blockstruct.studies.design import LATIN
 from blockstruct.vocabulary import Status
 
@@ -16,7 +15,6 @@ Array = NDArray[np.float64]
 _NONE = {"units": "dimensionless"}
 
 
-@checked_keywords
 def summary(
     data: xr.Dataset,
     *,
