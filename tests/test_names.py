@@ -10,7 +10,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct.analysis import CaseFinished, CaseStarted
-from blockstruct.storage import lock
+from blockstruct.storage import run_folder
 from blockstruct.views.output import write_text
 from structures import SELF_WEIGHT, model_of, push, single_block
 
@@ -134,14 +134,14 @@ def test_a_file_that_changes_during_the_run_is_kept(model, done, tmp_path):
 def test_a_kill_behind_the_finished_file_is_recovered(model, tmp_path, monkeypatch):
     """The file is in place, its working data are not removed yet: it is known as the run's own."""
     path = tmp_path / "block.h5"
-    monkeypatch.setattr("blockstruct.storage.checkpoint.clear", lambda folder: None)
+    monkeypatch.setattr("blockstruct.storage.run_folder.clear", lambda folder: None)
     kill_run(model, path, at=CaseFinished)
     monkeypatch.undo()
 
     def kill(folder):
         raise Killed
 
-    monkeypatch.setattr("blockstruct.storage.checkpoint.clear", kill)
+    monkeypatch.setattr("blockstruct.storage.run_folder.clear", kill)
     with contextlib.suppress(Killed):
         bs.recover(path)
     monkeypatch.undo()
@@ -205,7 +205,7 @@ def test_a_file_system_without_locks_is_named(model, tmp_path, monkeypatch):
     def none(stream):
         raise OSError(errno.ENOLCK, "No locks available")
 
-    monkeypatch.setattr(lock, "_take", none)
+    monkeypatch.setattr(run_folder, "_take", none)
     with pytest.raises(bs.errors.StorageError, match=r"has no locks \(No locks available\).*local disk"):
         bs.AnalysisManager(model, tmp_path / "block.h5").run([CASE])
 

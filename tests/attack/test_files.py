@@ -15,7 +15,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct.analysis import IterationDone
-from blockstruct.storage.journal import Journal
+from blockstruct.storage.run_folder import Journal
 from killed_runs import cases, kill_at_random, wall
 from processes import count
 from structures import SELF_WEIGHT, model_of, push, seal_again, single_block

@@ -220,10 +220,10 @@ def test_coordinates_are_not_indexed_for_every_iteration(monkeypatch):
 
 
 def test_validate_prints_contradictions(small_analysis, tmp_path, call, monkeypatch):
-    from blockstruct.storage import writer
+    from blockstruct.storage import run_folder
 
     lying = tampered(small_analysis, **certificate(small_analysis, yield_excess=1e9))
-    monkeypatch.setattr(writer, "confirm", lambda _: None)
+    monkeypatch.setattr(run_folder, "confirm", lambda _: None)
     bs.save_analysis(lying, tmp_path / "lie.h5")
     bs.save_analysis(small_analysis, tmp_path / "true.h5")
     code, out, _ = call("validate", tmp_path / "lie.h5")

@@ -12,7 +12,7 @@ import xarray as xr
 
 import blockstruct as bs
 import studied
-from blockstruct.storage.lock import folder_of
+from blockstruct.storage.file import folder_of
 from structures import SELF_WEIGHT, block_on_a_bar, push
 
 OLD = Path(__file__).parents[1] / "data" / "analysis-1.0.h5"

@@ -8,7 +8,7 @@ import pytest
 
 import blockstruct as bs
 from blockstruct.analysis import StepDone
-from blockstruct.storage.lock import folder_of
+from blockstruct.storage.file import folder_of
 from structures import SELF_WEIGHT, block_on_a_bar, box, model_of, push, slid_from_under, slipping_units
 
 

@@ -11,8 +11,8 @@ import h5py
 import pytest
 
 import blockstruct as bs
-from blockstruct.storage import snapshot
-from blockstruct.storage.analysis_file import AnalysisFile
+from blockstruct.storage import file as storage_file
+from blockstruct.storage.file import AnalysisFile
 from structures import seal_again
 
 CASE = "/cases/push associative"
@@ -32,7 +32,7 @@ def copy(path, tmp_path):
 def kept(request, monkeypatch):
     """Both ways of keeping what a file was."""
     if request.param == "by its descriptor":
-        monkeypatch.setattr(snapshot, "_SMALL", 0)
+        monkeypatch.setattr(storage_file, "_SMALL", 0)
 
 
 def test_no_byte_of_a_damaged_file_reaches_libhdf5(copy, small_model, monkeypatch):
@@ -66,7 +66,7 @@ def test_what_is_opened_stays_what_it_was(copy, small_analysis, kept, change):
 
 
 def test_a_file_that_is_written_to_while_it_is_open_is_refused(copy, monkeypatch):
-    monkeypatch.setattr(snapshot, "_SMALL", 0)
+    monkeypatch.setattr(storage_file, "_SMALL", 0)
     stored = bs.open_analysis(copy)
     with copy.open("r+b") as file:
         file.write(b"x")
@@ -89,7 +89,7 @@ def test_histories_are_read_when_they_are_looked_at(path, small_analysis, kept, 
 
 
 def test_descriptors_are_closed(copy, monkeypatch):
-    monkeypatch.setattr(snapshot, "_SMALL", 0)
+    monkeypatch.setattr(storage_file, "_SMALL", 0)
     gc.collect()
     before = len(list(Path("/proc/self/fd").iterdir()))
     for _ in range(5):
@@ -114,7 +114,7 @@ def test_a_file_with_an_addition_is_opened_on_demand(copy, small_analysis):
         file.attrs["note"] = "mine"
     with pytest.raises(bs.errors.FormatError, match="verify=False"):
         bs.open_analysis(copy)
-    with pytest.warns(bs.errors.UnverifiedWarning, match="nothing vouches for its numbers"):
+    with pytest.warns(bs.errors.UnverifiedWarning, match="its numbers are not verified"):
         found = bs.open_analysis(copy, verify=False)
     assert found["push associative"].history.identical(small_analysis["push associative"].history)
     seal_again(copy)
@@ -125,8 +125,8 @@ def test_a_file_with_an_addition_is_opened_on_demand(copy, small_analysis):
 
 def test_an_archive_checks_a_seal_once_a_file(copy, small_analysis, monkeypatch):
     checked = []
-    plain = snapshot.Snapshot._is_sealed
-    monkeypatch.setattr(snapshot.Snapshot, "_is_sealed", lambda self: checked.append(self.path) or plain(self))
+    plain = storage_file.Snapshot._is_sealed
+    monkeypatch.setattr(storage_file.Snapshot, "_is_sealed", lambda self: checked.append(self.path) or plain(self))
     archive = bs.Archive(copy.parent)
     for _ in range(2):
         assert set(archive.table()["problem"]) == {""}

@@ -22,8 +22,9 @@ from blockstruct import Q_
 from blockstruct.analysis import IterationDone
 from blockstruct.model import LOAD_KINDS
 from blockstruct.statics import Division, Statics
-from blockstruct.storage import reader, writer
-from blockstruct.storage.migration import MIGRATIONS
+from blockstruct.storage import file as storage_file
+from blockstruct.storage import run_folder
+from blockstruct.storage.layout import MIGRATIONS
 from properties import few
 from structures import box, divided, model_of, push, seal_again, single_block
 
@@ -270,7 +271,7 @@ def test_a_failed_write_leaves_nothing_behind(small_analysis, path, tmp_path, mo
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(writer, "sync", full)
+    monkeypatch.setattr(run_folder, "sync", full)
     with pytest.raises(bs.errors.StorageError, match=r"No space left.*free some space"):
         bs.save_analysis(small_analysis, target)
     assert target.read_bytes() == path.read_bytes()
@@ -521,7 +522,7 @@ def test_older_versions_migrate_step_by_step(path, monkeypatch):
     def rename(groups):
         return {**groups, "/": groups["/"].assign_attrs(tags='["migrated"]')}
 
-    monkeypatch.setattr(reader, "FORMAT_VERSION", "4.0")
+    monkeypatch.setattr(storage_file, "FORMAT_VERSION", "4.0")
     with pytest.raises(bs.errors.FormatError, match="format version 2: no migration to 3"):
         bs.open_analysis(path)
     monkeypatch.setitem(MIGRATIONS, (2, 3), lambda groups: groups)

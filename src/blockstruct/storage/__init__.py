@@ -2,14 +2,22 @@
 
 ``/model`` holds the structure, ``/cases/<name>`` a result and ``/cases/<name>/history`` its iterations. The contract
 is ``schemas/analysis-2.json``, checked on writing and on reading, and embedded in every file.
+
+Five files, each built on those before: ``netcdf`` (Datasets as groups), ``layout`` (model and results as Datasets),
+``file`` (seal, schema, reading), ``run_folder`` (lock, writing, the journal of a run), ``archive`` (many files).
 """
 
 from blockstruct.storage.archive import Archive
-from blockstruct.storage.checkpoint import Checkpoint
-from blockstruct.storage.claim import claim
-from blockstruct.storage.reader import check_file, open_analysis, planned_analysis
-from blockstruct.storage.unfinished import is_unfinished, tidy
-from blockstruct.storage.writer import patterns, save_analysis, save_image
+from blockstruct.storage.file import check_file, open_analysis, patterns
+from blockstruct.storage.run_folder import (
+    Checkpoint,
+    claim,
+    is_unfinished,
+    planned_analysis,
+    save_analysis,
+    save_image,
+    tidy,
+)
 
 __all__ = [
     "Archive",

@@ -1,25 +1,89 @@
-"""Many analysis files as one table."""
+"""Many analysis files as one table, its rows by a condition, and their histories."""
 
+import ast
+import json
+import operator
 import os
+import re
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
+import h5py
+import numpy as np
 import pandas as pd
 import xarray as xr
+from numpy.typing import NDArray
 
-from blockstruct.errors import BlockstructError, StorageError
-from blockstruct.results import relative_difference
-from blockstruct.storage.analysis_file import AnalysisFile
-from blockstruct.storage.archive_rows import REACTIONS, Row, rows_of, short_columns, table_of
-from blockstruct.storage.case_group import group_name
-from blockstruct.storage.claim import SUFFIX
-from blockstruct.storage.lazy import lazy_history
-from blockstruct.storage.lock import PARTIAL
-from blockstruct.storage.snapshot import Stamp, unreadable
-from blockstruct.storage.where import rows_where
+from blockstruct.errors import BlockstructError, FormatError, StorageError, shown
+from blockstruct.model import JOINT_PROPERTIES
+from blockstruct.results import CERTIFICATE_MEASURES, plain_value, relative_difference
+from blockstruct.storage.file import PARTIAL, AnalysisFile, Stamp, parameters_of, unreadable
+from blockstruct.storage.layout import group_name, versions_of
+from blockstruct.storage.netcdf import member, plain
+from blockstruct.storage.run_folder import SUFFIX
+from blockstruct.units import SI_UNITS
 
-#: Relative difference of the ends of two pushovers that are the same.
+#: Relative difference up to which two pushovers have the same end.
 SAME_END = 1e-2
+#: A row of the table, a case or a file that cannot be read, by column.
+Row = dict[str, Any]
+
+#: Reactions of settlements, by their unit.
+REACTIONS = {SI_UNITS["force"]: "reaction", SI_UNITS["moment"]: "reaction_moment"}
+_NUMBERS = ("load_factor", "associative_load_factor", "n_iterations", "duration", *CERTIFICATE_MEASURES)
+_TEXTS = ("status", "flow", "dead", "variable", "reason", "procedure", "started_at")
+_FIRST = (
+    "path",
+    "case",
+    "model",
+    "model_hash",
+    "load_factor",
+    *REACTIONS.values(),
+    "d0",
+    "curve_end",
+    *_NUMBERS[1:],
+    "curve_ended",
+    "settled",
+    *_TEXTS,
+    "created_at",
+    "version",
+    "tags",
+    "study",
+    "problem",
+    *(f"joint_{name}" for name in JOINT_PROPERTIES),
+)
+#: Columns of the short table, before and after the parameters.
+_SHORT = (
+    ("path", "case", "model"),
+    ("load_factor", *REACTIONS.values(), "d0", "curve_end", "status", "settled", "flow", "n_iterations", "problem"),
+)
+#: Units of the columns that have one.
+_UNITS = {
+    "load_factor": "dimensionless",
+    "associative_load_factor": "dimensionless",
+    "duration": "second",
+    "d0": "meter",
+    "curve_end": "meter",
+    **{name: unit for unit, name in REACTIONS.items()},
+    **{f"joint_{name}": SI_UNITS[p.dimension] for name, p in JOINT_PROPERTIES.items()},
+}
+#: Most values that a row reads from one variable.
+_MOST = 1_000_000
+#: Member of a row with the units of its parameters; it is no column of the table.
+_UNITS_OF_ROW = "units"
+#: Characters of a condition, at most: longer texts can exhaust the stack of Python's parser.
+_LONGEST = 10_000
+_COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+}
 
 
 class Archive:
@@ -89,7 +153,7 @@ class Archive:
         return table if all_columns else short_columns(table)
 
     def rows(self, path: Path) -> list[dict[str, Any]]:
-        """Rows of one file of the archive: by the names of all columns, those that it has."""
+        """Return the rows of one file of the archive, by the names of the columns that it has."""
         relative = path.relative_to(self.folder).as_posix()
         try:
             stamp = Stamp.at(path)
@@ -177,7 +241,7 @@ class Archive:
         files = {path: self._opened(self.folder / path) for path in rows["path"].unique()}
         nodes = {}
         for path, case in zip(rows["path"], rows["case"], strict=True):
-            nodes[f"{path}/{group_name(case)}"] = lazy_history(files[path], f"/cases/{group_name(case)}")
+            nodes[f"{path}/{group_name(case)}"] = files[path].lazy_history(f"/cases/{group_name(case)}")
         return xr.DataTree.from_dict(nodes)
 
     def difference(self, other: "Archive") -> pd.DataFrame:
@@ -209,12 +273,12 @@ class Archive:
         return joined
 
     def _opened(self, path: Path) -> AnalysisFile:
-        """A file, whose seal is checked once as long as the file stays what it is."""
+        """Return a file, whose seal is checked once as long as the file stays the same."""
         known = self._known.get(path)
         return AnalysisFile(path, verified=None if known is None else known[0])
 
     def _found(self) -> tuple[list[Path], dict[Path, str]]:
-        """Files, and what else there is that is worth a row, with its problem."""
+        """Return files, and unfinished runs and closed folders with their problem."""
         files, problems = [], {}
 
         def locked(error: OSError, path: Path | None = None) -> None:
@@ -244,9 +308,223 @@ def _time(text: str) -> pd.Timestamp:
 
 
 def _answered(table: pd.DataFrame) -> pd.DataFrame:
-    """A table whose load factors are reactions where the cases are settlements, with their units."""
+    """Return a table with the reactions of settlements as load factors, and their units."""
     answers = table[["load_factor", *REACTIONS.values()]]
     unit = pd.Series("", index=table.index)
     for column, symbol in zip(REACTIONS.values(), ("N", "N·m"), strict=True):
         unit = unit.mask(table[column].notna(), symbol)
     return table.assign(load_factor=answers.bfill(axis=1).iloc[:, 0], unit=unit)
+
+
+def rows_of(file: AnalysisFile) -> Iterator[Row]:
+    """Return the rows of one file, without its path."""
+    with file.opened() as groups:
+        model = member(groups, "/model")
+        of_file = {
+            "model": plain(model.attrs["name"]),
+            "model_hash": str(file.attrs["model_hash"]),
+            "created_at": file.attrs["created_at"],
+            "tags": tuple(json.loads(file.attrs["tags"])),
+            "study": str(file.attrs.get("study", "")),
+            "problem": "",
+            **{f"joint_{name}": _of_all_joints(model, name) for name in JOINT_PROPERTIES},
+            _UNITS_OF_ROW: {},
+        }
+        for name, value in parameters_of(file.attrs).items():
+            of_file[f"parameter_{name}"], unit = plain_value(value)
+            of_file[_UNITS_OF_ROW] |= {f"parameter_{name}": unit} if unit else {}
+        for name, place in file.cases.items():
+            case = member(groups, place)
+            settings = json.loads(plain(case.attrs["settings"]))
+            texts = {text: plain(case.attrs[text]) for text in _TEXTS}
+            own = {key: plain(case.attrs[key]) for key in ("versions",) if key in case.attrs}
+            made_by = [str(each.get("blockstruct")) for each in versions_of(own, json.loads(file.attrs["versions"]))]
+            yield {
+                **of_file,
+                "case": name,
+                "version": ", ".join(dict.fromkeys(made_by)),
+                **{number: _scalar(case, place, number) for number in _NUMBERS if number in case},
+                **_reaction(case, place),
+                **(_curve(groups, file.curves[place]) if place in file.curves else {}),
+                **texts,
+                "curve_ended": plain(case.attrs["curve_ended"]) if "curve_ended" in case.attrs else "",
+                "settled": bool(_scalar(case, place, "settled")),
+                **flat("settings", settings),
+            }
+
+
+def flat(name: str, value: Any) -> Row:
+    """Return settings by the names of their columns, as ``settings_schedule_slope``."""
+    if not isinstance(value, dict):
+        return {name: value}
+    return {key: v for part, within in value.items() for key, v in flat(f"{name}_{part}", within).items()}
+
+
+def table_of(rows: Iterable[Row]) -> pd.DataFrame:
+    """Return the table of rows, with all columns."""
+    rows = list(rows)
+    table = pd.DataFrame([{name: v for name, v in row.items() if name != _UNITS_OF_ROW} for row in rows])
+    varied = sorted(c for c in table.columns if c.startswith("parameter_"))
+    others = [c for c in table.columns if c not in (*_FIRST, *varied)]
+    table = table.reindex(columns=[*_FIRST, *varied, *others])
+    for column in ("started_at", "created_at"):
+        table[column] = pd.to_datetime(table[column], utc=True, errors="coerce", format="ISO8601")
+    units = {name: {row[_UNITS_OF_ROW].get(name) for row in rows if _UNITS_OF_ROW in row} for name in varied}
+    # Values of other dimensions under one name are told apart by what the unit says.
+    found = {name: " or ".join(sorted(filter(None, of_column))) for name, of_column in units.items()}
+    table.attrs["units"] = _UNITS | {name: unit for name, unit in found.items() if unit}
+    return table
+
+
+def short_columns(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the short table: names, parameters, load factor and status."""
+    before, after = _SHORT
+    return table[[*before, *(c for c in table.columns if c.startswith("parameter_")), *after]]
+
+
+def _of_all_joints(model: h5py.Group, name: str) -> float:
+    """Return a property that all joint materials of a model share; NaN if they differ."""
+    values = _values(model, "/model", name)
+    return float(values.flat[0]) if values.size and (values == values.flat[0]).all() else np.nan
+
+
+def _reaction(case: h5py.Group, place: str) -> Row:
+    """Return the reaction of a settlement in the column of its unit, and no load factor."""
+    if "reaction" not in case:
+        return {}
+    reaction = _scalar(case, place, "reaction")
+    return {"load_factor": np.nan, REACTIONS[plain(case["reaction"].attrs["units"])]: reaction}
+
+
+def _curve(groups: h5py.File, place: str) -> Row:
+    """Return the end of a pushover."""
+    curve = member(groups, place)
+    displacement = _values(curve, place, "displacement")
+    return {
+        "d0": _scalar(curve, place, "d0"),
+        "curve_end": float(displacement.flat[-1]) if displacement.size else np.nan,
+    }
+
+
+def _scalar(case: h5py.Group, place: str, name: str) -> Any:
+    number = _values(case, place, name)
+    if number.shape != ():
+        msg = f"{place}/{name}: {number.dtype} {number.shape} is not a number"
+        raise FormatError(msg)
+    value = number.item()
+    return bool(value) if name == "holds" else value
+
+
+def _values(group: h5py.Group, place: str, name: str) -> NDArray[Any]:
+    """Return the values of a dataset of a group; links to elsewhere are refused.
+
+    The lower interface of h5py is several times as fast for so few.
+    """
+    key = name.encode()
+    if key not in group.id or group.id.links.get_info(key).type != h5py.h5l.TYPE_HARD:
+        msg = f"{place}/{name}: {name!r} is missing, or a link to elsewhere"
+        raise FormatError(msg)
+    dataset = h5py.h5o.open(group.id, key)
+    if not isinstance(dataset, h5py.h5d.DatasetID) or dataset.dtype.kind not in "fiu" or np.prod(dataset.shape) > _MOST:
+        msg = f"{place}/{name}: other than numbers, or too many of them"
+        raise FormatError(msg)
+    values = np.empty(dataset.shape, dataset.dtype)
+    if values.size:
+        dataset.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
+    return values
+
+
+def rows_where(table: pd.DataFrame, where: str) -> pd.DataFrame:
+    """Return the rows of a table for which a condition holds.
+
+    Parameters
+    ----------
+    table
+        The table.
+    where
+        Comparisons of a column with numbers or texts, joined by ``and``, ``or`` and ``not``. A column may be ``in`` a
+        list, and a text ``in`` a column of texts or tags. Other characters of a name than letters and digits are
+        written as ``_``. A missing value differs from every other, and is neither less nor greater.
+
+    Raises
+    ------
+    StorageError
+        If the condition is anything else, names no column, or compares one with a value of another kind.
+    """
+    try:
+        if not isinstance(where, str) or len(where) > _LONGEST:
+            msg = f"it is not a text of at most {_LONGEST} characters"
+            raise TypeError(msg)
+        with warnings.catch_warnings(action="error"):
+            return table[_mask(ast.parse(where.strip(), mode="eval").body, table)]
+    except (ArithmeticError, MemoryError, RecursionError, SyntaxError, TypeError, ValueError, Warning) as error:
+        example = "\"status == 'converged' and load_factor < 0.3\", \"case in ['push +x']\" or \"'north' in tags\""
+        msg = f"where {shown(where)}: {error}; compare columns with numbers or texts, as in {example}"
+        raise StorageError(msg) from error
+
+
+def _mask(node: ast.expr, table: pd.DataFrame) -> "pd.Series[bool]":
+    match node:
+        case ast.BoolOp(op=op, values=values):
+            join = operator.and_ if isinstance(op, ast.And) else operator.or_
+            return reduce(join, [_mask(value, table) for value in values])
+        case ast.UnaryOp(op=ast.Not(), operand=operand):
+            return ~_mask(operand, table)
+        case ast.Compare(left=left, ops=ops, comparators=comparators):
+            sides = [_side(side, table) for side in (left, *comparators)]
+            return reduce(operator.and_, map(_compared, sides, ops, sides[1:]))
+    msg = f"{type(node).__name__} is no comparison"
+    raise ValueError(msg)
+
+
+def _side(node: ast.expr, table: pd.DataFrame) -> Any:
+    """Return the column, number, text or list that a side of a comparison stands for."""
+    if isinstance(node, ast.Name):
+        columns = [name for name in table.columns if re.sub(r"\W", "_", name) == node.id]
+        if len(columns) == 1:
+            return table[columns[0]]
+        msg = f"{len(columns)} columns are named {node.id!r}, those of the table are {', '.join(table.columns)}"
+        raise ValueError(msg)
+    value = ast.literal_eval(node)
+    return [_constant(each) for each in value] if isinstance(value, list | tuple | set) else _constant(value)
+
+
+def _constant(value: Any) -> str | float:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, int | float):
+        return float(value)
+    msg = f"{shown(value)} is neither a number nor a text"
+    raise TypeError(msg)
+
+
+def _compared(one: Any, op: ast.cmpop, other: Any) -> "pd.Series[bool]":
+    if isinstance(op, ast.NotIn):
+        return ~_compared(one, ast.In(), other)
+    compare = _COMPARISONS.get(type(op))
+    match one, other:
+        case pd.Series(), list() if isinstance(op, ast.In):
+            nowhere = pd.Series(False, index=one.index)
+            return reduce(operator.or_, [_compared(one, ast.Eq(), value) for value in other], nowhere)
+        case str(), pd.Series() if isinstance(op, ast.In):
+            return other.map(lambda cell: isinstance(cell, str | tuple) and one in cell).astype(bool)
+        case (pd.Series() as column, str() | float() as value) | (str() | float() as value, pd.Series() as column) if (
+            compare
+        ):
+            present = column.dropna()
+            mask = pd.Series(isinstance(op, ast.NotEq), index=column.index)
+            if not present.empty:
+                _check_kind(present, value)
+                mask[present.index] = compare(present, value) if column is one else compare(value, present)
+            return mask
+    msg = "a comparison needs a column on one side, and a number, a text or for 'in' a list on the other"
+    raise TypeError(msg)
+
+
+def _check_kind(column: "pd.Series[Any]", value: str | float) -> None:
+    """Refuse a value of another kind: pandas finds it equal to nothing, in silence."""
+    try:
+        operator.lt(column, value)
+    except TypeError as error:
+        msg = f"column {column.name!r} holds no values that could be compared with {shown(value)}"
+        raise TypeError(msg) from error

@@ -1,10 +1,10 @@
-"""Datasets as groups of a netCDF-4 file, and back.
+"""Datasets as groups of a netCDF-4 file, and back, without trust in the file.
 
-Written and read with h5py alone, because h5netcdf looks every dimension up by its name, which takes time that grows
-with the square of the number of groups.
+h5py alone writes and reads them: h5netcdf looks every dimension up by its name, which takes time that grows with the
+square of the number of groups.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import count
 from typing import Any
 
@@ -12,28 +12,28 @@ import h5py
 import numpy as np
 import xarray as xr
 
-from blockstruct.storage.file_outline import plain
+from blockstruct.errors import FormatError
 
 _TEXT = h5py.string_dtype()
 _TEXT_TYPE, _ONE = h5py.h5t.py_create(_TEXT, logical=True), h5py.h5s.create(h5py.h5s.SCALAR)
-#: What netCDF calls the scale of a dimension that has no coordinate, which is followed by its length.
+#: What netCDF calls the scale of a dimension without a coordinate; its length follows.
 _BARE = "This is a netCDF dimension but not a netCDF variable."
 #: Attribute of a group that names the coordinates which are not dimensions, as xarray reads and writes it.
 _COORDINATES = "coordinates"
 #: Attribute of a scale: the number of its dimension, which no other dimension of the file has.
 _DIMENSION = "_Netcdf4Dimid"
+_OF_HDF5 = ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST")
 _NUMBERS = count()
+#: Members that a group has at most.
+_MEMBERS = 1000
+#: Bytes of text that are read at once, at most, if the file is larger than its longest text.
+_CHUNK = 1_000_000_000
 
 
 def netcdf_image(tree: Mapping[str, xr.Dataset]) -> memoryview:
-    """Bytes of a netCDF-4 file with a Dataset in each group; parents stand before their children.
+    """Return the bytes of a netCDF-4 file with a Dataset in each group; parents stand before their children.
 
-    It is made in memory: libhdf5 crashes the process on a disk that is full.
-
-    Parameters
-    ----------
-    tree
-        Dataset of each group.
+    The file is made in memory: libhdf5 crashes the process on a full disk.
     """
     # libhdf5 takes two files of one name for the same, in other threads too.
     with h5py.File(f"image-{next(_NUMBERS)}", "w", driver="core", backing_store=False, track_order=True) as file:
@@ -44,20 +44,15 @@ def netcdf_image(tree: Mapping[str, xr.Dataset]) -> memoryview:
         return memoryview(file.id.get_file_image())
 
 
-def read_group(group: h5py.Group, outline: Mapping[str, Any]) -> xr.Dataset:
-    """Dataset of a group whose outline is as it must be."""
-    return read_dataset(group, outline, lambda ds, _: read_values(ds))
-
-
 def read_dataset(
-    group: h5py.Group, outline: Mapping[str, Any], values: Callable[[h5py.Dataset, str], Any]
+    group: h5py.Group, outline: Mapping[str, Any], values: Callable[[h5py.Dataset, str], Any] | None = None
 ) -> xr.Dataset:
-    """Dataset of a group, its values as a function of a variable and its name gives them."""
+    """Return the Dataset of a group whose outline is valid; its values are read, or as a function gives them."""
     variables = {}
     for name, variable in outline["variables"].items():
         ds = group[name]
-        own = {key: plain(ds.attrs[key]) for key in ds.attrs if _is_own(key)}
-        variables[name] = (tuple(variable["dims"]), values(ds, name), own)
+        own = {key: plain(ds.attrs[key]) for key in ds.attrs if not key.startswith("_") and key not in _OF_HDF5}
+        variables[name] = (tuple(variable["dims"]), values(ds, name) if values else read_values(ds), own)
     attrs = dict(outline["attrs"])
     coordinates = {*str(attrs.pop(_COORDINATES, "")).split(), *(d for dims, _, _ in variables.values() for d in dims)}
     coords = {name: variables.pop(name) for name in [n for n in variables if n in coordinates]}
@@ -65,7 +60,7 @@ def read_dataset(
 
 
 def read_values(ds: h5py.Dataset, key: Any = ()) -> Any:
-    """Values of a variable, or some of them; texts as objects."""
+    """Return the values of a variable, or some of them; texts as objects."""
     return ds.asstr()[key] if h5py.check_string_dtype(ds.dtype) else ds[key]
 
 
@@ -75,16 +70,115 @@ def dimension_number(scale: h5py.Dataset) -> int | None:
     return None if number is None else int(number)
 
 
-def _is_own(attribute: str) -> bool:
-    return not attribute.startswith("_") and attribute not in ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST")
+def member(file: h5py.Group, place: str) -> Any:
+    """Return a member by its path; a link out of the file or to elsewhere in it is refused."""
+    item = file
+    for name in place.strip("/").split("/"):
+        link = item.get(name, getlink=True) if isinstance(item, h5py.Group) else None
+        if not isinstance(link, h5py.HardLink):
+            msg = f"{place}: {name!r} is missing, or a link to elsewhere"
+            raise FormatError(msg)
+        item = item[name]
+    return item
+
+
+def plain(value: Any) -> Any:
+    """Return an attribute as plain Python: netCDF keeps a number as an array of one."""
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value.ravel()[0]
+    if isinstance(value, bytes):
+        return value.decode("utf-8", "replace")
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def outline_of(ds: xr.Dataset, groups: Iterable[str]) -> dict[str, Any]:
+    """Return the outline that the group of a Dataset will have."""
+    variables = {
+        str(name): {"dims": [str(d) for d in v.dims], "kind": "text" if v.dtype.kind in "OU" else v.dtype.kind}
+        | ({"units": str(v.attrs["units"])} if "units" in v.attrs else {})
+        for name, v in ds.variables.items()
+    }
+    return {"attrs": dict(ds.attrs), "variables": variables, "groups": {name: {} for name in groups}}
+
+
+def outline(group: h5py.Group) -> dict[str, Any]:
+    """Return attributes, variables (dimensions, kind and units) and names of the groups of a group.
+
+    A variable that leads out of the file, or to more data than the file has bytes, gets a kind that no schema has.
+
+    Raises
+    ------
+    FormatError
+        If the group has an absurd number of members.
+    """
+    if len(group) > _MEMBERS:
+        msg = f"{len(group)} members are absurd, more than {_MEMBERS}"
+        raise FormatError(msg)
+    links = [name for name in group if not isinstance(group.get(name, getlink=True), h5py.HardLink)]
+    members = {name: group[name] for name in group if name not in links}
+    names = {_address(item): name for name, item in members.items()}
+    variables: dict[str, Any] = {name: {"kind": "link"} for name in links}
+    left = size = int(group.file.id.get_filesize())
+    for name, item in members.items():
+        # The scale of a dimension without a coordinate holds nothing.
+        if isinstance(item, h5py.Dataset) and _BARE not in str(plain(item.attrs.get("NAME", ""))):
+            left -= _bytes_of(item, left, size)
+            variables[name] = _variable(item, names, is_absurd=left < 0)
+    return {
+        "attrs": {k: plain(v) for k, v in group.attrs.items() if not k.startswith("_")},
+        "variables": variables,
+        "groups": {name: {} for name, item in members.items() if not isinstance(item, h5py.Dataset)},
+    }
+
+
+def _variable(ds: h5py.Dataset, names: Mapping[int, str], *, is_absurd: bool) -> dict[str, Any]:
+    kind = "text" if h5py.check_string_dtype(ds.dtype) else ds.dtype.kind
+    if ds.is_virtual or ds.external:
+        kind = "stored in another file"
+    elif is_absurd:
+        kind = f"of an absurd size, {ds.shape}"
+    elif ds.id.get_storage_size() < ds.nbytes:
+        # h5py would read missing values as the fill value.
+        kind = "not stored whole"
+    # Units are compared as they stand: a text from a file is never given to a parser.
+    units = {"units": str(plain(ds.attrs["units"]))} if "units" in ds.attrs else {}
+    return {"dims": _dimensions(ds, names), "kind": kind, **units}
+
+
+def _dimensions(ds: h5py.Dataset, names: Mapping[int, str]) -> list[str]:
+    """Return the names of the scales of a dataset in its own group, which are found by their address."""
+    if ds.ndim == 1 and ds.is_scale:
+        return [names[_address(ds)]]
+    found = []
+    for k, size in enumerate(ds.shape):
+        scale = ds.dims[k][0] if len(ds.dims[k]) else None
+        fits = scale is not None and scale.shape == (size,)
+        found.append(names.get(_address(scale), "?") if fits else "?")
+    return found
+
+
+def _bytes_of(ds: h5py.Dataset, most: int, file_size: int) -> int:
+    """Return the bytes of a dataset, its texts included; counted until they are more than the given number."""
+    found = int(ds.nbytes)
+    if found <= most and ds.ndim == 1 and h5py.check_string_dtype(ds.dtype):
+        # Many elements can point to one long text.
+        step = max(1, _CHUNK // file_size)
+        for start in range(0, len(ds), step):
+            found += sum(map(len, ds[start : start + step]))
+            if found > most:
+                break
+    return found
+
+
+def _address(item: Any) -> int:
+    return int(h5py.h5o.get_info(item.id).addr)
 
 
 def _created(file: h5py.File, path: str) -> h5py.Group:
-    """New group that keeps the order of what is put into it, as netCDF-4 wants."""
+    """Return a new group that keeps the order of its members, as netCDF-4 demands."""
     kind, parent = h5py.h5p.create(h5py.h5p.GROUP_CREATE), file
     kind.set_link_creation_order(h5py.h5p.CRT_ORDER_TRACKED | h5py.h5p.CRT_ORDER_INDEXED)
-    names = path.strip("/").split("/")
-    for name in names:
+    for name in path.strip("/").split("/"):
         if name not in parent:
             h5py.h5g.create(parent.id, name.encode(), gcpl=kind)
         parent = parent[name]
@@ -120,10 +214,10 @@ def _stored(group: h5py.Group, name: str, values: Any, size: int = 0) -> h5py.Da
     return group.create_dataset(name, data=values)
 
 
-def _describe(item: Any, attrs: dict[Any, Any]) -> None:
+def _describe(item: Any, attrs: Mapping[Any, Any]) -> None:
     for name, value in attrs.items():
         if isinstance(value, str):
-            # Straight, for item.attrs takes its time, and a small file is mostly attributes.
+            # The lower interface, because item.attrs is slow and a small file is mostly attributes.
             h5py.h5a.create(item.id, str(name).encode(), _TEXT_TYPE, _ONE).write(np.array(value, dtype=_TEXT))
         else:
             item.attrs[str(name)] = value

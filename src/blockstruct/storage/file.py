@@ -1,0 +1,742 @@
+"""One analysis file: its bytes under a seal, its groups under a schema, an analysis from them, and back to bytes.
+
+The seal is a checksum of all bytes of a file. It stands after the end of the HDF5 data, where no reader of HDF5 looks.
+It is checked before libhdf5 reads a byte, because on damaged bytes libhdf5 may run for ever.
+"""
+
+import contextlib
+import errno
+import hashlib
+import json
+import os
+import re
+import warnings
+import weakref
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache, partial
+from io import SEEK_END, BytesIO, RawIOBase, UnsupportedOperation
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+import h5py
+import numpy as np
+import xarray as xr
+from xarray.backends import BackendArray
+from xarray.core import indexing
+
+from blockstruct.errors import BlockstructError, FormatError, FormatWarning, ModelError, StorageError, UnverifiedWarning
+from blockstruct.files import irregular
+from blockstruct.model import Case, LoadPattern, Model
+from blockstruct.results import Analysis, CaseResult, LazyHistory, restored_value, stored_value
+from blockstruct.schema import listed_violations, schema_text, violations
+from blockstruct.storage.layout import (
+    Finding,
+    bound_findings,
+    capacity_findings,
+    case_dataset,
+    case_findings,
+    group_name,
+    history_findings,
+    index_findings,
+    migrated,
+    model_dataset,
+    model_findings,
+    reaction_findings,
+    read_model,
+    read_patterns,
+    read_result,
+)
+from blockstruct.storage.netcdf import (
+    dimension_number,
+    member,
+    netcdf_image,
+    outline,
+    outline_of,
+    plain,
+    read_dataset,
+    read_values,
+)
+from blockstruct.vocabulary import FORMAT, FORMAT_VERSION
+
+#: What contents that satisfy the schema can still raise in constructors.
+DAMAGE = (BlockstructError, ArithmeticError, IndexError, KeyError, TypeError, ValueError, RecursionError)
+#: Makes the history of a case without iterations, which a plan leaves out.
+Blank = Callable[[Model, CaseResult], xr.Dataset]
+#: Ending of the folder of a run.
+PARTIAL = ".partial"
+SCHEMA = "analysis-2"
+_SEAL = b"\nblockstruct sha256 "
+_SEAL_LENGTH = len(_SEAL) + 64 + 1
+#: Bytes up to which a file is kept in memory: nothing can change it then, and no descriptor is needed.
+_SMALL = 16 << 20
+_CHUNK = 1 << 22
+
+
+def folder_of(path: Path) -> Path:
+    """Return the folder next to a file that holds its lock and the working data of its run."""
+    return path.with_name(f"{path.name}{PARTIAL}")
+
+
+def named_instead(path: Path) -> str:
+    """Return the end of a message for the folder of a run, with the file to name instead; empty for another path."""
+    name = path.name.removesuffix(PARTIAL)
+    if name in (path.name, ""):
+        return ""
+    return f"a folder with the working data of a run; give the name of its file, {path.with_name(name)}"
+
+
+def seal_of(image: bytes | memoryview) -> bytes:
+    """Return the seal of the bytes of a file."""
+    return _SEAL + hashlib.sha256(image).hexdigest().encode() + b"\n"
+
+
+class Stamp(NamedTuple):
+    """Device, inode, size and time of a file, which tell one state of it from another."""
+
+    device: int
+    inode: int
+    size: int
+    modified: int
+
+    @classmethod
+    def of(cls, status: os.stat_result) -> Self:
+        """Return the stamp of a result of :func:`os.stat`."""
+        return cls(status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns)
+
+    @classmethod
+    def at(cls, path: Path) -> Self | None:
+        """Return the stamp of the file at a path; None without one."""
+        try:
+            return cls.of(path.stat())
+        except FileNotFoundError:
+            return None
+
+
+class Snapshot:
+    """The bytes of one file, opened once: a file that takes its name afterwards is not read.
+
+    Parameters
+    ----------
+    path
+        The file.
+    verified
+        A stamp at which its seal was found to match: it is not checked again if the file still has it.
+
+    Attributes
+    ----------
+    sealed : bool
+        Whether its seal is that of its bytes.
+
+    Raises
+    ------
+    StorageError
+        If there is no regular file at the path, or it cannot be read.
+    """
+
+    def __init__(self, path: Path, verified: Stamp | None = None) -> None:
+        self.path = path
+        try:
+            if what := irregular(path):
+                msg = f"{path}: is {named_instead(path) or f'{what}; give the path of a blockstruct analysis'}"
+                raise StorageError(msg)
+            self._descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
+        except StorageError:
+            raise
+        except (OSError, ValueError) as error:
+            raise unreadable(path, error) from error
+        self._close = weakref.finalize(self, os.close, self._descriptor)
+        self.stamp = Stamp.of(os.fstat(self._descriptor))
+        self._image: bytes | None = None
+        try:
+            if self.stamp.size <= _SMALL:
+                self._image = self.bytes_at(0, self.stamp.size)
+                self._close()
+            self.sealed = self.stamp == verified or self._is_sealed()
+        except OSError as error:
+            self._close()
+            raise unreadable(path, error) from error
+
+    def stream(self) -> RawIOBase | BytesIO:
+        """Return the bytes for a reader of HDF5.
+
+        Raises
+        ------
+        FormatError
+            If the file was written to after it was opened; a file that was replaced does no harm.
+        """
+        if self._image is not None:
+            return BytesIO(self._image)
+        self.check_unchanged()
+        return _Window(self)
+
+    @property
+    def seal(self) -> bytes:
+        """The bytes in the place of the seal."""
+        return self.bytes_at(max(self.stamp.size - _SEAL_LENGTH, 0), _SEAL_LENGTH)
+
+    def check_unchanged(self) -> None:
+        """Refuse a file that was written to since it was opened."""
+        if self._image is None and Stamp.of(os.fstat(self._descriptor)) != self.stamp:
+            msg = f"{self.path}: was written to by another program while it was open; use the original"
+            raise FormatError(msg)
+
+    def bytes_at(self, start: int, count: int) -> bytes:
+        """Return bytes from a place on; fewer at the end of the file."""
+        if self._image is not None:
+            return self._image[start : start + count]
+        parts, left = [], count
+        while left and (part := _read(self._descriptor, start + count - left, min(left, _CHUNK))):
+            parts.append(part)
+            left -= len(part)
+        return b"".join(parts)
+
+    def _is_sealed(self) -> bool:
+        digest, end = hashlib.sha256(), self.stamp.size - _SEAL_LENGTH
+        for place in range(0, end, _CHUNK):
+            digest.update(self.bytes_at(place, min(_CHUNK, end - place)))
+        return end > 0 and self.seal == _SEAL + digest.hexdigest().encode() + b"\n"
+
+
+def unreadable(path: Path, error: Exception) -> StorageError:
+    """Return the error of a path that cannot be opened or read."""
+    reason = getattr(error, "strerror", None) or error
+    if isinstance(error, FileNotFoundError | NotADirectoryError):
+        return StorageError(f"{path}: no such file; give the path of a blockstruct analysis")
+    if isinstance(error, PermissionError):
+        return StorageError(f"{path}: cannot be read ({reason}); ask its owner for the right to read it")
+    if getattr(error, "errno", None) in (errno.EMFILE, errno.ENFILE):
+        return StorageError(f"{path}: cannot be opened, too many files are; keep fewer analyses at a time")
+    return StorageError(f"{path}: cannot be read ({reason}); give another path")
+
+
+class _Window(RawIOBase):
+    """The bytes of a snapshot that is too large for memory, as a stream."""
+
+    def __init__(self, snapshot: Snapshot) -> None:
+        self._snapshot, self._place = snapshot, 0
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def tell(self) -> int:
+        return self._place
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        if whence == SEEK_END:
+            offset += self._snapshot.stamp.size
+        elif whence:
+            raise UnsupportedOperation
+        self._place = offset
+        return offset
+
+    def readinto(self, buffer: Any) -> int:
+        view = memoryview(buffer).cast("B")
+        part = self._snapshot.bytes_at(self._place, len(view))
+        view[: len(part)] = part
+        self._place += len(part)
+        return len(part)
+
+
+def _read(descriptor: int, start: int, count: int) -> bytes:
+    if hasattr(os, "pread"):
+        return os.pread(descriptor, count, start)
+    os.lseek(descriptor, start, os.SEEK_SET)
+    return os.read(descriptor, count)
+
+
+class AnalysisFile:
+    """A sealed file of an analysis of a readable version; each group is checked before it is read.
+
+    Parameters
+    ----------
+    path
+        The file.
+    verify
+        Whether a file whose seal does not match is refused; otherwise a warning is given.
+    verified
+        Stamp at which the seal was found to match before.
+
+    Raises
+    ------
+    StorageError
+        If the file is missing or cannot be read.
+    FormatError
+        If the file is not an analysis, was changed, or comes from a newer major version.
+    """
+
+    def __init__(self, path: str | Path, *, verify: bool = True, verified: Stamp | None = None) -> None:
+        self.path = path = Path(path)
+        try:
+            self._snapshot = Snapshot(path, verified)
+        except StorageError as error:
+            if path.exists() or not folder_of(path).is_dir():
+                raise
+            remedy = (
+                f"goes on or was killed; keep what it has found with 'blockstruct recover {path}', or go on with "
+                f"'blockstruct resume {path}'"
+                if (folder_of(path) / "plan").is_file()
+                else "begins or has ended before it kept anything; wait, or run it again"
+            )
+            msg = f"{path}: not written, its run {remedy}"
+            raise StorageError(msg) from error
+        if not self._snapshot.sealed:
+            if verify:
+                raise FormatError(_unsealed(path, self._snapshot))
+            warnings.warn(
+                f"{path}: its bytes do not match its seal: the file was changed after it was written, and its numbers "
+                "are not verified",
+                UnverifiedWarning,
+                stacklevel=3,
+            )
+        self.stamp, self.seal = self._snapshot.stamp, self._snapshot.seal.decode("ascii", "replace")
+        with self.opened() as file:
+            self.attrs = _checked_root(file, path)
+            self.major = major(self.attrs["format_version"])
+            self.cases = {name: f"/cases/{group_name(name)}" for name in json.loads(self.attrs["cases"])}
+            self.curves = {place: f"{place}/capacity" for place in self.cases.values() if _has_curve(file, place)}
+
+    @contextlib.contextmanager
+    def opened(self) -> Iterator[h5py.File]:
+        """Open the HDF5 file; any error of the libraries on damaged bytes becomes a FormatError."""
+        try:
+            with h5py.File(self._snapshot.stream(), "r") as file:
+                yield file
+            self._snapshot.check_unchanged()
+        except StorageError:
+            raise
+        except FormatError as error:
+            msg = str(error)
+            raise FormatError(msg if msg.startswith(str(self.path)) else f"{self.path}: {msg}") from error
+        except Exception as error:
+            msg = f"{self.path}: not a readable HDF5 file ({error}); it is damaged or of another kind"
+            raise FormatError(msg) from error
+
+    def root_findings(self) -> list[Finding]:
+        """Return the violations of the root and of the list of cases."""
+        with self.opened() as file:
+            found = self._violations("/", outline(file), "")
+            held = file.get("cases", ())
+            if len(held) != len(self.cases) or set(held) != {group_name(name) for name in self.cases}:
+                found.append(("/cases", "the groups are not those that the attribute cases of / lists"))
+        return found
+
+    def group(
+        self, place: str, part: str, read: Callable[[h5py.Group, Mapping[str, Any]], xr.Dataset] = read_dataset
+    ) -> tuple[xr.Dataset | None, list[Finding]]:
+        """Return a group, or the violations that keep it from being read.
+
+        Parameters
+        ----------
+        place
+            Its path.
+        part
+            Its name in the schema: model, case, history or capacity.
+        read
+            Makes a Dataset of a group and its outline.
+        """
+        with self.opened() as file:
+            try:
+                group = member(file, place)
+                lines = outline(group)
+            except FormatError as error:
+                return None, [(place, str(error))]
+            found = self._violations(place, lines, part)
+            return None if found else read(group, lines), found
+
+    def load_factors(self, case: str) -> Any:
+        """Return the load factors of the history of a case by the path of its group, without the rest of it."""
+        with self.opened() as file:
+            values = member(file, f"{case}/history/load_factor")
+            if values.dtype != np.float64 or values.ndim != 1 or values.nbytes > self.stamp.size:
+                msg = f"{case}/history/load_factor: {values.dtype} {values.shape} is not a list of numbers"
+                raise FormatError(msg)
+            return values[()]
+
+    def lazy_history(self, case: str) -> xr.Dataset:
+        """Return the history of a case by the path of its group; values stay in the file until they are used.
+
+        Raises
+        ------
+        FormatError
+            If the history violates the schema.
+        """
+        place = f"{case}/history"
+
+        def stored(ds: Any, name: str) -> Any:
+            return indexing.LazilyIndexedArray(_Stored(self, f"{place}/{name}", ds.shape, ds.dtype))
+
+        history, found = self.group(place, "history", lambda group, lines: read_dataset(group, lines, stored))
+        if history is None:
+            raise violated(self.path, found)
+        return history
+
+    def repeats_dimensions(self) -> bool:
+        """Return whether the numbers of dimensions begin anew in each group.
+
+        netCDF-4 demands one numbering of the whole file. Without it netCDF's own library reads arrays short.
+        """
+        with self.opened() as file:
+            numbers = {dimension_number(scale) for scale in member(file, "/model").values()} - {None}
+            histories = [f"{place}/history/iteration" for place in self.cases.values()]
+            return any(dimension_number(member(file, place)) in numbers for place in histories[:1])
+
+    def _violations(self, place: str, found: dict[str, Any], part: str) -> list[Finding]:
+        return [(_placed(place, where), what) for where, what in violations(found, f"analysis-{self.major}", part)]
+
+
+class _Stored(BackendArray):
+    """Values of one variable, which stay in the file."""
+
+    def __init__(self, file: AnalysisFile, place: str, shape: tuple[int, ...], dtype: Any) -> None:
+        self._file, self._place, self.shape, self.dtype = file, place, shape, np.dtype(dtype)
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, self._read)
+
+    def _read(self, key: Any) -> Any:
+        with self._file.opened() as groups:
+            return read_values(member(groups, self._place), key)
+
+
+def violated(path: Path, found: list[Finding]) -> FormatError:
+    """Return the error of a file with findings."""
+    in_order = sorted(found, key=lambda finding: finding[0].split(": "))
+    return FormatError(f"{path}: {listed_violations(in_order)}")
+
+
+def major(version: str) -> int:
+    """Return the major number of a format version."""
+    return int(version.partition(".")[0])
+
+
+def parameters_of(attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parameters of an analysis by its root attributes; an older file has none."""
+    stored = json.loads(attrs.get("parameters", "{}"))
+    return {name: restored_value(value, f"parameter {name!r}") for name, value in stored.items()}
+
+
+def _has_curve(file: h5py.File, case: str) -> bool:
+    """Return whether the group of a case has a member ``capacity``."""
+    try:
+        return "capacity" in member(file, case)
+    except (FormatError, TypeError):
+        return False
+
+
+def _unsealed(path: Path, snapshot: Snapshot) -> str:
+    if snapshot.bytes_at(0, 8) != b"\x89HDF\r\n\x1a\n":
+        return f"{path}: not a readable HDF5 file; it is damaged or of another kind"
+    return (
+        f"{path}: /: its bytes do not match its seal, or it has none: the file is damaged, was changed, or is not a "
+        "blockstruct analysis. Use an intact copy, or open a file that was changed on purpose with verify=False"
+    )
+
+
+def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
+    """Return the root attributes of an analysis of a version that can be read."""
+    attrs = {name: plain(value) for name, value in file.attrs.items()}
+    version = str(attrs.get("format_version", ""))
+    wrong = ""
+    if attrs.get("format") != FORMAT:
+        wrong = f"attribute format is {attrs.get('format')!r}, not {FORMAT!r}: it is not a blockstruct analysis"
+    elif not re.fullmatch(r"[1-9][0-9]{0,3}\.[0-9]{1,4}", version):
+        wrong = f"attribute format_version is {version!r}, which is not a version"
+    elif major(version) > major(FORMAT_VERSION):
+        wrong = f"format version {version}, this blockstruct reads up to {FORMAT_VERSION}; update blockstruct"
+    elif other := [name for name in ("versions", "solver_options") if not isinstance(_parsed(attrs.get(name)), dict)]:
+        wrong = f"attribute {other[0]} is not a JSON object"
+    elif other := [name for name in ("cases", "tags") if not _is_texts(_parsed(attrs.get(name)))]:
+        wrong = f"attribute {other[0]} is not a JSON list of texts"
+    if wrong:
+        msg = f"{path}: /: {wrong}"
+        raise FormatError(msg)
+    try:
+        parameters_of(attrs)
+    except (*DAMAGE, AttributeError) as error:
+        msg = f"{path}: /: attribute parameters is not a JSON object of values ({error})"
+        raise FormatError(msg) from error
+    return attrs
+
+
+def _parsed(text: Any) -> Any:
+    try:
+        return json.loads(text)
+    except (TypeError, ValueError, RecursionError):
+        return None
+
+
+def _is_texts(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(text, str) for text in value)
+
+
+def _placed(group: str, where: str) -> str:
+    """Return the HDF5 path of a place in the outline of a group, ``/variables/fixed/kind``, and its property."""
+    parts, path = where.strip("/").split("/"), group.rstrip("/")
+    if len(parts) > 1 and parts[0] in ("variables", "groups"):
+        path, parts = f"{path}/{parts[1]}", parts[2:]
+    elif len(parts) > 1 and parts[0] == "attrs":
+        parts = [f"attribute {parts[1]}"]
+    return ": ".join([path or "/", *filter(None, parts)])
+
+
+def open_analysis(path: str | Path, *, verify: bool = True) -> Analysis:
+    """Read an analysis: the model and its cases. A history is read when it is first used.
+
+    Parameters
+    ----------
+    path
+        A file that :class:`blockstruct.AnalysisManager` or :func:`blockstruct.save_analysis` wrote.
+    verify
+        Whether a file whose seal does not match its bytes is refused. Without, it is opened with a warning: this is
+        for a file that was changed on purpose. On damaged bytes it may take for ever.
+
+    Raises
+    ------
+    StorageError
+        If the file is missing or cannot be read.
+    FormatError
+        If the file is not a blockstruct analysis, was changed, comes from a newer major version, or violates its
+        schema.
+
+    Warns
+    -----
+    UnverifiedWarning
+        If the seal of the file does not match.
+    FormatWarning
+        If the file was written before files were valid netCDF-4.
+    """
+    file = AnalysisFile(path, verify=verify)
+    analysis = read_analysis(file)
+    if file.repeats_dimensions():
+        remedy = "bs.save_analysis(bs.open_analysis(path), path), or 'blockstruct migrate FILE'"
+        msg = f"{path}: netCDF's own library reads this file short; write it anew: {remedy}"
+        warnings.warn(msg, FormatWarning, stacklevel=2)
+    return analysis
+
+
+def check_file(path: str | Path) -> dict[str, Any]:
+    """Check all of a file, its histories included, and return its root attributes.
+
+    Raises
+    ------
+    StorageError
+        If the file is missing or cannot be read.
+    FormatError
+        If the file is not a valid analysis; every violation is listed with its HDF5 path.
+    """
+    file = AnalysisFile(path)
+    found = file.root_findings()
+    model, wrong = file.group("/model", "model")
+    found += wrong if model is None else index_findings("/model", model)
+    for place in file.cases.values():
+        has_curve = place in file.curves
+        case, wrong = file.group(place, "case")
+        history, wrong_too = file.group(f"{place}/history", "history")
+        found += [*wrong, *wrong_too]
+        if case is not None and history is not None:
+            found += case_findings(place, case, history["load_factor"].to_numpy(), has_curve=has_curve)
+            found += bound_findings(place, case, history)
+        if history is not None and model is not None:
+            found += history_findings(f"{place}/history", history, model)
+        if has_curve:
+            curve, wrong = file.group(file.curves[place], "capacity")
+            found += wrong
+            if curve is not None and model is not None:
+                found += capacity_findings(file.curves[place], curve, model)
+    if model is not None and not found:
+        found += model_findings("/model", model, read_analysis(file).model)
+    if found:
+        raise violated(file.path, found)
+    return file.attrs
+
+
+def read_analysis(file: AnalysisFile, blank: Blank | None = None) -> Analysis:
+    """Return the analysis of a file; for a plan, a function makes the histories that it leaves out."""
+    found = file.root_findings()
+    groups: dict[str, xr.Dataset] = {"/": xr.Dataset(attrs=file.attrs)}
+    places = {"/model": "model", **dict.fromkeys(file.cases.values(), "case")}
+    places |= dict.fromkeys(file.curves.values(), "capacity")
+    is_old = file.major < major(FORMAT_VERSION)
+    if is_old:
+        places |= {f"{place}/history": "history" for place in file.cases.values()}
+    for place, part in places.items():
+        ds, wrong = file.group(place, part)
+        found += wrong
+        if ds is not None:
+            groups[place] = ds
+    if found:
+        raise violated(file.path, found)
+    if not is_old:
+        return _analysis(file, groups, blank)
+    with _damage_at(file, "/"):
+        return _analysis(file, dict(migrated(groups, file.major, major(FORMAT_VERSION))), blank)
+
+
+@contextlib.contextmanager
+def _damage_at(file: AnalysisFile, place: str) -> Iterator[None]:
+    """Name the file and a place in errors of constructors."""
+    try:
+        with np.errstate(all="ignore"):  # Numbers that overflow end in an error of a constructor.
+            yield
+    except DAMAGE as error:
+        msg = f"{file.path}: {place}: {error}"
+        raise FormatError(msg) from error
+
+
+def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank | None) -> Analysis:
+    root, held = groups["/"].attrs, groups["/model"]
+    found = list(index_findings("/model", held))
+    for place in file.cases.values():
+        if (curve := groups.get(f"{place}/capacity")) is not None:
+            found += capacity_findings(f"{place}/capacity", curve, held)
+        if blank is None or int(groups[place]["n_iterations"]):
+            history = groups.get(f"{place}/history")
+            load_factors = file.load_factors(place) if history is None else history["load_factor"].to_numpy()
+            found += case_findings(place, groups[place], load_factors, has_curve=place in file.curves)
+    if found:
+        raise violated(file.path, found)
+    with _damage_at(file, "/model"):
+        model, patterns = read_model(held), read_patterns(held)
+    if model.hash != root["model_hash"]:
+        msg = f"{file.path}: /model: its content does not match model_hash; the file was changed, use the original"
+        raise FormatError(msg)
+    results = {}
+    for name, place in file.cases.items():
+        with _damage_at(file, place):
+            results[name] = _result(file, groups, place, patterns, model, blank)
+            found += reaction_findings(place, groups[place], results[name])
+    if found:
+        raise violated(file.path, found)
+    return Analysis(
+        model,
+        results,
+        root["created_at"],
+        json.loads(root["versions"]),
+        solver_options=json.loads(root["solver_options"]),
+        document_hash=root["document_hash"],
+        tags=json.loads(root["tags"]),
+        parameters=parameters_of(root),
+        study=root.get("study", ""),
+    )
+
+
+def _result(
+    file: AnalysisFile,
+    groups: Mapping[str, xr.Dataset],
+    place: str,
+    patterns: Mapping[str, LoadPattern],
+    model: Model,
+    blank: Blank | None,
+) -> CaseResult:
+    n, names = int(groups[place]["n_iterations"]), groups["/model"][["block", "interface"]]
+
+    def result(history: xr.Dataset | LazyHistory) -> CaseResult:
+        versions = json.loads(file.attrs["versions"])
+        return read_result(groups[place], history, model, patterns, versions, groups.get(f"{place}/capacity"))
+
+    if f"{place}/history" in groups:
+        return result(groups[f"{place}/history"])
+    if n == 0 and blank is not None:
+        return result(LazyHistory(0, partial(blank, model, result(LazyHistory(0, xr.Dataset)))))
+    return result(LazyHistory(n, partial(_history, file, f"{place}/history", names)))
+
+
+def _history(file: AnalysisFile, place: str, names: xr.Dataset) -> xr.Dataset:
+    history, found = file.group(place, "history")
+    if history is not None:
+        found = list(history_findings(place, history, names))
+        if not found:
+            return history
+    raise violated(file.path, found)
+
+
+def sealed_image(analysis: Analysis, path: Path, *, is_plan: bool = False) -> tuple[memoryview, bytes]:
+    """Return the bytes of the file of an analysis, and their seal; a plan leaves histories without iterations out.
+
+    Raises
+    ------
+    FormatError
+        If results violate the schema or contradict each other.
+    """
+    model = model_dataset(analysis.model, patterns(analysis.cases))
+    tree = {"/": _root(analysis), "/model": _described(model, "model")}
+    found = [*_violations("/", tree["/"], "", ("model", "cases")), *_violations("/model", model, "model")]
+    found += index_findings("/model", model)
+    for name, result in analysis.items():
+        place, curve = f"/cases/{group_name(name)}", result.capacity
+        case = case_dataset(result, analysis.versions)
+        tree |= {place: _described(case, "case"), f"{place}/history": xr.Dataset()}
+        found += _violations(place, case, "case", ("history",) if curve is None else ("history", "capacity"))
+        if curve is not None:
+            tree[f"{place}/capacity"] = curve
+            found += _violations(f"{place}/capacity", curve, "capacity")
+            found += capacity_findings(f"{place}/capacity", curve, model)
+        if result.n_iterations or not is_plan:
+            tree[f"{place}/history"] = history = result.history
+            if wrong := _violations(f"{place}/history", history, "history"):
+                found += wrong
+                continue
+            found += history_findings(f"{place}/history", history, model)
+            found += case_findings(place, case, history["load_factor"].to_numpy(), has_curve=curve is not None)
+    if found:
+        raise violated(path, found)
+    image = netcdf_image(tree)
+    return image, seal_of(image)
+
+
+def patterns(cases: Iterable[Case]) -> list[LoadPattern]:
+    """Return the different load patterns of cases.
+
+    Raises
+    ------
+    ModelError
+        If two patterns of one name have different loads.
+    """
+    found: dict[str, LoadPattern] = {}
+    for case in cases:
+        for pattern in case.patterns:
+            if found.setdefault(pattern.name, pattern) != pattern:
+                msg = f"load pattern {pattern.name!r}: two patterns of this name have different loads; rename one"
+                raise ModelError(msg)
+    return list(found.values())
+
+
+@cache
+def _descriptions(part: str) -> dict[str, str]:
+    variables = json.loads(schema_text(SCHEMA))["$defs"][part]["properties"]["variables"]["properties"]
+    return {name: variable["description"] for name, variable in variables.items()}
+
+
+def _described(ds: xr.Dataset, part: str) -> xr.Dataset:
+    """Return a Dataset whose variables have the descriptions of the schema as ``long_name``."""
+    described = ds.copy()
+    for name, description in _descriptions(part).items():
+        if name in described.variables:
+            described[name].attrs.setdefault("long_name", description)
+    return described
+
+
+def _violations(place: str, ds: xr.Dataset, part: str, groups: Iterable[str] = ()) -> list[Finding]:
+    return [(_placed(place, where), what) for where, what in violations(outline_of(ds, groups), SCHEMA, part)]
+
+
+def _root(analysis: Analysis) -> xr.Dataset:
+    attrs = {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "created_at": analysis.created_at,
+        "versions": json.dumps(dict(analysis.versions), sort_keys=True),
+        "model_hash": analysis.model.hash,
+        "status": analysis.status,
+        "cases": json.dumps(list(analysis)),
+        "solver_options": json.dumps(dict(analysis.solver_options), sort_keys=True),
+        "document_hash": analysis.document_hash,
+        "tags": json.dumps(list(analysis.tags)),
+        "parameters": json.dumps({name: stored_value(value) for name, value in analysis.parameters.items()}),
+        "study": analysis.study,
+    }
+    schema = json.dumps(json.loads(schema_text(SCHEMA)), separators=(",", ":"))
+    return xr.Dataset({"schema": ((), schema)}, attrs=attrs)

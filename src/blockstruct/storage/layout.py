@@ -1,0 +1,736 @@
+"""The layout of a file: the model and the results of cases as Datasets, back, and what contradicts in them."""
+
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from blockstruct.errors import FormatError
+from blockstruct.geometry import polyhedron, unsupported
+from blockstruct.limit import FictitiousSchedule, Numerics, Outcome
+from blockstruct.model import (
+    JOINT_PROPERTIES,
+    LOAD_KINDS,
+    TIE_KINDS,
+    TIE_QUANTITIES,
+    AnyTie,
+    Block,
+    Case,
+    DetectionReport,
+    DetectionTolerances,
+    FoundContact,
+    Interface,
+    JointMaterial,
+    LimitCase,
+    Load,
+    LoadPattern,
+    Material,
+    Model,
+    Point,
+    Pushover,
+    SettlementCase,
+    given_quantities,
+    kind_of,
+    tie_kind_of,
+)
+from blockstruct.results import CERTIFICATE_MEASURES, CaseResult, LazyHistory
+from blockstruct.units import SI_UNITS, to_quantity
+from blockstruct.vocabulary import (
+    AXES,
+    COMPONENTS,
+    Flow,
+    JointOrientation,
+    PathEnd,
+    Procedure,
+    Reason,
+    SolverStatus,
+    Stage,
+    Status,
+    Torsion,
+)
+
+#: Every vector of a load, and every number, with its dimension.
+_VECTORS = {name: dimension for kind in LOAD_KINDS.values() for name, dimension in kind.vectors.items()}
+_NUMBERS = {name: "dimensionless" for kind in LOAD_KINDS.values() for name in kind.plain} | {
+    name: dimension for kind in LOAD_KINDS.values() for name, dimension in kind.quantities.items()
+}
+#: Variables of loads that every file has, whatever its loads.
+_ALWAYS = ("direction", "point", "force", "traction", "moment", "share")
+#: Field of the tolerances of a detection, its variable and its dimension.
+_TOLERANCES = {
+    "gap": ("gap_tolerance", "length"),
+    "angle": ("angle_tolerance", "angle"),
+    "area": ("area_tolerance", "area"),
+    "close": ("close_distance", "length"),
+}
+_MEASURES = {"gap": "length", "angle": "angle", "area": "area"}
+#: Pairs of blocks: field of the report, its dimension in the file, what is measured.
+_PAIRS = (("overlaps", "overlap", "depth"), ("close", "close_pair", "distance"))
+#: Numbers of an outcome that are stored if finite, and texts of a result that are stored if not empty.
+_FACTS = ("peak", "carried", "load_ratio", "without_crushing")
+_TEXTS = ("schedule", "of_case", "damage", "curve_ended")
+#: Members of the attribute of a settlement.
+_MOTION = ("supports", "direction", "about")
+#: Relative rounding of reactions and of sizes of the model.
+_SAME = 1e-9
+#: Rounding of a length, relative to its coordinates.
+_ROUNDING = 1e-12
+#: A place in a file and what is wrong there.
+Finding = tuple[str, str]
+
+#: Index variables and the dimension each must stay within; −1 means none where it is allowed.
+_INDICES = {
+    "material_of_block": ("material", 0),
+    "block_of_vertex": ("block", 0),
+    "block_of_face": ("block", 0),
+    "face_of_face_corner": ("face", 0),
+    "vertex_of_face_corner": ("vertex", 0),
+    "minus_block": ("block", 0),
+    "plus_block": ("block", 0),
+    "joint_material_of_interface": ("joint_material", 0),
+    "interface_of_contact_point": ("interface", 0),
+    "interface_of_interface_corner": ("interface", 0),
+    "pattern_of_load": ("load_pattern", 0),
+    "block_of_load": ("block", -1),
+    "block_of_tie": ("block", -1),
+    "tie_of_model": ("tie", 0),
+    "step_of_contact": ("step", 0),
+    "minus_of_contact": ("block", 0),
+    "plus_of_contact": ("block", 0),
+    "interface_of_contact": ("interface", -1),
+    "first_of_overlap": ("block", 0),
+    "second_of_overlap": ("block", 0),
+    "first_of_close_pair": ("block", 0),
+    "second_of_close_pair": ("block", 0),
+    "block_of_nonplanar_face": ("block", 0),
+}
+_ASCENDING = (
+    "block_of_vertex",
+    "block_of_face",
+    "face_of_face_corner",
+    "interface_of_contact_point",
+    "interface_of_interface_corner",
+    "tie_of_model",
+    "step_of_contact",
+)
+#: Labels of dimensions, and their values.
+_LABELS = {"axis": AXES, "component": COMPONENTS}
+#: Variables of a curve that are 0 or 1, and those that count.
+_FLAGS = ("holds", "dropped", "drops_next", "divided")
+_COUNTS = ("body", "contact_points", "programs", "solver_iterations", "body_failures", "body_waits")
+#: Tolerances and measures of a detection that are never negative; a gap may be a penetration.
+_NOT_NEGATIVE = (
+    *("gap_tolerance", "angle_tolerance", "area_tolerance", "close_distance"),
+    *("angle_of_contact", "area_of_contact", "depth_of_overlap", "distance_of_close_pair"),
+    "deviation_of_nonplanar_face",
+)
+#: Texts of iterations, and their values.
+_WORDS = {"stage": Stage, "solver_status": SolverStatus}
+#: All groups of a file, by their path.
+Groups = Mapping[str, xr.Dataset]
+#: Reason of a case of version 1, which kept it as a sentence, by its status.
+_REASONS = {
+    Status.CONVERGED: Reason.CERTIFIED,
+    Status.UNSTABLE: Reason.DEAD_LOAD_NOT_CARRIED,
+    Status.SELF_STRESS: Reason.DEAD_LOAD_COLLAPSES,
+    Status.UNBOUNDED: Reason.NEVER_COLLAPSES,
+    Status.NOT_CONVERGED: Reason.NO_CERTIFICATE,
+    Status.INTERRUPTED: Reason.INTERRUPTED,
+}
+
+
+def _integers(values: Any) -> np.ndarray:
+    return np.asarray(list(values), dtype=np.int64)
+
+
+def _texts(values: Any) -> np.ndarray:
+    return np.array(list(values), dtype=object)
+
+
+def _si(dims: Any, values: Any, dimension: str = "dimensionless") -> tuple[Any, Any, dict[str, str]]:
+    """Return a variable of numbers with its coherent SI unit."""
+    return dims, values, {"units": SI_UNITS[dimension]}
+
+
+def model_dataset(model: Model, patterns: list[LoadPattern]) -> xr.Dataset:
+    """Return a model and its load patterns as a Dataset, ragged data flat."""
+    materials, joints = list(model.materials.values()), list(model.joint_materials.values())
+    blocks, interfaces = model.blocks, model.interfaces
+    index = {b.name: i for i, b in enumerate(blocks)}
+    n_vertices = [len(b.shape.vertices) for b in blocks]
+    first_vertex = np.cumsum([0, *n_vertices[:-1]])
+    faces = [(i, face) for i, b in enumerate(blocks) for face in b.shape.faces]
+    loads = [(p, load) for p, pattern in enumerate(patterns) for load in pattern.loads]
+    of_material, of_joint = ([m.name for m in some].index for some in (materials, joints))
+    corners = [len(i.polygon) for i in interfaces]
+    variables: dict[str, Any] = {
+        "unit_weight": _si("material", [m.unit_weight for m in materials], "force/volume"),
+        "material_of_block": ("block", _integers(of_material(b.material.name) for b in blocks)),
+        "fixed": _si("block", np.array([b.fixed for b in blocks], dtype=np.int8)),
+        "volume": _si("block", [b.volume for b in blocks], "volume"),
+        "centroid": _si(("block", "axis"), [b.centroid for b in blocks], "length"),
+        "vertex_position": _si(("vertex", "axis"), np.concatenate([b.shape.vertices for b in blocks]), "length"),
+        "block_of_vertex": ("vertex", np.repeat(np.arange(len(blocks)), n_vertices)),
+        "block_of_face": ("face", _integers(i for i, _ in faces)),
+        "face_of_face_corner": ("face_corner", np.repeat(np.arange(len(faces)), [len(f) for _, f in faces])),
+        "vertex_of_face_corner": ("face_corner", np.concatenate([first_vertex[i] + _integers(f) for i, f in faces])),
+        "minus_block": ("interface", _integers(index[i.minus] for i in interfaces)),
+        "plus_block": ("interface", _integers(index[i.plus] for i in interfaces)),
+        "joint_material_of_interface": ("interface", _integers(of_joint(i.joint_material.name) for i in interfaces)),
+        "area": _si("interface", [i.area for i in interfaces], "area"),
+        "interface_corner_position": _si(
+            ("interface_corner", "axis"), np.concatenate([i.polygon for i in interfaces]), "length"
+        ),
+        "interface_of_interface_corner": ("interface_corner", np.repeat(np.arange(len(interfaces)), corners)),
+        "pattern_of_load": ("load", _integers(p for p, _ in loads)),
+        "kind_of_load": ("load", _texts(kind_of(load) for _, load in loads)),
+        "block_of_load": ("load", _integers(index.get(getattr(load, "block", None) or "", -1) for _, load in loads)),
+        "face_of_load": ("load", _integers(getattr(load, "face", -1) for _, load in loads)),
+    }
+    for name, joint_property in JOINT_PROPERTIES.items():
+        variables[name] = _si("joint_material", [getattr(j, name) for j in joints], joint_property.dimension)
+    variables["torsion"] = ("joint_material", _texts(str(j.torsion) for j in joints))
+    for name, dimension in (_VECTORS | _NUMBERS).items():
+        found = [getattr(load, name, None) for _, load in loads]
+        if name not in _ALWAYS and all(value is None for value in found):
+            continue
+        dims, shape = (("load", "axis"), (3,)) if name in _VECTORS else (("load",), ())
+        numbers = np.array([np.full(shape, np.nan) if value is None else value for value in found], dtype=float)
+        variables[f"{name}_of_load"] = _si(dims, numbers.reshape(len(loads), *shape), dimension)
+    for dim, some in (("material", materials), ("joint_material", joints)):
+        if any(each.source for each in some):
+            variables[f"source_of_{dim}"] = (dim, _texts(each.source for each in some))
+    if model.detection is not None:
+        variables |= _detection_variables(model.detection, index, {i.name: k for k, i in enumerate(interfaces)})
+    variables |= _tie_variables(model, index)
+    coords = {
+        "axis": _texts(AXES),
+        "material": _texts(m.name for m in materials),
+        "joint_material": _texts(j.name for j in joints),
+        "block": _texts(index),
+        "interface": _texts(i.name for i in interfaces),
+        "load_pattern": _texts(p.name for p in patterns),
+    }
+    return xr.Dataset(variables, coords=coords, attrs={"name": model.name})
+
+
+def read_model(ds: xr.Dataset) -> Model:
+    """Return the model of a Dataset, built by the same constructors and checks as any other."""
+    names = {dim: [str(name) for name in ds[dim].to_numpy()] for dim in ("material", "block", "interface")}
+    weights, sources = ds["unit_weight"].to_numpy(), _sources(ds, "material")
+    materials = [
+        Material(name, to_quantity(value, "force/volume"), source=source)
+        for name, value, source in zip(names["material"], weights, sources, strict=True)
+    ]
+    joints = [_joint(ds, k) for k in range(ds.sizes["joint_material"])]
+    vertices = _parts(ds["vertex_position"].to_numpy(), ds["block_of_vertex"].to_numpy(), ds.sizes["block"])
+    first = np.searchsorted(ds["block_of_vertex"].to_numpy(), np.arange(ds.sizes["block"]))
+    corners = _parts(ds["vertex_of_face_corner"].to_numpy(), ds["face_of_face_corner"].to_numpy(), ds.sizes["face"])
+    faces: list[list[list[int]]] = [[] for _ in names["block"]]
+    for block, corner in zip(ds["block_of_face"].to_numpy(), corners, strict=True):
+        faces[block].append((corner - first[block]).tolist())
+    of_block = (ds["material_of_block"].to_numpy(), ds["fixed"].to_numpy())
+    blocks = [
+        Block(name, polyhedron(v, f, name), materials[m], bool(fixed))
+        for name, v, f, m, fixed in zip(names["block"], vertices, faces, *of_block, strict=True)
+    ]
+    owner = ds["interface_of_interface_corner"].to_numpy()
+    polygons = _parts(ds["interface_corner_position"].to_numpy(), owner, ds.sizes["interface"])
+    of_interface = (ds[name].to_numpy() for name in ("minus_block", "plus_block", "joint_material_of_interface"))
+    interfaces = [
+        Interface(name, blocks[minus].name, blocks[plus].name, to_quantity(polygon, "length"), joints[joint])
+        for name, polygon, minus, plus, joint in zip(names["interface"], polygons, *of_interface, strict=True)
+    ]
+    ties = [_tie(ds.isel(tie=k)) for k in range(ds.sizes.get("tie", 0))]
+    return Model(ds.attrs["name"], blocks, interfaces, detection=_detection(ds, names), ties=ties)
+
+
+def read_patterns(ds: xr.Dataset) -> dict[str, LoadPattern]:
+    """Return the load patterns of a Dataset by name."""
+    names = [str(name) for name in ds["load_pattern"].to_numpy()]
+    loads: list[list[Load]] = [[] for _ in names]
+    for k, pattern in enumerate(ds["pattern_of_load"].to_numpy()):
+        loads[pattern].append(_load(ds, k))
+    return {name: LoadPattern(name, items) for name, items in zip(names, loads, strict=True)}
+
+
+def _joint(ds: xr.Dataset, k: int) -> JointMaterial:
+    values = {name: float(ds[name].to_numpy()[k]) for name in JOINT_PROPERTIES}
+    # Files of the first version know the torsion of corners alone.
+    torsion = str(ds["torsion"].to_numpy()[k]) if "torsion" in ds else Torsion.CORNERS
+    name, source = str(ds["joint_material"].to_numpy()[k]), _sources(ds, "joint_material")[k]
+    return JointMaterial.from_si(name, values, torsion, source)
+
+
+def _sources(ds: xr.Dataset, dim: str) -> list[str]:
+    name = f"source_of_{dim}"
+    return [str(text) for text in ds[name].to_numpy()] if name in ds else [""] * ds.sizes[dim]
+
+
+def _load(ds: xr.Dataset, k: int) -> Load:
+    kind = LOAD_KINDS[str(ds["kind_of_load"].to_numpy()[k])]
+    block = int(ds["block_of_load"].to_numpy()[k])
+    named: dict[str, Any] = {
+        "block": str(ds["block"].to_numpy()[block]) if block >= 0 else None,
+        "face": int(ds["face_of_load"].to_numpy()[k]),
+    }
+    arguments = {name: named[name] for name in kind.named}
+    for name, dimension in {**kind.vectors, **kind.quantities}.items():
+        stored = ds[f"{name}_of_load"].to_numpy()[k] if f"{name}_of_load" in ds else np.nan
+        arguments[name] = None if name in kind.absent and np.isnan(stored).all() else to_quantity(stored, dimension)
+    for name, default in kind.plain.items():
+        arguments[name] = type(default)(ds[f"{name}_of_load"].to_numpy()[k])
+    return kind.type(**arguments)
+
+
+def _parts(values: np.ndarray, owner: np.ndarray, n: int) -> list[np.ndarray]:
+    """Return the values of each of n owners, which are in ascending order."""
+    return np.split(values, np.searchsorted(owner, np.arange(1, n)))
+
+
+def _detection_variables(
+    report: DetectionReport, block: Mapping[str, int], interface: Mapping[str, int]
+) -> dict[str, Any]:
+    """Return the variables of a detection report, for blocks and interfaces by their index."""
+    contacts, faces = report.contacts, report.nonplanar_faces
+    variables: dict[str, Any] = {
+        name: _si((), getattr(report.tolerances, field), dimension) for field, (name, dimension) in _TOLERANCES.items()
+    }
+    variables |= {
+        "minus_of_contact": ("contact", _integers(block[c.minus] for c in contacts)),
+        "plus_of_contact": ("contact", _integers(block[c.plus] for c in contacts)),
+        "interface_of_contact": ("contact", _integers(interface[c.interface] if c.interface else -1 for c in contacts)),
+        "reason_of_contact": ("contact", _texts(c.reason for c in contacts)),
+        "orientation_of_contact": ("contact", _texts(c.orientation.value for c in contacts)),
+        "near_miss_of_contact": _si("contact", _integers(c.near_miss for c in contacts)),
+    }
+    for name, dimension in _MEASURES.items():
+        variables[f"{name}_of_contact"] = _si("contact", _floats(getattr(c, name) for c in contacts), dimension)
+    for field, dim, measure in _PAIRS:
+        found = getattr(report, field)
+        variables[f"first_of_{dim}"] = (dim, _integers(block[first] for first, _, _ in found))
+        variables[f"second_of_{dim}"] = (dim, _integers(block[second] for _, second, _ in found))
+        variables[f"{measure}_of_{dim}"] = _si(dim, _floats(value for _, _, value in found), "length")
+    variables |= {
+        "block_of_nonplanar_face": ("nonplanar_face", _integers(block[name] for name, _, _ in faces)),
+        "face_of_nonplanar_face": ("nonplanar_face", _integers(face for _, face, _ in faces)),
+        "deviation_of_nonplanar_face": _si("nonplanar_face", _floats(off for _, _, off in faces), "length"),
+    }
+    for name in ("floating", "untouched"):
+        variables[name] = _si("block", np.isin([*block], getattr(report, name)).astype(np.int8))
+    return variables
+
+
+def _floats(values: Any) -> np.ndarray:
+    return np.array(list(values), dtype=float)
+
+
+def _detection(ds: xr.Dataset, names: Mapping[str, Sequence[str]]) -> DetectionReport | None:
+    """Return the detection report of a model's Dataset; None without one."""
+    if "gap_tolerance" not in ds:
+        return None
+    block = names["block"]
+    # The last entry, of index −1, is that of a contact left out.
+    interface = [*names["interface"], ""]
+
+    def values(*columns: str) -> Any:
+        return zip(*(ds[name].to_numpy().tolist() for name in columns), strict=True)
+
+    pairs = {
+        field: tuple(
+            (block[i], block[j], value)
+            for i, j, value in values(f"first_of_{dim}", f"second_of_{dim}", f"{measure}_of_{dim}")
+        )
+        for field, dim, measure in _PAIRS
+    }
+    columns = ("minus", "plus", "interface", "reason", *_MEASURES, "orientation", "near_miss")
+    faces = values(*(f"{name}_of_nonplanar_face" for name in ("block", "face", "deviation")))
+    return DetectionReport(
+        DetectionTolerances(**{field: float(ds[name]) for field, (name, _) in _TOLERANCES.items()}),
+        tuple(
+            FoundContact(block[i], block[j], interface[k], reason, gap, angle, area, JointOrientation(lie), bool(near))
+            for i, j, k, reason, gap, angle, area, lie, near in values(*(f"{name}_of_contact" for name in columns))
+        ),
+        nonplanar_faces=tuple((block[i], face, off) for i, face, off in faces),
+        floating=tuple(name for name, flag in zip(block, ds["floating"].to_numpy(), strict=True) if flag),
+        untouched=tuple(name for name, flag in zip(block, ds["untouched"].to_numpy(), strict=True) if flag),
+        **pairs,
+    )
+
+
+def _tie_variables(model: Model, index: Mapping[str, int]) -> dict[str, Any]:
+    """Return the variables of the ties of a model; none without ties."""
+    ties = model.ties
+    if not ties:
+        return {}
+    ends: list[Any] = [
+        (t.start, t.end) if TIE_KINDS[tie_kind_of(t)].anchored else (("", t.start), ("", t.end)) for t in ties
+    ]
+    blocks = [[index.get(block, -1) for block, _ in both] for both in ends]
+    points = np.array([[point for _, point in both] for both in ends], dtype=float)
+    values = [given_quantities(tie) for tie in ties]
+    return {
+        "tie": ("tie", _texts(tie.name for tie in ties)),
+        "kind_of_tie": ("tie", _texts(tie_kind_of(tie) for tie in ties)),
+        "block_of_tie": (("tie", "tie_end"), np.array(blocks, dtype=np.int64)),
+        "end_of_tie": _si(("tie", "tie_end", "axis"), points, "length"),
+        **{
+            f"{name}_of_tie": _si("tie", [own.get(name, np.nan) for own in values], dimension)
+            for name, dimension in TIE_QUANTITIES.items()
+        },
+    }
+
+
+def _tie(one: xr.Dataset) -> AnyTie:
+    kind = TIE_KINDS[str(one["kind_of_tie"].item())]
+    points = [to_quantity(point, "length") for point in one["end_of_tie"].to_numpy()]
+    blocks = [str(one["block"].to_numpy()[b]) if b >= 0 else "" for b in one["block_of_tie"].to_numpy()]
+    start, end = zip(blocks, points, strict=True) if kind.anchored else points
+    given = {name: float(one[f"{name}_of_tie"]) for name in kind.quantities}
+    quantities = {n: to_quantity(v, TIE_QUANTITIES[n]) for n, v in given.items() if not np.isnan(v)}
+    return kind.type(str(one["tie"].item()), start, end, **quantities)
+
+
+def group_name(name: str) -> str:
+    """Return the group name of a case, with characters escaped that HDF5 cannot hold in a name."""
+    escaped = name.replace("%", "%25").replace("/", "%2F")
+    return escaped.replace(".", "%2E") if escaped in (".", "..") else escaped
+
+
+def case_dataset(result: CaseResult, versions: Mapping[str, str]) -> xr.Dataset:
+    """Return the scalars of a result as variables and its texts as attributes."""
+    variables: dict[str, Any] = {
+        "load_factor": _si((), result.load_factor),
+        "n_iterations": _si((), result.n_iterations),
+        "duration": _si((), result.duration, "time"),
+        "settled": _si((), int(result.settled)),
+    }
+    outcome = result.outcome
+    if outcome.drift is not None:
+        variables |= {f"drift_{end}": _si((), v) for end, v in zip(("low", "high"), outcome.drift, strict=True)}
+    variables |= {name: _si((), v) for name in _FACTS if math.isfinite(v := getattr(outcome, name))}
+    if outcome.programs:
+        variables["programs"] = _si((), outcome.programs)
+    if result.n_iterations:
+        variables["associative_load_factor"] = _si((), result.associative_load_factor)
+    if result.certificate is not None:
+        for name, value in result.certificate.measures.items():
+            variables[name] = _si((), int(value) if isinstance(value, bool) else value)
+    if isinstance(result.case, SettlementCase):
+        variables["reaction"] = _si((), float(result.reaction.magnitude), result.answer.dimension)
+    attrs = {
+        "name": result.name,
+        "status": result.status.value,
+        "reason": outcome.reason.value,
+        "procedure": outcome.procedure.value if outcome.procedure else "",
+        "flow": result.case.flow.value,
+        "dead": result.case.dead.name,
+        "variable": result.case.patterns[-1].name if isinstance(result.case, LimitCase) else "",
+        "settings": json.dumps(asdict(result.settings)),
+        "started_at": result.started_at,
+    }
+    if outcome.path_end:
+        attrs["path_end"] = outcome.path_end.value
+    attrs |= {name: json.dumps(v) for name in ("hung", "jammed") if (v := getattr(result, name))}
+    attrs |= {name: text for name in _TEXTS if (text := getattr(result, name))}
+    made_by = [dict(each) for each in result.versions]
+    if result.n_iterations and made_by not in ([], [dict(versions)]):
+        attrs["versions"] = json.dumps(made_by, sort_keys=True)
+    if isinstance(result.case, Pushover):
+        attrs["pushover"] = json.dumps(
+            {name: getattr(result.case, name) for name in ("control", "control_point", "steps", "corner_rounding")}
+        )
+    if isinstance(result.case, SettlementCase):
+        attrs["settlement"] = json.dumps({name: getattr(result.case, name) for name in _MOTION})
+    return xr.Dataset(variables, attrs=attrs)
+
+
+def read_result(
+    ds: xr.Dataset,
+    history: xr.Dataset | LazyHistory,
+    model: Model,
+    patterns: Mapping[str, LoadPattern],
+    versions: Mapping[str, str],
+    capacity: xr.Dataset | None = None,
+) -> CaseResult:
+    """Return the result of a Dataset; its versions are those of the file unless it names its own."""
+    a = ds.attrs
+    return CaseResult.restored(
+        model=model,
+        case=_case(ds.attrs, patterns),
+        settings=json.loads(a["settings"]),
+        outcome=_outcome(ds, model),
+        certificate={name: ds[name].item() for name in CERTIFICATE_MEASURES if name in ds},
+        **{name: a[name] for name in _TEXTS if name in a},
+        history=history,
+        started_at=a["started_at"],
+        duration=float(ds["duration"]),
+        capacity=capacity,
+        versions=versions_of(a, versions) if int(ds["n_iterations"]) else (),
+    )
+
+
+def _outcome(ds: xr.Dataset, model: Model) -> Outcome:
+    a, free = ds.attrs, [block.name for block in model.blocks if not block.fixed]
+    facts: dict[str, Any] = {name: float(ds[name]) for name in _FACTS if name in ds}
+    for name in ("hung", "jammed"):
+        facts[name] = tuple(free.index(block) for block in json.loads(a.get(name, "[]")))
+    return Outcome(
+        Status(a["status"]),
+        float(ds["load_factor"]),
+        Reason(a["reason"]),
+        procedure=Procedure(a["procedure"]) if a["procedure"] else None,
+        settled=bool(ds["settled"]),
+        drift=(float(ds["drift_low"]), float(ds["drift_high"])) if "drift_low" in ds else None,
+        path_end=PathEnd(a["path_end"]) if "path_end" in a else None,
+        programs=int(ds["programs"]) if "programs" in ds else 0,
+        **facts,
+    )
+
+
+def versions_of(attrs: Mapping[str, Any], versions: Mapping[str, str]) -> tuple[Mapping[str, str], ...]:
+    """Return the versions that made the numbers of a case: its own, or those of its file.
+
+    Raises
+    ------
+    FormatError
+        If the attribute holds anything else.
+    """
+    found = json.loads(attrs.get("versions", json.dumps([versions])))
+    if not isinstance(found, list) or not found or not all(isinstance(each, dict) for each in found):
+        msg = "attribute versions is not a JSON list of objects"
+        raise FormatError(msg)
+    return tuple(found)
+
+
+def _case(attrs: Mapping[str, Any], patterns: Mapping[str, LoadPattern]) -> Case:
+    dead, flow = patterns[attrs["dead"]], attrs["flow"]
+    if "pushover" in attrs:
+        own = json.loads(attrs["pushover"])
+        point = None if own["control_point"] is None else Point(*map(float, own["control_point"]))
+        rounding = to_quantity(own.get("corner_rounding", 0.0), "length")
+        more = {"control": own["control"], "control_point": point, "steps": own["steps"], "corner_rounding": rounding}
+        return Pushover(attrs["name"], dead, patterns[attrs["variable"]], flow, **more)
+    if "settlement" not in attrs:
+        return LimitCase(attrs["name"], dead, patterns[attrs["variable"]], flow)
+    motion = json.loads(attrs["settlement"])
+    about = None if motion["about"] is None else to_quantity(motion["about"], "length")
+    return SettlementCase(attrs["name"], dead, motion["supports"], motion["direction"], about=about, flow=flow)
+
+
+def index_findings(path: str, ds: xr.Dataset) -> Iterator[Finding]:
+    """Find indices out of their range or order, and wrong labels."""
+    for name, labels in _LABELS.items():
+        if name in ds.variables and tuple(ds[name].to_numpy()) != labels:
+            yield f"{path}/{name}", f"the labels are not {', '.join(labels)}"
+    for name, (dim, least) in _INDICES.items():
+        if name not in ds.variables:
+            continue
+        values = ds[name].to_numpy()
+        if values.size and (values.min() < least or values.max() >= ds.sizes[dim]):
+            yield f"{path}/{name}", f"an index is outside {least}..{ds.sizes[dim] - 1}"
+        if name in _ASCENDING and np.any(np.diff(values) < 0):
+            yield f"{path}/{name}", "the indices are not in ascending order"
+
+
+def model_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Finding]:
+    """Find stored values of a model that differ from the ones computed from the rest of the file."""
+    corners = np.concatenate([b.shape.vertices for b in model.blocks])
+    # Of coordinates far from the origin, rounding is that of their digits.
+    length = float(np.ptp(corners, axis=0).max() + _ROUNDING / _SAME * np.abs(corners).max())
+    derived = {
+        "volume": ("block", [b.volume for b in model.blocks], max(b.volume for b in model.blocks)),
+        "centroid": ("block", [b.centroid for b in model.blocks], length),
+        "area": ("interface", [i.area for i in model.interfaces], max(i.area for i in model.interfaces)),
+    }
+    if model.detection is not None:
+        joined = [(c.minus, c.plus) for c in model.detection.contacts if not c.reason]
+        ends = np.array([[model.block_index[name] for name in pair] for pair in joined], dtype=np.int64)
+        floating = np.zeros(len(model.blocks))
+        floating[unsupported(np.array([b.fixed for b in model.blocks]), ends)] = 1
+        untouched = ~np.isin(np.arange(len(model.blocks)), ends)
+        derived |= {"floating": ("block", floating, 0.0), "untouched": ("block", untouched, 0.0)}
+        yield from _detection_findings(path, ds, model)
+    for name, (dim, values, scale) in derived.items():
+        expected = np.asarray(values, dtype=float)
+        off = ~(np.abs(ds[name].to_numpy() - expected) <= _SAME * scale)
+        if off.any():
+            at = tuple(np.argwhere(off)[0])
+            who, stated = ds[dim].to_numpy()[at[0]], ds[name].to_numpy()[at]
+            yield f"{path}/{name}", f"that of {who!r} is {stated:.6g}, and {expected[at]:.6g} by the rest of the model"
+
+
+def _detection_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Finding]:
+    """Find contacts of other blocks than their interface, and negative measures."""
+    joined = {i.name: {i.minus, i.plus} for i in model.interfaces}
+    for k, contact in enumerate(model.detection.contacts if model.detection else ()):
+        if contact.interface and {contact.minus, contact.plus} != joined[contact.interface]:
+            pair = f"{contact.minus!r} and {contact.plus!r}"
+            yield f"{path}/interface_of_contact", f"that of contact {k} of {pair} is {contact.interface!r}"
+    for name in _NOT_NEGATIVE:
+        if np.any(ds[name].to_numpy() < 0):
+            yield f"{path}/{name}", "there is a negative number"
+
+
+def case_findings(path: str, case: xr.Dataset, load_factors: Any, *, has_curve: bool) -> Iterator[Finding]:
+    """Find where a result contradicts its group, its curve or the load factors of its history."""
+    if has_curve and "pushover" not in case.attrs:
+        yield path, "there is a capacity curve, but no attribute pushover: nothing tells what was pushed how"
+    if group_name(str(case.attrs["name"])) != path.rpartition("/")[2]:
+        yield path, "the attribute name is not that of the group"
+    if int(case["n_iterations"]) != len(load_factors):
+        yield path, "n_iterations is not the length of the history"
+    if case.attrs["status"] == Status.CONVERGED:
+        last = load_factors[-1] if len(load_factors) else np.nan
+        expected = last if "settlement" in case.attrs else max(last, 0.0)
+        if "without_crushing" in case:
+            expected = min(expected, float(case["without_crushing"]))
+        if "holds" not in case or not int(case["holds"]) or float(case["load_factor"]) != expected:
+            yield path, "converged, but the certificate does not hold or the load factor is not the last of the history"
+
+
+def reaction_findings(path: str, case: xr.Dataset, result: CaseResult) -> Iterator[Finding]:
+    """Find a reaction of a settlement that is not that of its load factor."""
+    if "reaction" in case:
+        stated, found = float(case["reaction"]), result.answer.factor * result.load_factor
+        if not np.isclose(stated, found, rtol=_SAME, atol=0.0, equal_nan=True):
+            unit = result.answer.unit
+            yield f"{path}/reaction", f"the reaction is {stated:.6g} {unit}, that of its load factor {found:.6g} {unit}"
+
+
+def bound_findings(path: str, case: xr.Dataset, history: xr.Dataset) -> Iterator[Finding]:
+    """Find an associative load factor that is not the last of its history."""
+    found = history["load_factor"].to_numpy()[history["stage"].to_numpy() == Stage.ASSOCIATIVE.value]
+    if "associative_load_factor" in case:
+        stated, last = float(case["associative_load_factor"]), found[-1] if len(found) else np.nan
+        if not np.array_equal(stated, last, equal_nan=True):
+            yield path, f"associative_load_factor is {stated:.6g}, that of the history {last:.6g}"
+
+
+def history_findings(path: str, history: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
+    """Find where a history contradicts itself or the model."""
+    wrong = list(index_findings(path, history))
+    yield from wrong
+    yield from _count_findings(path, history, "iteration")
+    for name, words in _WORDS.items():
+        unknown = set(history[name].to_numpy()) - set(words)
+        if unknown:
+            yield f"{path}/{name}", f"{min(unknown)!r} is none of {', '.join(words)}"
+    if not wrong:
+        of_point = history["interface"].to_numpy()[history["interface_of_contact_point"].to_numpy()]
+        if np.any(history["contact_point"].to_numpy() != of_point):
+            yield f"{path}/contact_point", "the names of contact points are not those of their interfaces"
+    for dim in ("block", "interface"):
+        if history.sizes[dim] != model.sizes[dim]:
+            yield path, f"{history.sizes[dim]} along {dim}, but /model has {model.sizes[dim]}"
+        elif np.any(history[dim].to_numpy() != model[dim].to_numpy()):
+            yield path, f"the {dim} names of the history are not those of /model"
+
+
+def _count_findings(path: str, ds: xr.Dataset, dim: str) -> Iterator[Finding]:
+    if not np.array_equal(ds[dim].to_numpy(), np.arange(ds.sizes[dim])):
+        yield f"{path}/{dim}", "the numbers are not 0, 1, …"
+
+
+def capacity_findings(path: str, capacity: xr.Dataset, model: xr.Dataset) -> Iterator[Finding]:
+    """Find where a capacity curve contradicts itself or the model."""
+    yield from _count_findings(path, capacity, "step")
+    for names, most, words in ((_FLAGS, 1, "other than 0 and 1"), (_COUNTS, np.inf, "a negative number")):
+        for name in (name for name in names if name in capacity.variables):
+            values = capacity[name].to_numpy()
+            if np.any((values < 0) | (values > most)):
+                yield f"{path}/{name}", f"there is {words}"
+    if capacity.sizes["block"] != model.sizes["block"] or np.any(
+        capacity["block"].to_numpy() != model["block"].to_numpy()
+    ):
+        yield path, "the block names of the capacity curve are not those of /model"
+    elif "tie" in capacity.variables and not np.array_equal(capacity["tie"].to_numpy(), model["tie"].to_numpy()):
+        yield path, "the names of ties of the capacity curve are not those of /model"
+    else:
+        yield from index_findings(path, capacity)
+
+
+def _from_1(groups: Groups) -> Groups:
+    """Store how a case ended as facts, and its settings in three parts."""
+    new = dict(groups)
+    for place, ds in groups.items():
+        if (at := f"{place}/history") in groups:
+            new[place], history = _case_from_1(ds, groups[at]), groups[at]
+            if ds.attrs["status"] == Status.SELF_STRESS.value and history.sizes["iteration"]:
+                stages = history["stage"].to_numpy().astype(object)
+                stages[-1] = Stage.DEAD_LOAD_COLLAPSE.value
+                new[at] = history.assign(stage=history["stage"].copy(data=stages))
+    return new
+
+
+def _case_from_1(case: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
+    attrs = {name: value for name, value in case.attrs.items() if name != "message"}
+    settings, stages = json.loads(attrs["settings"]), history["stage"].to_numpy()
+    status, associative = Status(attrs["status"]), attrs["flow"] == Flow.ASSOCIATIVE
+    converged = status is Status.CONVERGED
+    found = Procedure.ASSOCIATIVE if associative else _procedure(stages)
+    attrs |= {
+        "reason": _REASONS[status].value,
+        "procedure": found.value if converged else "",
+        "settings": json.dumps(_settings_from_1(settings)),
+    }
+    settled = converged and (associative or _has_settled(history, found, settings["load_factor_tolerance"]))
+    new = case.assign(settled=((), int(settled), {"units": "dimensionless"}))
+    new.attrs = attrs
+    return new
+
+
+def _procedure(stages: Any) -> Procedure:
+    for stage, procedure in ((Stage.SHIFTED, Procedure.SHIFTED), (Stage.LOADING_PATH, Procedure.LOADING_PATH)):
+        if (stages == stage.value).any():
+            return procedure
+    return Procedure.FICTITIOUS
+
+
+def _has_settled(history: xr.Dataset, procedure: Procedure, tolerance: float) -> bool:
+    """Return whether the last two load factors of a procedure agree; version 1 stores nothing else of it."""
+    stage = Stage.LOADING_PATH if procedure is Procedure.LOADING_PATH else Stage.NONASSOCIATIVE
+    alpha = history["load_factor"].to_numpy()
+    last = alpha[(history["stage"].to_numpy() == stage.value) & np.isfinite(alpha)][-2:]
+    return procedure is Procedure.SHIFTED or bool(len(last) == 2 and abs(last[1] - last[0]) <= tolerance * abs(last[1]))
+
+
+def _settings_from_1(settings: dict[str, Any]) -> dict[str, Any]:
+    renamed = {name.replace("cohesion", "c0"): value for name, value in settings.items()}
+    parts: dict[str, dict[str, Any]] = {
+        part: {name: renamed.pop(name) for name in kind.__dataclass_fields__ if name in renamed}
+        for part, kind in (("schedule", FictitiousSchedule), ("numerics", Numerics))
+    }
+    return renamed | parts
+
+
+#: Steps from one major version to the next, by (from, to).
+MIGRATIONS: dict[tuple[int, int], Callable[[Groups], Groups]] = {(1, 2): _from_1}
+
+
+def migrated(groups: Groups, version: int, current: int) -> Groups:
+    """Migrate the groups of a file to the current major version.
+
+    Parameters
+    ----------
+    groups
+        Of the file.
+    version, current
+        Major version of the file, and the current one, which is not older.
+
+    Raises
+    ------
+    FormatError
+        If no step leads from a version to the next.
+    """
+    for older in range(version, current):
+        step = (older, older + 1)
+        if step not in MIGRATIONS:
+            msg = f"format version {older}: no migration to {older + 1}; read it with an older blockstruct"
+            raise FormatError(msg)
+        groups = MIGRATIONS[step](groups)
+    return groups

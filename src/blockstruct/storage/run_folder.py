@@ -1,0 +1,827 @@
+"""Write a file: its name and lock, and the folder next to it that keeps the working data of a run.
+
+The folder ``NAME.partial`` holds ``lock``; ``plan``, an analysis file of every case as it was before the run, without
+the histories that are empty; ``target``, the stamps of files that the run may replace; and ``<case>.journal`` for each
+case that has begun. The plan is made last and removed first: without it the rest counts for nothing.
+"""
+
+import contextlib
+import errno
+import hashlib
+import json
+import os
+import platform
+import re
+import stat
+import sys
+import zipfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, replace
+from datetime import UTC, datetime
+from io import BytesIO
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any, NamedTuple, Self
+
+import numpy as np
+import xarray as xr
+
+from blockstruct.errors import FormatError, StorageError, shown
+from blockstruct.limit import Outcome
+from blockstruct.model import Model
+from blockstruct.results import CERTIFICATE_MEASURES, Analysis, CaseResult, capacity_of, confirm
+from blockstruct.storage.file import (
+    DAMAGE,
+    AnalysisFile,
+    Blank,
+    Snapshot,
+    Stamp,
+    folder_of,
+    named_instead,
+    read_analysis,
+    sealed_image,
+)
+from blockstruct.vocabulary import Reason, Status
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _take(stream: IO[bytes]) -> None:
+        # Far after the text: Windows lets nobody read a locked byte.
+        os.lseek(stream.fileno(), 1 << 20, os.SEEK_SET)
+        msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
+        stream.seek(0)
+else:
+    import fcntl
+
+    def _take(stream: IO[bytes]) -> None:
+        fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+SUFFIX = ".h5"
+#: Attempts to make a lock that another writer removes at the same moment.
+_ATTEMPTS = 1000
+#: Errors of a lock that somebody else holds; any other error means a file system without locks.
+_HELD = (errno.EACCES, errno.EAGAIN, errno.EWOULDBLOCK, errno.EDEADLK)
+_LINE = re.compile(rb"(blockstruct record ([a-z]{1,20}) ([0-9]{1,15}) )([0-9a-f]{64})\n")
+_LONGEST_LINE = 128
+#: Errors of reading damaged bytes.
+_DAMAGED = (ArithmeticError, EOFError, KeyError, MemoryError, OSError, RecursionError, TypeError, zipfile.BadZipFile)
+_OUTLINE = "outline of the dataset"
+
+
+def place_of(path: str | Path) -> Path:
+    """Return the absolute path of a file, with all symbolic links resolved.
+
+    Raises
+    ------
+    StorageError
+        If the text cannot be a path, or the working folder that it is relative to is gone.
+    """
+    try:
+        return Path(os.path.realpath(path))
+    except FileNotFoundError as error:
+        msg = f"{path}: the working folder has been deleted; change to another one, or give an absolute path"
+        raise StorageError(msg) from error
+    except (TypeError, ValueError, OSError) as error:
+        msg = f"{shown(path)}: is not a path ({error}); give that of a file, such as 'analysis.h5'"
+        raise StorageError(msg) from error
+
+
+def claim(path: str | Path) -> Path:
+    """Check, before any work is done, that a file can be written at a path; make its folder if it is missing.
+
+    Returns
+    -------
+    pathlib.Path
+        Absolute, with all symbolic links resolved.
+
+    Raises
+    ------
+    StorageError
+        If the name does not end in ``.h5`` or is too long, or the path holds something other than an intact analysis,
+        or is in a folder that cannot be made or written to.
+    """
+    place = place_of(path)
+    try:
+        _check_holder(place)
+        if place.suffix != SUFFIX:
+            msg = f"{path}: the name of an analysis ends in {SUFFIX}, as an Archive wants; write {path}{SUFFIX}"
+            raise StorageError(msg)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        _try_folder(place)
+    except StorageError:
+        raise
+    except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:
+            msg = f"{place}: the name is too long, with {len(folder_of(place).name)} characters; choose a shorter one"
+        else:
+            msg = f"{place}: cannot be written ({error.strerror or error}); choose a folder you can write to"
+        raise StorageError(msg) from error
+    return place
+
+
+def _check_holder(place: Path) -> None:
+    """Refuse a path whose holder must not be replaced."""
+    try:
+        mode = place.stat().st_mode
+    except FileNotFoundError:
+        return
+    if stat.S_ISDIR(mode):
+        msg = f"{place}: is a folder; give the path of a file, such as {place / 'analysis.h5'}"
+        raise StorageError(msg)
+    if not stat.S_ISREG(mode) or not Snapshot(place).sealed:
+        what = "exists and is not a blockstruct analysis, or a damaged one"
+        msg = f"{place}: {what}, so it is not replaced; choose another name"
+        raise StorageError(msg)
+
+
+def _try_folder(place: Path) -> None:
+    """Make and remove the folder of the working data, whose name is the longest of all that are needed."""
+    folder = folder_of(place)
+    try:
+        folder.mkdir()
+        folder.rmdir()
+    except OSError as error:
+        if not folder.is_dir():
+            if isinstance(error, FileExistsError):
+                raise _in_the_way(place) from error
+            raise
+        if error.errno != errno.ENOTEMPTY and not os.access(folder, os.W_OK | os.X_OK):
+            raise
+
+
+def _in_the_way(path: Path) -> StorageError:
+    folder = folder_of(path)
+    return StorageError(
+        f"{folder}: is a file, and {path.name} needs a folder of this name for the working data of its run; move that "
+        "file away, or choose another name"
+    )
+
+
+class WriterLock:
+    """The right to write a file, from construction to :meth:`release` or the end of the process, however it ends.
+
+    Parameters
+    ----------
+    path
+        The file; its folder is made if it is missing.
+
+    Raises
+    ------
+    StorageError
+        If another writer holds the file: the message says who. If the file system has no locks.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.folder = folder_of(path)
+        lock = self.folder / "lock"
+        while True:
+            self._stream = _opened(lock, path)
+            try:
+                _take(self._stream)
+            except OSError as error:
+                self._stream.seek(0)
+                holder = self._stream.read().decode(errors="replace").strip() or f"another process ({error.strerror})"
+                self._stream.close()
+                if error.errno in _HELD:
+                    msg = f"{path}: is being written by {holder}; wait until it has ended, or choose another name"
+                else:
+                    msg = (
+                        f"{path}: its file system has no locks ({error.strerror}), so two runs could write to one "
+                        "file; choose a folder on a local disk, and copy the file when it is finished"
+                    )
+                raise StorageError(msg) from error
+            with contextlib.suppress(FileNotFoundError):
+                # The last holder may have removed the file between the two lines above.
+                if os.path.samestat(os.fstat(self._stream.fileno()), lock.stat()):
+                    break
+            self._stream.close()
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        with contextlib.suppress(OSError):  # A lock on a full disk does not name its holder.
+            self._stream.truncate(0)
+            self._stream.write(f"process {os.getpid()} on {platform.node()} since {now}\n".encode())
+
+    def release(self) -> None:
+        """Let others write; remove the folder if it holds nothing but the lock."""
+        with contextlib.suppress(OSError):  # Another writer may be quicker than these lines.
+            if [file.name for file in self.folder.iterdir()] == ["lock"]:
+                (self.folder / "lock").unlink()
+                self.folder.rmdir()
+        self._stream.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.release()
+
+
+def _opened(lock: Path, path: Path) -> IO[bytes]:
+    for _ in range(_ATTEMPTS):
+        try:
+            lock.parent.mkdir(parents=True, exist_ok=True)
+            return lock.open("a+b", buffering=0)
+        except FileNotFoundError:
+            # Another writer has just removed the folder; but a link may lead nowhere, however often it is followed.
+            continue
+        except FileExistsError as error:
+            raise _in_the_way(path) from error
+        except OSError as error:
+            msg = f"{path}: cannot be written ({error.strerror}); choose a folder you can write to"
+            raise StorageError(msg) from error
+    msg = f"{lock}: cannot be made (a link that leads nowhere); remove it, or choose another name"
+    raise StorageError(msg)
+
+
+def is_unfinished(path: str | Path) -> bool:
+    """Return whether a run that writes to a path is under way, or was killed.
+
+    Raises
+    ------
+    StorageError
+        If the folder cannot be looked into.
+    """
+    plan = folder_of(place_of(path)) / "plan"
+    try:
+        return plan.is_file()
+    except OSError as error:
+        msg = f"{plan.parent}: cannot be looked into ({error.strerror}); ask its owner for the right to read it"
+        raise StorageError(msg) from error
+
+
+def planned_analysis(path: str | Path) -> Analysis:
+    """Return model, cases and study of a run that is under way or was killed, without histories."""
+    return read_analysis(AnalysisFile(folder_of(place_of(path)) / "plan"), lambda *_: xr.Dataset())
+
+
+def tidy(path: str | Path) -> None:
+    """Remove the rest of working data that a killed run was removing, if nobody writes."""
+    place = place_of(path)
+    with contextlib.suppress(StorageError, OSError):
+        if folder_of(place).is_dir() and not is_unfinished(place):
+            with WriterLock(place):
+                clear(folder_of(place))
+
+
+def clear(folder: Path) -> None:
+    """Remove working data, the plan first."""
+    try:
+        (folder / "plan").unlink(missing_ok=True)
+        for file in folder.iterdir():
+            if file.name != "lock":
+                file.unlink()
+    except OSError as error:
+        msg = f"{folder}: cannot be emptied ({error.strerror}); delete it"
+        raise StorageError(msg) from error
+
+
+def _refuse_killed(place: Path) -> None:
+    """Refuse a path for which a killed run has iterations, which would be lost or mixed up with others."""
+    folder = folder_of(place)
+    if is_unfinished(place) and any(folder.glob("*.journal")):
+        msg = (
+            f"{place}: {folder} holds the iterations of a run that was killed; go on with it by AnalysisManager.resume "
+            "(blockstruct resume), keep what it found by recover (blockstruct recover), or delete the folder"
+        )
+        raise StorageError(msg)
+
+
+def save_analysis(analysis: Analysis, path: str | Path) -> Path:
+    """Write an analysis to one file, in one step: readers see the whole new file or what was there before.
+
+    Parameters
+    ----------
+    analysis
+        Model and results.
+    path
+        Where, with a name that ends in ``.h5``; an existing analysis is replaced, any other existing file is refused.
+
+    Returns
+    -------
+    pathlib.Path
+        Absolute, with all symbolic links resolved.
+
+    Raises
+    ------
+    StorageError
+        If the path cannot be written, another process is writing it, or a killed run has iterations for it.
+    ModelError
+        If load patterns of the cases share a name but not their loads.
+    FormatError
+        If results contradict each other.
+    CertificateError
+        If results contradict their own forces and velocities: :func:`blockstruct.results.contradictions`.
+    """
+    place = claim(path)
+    confirm(analysis)
+    with WriterLock(place):
+        _refuse_killed(place)
+        clear(folder_of(place))
+        _write(sealed_image(analysis, place), place, _present(place))
+    return place
+
+
+def save_image(image: bytes, path: str | Path) -> Path:
+    """Write the bytes of an analysis file that was made elsewhere, as :func:`save_analysis` does.
+
+    Raises
+    ------
+    StorageError
+        If the path cannot be written, or another process is writing it.
+    """
+    place = claim(path)
+    with WriterLock(place):
+        clear(folder_of(place))
+        _write([image], place, _present(place))
+    return place
+
+
+def _present(place: Path) -> tuple[Stamp, ...]:
+    stamp = Stamp.at(place)
+    return () if stamp is None else (stamp,)
+
+
+def _write(
+    parts: Iterable[bytes | memoryview],
+    place: Path,
+    replaced: Sequence[Stamp],
+    announce: Callable[[Stamp], None] = lambda _: None,
+) -> None:
+    """Write a file to a claimed and locked place, and replace nothing but files of the given stamps.
+
+    A function gets the stamp of the file before it takes its name.
+    """
+    draft = folder_of(place) / "draft"
+    _write_draft(parts, draft)
+    try:
+        announce(Stamp.of(draft.stat()))
+        _put_in_place(draft, place, replaced)
+    except OSError as error:
+        if isinstance(error, StorageError):
+            raise
+        msg = f"{place}: cannot be written ({error.strerror or error}); choose another folder"
+        raise StorageError(msg) from error
+    finally:
+        with contextlib.suppress(OSError):
+            draft.unlink()
+
+
+def _write_draft(parts: Iterable[bytes | memoryview], draft: Path) -> None:
+    """Write bytes to a file that does not have its name yet, and wait until they are on the disk."""
+    try:
+        with draft.open("wb") as stream:
+            stream.writelines(parts)
+        sync(draft)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            draft.unlink()
+        moved = isinstance(error, FileNotFoundError | NotADirectoryError)
+        remedy = "its folder was moved or removed, move it back" if moved else "free some space"
+        msg = f"{draft}: cannot be written ({error.strerror or error}); {remedy} or choose another folder"
+        raise StorageError(msg) from error
+
+
+def _put_in_place(draft: Path, place: Path, replaced: Sequence[Stamp]) -> None:
+    """Give a draft its name, unless a file stands there that it does not replace."""
+    while (present := Stamp.at(place)) is None:
+        try:
+            # Unlike a rename, this fails if a file appears between the line above and this one.
+            os.link(draft, place)
+        except FileExistsError:
+            continue
+        except OSError:  # A file system without hard links.
+            break
+        draft.unlink()
+        sync(place.parent)
+        return
+    if present is not None and present not in replaced:
+        msg = f"{place}: another file has appeared at this name, and is not replaced; move it away, then try again"
+        raise StorageError(msg)
+    draft.replace(place)
+    sync(place.parent)
+
+
+def sync(path: str | Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk."""
+    if os.name == "nt" and Path(path).is_dir():
+        return  # Windows opens no folders.
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+class Record(NamedTuple):
+    """One record of a journal."""
+
+    kind: str
+    content: bytes
+
+
+class Journal:
+    """A file of records, appended one by one, each sealed together with all before it.
+
+    A record is a line, ``blockstruct record KIND LENGTH SHA-256``, and its bytes. The checksum covers the checksum
+    before, the line up to it and the bytes. A record that is changed, missing or in another place ends the reading.
+
+    Parameters
+    ----------
+    path
+        The file; it is made with the first record.
+    seed
+        Start of the chain of checksums: a journal that belongs to something else is not read.
+    """
+
+    def __init__(self, path: Path, seed: str) -> None:
+        self.path = path
+        self._digest = self._seed = hashlib.sha256(seed.encode()).hexdigest()
+        self._end = 0
+
+    @property
+    def is_begun(self) -> bool:
+        """Whether records were read or appended."""
+        return self._end > 0
+
+    def read(self, accept: Callable[[Record], None]) -> str:
+        """Hand every record, in order, to a function, whose ValueError refuses it; later ones are appended after it.
+
+        Returns
+        -------
+        str
+            The fault of the first record that is not as it was written; empty if all are.
+        """
+        self._digest, self._end = self._seed, 0
+        try:
+            with self.path.open("rb") as stream:
+                size = os.fstat(stream.fileno()).st_size
+                while self._end < size:
+                    line = _LINE.fullmatch(stream.readline(_LONGEST_LINE))
+                    length = int(line[3]) if line else 0
+                    if line is None or length > size - stream.tell():
+                        return "is incomplete or damaged"
+                    content = stream.read(length)
+                    digest = self._chained(line[1], content)
+                    if digest.encode() != line[4]:
+                        return "does not match its checksum"
+                    try:
+                        accept(Record(line[2].decode(), content))
+                    except ValueError as error:
+                        return f"cannot be read ({error})"
+                    self._digest, self._end = digest, stream.tell()
+        except FileNotFoundError:
+            return ""
+        return ""
+
+    def append(self, kind: str, content: bytes, *, wait: bool = True) -> None:
+        """Put a record after those that were read or appended; by default wait until all are on the disk."""
+        head = f"blockstruct record {kind} {len(content)} ".encode()
+        digest = self._chained(head, content)
+        with self.path.open("ab") as stream:
+            # The rest of a record that was not finished, or could not be read.
+            stream.truncate(self._end)
+            stream.write(head + digest.encode() + b"\n" + content)
+            stream.flush()
+            if wait:
+                os.fsync(stream.fileno())
+            is_named, self._end = self._end > 0, stream.tell()
+        self._digest = digest
+        if not is_named:
+            sync(self.path.parent)
+
+    def _chained(self, head: bytes, content: bytes) -> str:
+        return hashlib.sha256(self._digest.encode() + head + content).hexdigest()
+
+
+def _packed(arrays: Mapping[str, np.ndarray]) -> bytes:
+    """Return arrays as bytes in the format of NumPy, which is quick and holds no code."""
+    stream = BytesIO()
+    np.savez(stream, **{name: a.astype("U") if a.dtype.kind == "O" else a for name, a in arrays.items()})  # type: ignore[arg-type]
+    return stream.getvalue()
+
+
+def _unpacked(content: bytes) -> dict[str, np.ndarray]:
+    """Return the arrays of bytes, texts as objects; a ValueError says why they are none."""
+    try:
+        with np.load(BytesIO(content), allow_pickle=False) as stored:
+            if any(item.compress_type != zipfile.ZIP_STORED for item in stored.zip.infolist()):
+                msg = "it is compressed"
+                raise ValueError(msg)
+            arrays = {name: stored[name] for name in stored.files}
+    except _DAMAGED as error:
+        msg = f"it is not a record of arrays: {error}"
+        raise ValueError(msg) from error
+    return {name: a.astype(object) if a.dtype.kind == "U" and a.size else a for name, a in arrays.items()}
+
+
+def _packed_dataset(ds: xr.Dataset) -> bytes:
+    variables = {str(name): v for name, v in ds.variables.items()}
+    outline = {
+        "variables": {name: [[str(d) for d in v.dims], v.attrs] for name, v in variables.items()},
+        "coords": [str(name) for name in ds.coords],
+        "attrs": ds.attrs,
+    }
+    return _packed({**{name: v.to_numpy() for name, v in variables.items()}, _OUTLINE: np.array(json.dumps(outline))})
+
+
+def _unpacked_dataset(content: bytes) -> xr.Dataset:
+    """Return the Dataset of bytes; a ValueError says why they are none."""
+    arrays = _unpacked(content)
+    try:
+        outline = json.loads(str(arrays[_OUTLINE]))
+        variables = {name: (tuple(dims), arrays[name], attrs) for name, (dims, attrs) in outline["variables"].items()}
+        coords = {name: variables.pop(name) for name in outline["coords"]}
+        return xr.Dataset(variables, coords, outline["attrs"])
+    except (*_DAMAGED, AttributeError) as error:
+        msg = f"it is not a record of a history: {error}"
+        raise ValueError(msg) from error
+
+
+class Checkpoint:
+    """Working data of one run, held by one process.
+
+    The journal of a case holds its history without iterations, each iteration, each step of a pushover, and how it
+    ended; and the versions of the packages where they differ from those before. Its records are sealed with the plan:
+    a killed process leaves at most one that is half written, and none that was changed is read.
+
+    Use :meth:`begin` or :meth:`reopen`, as a context.
+    """
+
+    def __init__(self, place: Path, lock: WriterLock, planned: Analysis, seal: str, replaced: Sequence[Stamp]) -> None:
+        self.place, self.folder, self.planned = place, folder_of(place), planned
+        self._lock, self._replaced = lock, tuple(replaced)
+        self._journals = {name: Journal(self.folder / f"{k}.journal", f"{seal} {k}") for k, name in enumerate(planned)}
+        self._committed = dict.fromkeys(planned, 0)
+        self._steps = dict.fromkeys(planned, 0)
+        self._versions = {name: (r.versions or (planned.versions,))[-1] for name, r in planned.items()}
+
+    @classmethod
+    def begin(cls, path: str | Path, planned: Analysis) -> Self:
+        """Make the working data of a new run.
+
+        Raises
+        ------
+        StorageError
+            If another run writes to the path, or it holds the iterations of a killed one.
+        """
+        place = place_of(path)
+        lock = WriterLock(place)
+        try:
+            _refuse_killed(place)
+            folder = folder_of(place)
+            clear(folder)
+            replaced = _present(place)
+            _put(folder / "target", _target(replaced))
+            image, seal = sealed_image(planned, folder / "plan", is_plan=True)
+            _put(folder / "plan", image, seal)
+        except BaseException:
+            lock.release()
+            raise
+        return cls(place, lock, planned, seal.decode(), replaced)
+
+    @classmethod
+    def reopen(cls, path: str | Path, blank: Blank) -> Self:
+        """Open the working data of a run that was killed.
+
+        Parameters
+        ----------
+        path
+            The file that the run would have written.
+        blank
+            Makes the history of a case that had not begun.
+
+        Raises
+        ------
+        StorageError
+            If there are no such data, or the run is still under way.
+        FormatError
+            If the plan of the run is damaged.
+        """
+        place = place_of(path)
+        folder = folder_of(place)
+        if not is_unfinished(place):
+            kept = (
+                "its run begins or has ended before it kept anything; wait, or run it again"
+                if folder.is_dir()
+                else "no run that writes to it was killed"
+            )
+            instead = named_instead(Path(path))
+            msg = f"{path}: {f'is {instead}' if instead else f'no working data, {folder}: {kept}'}"
+            raise StorageError(msg)
+        lock = WriterLock(place)
+        try:
+            plan = AnalysisFile(folder / "plan")
+            return cls(place, lock, read_analysis(plan, blank), plan.seal, _aimed(folder / "target"))
+        except BaseException:
+            lock.release()
+            raise
+
+    def start(self, case: str, history: xr.Dataset, versions: Mapping[str, str]) -> None:
+        """Commit the history of a case without iterations, and the versions that make them."""
+        # Both are on the disk with the first iteration.
+        if not self._journals[case].is_begun:
+            self._append(case, "case", _packed_dataset(history), wait=False)
+        if versions != self._versions[case]:
+            self._append(case, "versions", json.dumps(dict(versions), sort_keys=True).encode(), wait=False)
+            self._versions[case] = versions
+
+    def commit(self, case: str, index: int, iteration: Mapping[str, np.ndarray]) -> None:
+        """Commit an iteration of a case: its arrays, and whether its certificate holds, ``holds``."""
+        # A replayed iteration is committed already.
+        if index >= self._committed[case]:
+            self._append(case, "iteration", _packed(iteration))
+            self._committed[case] += 1
+
+    def commit_step(self, case: str, index: int, step: Mapping[str, np.ndarray]) -> None:
+        """Commit the arrays of a state of the pushover of a case."""
+        if index >= self._steps[case]:
+            self._append(case, "step", _packed(step))
+            self._steps[case] += 1
+
+    def end(self, result: CaseResult) -> None:
+        """Commit how a case has ended."""
+        ending = {
+            "outcome": asdict(result.outcome),
+            "certificate": result.certificate.measures if result.certificate else {},
+            "started_at": result.started_at,
+            "duration": result.duration,
+            "curve_ended": result.curve_ended,
+        }
+        self._append(result.name, "end", json.dumps(ending).encode())
+
+    def analysis(self) -> Analysis:
+        """Return the analysis as far as it is committed; a case that has not ended is interrupted."""
+        results = {name: self._result(result) for name, result in self.planned.items()}
+        return self.planned.replaced(results=results)
+
+    def finish(self, analysis: Analysis) -> None:
+        """Write the finished file, then remove the working data."""
+        _write(sealed_image(analysis, self.place), self.place, self._replaced, self._announce)
+        clear(self.folder)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._lock.release()
+
+    def _announce(self, draft: Stamp) -> None:
+        """Note that the finished file is the run's own, before it takes the name: a kill may come just after."""
+        self._replaced = (*self._replaced, draft)
+        _put(self.folder / "target", _target(self._replaced))
+
+    def _append(self, case: str, kind: str, content: bytes, *, wait: bool = True) -> None:
+        journal = self._journals[case]
+        try:
+            journal.append(kind, content, wait=wait)
+        except OSError as error:
+            go_on = f"AnalysisManager.resume({str(self.place)!r}), or blockstruct resume"
+            if isinstance(error, FileNotFoundError | NotADirectoryError):
+                remedy = f"its folder was moved or removed; move it back, then go on by {go_on}, or by it where it is"
+            else:
+                remedy = f"free some space, then go on by {go_on}"
+            msg = f"{journal.path}: cannot be written ({error.strerror or error}); {remedy}"
+            raise StorageError(msg) from error
+
+    def _result(self, planned: CaseResult) -> CaseResult:
+        if planned.status is not Status.INTERRUPTED:
+            return planned
+        journal, records = self._journals[planned.name], _Records()
+        damage = journal.read(records.take)
+        if damage:
+            damage = f"{journal.path.name} {damage} in record {records.count}, which is left out with all after it"
+        known = {-1: planned.versions[-1]} if planned.n_iterations else {0: self.planned.versions}
+        made_by = (*planned.versions[:-1], *(known | records.versions).values())
+        self._versions[planned.name] = made_by[-1]
+        pieces = records.iterations
+        self._committed[planned.name], self._steps[planned.name] = len(pieces), len(records.steps)
+        n_steps = 0 if planned.capacity is None else planned.capacity.sizes["step"]
+        if records.blank is None or len(pieces) < planned.n_iterations or len(records.steps) < n_steps:
+            return planned.changed(damage=damage)
+        if not pieces:
+            return replace(planned, history=records.blank, damage=damage)
+        history = _joined(records.blank, pieces)
+        last = {name: float(history[name][-1]) for name in CERTIFICATE_MEASURES if name != "holds"}
+        killed: dict[str, Any] = {
+            "outcome": asdict(Outcome(Status.INTERRUPTED, np.nan, Reason.KILLED)),
+            "damage": damage,
+            "certificate": {**last, "holds": bool(pieces[-1]["holds"][0])},
+            "started_at": planned.started_at,
+            "duration": float(history["solver_time"].sum()),
+        }
+        settings, ending = asdict(planned.settings), dict(records.ending or killed)
+        try:
+            return CaseResult.restored(
+                model=planned.model,
+                case=planned.case,
+                settings=settings,
+                history=history,
+                capacity=_capacity(planned.model, records.steps, ending.get("curve_ended", "")),
+                schedule=planned.schedule,
+                of_case=planned.of_case,
+                versions=made_by,
+                **ending | {"outcome": Outcome.of(ending["outcome"])},
+            )
+        except DAMAGE as error:
+            msg = f"{journal.path}: {error}; delete it, the case then counts as interrupted"
+            raise FormatError(msg) from error
+
+
+class _Records:
+    """The content of the journal of a case."""
+
+    def __init__(self) -> None:
+        self.blank: xr.Dataset | None = None
+        self.iterations: list[dict[str, np.ndarray]] = []
+        self.steps: list[dict[str, np.ndarray]] = []
+        self.ending: dict[str, Any] | None = None
+        #: By the number of iterations and steps before them.
+        self.versions: dict[int, dict[str, str]] = {}
+        self.count = 0
+
+    def take(self, record: Record) -> None:
+        """Take the next record; a ValueError says why it is refused."""
+        is_open = self.blank is not None and self.ending is None
+        match record.kind:
+            case "case" if self.blank is None:
+                self.blank = _unpacked_dataset(record.content)
+            case "versions" if is_open:
+                self.versions[len(self.iterations) + len(self.steps)] = json.loads(record.content)
+            case "iteration" if self.blank is not None and is_open and not self.steps:
+                self.iterations.append(_checked(_unpacked(record.content), self.blank, len(self.iterations)))
+            case "step" if is_open and self.iterations:
+                self.steps.append(_unpacked(record.content))
+            case "end" if is_open:
+                self.ending = json.loads(record.content)
+            case _:
+                msg = f"{record.kind!r} is not what follows"
+                raise ValueError(msg)
+        self.count += 1
+
+
+def _checked(iteration: Mapping[str, np.ndarray], blank: xr.Dataset, index: int) -> dict[str, np.ndarray]:
+    """Return the arrays of an iteration, of the kinds and shapes of the history of its case."""
+    arrays = {}
+    expected = {str(name): v for name, v in blank.variables.items() if "iteration" in v.dims}
+    for name in (*expected, "holds"):
+        dims = expected[name].dims if name in expected else ("iteration",)
+        shape = tuple(1 if d == "iteration" else blank.sizes[d] for d in dims)
+        if name not in iteration:
+            msg = f"{name} is missing"
+            raise ValueError(msg)
+        values = iteration[name]
+        is_text = name in expected and expected[name].dtype.kind in "OU"
+        if values.shape != shape or (values.dtype.kind in "OU") != is_text:
+            msg = f"{name} is {values.dtype} {values.shape}, not of shape {shape}"
+            raise ValueError(msg)
+        arrays[name] = np.array([index]) if name == "iteration" else values
+    return arrays
+
+
+def _capacity(model: Model, steps: list[dict[str, np.ndarray]], ended: str) -> xr.Dataset | None:
+    """Return the capacity curve of the steps of a case; None without any."""
+    if not steps:
+        return None
+    return capacity_of(model, {name: np.concatenate([s[name] for s in steps]) for name in steps[0]}, ended)
+
+
+def _joined(blank: xr.Dataset, pieces: list[dict[str, np.ndarray]]) -> xr.Dataset:
+    """Return the history of the iterations of a case."""
+
+    def variable(name: Any) -> xr.Variable:
+        old = blank.variables[name]
+        if "iteration" not in old.dims:
+            return old
+        return xr.Variable(old.dims, np.concatenate([piece[str(name)] for piece in pieces]), old.attrs)
+
+    data, coords = ({str(n): variable(n) for n in names} for names in (blank.data_vars, blank.coords))
+    return xr.Dataset(data, coords=coords, attrs=blank.attrs)
+
+
+def _put(path: Path, *parts: bytes | memoryview) -> None:
+    """Write a file of the working data by a rename, and wait until its name is on the disk."""
+    draft = path.with_name(f"{path.name}.draft")
+    _write_draft(parts, draft)
+    try:
+        draft.replace(path)
+        sync(path.parent)
+    except OSError as error:
+        msg = f"{path}: cannot be written ({error.strerror or error}); choose another folder"
+        raise StorageError(msg) from error
+
+
+def _target(replaced: Sequence[Stamp]) -> bytes:
+    return json.dumps({"replaces": replaced}).encode()
+
+
+def _aimed(path: Path) -> list[Stamp]:
+    """Return the stamps of files that a run may replace; none if they cannot be read."""
+    try:
+        return [Stamp(*map(int, stamp)) for stamp in json.loads(path.read_bytes())["replaces"]]
+    except (*DAMAGE, OSError):
+        return []
