@@ -38,8 +38,8 @@ MAY_IMPORT = {
     "storage": {"results", "limit", "model", "geometry"} | GROUND,
     "studies": {"analysis", "storage", "results", "text", "limit", "model", "documents"} | GROUND,
     "analysis": {"procedures", "limit", "solvers", "results", "storage", "statics", "model"} | GROUND,
-    "views": {API, "analysis", "geometry", "units", "vocabulary", "files"},
-    "cli": {API, "keywords", "vocabulary", "analysis", "views"},
+    "views": {API, "analysis", "text", "geometry", "units", "vocabulary", "files"},
+    "cli": {API, "keywords", "vocabulary", "analysis", "text", "views"},
 }
 FILES = sorted(p for p in SOURCE.rglob("*.py") if p != SOURCE / "__init__.py")
 ROOMS: dict[str, list[Path]] = {}

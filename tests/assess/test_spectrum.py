@@ -88,7 +88,7 @@ def test_displacements_at_long_periods():
     assert site.displacement(7.5) == pytest.approx(half)
 
 
-def test_given_coefficients_replace_those_of_the_tables():
+def test_given_coefficients_replace_the_tables():
     site = bs.assess.ntc_spectrum(**SITE, SS=1.33, CC=1.5, ST=1.1)
     assert pytest.approx((1.33 * 1.1, 0.45)) == (site.S, site.TC)
     assert sum("(given)" in line.formula for line in site.lines()) == 3
@@ -157,7 +157,7 @@ def floor(period="0.4 s", participation=1.3, damping=0.05):
     return bs.assess.floor_spectrum(bs.assess.ntc_spectrum(**SITE), [mode])
 
 
-def test_rules_of_a_floor_spectrum_are_printed_where_they_act():
+def test_rules_of_a_floor_spectrum_are_printed():
     """At 3 s the ground has more than a mode of 0.4 s with γ ψ = 0.09; a sharp peak keeps its displacement.
 
     ξ = 2 %: S_eZ(0.4 s) (1.1 · 0.4 s / 2π)² at 0.6 s, where S_eZ T²/4π² is less. Neither acts at 0.3 s.
@@ -220,7 +220,7 @@ def test_on_soil_d_the_demand_does_not_rise_everywhere():
         ({"soils": "A"}, "did you mean soil"),
     ],
 )
-def test_a_site_that_is_none_is_refused(change, words):
+def test_a_wrong_site_is_refused(change, words):
     with pytest.raises((bs.errors.ModelError, bs.errors.UnitError, bs.errors.DimensionError), match=words):
         bs.assess.ntc_spectrum(**{**SITE, **change})
 
@@ -236,7 +236,7 @@ def test_a_site_that_is_none_is_refused(change, words):
         ([[0, 1]], [[1, 2]], r"periods of shape \(1, 2\), ordinates of shape \(1, 2\); give a list of each"),
     ],
 )
-def test_a_table_that_is_none_is_refused(periods, ordinates, words):
+def test_a_wrong_table_is_refused(periods, ordinates, words):
     with pytest.raises(bs.errors.ModelError, match=words):
         bs.assess.table_spectrum(Q_(periods, "s"), Q_(ordinates, "m/s^2"))
 

@@ -61,7 +61,7 @@ def test_demo(call, tmp_path):
         (("plotly", "matplotlib"), 'view and report need: pip install "blockstruct[report,viz]"'),
     ],
 )
-def test_a_run_names_what_its_next_commands_need(call, small_model, small_cases, tmp_path, monkeypatch, missing, words):
+def test_a_run_names_the_extras_of_next_commands(call, small_model, small_cases, tmp_path, monkeypatch, missing, words):
     path = tmp_path / "wall.h5"
     bs.AnalysisManager(small_model, path).run(small_cases[:1])
     find = importlib.util.find_spec
@@ -145,7 +145,7 @@ def test_tables_cut_no_status_off(tmp_path):
         assert " ".join(filter(None, parts)) == "unstable under dead load"
 
 
-def test_statuses_are_told_in_words(call, tmp_path):
+def test_statuses_have_no_underscores_in_texts(call, tmp_path):
     """In everything that a person reads; files and JSON keep the names."""
     model = model_of([box("ground", [0, 0, -1], [0.4, 1, 1], fixed=True), box("block", [0, 0, 0], [1, 1, 1])], DRY)
     one = tmp_path / "one" / "x.h5"
@@ -172,7 +172,7 @@ def test_statuses_are_told_in_words(call, tmp_path):
     assert call("archive", one.parent, "--where", "status == 'unstable_under_dead_load'")[1].count("x.h5") == 1
 
 
-def test_an_interrupted_study_tells_how_it_goes_on(call, tmp_path, monkeypatch):
+def test_an_interrupted_study_continues(call, tmp_path, monkeypatch):
     def interrupt(progress):
         if progress.done:
             raise KeyboardInterrupt
@@ -442,7 +442,7 @@ def test_figures_are_written_into_a_folder(call, file, tmp_path):
     assert "give 'x' or 'y' for an elevation" in err
 
 
-def test_view_and_report_write_beside_the_file(call, file):
+def test_view_and_report_write_next_to_the_file(call, file):
     for command, name in (("view", "small.html"), ("report", "small-report.html")):
         code, out, _ = call(command, file)
         assert code == 0
@@ -459,7 +459,7 @@ def test_a_view_has_the_name_of_a_page(call, file):
     assert not target.exists()
 
 
-def test_a_view_never_replaces_what_it_is_made_from(call, file, tmp_path):
+def test_a_view_never_replaces_its_input(call, file, tmp_path):
     content, template = file.read_bytes(), tmp_path / "own.html"
     template.write_text("{{ name }}", encoding="utf-8")
     page = shutil.copy(file, tmp_path / "analysis.html")
@@ -513,7 +513,7 @@ def test_names_that_the_output_cannot_carry_are_escaped(tmp_path, encoding):
     assert (done.returncode, b"Mauer \\u03b1, Ferris" in done.stdout) == (0, True), done.stderr
 
 
-def test_json_is_all_that_is_printed(call, file, tmp_path):
+def test_json_is_the_only_output(call, file, tmp_path):
     document = tmp_path / "m.yaml"
     document.write_text(WALL.read_text(encoding="utf-8").replace("[1, 0, 0]", "[0, 0, -1]"), encoding="utf-8")
     code, out, err = call("run", document, "-o", tmp_path / "m.h5", "--json", "--quiet")
@@ -536,7 +536,7 @@ def test_names_of_cases_are_no_markup_in_the_bar(small_model, small_cases):
     assert "push [/x] [red]" in stream.getvalue()
 
 
-def test_on_a_terminal_a_bar_tells_the_iteration_and_the_rest(small_model, small_cases):
+def test_a_bar_shows_iteration_and_remaining_time(small_model, small_cases):
     stream = io.StringIO()
     console = Console(file=stream, force_terminal=True, width=120)
     with Progress(TextColumn("{task.description}"), TextColumn("{task.fields[rest]}"), console=console) as progress:
@@ -576,7 +576,7 @@ def test_a_warning_is_one_line(call, tmp_path):
         ("[{ kind: moment, block: '1.1', moment: [0 N*m, 0 N*m, 0 N*m] }]", 0, "is zero on every free block, and"),
     ],
 )
-def test_a_dead_load_that_is_not_the_weight_is_told(call, tmp_path, loads, code, message):
+def test_an_unusual_dead_load_has_a_message(call, tmp_path, loads, code, message):
     wall = WALL.read_text(encoding="utf-8").replace("dead: [{ kind: self_weight }]", f"dead: {loads}")
     (tmp_path / "m.yaml").write_text(wall, encoding="utf-8")
     found, _, err = call("check", tmp_path / "m.yaml")
@@ -586,7 +586,7 @@ def test_a_dead_load_that_is_not_the_weight_is_told(call, tmp_path, loads, code,
 
 
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
-def test_what_has_not_settled_is_told_in_every_table(call, small_model, tmp_path):
+def test_tables_mark_unsettled_cases(call, small_model, tmp_path):
     settings = settings_of(procedure="fictitious", patience=3, load_factor_tolerance=1e-15)
     around = bs.directions(small_model, SELF_WEIGHT, 2, settings=settings, store=tmp_path / "drifts" / "a.h5")
     assert all(result.drifts for result in around.analysis.values())
@@ -602,7 +602,7 @@ def test_what_has_not_settled_is_told_in_every_table(call, small_model, tmp_path
     assert bs.Archive(tmp_path / "settles").table()["settled"].tolist() == [True] * 2
 
 
-def test_what_has_not_settled_is_told_in_the_table_of_a_study(call, tmp_path):
+def test_the_table_of_a_study_marks_unsettled_cases(call, tmp_path):
     drifting = "settings: { procedure: fictitious, schedule: { patience: 3, load_factor_tolerance: 1.0e-15 } }"
     wall = WALL.read_text(encoding="utf-8")
     for name, more in (("drifts", drifting), ("settles", "")):

@@ -42,7 +42,7 @@ def test_import_check_and_run(call, stack, tmp_path):
     assert bs.open_analysis(tmp_path / "stack.h5")["push +x"].load_factor == pytest.approx(0.5, rel=1e-4)
 
 
-def test_without_supports_the_draft_is_written_and_the_check_says_why(call, stack, tmp_path):
+def test_a_draft_without_supports_fails_its_check(call, stack, tmp_path):
     code, out, err = call("import", stack, "-o", tmp_path / "m.yaml", "--unit", "mm", *STONE)
     assert code == 2
     assert "written" in out
@@ -212,7 +212,7 @@ def test_bad_input_is_one_message_and_no_document(call, stack, tmp_path, words, 
 
 
 @pytest.mark.parametrize("content", ["", "no mesh at all"])
-def test_a_document_is_not_replaced_whatever_the_files_hold(call, stack, tmp_path, content):
+def test_a_document_is_never_replaced(call, stack, tmp_path, content):
     stack.with_suffix(".yaml").write_text("mine", encoding="utf-8")
     stack.write_text(content, encoding="utf-8")
     code, _, err = call("import", stack, "-o", stack.with_suffix(".yaml"), "--unit", "mm", *STONE)

@@ -121,7 +121,7 @@ def test_forces_beyond_friction_are_found(wall):
 
 
 @pytest.mark.parametrize("structure", ["tied", "wall", "detected"])
-def test_validate_finds_nothing_in_what_was_found(stored, call, structure):
+def test_validate_accepts_honest_results(stored, call, structure):
     assert call("validate", stored[structure])[0] == 0
 
 
@@ -192,7 +192,7 @@ REDUNDANT = [
 
 
 @pytest.mark.parametrize(("structure", "place", "at", "value", "words"), REDUNDANT, ids=[row[1] for row in REDUNDANT])
-def test_validate_compares_what_follows_from_something_else(stored, tmp_path, call, structure, place, at, value, words):
+def test_validate_compares_derived_variables(stored, tmp_path, call, structure, place, at, value, words):
     path = shutil.copy(stored[structure], tmp_path / "x.h5")
     with h5py.File(path, "r+") as file:
         assert file[place][at] != value

@@ -61,7 +61,7 @@ def test_a_block_called_by_a_status_is_a_block():
     assert len(set(found)) == 1
 
 
-def test_a_case_without_a_load_factor_has_none_wherever_it_stands(small_model, dead):
+def test_every_text_shows_no_load_factor(small_model, dead):
     case = bs.LimitCase("push", dead, push(1, 0, 0))
     analysis = bs.run(small_model, case, settings=settings_of(procedure="fictitious", max_programs=1))
     (cells,) = [list(c.cells) for c in summary_table(analysis).columns if str(c.header) == "load factor"]
@@ -70,7 +70,7 @@ def test_a_case_without_a_load_factor_has_none_wherever_it_stands(small_model, d
     assert [text for text in texts if "nan" in text] == []
 
 
-def test_what_has_not_settled_says_so_wherever_it_stands(small_model, blank_pictures):
+def test_every_text_marks_an_unsettled_load_factor(small_model, blank_pictures):
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
     settings = settings_of(procedure="fictitious", patience=3, load_factor_tolerance=1e-15)
     with pytest.warns(bs.errors.LoadFactorWarning):
@@ -109,8 +109,8 @@ def test_the_certificate_has_a_sentence_for_every_status(small_analysis):
         assert certificate_words(replace(result, outcome=replace(result.outcome, status=status))).endswith(".")
 
 
-def test_words_of_what_has_not_converged(small_model):
-    for flow, meaning in (("nonassociative", "no lower bound"), ("associative", "a lower bound")):
+def test_the_admissible_state_of_an_unconverged_case(small_model):
+    for flow, meaning in (("nonassociative", "not a lower bound"), ("associative", "It is a lower bound")):
         result = solve(small_model, push(1, 0, 0), flow, procedure="fictitious", max_programs=6, gap_tolerance=0.0)
         assert result.status == "not_converged"
         words = admissible_words(result)

@@ -39,7 +39,7 @@ def test_every_iteration_is_there(result):
         assert np.isfinite(history[name]).all(), name
 
 
-def test_units_are_those_of_the_quantities(result):
+def test_units_match_the_quantities(result):
     units = {
         "newton": ("contact_force", "fictitious_cohesion", "contact_force_unit", "cohesion", "cell_strength"),
         "meter / second": ("relative_velocity", "block_velocity"),

@@ -65,7 +65,7 @@ def test_names_are_not_markup(small_model, small_cases):
     assert "friction coefficient 0.6, dilatancy angle 5°, compressive strength 4 MPa" in Tags(shown).texts
 
 
-def test_the_table_of_a_report_counts_what_its_table_lists(objects):
+def test_the_report_counts_as_its_table_does(objects):
     report = objects[1]
     texts = Tags(report._repr_html_()).texts
     assert texts[texts.index("accepted") + 1] == str(report.accepted)

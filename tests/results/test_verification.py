@@ -70,7 +70,7 @@ LIES = {
         ["equilibrium residual of the certificate is nan"],
     ),
     "a gap below zero": (lambda a: certificate(a, flow_rule_gap=-1.0), ["flow rule gap"]),
-    "a certificate that does not hold": (lambda a: certificate(a, holds=False), ["by what is stored"]),
+    "a certificate that does not hold": (lambda a: certificate(a, holds=False), ["the stored certificate"]),
     "no certificate": (lambda _: {"certificate": None}, ["no certificate"]),
     "velocities all zero": (lambda _: {"history": moving(0.0)}, ["does not hold"]),
     "other relative velocities": (lambda a: {"history": last("relative_velocity", "1.1")}, ["relative velocities"]),
@@ -86,7 +86,7 @@ LIES = {
     "unbounded": (lambda _: {"status": bs.Status.UNBOUNDED}, ["unbounded, but its load factor"]),
     "unbounded and infinite": (
         lambda _: {"status": bs.Status.UNBOUNDED, "load_factor": np.inf, "certificate": None},
-        ["that of its last iteration"],
+        ["in the last iteration"],
     ),
     "not converged": (lambda _: {"status": bs.Status.NOT_CONVERGED}, ["not converged, but its load factor"]),
     "unstable": (
@@ -110,7 +110,7 @@ LIES = {
 
 
 @pytest.mark.parametrize("lie", LIES)
-def test_a_result_that_contradicts_its_state_is_found_out(small_analysis, tmp_path, lie):
+def test_a_result_that_contradicts_its_state_is_found(small_analysis, tmp_path, lie):
     changes, words = LIES[lie]
     lying = tampered(small_analysis, **changes(small_analysis))
     found = bs.results.contradictions(lying)
@@ -121,7 +121,7 @@ def test_a_result_that_contradicts_its_state_is_found_out(small_analysis, tmp_pa
     assert not list(tmp_path.iterdir())
 
 
-def test_cells_that_are_not_those_of_the_joint_are_found_out():
+def test_changed_cells_are_found():
     """A wider lever, and the strength of the middle at the edges: neither is a division of the joint."""
 
     def wider(history):
@@ -137,7 +137,7 @@ def test_cells_that_are_not_those_of_the_joint_are_found_out():
     analysis = bs.AnalysisManager(model).run([bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))])
     for lie, name in ((wider, "contact_point_position"), (stronger, "cell_strength")):
         found = bs.results.contradictions(tampered(analysis, "push", history=lie))
-        assert ("push", f"{name} of the history is not that of the model") in found
+        assert any(case == "push" and what.startswith(f"{name} of the history") for case, what in found)
 
 
 def falling_block():
@@ -187,7 +187,7 @@ def test_crushing_is_recomputed(tmp_path):
         assert again.flow_rule_gap == pytest.approx(analysis["case"].certificate.flow_rule_gap, rel=1e-6, abs=1e-12)
 
 
-def test_another_model_is_found_out(small_analysis, small_cases):
+def test_another_model_is_found(small_analysis, small_cases):
     other = bs.AnalysisManager(model_of(*single_block(0.5, 1.0))).run(
         [replace(case, variable=push(1, 0, 0)) for case in small_cases]
     )
@@ -197,7 +197,7 @@ def test_another_model_is_found_out(small_analysis, small_cases):
 
 @pytest.mark.filterwarnings("ignore::blockstruct.errors.LoadFactorWarning")
 def test_coordinates_are_not_indexed_for_every_iteration(monkeypatch):
-    """Of a case of many iterations that would take longer than all else that a save does."""
+    """With many iterations, indexing would take most of the time of a save."""
     indexed, isel = [], xr.Dataset.isel
 
     def counted(*args, **given):
@@ -232,7 +232,7 @@ def test_validate_prints_contradictions(small_analysis, tmp_path, call, monkeypa
     assert call("validate", tmp_path / "true.h5")[0] == 0
 
 
-#: What a comparison does not look at: the places and strengths, which are the model's, and iterations before the end.
+#: Changes that a comparison ignores: places and strengths, which belong to the model, and earlier iterations.
 NOT_COMPARED = (
     "another friction",
     "contacts elsewhere",

@@ -16,6 +16,7 @@ from blockstruct.limit import LimitProblem
 from blockstruct.limit.division import sliding
 from blockstruct.limit.torsion import UniformTorsion
 from blockstruct.statics import ContactPoints, Division, Statics, multiple_of_uniform_friction
+from blockstruct.text import torsion_note
 from structures import SELF_WEIGHT, model_of, moved, push, random_frame, rotation
 
 STONE = bs.Material("stone", "20 kN/m^3")
@@ -240,12 +241,12 @@ def test_division_does_not_matter_without_dilatancy():
 NARROW = np.array([(0, 0, 0), (5, 0, 0), (5, 0.01, 0), (0, 0.01, 0)])
 
 
-def test_corner_torsion_is_told():
+def test_corner_torsion_has_a_note():
     result = solve(block("corners"), COUPLE, "nonassociative")
-    said = result.torsion_warning
-    assert "1.85 times" in said
-    assert "46% of the load factor" in said
-    assert said in result.describe()
+    (note,) = result.notes
+    times = CORNERS / UNIFORM
+    assert note == torsion_note(["base|block"], times, 1 - 1 / times, "load factor", at_corners=True)
+    assert note.text in result.describe()
     found = bs.results.corner_torsion(result.model, result.history).loc["base|block"]
     assert abs(found["torque"]) == pytest.approx(CORNERS * FRICTION * WEIGHT, rel=1e-6)
     assert found["uniform"] == pytest.approx(UNIFORM * FRICTION * WEIGHT, rel=1e-6)
@@ -268,8 +269,8 @@ def uniform_friction(a, b, beside, cells=1500):
     return min(best.fun, 1.0)
 
 
-@pytest.mark.parametrize(("y", "shown"), [(0.3, "10%"), (0.2, "16%"), (0.1, "20%"), (0.0, "24%")])
-def test_torque_is_told_with_the_shear_beside_it(y, shown):
+@pytest.mark.parametrize("y", [0.3, 0.2, 0.1, 0.0])
+def test_torque_counts_with_the_shear_next_to_it(y):
     """A force beside the centre: the torque alone is below that of uniform pressure, with its shear it is above."""
     beside = bs.LoadPattern("beside", [bs.PointLoad("block", Q_([0.5, y, 0], "m"), Q_([1, 0, 0], "N"))])
     result, limited = (solve(block(torsion), beside) for torsion in ("corners", "uniform pressure"))
@@ -279,14 +280,14 @@ def test_torque_is_told_with_the_shear_beside_it(y, shown):
     exact = FRICTION * WEIGHT * uniform_friction(1, 1, 0.5 - y)
     assert found["times"] == pytest.approx(result.load_factor / exact, rel=1e-4)
     assert found["share"] == pytest.approx(1 - exact / result.load_factor, abs=1e-4)
-    assert f"some {shown} of the load factor" in result.torsion_warning
+    assert f"About {1 - exact / result.load_factor:.0%} of the load factor" in result.torsion_warning
 
 
 @pytest.mark.parametrize("torsion", ["corners", "uniform pressure"])
 @pytest.mark.parametrize(
     ("a", "b", "beside", "exact"), [(2, 0.5, 0.4, 0.4211), (5, 0.6, 1.5, 0.3440), (5, 0.3, 0.5, 0.6 / 1.2165)]
 )
-def test_narrow_joints_pushed_across_beside_their_middle_are_told(a, b, beside, exact, torsion):
+def test_narrow_joints_pushed_off_their_middle_have_a_note(a, b, beside, exact, torsion):
     """Neither the corners nor the ellipse is on the safe side there, by up to 13 %."""
     blocks = [
         bs.Block.box("base", Q_([-6, -6, -1], "m"), Q_([12, 12, 1], "m"), STONE, fixed=True),
@@ -301,8 +302,9 @@ def test_narrow_joints_pushed_across_beside_their_middle_are_told(a, b, beside, 
     assert result.load_factor / found["times"] == pytest.approx(exact, rel=1e-3)
     assert found["share"] == pytest.approx(1 - exact / result.load_factor, abs=1e-3)
     assert found["share"] > 0.03
-    assert f"{found['times']:.3g} times as much (base|block)" in result.torsion_warning
-    assert ("which an ellipse bounds" in result.torsion_warning) is (torsion == "uniform pressure")
+    (note,) = result.notes
+    assert note.code == ("corner_torsion" if torsion == "corners" else "ellipsoid_torsion")
+    assert f" {found['times']:.3g} times " in note.text
 
 
 @pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.slow), pytest.param(5, marks=pytest.mark.slow)])
@@ -342,7 +344,7 @@ def test_a_narrow_joint_resists_a_parabola_of_shear_across_it_and_torque(v):
     assert along < np.linalg.norm(both[1]) * (1 - 1e-3)
 
 
-def test_the_settlement_of_a_block_held_by_shear_and_torque_is_told():
+def test_a_settlement_held_by_shear_and_torque_has_a_note():
     """A force beside the centre presses a block against a stop, which gives way: friction keeps part of the force."""
     force = bs.PointLoad("block", Q_([0.5, 0.1, 0], "m"), Q_([6e3, 0, 0], "N"))
     dead = bs.LoadPattern("dead", [bs.SelfWeight(), force])
@@ -352,12 +354,13 @@ def test_the_settlement_of_a_block_held_by_shear_and_torque_is_told():
     model = model_of([*model.blocks, stop], bs.JointMaterial("joint", FRICTION, torsion="corners"))
     result = bs.run(model, case)["case"]
     assert result.status == "converged"
-    assert "of the reaction is due to it" in result.torsion_warning
+    assert [note.code for note in result.notes if note.severity == "caution"] == ["corner_torsion"]
+    assert "of the reaction" in result.torsion_warning
 
 
 @pytest.mark.parametrize("flow", ["associative", "nonassociative"])
-def test_torsion_of_a_block_that_another_body_forestalls_is_told(flow):
-    """A pier rocks 0.1 % before the block turns: the mechanism does no work in torsion, and nothing was told of it.
+def test_torsion_of_a_block_that_does_not_move_has_a_note(flow):
+    """A pier rocks 0.1 % before the block turns: the mechanism does no work in torsion.
 
     Under uniform pressure the block turns at 54 % of that load factor.
     """
@@ -382,14 +385,13 @@ def test_torsion_of_a_block_that_another_body_forestalls_is_told(flow):
     assert corners.load_factor == pytest.approx(0.999 * turning, rel=1e-4)
     assert limited.load_factor == pytest.approx(UNIFORM * FRICTION * WEIGHT, rel=1e-4)
     assert bs.results.corner_torsion(corners.model, corners.history)["share"].sum() < 1e-3
-    assert "up to 1.85 times as much (base|block)" in corners.torsion_warning
-    assert 'check with torsion="uniform pressure"' in corners.torsion_warning
-    assert limited.torsion_warning == ""
+    assert corners.notes == (torsion_note(["base|block"], CORNERS / UNIFORM, None, "load factor", at_corners=True),)
+    assert limited.notes == ()
 
 
-def test_nothing_is_told_where_corners_carry_no_torsion():
-    assert solve(block(), COUPLE, "nonassociative").torsion_warning == ""
-    assert solve(block("corners"), push(1, 0, 0), "nonassociative").torsion_warning == ""
+def test_joints_without_torsion_have_no_note():
+    assert solve(block(), COUPLE, "nonassociative").notes == ()
+    assert solve(block("corners"), push(1, 0, 0), "nonassociative").notes == ()
 
 
 # -- keeping it --------------------------------------------------------------------------------------------------------

@@ -99,7 +99,7 @@ def test_nothing_is_cut_off_in_space(size, draw):
     assert max(np.ptp(points, axis=0) / (high - low)) > 0.85
 
 
-def test_states_have_their_colours_where_joints_meet_the_surface(wall):
+def test_joints_on_the_surface_have_the_colour_of_their_state(wall):
     _, result = wall
     ax = figures.structure(result, ax=axes())
     _, lines = drawn(ax)
@@ -145,7 +145,7 @@ def walls():
     return solve(model, push(1, 0, 0))
 
 
-def test_joints_behind_other_blocks_are_hidden(walls):
+def test_covered_joints_are_hidden(walls):
     states = walls.states.isel(iteration=-1).to_series()
     assert "sticking" not in states[["ground|front", "ground|back"]].tolist()
     ax = figures.structure(walls, look="y", ax=axes())
@@ -159,7 +159,7 @@ def test_joints_behind_other_blocks_are_hidden(walls):
     assert all(np.ptp(p[:, 1]) == 0 for _, p in lines)
 
 
-def test_in_space_what_stands_on_a_slab_hides_it(walls):
+def test_blocks_on_a_slab_hide_it_in_space(walls):
     # Seen along a slab whose centre is nearer than the blocks on it.
     (found,) = [
         c
@@ -234,7 +234,7 @@ def test_the_push_is_an_arrow_with_the_load_factor(rocking):
     assert "α = 0.5" in [t.get_text() for t in ax.texts]
 
 
-def test_loads_are_arrows_that_end_where_they_act(rocking):
+def test_load_arrows_end_at_their_points(rocking):
     model, _ = rocking
     roof = bs.Weight("block", Q_([0.1, 0.5, 1.0], "m"), "4 kN")
     dead = bs.LoadPattern("dead", [bs.SelfWeight(), roof])
@@ -259,7 +259,7 @@ def test_a_load_at_one_point_is_an_arrow_that_ends_there(rocking):
     np.testing.assert_allclose(tip, [0, 0.8], atol=1e-9)
 
 
-def test_resultants_act_where_the_thrust_passes(rocking):
+def test_resultants_lie_on_the_thrust_line(rocking):
     _, result = rocking
     ax = figures.forces(result, look="y", ax=axes())
     tails, tips = arrows(ax, FORCE)
@@ -403,7 +403,7 @@ def crushing(direction, *, interaction="uniaxial", cells=False, **strengths):
         ((1, 0.5, 0), {"cells": True}, " N·m about s reduces the domain"),
     ],
 )
-def test_the_domain_says_what_its_point_does_not_show(direction, more, text):
+def test_the_title_of_a_domain_has_the_other_axis(direction, more, text):
     structure = crushing(direction, **more)
     title = figures.crushing_domain(structure[1], "ground|block", about="t", ax=axes()).get_title("left")
     assert title.startswith("ground|block\nutilisation of crushing ")
@@ -499,7 +499,7 @@ def test_a_single_iteration_has_one_tick(rocking):
         assert ticks[np.abs(ticks) <= 0.5].tolist() == [0]
 
 
-def test_triangles_cover_a_polygon_that_is_not_convex():
+def test_triangles_cover_a_concave_polygon():
     ell = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0], [1, 2, 0], [0, 2, 0]], dtype=float)
     for shift in range(6):
         points = np.roll(ell, shift, axis=0)
@@ -548,7 +548,7 @@ def test_edges_of_a_box_are_twelve(wall):
         (lambda m, r: figures.curve(r.history.block_velocity), bs.errors.ModelError, "over one coordinate"),
     ],
 )
-def test_bad_input_is_told_with_the_remedy(wall, call, error, words):
+def test_bad_input_is_refused_with_a_remedy(wall, call, error, words):
     with pytest.raises(error) as raised:
         call(*wall)
     assert words in str(raised.value)
@@ -617,7 +617,7 @@ for module, package in {packages}:
 """
 
 
-def test_a_missing_extra_says_what_to_install():
+def test_a_missing_extra_is_named():
     extras = [
         ("figures", "matplotlib", "viz"),
         ("page", "plotly", "viz"),
@@ -666,7 +666,7 @@ def test_a_legend_of_long_names_stays_on_the_picture():
     assert max(text.get_window_extent().x1 for text in texts) <= figure.bbox.x1
 
 
-def test_what_falls_under_its_own_weight_is_not_shown_as_pushed():
+def test_a_fall_under_dead_load_shows_no_push():
     blocks = bs.arch(
         span="4 m", thickness="0.1 m", depth="1 m", voussoirs=9, material=bs.Material("stone", "20 kN/m^3")
     )
@@ -680,15 +680,15 @@ def test_what_falls_under_its_own_weight_is_not_shown_as_pushed():
     assert picture["caption"] == "How “push” moves under its dead load alone, to first order: its bodies in colours"
 
 
-def test_the_last_iteration_of_what_did_not_converge_is_called_no_result(small_model):
+def test_the_motion_of_an_unconverged_case_is_marked(small_model):
     settings = settings_of(procedure="fictitious", max_programs=3)
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
     result = bs.AnalysisManager(small_model, settings=settings).run([case])["push"]
     assert result.status == "not_converged"
-    assert "which is no result" in mechanism_picture(result, small=True)["caption"]
+    assert "without a collapse state" in mechanism_picture(result, small=True)["caption"]
 
 
-def test_the_load_factor_stands_beside_an_elevation_and_not_on_it():
+def test_the_load_factor_stands_next_to_an_elevation():
     result = solve(model_of(*single_block(0.5, 1.0)), push(1, 0, 0))
     ax = figures.mechanism(result, look="y", iteration=0)
     ax.figure.canvas.draw()

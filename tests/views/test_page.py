@@ -64,7 +64,7 @@ def test_the_page_holds_the_numbers_of_every_iteration(analysis, data):
         np.testing.assert_array_equal(states, result.states.to_numpy())
 
 
-def test_the_page_says_which_masses_are_pushed():
+def test_the_page_names_the_pushed_masses():
     model = model_of(*single_block(0.4, 0.8))
     dead = bs.LoadPattern("dead", [bs.SelfWeight(), bs.AreaLoad("4 kPa", block="block")])
     done = bs.AnalysisManager(model).run([bs.LimitCase("push", dead, push(1, 0, 0), "associative")])
@@ -149,7 +149,7 @@ def test_places_are_kept_far_from_the_origin(surveyed):
     assert payload(surveyed)["blocks"]["size"] == pytest.approx(3)
 
 
-def test_the_page_tells_the_spread_of_a_case(small_model):
+def test_the_page_has_the_spread_of_a_case(small_model):
     case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
     analysis = bs.AnalysisManager(small_model).run([case], spread="half steps")
     spread, cases = analysis.spread("push"), payload(analysis)["cases"]
@@ -414,7 +414,7 @@ def test_macro_blocks_are_coloured_and_named(page, analysis):
 
 
 @pytest.mark.slow
-def test_far_from_the_origin_the_axes_say_from_where(browser, surveyed, tmp_path):
+def test_axes_far_from_the_origin_have_an_offset(browser, surveyed, tmp_path):
     with opened(browser, write_page(surveyed, tmp_path / "page.html")) as page:
         titles = page.evaluate(
             "['x', 'y', 'z'].map(c => document.getElementById('view').layout.scene[c + 'axis'].title.text)"
@@ -537,7 +537,7 @@ def test_long_names_stay_within_the_panel(browser, tmp_path):
         )
 
 
-def test_stages_are_said_in_words(small_model):
+def test_stages_have_no_underscores(small_model):
     path = bs.ProcedureSettings(procedure="loading path")
     found = bs.AnalysisManager(small_model, settings=path).run([bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))])
     stages = {stage for case in payload(found)["cases"] for stage in case["stage"]}

@@ -19,7 +19,7 @@ def reader(small_analysis, tmp_path_factory):
 
 
 @pytest.mark.parametrize("iteration", [0, -1])
-def test_counts_and_values_are_those_of_the_history(reader, small_analysis, iteration):
+def test_counts_and_values_match_the_history(reader, small_analysis, iteration):
     model, result = small_analysis.model, small_analysis[CASE]
     assert reader.time_values == list(range(result.n_iterations))
     reader.set_active_time_point(iteration % result.n_iterations)

@@ -1,5 +1,6 @@
 """Settlements and torsion in texts, figures, report and page."""
 
+import html
 import json
 import re
 
@@ -11,7 +12,7 @@ from rich.console import Console
 
 import blockstruct as bs
 from blockstruct import Q_, views
-from blockstruct.text import Answer
+from blockstruct.text import Answer, report
 from blockstruct.views import figures
 from blockstruct.views.page.payload import payload
 from blockstruct.views.report import report_html
@@ -56,7 +57,7 @@ def printed(renderable):
     return capture.get()
 
 
-def test_the_console_says_reaction(analysis):
+def test_the_console_shows_reactions(analysis):
     found, folder = analysis
     text = printed(views.result_text(found["goes down"]))
     assert "dead, left moves along (0, 0, -1), nonassociative flow" in text
@@ -72,16 +73,19 @@ def test_the_console_says_reaction(analysis):
 
 def test_the_ends_of_a_range_have_one_unit():
     moment = Answer("reaction", "R", "moment")
-    assert [moment.said(-2256.8, beside=-456.3), moment.said(-456.3, beside=-2256.8)] == ["-2.257 kN·m", "-0.4563 kN·m"]
-    assert moment.said(-456.3, beside=np.inf) == moment.said(-456.3) == "-456.3 N·m"
+    assert [moment.format(-2256.8, alongside=-456.3), moment.format(-456.3, alongside=-2256.8)] == [
+        "-2.257 kN·m",
+        "-0.4563 kN·m",
+    ]
+    assert moment.format(-456.3, alongside=np.inf) == moment.format(-456.3) == "-456.3 N·m"
 
 
-def test_a_report_of_settlements_alone_says_nothing_of_load_factors(analysis):
+def test_a_report_of_settlements_has_no_load_factors(analysis):
     found, _ = analysis
-    html = report_html(found.replaced(results={"goes down": found["goes down"]}))
-    assert "No demand was given: a reaction alone does not verify a structure." in html
-    assert "load factor is not unique" not in html
-    assert "Load factors multiply" not in html
+    page = report_html(found.replaced(results={"goes down": found["goes down"]}))
+    assert report.NO_DEMAND_OF_REACTION in page
+    assert "load factor is not unique" not in page
+    assert "Load factors multiply" not in page
 
 
 def test_a_spread_of_reactions_is_one_of_forces(analysis):
@@ -91,7 +95,7 @@ def test_a_spread_of_reactions_is_one_of_forces(analysis):
     assert "-0.4" not in said
 
 
-def test_json_has_reactions_of_their_own(analysis):
+def test_json_has_reactions(analysis):
     found, _ = analysis
     summary = json.loads(json.dumps(views.analysis_summary(found), allow_nan=False))
     case = next(c for c in summary["cases"] if c["name"] == "goes down")
@@ -105,12 +109,12 @@ def test_json_has_reactions_of_their_own(analysis):
     assert summary["headlines"]["push"]["load_factor"] == pytest.approx(0.6, rel=1e-6)
 
 
-def test_report_and_page_say_reaction(analysis):
+def test_report_and_page_show_reactions(analysis):
     found, _ = analysis
-    html = report_html(found.replaced(results={name: found[name] for name in ("goes down", "turns")}))
-    assert "<strong>Reaction: 20.57 kN.</strong>" in html
-    assert "<strong>Reaction: 82.29 kN·m.</strong>" in html
-    assert "but for those that give way in a settlement case" in html
+    page = report_html(found.replaced(results={name: found[name] for name in ("goes down", "turns")}))
+    assert "<strong>Reaction: 20.57 kN.</strong>" in page
+    assert "<strong>Reaction: 82.29 kN·m.</strong>" in page
+    assert "except for those of a settlement case" in page
     page = {case["name"]: case for case in payload(found)["cases"]}
     assert page["goes down"]["answer"] == {"name": "reaction", "symbol": "R", "unit": "kN"}
     assert page["goes down"]["head"]["number"] == "20.57 kN"
@@ -130,11 +134,9 @@ def test_figures_show_the_reaction(analysis):
     plt.close("all")
 
 
-def test_corner_torsion_is_told_everywhere(twisted):
-    said = twisted["twist"].torsion_warning
-    assert said in " ".join(printed(views.result_text(twisted["twist"])).split())
-    assert said in views.analysis_summary(twisted)["cases"][0]["warnings"]
-    html = report_html(twisted)
-    assert "1.85 times as much" in html
-    assert "limited by friction at its contact points" in html
-    assert said in payload(twisted)["cases"][0]["head"]["below"]
+def test_every_view_has_the_note_on_corner_torsion(twisted):
+    (note,) = twisted["twist"].notes
+    assert note.text in " ".join(printed(views.result_text(twisted["twist"])).split())
+    assert note.text in views.analysis_summary(twisted)["cases"][0]["warnings"]
+    assert note.text in html.unescape(report_html(twisted))
+    assert note.text in payload(twisted)["cases"][0]["head"]["below"]

@@ -46,7 +46,7 @@ def test_points_half_a_turn_apart_are_not_joined(small_model, dead):
     assert "directions between the points are not covered" in ax.get_title()
 
 
-def test_points_of_a_compass_are_joined_only_where_no_direction_between_them_is_below(small_model, dead):
+def test_a_compass_joins_points_of_convex_directions_only(small_model, dead):
     around = bs.directions(small_model, dead, 4)
     settled = around.data["settled"].copy(data=[True, False, True, True])
     drifting = bs.studies.Directions(around.analysis, around.data.assign(settled=settled))

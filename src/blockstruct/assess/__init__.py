@@ -1,4 +1,4 @@
-"""From a collapse state to a verification: local mechanisms after the Circolare of 21/01/2019 n. 7, C8.7.1.2.1.
+"""Verification of local mechanisms, Circolare 21/01/2019 n. 7, C8.7.1.2.1.
 
 >>> import blockstruct as bs
 >>> stone, dry = bs.Material("stone", "18 kN/m^3"), bs.JointMaterial("dry", 0.7)

@@ -1,4 +1,4 @@
-"""The capacity curve of a mechanism: spectral acceleration over spectral displacement."""
+"""Capacity curve of a mechanism: spectral acceleration over spectral displacement."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -7,30 +7,31 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.assess.lines import Line, shown
+from blockstruct.assess.lines import Line
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
 from blockstruct.errors import ModelError
 from blockstruct.model import LimitCase, Model
 from blockstruct.results import CaseResult, MacroBlock
+from blockstruct.text import shown
 from blockstruct.vocabulary import coordinate
 
 Array = NDArray[np.float64]
 
-#: Distance between the hinge of the forces and the axis of the velocities, in multiples of the extent of the body.
+#: Distance between the hinge of the forces and the axis of the velocities, relative to the extent of the body.
 _APART = 2e-3
-#: Way that the hinge goes back by where ties that lift are lost, relative to its distance from the control point along
-#: the joint, up to which d0 is that with them.
+#: Setback of the hinge without the ties that lift the body, relative to its distance from the control point along the
+#: joint, up to which the setback is neglected in d0.
 _LIFTED = 1e-3
-#: Share of the friction of a joint that is rounding, and force, relative to the largest, of joints that count for it.
+#: Share of the friction of a joint that counts as rounding; force, relative to the largest, from which a joint counts.
 _SLIDES, _PRESSED = 1e-3, 1e-3
-#: Points of the curve between two breaks of ties.
+#: Points of the curve between two tie breaks.
 _SAMPLES = 60
 
 
 @dataclass(frozen=True, slots=True)
 class CapacityCurve:
-    """Acceleration a(d) of the equivalent oscillator, straight between its points.
+    """Acceleration a(d) of the equivalent oscillator, piecewise linear.
 
     Attributes
     ----------
@@ -39,10 +40,10 @@ class CapacityCurve:
     acceleration : (n,) array
         m/s².
     lines : tuple of Line
-        Where it comes from.
+        Steps of its calculation.
     losses : tuple of (float, float)
-        Displacements, m, at which ties break, and what has been lost there by all that broke so far, over the largest
-        acceleration; of a pushover also those of its other states, and what the step behind each loses.
+        Displacement, m, of each tie break, and the loss by all ties broken so far, relative to the largest
+        acceleration. A pushover lists its other states, too, with the loss in the following step.
     """
 
     displacement: Array
@@ -52,15 +53,15 @@ class CapacityCurve:
 
     @property
     def d0(self) -> float:
-        """Where the acceleration vanishes, m."""
+        """Displacement at which the acceleration vanishes, m."""
         return float(self.displacement[-1])
 
     def at(self, displacement: float) -> float:
-        """Acceleration, m/s²; before the loss where a tie breaks."""
+        """Return the acceleration, m/s²; at a tie break, the value before the loss."""
         return float(np.interp(displacement, self.displacement, self.acceleration))
 
     def with_d0(self, d0: float) -> Self:
-        """The same accelerations at displacements in proportion to another d0, m."""
+        """Return the same accelerations at displacements scaled to another d0, m."""
         share = d0 / self.d0
         losses = tuple((share * at, lost) for at, lost in self.losses)
         return replace(self, displacement=share * self.displacement, losses=losses)
@@ -73,18 +74,18 @@ def curve_of_rotation(
     forces: HorizontalForces,
     a0_star: float,
 ) -> CapacityCurve:
-    """Curve of one macro-block that turns about a fixed hinge, C8.7.1.2.1.2: straight, a0* (1 − d/d0), without ties.
+    """Return the curve of one macro-block that turns about a fixed hinge, C8.7.1.2.1.2.
 
-    The hinge is where the forces of the collapse state press, so that crushing sets it back. d0 is that of the finite
-    rotation at which the load factor vanishes; the control point is the centroid of the weights P + Q. Ties pull with
-    their force at collapse until they reach their elongation limit; those that have none are not counted, since nothing
-    verifies that they are there until collapse (C8.7.1.2.1.6).
+    Without ties it is the straight line a0* (1 − d/d0). The hinge lies where the forces of the collapse state press, so
+    crushing sets it back. d0 belongs to the finite rotation at which the load factor vanishes. The control point is the
+    centroid of the weights P + Q. Ties pull with their force at collapse until they reach their elongation limit. Ties
+    without a limit do not count, since nothing verifies that they hold until collapse (C8.7.1.2.1.6).
 
     Raises
     ------
     ModelError
-        If several bodies move, or one slides, does not turn where it presses, or turns about a point or an edge that
-        the resultant leaves: that takes a pushover.
+        If a pushover is necessary: several bodies move, or the body slides, turns about another axis than its pressed
+        edge, turns about a point, or turns about an edge that the resultant leaves.
     """
     instead = _instead(result.model)
     moving = [body for body in bodies if body.moves]
@@ -105,8 +106,8 @@ def curve_of_rotation(
     near = _APART * np.ptp(corners, axis=0).max()
     if np.linalg.norm(apart) > near + pressed.depth:
         msg = (
-            f"the body turns about an axis {np.linalg.norm(apart):.3g} m from where its joints press: friction, "
-            "tension or other bodies hold it, too, or it crushes towards a corner, as under a push askew to its edge; "
+            f"the body turns about an axis {np.linalg.norm(apart):.3g} m from the pressure at its joints: friction, "
+            "tension or other bodies also hold it, or it crushes towards a corner under an oblique push; "
             f"{instead}"
         )
         raise ModelError(msg)
@@ -116,8 +117,8 @@ def curve_of_rotation(
     alpha = turning.load_factor(0.0)
     if abs(alpha - result.load_factor) > 1e-3 * result.load_factor:
         msg = (
-            f"moments about the hinge give a load factor of {alpha:.4g}, not {result.load_factor:.4g}: more than "
-            f"weight and ties resists; {instead}"
+            f"the moments of weight and ties about the hinge give a load factor of {alpha:.4g}, not "
+            f"{result.load_factor:.4g}: something else resists, too; {instead}"
         )
         raise ModelError(msg)
     on = np.isin(forces.block, members)
@@ -128,20 +129,20 @@ def curve_of_rotation(
 
     counted = turning.without([tie for tie in turning.ties if not np.isfinite(tie.limit)])
     if turning.ties and counted.load_factor(0.0) <= 0:
-        msg = "without the ties that have no elongation limit the dead load overturns the body at rest: give them one"
+        msg = "the dead load overturns the body at rest without the ties that have no elongation limit: give them one"
         raise ModelError(msg)
     breaks = {tie.name: counted.breaks(tie) for tie in counted.ties}
     parts, losses, theta0 = _parts(counted, breaks)
     if np.isnan(theta0):
-        msg = "the dead load does not overturn the body, however far it turns"
+        msg = "the dead load does not overturn the body at any rotation"
         raise ModelError(msg)
     lost = [tie for tie in turning.ties if all(tie is not held for held in parts[-1][0].ties)]
     lift = sum(tie.force * float(tie.direction @ pressed.normal) for tie in lost)
     back = pressed.setback(turning.axis, near) * lift / pressed.force
     if back > _LIFTED * abs(float((control - hinge) @ np.cross(turning.axis, pressed.normal))):
         msg = (
-            f"ties that lift the body break before α vanishes, or are not counted ({', '.join(t.name for t in lost)}), "
-            f"and without them its joints crush further than at collapse, by which the hinge goes back by "
+            f"ties that lift the body break before α vanishes, or do not count ({', '.join(t.name for t in lost)}), "
+            f"so its joints crush further than at collapse, which moves the hinge back by "
             f"{shown(back, 'm')}: check the model without these ties"
         )
         raise ModelError(msg)
@@ -149,8 +150,7 @@ def curve_of_rotation(
     ends = pressed.ends(turning.axis, near)
     if ends[1] - ends[0] <= near:
         msg = (
-            "the body turns about a point and not about an edge, and once it leans it can go over to an edge beside "
-            f"it; {instead}"
+            f"the body turns about a point and not about an edge, and may then go over to an edge next to it; {instead}"
         )
         raise ModelError(msg)
     left = min(current.leaves(ends, pressed.normal, angles) for current, angles, _ in parts)
@@ -161,7 +161,7 @@ def curve_of_rotation(
             f"edge; {instead}"
         )
         raise ModelError(msg)
-    # At collapse it holds, by whatever it holds.
+    # At collapse the friction found holds the body, whatever it consists of.
     at_rest = turning.force(0.0)
     pressing = -float(at_rest @ pressed.normal)
     most = (1 + _SLIDES) * max(pressed.friction, float(np.linalg.norm(at_rest + pressing * pressed.normal)) / pressing)
@@ -169,8 +169,8 @@ def curve_of_rotation(
     if np.isfinite(slides):
         cohesive = any(i.joint_material.cohesion for i in result.model.interfaces)
         msg = (
-            f"at d = {shown(displacement(slides), 'm')}, before α vanishes at {shown(d0, 'm')}, ties and loads that "
-            "stay while α falls ask for more friction at the hinge than there is"
+            f"at d = {shown(displacement(slides), 'm')}, before α vanishes at {shown(d0, 'm')}, ties and constant "
+            "loads need more friction at the hinge than there is"
             f"{' without cohesion' * cohesive}, and it slides; {instead}"
         )
         raise ModelError(msg)
@@ -191,14 +191,18 @@ def curve_of_rotation(
     start = scale * counted.load_factor(0.0)
     source = "C8.7.1.2.1.2, C8.7.1.2.1.3"
     if not counted.ties:
-        said = f"a(d) = a(0) (1 − d/d0) = {shown(start, 'm/s²')} (1 − d / {shown(d0, 'm')}), without an elastic branch"
-        lines.append(Line("capacity curve", said, source))
+        formula = (
+            f"a(d) = a(0) (1 − d/d0) = {shown(start, 'm/s²')} (1 − d / {shown(d0, 'm')}), without an elastic branch"
+        )
+        lines.append(Line("capacity curve", formula, source))
         return CapacityCurve(np.array([0.0, d0]), np.array([start, 0.0]), tuple(lines))
-    said = f"a(d) = α(θ) g / (e* FC), from {shown(start, 'm/s²')} to 0 at {shown(d0, 'm')}, with ties until they break"
-    lines.append(Line("capacity curve", said, source))
+    formula = (
+        f"a(d) = α(θ) g / (e* FC), from {shown(start, 'm/s²')} to 0 at {shown(d0, 'm')}, with ties until they break"
+    )
+    lines.append(Line("capacity curve", formula, source))
     angles, factors = (np.concatenate(column) for column in list(zip(*parts, strict=True))[1:])
     d = np.array([displacement(angle) for angle in angles.tolist()])
-    # Two points at a loss: before it, and just beyond.
+    # Each loss has two points: one before it, and one just beyond.
     d = np.maximum.accumulate(np.where(np.diff(d, prepend=-1.0) <= 0, np.nextafter(d, np.inf), d))
     found = tuple((displacement(angle), loss) for angle, loss in losses)
     return CapacityCurve(d, scale * factors, tuple(lines), found)
@@ -207,7 +211,7 @@ def curve_of_rotation(
 def _parts(
     turning: RigidRotation, breaks: Mapping[str, float]
 ) -> tuple[list[tuple[RigidRotation, Array, Array]], list[tuple[float, float]], float]:
-    """Body, angles and load factors between the breaks of ties, these with what is lost by then, and the last angle."""
+    """Return body, angles and load factors between tie breaks, the losses, and the last angle."""
     parts, losses, begin, current = [], [], 0.0, turning
     for tie in sorted(turning.ties, key=lambda tie: breaks[tie.name]):
         angle = breaks[tie.name]
@@ -234,8 +238,8 @@ def _sampled(turning: RigidRotation, begin: float, end: float) -> tuple[Array, A
 def _tie_line(tie: Pull, angle: float | None, displacement: Callable[[float], float]) -> Line:
     what = f"tie {tie.name}"
     if angle is None:
-        said = f"T = {shown(tie.force / 1e3, 'kN')}; without an elongation limit it is not counted in a(d)"
-        return Line(what, said, "C8.7.1.2.1.6")
+        formula = f"T = {shown(tie.force / 1e3, 'kN')}; without an elongation limit it is not counted in a(d)"
+        return Line(what, formula, "C8.7.1.2.1.6")
     until = f"until d = {shown(displacement(angle), 'm')}" if np.isfinite(angle) else "always"
     return Line(
         what, f"T = {shown(tie.force / 1e3, 'kN')} {until}, an elongation of {shown(tie.limit, 'm')}", "C8.7.1.2.1.6"
@@ -243,29 +247,29 @@ def _tie_line(tie: Pull, angle: float | None, displacement: Callable[[float], fl
 
 
 def _instead(model: Model) -> str:
-    """What takes the place of a straight curve, as the end of a message."""
+    """Return the remedy for a missing straight curve, as the end of a message."""
     joints = [i.joint_material for i in model.interfaces]
     strong = any(j.cohesion or j.tensile_strength or np.isfinite(j.compressive_strength) for j in joints)
-    without = ", for which joints have neither cohesion nor a tensile or compressive strength" if strong else ""
-    return f"it takes a pushover{without}"
+    without = ", with joints that have neither cohesion nor a tensile or compressive strength" if strong else ""
+    return f"run a Pushover{without}"
 
 
 @dataclass(frozen=True, slots=True)
 class _Pressed:
-    """Where other bodies press some blocks.
+    """Pressure of other bodies on some blocks.
 
     Attributes
     ----------
     point, normal : (3,) arrays
-        Mean point, m, and the direction across the axis in which the blocks are pressed there.
+        Mean point of the pressure, m, and its direction on the blocks, perpendicular to the axis.
     force : float
-        By which they are pressed in that direction, N.
+        Pressing force in that direction, N.
     friction : float
-        Least coefficient of the joints that press them.
+        Least friction coefficient of the pressing joints.
     depth : float
-        Of the stress blocks, m: no axis is further from where they press than this, or than their nearest corner.
+        Depth of the stress blocks, m: the axis lies within this distance, or the nearest corner, of the pressure.
     corners : (n, 3) array
-        Of the joints at which bodies meet them, m.
+        Corners of the joints with other bodies, m.
     """
 
     point: Array
@@ -281,7 +285,7 @@ class _Pressed:
         outside = np.array([(i.minus in members) != (i.plus in members) for i in model.interfaces])
         of_point = last["interface_of_contact_point"].to_numpy()
         at = outside[of_point]
-        # Where joints resist tension, the forces beyond it are those of the stress block.
+        # If joints resist tension, the stress block carries the force beyond it.
         tension = last["tensile_strength"].to_numpy()[at]
         force = last["contact_force"].transpose("contact_point", "component").to_numpy()[at, 0]
         normal = np.maximum(force + tension, 0.0)
@@ -316,31 +320,31 @@ class _Pressed:
         )
 
     def setback(self, axis: Array, near: float) -> float:
-        """Distance of the hinge from the corners furthest before it, m."""
+        """Return the distance of the hinge from the corners furthest in front, m."""
         return float(self._before(axis, near)[1].max(initial=0.0))
 
     def ends(self, axis: Array, near: float) -> tuple[float, float]:
-        """Ends of the hinge along the axis of the rotation: of corners at it, or before it where it is set back, m."""
+        """Return the ends of the hinge along the axis, m: of the corners on it, or in front if it is set back."""
         along, before = self._before(axis, near)
         at = along[before >= -near]
         return float(at.min(initial=np.inf)), float(at.max(initial=-np.inf))
 
     def _before(self, axis: Array, near: float) -> tuple[Array, Array]:
-        """Of the corners at the level of the hinge, where they are along it and how far before it, m."""
+        """Return the positions of corners at the level of the hinge, along it and in front, m."""
         arm = self.corners - self.point
         arm = arm[np.abs(arm @ self.normal) <= near + self.depth]
         return arm @ axis, arm @ np.cross(axis, self.normal)
 
 
 def _depth(corners: Array, point: Array, used: float) -> float:
-    """Bound of the depth of a stress block across an axis, m, from a share of the strength about a point.
+    """Return a bound of the depth of a stress block across an axis, m.
 
-    It reaches from a corner, whose nearest the point is in its middle, and is as deep as a square of its area at most.
+    It starts at the corner nearest to its centre and is at most as deep as a square of the same area.
     """
     nearest = np.linalg.norm(corners - point, axis=1).min()
     return float(min(nearest, np.sqrt(used) * np.linalg.norm(np.ptp(corners, axis=0))))
 
 
 def components(vector: Array) -> str:
-    """Components of a direction, to three digits."""
+    """Return the components of a direction as text, to three digits."""
     return ", ".join(f"{value:.3g}" for value in np.round(vector, 6) + 0.0)

@@ -1,4 +1,4 @@
-"""The capacity curve of a pushover, as that of the equivalent oscillator."""
+"""Capacity curve of a pushover, as the curve of the equivalent oscillator."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,46 +8,47 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.assess.capacity import CapacityCurve, components
-from blockstruct.assess.lines import Line, shown
+from blockstruct.assess.lines import Line
 from blockstruct.assess.participation import HorizontalForces, Participation
 from blockstruct.errors import ModelError
 from blockstruct.model import Model
 from blockstruct.results import CaseResult, block_rotations
+from blockstruct.text import shown
 from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 
-#: Motion of the control point in the mechanism, in multiples of the largest, from which it tells the displacement.
+#: Motion of the control point in the mechanism, relative to the largest, from which it measures the displacement.
 _MOVES = 0.05
-#: Way back, in multiples of the largest displacement, that is none: at most 0.25 % of d_SLV, 0.4 of that displacement.
-#: Where one hinge closes and another one opens, points go back by as little before they go on.
+#: Return motion, relative to the largest displacement, that is neglected: at most 0.25 % of d_SLV, which is 0.4 d0.
+#: Points move back by as little if one hinge closes and another opens.
 _BACK = 1e-3
-#: Sine of the angle between the directions of the control point and of the push that are one.
+#: Sine of the largest angle between the directions of the control point and of the push.
 _ALONG = 1e-2
 
 
 def curve_of_pushover(
     result: CaseResult, capacity: xr.Dataset, push: Array, participation: Participation, a0_star: float
 ) -> CapacityCurve:
-    """Curve of the load factor over the displacement of the control point, C8.7.1.2.1.2 and [C8.7.1.4].
+    """Return the capacity curve of a pushover, C8.7.1.2.1.2 and [C8.7.1.4].
 
     Parameters
     ----------
     result
         Collapse state of a pushover.
     capacity
-        ``result.capacity``. Steps from the first one on whose certificate does not hold are left out.
+        ``result.capacity``, used up to the first step whose certificate does not hold.
     push : (3,) array
         Direction of the push, a unit vector.
     participation
-        Of the macro-blocks.
+        Participation of the macro-blocks.
     a0_star
         Acceleration at the collapse state, m/s².
 
     Raises
     ------
     ModelError
-        If the control point is not followed along the push, rests in the mechanism or turns back, no step is
+        If the control point does not follow the push, rests in the mechanism or turns back, no step is
         certified, or a tie has no elongation limit.
     """
     case: Any = result.case
@@ -55,15 +56,15 @@ def curve_of_pushover(
     unlimited = [t.name for t in result.model.ties if t.elongation_limit is None]
     if unlimited:
         msg = (
-            f"tie {unlimited[0]!r} has no elongation limit, and nothing verifies that it holds until α vanishes "
+            f"tie {unlimited[0]!r} has no elongation limit, so nothing verifies that it holds until α vanishes "
             "(C8.7.1.2.1.6): give it one"
         )
         raise ModelError(msg)
     if np.linalg.norm(np.cross(direction, push)) > _ALONG:
-        # At a finite rotation, what moves across the push is not in proportion to what moves along it.
+        # At a finite rotation, motion across the push is not proportional to motion along it.
         msg = (
-            f"the control point at block {block!r} is followed along ({components(direction)}), and the displacement "
-            f"of the oscillator is along the push (C8.7.1.2.1.3): run the pushover again with "
+            f"the control point at block {block!r} moves along ({components(direction)}), but the oscillator moves "
+            "along the push (C8.7.1.2.1.3): run the pushover again with "
             f"control=({block!r}, ({components(push)}))"
         )
         raise ModelError(msg)
@@ -83,8 +84,8 @@ def curve_of_pushover(
     if back.any():
         at = d_C[: int(back.argmax())].max()
         msg = (
-            f"the control point at block {block!r} turns back at {shown(float(at), 'm')}, and its displacement is not "
-            f"that of the mechanism beyond: {_instead(capacity, certified, side * np.array(direction), d_C.max())}"
+            f"the control point at block {block!r} turns back at {shown(float(at), 'm')}, so its displacement no "
+            f"longer measures the mechanism: {_instead(capacity, certified, side * np.array(direction), d_C.max())}"
         )
         raise ModelError(msg)
     alpha = capacity["load_factor"].transpose("step").to_numpy()[certified]
@@ -95,7 +96,7 @@ def curve_of_pushover(
         before = d_C < end
         d_C, alpha = np.append(d_C[before], end), np.append(alpha[before], 0.0)
     beyond = d_C > 0
-    # At rest, rounded corners already have less than the interfaces of the collapse state.
+    # At rest, rounded corners already carry less than the interfaces of the collapse state.
     at_rest = min([result.load_factor, *alpha[~beyond]])
     d_C, alpha = np.append(0.0, d_C[beyond]), np.append(at_rest, alpha[beyond])
     if len(d_C) < 3 or np.any(np.diff(d_C) <= 0):
@@ -108,7 +109,7 @@ def curve_of_pushover(
         breaks = np.unique(np.searchsorted(d_C, broke[broke < d_C[-1]])) - 1
     factor = participation.factor / abs(delta)
     d, a = d_C * factor, a0_star / result.load_factor * alpha
-    until = "where α vanishes" if complete else "where it ends, before α vanishes, which is taken for d0"
+    until = "where α vanishes" if complete else "its end before α vanishes, which counts as d0"
     lines = (
         Line("curve of the pushover", f"{steps} steps, to {shown(float(d_C[-1]), 'm')}, {until}", "C8.7.1.2.1.2"),
         Line(
@@ -122,7 +123,7 @@ def curve_of_pushover(
             "C8.7.1.2.1.3 (C8.7.1.3)",
         ),
     )
-    # What a step loses at once, and ties together with those that broke before.
+    # Loss in each step; ties count with the ties that broke before them.
     falls = -np.diff(alpha) / alpha.max()
     falls[breaks] = np.cumsum(falls[breaks])
     return CapacityCurve(d, a, lines, tuple(zip(d[:-1].tolist(), falls.tolist(), strict=True)))
@@ -131,9 +132,9 @@ def curve_of_pushover(
 def d0_of_weights(
     model: Model, capacity: xr.Dataset, forces: HorizontalForces, names: Sequence[str], e_star: float
 ) -> float:
-    """d0 of a pushover by the mean way of the weights P + Q of the blocks that move, instead of a control point, m.
+    """Return d0 of a pushover by the mean displacement of the weights P + Q, m.
 
-    With their mean δ for that of the control point [C8.7.1.4] is their mean way over e*.
+    With their mean δ as the δ of the control point, [C8.7.1.4] gives their mean displacement over e*.
     """
     last = int(np.flatnonzero(_certified(capacity))[-1])
     index = model.block_index
@@ -146,14 +147,14 @@ def d0_of_weights(
 
 
 def _turns_back(way: Array) -> NDArray[np.bool_]:
-    """Where ways over states, (state, …), are behind the furthest that they have been."""
+    """Return the states, (state, …), in which displacements are smaller than before."""
     return np.asarray(np.maximum.accumulate(way) - way > _BACK * way.max(axis=0))
 
 
 def _onward(way: Array, alpha: Array) -> tuple[Array, Array]:
-    """The states that none behind them is before, each with the least α since the last of them.
+    """Return the states below all later displacements, each with the least α since the state before it.
 
-    Of the α at one displacement this is the lowest, so that no way back makes a curve bear more.
+    Of several α at one displacement it keeps the lowest, so that a return motion never raises the curve.
     """
     nearest = np.minimum.accumulate(way[::-1])[::-1]
     on = np.flatnonzero(np.append(way[:-1] < nearest[1:], True))
@@ -161,7 +162,7 @@ def _onward(way: Array, alpha: Array) -> tuple[Array, Array]:
 
 
 def _instead(capacity: xr.Dataset, certified: NDArray[np.bool_], direction: Array, furthest: float) -> str:
-    """What to do where the control point turns back: follow the block that goes on furthest, if beyond a way, m."""
+    """Return the remedy for a control point that turns back."""
     position = capacity["position"].transpose("step", "block", "axis").to_numpy()[certified]
     way = (position - position[0]) @ direction
     on = np.where(_turns_back(way).any(axis=0), -np.inf, way[-1])
@@ -169,10 +170,10 @@ def _instead(capacity: xr.Dataset, certified: NDArray[np.bool_], direction: Arra
         return "no block goes further without turning back; look at the states of the pushover (result.capacity)"
     return (
         f"run the pushover again with control= at block {str(capacity['block'].values[int(on.argmax())])!r}, which "
-        f"goes on to {shown(float(on.max()), 'm')}"
+        f"reaches {shown(float(on.max()), 'm')}"
     )
 
 
 def _certified(capacity: xr.Dataset) -> NDArray[np.bool_]:
-    """The steps before the first one on whose certificate does not hold."""
+    """Return which steps precede the first one whose certificate does not hold."""
     return np.cumprod(capacity["holds"].transpose("step").to_numpy()).astype(bool)

@@ -1,4 +1,4 @@
-"""A check of a local mechanism, and how it is printed."""
+"""Check of a local mechanism, and its printed calculation."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,15 +9,16 @@ from numpy.typing import NDArray
 
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.coefficients import Coefficients
-from blockstruct.assess.lines import BEYOND, HIGHER, ROUNDED, Line, Section, in_g, section, shown, told_apart
+from blockstruct.assess.lines import HIGHER, ROUNDED, Line, Section, section
 from blockstruct.assess.overturning import Overturning
 from blockstruct.assess.participation import Participation
 from blockstruct.assess.spectrum import Spectrum
 from blockstruct.model import STANDARD_GRAVITY
 from blockstruct.results import CaseResult, MacroBlock
+from blockstruct.text import Note, assessment, in_g, ratio_text, shown, told_apart
 
 g = STANDARD_GRAVITY
-#: Share of the mass that does not take part, of rounding.
+#: Difference of e* from one that counts as rounding.
 _ONE = 1e-4
 _CODE = "Circolare 21/01/2019 n. 7 C.S.LL.PP., C8.7.1.2.1"
 
@@ -35,14 +36,14 @@ class LimitState:
     unit : str
         ``"m/s²"`` or ``"m"``.
     ag : float
-        Acceleration of the ground that it bears, m/s²: at which capacity and demand are equal, or that of SLD.
+        Ground acceleration that the structure bears, m/s²: the one at which capacity equals demand, or the one of SLD.
     ag_site : float
-        That of the site, m/s²; without a spectrum of this limit state that of SLV.
+        Ground acceleration of the site, m/s²; of SLV without a spectrum of this limit state.
     lines : tuple of Line
     of_sld : bool
-        Whether ``ag`` is that of SLD, which it counts as no less than (C8.7.1.2.1.8).
+        Whether ``ag`` is the one of SLD, which is its lower bound (C8.7.1.2.1.8).
     noted : LimitState or None
-        The same limit state by what a note of the check says to rely on instead.
+        The same limit state by the values that a note relies on instead.
     """
 
     name: str
@@ -62,63 +63,61 @@ class LimitState:
 
     @property
     def least_ratio(self) -> float:
-        """Capacity over demand, or what a note says to rely on instead, if that is less."""
+        """Capacity over demand, or the ratio that a note relies on instead, if that is less."""
         return self.ratio if self.noted is None else min(self.ratio, self.noted.ratio)
 
     @property
     def satisfied(self) -> bool:
-        """Whether the ground acceleration that it bears is not below that of the site; never without a demand.
+        """Whether the structure bears the ground acceleration of the site; False without a demand.
 
-        Nor is it where it is not by what a note says to rely on.
+        It is False, too, if the values that a note relies on do not satisfy the limit state.
         """
         by_note = self.noted is None or self.noted.satisfied
         return bool(self.ag >= self.ag_site and np.isfinite(self.demand) and by_note)
 
     def ratio_text(self, digits: int = 4) -> str:
-        """Capacity over demand to so many digits, or to as many as it takes to tell it from one."""
-        return told_apart(self.ratio, 1.0, digits)[0]
+        """Return capacity over demand with enough digits to distinguish it from one."""
+        return ratio_text(self.ratio, digits)
 
     def ag_texts(self, digits: int = 4) -> tuple[str, str]:
-        """Ground acceleration that it bears and that of the site, told apart as the ratio is from one."""
+        """Return both ground accelerations, borne and of the site, with enough digits to distinguish them."""
         borne, site = told_apart(self.ag / g, self.ag_site / g, digits)
-        return f"{borne} g" if np.isfinite(self.ag) else BEYOND, f"{site} g"
+        return assessment.acceleration_in_g(self.ag, borne), f"{site} g"
 
     @property
     def outcome(self) -> str:
-        """Whether it is satisfied, and why where the ratio does not tell."""
-        if np.isnan(self.demand):
-            return "not checked: no spectrum of this limit state"
-        if self.satisfied and self.ratio < 1:
-            return f"below 1, but satisfied: a_g,{self.name[:3]} counts as no less than a_g,SLD (C8.7.1.2.1.8)"
-        if self.satisfied:
-            return "satisfied"
-        if self.noted is not None and self.ag >= self.ag_site:
-            return f"not satisfied by the {self.noted.ratio_text()} that a note says to rely on"
-        return "not satisfied" + ("" if self.ratio < 1 else ", as a weaker ground motion already demands as much")
+        """Whether the limit state is satisfied, and why if its ratio does not show it."""
+        return assessment.state_outcome(
+            self.name,
+            self.ratio,
+            satisfied=self.satisfied,
+            bears_site=self.ag >= self.ag_site,
+            noted=None if self.noted is None else self.noted.ratio,
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LocalMechanismCheck:
-    """What :func:`local_mechanism` finds; ``print(check)`` hands in every formula.
+    """Result of :func:`local_mechanism`; ``print(check)`` shows every formula.
 
     Attributes
     ----------
     result : CaseResult
         The collapse state.
     alpha0 : float
-        Multiplier of the weights P + Q that sets the mechanism going.
+        Multiplier of the weights P + Q that activates the mechanism.
     direction : (3,) array
-        Of the push.
+        Direction of the push.
     bodies : tuple of MacroBlock
     participation, participation_of_blocks : Participation
-        Of the macro-blocks, which counts, and of the blocks one by one, which does not.
+        By macro-blocks, which the check uses, and by single blocks, for comparison.
     confidence_factor : float
     confidence_reason : str
     a0_star : float
         Spectral acceleration that activates the mechanism, m/s².
     curve : CapacityCurve or None
     missing_curve : str
-        Why there is none.
+        Why there is no curve.
     spectrum : Spectrum
         Demand at SLV.
     method, relied_on : str
@@ -126,8 +125,8 @@ class LocalMechanismCheck:
     limit_states : mapping of str to LimitState
     beside : Overturning or None
     coefficients : Coefficients
-    notes : tuple of str
-        What one must know before relying on it.
+    notes : tuple of Note
+        Read them before relying on the check.
     """
 
     result: CaseResult = field(repr=False)
@@ -147,11 +146,11 @@ class LocalMechanismCheck:
     relied_on: str
     beside: Overturning | None = field(repr=False)
     coefficients: Coefficients = field(repr=False)
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
     @property
     def e_star(self) -> float:
-        """Share of the mass that takes part, of macro-blocks."""
+        """Share of the mass that takes part, by macro-blocks."""
         return self.participation.e_star
 
     @property
@@ -161,39 +160,35 @@ class LocalMechanismCheck:
 
     @property
     def limit_state(self) -> LimitState:
-        """The one relied on."""
+        """The limit state that the check relies on."""
         return self.limit_states[self.relied_on]
 
     @property
     def ratio(self) -> float:
-        """Capacity over demand at the limit state relied on."""
+        """Capacity over demand at that limit state."""
         return self.limit_state.ratio
 
     @property
     def ag(self) -> float:
-        """Acceleration of the ground that it bears, m/s²: at which capacity and demand are equal, or that of SLD."""
+        """Ground acceleration that the structure bears at that limit state, m/s²."""
         return self.limit_state.ag
 
     @property
     def satisfied(self) -> bool:
-        """Whether the limit state relied on is, from a load factor that settled."""
+        """Whether that limit state is satisfied, with a load factor that has settled."""
         return self.result.settled and self.limit_state.satisfied
 
     @property
     def outcome(self) -> str:
-        """Whether it is satisfied, and why where the ratio does not show it."""
-        return self.limit_state.outcome if self.result.settled else "NOT SETTLED: the load factor is no answer yet"
+        """Whether that limit state is satisfied, and why if its ratio does not show it."""
+        return self.limit_state.outcome if self.result.settled else assessment.UNSETTLED
 
     @property
     def verdict(self) -> str:
-        """The number relied on, in a sentence."""
-        borne, site = self.limit_state.ag_texts()
-        in_SI = f"{shown(self.ag, 'm/s²')} = " if np.isfinite(self.ag) else ""
-        # Where that of SLD counts, capacity and demand are equal at a smaller one.
-        equal = "borne is a_g = a_g,SLD" if self.limit_state.of_sld else "equal at a_g"
-        return (
-            f"{self.relied_on}: capacity / demand = {self.limit_state.ratio_text()}, {self.outcome}; {equal} = "
-            f"{in_SI}{borne} (site {site})."
+        """Sentence on that limit state."""
+        state = self.limit_state
+        return assessment.verdict(
+            self.relied_on, self.ratio, self.outcome, self.ag, state.ag_texts(), of_sld=state.of_sld
         )
 
     @property
@@ -221,7 +216,7 @@ class LocalMechanismCheck:
                 ),
                 [Line(f"{name}, blocks: {len(by_name[name].blocks)}", self._body(W, d)) for name, W, d in whole.each],
                 [
-                    Line(f"{name} next to rests along the push", f"{self._body(W, d)}, and takes no part in the sums")
+                    Line(f"{name} hardly moves along the push", f"{self._body(W, d)}, and takes no part in the sums")
                     for name, W, d in (whole.left_out.each if whole.left_out else [])
                 ],
                 [Line("bodies at rest", f"{resting}, which take{'s' * (resting == 1)} no part")] if resting else [],
@@ -236,7 +231,7 @@ class LocalMechanismCheck:
                     "C8.7.1.2.1.3",
                 ),
                 Line("acceleration that activates it", a0, "C8.7.1.2.1.5 (C8.7.1.8)"),
-                [Line("capacity of any that begins later", self._floor, "e* ≤ 1")] if whole.e_star < 1 - _ONE else [],
+                [Line("least capacity of a later mechanism", self._floor, "e* ≤ 1")] if whole.e_star < 1 - _ONE else [],
             ),
             section(
                 "Capacity curve",
@@ -249,7 +244,7 @@ class LocalMechanismCheck:
             ratio = self.beside.alpha0 / self.alpha0
             found.append(
                 section(
-                    "Beside it, by hand: a mechanism that was named",
+                    "Mechanism by hand, for comparison",
                     list(self.beside.lines),
                     Line(
                         "compared with the one found",
@@ -261,11 +256,11 @@ class LocalMechanismCheck:
         return tuple(found)
 
     def _by_single_blocks(self) -> list[Line]:
-        """Share of the mass of the blocks one by one, where that is not the one of the bodies."""
+        """Return the line on e* by single blocks, if it differs from e* by bodies."""
         whole, small = self.participation, self.participation_of_blocks
         if len(small.names) == len(whole.names):
             return []
-        why = "together they are one" if len(whole.names) == 1 else "those of a body move together"
+        why = "together they are one" if len(whole.names) == 1 else "blocks of a body move together"
         numbers = f"e* = {shown(small.e_star)}, M* = {shown(small.M_star / 1e3, 't')}"
         return [Line("by single blocks, not used", f"{numbers}: {why}", "C8.7.1.2.1.3")]
 

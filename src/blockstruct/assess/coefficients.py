@@ -8,6 +8,8 @@ import numpy as np
 from blockstruct.assess.lines import Line
 from blockstruct.errors import ModelError, shown
 from blockstruct.keywords import did_you_mean
+from blockstruct.text import Note
+from blockstruct.text.assessment import changed_coefficients
 
 #: Confidence factor of each level of knowledge, Circolare 7/2019 Tab. C8.5.IV.
 KNOWLEDGE_LEVELS = {"LC1": 1.35, "LC2": 1.20, "LC3": 1.00}
@@ -27,7 +29,7 @@ _SOURCES = {
 
 @dataclass(frozen=True, slots=True)
 class Coefficients:
-    """Coefficients that the Circolare of 21/01/2019 n. 7 gives for local mechanisms; all of them are printed.
+    """Coefficients of the Circolare for local mechanisms; every check prints them.
 
     Parameters
     ----------
@@ -36,13 +38,13 @@ class Coefficients:
     slv_share, slc_share
         Displacement at SLV and SLC over d0, C8.7.1.2.1.6.
     slv_loss
-        Loss of acceleration, over the largest, by all ties that have broken, at which SLV ends, C8.7.1.2.1.6.
+        Loss of acceleration by all broken ties, relative to the largest, at which SLV ends, C8.7.1.2.1.6.
     slv_period, slc_period
         Factors of the equivalent periods, in multiples of π, [C8.7.1.10] and [C8.7.1.11].
     slv_damping, slc_damping
         Equivalent damping of the mechanism as a ratio, C8.7.1.2.1.8.
     without_crushing
-        Confidence factor where α0 ignores the compressive strength: that of LC1, C8.7.1.2.1.3.
+        Confidence factor if α0 ignores the compressive strength: the factor of LC1, C8.7.1.2.1.3.
     """
 
     q: float = 2.0
@@ -59,9 +61,9 @@ class Coefficients:
         for field in fields(self):
             value = getattr(self, field.name)
             most = 1.0 if field.name.endswith(("share", "loss", "damping")) else 10.0
-            # At d0 the acceleration is zero, and the period without end.
+            # At d0 the acceleration is zero and the period infinite.
             below = field.name.endswith(("share", "damping"))
-            # A confidence factor below one would raise what was found.
+            # A confidence factor below one would raise the capacity.
             least = 1.0 if field.name == "without_crushing" else np.finfo(float).tiny
             if not _is_number(value) or not least <= value <= most or (below and value == most):
                 wanted = "from 1 up to" if least == 1 else "above 0 and below" if below else "above 0 and up to"
@@ -69,30 +71,27 @@ class Coefficients:
                 raise ModelError(msg)
         if self.slc_share < self.slv_share:
             msg = (
-                f"Coefficients: slc_share {self.slc_share:g} is below slv_share {self.slv_share:g}, but SLC is not "
-                "reached before SLV; give an slc_share of at least that"
+                f"Coefficients: slc_share {self.slc_share:g} is below slv_share {self.slv_share:g}, but SLC follows "
+                "SLV; give an slc_share of at least that"
             )
             raise ModelError(msg)
 
     def lines(self) -> list[Line]:
-        """Every coefficient, and whether it is the one of the Circolare."""
-        said = []
+        """Return a line on every coefficient, which shows whether it differs from the Circolare."""
+        lines = []
         for field in fields(self):
             value = getattr(self, field.name)
             what, source = _SOURCES[field.name]
             given = "" if value == field.default else f" (given; the Circolare has {field.default:g})"
-            said.append(Line(what, f"{value:g}{given}", source))
-        return said
+            lines.append(Line(what, f"{value:g}{given}", source))
+        return lines
 
-    def notes(self) -> list[str]:
-        """Which coefficients are not those of the Circolare, in a sentence."""
-        changed = [(*_SOURCES[f.name], getattr(self, f.name), f.default) for f in fields(self)]
-        said = [
-            f"{what} = {value:g} ({default:g} in {source})"
-            for what, source, value, default in changed
-            if value != default
-        ]
-        return [f"Coefficients are not those of the Circolare: {', '.join(said)}."] if said else []
+    def notes(self) -> list[Note]:
+        """Return the note on coefficients that differ from the Circolare, if any do."""
+        plain = Coefficients()
+        values = {name: (getattr(self, name), getattr(plain, name)) for name in _SOURCES}
+        changed = [(_SOURCES[n][0], *pair, _SOURCES[n][1]) for n, pair in values.items() if pair[0] != pair[1]]
+        return [changed_coefficients(changed)] if changed else []
 
 
 def _is_number(value: object) -> bool:
@@ -102,13 +101,13 @@ def _is_number(value: object) -> bool:
 def confidence(
     factor: float | None, level: str | None, *, crushing: bool, without_crushing: float
 ) -> tuple[float, str]:
-    """Confidence factor and the reason for it, C8.7.1.2.1.3 and Tab. C8.5.IV.
+    """Return the confidence factor and the reason for it, C8.7.1.2.1.3 and Tab. C8.5.IV.
 
     Raises
     ------
     ModelError
-        If the level is unknown or contradicts the factor, both are missing where crushing counts, or the factor is
-        below the one that holds without crushing.
+        If the level is unknown or contradicts the factor, both are missing although α0 counts crushing, or the
+        factor is below the least one without crushing.
     """
     who = "local_mechanism: confidence_factor"
     if level is not None and level not in KNOWLEDGE_LEVELS:
@@ -125,15 +124,15 @@ def confidence(
     if not crushing:
         if factor is not None and factor < without_crushing:
             msg = (
-                f"{who} {factor:g}: α0 does not count the compressive strength, so that FC is {without_crushing:g}, "
-                "that of LC1, whatever the level of knowledge (C8.7.1.2.1.3); give the joints a "
+                f"{who} {factor:g}: α0 does not count the compressive strength, so FC is at least "
+                f"{without_crushing:g}, the factor of LC1 (C8.7.1.2.1.3); give the joints a "
                 "compressive_strength, or this factor"
             )
             raise ModelError(msg)
-        least = f"α0 ignores the compressive strength: that of LC1, {without_crushing:g}, is the least"
+        least = f"α0 ignores the compressive strength: at least the factor of LC1, {without_crushing:g}"
         return max(without_crushing, value or 0.0), least
     if value is None:
         msg = f"{who}: α0 counts the compressive strength; give the factor, or knowledge_level='LC1', 'LC2' or 'LC3'"
         raise ModelError(msg)
-    reason = f"that of level {level} (Tab. C8.5.IV)" if level is not None else "as given"
+    reason = f"the factor of level {level} (Tab. C8.5.IV)" if level is not None else "as given"
     return value, f"α0 counts the compressive strength: {reason}"

@@ -8,39 +8,40 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from blockstruct.assess.lines import Line, in_g, shown
+from blockstruct.assess.lines import Line
 from blockstruct.assess.spectrum import NtcSpectrum, checked_periods, damping_factor
 from blockstruct.assess.table_spectrum import TableSpectrum
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY, checked_tuple
+from blockstruct.text import in_g, shown
 from blockstruct.units import QuantityLike, si
 from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 g = STANDARD_GRAVITY
 
-#: Difference of |γ ψ| of the first mode, in multiples of the larger one, from which two heights are not the same.
+#: Relative difference of |γ ψ| of the first mode, from which two heights differ.
 _OTHER_HEIGHT = 0.1
-#: Relative difference of one ag in two units.
+#: Relative difference of one ag in two units that counts as rounding.
 _ROUNDING = 1e-9
-#: |γ ψ| of a mode beyond which a number is not meant so, such as 85 for a mass of 85 %: tops of buildings have 1.2 to
-#: 1.6, and an appendage in resonance with the building 1/(2 √μ), which is 10 for 1/400 of the mass μ of the mode.
+#: Largest plausible |γ ψ| of a mode; 85 for a mass of 85 % is not. Tops of buildings have 1.2 to 1.6. An appendage in
+#: resonance with the building has 1/(2 √μ), which is 10 for a mass μ of 1/400 of the mode.
 _MOST_AMPLIFIED = 10.0
 
 
 @dataclass(frozen=True, slots=True, init=False)
 class Mode:
-    """A mode of the building that the mechanism is part of, in the direction of the push.
+    """A mode of the building that contains the mechanism, in the direction of the push.
 
     Parameters
     ----------
     period : quantity, time
-        T_k. Masonry that is damaged at the limit state has one that is 50 to 100 % longer (C8.7.1.2.1.4).
+        T_k. Masonry that is damaged at the limit state has a period 50 to 100 % longer (C8.7.1.2.1.4).
     participation
-        γ_k = φᵀM1 / φᵀMφ, factor of participation, some 1.2 to 1.6 of a first mode that is 1 at the top. The share of
+        γ_k = φᵀM1 / φᵀMφ, participation factor, about 1.2 to 1.6 for a first mode that is 1 at the top. The share of
         the mass that takes part, 0.85 for instance, is another number.
     shape
-        ψ_k(z) at the height, and the place in plan, of the mechanism, in the same scale as γ_k.
+        ψ_k(z) at the height and the place in plan of the mechanism, in the same scale as γ_k.
     damping
         ξ_k as a ratio; 0.10 to 0.20 for damaged masonry (C8.7.1.2.1.4).
     """
@@ -78,7 +79,7 @@ class FloorSpectrum:
     ground : NtcSpectrum or TableSpectrum
     modes : tuple of Mode
     a, b : float
-        Where the peak of each mode begins and ends, in multiples of its period.
+        Begin and end of the peak of each mode, in multiples of its period.
     """
 
     ground: NtcSpectrum | TableSpectrum
@@ -88,7 +89,7 @@ class FloorSpectrum:
 
     @property
     def ag(self) -> float:
-        """That of the ground, m/s²."""
+        """Ground acceleration ag, m/s²."""
         return self.ground.ag
 
     @property
@@ -102,15 +103,15 @@ class FloorSpectrum:
         return float(np.linalg.norm([self.modal_peak(mode) for mode in self.modes]))
 
     def modal_peak(self, mode: Mode) -> float:
-        """a_Z,k(z), [C7.2.7], m/s²."""
+        """Return a_Z,k(z), [C7.2.7], m/s²."""
         of_ground = float(self.ground.acceleration(mode.period, mode.damping))
         return float(of_ground * abs(mode.participation * mode.shape) * np.sqrt(1 + 0.0004 * (100 * mode.damping) ** 2))
 
     def acceleration(self, period: ArrayLike, damping: float = 0.05) -> Array:
-        """S_eZ(T, ξ, z), [C7.2.5] with [C7.2.6], m/s²."""
+        """Return S_eZ(T, ξ, z), [C7.2.5] with [C7.2.6], m/s²."""
         T = checked_periods(period)
         found, beyond = self._of_modes(T, damping), T > self.T1
-        # Beyond the first period the building amplifies nothing, and filters nothing out.
+        # Beyond the first period the building neither amplifies nor filters.
         ground = self.ground.acceleration(np.where(beyond, T, 0.0), damping)
         return np.asarray(np.where(beyond, np.maximum(found, ground), found))
 
@@ -125,7 +126,7 @@ class FloorSpectrum:
         return np.asarray(rise * peak / (1 + (rise - 1) * (before + behind)))
 
     def displacement(self, period: ArrayLike, damping: float = 0.05) -> Array:
-        """S_eZ T²/4π², beyond b T_1 at least S_eZ(T_1) b² T_1²/4π² ([C8.7.1.12]), m."""
+        """Return S_eZ T²/4π², beyond b T_1 at least S_eZ(T_1) b² T_1²/4π² ([C8.7.1.12]), m."""
         T = checked_periods(period)
         plain = self.acceleration(T, damping) * (T / (2 * np.pi)) ** 2
         end = self.b * self.T1
@@ -133,12 +134,12 @@ class FloorSpectrum:
         return np.asarray(np.where(end < T, np.maximum(plain, least), plain))
 
     def at(self, ag: float) -> Self:
-        """At another acceleration of the ground, m/s²; the modes stay."""
+        """Return the spectrum at another ground acceleration, m/s², with the same modes."""
         return replace(self, ground=self.ground.at(ag))
 
     def lines(self) -> list[Line]:
-        """The ground, and every mode with its numbers."""
-        said = self.ground.lines()
+        """Return the lines on the ground, and on every mode with its numbers."""
+        lines = self.ground.lines()
         for k, mode in enumerate(self.modes, 1):
             numbers = (
                 f"a_Z,{k} = S_e(T_{k}, ξ_{k}) |γ ψ| √(1 + 0.0004 ξ²) = "
@@ -147,8 +148,8 @@ class FloorSpectrum:
                 f"{shown(float(np.sqrt(1 + 4 * mode.damping**2)))} = {shown(self.modal_peak(mode), 'm/s²')}"
             )
             what = f"mode {k}: T = {shown(mode.period, 's')}, ξ = {100 * mode.damping:g} %"
-            said.append(Line(what, numbers, "C7.2.3 (C7.2.7)"))
-        said.append(
+            lines.append(Line(what, numbers, "C7.2.3 (C7.2.7)"))
+        lines.append(
             Line(
                 "floor spectrum",
                 f"S_eZ of the modes, root of the sum of squares; a = {self.a:g}, b = {self.b:g}; ξ_k of the factor "
@@ -156,10 +157,10 @@ class FloorSpectrum:
                 "C7.2.3 (C7.2.5), (C7.2.6)",
             )
         )
-        return said
+        return lines
 
     def displacement_line(self, period: float, damping: float, symbol: str) -> Line:
-        """Displacement at a period, with its numbers."""
+        """Return the line on the displacement at a period, with its numbers."""
         S, found = float(self.acceleration(period, damping)), float(self.displacement(period, damping))
         of_modes, plain = float(self._of_modes(np.array(period), damping)), S * (period / (2 * np.pi)) ** 2
         numbers = f"S_eZ T²/4π² = {shown(S, 'm/s²')} · ({shown(period, 's')}/2π)² = {shown(plain, 'm')}"
@@ -179,7 +180,7 @@ class FloorSpectrum:
 
     @property
     def peak_line(self) -> Line:
-        """Largest acceleration at the height, with its numbers."""
+        """Line on the largest acceleration at the height, with its numbers."""
         parts = " + ".join(f"{shown(self.modal_peak(mode))}²" for mode in self.modes)
         return Line("largest acceleration at z", f"a_Z = √({parts}) = {in_g(self.peak, g)}", "C7.2.3 (C7.2.8)")
 
@@ -187,25 +188,26 @@ class FloorSpectrum:
 def floor_spectrum(
     ground: NtcSpectrum | TableSpectrum, modes: Iterable[Mode], *, a: float = 0.8, b: float = 1.1
 ) -> FloorSpectrum:
-    """Spectrum at the height of a mechanism, from given modes of the building: Circolare 7/2019 C7.2.3, [C7.2.5–8].
+    """Return the spectrum at the height of a mechanism, Circolare 7/2019 C7.2.3, [C7.2.5–8].
 
-    The Circolare states ξ_k in per cent. In ``√(1 + 0.0004 ξ_k²)`` it is; in the factor ``1.1 ξ_k^−0.5`` of [C7.2.6] a
-    damping of 5 % would then *reduce* the acceleration of the floor to half at resonance, where Table C7.2.II states an
-    amplification of 5. It is taken as a ratio there, ``1.1 · 0.05^−0.5 = 4.9``, which is on the safe side.
+    The spectrum follows from modes of the building. The Circolare states ξ_k in per cent, and ``√(1 + 0.0004 ξ_k²)``
+    uses it so. In the factor ``1.1 ξ_k^−0.5`` of [C7.2.6], a damping of 5 % would then *reduce* the acceleration of the
+    floor to half at resonance, although Table C7.2.II states an amplification of 5. There ξ_k is a ratio, ``1.1 ·
+    0.05^−0.5 = 4.9``, which is on the safe side.
 
     Parameters
     ----------
     ground
         Spectrum of the ground.
     modes
-        Of the building in the direction of the push, often the first one only (C8.7.1.2.1.8).
+        Modes of the building in the direction of the push, often only the first one (C8.7.1.2.1.8).
     a, b
-        Where the peak of each mode begins and ends, in multiples of its period.
+        Begin and end of the peak of each mode, in multiples of its period.
 
     Raises
     ------
     ModelError
-        If there is no mode, something is none, or a and b do not enclose one.
+        If there is no mode, an argument has a wrong type, or a and b do not enclose one.
     """
     if not isinstance(ground, NtcSpectrum | TableSpectrum):
         msg = f"floor_spectrum: ground is a {type(ground).__name__}; give ntc_spectrum(…) or table_spectrum(…)"
@@ -225,14 +227,14 @@ def floor_spectrum(
 
 
 def check_one_place(*demands: tuple[str, NtcSpectrum | TableSpectrum | FloorSpectrum | None]) -> None:
-    """Refuse demands of several limit states, the weakest first, that are not of one place; a table tells of none.
+    """Refuse spectra of several limit states, the weakest first, that belong to different places.
 
-    Periods and dampings of the modes may differ, as those of masonry that is damaged do (C8.7.1.2.1.4).
+    Periods and dampings of the modes may differ, as damage changes them (C8.7.1.2.1.4). A table has no place.
 
     Raises
     ------
     ModelError
-        If one is of the ground and another one of a height, the heights or the sites differ, or a weaker limit state
+        If one belongs to the ground and another to a height, the heights or the sites differ, or a weaker limit state
         has the larger ag.
     """
     given = [(name, spectrum) for name, spectrum in demands if spectrum is not None]
@@ -243,8 +245,8 @@ def check_one_place(*demands: tuple[str, NtcSpectrum | TableSpectrum | FloorSpec
         elif {type(one), type(other)} == {FloorSpectrum, NtcSpectrum}:
             at_height, on_ground = (weaker, stronger) if isinstance(one, FloorSpectrum) else (stronger, weaker)
             msg = (
-                f"{who}: {at_height} is the demand at a height, {on_ground} that of the ground, but they are of one "
-                f"mechanism; give {on_ground} at the height, too, as bs.assess.floor_spectrum(…) of its ground and "
+                f"{who}: {at_height} is a floor spectrum, {on_ground} the spectrum of the ground, for one mechanism; "
+                f"give {on_ground} at the height, too, as bs.assess.floor_spectrum(…) of its ground and "
                 "the modes, or both of the ground"
             )
             raise ModelError(msg)
@@ -263,8 +265,8 @@ def _check_height(who: str, one: FloorSpectrum, other: FloorSpectrum) -> None:
             for mode in first
         )
         msg = (
-            f"{who}: participation · shape of the first mode is {numbers}, that of two heights or two buildings; give "
-            "both at the height of the mechanism: periods and dampings alone go with the limit state"
+            f"{who}: participation · shape of the first mode is {numbers}, which are two heights or two buildings; "
+            "give both at the height of the mechanism: only periods and dampings depend on the limit state"
         )
         raise ModelError(msg)
 
@@ -273,12 +275,9 @@ def _check_site(who: str, weaker: NtcSpectrum, stronger: NtcSpectrum) -> None:
     for what in ("soil", "topography"):
         one, other = getattr(weaker, what), getattr(stronger, what)
         if one != other:
-            msg = f"{who}: {what} {one!r} and {other!r}, but they are of one site; give both with the same {what}"
+            msg = f"{who}: {what} {one!r} and {other!r}, for one site; give both with the same {what}"
             raise ModelError(msg)
     if weaker.ag > (1 + _ROUNDING) * stronger.ag:
         ag = " and ".join(in_g(spectrum.ag, g) for spectrum in (weaker, stronger))
-        msg = (
-            f"{who}: ag is {ag}, but it does not fall from SLD to SLV to SLC, whose return periods are longer; give "
-            "each limit state its own"
-        )
+        msg = f"{who}: ag is {ag}, but it must not fall from SLD to SLV to SLC; give each limit state its own"
         raise ModelError(msg)

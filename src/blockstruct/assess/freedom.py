@@ -1,4 +1,4 @@
-"""What a collapse state leaves open: mechanisms beside each other, and joints that open at rates of their own."""
+"""Independent motions in a collapse state."""
 
 from collections.abc import Collection, Sequence
 
@@ -12,31 +12,31 @@ from blockstruct.vocabulary import TieState
 
 Array = NDArray[np.float64]
 
-#: Work, relative to weight times motion of the lesser of two bodies, that is none; and force, relative to its weight.
+#: Work, relative to weight times motion of the lesser body, and force, relative to its weight, that count as zero.
 _NOTHING, _UNLOADED = 1e-3, 1e-4
-#: Motion at a joint, relative to the scale of the mechanism, that is none.
+#: Motion at a joint, relative to the scale of the mechanism, that counts as zero.
 _STICKS = 1e-3
-#: Least resistance to a motion, where that of one joint is of the order of one: motions that are found are known to
-#: some 1e-6, and long chains of bodies resist little.
+#: Least resistance to a motion, if one joint resists with about one. Motions are accurate to about 1e-6, and long
+#: chains of bodies resist little.
 _RESISTED = 1e-9
 
 
 def separate_mechanisms(
     result: CaseResult, forces: HorizontalForces, bodies: Sequence[MacroBlock]
 ) -> list[list[MacroBlock]]:
-    """Bodies that move, in sets between which no work passes, each in the order of the bodies.
+    """Return the moving bodies in sets that exchange no work, each in the order of the bodies.
 
-    Façades that stand apart and reach their load factor at once may each move as fast as it likes: whatever their
-    motion is together, each of theirs is a mechanism. Work passes through a joint whose force moves with both of its
-    bodies, and along a tie that is stressed and does not give way. Bodies between which next to none passes are taken
-    to be apart. That is on the safe side: the largest e* of the parts is never below that of all (Cauchy's inequality).
+    Façades that stand apart and reach their load factor together may each move at any rate: each is a mechanism by
+    itself. Work passes through a joint whose force moves with both of its bodies, and along a stressed tie that does
+    not give way. Bodies that exchange almost no work count as apart. This is on the safe side: the largest e* of the
+    parts is never below the e* of all bodies (Cauchy's inequality).
 
     Parameters
     ----------
     result
         The collapse state.
     forces
-        Of its variable load. Sets of bodies on which they do no work are left out.
+        Forces of its variable load. Sets of bodies on which they do no work are left out.
     bodies
         ``result.macro_blocks``.
     """
@@ -47,7 +47,7 @@ def separate_mechanisms(
     body_of = {name: k for k, body in enumerate(moving) for name in body.blocks}
     model = result.model
     sides = [[getattr(i, side) for i in model.interfaces] for side in ("minus", "plus")]
-    # Supports, and bodies at rest, take on no work.
+    # Supports and bodies at rest exchange no work.
     one, other = (np.array([body_of.get(name, -1) for name in names]) for names in sides)
     passed = np.min([_work(result, names) for names in sides], axis=0)
     own = np.array([body.total * np.linalg.norm(body.translation) for body in moving])
@@ -65,7 +65,7 @@ def separate_mechanisms(
 
 
 def _stressed(result: CaseResult, blocks: Collection[str]) -> list[TieSegment]:
-    """Ties between some blocks that are stressed and do not give way at collapse."""
+    """Return the stressed ties between some blocks that do not give way at collapse."""
     model = result.model
     if not model.ties:
         return []
@@ -75,7 +75,7 @@ def _stressed(result: CaseResult, blocks: Collection[str]) -> list[TieSegment]:
 
 
 def _work(result: CaseResult, blocks: Sequence[str]) -> Array:
-    """Work (J,) of normal forces and of friction at each joint on one of its blocks, by name, whatever its sign."""
+    """Return the absolute work (J,) of forces at each joint on one of its blocks."""
     last, model, mechanism = result.history.isel(iteration=-1), result.model, result.mechanism
     of_point = last["interface_of_contact_point"].to_numpy()
     block = np.array([model.block_index[name] for name in blocks])[of_point]
@@ -83,31 +83,31 @@ def _work(result: CaseResult, blocks: Sequence[str]) -> Array:
     arm = last["contact_point_position"].to_numpy() - np.array([b.centroid for b in model.blocks])[block]
     v = np.einsum("kij,kj->ki", last["interface_frame"].to_numpy()[of_point], shift + np.cross(turn, arm))
     work = v * last["contact_force"].transpose("contact_point", "component").to_numpy()
-    # What normal forces give friction may take: all that moves a lintel may be its own weight and push.
+    # Friction may take the work of normal forces: only its own weight and push may move a lintel.
     each = np.abs(work[:, 0]) + np.abs(work[:, 1:].sum(axis=1))
     return np.asarray(np.bincount(of_point, each, minlength=len(blocks)))
 
 
 def is_unique(result: CaseResult, bodies: Sequence[MacroBlock]) -> bool:
-    """Whether bodies that move can only move as they do, if each joint that presses goes as it does at any rate.
+    """Return whether moving bodies have one motion only, up to its size.
 
-    Where each course of a tower is about to turn over the one below it, each of these joints may open by itself, and
-    the motion that is found is any mixture. Motions count that leave the relative motion at each loaded joint what it
-    is, but for its size, and the length of each stressed tie.
+    If each course of a tower is about to turn over the one below, each joint may open by itself, and the motion found
+    is an arbitrary mixture. All motions count that keep the direction of the relative motion at each loaded joint, and
+    the length of each stressed tie.
 
     Parameters
     ----------
     result
         The collapse state.
     bodies
-        One of :func:`separate_mechanisms`, and those at rest.
+        One set of :func:`separate_mechanisms`, and the bodies at rest.
     """
     from scipy.sparse import csc_array
     from scipy.sparse.linalg import eigsh
 
     model, last = result.model, result.history.isel(iteration=-1)
     moving = [body for body in bodies if body.moves]
-    # What rests holds, and what moves in another mechanism does not.
+    # Bodies at rest support the others; bodies of another mechanism do not.
     number = {b.name: -1 for b in model.blocks if b.fixed} | {n: -1 for body in bodies for n in body.blocks}
     number |= {name: k for k, body in enumerate(moving) for name in body.blocks}
     centre, length = np.mean([body.centroid for body in moving], axis=0), model.characteristic_length
@@ -117,7 +117,7 @@ def is_unique(result: CaseResult, bodies: Sequence[MacroBlock]) -> bool:
     u = np.column_stack([shift, turn])
 
     def at(points: Array) -> Array:
-        """Velocity and rotation (J, 6, 6) at points (J, 3), m, of what has them at the centre."""
+        """Return the matrices (J, 6, 6) from velocity and rotation at the centre to points (J, 3), m."""
         r = (points - centre) / length
         found = np.tile(np.eye(6), (len(r), 1, 1))
         found[:, :3, 3:] = np.cross(np.eye(3), r[:, None, :]).swapaxes(1, 2)

@@ -1,4 +1,4 @@
-"""Limit states of a mechanism: capacity and demand with their numbers, C8.7.1.2.1.5 to C8.7.1.2.1.8."""
+"""Limit states of a mechanism: capacity and demand, C8.7.1.2.1.5 to C8.7.1.2.1.8."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,21 +8,22 @@ import numpy as np
 from blockstruct.assess.capacity import CapacityCurve
 from blockstruct.assess.check import LimitState
 from blockstruct.assess.coefficients import Coefficients
-from blockstruct.assess.lines import Line, in_g, shown, told_apart
+from blockstruct.assess.lines import Line
 from blockstruct.assess.rotation import first_reached
 from blockstruct.assess.spectrum import LARGEST, SMALLEST, Spectrum
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY
+from blockstruct.text import in_g, shown, told_apart
 
 g = STANDARD_GRAVITY
-#: Methods that a check can rely on, and the limit state of each.
+#: Limit state that each method relies on.
 METHODS = {"linear": "SLV, linear", "displacement": "SLV, by displacement"}
-#: Ground accelerations that are tried before the one at which capacity and demand are equal is found to the last digit.
+#: Ground accelerations that bracket the one at which capacity equals demand.
 _TRIED = g * np.geomspace(SMALLEST, LARGEST, 400)
 
 
 def damage(a0_star: float, spectrum: Spectrum, *, with_demand: bool) -> LimitState:
-    """SLD of an acceleration a0*, m/s², at a spectrum, or at its site alone."""
+    """Return SLD of an acceleration a0*, m/s², with a spectrum, or with its site alone."""
     ag = _ground_acceleration(spectrum, lambda s: s.peak, a0_star)
     lines = [Line("capacity", f"a_Z,SLD = α0 g / (e* FC) = a0* = {in_g(a0_star, g)}", "C8.7.1.2.1.5 (C8.7.1.8)")]
     if with_demand:
@@ -33,7 +34,7 @@ def damage(a0_star: float, spectrum: Spectrum, *, with_demand: bool) -> LimitSta
 
 
 def linear(a0_star: float, spectrum: Spectrum, ag_sld: float, c: Coefficients) -> LimitState:
-    """SLV by the behaviour factor q, of an acceleration a0*, m/s², whose SLD is reached at a ground acceleration."""
+    """Return SLV by the behaviour factor q, of an acceleration a0*, m/s²."""
     demand = spectrum.peak / c.q
     ag = _ground_acceleration(spectrum, lambda s: s.peak / c.q, a0_star)
     lines = (
@@ -54,7 +55,7 @@ def linear(a0_star: float, spectrum: Spectrum, ag_sld: float, c: Coefficients) -
 def by_displacement(
     curve: CapacityCurve, ag_sld: float, state: str, c: Coefficients, spectrum: Spectrum, *, with_demand: bool
 ) -> LimitState:
-    """SLV or SLC by displacement, whose ground acceleration is not below that of SLD, m/s².
+    """Return SLV or SLC by displacement; its ground acceleration is at least the one of SLD, m/s².
 
     Raises
     ------
@@ -90,7 +91,7 @@ def by_displacement(
     ]
     demand = float(spectrum.displacement(T, damping))
     if with_demand:
-        # That of SLV has a section of its own.
+        # The spectrum of SLV has its own section.
         lines += spectrum.lines() if state != "SLV" else []
         lines += [spectrum.displacement_line(T, damping, f"S_De(T_{state})"), _ratio(d, demand, "m")]
     equation = f"S_De(T_{state}; a_g) = d_{state}"
@@ -105,8 +106,8 @@ def by_displacement(
 
 
 def _ground_acceleration(spectrum: Spectrum, demand: Callable[[Any], float], capacity: float) -> float:
-    """Least acceleration of the ground at which a demand reaches a capacity, m/s²; infinite beyond 10 g."""
-    # Where S_S falls faster than ag rises there may be several: the least counts.
+    """Return the least ground acceleration that exceeds a capacity, m/s²; infinite beyond 10 g."""
+    # Several exist if S_S falls faster than ag rises: the least counts.
     return first_reached(lambda ag: demand(spectrum.at(ag)) - capacity, _TRIED)
 
 
@@ -121,5 +122,5 @@ def _equal(state: str, equation: str, spectrum: Spectrum, ag: float, source: str
 
 
 def _ratio(capacity: float, demand: float, unit: str) -> Line:
-    (borne, asked), (ratio, _) = told_apart(capacity, demand), told_apart(capacity / demand, 1.0)
-    return Line("capacity / demand", f"{borne} {unit} / {asked} {unit} = {ratio}")
+    (borne, demanded), (ratio, _) = told_apart(capacity, demand), told_apart(capacity / demand, 1.0)
+    return Line("capacity / demand", f"{borne} {unit} / {demanded} {unit} = {ratio}")

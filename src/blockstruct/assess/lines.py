@@ -1,18 +1,16 @@
-"""A formula as an engineer hands it in: what it gives, with its numbers, and the paragraph it is from."""
+"""Lines of a calculation: quantity, formula with its numbers, and paragraph."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 #: Width of the first column on paper.
 _WIDTH = 38
-#: An acceleration of the ground that was not found among those that were tried.
-BEYOND = "more than 10 g"
-#: What stands beside formulas whose printed numbers do not give the last digit of the printed result.
-ROUNDED = "Numbers are rounded where they are printed alone: each is calculated from unrounded ones."
-#: What a check does not tell of its demand.
+#: Remark on printed numbers that do not reproduce the last digit of a result.
+ROUNDED = "Printed numbers are rounded; each result is calculated from unrounded numbers."
+#: Remark on demands that a check does not cover.
 HIGHER = (
-    "parts higher up that may move by themselves, such as gables, have a larger demand as a rule (floor spectra), and "
-    "take checks of their own"
+    "parts higher up that may move alone, such as gables, usually have a larger demand (floor spectra) and need "
+    "checks of their own"
 )
 
 
@@ -23,11 +21,11 @@ class Line:
     Attributes
     ----------
     what : str
-        What is calculated.
+        Name of the quantity.
     formula : str
         The formula, its numbers and its value with the unit.
     source : str
-        Paragraph and number of the formula; empty where there is none.
+        Paragraph and number of the formula; empty without one.
     """
 
     what: str
@@ -51,37 +49,8 @@ class Section:
 
 
 def section(title: str, *lines: Line | Sequence[Line]) -> Section:
-    """A section of lines, and of sequences of them."""
+    """Return a section of lines and sequences of lines."""
     flat: list[Line] = []
     for one in lines:
         flat += [one] if isinstance(one, Line) else one
     return Section(title, tuple(flat))
-
-
-def shown(value: float, unit: str = "") -> str:
-    """A number to four digits, with its unit.
-
-    >>> shown(0.123456, "m/s²")
-    '0.1235 m/s²'
-    """
-    return f"{value:.4g} {unit}".rstrip()
-
-
-def told_apart(value: float, limit: float, digits: int = 4) -> tuple[str, str]:
-    """A value and its limit to so many digits, or to as many as it takes to tell which is larger.
-
-    >>> told_apart(0.99996, 1.0)
-    ('0.99996', '1')
-    >>> told_apart(1.5, 1.0)
-    ('1.5', '1')
-    """
-    # 17 digits tell any two doubles apart.
-    texts = [(f"{value:.{n}g}", f"{limit:.{n}g}") for n in range(digits, 18)]
-    return next((pair for pair in texts if pair[0] != pair[1]), texts[0])
-
-
-def in_g(acceleration: float, gravity: float) -> str:
-    """An acceleration in m/s² and as a share of gravity; infinite is more than was looked for."""
-    if acceleration == float("inf"):
-        return BEYOND
-    return f"{acceleration:.4g} m/s² = {acceleration / gravity:.4g} g"

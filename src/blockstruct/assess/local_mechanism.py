@@ -13,7 +13,6 @@ from blockstruct.assess.coefficients import Coefficients, confidence
 from blockstruct.assess.floor_spectrum import FloorSpectrum, check_one_place
 from blockstruct.assess.freedom import is_unique, separate_mechanisms
 from blockstruct.assess.limit_states import METHODS, by_displacement, damage, linear
-from blockstruct.assess.lines import shown
 from blockstruct.assess.notes import (
     notes_of,
     notes_of_control,
@@ -33,12 +32,13 @@ from blockstruct.keywords import did_you_mean
 from blockstruct.model import STANDARD_GRAVITY, LimitCase
 from blockstruct.results import CaseResult, MacroBlock, Spread, macro_blocks
 from blockstruct.results.macro_blocks import TOGETHER
+from blockstruct.text import Note, assessment
 from blockstruct.vocabulary import Status
 
 g = STANDARD_GRAVITY
-#: Share by which a mechanism by hand begins before the one found, for it to be told.
+#: Relative difference of α0 from which a mechanism by hand begins below the one found.
 _BELOW = 1e-3
-#: Share by which a pushover ends behind the d0 of a body that turns about its hinge alone, for it to be told.
+#: Relative difference of d0 from which a pushover ends after a body that turns about its hinge alone.
 _LATER = 0.03
 
 
@@ -55,38 +55,38 @@ def local_mechanism(
     coefficients: Coefficients | None = None,
     tolerance: float = TOGETHER,
 ) -> LocalMechanismCheck:
-    """Check the mechanism of a collapse state against a spectrum, Circolare 21/01/2019 n. 7, C8.7.1.2.1.
+    """Check a local mechanism against a spectrum, Circolare 7/2019 C8.7.1.2.1.
 
-    The masses are those that the variable load pushes: P of the blocks, Q of point and face loads along the push.
-    Blocks that move together are one body (``result.macro_blocks``): over the small blocks of a wall that turns as
-    one, e* would be 0.75 and a0* a third too high. Bodies at rest do not count, nor do those whose δ is next to none,
-    such as a sidewall that turns about a point near its centroid: e* would count their whole weight, however small δ
-    is. Bodies that pass no work on to each other, such as façades apart, are mechanisms of their own, however fast each
-    moves: the check is that of the one with the lowest ratio. The mechanism is taken as held by the structure that it
-    is part of; elements free to vibrate on their own, such as pinnacles, are not treated.
+    The masses are the ones that the variable load pushes: P of the blocks, Q of point and face loads along the push.
+    Blocks that move together form one body (``result.macro_blocks``). Over the small blocks of a wall that turns as
+    one, e* would be 0.75 and a0* a third too high. Bodies at rest do not count, nor do bodies with a negligible δ, such
+    as a sidewall that turns about a point near its centroid: e* would count their whole weight. Bodies that exchange no
+    work, such as façades apart, are separate mechanisms, and the check takes the one with the lowest ratio. The rest of
+    the structure is assumed to hold the mechanism; elements that vibrate on their own, such as pinnacles, are not
+    covered.
 
     Parameters
     ----------
     result
-        A converged case whose variable load is a horizontal BodyForce. Of a spread it is the run as given; the lower
-        end of its range is noted. A pushover also gives its capacity curve.
+        A converged case whose variable load is a horizontal BodyForce. A spread gives its run as given, and a note on
+        the lower end of its range. A pushover also gives its capacity curve.
     confidence_factor, knowledge_level
-        FC, or the level ``"LC1"`` to ``"LC3"`` that it follows from. Where the joints of the bodies that move have no
-        compressive strength, it is that of LC1.
+        FC, or the level ``"LC1"`` to ``"LC3"`` that sets it. If joints of the moving bodies have no compressive
+        strength, FC is at least the one of LC1.
     spectrum
         Demand at SLV: :func:`ntc_spectrum`, :func:`table_spectrum`, or :func:`floor_spectrum` at a height.
     method
-        What is relied on: ``"linear"``, the acceleration with the behaviour factor q (C8.7.1.2.1.7), or
-        ``"displacement"`` (C8.7.1.2.1.8), for a mechanism with a capacity curve.
+        ``"linear"``: rely on the acceleration with the behaviour factor q (C8.7.1.2.1.7). ``"displacement"``: rely on
+        the displacement (C8.7.1.2.1.8), which needs a capacity curve.
     spectrum_sld, spectrum_slc
-        Demand at the other limit states, at the same place; without them only their capacities are told, with the site
-        of ``spectrum``.
+        Demand at the other limit states, at the same place. Without them, the check gives only their capacities, with
+        the site of ``spectrum``.
     beside
-        A mechanism named by hand, to print beside the one found: :func:`overturning`.
+        A mechanism named by hand to print with the one found: :func:`overturning`.
     coefficients
-        Coefficients of the Circolare, if other ones are wanted.
+        Coefficients of the Circolare, to change them.
     tolerance
-        Of the relative motion within a body: :func:`blockstruct.results.macro_blocks`.
+        Relative motion within a body: :func:`blockstruct.results.macro_blocks`.
 
     Returns
     -------
@@ -96,8 +96,9 @@ def local_mechanism(
     Raises
     ------
     ModelError
-        If the case has no collapse state, its push is not horizontal, the confidence factor does not hold, the spectra
-        are of several places, the mechanism beside it is of other loads, or there is no capacity curve for the method.
+        If the case has no collapse state, its push is not horizontal, the confidence factor is too low, the spectra
+        belong to different places, the mechanism by hand has other loads, or the method needs a capacity curve that
+        does not exist.
     """
     found, case = _converged(result)
     spectrum = _spectrum("spectrum", spectrum)
@@ -115,7 +116,7 @@ def local_mechanism(
     forces = HorizontalForces.of(found.model, case)
     if beside is not None:
         _check_same_loads(beside, found, case)
-    asked = _Asked(
+    request = _Request(
         found,
         case,
         forces,
@@ -130,10 +131,10 @@ def local_mechanism(
     )
     bodies = macro_blocks(found.model, found.mechanism, tolerance, case.dead)
     parts = separate_mechanisms(found, forces, bodies)
-    # A pushover tells of the mechanism that its control point is of.
-    known = parts if found.capacity is None or method == "linear" else [p for p in parts if asked.follows(p)] or parts
+    # A pushover describes the mechanism of its control point.
+    known = parts if found.capacity is None or method == "linear" else [p for p in parts if request.follows(p)] or parts
     resting = [body for body in bodies if not body.moves]
-    checks = [asked.check([*part, *resting]) for part in known]
+    checks = [request.check([*part, *resting]) for part in known]
     ratios = [one.limit_state.least_ratio for one in checks]
     check = checks[int(np.argmin(ratios))]
     notes = [*notes_of_parts(parts, known, ratios), *check.notes]
@@ -141,8 +142,8 @@ def local_mechanism(
 
 
 @dataclass(frozen=True, slots=True)
-class _Asked:
-    """What is asked for, whichever mechanism of the collapse state it is of."""
+class _Request:
+    """Arguments of a check, for any mechanism of the collapse state."""
 
     found: CaseResult
     case: LimitCase
@@ -157,12 +158,12 @@ class _Asked:
     coefficients: Coefficients
 
     def follows(self, bodies: Sequence[MacroBlock]) -> bool:
-        """Whether the control point of the pushover is on one of some bodies."""
+        """Return whether the control point of the pushover belongs to some bodies."""
         control: Any = getattr(self.case, "control", ("",))
         return any(control[0] in body.blocks for body in bodies)
 
     def check(self, bodies: Sequence[MacroBlock]) -> LocalMechanismCheck:
-        """The check of one mechanism, of the bodies that move in it and of those at rest."""
+        """Return the check of one mechanism, of its moving bodies and the bodies at rest."""
         found, case, forces, c = self.found, self.case, self.forces, self.coefficients
         spectrum, sld_site, slc_site = self.spectrum, self.spectrum_sld, self.spectrum_slc
         whole, blocks = of_bodies(found.model, forces, found.mechanism, bodies)
@@ -180,13 +181,13 @@ class _Asked:
             if pushed is None:
                 curve = curve_of_rotation(found, case, bodies, forces, a0_star)
             elif not whole.unique:
-                missing = "no capacity curve: the mechanism is not unique, nor is what its control point tells"
+                missing = "no capacity curve: the mechanism is not unique, so its control point does not measure it"
             elif self.follows(bodies):
                 curve = curve_of_pushover(found, pushed, forces.direction, whole, a0_star)
             else:
-                missing = "no capacity curve: the pushover follows a mechanism beside it"
+                missing = "no capacity curve: the pushover follows another mechanism"
         except ModelError as error:
-            # A pushover without a curve tells what to do about it: it does not take another one.
+            # A pushover without a curve states its own remedy, which is not another pushover.
             missing = f"no capacity curve: {found.missing_curve or error}"
         if self.method == "displacement" and curve is None:
             msg = f"case {found.name!r}: {missing}, or give method='linear' (--method linear on the command line)"
@@ -211,18 +212,18 @@ class _Asked:
                 except ModelError as error:
                     if self.method == "displacement" and state == "SLV":
                         raise
-                    notes.append(f"{state} by displacement was left out. {error}.")
+                    notes.append(assessment.state_left_out(state, str(error)))
         notes += c.notes()
         notes += notes_of_demand(found.model, part, spectrum)
         notes += [
-            f"{state.name}: capacity / demand = {state.ratio_text()}, {state.outcome}."
+            assessment.state_missed(state.name, state.ratio, state.outcome)
             for state in states
             if state.name not in METHODS.values() and np.isfinite(state.demand) and not state.satisfied
         ]
         if curve is not None and pushed is not None:
 
             def slv(other: CapacityCurve) -> LimitState | None:
-                """By another curve, if the spectrum tells it."""
+                """Return SLV by another curve; None if the spectrum does not cover it."""
                 try:
                     return by_displacement(other, sld.ag, "SLV", c, spectrum, with_demand=True)
                 except ModelError:
@@ -236,11 +237,7 @@ class _Asked:
         beside = self.beside
         notes += [] if beside is None else [*notes_of_height(found.model, beside, part), *beside.notes]
         if beside is not None and beside.alpha0 < (1 - _BELOW) * alpha0:
-            notes.append(
-                f"The mechanism by hand begins at α0 = {shown(beside.alpha0)}, below the one found, {shown(alpha0)}: "
-                "what it leaves out holds the blocks, or the model lacks what it counts. Tell which before relying on "
-                "either."
-            )
+            notes.append(assessment.hand_is_lower(beside.alpha0, alpha0))
         return LocalMechanismCheck(
             result=found,
             alpha0=alpha0,
@@ -264,16 +261,13 @@ class _Asked:
 
     def _notes_of_range(
         self, a0_star: float, by_q: Callable[[float], LimitState]
-    ) -> tuple[list[str], LimitState | None]:
-        """The lower end of the range of the load factor, and the limit state there."""
+    ) -> tuple[list[Note], LimitState | None]:
+        """Return the note on the lower end of the range of the load factor, and the limit state there."""
         head = self.found.headline
         if head.answer.text(head.lowest) == head.number:
             return [], None
         low = by_q(a0_star * head.lowest / head.load_factor)
-        text = (
-            f"The load factor is {head.range}. At the lower end capacity / demand is {low.ratio_text()}: rely on that."
-        )
-        return [text], low
+        return [assessment.range_of_load_factor(head.range, low.ratio)], low
 
     def _notes_of_one_body(
         self,
@@ -281,8 +275,8 @@ class _Asked:
         a0_star: float,
         pushed: CapacityCurve,
         slv: Callable[[CapacityCurve], LimitState | None],
-    ) -> tuple[list[str], LimitState | None]:
-        """Whether a body by itself is overturned before the pushover ends, and SLV by its curve then."""
+    ) -> tuple[list[Note], LimitState | None]:
+        """Return the note on a body that overturns alone before the pushover ends, and SLV by its curve."""
         try:
             alone = curve_of_rotation(self.found, self.case, bodies, self.forces, a0_star)
         except ModelError:
@@ -290,17 +284,11 @@ class _Asked:
         state = slv(alone) if pushed.d0 > (1 + _LATER) * alone.d0 else None
         if state is None:
             return [], None
-        text = (
-            f"The pushover ends at d0 = {shown(pushed.d0, 'm')}, but a body that turns about its hinge, with nothing "
-            f"else to hold it, is overturned at {shown(alone.d0, 'm')}: on its way friction beside it, which "
-            "self-stress may raise as it likes, or blocks that it meets hold it, too. Without them capacity / demand "
-            f"of {state.name} = {state.ratio_text()}: rely on that, unless it is verified that they do."
-        )
-        return [text], state
+        return [assessment.overturns_alone(pushed.d0, alone.d0, state.name, state.ratio)], state
 
 
 def _check_same_loads(beside: Overturning, found: CaseResult, case: LimitCase) -> None:
-    """Refuse a mechanism by hand of another model or case: weights and loads of its blocks tell."""
+    """Refuse a mechanism by hand with other weights or loads than the model and the case."""
     index, turning = found.model.block_index, beside.rotation
     if set(beside.blocks) <= index.keys():
         again = RigidRotation.of(
@@ -309,7 +297,7 @@ def _check_same_loads(beside: Overturning, found: CaseResult, case: LimitCase) -
         if all(one.is_close(other) for one, other in ((again.dead, turning.dead), (again.variable, turning.variable))):
             return
     msg = (
-        f"local_mechanism: beside is of other blocks or loads than case {case.name!r} of model {found.model.name!r}; "
+        f"local_mechanism: beside has other blocks or loads than case {case.name!r} of model {found.model.name!r}; "
         "give bs.assess.overturning(result.model, result.case, …)"
     )
     raise ModelError(msg)
@@ -327,29 +315,26 @@ def _refuse_kind(name: str, value: object, remedy: str) -> NoReturn:
 
 
 def _converged(result: Any) -> tuple[CaseResult, LimitCase]:
-    """The collapse state to check, and what was asked for."""
+    """Return the collapse state to check, and its case."""
     if isinstance(result, Spread):
         result = result.given
     if not isinstance(result, CaseResult):
         msg = f"local_mechanism: {type(result).__name__} is not a limit case's result; give analysis['name']"
         raise ModelError(msg)
     if not isinstance(result.case, LimitCase):
-        msg = (
-            f"case {result.name!r}: a {type(result.case).__name__} has no push; a local mechanism is checked from the "
-            "collapse of a LimitCase"
-        )
+        msg = f"case {result.name!r}: a {type(result.case).__name__} has no push; give a LimitCase"
         raise ModelError(msg)
     if result.status is not Status.CONVERGED:
         msg = (
-            f"case {result.name!r}: {result.headline}; a local mechanism is checked from a "
-            "converged collapse state: change the procedure or the loads and run the case again"
+            f"case {result.name!r}: {result.headline}; a check needs a converged collapse state: change the procedure "
+            "or the loads and run the case again"
         )
         raise ModelError(msg)
     return result, result.case
 
 
 def _crushes(result: CaseResult, bodies: Sequence[MacroBlock]) -> bool:
-    """Whether every joint at which a body that moves meets another one has a compressive strength."""
+    """Return whether every joint of a moving body with another body has a compressive strength."""
     body = {name: k for k, one in enumerate(bodies) for name in one.blocks}
     moves = {name for one in bodies if one.moves for name in one.blocks}
     strength = result.history["compressive_strength"].to_numpy()

@@ -8,56 +8,57 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from blockstruct.assess.lines import Line, section, shown
+from blockstruct.assess.lines import Line, section
 from blockstruct.assess.participation import HorizontalForces
 from blockstruct.assess.rotation import Pull, RigidRotation, pulls_at
 from blockstruct.errors import ModelError
 from blockstruct.errors import shown as as_given
 from blockstruct.model import Block, LimitCase, Model, checked_tuple, tie_segments
 from blockstruct.results import MacroBlock, applied_loads
+from blockstruct.text import Note, assessment, shown
 from blockstruct.units import QuantityLike, si, si_array
 from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 
-#: How far beside the blocks an edge may lie, in multiples of their extent.
+#: Distance of an edge from the blocks, relative to their extent, up to which it is accepted.
 _BESIDE = 0.05
 #: Corrections of the setback of the hinge.
 _PASSES = 3
-#: Angles among which one is looked for at which the resultant leaves the edge.
+#: Angles that bracket the one at which the resultant leaves the edge.
 _ANGLES = 60
-#: Sine of the angle between an edge and the vertical at which it is upright.
+#: Sine of the angle between an edge and the vertical below which it is upright.
 _UPRIGHT = 1e-6
-#: Rise of the normal of a joint that a block stands on.
+#: Vertical part of the normal of a joint from which a block stands on it.
 _LEVEL = 0.5
-#: Distance between an edge and a joint, in multiples of the extent of the blocks, up to which it lies at the joint.
+#: Distance between an edge and a joint, relative to the extent of the blocks, up to which the edge lies at the joint.
 _AT_JOINT = 5e-3
-#: Points along a joint among which one of an edge is looked for.
+#: Points of an edge that are tested against a joint.
 _POINTS = 41
-#: Share by which an edge that crushes is longer than the joints at it, for it to be told.
+#: Relative difference from which an edge that crushes is longer than its joints.
 _LONGER = 0.02
 
 
 @dataclass(frozen=True, slots=True)
 class Overturning:
-    """A mechanism that was named, and the multiplier that sets it going.
+    """A mechanism named by hand, and the multiplier that activates it.
 
     Attributes
     ----------
     blocks : tuple of str
     rotation : RigidRotation
-        About the hinge.
+        Rotation about the hinge.
     setback : float
-        Of the hinge from the edge by crushing, m.
+        Distance of the hinge from the edge by crushing, m.
     alpha0 : float
-        Multiplier of the weights P + Q that sets the mechanism going.
+        Multiplier of the weights P + Q that activates the mechanism.
     weight : float
         Σ (P + Q), N.
     d0 : float
         Displacement of their centroid along the push at which α vanishes without ties, m.
     lines : tuple of Line
-    notes : tuple of str
-        What one must know before relying on it.
+    notes : tuple of Note
+        Read them before relying on the multiplier.
     """
 
     blocks: tuple[str, ...]
@@ -67,11 +68,11 @@ class Overturning:
     weight: float
     d0: float
     lines: tuple[Line, ...]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     def __str__(self) -> str:
-        said = section(f"overturning of {counted(len(self.blocks), 'block')} about an edge", self.lines)
-        return "\n".join([*(f"note: {text}" for text in self.notes), str(said)])
+        calculation = section(f"overturning of {counted(len(self.blocks), 'block')} about an edge", self.lines)
+        return "\n".join([*(f"note: {text}" for text in self.notes), str(calculation)])
 
 
 def overturning(
@@ -82,13 +83,13 @@ def overturning(
     *,
     compressive_strength: QuantityLike | None = None,
 ) -> Overturning:
-    """Multiplier α0 of the rotation of a group of blocks, as one body, about an edge: [C8.7.1.1] by moments.
+    """Return α0 of blocks that turn as one body about an edge, [C8.7.1.1].
 
-    The loads of the case on these blocks act, and ties between them and other blocks: with their capacities, or with
-    their prestress where the rotation slackens them. Nothing else holds them, no friction and no bond to other blocks,
-    and nothing else weighs on them: what stands on them is told. d0 is that without ties. Where the resultant leaves
-    the edge before, which is then not the one that they turn about, the lines tell it. Where no joint holds the edge,
-    as below blocks that reach beyond what they stand on, a note tells it.
+    The loads of the case on these blocks act, and ties to other blocks: with their capacities, or with their prestress
+    if the rotation slackens them. Nothing else holds them, neither friction nor bond. Blocks that stand on them do not
+    count; a line names them. d0 is the value without ties. If the resultant leaves the edge before, they turn about
+    another edge, and a line states it. If no joint holds the edge, such as under blocks that overhang their support, a
+    note says so.
 
     Parameters
     ----------
@@ -97,10 +98,10 @@ def overturning(
     blocks
         Names of the blocks that turn as one, or a macro-block of a result.
     edge : quantity, length, shape (2, 3)
-        Two ends of the edge: its length is that over which the joint crushes.
+        Two ends of the edge. The joint crushes over its length.
     compressive_strength : quantity, stress
-        Sets the hinge back from the edge by half the depth of the stress block, ``N / (2 f_c l)``, of dead load and
-        ties; none by default.
+        Sets the hinge back from the edge by half the depth of the stress block, ``N / (2 f_c l)``, under dead load and
+        ties. By default it is infinite.
 
     Raises
     ------
@@ -170,7 +171,7 @@ def overturning(
             msg = f"{who}: an edge that is upright has no joint that weight crushes; leave compressive_strength out"
             raise ModelError(msg)
         inward *= np.sign(inward @ (G - hinge)) / np.linalg.norm(inward)
-        # Which ties the rotation slackens hangs on where the hinge is, and that on what they pull.
+        # The hinge decides which ties the rotation slackens, and the ties decide where the hinge is.
         for _ in range(_PASSES):
             setback = N / (2 * f_c * length)
             hinge = edge_at + setback * inward
@@ -205,7 +206,7 @@ def overturning(
             f"{shown(alpha0)}); give the edge that the push turns them about"
         )
         raise ModelError(msg)
-    # Ties crush the joint, or relieve it, for as long as they pull.
+    # Ties load or relieve the joint only while they pull.
     free = RigidRotation.of(model, case, members, bare, axis)
     theta0 = free.capacity() if free.load_factor(0.0) > 0 else np.nan
     d0 = float(free.moved(G, theta0) @ forces.direction) if np.isfinite(theta0) else np.nan
@@ -249,12 +250,15 @@ def overturning(
 
 
 def _pulls(about: RigidRotation, most: Sequence[Pull], least: Sequence[Pull]) -> list[Pull]:
-    """Ties that pull: with the most where the rotation lengthens them, and else with the least."""
+    """Return the ties that pull: with the most if the rotation lengthens them, else with the least."""
     return [p for p in most if about.moment(p, 0.0) < 0] + [p for p in least if about.moment(p, 0.0) >= 0]
 
 
 def _leaves(rotation: RigidRotation, free: RigidRotation, theta0: float, length: float) -> float:
-    """Angle at which the resultant leaves the edge, at rest with ties and then without; infinite if it stays."""
+    """Return the angle at which the resultant leaves the edge; infinite if it stays.
+
+    At rest the ties count, and then they do not.
+    """
     level = np.array([0.0, 0.0, 1.0]) - rotation.axis[2] * rotation.axis
     if np.linalg.norm(level) < _UPRIGHT:
         return np.inf
@@ -266,19 +270,19 @@ def _leaves(rotation: RigidRotation, free: RigidRotation, theta0: float, length:
 
 
 def _pressed(down: float, pulls: Sequence[Pull]) -> float:
-    """Force with which dead load, by itself of a force down, and ties press the blocks, N."""
+    """Return the force with which dead load and ties press the blocks, N."""
     N = down - float(sum(p.force * p.direction[2] for p in pulls))
     if N <= 0 and pulls:
         msg = (
-            f"overturning: ties pull the blocks up by {-N / 1e3:.4g} kN more than the dead load presses them down: "
-            "they lift, and do not turn about the edge; name a mechanism in which these ties pull less"
+            f"overturning: ties pull the blocks up by {-N / 1e3:.4g} kN more than the dead load presses them down, so "
+            "they lift; name a mechanism in which these ties pull less"
         )
         raise ModelError(msg)
     return N
 
 
 def _standing_on(model: Model, names: set[str]) -> list[Line]:
-    """Blocks that stand on these and are not among them."""
+    """Return the line on blocks that stand on these and are not among them."""
     counted = names | {b.name for b in model.blocks if b.fixed}
     level = [joint for joint in model.interfaces if abs(joint.normal[2]) > _LEVEL]
     pairs = [(j.minus, j.plus) if j.normal[2] > 0 else (j.plus, j.minus) for j in level]
@@ -288,8 +292,8 @@ def _standing_on(model: Model, names: set[str]) -> list[Line]:
 
 def _notes_of_joints(
     model: Model, turning: Sequence[Block], ends: Array, pressing: Array, *, crushes: bool
-) -> tuple[str, ...]:
-    """That no joint at an edge takes the force with which blocks press it, or that the joints there are shorter."""
+) -> tuple[Note, ...]:
+    """Return the note on an edge without a joint that takes the force on it, or with shorter joints."""
     length = float(np.linalg.norm(ends[1] - ends[0]))
     axis = (ends[1] - ends[0]) / length
     up = np.array([0.0, 0.0, 1.0]) - axis[2] * axis
@@ -304,33 +308,18 @@ def _notes_of_joints(
         total = _length_of(joints)
         if not crushes or length <= (1 + _LONGER) * total:
             return ()
-        said = (
-            f"The edge named by hand is {shown(length, 'm')} long, the joints at its line {shown(total, 'm')}: only "
-            "these crush, and set the hinge back further than u. Give an edge of that length."
-        )
-        return (said,)
-    outside = "where something outside the model holds the edge, verify that, too."
+        return (assessment.edge_is_long(length, total),)
     furthest = max(below, key=below.__getitem__)
     if below[furthest] <= near:
-        said = (
-            "No joint with what stays is at the edge named by hand: the blocks reach beyond the one that they stand "
-            f"on, and turn about its edge at less. Name an edge of a joint; {outside}"
-        )
-        return (said,)
+        return (assessment.edge_overhangs(),)
     others = sum(depth > near for depth in below.values()) - 1
-    more = f" and above those of {others} more" if others else ""
-    said = (
-        f"The edge named by hand is {shown(below[furthest], 'm')} above the lowest point of block {furthest!r}{more}, "
-        "and no joint with what stays holds the blocks there: what is below it would turn backwards with them. Name an "
-        f"edge at a joint, or only blocks above it; {outside}"
-    )
-    return (said,)
+    return (assessment.edge_is_high(below[furthest], furthest, others),)
 
 
 def _joints_at(
     model: Model, names: set[str], start: Array, axis: Array, pressing: Array, near: float
 ) -> list[tuple[float, float]]:
-    """Begin and end along a line, m, of joints in whose box along it it lies, and that blocks press with a force."""
+    """Return begin and end along a line, m, of joints at the line on which a force presses the blocks."""
     found = []
     for joint in model.interfaces:
         inward = joint.normal if joint.plus in names else -joint.normal
@@ -351,7 +340,7 @@ def _joints_at(
 
 
 def _length_of(parts: Sequence[tuple[float, float]]) -> float:
-    """Length of what parts of a line cover, m, each by its begin and its end."""
+    """Return the length that parts of a line cover, m, from the begin and the end of each."""
     total, covered = 0.0, -np.inf
     for begin, end in sorted(parts):
         total += max(end - max(begin, covered), 0.0)
@@ -360,7 +349,7 @@ def _length_of(parts: Sequence[tuple[float, float]]) -> float:
 
 
 def _check_at(ends: Array, blocks: Sequence[Block]) -> None:
-    """Refuse an edge that does not lie at the blocks, as one in another unit."""
+    """Refuse an edge that does not lie at the blocks, such as one in a wrong unit."""
     corners = np.concatenate([b.shape.vertices for b in blocks])
     low, high = corners.min(axis=0), corners.max(axis=0)
     room = _BESIDE * np.ptp(corners, axis=0).max()

@@ -1,4 +1,4 @@
-"""Which mass takes part in a mechanism: weights and displacements of its bodies."""
+"""Mass that takes part in a mechanism: weights and displacements of its bodies."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,34 +8,35 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from blockstruct.assess.lines import Line, shown
+from blockstruct.assess.lines import Line
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY, BodyForce, LimitCase, Model
 from blockstruct.results import MacroBlock, applied_loads
 from blockstruct.results.macro_blocks import TOGETHER
+from blockstruct.text import shown
 
 Array = NDArray[np.float64]
 
-#: Share of a force that may act across the push, and sine of the slope of a push that is horizontal.
+#: Share of a force that may act across the push; sine of the slope of a push that counts as horizontal.
 _ALONG = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
 class HorizontalForces:
-    """The forces of a variable load that pushes horizontally, each as the weight of the mass that it belongs to.
+    """Forces of a horizontal variable load, as the weights of the masses that it pushes.
 
     Attributes
     ----------
     direction : (3,) array
-        Of the push.
+        Direction of the push.
     share : float
         Horizontal force at load factor 1 over weight.
     block : (n,) array
         Index of the block of each force.
     point : (n, 3) array
-        Where it acts, m.
+        Point of action, m.
     weight : (n,) array
-        P of a block, or Q of what it carries, N.
+        P of a block, or Q of a carried mass, N.
     """
 
     direction: Array
@@ -46,7 +47,7 @@ class HorizontalForces:
 
     @classmethod
     def of(cls, model: Model, case: LimitCase) -> Self:
-        """Forces of a case.
+        """Return the forces of a case.
 
         Raises
         ------
@@ -84,7 +85,7 @@ class HorizontalForces:
         return cls(direction, share, block, point, along / share)
 
     def displacements(self, model: Model, mechanism: xr.Dataset) -> Array:
-        """Displacement (n,) along the push of the point of each force in a mechanism, in multiples of its scale."""
+        """Return the displacement (n,) of each force along the push in a mechanism."""
         shift, turn = (mechanism[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation"))
         centroid = np.array([b.centroid for b in model.blocks])[self.block]
         moved = shift[self.block] + np.cross(turn[self.block], self.point - centroid)
@@ -92,7 +93,7 @@ class HorizontalForces:
 
 
 def _summed(block: NDArray[np.int64], point: Array, force: Array) -> tuple[NDArray[np.int64], Array, Array]:
-    """Forces on one block at one point as one: several loads may push one mass."""
+    """Return forces with one block and one point added up, as several loads may push one mass."""
     _, first, which = np.unique(np.column_stack([block, point]), axis=0, return_index=True, return_inverse=True)
     total = np.zeros((len(first), 3))
     np.add.at(total, which.reshape(-1), force)
@@ -102,7 +103,7 @@ def _summed(block: NDArray[np.int64], point: Array, force: Array) -> tuple[NDArr
 
 @dataclass(frozen=True, slots=True)
 class Participation:
-    """Weights P + Q of bodies, displacements δ of their centroids along the push, and what follows from them.
+    """Weights P + Q and displacements δ along the push of bodies, and the quantities that follow.
 
     Attributes
     ----------
@@ -112,11 +113,11 @@ class Participation:
     displacement : (N,) array
         Scaled to a largest one of 1.
     scale : float
-        What it was divided by.
+        Divisor of the displacements.
     unique : bool
-        Whether the bodies can only move as they do. Where not, e* is 1, which no motion exceeds.
+        Whether the bodies have one motion only. If not, e* is 1, the largest value of any motion.
     left_out : Participation or None
-        Bodies that move, and whose centroid next to rests along the push: they are in none of the sums.
+        Moving bodies whose centroids hardly move along the push; no sum counts them.
     """
 
     names: tuple[str, ...]
@@ -128,7 +129,7 @@ class Participation:
 
     @classmethod
     def of(cls, names: Sequence[str], groups: Sequence[NDArray[np.int64]], weight: Array, displacement: Array) -> Self:
-        """Of groups of forces; a group without weight takes no part."""
+        """Return the participation of groups of forces; a group without weight takes no part."""
         total = np.array([weight[group].sum() for group in groups])
         heavy = np.flatnonzero(total > 0).tolist()
         mean = np.array([np.dot(weight[groups[k]], displacement[groups[k]]) / total[k] for k in heavy])
@@ -139,13 +140,13 @@ class Participation:
         return cls(tuple(names[k] for k in heavy), total[heavy], mean / largest, float(largest))
 
     def without_next_to_rest(self) -> Self:
-        """Without the bodies whose δ is that of the largest at rest, within the tolerance of motions that are one.
+        """Return the participation without bodies whose δ is negligible.
 
-        Their work next to vanishes with δ, but e* counts their whole weight in Σ (P + Q), however small δ is: a body
-        that turns about a point near its centroid would raise a0*. Leaving out bodies of no more than half of the mean
-        δ of all weights never lowers e*: with m the mean and s = Σ (P + Q) δ² / Σ (P + Q) δ, ln e* grows by
-        (1 − 2 δ/m + δ²/(m s)) / Σ (P + Q) for a unit of weight less, above zero for δ ≤ m/2, and m grows with it. Where
-        all but some of the weight next to rests, the mean may be less than that: the larger e* counts.
+        Their work vanishes with δ, but e* counts their whole weight in Σ (P + Q): a body that turns about a point near
+        its centroid would raise a0*. Leaving out bodies with at most half of the mean δ of all weights never lowers e*.
+        With the mean m and s = Σ (P + Q) δ² / Σ (P + Q) δ, ln e* grows by (1 − 2 δ/m + δ²/(m s)) / Σ (P + Q) for each
+        unit of weight left out. This is above zero for δ ≤ m/2, and m grows with it. If almost all weight hardly moves,
+        the mean may be less: then the larger e* counts.
         """
         rests = np.abs(self.displacement) <= TOGETHER
         if not rests.any():
@@ -154,7 +155,7 @@ class Participation:
         return taking_part if taking_part.e_star >= self.e_star else self
 
     def of_displacement(self, least: float, below: float) -> Self:
-        """The bodies alone whose δ is of a size, whatever its sign."""
+        """Return the participation of bodies with |δ| in a range."""
         size = np.abs(self.displacement)
         return self._only((least <= size) & (size < below))
 
@@ -200,12 +201,12 @@ class Participation:
         return float(self.weight @ self.displacement**2)
 
     def lines(self, of: str) -> list[Line]:
-        """M* and e* with their numbers."""
+        """Return the lines on M* and e* with their numbers."""
         W, first, second = (shown(force / 1e3, "kN") for force in (self.total, self._first, self._second))
         e = f"e* = [Σ(P+Q)δ]² / (Σ(P+Q) Σ(P+Q)δ²) = ({first})² / ({W} · {second}) = {shown(self._of_motion)}"
         M = f"[Σ(P+Q)δ]² / (g Σ(P+Q)δ²) = ({first})² / (g · {second})"
         if not self.unique:
-            e += ", of one motion of several; no motion has more than 1, which counts"
+            e += ", for one of several motions; the check uses 1, the largest possible value"
             M = f"Σ(P+Q) / g = {W} / g"
         return [
             Line(f"share of the mass, {of}", e, "C8.7.1.2.1.3 (C8.7.1.5)"),
@@ -216,7 +217,7 @@ class Participation:
 def of_bodies(
     model: Model, forces: HorizontalForces, mechanism: xr.Dataset, bodies: Sequence[MacroBlock]
 ) -> tuple[Participation, Participation]:
-    """Participation of the macro-blocks that take part, and of their blocks one by one."""
+    """Return the participation of macro-blocks, and of their blocks one by one."""
     index = model.block_index
     delta = forces.displacements(model, mechanism)
     moving = [body for body in bodies if body.moves]
@@ -228,6 +229,6 @@ def of_bodies(
 
 
 def taking_part(bodies: Sequence[MacroBlock], whole: Participation) -> list[MacroBlock]:
-    """Bodies that move, without those that the sums leave out."""
+    """Return the moving bodies that the sums count."""
     left_out = whole.left_out.names if whole.left_out else ()
     return [body for body in bodies if body.moves and body.name not in left_out]

@@ -1,4 +1,4 @@
-"""A rigid body that turns about a fixed hinge through finite angles."""
+"""Finite rotation of a rigid body about a fixed hinge."""
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
@@ -13,27 +13,27 @@ from blockstruct.results import applied_loads
 
 Array = NDArray[np.float64]
 
-#: Angles, between none and the right one, among which one is looked for.
+#: Angles, from zero to a right angle, that bracket a wanted one.
 _TRIED = np.linspace(0, np.pi / 2, 2000, endpoint=False)
-#: Difference of two loads, relative to the largest component, that is rounding.
+#: Difference of two loads, relative to the largest component, that counts as rounding.
 _SAME = 1e-6
-#: How far beyond the ends of a hinge its resultant may seem to lie, in multiples of its length.
+#: Distance of the resultant beyond the ends of a hinge, relative to its length, that counts as rounding.
 _BEYOND = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
 class Pull:
-    """A tie that pulls the body towards a point that rests.
+    """A tie that pulls the body towards a point at rest.
 
     Attributes
     ----------
     name : str
     anchor, towards : (3,) arrays
-        Its end on the body and the other one, m.
+        Its end on the body, and its other end, m.
     force : float
-        N, whatever its elongation.
+        N, at any elongation.
     limit : float
-        Elongation at which it breaks, m; infinite if none was given.
+        Elongation at which it breaks, m; infinite without a limit.
     """
 
     name: str
@@ -44,13 +44,13 @@ class Pull:
 
     @property
     def direction(self) -> Array:
-        """In which it pulls, a unit vector."""
+        """Direction of its pull, a unit vector."""
         along = self.towards - self.anchor
         return np.asarray(along / np.linalg.norm(along))
 
 
 def pulls_at(model: Model, blocks: Collection[str], force: Array) -> list[Pull]:
-    """Ties between these blocks and other ones that pull, with forces (M,) of all stretches, N."""
+    """Return the pulling ties between these blocks and others, from the forces (M,) of stretches, N."""
     segments = tie_segments(model.ties, model.blocks)
     found = []
     for segment, T in zip(segments, force.tolist(), strict=True):
@@ -63,12 +63,12 @@ def pulls_at(model: Model, blocks: Collection[str], force: Array) -> list[Pull]:
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """Forces whose points turn with a body and whose directions do not.
+    """Forces with fixed directions at points that turn with a body.
 
     Attributes
     ----------
     force : (3,) array
-        Their sum, N.
+        Sum of the forces, N.
     arms : (3, 3) array
         Sum of arms from a point of the hinge, along the first axis, times forces, N·m.
     """
@@ -77,19 +77,19 @@ class Load:
     arms: Array
 
     def moment(self, turn: Array) -> Array:
-        """Moment (3,) about that point when the body has turned by a matrix (3, 3), N·m."""
+        """Return the moment (3,) about that point after a rotation by a matrix (3, 3), N·m."""
         r = turn @ self.arms
         return np.array([r[1, 2] - r[2, 1], r[2, 0] - r[0, 2], r[0, 1] - r[1, 0]])
 
     def is_close(self, other: Self) -> bool:
-        """Whether forces and arms are those of another load, but for rounding."""
+        """Return whether forces and arms equal another load's within rounding."""
         pairs = ((self.force, other.force), (self.arms, other.arms))
         return all(np.allclose(one, of, rtol=0.0, atol=_SAME * np.abs(of).max()) for one, of in pairs)
 
 
 @dataclass(frozen=True, slots=True)
 class RigidRotation:
-    """Moments about a fixed hinge of loads whose points turn with the body and whose directions do not.
+    """Moments about a fixed hinge of loads with fixed directions at points that turn with the body.
 
     Such a moment is ``A cos θ + B sin θ`` at the angle θ. With the moment T of the ties, whose forces turn with them,
     ``α(θ) = −(A_d cos θ + B_d sin θ + T(θ)) / (A_v cos θ + B_v sin θ)`` for dead and variable loads: for a block b × h
@@ -98,9 +98,9 @@ class RigidRotation:
     Attributes
     ----------
     hinge : (3,) array
-        A point of it, m.
+        A point of the hinge, m.
     axis : (3,) array
-        Unit vector along it; positive angles are those in which the variable load does work.
+        Unit vector along the hinge; the variable load does work at positive angles.
     dead, variable : Load
     ties : tuple of Pull
     """
@@ -121,7 +121,7 @@ class RigidRotation:
         axis: Array,
         ties: Sequence[Pull] = (),
     ) -> Self:
-        """Of the blocks of these indices and the loads of a case that act on them.
+        """Return the rotation of some blocks, by index, with the loads of a case on them.
 
         Raises
         ------
@@ -139,28 +139,28 @@ class RigidRotation:
         return cls(hinge, float(np.sign(turning)) * axis, dead, variable, tuple(ties))
 
     def load_factor(self, angle: float) -> float:
-        """α at an angle, rad."""
+        """Return α at an angle, rad."""
         turn = self._turn(angle)
         held = sum(self.moment(tie, angle) for tie in self.ties)
         return float(-(self.dead.moment(turn) @ self.axis + held) / (self.variable.moment(turn) @ self.axis))
 
     def moment(self, tie: Pull, angle: float) -> float:
-        """Moment of a tie about the hinge at an angle, N·m; against the push below zero."""
+        """Return the moment of a tie about the hinge at an angle, N·m; negative against the push."""
         arm, force = self._pull(tie, angle)
         return float(force @ _across(self.axis) @ arm)
 
     def leaves(self, ends: tuple[float, float], normal: Array, angles: Array) -> float:
-        """Least angle among these at which the resultant lies beyond the ends of the hinge; infinite if it stays.
+        """Return the least of these angles at which the resultant lies beyond the hinge; infinite if it stays.
 
-        The moments about the axis are in balance at any angle, but those along it only where the force that presses
-        the hinge, which pushes and does not pull, acts between its ends.
+        Moments about the axis balance at any angle. Moments along it balance only if the pressing force, which never
+        pulls, acts between the ends of the hinge.
 
         Parameters
         ----------
         ends
-            Of the hinge, along the axis from its point, m.
+            Ends of the hinge along the axis from its point, m.
         normal : (3,) array
-            In which the body is pressed: a unit vector across the axis.
+            Direction of the pressure on the body: a unit vector across the axis.
         angles
             Ascending, rad.
         """
@@ -176,14 +176,14 @@ class RigidRotation:
         return first_reached(beyond, angles)
 
     def slides(self, friction: float, normal: Array, angles: Array) -> float:
-        """Least of ascending angles, rad, at which the hinge asks for more friction than it has; infinite without one.
+        """Return the least of ascending angles, rad, at which the hinge lacks friction; infinite without one.
 
         Parameters
         ----------
         friction
-            Coefficient of it.
+            Friction coefficient of the hinge.
         normal : (3,) array
-            In which the body is pressed: a unit vector across the axis.
+            Direction of the pressure on the body: a unit vector across the axis.
         angles
             Ascending, rad.
         """
@@ -196,12 +196,12 @@ class RigidRotation:
         return first_reached(beyond, angles)
 
     def force(self, angle: float) -> Array:
-        """Force (3,) with which loads and ties press the hinge at an angle, N."""
+        """Return the force (3,) with which loads and ties press the hinge at an angle, N."""
         loads = self.dead.force + self.load_factor(angle) * self.variable.force
         return np.asarray(loads + sum(self._pull(tie, angle)[1] for tie in self.ties))
 
     def _pull(self, tie: Pull, angle: float) -> tuple[Array, Array]:
-        """Arm and force of a tie at an angle."""
+        """Return arm and force of a tie at an angle."""
         at = tie.anchor + self.moved(tie.anchor, angle)
         along = tie.towards - at
         return at - self.hinge, tie.force * along / np.linalg.norm(along)
@@ -211,16 +211,16 @@ class RigidRotation:
         return np.asarray(along + np.cos(angle) * (np.eye(3) - along) + np.sin(angle) * _across(self.axis))
 
     def elongation(self, tie: Pull, angle: float) -> float:
-        """Elongation of a tie at an angle, m."""
+        """Return the elongation of a tie at an angle, m."""
         at = tie.anchor + self.moved(tie.anchor, angle)
         return float(np.linalg.norm(tie.towards - at) - np.linalg.norm(tie.towards - tie.anchor))
 
     def without(self, ties: Sequence[Pull]) -> Self:
-        """The same body without some of its ties."""
+        """Return the same body without some of its ties."""
         return replace(self, ties=tuple(tie for tie in self.ties if all(tie is not gone for gone in ties)))
 
     def capacity(self, begin: float = 0.0) -> float:
-        """Least angle from one on at which α is no longer above zero, rad; NaN where the body is not overturned."""
+        """Return the least angle, from one on, at which α vanishes, rad; NaN without one."""
         if self.load_factor(begin) <= 0:
             return begin
         if not self.ties:
@@ -230,10 +230,10 @@ class RigidRotation:
         return angle if np.isfinite(angle) else np.nan
 
     def breaks(self, tie: Pull) -> float:
-        """Angle, up to the right one, at which a tie reaches its limit, rad; infinite if it never does.
+        """Return the angle, up to a right angle, at which a tie reaches its limit, rad; infinite without one.
 
-        The square of its length is that at rest plus ``2 (p · t (1 − cos θ) − a × p · t sin θ)``, with the arm p of its
-        anchor across the axis a and the arm t of its other end.
+        The square of its length is the one at rest plus ``2 (p · t (1 − cos θ) − a × p · t sin θ)``, with the arm p of
+        its anchor across the axis a and the arm t of its other end.
         """
         arm, towards = tie.anchor - self.hinge, tie.towards - self.hinge
         across = arm - (arm @ self.axis) * self.axis
@@ -246,17 +246,16 @@ class RigidRotation:
         return angle if angle < np.pi / 2 else np.inf
 
     def moved(self, point: Array, angle: float) -> Array:
-        """Displacement (3,) of a point of the body at an angle, m."""
+        """Return the displacement (3,) of a point of the body at an angle, m."""
         arm = point - self.hinge
         across = arm - (arm @ self.axis) * self.axis
         return np.asarray((np.cos(angle) - 1) * across + np.sin(angle) * (_across(self.axis) @ across))
 
 
 def first_reached(excess: Callable[[float], float], tried: Array) -> float:
-    """Least number at which a function is no longer below zero, to the last digit; infinite without one.
+    """Return the least number at which a function is not below zero; infinite without one.
 
-    Among the numbers that are tried, in ascending order, it is found between the first that reaches it and the one
-    before.
+    It lies between the first of the tried numbers, in ascending order, that reaches zero and the one before.
     """
     from scipy.optimize import brentq
 
@@ -269,7 +268,7 @@ def first_reached(excess: Callable[[float], float], tried: Array) -> float:
 
 
 def _across(axis: Array) -> Array:
-    """Matrix (3, 3) of the cross product with an axis."""
+    """Return the matrix (3, 3) of the cross product with an axis."""
     x, y, z = axis.tolist()
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 

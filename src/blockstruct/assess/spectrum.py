@@ -1,4 +1,4 @@
-"""Elastic response spectra: that of a site after NTC 2018, or a table."""
+"""Elastic response spectra of a site by NTC 2018."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -8,56 +8,57 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from blockstruct.assess.lines import Line, in_g, shown
+from blockstruct.assess.lines import Line
 from blockstruct.errors import ModelError
 from blockstruct.errors import shown as as_given
 from blockstruct.keywords import did_you_mean
 from blockstruct.model import STANDARD_GRAVITY
+from blockstruct.text import in_g, shown
 from blockstruct.units import QuantityLike, si
 
 Array = NDArray[np.float64]
 g = STANDARD_GRAVITY
 
-#: Ground accelerations, in multiples of gravity, among which one is looked for.
+#: Ground accelerations, in multiples of gravity, that bracket a wanted one.
 SMALLEST, LARGEST = 1e-5, 10.0
-#: Least maximum amplification of a horizontal spectrum on rock, NTC 2018 § 3.2, and one that no site reaches.
+#: Least maximum amplification of a horizontal spectrum on rock, NTC 2018 § 3.2; and one that no site reaches.
 LEAST_F0, LARGEST_F0 = 2.2, 5.0
 
 
 class Spectrum(Protocol):
-    """What a check needs to know of a demand."""
+    """Interface of the demand of a check."""
 
     @property
     def ag(self) -> float:
-        """Acceleration of the ground that the spectrum belongs to, m/s²."""
+        """Ground acceleration of the spectrum, m/s²."""
 
     @property
     def peak(self) -> float:
-        """Largest acceleration of what the mechanism stands on, m/s²."""
+        """Largest acceleration of the support of the mechanism, m/s²."""
 
     def acceleration(self, period: ArrayLike, damping: float) -> Array:
-        """Spectral acceleration, m/s², at periods in s, for a damping ratio such as 0.05."""
+        """Return the spectral acceleration, m/s², at periods in s, for a damping ratio such as 0.05."""
 
     def displacement(self, period: ArrayLike, damping: float) -> Array:
-        """Spectral displacement, m."""
+        """Return the spectral displacement, m."""
 
     def at(self, ag: float) -> Self:
-        """The spectrum of the same site at another acceleration of the ground, m/s²."""
+        """Return the spectrum of the same site at another ground acceleration, m/s²."""
 
     def lines(self) -> list[Line]:
-        """How it is calculated."""
+        """Return the lines of its calculation."""
 
     def displacement_line(self, period: float, damping: float, symbol: str) -> Line:
-        """How a spectral displacement is calculated."""
+        """Return the line on a spectral displacement."""
 
     @property
     def peak_line(self) -> Line:
-        """How :attr:`peak` is calculated."""
+        """Line on :attr:`peak`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Soil:
-    """Row of a category of soil: ``S_S = a − b F0 ag/g`` within limits, ``C_C = c Tc*^−e`` and T_E, T_F in s."""
+    """Row of a soil category: ``S_S = a − b F0 ag/g`` within limits, ``C_C = c Tc*^−e`` and T_E, T_F in s."""
 
     a: float
     b: float
@@ -84,7 +85,7 @@ TOPOGRAPHY: Mapping[str, float] = MappingProxyType({"T1": 1.0, "T2": 1.2, "T3": 
 
 
 def damping_factor(damping: float) -> float:
-    """η of a damping ratio, [3.2.4] of NTC 2018: √(10 / (5 + ξ)) with ξ in per cent, at least 0.55.
+    """Return η of a damping ratio, [3.2.4] of NTC 2018: √(10 / (5 + ξ)) with ξ in per cent, at least 0.55.
 
     >>> damping_factor(0.05)
     1.0
@@ -92,7 +93,7 @@ def damping_factor(damping: float) -> float:
     Raises
     ------
     ModelError
-        If it is no ratio, as one in per cent.
+        If it is not a ratio, such as a value in per cent.
     """
     check(0 <= damping < 1, f"damping {damping:g}", "a ratio from 0 to below 1, such as 0.05 for 5 %")
     return float(max(np.sqrt(10.0 / (5.0 + 100.0 * damping)), 0.55))
@@ -111,7 +112,7 @@ class NtcSpectrum:
         s.
     soil, topography : str
     given_SS, given_CC, given_ST : float or None
-        Coefficients that were given instead of those of the tables.
+        Coefficients that replace the values of the tables.
     """
 
     ag: float
@@ -167,7 +168,7 @@ class NtcSpectrum:
         return self.ag * self.S
 
     def acceleration(self, period: ArrayLike, damping: float = 0.05) -> Array:
-        """S_e(T), [3.2.2], m/s²."""
+        """Return S_e(T), [3.2.2], m/s²."""
         T, top = checked_periods(period), damping_factor(damping) * self.F0
         long = np.maximum(T, self.TC)
         branches = [1 + T / self.TB * (top - 1), np.full_like(T, top), top * self.TC / long]
@@ -175,18 +176,18 @@ class NtcSpectrum:
         return np.asarray(self.peak * shape)
 
     def displacement(self, period: ArrayLike, damping: float = 0.05) -> Array:
-        """S_De(T), [3.2.10] up to T_E and [3.2.11] beyond, m."""
+        """Return S_De(T), [3.2.10] up to T_E and [3.2.11] beyond, m."""
         T, row = checked_periods(period), SOILS[self.soil]
         top, dg = damping_factor(damping) * self.F0, 0.025 * self.peak * self.TC * self.TD
         beyond = dg * (top + (1 - top) * np.clip((T - row.TE) / (row.TF - row.TE), 0, 1))
         return np.asarray(np.where(row.TE >= T, self.acceleration(T, damping) * (T / (2 * np.pi)) ** 2, beyond))
 
     def at(self, ag: float) -> Self:
-        """The same site at another ag, m/s²; F0 and Tc* stay, S_S and T_D follow ag."""
+        """Return the same site at another ag, m/s². F0 and Tc* stay; S_S and T_D follow ag."""
         return replace(self, ag=ag)
 
     def lines(self) -> list[Line]:
-        """Every coefficient with its paragraph."""
+        """Return every coefficient with its paragraph."""
         row = SOILS[self.soil]
         SS = f"S_S = {shown(self.SS)} (given)"
         CC = f"C_C = {shown(self.CC)} (given)"
@@ -218,7 +219,7 @@ class NtcSpectrum:
         ]
 
     def displacement_line(self, period: float, damping: float, symbol: str) -> Line:
-        """S_De at a period, with its numbers."""
+        """Return the line on S_De at a period, with its numbers."""
         found, TE = float(self.displacement(period, damping)), SOILS[self.soil].TE
         eta = f"η = √(10/(5 + ξ)) = {shown(damping_factor(damping))} for ξ = {100 * damping:g} %"
         if period > TE:
@@ -236,7 +237,7 @@ class NtcSpectrum:
 
     @property
     def peak_line(self) -> Line:
-        """Acceleration of the ground, with its numbers."""
+        """Line on the ground acceleration, with its numbers."""
         return Line(
             "largest acceleration at the base",
             f"a_Z = a_g S = {shown(self.ag, 'm/s²')} · {shown(self.S)} = {in_g(self.peak, g)}",
@@ -255,12 +256,12 @@ def ntc_spectrum(
     CC: float | None = None,
     ST: float | None = None,
 ) -> NtcSpectrum:
-    """Horizontal elastic response spectrum of a site, NTC 2018 § 3.2.3.2. No hazard map is shipped.
+    """Return the horizontal elastic spectrum of a site, NTC 2018 § 3.2.3.2.
 
     Parameters
     ----------
     ag : quantity, acceleration
-        Of rigid level ground, for the limit state and the reference period of the building: ``Q_(0.15, "g_0")``.
+        On rigid level ground, for the limit state and the reference period of the building: ``Q_(0.15, "g_0")``.
     F0 : float
         Largest amplification of the spectrum on rigid level ground; 2.2 at least.
     Tc : quantity, time
@@ -270,7 +271,7 @@ def ntc_spectrum(
     topography
         Category T1 to T4, Table 3.2.III, on top of the slope or ridge.
     SS, CC, ST : float
-        Coefficients instead of those of Tables 3.2.IV and 3.2.V, of a study of local response for instance.
+        Coefficients that replace the values of Tables 3.2.IV and 3.2.V, for instance from a local site response study.
 
     Raises
     ------
@@ -312,20 +313,20 @@ def ntc_spectrum(
 
 
 def checked_periods(period: ArrayLike) -> Array:
-    """Periods, s, of which none is below zero."""
+    """Return periods in s, and refuse negative ones."""
     T = np.asarray(period, dtype=float)
     check(bool(np.all(T >= 0)), f"period {T.min(initial=0.0):g} s", "periods from 0 s on")
     return T
 
 
 def check_ground(who: str, ag: float) -> None:
-    """Refuse what is no acceleration of the ground, m/s²."""
+    """Refuse a number that cannot be a ground acceleration, m/s²."""
     between = f"an ag from {SMALLEST:g} g and up to {LARGEST:g} g"
     check(SMALLEST * g <= ag <= LARGEST * g, f"{who}: ag {ag:.4g} m/s²", between)
 
 
 def check(holds: bool, what: str, remedy: str) -> None:
-    """Refuse what does not hold."""
+    """Raise an error unless a condition holds."""
     if not holds:
         msg = f"{what}; give {remedy}"
         raise ModelError(msg)

@@ -1,4 +1,4 @@
-"""Elastic response spectra by their ordinates."""
+"""Elastic response spectra given by their ordinates."""
 
 from dataclasses import dataclass, replace
 from typing import Any, Self
@@ -6,10 +6,11 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from blockstruct.assess.lines import Line, in_g, shown
+from blockstruct.assess.lines import Line
 from blockstruct.assess.spectrum import check, check_ground, checked_periods, damping_factor
 from blockstruct.errors import ModelError
 from blockstruct.model import STANDARD_GRAVITY
+from blockstruct.text import in_g, shown
 from blockstruct.units import QuantityLike, si, si_array
 from blockstruct.vocabulary import counted
 
@@ -19,18 +20,18 @@ g = STANDARD_GRAVITY
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TableSpectrum:
-    """A spectrum by its ordinates: see :func:`table_spectrum`.
+    """Spectrum given by its ordinates: see :func:`table_spectrum`.
 
     Attributes
     ----------
     ag : float
-        Acceleration of the ground that the table belongs to, m/s².
+        Ground acceleration of the table, m/s².
     periods : (n,) array
-        Rising from 0 s, s.
+        Ascending from 0 s, s.
     accelerations : (n,) array
         m/s².
     damping : float
-        Of the table, as a ratio.
+        Damping of the table, as a ratio.
     """
 
     ag: float
@@ -44,7 +45,7 @@ class TableSpectrum:
         return float(self.accelerations[0])
 
     def acceleration(self, period: ArrayLike, damping: float = 0.05) -> Array:
-        """Ordinates, linear in between, times η(ξ) / η of the table but at T = 0; m/s²."""
+        """Return ordinates, linear in between, times η(ξ) / η of the table except at T = 0; m/s²."""
         T = checked_periods(period)
         if np.any(self.periods[-1] < T):
             msg = (
@@ -56,7 +57,7 @@ class TableSpectrum:
         return np.asarray(np.interp(T, self.periods, self.accelerations) * np.where(T > 0, factor, 1.0))
 
     def displacement(self, period: ArrayLike, damping: float = 0.05) -> Array:
-        """Largest S_e(T') (T'/2π)² of the periods up to T, m."""
+        """Return the largest S_e(T') (T'/2π)² of the periods up to T, m."""
         T, tried = checked_periods(period), np.sort(np.append(self.periods, self._turning()))
         shorter = tried[tried <= T.max()]
         upto = np.maximum.accumulate(self.acceleration(shorter, damping) * (shorter / (2 * np.pi)) ** 2)
@@ -64,7 +65,7 @@ class TableSpectrum:
         return np.asarray(np.maximum(before, self.acceleration(T, damping) * (T / (2 * np.pi)) ** 2))
 
     def _turning(self) -> Array:
-        """Periods between two of the table at which S_e T² is largest: of p + q T there, at −2 p / (3 q)."""
+        """Return the periods between two table rows at which S_e T² is largest: with p + q T there, at −2 p / (3 q)."""
         slope = np.diff(self.accelerations) / np.diff(self.periods)
         falls = slope < 0
         begin, end = self.periods[:-1][falls], self.periods[1:][falls]
@@ -72,11 +73,11 @@ class TableSpectrum:
         return at[(begin < at) & (at < end)]
 
     def at(self, ag: float) -> Self:
-        """The whole table scaled to another ag, m/s²."""
+        """Return the whole table scaled to another ag, m/s²."""
         return replace(self, ag=ag, accelerations=self.accelerations * (ag / self.ag))
 
     def lines(self) -> list[Line]:
-        """What was given."""
+        """Return the lines on the table."""
         given = (
             f"{len(self.periods)} ordinates from 0 to {self.periods[-1]:g} s at ξ = {100 * self.damping:g} %, "
             f"S_e(0) = {in_g(self.peak, g)}, a_g = {in_g(self.ag, g)}"
@@ -87,7 +88,7 @@ class TableSpectrum:
         ]
 
     def displacement_line(self, period: float, damping: float, symbol: str) -> Line:
-        """Displacement at a period, with its numbers."""
+        """Return the line on the displacement at a period, with its numbers."""
         eta = damping_factor(damping) / damping_factor(self.damping)
         found = float(self.displacement(period, damping))
         return Line(
@@ -99,31 +100,31 @@ class TableSpectrum:
 
     @property
     def peak_line(self) -> Line:
-        """Acceleration at T = 0."""
+        """Line on the acceleration at T = 0."""
         return Line("largest acceleration at the base", f"a_Z = S_e(0) = {in_g(self.peak, g)}")
 
 
 def table_spectrum(
     periods: Any, accelerations: Any, *, ag: QuantityLike | None = None, damping: float = 0.05
 ) -> TableSpectrum:
-    """Elastic response spectrum by its ordinates, of a study of local response for instance, or of another code.
+    """Return the elastic response spectrum with given ordinates.
 
     Parameters
     ----------
     periods : quantity, time, shape (n,)
-        Rising from zero, where the ordinate is the largest acceleration of the ground.
+        Ascending from zero, where the ordinate is the largest ground acceleration.
     accelerations : quantity, acceleration, shape (n,)
     ag : quantity, acceleration
-        Acceleration of the ground that the table belongs to; the ordinate at zero by default. The acceleration at which
-        capacity and demand are equal is this one times the factor that the whole table is scaled by.
+        Ground acceleration of the table; by default the ordinate at zero. Capacity equals demand at this acceleration
+        times the factor that scales the whole table.
     damping
-        Of the table, as a ratio. Ordinates at other dampings are those times η, [3.2.4] of NTC 2018.
+        Damping of the table, as a ratio. Other dampings scale the ordinates by η, [3.2.4] of NTC 2018.
 
     Raises
     ------
     ModelError
-        If one of both is no list, periods do not rise from zero, ordinates are not positive or not as many, or ag or
-        the damping is out of range.
+        If an argument is not a list, periods do not ascend from zero, ordinates are not positive or not as many, or ag
+        or the damping is out of range.
     """
     who = "table_spectrum"
     T, S = (

@@ -16,15 +16,16 @@ from rich.table import Table
 from typer.core import TyperGroup
 
 import blockstruct as bs
+from blockstruct.text import tilting_table
 from blockstruct.views import directions_text, iteration_table, result_text, summary_table
 from blockstruct.views.words import cells_of
 
-#: Exit codes; the last two are those of the signals SIGINT and SIGPIPE.
+#: Exit codes; the last two follow the signals SIGINT and SIGPIPE.
 DIFFERENT, REFUSED, NO_LOAD_FACTOR, VIOLATIONS, INTERRUPTED, UNREAD = 1, 2, 3, 4, 130, 141
 
 
 class _Console(Console):
-    """A console that leaves it to the command how to end when its reader is gone."""
+    """A console that lets the command decide how to end without a reader."""
 
     def on_broken_pipe(self) -> None:
         """Raise the BrokenPipeError that is being handled."""
@@ -37,11 +38,11 @@ err = _Console(stderr=True, highlight=False)
 
 @contextlib.contextmanager
 def _while_read() -> Iterator[None]:
-    """Print while somebody reads it; once nobody does, end silently, as commands that the signal ends."""
+    """Print while there is a reader, and then end silently, as after a SIGPIPE."""
     try:
         yield
     except BrokenPipeError:
-        # Python flushes as it ends, and would complain.
+        # Python flushes at exit, and would complain.
         nowhere = os.open(os.devnull, os.O_WRONLY)
         for stream in (sys.stdout, sys.stderr):
             os.dup2(nowhere, stream.fileno())
@@ -49,11 +50,11 @@ def _while_read() -> Iterator[None]:
 
 
 class _Commands(TyperGroup):
-    """The commands; one that is interrupted says so, which Typer would not."""
+    """The commands, with a message after an interruption, which Typer lacks."""
 
     @_while_read()
     def invoke(self, ctx: Any) -> Any:
-        """Carry out a command."""
+        """Run a command."""
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt as interrupt:
@@ -71,15 +72,15 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as J
 
 @_while_read()
 def main() -> None:
-    """Run the command; an error of the input is one message and exit code 2, never a traceback."""
+    """Run the command; an input error gives one message and exit code 2, without a traceback."""
     if isinstance(sys.stdout, io.TextIOWrapper):
-        # A pipe on Windows, or the C locale, cannot carry every name of a model.
+        # A pipe on Windows, or the C locale, cannot encode every name of a model.
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
         with warnings.catch_warnings():
-            # What it says counts, not the line of code that says it.
+            # Print the message of a warning without its line of code.
             warnings.showwarning = _show_warning
-            # The text of every result tells its warnings.
+            # The text of every result contains its warnings.
             warnings.simplefilter("ignore", bs.errors.LoadFactorWarning)
             app()
     except bs.errors.BlockstructError as error:
@@ -99,7 +100,7 @@ def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
     invoke_without_command=True,
     epilog="Exit codes: 0 done; 1 diff found differences; 2 refused input, with one message; "
     "3 a case ended without a load factor, or a pushover without a curve; 4 a file violates its schema; "
-    "130 interrupted; 141 whoever read the output stopped.",
+    "130 interrupted; 141 the reader of the output stopped.",
 )
 def top(
     context: typer.Context,
@@ -115,23 +116,23 @@ def top(
 
 
 def say(text: str) -> None:
-    """Print a text as it is: no markup, no lines broken to the width of the terminal."""
+    """Print a text without markup, and without breaking lines."""
     out.print(text, markup=False, soft_wrap=True)
 
 
 def say_table(table: Table) -> None:
-    """Print a table folded to the width of the terminal, and beyond that, never cut, where its numbers do not fit."""
+    """Print a table folded to the terminal, and wider if its numbers need more."""
     out.print(table, crop=False)
 
 
 def print_results(analysis: bs.Analysis, *, iterations: bool = False) -> None:
-    """Print every case with its certificate, then all of them in a table; with iterations, those too."""
+    """Print every case with its certificate, on request with its iterations, and then a table."""
     for result in analysis.values():
         if iterations:
             out.print(iteration_table(result.history))
         out.print(result_text(result), soft_wrap=True)
         if (angle := _angle_of_table(result)) is not None:
-            say(f"  on a tilting table: falls at {angle:.4g} deg\n")
+            say(f"  {tilting_table(angle)}\n")
     say_table(summary_table(analysis))
     for text in cells_of(analysis.values()):
         say(text)
@@ -139,7 +140,10 @@ def print_results(analysis: bs.Analysis, *, iterations: bool = False) -> None:
 
 
 def _angle_of_table(result: bs.CaseResult) -> float | None:
-    """Angle, degrees, of a tilting table on which the weight is the load of a case at collapse; None if it is not."""
+    """Return the angle, degrees, at which a structure falls on a tilting table.
+
+    It is None unless weight is the only load.
+    """
     if not isinstance(result.case, bs.LimitCase):
         return None
     dead, variable = result.case.dead.loads, result.case.variable.loads
@@ -149,9 +153,9 @@ def _angle_of_table(result: bs.CaseResult) -> float | None:
     x, y, z = (variable[0].share * v for v in variable[0].direction)
     if z or result.status is not bs.Status.CONVERGED:
         return None
-    # What does not go with the weight, as cohesion or a tie, holds more of it where there is less.
+    # Cohesion and ties do not scale with the weight, so the table would give another result.
     joints = [i.joint_material for i in result.model.interfaces]
     if result.model.ties or any(j.cohesion or j.tensile_strength or j.compressive_strength < math.inf for j in joints):
         return None
-    # The weight W on a table tilted by θ has W cos θ into it and W sin θ along it.
+    # On a table tilted by θ the weight W has W cos θ into the table and W sin θ along it.
     return math.degrees(math.atan(result.load_factor * math.hypot(x, y)))

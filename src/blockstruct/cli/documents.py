@@ -23,7 +23,7 @@ def import_(
     unit: Annotated[str, typer.Option(help="Unit of the coordinates: mm, or '0.025 m'.", show_default=False)],
     unit_weight: Annotated[
         list[str],
-        typer.Option(help="Of all blocks, '20 kN/m^3', or of a DXF layer, 'WALL=20 kN/m^3'.", show_default=False),
+        typer.Option(help="Unit weight, '20 kN/m^3', or of one DXF layer, 'WALL=20 kN/m^3'.", show_default=False),
     ],
     friction: Annotated[float, typer.Option(help="Friction coefficient of all joints.", show_default=False)],
     fix: Annotated[
@@ -39,10 +39,10 @@ def import_(
     ] = False,
     fix_layer: Annotated[list[str] | None, typer.Option(help="A DXF layer of supports.", show_default=False)] = None,
     plane: Annotated[
-        str | None, typer.Option(help="Of a DXF drawing: elevation or plan.", show_default="elevation")
+        str | None, typer.Option(help="View of a DXF drawing: elevation or plan.", show_default="elevation")
     ] = None,
     thickness: Annotated[
-        str | None, typer.Option(help="Of a wall drawn in DXF, as in '30 cm'.", show_default=False)
+        str | None, typer.Option(help="Thickness of a wall drawn in DXF, such as '30 cm'.", show_default=False)
     ] = None,
     segments: Annotated[int | None, typer.Option(help="Straight pieces of a DXF arc.", show_default=False)] = None,
     closing: Annotated[
@@ -64,7 +64,7 @@ def import_(
     direction: Annotated[
         list[str] | None,
         typer.Option(
-            help="Of the push: +x, -y, or a vector such as 1,1,0; several give a case each.", show_default="+x"
+            help="Direction of the push: +x, -y or a vector, as 1,1,0; several give a case each.", show_default="+x"
         ),
     ] = None,
     flow: Annotated[bs.Flow, typer.Option(help="Flow rule of the cases.")] = bs.Flow.NONASSOCIATIVE,
@@ -72,11 +72,11 @@ def import_(
         bool,
         typer.Option(
             "--tilt",
-            help="Name the cases 'tilt': results of joints with friction alone tell a table's angle.",
+            help="Name the cases 'tilt': with friction alone, results show the angle of a tilting table.",
         ),
     ] = False,
 ) -> None:
-    """Write a model document from blocks drawn elsewhere, then check it."""
+    """Write a model document from drawn blocks, then check it."""
     bs.documents.check_new_document(output)
     cases = [_case(text, flow, tilt=tilt) for text in direction or ["+x"]]
     drawing: dict[str, Any] = {
@@ -88,7 +88,7 @@ def import_(
         "closing": closing,
     }
     with warnings.catch_warnings():
-        # The report that is printed says the same.
+        # The printed report contains the same.
         warnings.simplefilter("ignore", bs.errors.GeometryWarning)
         found = bs.imports.read_files(
             files,
@@ -115,7 +115,7 @@ def import_(
 
 
 def _case(text: str, flow: bs.Flow, *, tilt: bool) -> bs.LimitCase:
-    """Own weight, and the weight turned to a direction."""
+    """Return the load of self-weight, and of weight turned to a direction."""
     name = f"+{text}" if text in ("x", "y", "z") else f"({text})" if "," in text else text
     try:
         vector = [float(part) for part in text.split(",")] if "," in text else []
@@ -133,7 +133,7 @@ def _case(text: str, flow: bs.Flow, *, tilt: bool) -> bs.LimitCase:
 
 
 def _materials(unit_weights: list[str]) -> Any:
-    """One material, or one for each layer named."""
+    """Return one material, or one for each named layer."""
     layers = {name: weight for name, _, weight in (w.rpartition("=") for w in unit_weights)}
     if len(layers) < len(unit_weights) or ("" in layers and len(layers) > 1):
         msg = "--unit-weight: give it once for all blocks, or once for each layer as in 'WALL=20 kN/m^3'"
@@ -147,7 +147,7 @@ def _materials(unit_weights: list[str]) -> Any:
 def check(
     model: Annotated[Path, typer.Argument(help="A model document, YAML or JSON.", show_default=False)],
 ) -> None:
-    """Print the blocks and the interfaces of a model document, with what was left out."""
+    """Print the blocks and the interfaces of a model document, with rejected contacts."""
     document = bs.read_document(model)
     bs.AnalysisManager(document.model, settings=bs.ProcedureSettings.of(document.settings)).check(document.cases)
     say(model_text(document.model))

@@ -24,7 +24,7 @@ from blockstruct.views.output import write_csv
 from blockstruct.views.words import without_curve_words
 from blockstruct.vocabulary import counted
 
-#: What is printed of each state of a pushover.
+#: Printed variables of each state of a pushover.
 _OF_STATES = ("displacement [meter]", "load_factor", "holds", "penetration [meter]", "energy_error")
 
 
@@ -63,7 +63,7 @@ def history(
         ),
     ] = None,
     interface: Annotated[
-        str | None, typer.Option("--interface", help="Print that of one interface only.", show_default=False)
+        str | None, typer.Option("--interface", help="Print one interface only.", show_default=False)
     ] = None,
     pushover: Annotated[
         bool, typer.Option("--pushover", help="Print the states of a pushover; a variable such as tie_force of them.")
@@ -96,7 +96,7 @@ def history(
 def _states(
     result: bs.CaseResult, variable: str | None, interface: str | None, csv: Path | None, *, last: bool
 ) -> None:
-    """Print the states of a pushover, or write them."""
+    """Print the states of a pushover, or write them to a file."""
     if result.capacity is None:
         msg = f"--pushover: case {result.name!r}: {without_curve_words(result)}"
         raise bs.errors.ModelError(msg)
@@ -111,7 +111,7 @@ def _states(
 
 
 def _of_interface(frame: pd.DataFrame, interface: str, known: list[str]) -> pd.DataFrame:
-    """Rows of a table that belong to an interface."""
+    """Return the rows of a table that belong to an interface."""
     if interface not in known:
         msg = f"--interface: no {interface!r}; {did_you_mean(interface, known)}"
         raise bs.errors.UnknownNameError(msg)
@@ -156,7 +156,7 @@ def diff(
     other: Annotated[Path, typer.Argument(help="Another one.", show_default=False)],
     tolerance: Annotated[float, typer.Option("--tolerance", help="Relative tolerance of load factors.")] = 1e-6,
 ) -> None:
-    """Compare two analyses, or two folders of them, case by case; exit code 1 if they differ."""
+    """Compare two analyses, or two folders, case by case; exit code 1 if they differ."""
     if not tolerance >= 0:
         msg = f"--tolerance {tolerance:g}: give a number of zero or more"
         raise bs.errors.ModelError(msg)
@@ -249,7 +249,7 @@ def _project_line(line: str) -> tuple[str, str]:
 
 
 def _beside(target: Path, *read: Path | None) -> Path:
-    """Target of a view, which must be none of the files that it is made from."""
+    """Return the target of a view, which must differ from its input files."""
     if any(file is not None and _is_same(target, file) for file in read):
         msg = f"{target}: the view is made from this file, which it would replace; choose another one with --output"
         raise bs.errors.StorageError(msg)
@@ -257,7 +257,7 @@ def _beside(target: Path, *read: Path | None) -> Path:
 
 
 def _is_same(one: Path, other: Path) -> bool:
-    """Whether both are there, and one file."""
+    """Return whether both paths exist and are one file."""
     try:
         return one.samefile(other)
     except OSError:

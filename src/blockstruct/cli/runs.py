@@ -26,7 +26,7 @@ from blockstruct.cli.app import (
 from blockstruct.views import analysis_summary, following
 from blockstruct.vocabulary import counted
 
-#: Extra that each of the commands needs which a run ends by naming, and what the extra installs for it.
+#: Extra that each of the suggested commands needs.
 _NEEDS = {"view": "viz", "report": "report"}
 _OF_EXTRAS = {"viz": ("plotly",), "report": ("jinja2", "matplotlib")}
 
@@ -80,7 +80,7 @@ def recover(file: FileArgument) -> None:
 
 @app.command()
 def resume(file: FileArgument, quiet: QuietOption = False) -> None:
-    """Go on with a run that was killed or interrupted, from its last committed iteration."""
+    """Continue a killed or interrupted run from its last committed iteration."""
     out.quiet = quiet
     events: list[Any] = []
     killed = bs.storage.is_unfinished(file)
@@ -93,7 +93,7 @@ def resume(file: FileArgument, quiet: QuietOption = False) -> None:
 
 @app.command()
 def migrate(file: FileArgument) -> None:
-    """Write an analysis file anew in its place, as this version writes it."""
+    """Rewrite an analysis file in place in the current format."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", bs.errors.FormatWarning)
         analysis = bs.open_analysis(file)
@@ -121,7 +121,7 @@ def _run(
 
 
 def _report(analysis: bs.Analysis, output: Path, *, as_json: bool = False, written: bool = True) -> None:
-    # Elsewhere than on a terminal they were printed as they were solved.
+    # On a terminal the iterations were not printed during the run.
     print_results(analysis, iterations=err.is_terminal)
     if written:
         say(f"written: {output}")

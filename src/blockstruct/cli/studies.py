@@ -34,7 +34,7 @@ def study(
     as_json: JsonOption = False,
     csv: CsvOption = None,
 ) -> None:
-    """Run a model document with many values of its parameters; runs that are done are not repeated."""
+    """Run a model document with many values of its parameters; finished runs are not repeated."""
     out.quiet = quiet or as_json
     read = bs.studies.read_study(document)
     try:
@@ -69,13 +69,13 @@ def study(
 
 
 def _with_units(rows: pd.DataFrame) -> pd.DataFrame:
-    """Rows with the unit of each column in its name, as in the tables of histories."""
+    """Return rows with the unit of each column in its name, as in tables of histories."""
     units = rows.attrs["units"].items()
     return rows.rename(columns={name: f"{name} [{unit}]" for name, unit in units if unit != "dimensionless"})
 
 
 def _plain(rows: pd.DataFrame) -> list[dict[str, object]]:
-    """Rows for JSON, where numbers that are not finite are None."""
+    """Return rows for JSON, with None for numbers that are not finite."""
     finite = rows.astype(object).where(rows.notna() & ~rows.isin([np.inf, -np.inf]), None)
     found: list[dict[str, object]] = json.loads(finite.to_json(orient="records"))
     return found

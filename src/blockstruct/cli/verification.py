@@ -1,4 +1,4 @@
-"""Checks of local mechanisms on the command line: site and modes as texts, and the command that prints them."""
+"""Checks of local mechanisms on the command line."""
 
 from collections.abc import Mapping, Sequence
 from typing import Annotated
@@ -10,11 +10,11 @@ import blockstruct as bs
 from blockstruct.cli.app import NO_LOAD_FACTOR, FileArgument, app, say
 from blockstruct.keywords import did_you_mean
 
-#: What the text of a site must state, what it may, and one.
+#: Required and optional entries of a site, and an example.
 _SITE = ("ag", "F0", "Tc", "soil"), ("topography",), "ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B"
-#: Likewise of a mode of the building.
+#: Required and optional entries of a mode of the building, and an example.
 _MODE = ("T", "participation", "shape"), ("damping",), "T=0.4 s, participation=1.3, shape=0.9"
-#: What a check relies on unless another method is given.
+#: Default method of a check.
 _LINEAR = "linear"
 _NO_PUSH = "a settlement has no push"
 
@@ -30,7 +30,7 @@ ModeOption = Annotated[
     list[str] | None,
     typer.Option(
         "--mode",
-        help="Of the building, for a mechanism at a height: 'T=0.4 s, participation=1.3, shape=0.9, damping=0.1'.",
+        help="Mode of the building, for a mechanism at a height: 'T=0.4 s, participation=1.3, shape=0.9, damping=0.1'.",
         show_default=False,
     ),
 ]
@@ -42,7 +42,7 @@ LevelOption = Annotated[
 ]
 MethodOption = Annotated[
     str | None,
-    typer.Option("--method", help="linear or displacement: what the check relies on.", show_default=_LINEAR),
+    typer.Option("--method", help="Method that the check relies on: linear or displacement.", show_default=_LINEAR),
 ]
 CaseOption = Annotated[
     str | None,
@@ -65,10 +65,10 @@ def assess(
     for check in checks_of(analysis, spectrum, mode, confidence_factor, knowledge_level, method, only=case):
         say(f"{check}\n")
     pushed = _pushed(analysis.headlines)
-    # A load that no structure fails under has an infinite one, and needs no check.
+    # An infinite load factor needs no check.
     missing = [f"{name} ({head.status.words})" for name, head in pushed.items() if np.isnan(head.load_factor)]
     if case is None and missing:
-        say(f"not checked, as there is no load factor: {', '.join(missing)}; nothing above tells of these cases")
+        say(f"not checked without a load factor: {', '.join(missing)}; the checks above do not cover these cases")
         raise typer.Exit(NO_LOAD_FACTOR)
 
 
@@ -82,7 +82,7 @@ def checks_of(
     *,
     only: str | None = None,
 ) -> list[bs.assess.LocalMechanismCheck]:
-    """Checks of the cases with a push and a load factor, or of one; none without a spectrum."""
+    """Return the checks of one case, or of all with a push and a load factor; none without a spectrum."""
     if spectrum is None:
         given = {
             "--confidence-factor": factor,
@@ -117,12 +117,12 @@ def checks_of(
 
 
 def _pushed(heads: Mapping[str, bs.results.Headline]) -> dict[str, bs.results.Headline]:
-    """What is relied on of each case with a push."""
+    """Return the headlines of the cases with a push."""
     return {name: head for name, head in heads.items() if not head.answer.is_reaction}
 
 
 def _checked(analysis: bs.Analysis, only: str | None) -> list[str]:
-    """Names of the cases to check: one, or all that have a push and a load factor."""
+    """Return the cases to check: one, or all with a push and a load factor."""
     heads = analysis.headlines
     if only is not None:
         if only not in heads:
@@ -140,7 +140,7 @@ def _checked(analysis: bs.Analysis, only: str | None) -> list[str]:
         ended = ", ".join(
             f"{name}: {head.status.words if name in pushed else _NO_PUSH}" for name, head in heads.items()
         )
-        remedy = "mend what keeps it from one" if pushed else "run a LimitCase, then check it"
+        remedy = "find out why they have none" if pushed else "run a LimitCase, then check it"
         msg = f"--spectrum: no case has a push and a load factor to check ({ended}); {remedy}"
         raise bs.errors.ModelError(msg)
     settling = [name for name in heads if name not in pushed]
@@ -150,7 +150,7 @@ def _checked(analysis: bs.Analysis, only: str | None) -> list[str]:
 
 
 def demand_of(site: str, modes: Sequence[str] = ()) -> bs.assess.NtcSpectrum | bs.assess.FloorSpectrum:
-    """Spectrum of a text such as ``"ag=0.15 g_0, F0=2.4, Tc=0.3 s, soil=B"``; with modes, that at a height."""
+    """Return the spectrum of a site given as text; with modes, at a height."""
     given = _stated("--spectrum", site, *_SITE)
     F0, topography = _number("--spectrum", "F0", given), given.get("topography", "T1")
     ground = bs.assess.ntc_spectrum(given["ag"], F0, given["Tc"], given["soil"], topography)
@@ -163,7 +163,7 @@ def demand_of(site: str, modes: Sequence[str] = ()) -> bs.assess.NtcSpectrum | b
 
 
 def _stated(option: str, text: str, must: Sequence[str], may: Sequence[str], example: str) -> dict[str, str]:
-    """What a text states, by name."""
+    """Return the entries of a text by name."""
     given: dict[str, str] = {}
     for part in text.split(","):
         name, equals, value = (word.strip() for word in part.partition("="))

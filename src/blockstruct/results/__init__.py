@@ -1,8 +1,8 @@
-"""What an analysis found: histories, case results, interface resultants and states, mechanisms.
+"""Histories, case results, interface resultants and states, mechanisms.
 
-The history of a case is an :class:`xarray.Dataset` that stands alone: positions, frames and names of its contact
-points, interfaces and blocks are coordinates, every variable carries ``units``, forces act on the plus block with
-compression positive, and velocities belong to one watt of variable load (``w_L·u = 1 W``).
+The history of a case is a self-contained :class:`xarray.Dataset`. Its coordinates hold the positions, frames and names
+of contact points, interfaces and blocks. Every variable carries ``units``. Forces act on the plus block, compression
+positive. Velocities belong to a variable load that does work at 1 W (``w_L·u = 1 W``).
 """
 
 from blockstruct.limit import CERTIFICATE_MEASURES
@@ -13,7 +13,6 @@ from blockstruct.results.capacity import block_rotations, capacity_of, doubtful_
 from blockstruct.results.case_result import CaseResult, LazyHistory
 from blockstruct.results.comparison import Comparison, compare, relative_difference
 from blockstruct.results.crushing_cells import parts_beyond
-from blockstruct.results.crushing_words import cell_words
 from blockstruct.results.curve_comparison import compared_curves
 from blockstruct.results.frame import capacity_frame, history_frame
 from blockstruct.results.headline import Headline
@@ -30,7 +29,7 @@ from blockstruct.results.pushed_ties import (
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.spread import Spread, run_name
 from blockstruct.results.states import active_joints, contact_state
-from blockstruct.results.ties import tie_forces, tie_sentences, tie_state, tie_title, ties_at_collapse
+from blockstruct.results.ties import tie_forces, tie_sentences, tie_state, ties_at_collapse
 from blockstruct.results.torsion import corner_torsion, sliding_rates
 from blockstruct.results.utilisation import utilisation
 from blockstruct.results.verification import confirm, contradictions, recomputed_certificate
@@ -77,7 +76,6 @@ __all__ = [
     # histories
     "HistoryAccessor",
     "active_joints",
-    "cell_words",
     "parts_beyond",
     "contact_state",
     "corner_torsion",
@@ -92,7 +90,6 @@ __all__ = [
     "mechanism",
     "tie_forces",
     "tie_sentences",
-    "tie_title",
     "tie_state",
     "ties_at_collapse",
     "utilisation",

@@ -1,4 +1,4 @@
-"""Questions to a history: ``history.blockstruct``."""
+"""The methods of a history: ``history.blockstruct``."""
 
 import importlib.util
 from pathlib import Path
@@ -17,15 +17,15 @@ from blockstruct.results.utilisation import utilisation
 from blockstruct.units import Q_
 from blockstruct.vocabulary import ContactState
 
-#: Variables that two histories are compared by.
+#: Variables that :meth:`HistoryAccessor.difference` compares.
 _COMPARED = ("load_factor", "contact_force", "relative_velocity", "block_velocity", "block_angular_velocity")
 
 
 @xr.register_dataset_accessor("blockstruct")  # type: ignore[no-untyped-call]
 class HistoryAccessor:
-    """Questions to the history of a case, in memory or lazily on disk.
+    """Methods of the history of a case, in memory or lazily on disk.
 
-    It is there on every Dataset as ``ds.blockstruct`` once blockstruct is imported.
+    Every Dataset has them as ``ds.blockstruct`` once blockstruct is imported.
 
     >>> import xarray as xr
     >>> xr.Dataset({"x": 1.0}).blockstruct
@@ -41,26 +41,26 @@ class HistoryAccessor:
         self._ds = ds
 
     def convergence(self) -> pd.DataFrame:
-        """Load factor of each iteration, its relative change, and the certificate.
+        """Return load factor, its relative change, and the certificate of each iteration.
 
         Returns
         -------
         pandas.DataFrame
             Indexed by iteration: ``stage``, ``load_factor``, ``change`` relative to the last load factor before it,
-            ``equilibrium_residual``, ``yield_excess``, ``interpenetration``, ``flow_rule_gap``; of a settlement its
-            ``reaction`` (N or N·m), too.
+            ``equilibrium_residual``, ``yield_excess``, ``interpenetration``, ``flow_rule_gap``. A settlement also has
+            its ``reaction`` (N or N·m).
         """
         names = ("load_factor", "equilibrium_residual", "yield_excess", "interpenetration", "flow_rule_gap")
         frame = self._ds[["stage", *names]].to_dataframe()[["stage", *names]]
         solved = frame["load_factor"].replace([np.inf, -np.inf], np.nan)
-        # A change from zero, the state under dead load of a loading path, has no ratio.
+        # A loading path starts from zero, and a change from zero has no ratio.
         frame.insert(2, "change", solved / solved.ffill().shift().replace(0.0, np.nan) - 1)
         if "reaction" in self._ds:
             frame.insert(1, "reaction", self._ds["reaction"].to_numpy())
         return frame
 
     def interfaces(self, state: str, iteration: int = -1) -> list[str]:
-        """Names of the interfaces in a state in one iteration, alone or with another: ``"sliding"`` or ``"open"``.
+        """Return the interfaces that have a state, such as ``"sliding"``, alone or with others in one iteration.
 
         Raises
         ------
@@ -72,7 +72,7 @@ class HistoryAccessor:
         return [str(name) for name in history["interface"].to_numpy()[self._in_state(history, state)[0]]]
 
     def first(self, state: str) -> pd.Series:
-        """Iteration in which each interface was first in a state; interfaces that never were are left out.
+        """Return the iteration in which each interface first had a state.
 
         Returns
         -------
@@ -91,14 +91,14 @@ class HistoryAccessor:
         return pd.Series(first, index=index, name="iteration").sort_values(kind="stable")
 
     def top(self, n: int = 10, *, by: xr.DataArray | None = None, iteration: int = -1) -> pd.Series:
-        """The interfaces of the largest values in one iteration.
+        """Return the interfaces with the largest values in one iteration.
 
         Parameters
         ----------
         n
-            How many.
+            Number of interfaces.
         by
-            What they are ranked by, with the dimensions of iteration and interface. By default the
+            Values that rank them, dimensions iteration and interface. By default the
             utilisation of sliding, :func:`blockstruct.results.utilisation`.
         iteration
             Which iteration.
@@ -121,14 +121,14 @@ class HistoryAccessor:
         return series.dropna().sort_values(ascending=False, kind="stable").head(n)
 
     def contact_forces(self, interface: str, *, plain: bool = False) -> Any:
-        """Forces at the contact points of an interface in every iteration.
+        """Return the forces at the contact points of an interface in every iteration.
 
         Parameters
         ----------
         interface
             Its name.
         plain
-            Floats in newton instead of a quantity.
+            Whether to return floats in newton instead of a quantity.
 
         Returns
         -------
@@ -140,7 +140,7 @@ class HistoryAccessor:
         return _given(force.transpose("iteration", "contact_point", "component"), plain=plain)
 
     def resultants(self, interface: str, *, plain: bool = False) -> dict[str, Any]:
-        """Resultants of the forces on an interface in every iteration.
+        """Return the resultants of the forces on an interface in every iteration.
 
         Returns
         -------
@@ -156,14 +156,14 @@ class HistoryAccessor:
         return {str(name): _given(found[name], plain=plain) for name in found.data_vars}
 
     def quantity(self, variable: str, **selection: Any) -> Any:
-        """A variable of the history as a quantity: ``quantity("contact_force", iteration=-1, component="n")``.
+        """Return a variable as a quantity: ``quantity("contact_force", iteration=-1, component="n")``.
 
         Parameters
         ----------
         variable
             Its name.
         **selection
-            Positions, or names where the dimension has names.
+            Position in each dimension, or a name if the dimension has names.
 
         Raises
         ------
@@ -183,7 +183,7 @@ class HistoryAccessor:
         return _given(array, plain=False)
 
     def difference(self, other: xr.Dataset | None = None, *, iteration: int = -1, before: int = -1) -> xr.Dataset:
-        """What differs between two iterations, of this history or of two.
+        """Return the difference between two iterations, of this history or of two.
 
         Parameters
         ----------
@@ -192,7 +192,7 @@ class HistoryAccessor:
         iteration
             Iteration of this history; negative ones count from the end.
         before
-            Iteration of the other one that is subtracted.
+            Iteration of the other history that is subtracted.
 
         Returns
         -------
@@ -222,7 +222,7 @@ class HistoryAccessor:
         return found.drop_vars("stage", errors="ignore")
 
     def frame(self, variable: str | None = None) -> pd.DataFrame:
-        """A variable as a pandas table: :func:`blockstruct.results.history_frame`."""
+        """Return a variable as a pandas table: :func:`blockstruct.results.history_frame`."""
         return history_frame(self._ds, variable)
 
     def export(self, path: str | Path, variable: str | None = None) -> Path:
@@ -231,15 +231,15 @@ class HistoryAccessor:
         Parameters
         ----------
         path
-            Its name tells the format. Parquet needs the package pyarrow. In a ``.csv`` file a name that a spreadsheet
+            Its suffix sets the format. Parquet needs the package pyarrow. In a ``.csv`` file, a name that a spreadsheet
             would run as a formula begins with an apostrophe.
         variable
-            As for :meth:`frame`; a ``.nc`` file holds the whole history without one.
+            See :meth:`frame`. Without a variable, a ``.nc`` file holds the whole history.
 
         Raises
         ------
         StorageError
-            If the name ends otherwise, a package is missing, or the file cannot be written.
+            If the suffix is another one, a package is missing, or the file cannot be written.
         """
         path = Path(path)
         kind = path.suffix.lower()
@@ -280,7 +280,7 @@ class HistoryAccessor:
 
     @staticmethod
     def _in_state(history: xr.Dataset, state: str) -> np.ndarray:
-        """Whether each interface is in a state, (iteration, interface): parts of a state are joined by `` + ``."""
+        """Return whether each interface has a state, alone or combined, (iteration, interface)."""
         known = [s.value for s in ContactState]
         if state not in known:
             msg = f"history: no state {shown(state)}; give one of {', '.join(known)}"

@@ -1,4 +1,4 @@
-"""What a case without a collapse state leaves behind."""
+"""The best admissible state of a case without a collapse state."""
 
 from dataclasses import dataclass
 
@@ -7,19 +7,19 @@ from blockstruct.limit import Certificate
 
 @dataclass(frozen=True, slots=True)
 class AdmissibleState:
-    """Forces in equilibrium that no joint refuses, at some load factor: a bound, and no collapse load by itself.
+    """Forces in equilibrium within the strength of all joints, at some load factor.
 
-    With associative flow the structure collapses at no lower load factor (static theorem). Without dilatancy the
-    theorem does not hold: joints may slide at a lower one, so that this is not a safe bound.
+    With associative flow the load factor is a lower bound of the collapse load (static theorem). Without dilatancy the
+    theorem does not hold: joints may slide at a lower load factor, so it is not a safe bound.
 
     Attributes
     ----------
     iteration : int
-        Where in the history.
+        Position in the history.
     load_factor : float
     certificate : Certificate
-        Equilibrium residual and yield excess are within the tolerances; by how much the flow rule is missed is what
-        separates the state from a collapse state.
+        Equilibrium residual and yield excess are within the tolerances. The flow-rule gap separates the state from a
+        collapse state.
     """
 
     iteration: int

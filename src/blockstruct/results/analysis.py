@@ -16,13 +16,13 @@ from blockstruct.results.parameters import checked_parameters
 from blockstruct.results.spread import Spread, spreads_of
 from blockstruct.vocabulary import Status, counted
 
-#: Cases that a line of text names.
+#: Cases that a representation lists.
 SHOWN = 5
 
 
 @dataclass(frozen=True, slots=True, init=False, eq=False)
 class Analysis(Mapping[str, CaseResult]):
-    """A mapping of the names of cases to their results, with the model they belong to.
+    """A mapping of case names to results, with their model.
 
     Attributes
     ----------
@@ -30,17 +30,17 @@ class Analysis(Mapping[str, CaseResult]):
     created_at : str
         UTC, ISO 8601.
     versions : mapping
-        Version of blockstruct and of every package of the run; where it was gone on with, of the last part of it.
-        :attr:`CaseResult.versions` tells what made the numbers of each case.
+        Version of blockstruct and of every package of the run; of the last part if the run was resumed.
+        :attr:`CaseResult.versions` holds the versions for each case.
     solver_options : mapping
         Options of each solver beyond the settings of the cases.
     document_hash : str
         SHA-256 of the document that described the model; empty without one.
     tags : tuple of str
     parameters : mapping
-        What the model was built with, if it was told: numbers, texts and quantities by name.
+        Parameters of the model, if given: numbers, texts and quantities by name.
     study : str
-        The study that the analysis is a run of, by its build function and settings; empty without one.
+        Study that the analysis belongs to, by its build function and settings; empty without one.
     """
 
     model: Model
@@ -81,17 +81,17 @@ class Analysis(Mapping[str, CaseResult]):
 
     @property
     def cases(self) -> tuple[Case, ...]:
-        """The cases, ready to be run again."""
+        """The cases, ready to run again."""
         return tuple(r.case for r in self.results.values())
 
     @property
     def status(self) -> str:
-        """``"interrupted"`` if a case was, ``"finished"`` otherwise."""
+        """``"interrupted"`` if any case was interrupted, else ``"finished"``."""
         cut = any(r.status is Status.INTERRUPTED for r in self.results.values())
         return "interrupted" if cut else "finished"
 
     def spread(self, name: str) -> Spread:
-        """Results of the schedules that a case was run with: ``bs.run(model, cases, spread=True)``, or ``"steep"``.
+        """Return the results of a case with several schedules: ``bs.run(model, cases, spread=True)``, or ``"steep"``.
 
         Raises
         ------
@@ -108,16 +108,16 @@ class Analysis(Mapping[str, CaseResult]):
 
     @property
     def spreads(self) -> dict[str, Spread]:
-        """Spread of every case that was run with several schedules."""
+        """Spread of every case with several schedules."""
         return spreads_of(self)
 
     @property
     def headlines(self) -> dict[str, Headline]:
-        """Load factor, range and bound of every case, the other runs of spreads left out."""
+        """Load factor, range and bound of every case, without the other runs of spreads."""
         return {name: result.headline for name, result in self.items() if result.of_case not in self}
 
     def replaced(self, **changes: Any) -> Self:
-        """The same analysis, but for some of its attributes."""
+        """Return the same analysis with some attributes replaced."""
         kept = {f.name: getattr(self, f.name) for f in fields(self)}
         return type(self)(**{**kept, **changes})
 
@@ -158,6 +158,6 @@ class Analysis(Mapping[str, CaseResult]):
 
 
 def _with_spreads(results: Mapping[str, CaseResult]) -> dict[str, CaseResult]:
-    """The same results; cases with several runs have the range of their loading paths."""
+    """Return the same results, with the range of their loading paths if they have several runs."""
     ranges = {name: spread.path_dependence for name, spread in spreads_of(results).items()}
     return {name: r.changed(path_dependence=ranges[name]) if ranges.get(name) else r for name, r in results.items()}

@@ -14,7 +14,7 @@ from blockstruct.limit import CERTIFICATE_MEASURES, Certificate, Outcome, Proced
 from blockstruct.model import Case, Model, SelfWeight, SettlementCase
 from blockstruct.notebook import html_table
 from blockstruct.results.admissible_state import AdmissibleState
-from blockstruct.results.crushing_words import beyond_rectangle_words, cell_words
+from blockstruct.results.crushing_cells import crushing_in_cells
 from blockstruct.results.description import describe, failures
 from blockstruct.results.headline import Headline
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
@@ -24,12 +24,12 @@ from blockstruct.results.pushed_ties import broken_ties
 from blockstruct.results.resultants import interface_resultants
 from blockstruct.results.states import active_joints, contact_state
 from blockstruct.results.ties import ties_at_collapse
-from blockstruct.results.torsion import torsion_words
-from blockstruct.results.utilisation import utilisation
-from blockstruct.text import Answer, caveats, ended, why
+from blockstruct.results.torsion import torsion_notes
+from blockstruct.results.utilisation import biaxial_crushing, utilisation
+from blockstruct.text import Answer, Note, NoteCode, Severity, caveats, ended, why
 from blockstruct.vocabulary import Flow, Stage, Status
 
-#: Stages that do not ask the question of the case.
+#: Stages whose load factor is not a load factor of the case.
 _OF_OTHER_PROGRAMS = [Stage.DEAD_LOAD.value, Stage.DEAD_LOAD_COLLAPSE.value, Stage.LARGEST_REACTION.value]
 #: Statuses whose last iteration shows how the structure falls under its dead load.
 _FALLS = (Status.UNSTABLE, Status.SELF_STRESS)
@@ -37,13 +37,13 @@ _FALLS = (Status.UNSTABLE, Status.SELF_STRESS)
 
 @dataclass(frozen=True, slots=True)
 class LazyHistory:
-    """A history that is read when it is first looked at.
+    """A history that is read at its first use.
 
     Attributes
     ----------
     n_iterations : int
     read : callable
-        Gives the history.
+        Returns the history.
     """
 
     n_iterations: int
@@ -52,41 +52,40 @@ class LazyHistory:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CaseResult:
-    """Load factor of a case, how it was found and why to believe it.
+    """Load factor of a case, with its history and its certificate.
 
     Attributes
     ----------
     model : Model
-        The structure the case is of.
     case : LimitCase or SettlementCase
     settings : ProcedureSettings
     outcome : Outcome
-        How the case ended: status, load factor, how it was found, whether it settled, its peak and its range.
+        How the case ended: status, load factor, procedure, whether it settled, its peak and its range.
     certificate : Certificate or None
-        Of the last iteration. If the status is unstable under dead load, it is the proof of that: of the state in
-        which the joints carry the largest share of the dead load; if it depends on self-stress, of the collapse state
-        of the dead load. None if unbounded, or without iterations.
+        Certificate of the last iteration. If the status is unstable under dead load, it proves the state in which the
+        joints carry the largest share of the dead load. If the status depends on self-stress, it proves a collapse
+        state of the dead load. None if unbounded, or without iterations.
     history : xarray.Dataset
-        Every iteration; of a file, it is read when it is first looked at.
+        Every iteration. The history of a file is read at its first use.
     started_at : str
         UTC, ISO 8601.
     duration : float
         Seconds.
     schedule, of_case : str
-        The schedule of a run of a spread, and the case that it varies; empty for any other case.
+        In a spread: the schedule of this run, and the case that it varies. Otherwise empty.
     path_dependence : tuple of float or None
         Lowest and highest load factor of the variants of the loading path, by step length and joint stiffness; None
         if they were not run (``spread=True``).
     damage : str
-        What could not be read of a run that was killed; empty as a rule.
+        The part of a killed run that could not be read; usually empty.
     curve_ended : str
-        Why the curve of a pushover ends where it does, or why there is none.
+        Why the curve of a pushover ends, or why it is missing.
     capacity : xarray.Dataset or None
-        Of a :class:`~blockstruct.Pushover`, the states beyond the collapse state, which is the last of the history:
+        States of a :class:`~blockstruct.Pushover` beyond the collapse state, which is the last state of the history:
         :func:`blockstruct.results.capacity_of`. None for any other case, and without a collapse state.
     versions : tuple of mapping
-        Version of every package that made its numbers, as :attr:`Analysis.versions`: several where others have gone on
-        with what the first had begun, in their order; empty without numbers.
+        Version of every package, as in :attr:`Analysis.versions`. A resumed run has one entry per part, in order; empty
+        without numbers.
     """
 
     model: Model = field(repr=False)
@@ -112,7 +111,7 @@ class CaseResult:
             object.__delattr__(self, "history")
 
     def __getattr__(self, name: str) -> Any:
-        # Python asks here for what an instance does not have, which can only be a history that is not read yet.
+        # Python calls this for missing attributes only. The one that may be missing is a history that is not read yet.
         if name != "history" or self._unread is None:
             msg = f"{type(self).__name__!r} object has no attribute {name!r}"
             raise AttributeError(msg)
@@ -139,8 +138,8 @@ class CaseResult:
     def load_factor(self) -> float:
         """Load factor at collapse; infinite if unbounded, NaN without a result.
 
-        Of a settlement it is minus the reaction as a share of the dead load, so that it grows as the support gives
-        way; read :attr:`reaction`.
+        For a settlement it is minus the reaction as a share of the dead load: it grows as the support moves. Use
+        :attr:`reaction` instead.
         """
         return self.outcome.load_factor
 
@@ -148,13 +147,13 @@ class CaseResult:
     def settled(self) -> bool:
         """Whether the load factor had settled when the procedure ended.
 
-        Where it had not, the state is certified all the same, but another procedure would end at another one.
+        An unsettled state is certified, too, but another procedure would end at another load factor.
         """
         return self.outcome.settled
 
     @property
     def drifts(self) -> bool:
-        """Whether the case has a certified load factor that had not settled."""
+        """Whether the load factor is certified but has not settled."""
         return self.status is Status.CONVERGED and not self.settled
 
     @property
@@ -173,7 +172,7 @@ class CaseResult:
 
     @property
     def ended(self) -> str:
-        """How the case ended in a few words: its status, and whether a non-associative load factor settled."""
+        """How the case ended in a few words: its status, and whether its load factor settled."""
         return ended(self.outcome, has_procedure=self.case.flow is Flow.NONASSOCIATIVE)
 
     @property
@@ -206,7 +205,7 @@ class CaseResult:
 
     @property
     def utilisation(self) -> xr.Dataset:
-        """Utilisation and neutral-axis depth of every iteration: :func:`blockstruct.results.utilisation`."""
+        """Utilisation and neutral-axis depth: :func:`blockstruct.results.utilisation`."""
         return utilisation(self.history)
 
     @property
@@ -216,12 +215,14 @@ class CaseResult:
 
     @property
     def answer(self) -> Answer:
-        """What the number of the case is called and how it is written: a load factor, or a reaction."""
+        """Name, symbol and unit of the number of the case: a load factor or a reaction."""
         return Answer.of(self.model, self.case)
 
     @property
     def reaction(self) -> Any:
-        """Reaction of a settlement when the structure begins to follow, a force or a moment; NaN without an answer.
+        """Reaction when the structure begins to follow its supports: a force or a moment.
+
+        It is NaN without a result.
 
         Raises
         ------
@@ -232,12 +233,12 @@ class CaseResult:
 
     @property
     def reaction_range(self) -> Any:
-        """Least and largest reaction of a settlement that statics allows under the dead load, two quantities in one.
+        """Least and largest reaction that statics allows under the dead load.
 
-        Any reaction between them is one of forces in equilibrium inside the strength of the joints: by two programs
-        with associative flow, whatever that of the case, so that the reaction itself is not below the least. Infinite
-        where friction may jam the structure by any force, NaN where a program found no proof. A horizontal direction
-        gives the range of the thrust.
+        Every reaction in between belongs to forces in equilibrium within the strength of the joints. Two programs with
+        associative flow find both ends, whatever the flow of the case, so the reaction is not below the least. An end
+        is infinite if friction may jam the structure with any force, and NaN if a program found no proof. A horizontal
+        direction gives the range of the thrust.
 
         Raises
         ------
@@ -259,7 +260,7 @@ class CaseResult:
 
     @property
     def ties(self) -> pd.DataFrame:
-        """Force, state and elongation of each tie: :func:`blockstruct.results.ties_at_collapse`; empty without ties."""
+        """Force, state and elongation of each tie: :func:`blockstruct.results.ties_at_collapse`."""
         return ties_at_collapse(self.history) if "tie" in self.history.sizes and self.n_iterations else pd.DataFrame()
 
     @property
@@ -269,7 +270,7 @@ class CaseResult:
 
     @property
     def missing_curve(self) -> str:
-        """Why a pushover with a collapse state has no capacity curve; empty if it has one, and of any other case."""
+        """Why a pushover with a collapse state has no capacity curve; otherwise empty."""
         return self.curve_ended if self.capacity is None else ""
 
     @property
@@ -281,16 +282,54 @@ class CaseResult:
 
     @property
     def associative_load_factor(self) -> float:
-        """Load factor of the associative program: an upper bound of every flow rule, infinite if it is unbounded.
+        """Load factor of the associative program: an upper bound of every flow rule.
 
-        NaN where the case ended before that program was solved.
+        It is infinite if unbounded, and NaN if the case ended before that program was solved.
         """
         found = np.flatnonzero(self.history["stage"].to_numpy() == Stage.ASSOCIATIVE.value)
         return float(self.history["load_factor"].to_numpy()[found[-1]]) if len(found) else np.nan
 
     @property
+    def notes(self) -> tuple[Note, ...]:
+        """Everything to know about the number: warnings, cautions, then explanations."""
+        cells = crushing_in_cells(self.history, is_reaction=self.answer.is_reaction) if self.n_iterations else None
+        masses = Note(NoteCode.MASSES, Severity.INFO, self.masses) if self.masses else None
+        return (*self._caveats, *self._cautions, *(note for note in (cells, masses) if note is not None))
+
+    @property
     def warnings(self) -> tuple[str, ...]:
-        """What must be known before the number is used, as sentences; empty as a rule."""
+        """Sentences to read before using the number; usually empty."""
+        return tuple(map(str, self._caveats))
+
+    @property
+    def owed(self) -> tuple[str, ...]:
+        """Sentences on how far torsion and crushing change the number; usually empty."""
+        return tuple(map(str, self._cautions))
+
+    @property
+    def torsion_warning(self) -> str:
+        """Sentences on torsion that the number depends on; usually empty.
+
+        :func:`blockstruct.results.corner_torsion` gives the figures of each joint.
+        """
+        return " ".join(map(str, self._torsion))
+
+    @property
+    def crushing_warning(self) -> str:
+        """Sentences on rectangular joints that bear too much when bent about both axes; usually empty.
+
+        It is always empty with ``crushing_interaction="biaxial"``. ``result.utilisation["crushing"]`` gives the
+        figures of each joint.
+        """
+        return str(self._crushing or "")
+
+    @property
+    def cells(self) -> str:
+        """Sentences on joints that crush in cells; empty without any."""
+        return " ".join(note.text for note in self.notes if note.code is NoteCode.CRUSHING_CELLS)
+
+    @property
+    def _caveats(self) -> tuple[Note, ...]:
         if self.case.flow is not Flow.NONASSOCIATIVE:
             return ()
         bound, is_searched = self.associative_load_factor, False
@@ -300,38 +339,24 @@ class CaseResult:
         return caveats(self.outcome, self.answer, bound=bound, is_searched=is_searched, jammed=self.jammed)
 
     @property
-    def torsion_warning(self) -> str:
-        """What the number owes to torsion at the corners of joints, as a sentence; empty if it is little.
-
-        :func:`blockstruct.results.corner_torsion` tells it joint by joint.
-        """
-        return torsion_words(self.model, self.history, self.answer.name) if self.status is Status.CONVERGED else ""
+    def _cautions(self) -> list[Note]:
+        return [*self._torsion, *filter(None, [self._crushing])]
 
     @property
-    def crushing_warning(self) -> str:
-        """Which rectangular joints bear more than they can, bent about both axes, as sentences; empty if none do.
+    def _torsion(self) -> list[Note]:
+        return torsion_notes(self.model, self.history, self.answer.name) if self.status is Status.CONVERGED else []
 
-        With ``crushing_interaction="biaxial"`` none do. ``result.utilisation["crushing"]`` tells it joint by joint.
-        """
+    @property
+    def _crushing(self) -> Note | None:
         if self.status is not Status.CONVERGED or self.settings.crushing_interaction == "biaxial":
-            return ""
-        return beyond_rectangle_words(self.history, is_reaction=self.answer.is_reaction)
-
-    @property
-    def owed(self) -> tuple[str, ...]:
-        """What the number owes to torsion and to crushing: those of the two warnings above that say something."""
-        return tuple(filter(None, (self.torsion_warning, self.crushing_warning)))
-
-    @property
-    def cells(self) -> str:
-        """How many joints crush in cells and what that takes, as sentences; empty if none do."""
-        return cell_words(self.history, is_reaction=self.answer.is_reaction) if self.n_iterations else ""
+            return None
+        return biaxial_crushing(self.history, is_reaction=self.answer.is_reaction)
 
     @property
     def admissible_state(self) -> AdmissibleState | None:
-        """Of the iterations inside the true conditions the one that misses the flow rule least, None without any.
+        """The admissible iteration with the smallest flow-rule gap; None without one.
 
-        It is what a case that has not converged leaves behind.
+        It is the best result of a case that has not converged.
         """
         h = self.history
         within = self._admissible & np.isfinite(h["flow_rule_gap"].to_numpy())
@@ -343,7 +368,7 @@ class CaseResult:
         return AdmissibleState(i, float(h["load_factor"][i]), self._certificate_at(i))
 
     def _certificate_at(self, iteration: int) -> Certificate:
-        """Certificate of an iteration of the history."""
+        """Return the certificate of an iteration of the history."""
         measures = {name: float(self.history[name][iteration]) for name in CERTIFICATE_MEASURES if name != "holds"}
         gap, limit = measures["flow_rule_gap"], measures["flow_rule_gap_limit"]
         holds = measures["interpenetration"] <= self.settings.numerics.interpenetration_tolerance and gap <= limit
@@ -357,9 +382,9 @@ class CaseResult:
 
     @property
     def last_feasible(self) -> int | None:
-        """Last iteration whose forces are in equilibrium inside the true conditions, whatever its mechanism.
+        """Last iteration with forces in equilibrium within the true conditions; None without one.
 
-        None if there is none. Where a case has not converged, its last iteration may well be another one.
+        It ignores mechanisms. The last iteration of a case that has not converged may be a different one.
         """
         found = np.flatnonzero(self._admissible)
         return int(found[-1]) if len(found) else None
@@ -370,7 +395,7 @@ class CaseResult:
         return are_admissible(residual, excess, self.settings)
 
     def changed(self, **changes: Any) -> Self:
-        """The same result with other fields; a history that is not read yet stays so."""
+        """Return the same result with other fields; an unread history stays unread."""
         return replace(self, **{"history": self._unread or self.history, **changes})
 
     @classmethod
@@ -382,7 +407,7 @@ class CaseResult:
         certificate: Mapping[str, float],
         **rest: Any,
     ) -> Self:
-        """Result of plain values, as a file keeps them."""
+        """Return the result of plain values from a file."""
         measures = {name: float(value) for name, value in certificate.items() if name != "holds"}
         if not isinstance(settings, Mapping):
             msg = f"case {case.name!r}: settings {settings!r} are not names and values"
@@ -398,15 +423,16 @@ class CaseResult:
 
     @property
     def masses(self) -> str:
-        """Which weights a push takes along, and loads on supports of a settlement, in words; empty for own weight."""
+        """Sentences on the masses that a push moves; empty for self-weight alone."""
         plain = all(isinstance(load, SelfWeight) for load in self.case.dead.loads)
         return "" if plain else pushed_masses(self.model, self.case)
 
     def describe(self) -> str:
-        """How the structure collapses, in sentences: number, bodies that move, failing joints, and ties."""
+        """Return sentences on the collapse: number, notes, bodies that move, failing joints, ties."""
         moves = self.n_iterations > 0 and np.isfinite(self.history["block_velocity"].isel(iteration=-1)).all()
-        found = describe(self.model, self.history, self.case.dead, self.status) if moves else ""
-        return "\n".join(filter(None, (str(self), *self.owed, self.cells, self.masses, found)))
+        motion = describe(self.model, self.history, self.case.dead, self.status) if moves else ""
+        notes = [note.text for note in self.notes if note.severity is not Severity.WARNING]
+        return "\n".join(filter(None, (str(self), *notes, motion)))
 
     def __repr__(self) -> str:
         answer = f"{self.answer.name} {self.answer.text(self.load_factor, 4)}"

@@ -1,4 +1,4 @@
-"""Two analyses side by side."""
+"""Comparison of two analyses."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -18,31 +18,33 @@ from blockstruct.results.mechanism import motion_of
 from blockstruct.units import readable
 from blockstruct.vocabulary import counted, in_words
 
-#: Relative difference of two measures beyond their tolerances that rounding makes.
+#: Relative difference of two measures, beyond their tolerances, that counts as rounding.
 _ROUNDING = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Comparison:
-    """What differs between two analyses.
+    """Differences between two analyses.
 
     Attributes
     ----------
     same_model : bool
         Whether both have the same model, to the last bit.
     cases : pandas.DataFrame
-        Indexed by the name of the case, of one analysis or both: ``load_factor`` (of a settlement its reaction), its
-        ``unit`` (N or N·m, empty of a load factor), ``status`` and ``n_iterations`` of each, with ``_other`` for the
-        other one's, ``relative_difference`` of the load factor (0 where both are the same, as two infinite ones are),
-        ``force_difference`` and ``mechanism_difference`` of the final states, relative to the largest contact force and
-        relative velocity (infinite where they cannot be compared), whether both have the ``same_certificate``, within
-        the tolerances of the settings, and whether loads, flow and settings are ``same_question``. Of pushovers,
-        ``d0``, ``curve_ended``, ``curve_difference`` and ``curves_part_at``:
-        :func:`blockstruct.results.compared_curves`.
+        Indexed by the cases of either analysis. A column with the suffix ``_other`` belongs to the other analysis.
+
+        - ``load_factor`` (of a settlement its reaction), its ``unit`` (N or N·m, empty for a load factor), ``status``,
+          ``n_iterations``;
+        - ``relative_difference`` of the load factor, 0 if both are equal or infinite;
+        - ``force_difference`` and ``mechanism_difference`` of the final states, relative to the largest contact force
+          and relative velocity; infinite if they cannot be compared;
+        - ``same_certificate``, within the tolerances of the settings; ``same_question``: loads, flow and settings;
+        - for pushovers ``d0``, ``curve_ended``, ``curve_difference`` and ``curves_part_at``:
+          :func:`blockstruct.results.compared_curves`.
     versions : mapping
-        Packages of different versions, and both versions.
+        Packages with different versions, and both versions.
     settings : mapping
-        Of each case with different settings: the settings, and both values.
+        Cases with different settings: each setting, and both values.
     """
 
     same_model: bool
@@ -51,17 +53,17 @@ class Comparison:
     settings: Mapping[str, Mapping[str, tuple[Any, Any]]]
 
     def agrees(self, rtol: float = 1e-6, state_rtol: float = 1e-2, curve_rtol: float = 1e-2) -> bool:
-        """Whether all cases ended alike: statuses, load factors, forces, mechanisms, certificates, capacity curves.
+        """Return whether all cases ended alike.
 
         Parameters
         ----------
         rtol
             Largest relative difference of load factors.
         state_rtol
-            Largest relative difference of forces and velocities. Neither is unique, and both follow the last digits
-            of a solver more than the load factor does; infinity leaves them out.
+            Largest relative difference of forces and velocities; infinity ignores them. Neither is unique, and both
+            depend on the last digits of a solver more than the load factor does.
         curve_rtol
-            Largest difference of capacity curves; infinity leaves them out.
+            Largest difference of capacity curves; infinity ignores them.
         """
         c = self.cases
         alike = c["status"].eq(c["status_other"]) & c["relative_difference"].abs().le(rtol) & c["same_certificate"]
@@ -92,12 +94,12 @@ class Comparison:
 
 
 def _shown(difference: float) -> str:
-    """A difference of two states, infinite where they cannot be compared."""
+    """Return the difference of two states as text."""
     return f"{difference:.1e}" if np.isfinite(difference) else "not comparable"
 
 
 def _said(value: float, unit: str) -> str:
-    """A load factor, or a reaction in a unit that reads well."""
+    """Return a load factor, or a reaction in a readable unit, as text."""
     if not (unit and np.isfinite(value)):
         return f"{value:.8g}"
     scale, readable_unit = readable(value, unit)
@@ -105,12 +107,12 @@ def _said(value: float, unit: str) -> str:
 
 
 def _of_curves(row: Any) -> list[str]:
-    """What differs between two capacity curves, as lines."""
+    """Return the lines on the differences between two capacity curves."""
     parted = f", from {row['curves_part_at']:.4g} m on" if np.isfinite(row["curves_part_at"]) else ""
     ends = [row[name] or "no end" for name in ("curve_ended", "curve_ended_other")]
     d0s = f"    d0 {row['d0']:.6g} m, other {row['d0_other']:.6g} m"
-    said = f"{d0s}, curves differ by {row['curve_difference']:.1e}{parted}"
-    return [said] + [f"    {ends[0]}; other: {ends[1]}"] * (ends[0] != ends[1])
+    line = f"{d0s}, curves differ by {row['curve_difference']:.1e}{parted}"
+    return [line] + [f"    {ends[0]}; other: {ends[1]}"] * (ends[0] != ends[1])
 
 
 def compare(one: Analysis, other: Analysis) -> Comparison:
@@ -154,7 +156,7 @@ def compare(one: Analysis, other: Analysis) -> Comparison:
 
 
 def relative_difference(one: npt.ArrayLike, other: npt.ArrayLike) -> NDArray[np.float64]:
-    """Difference of load factors relative to the first; 0 where both are the same, infinite or missing (NaN)."""
+    """Return the relative difference of load factors; 0 if both are equal, infinite or missing (NaN)."""
     a, b = np.asarray(one, dtype=float), np.asarray(other, dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, (b - a) / np.abs(a))
@@ -165,9 +167,9 @@ def _at_points(iteration: xr.Dataset, name: str) -> NDArray[np.float64]:
 
 
 def _state_difference(one: CaseResult, other: CaseResult, values: Callable[[xr.Dataset], Any]) -> float:
-    """Largest difference of values of the last iterations, relative to the largest of them.
+    """Return the largest difference of values in the last iterations, relative to the largest value.
 
-    Infinite if they cannot be compared; two states without numbers are the same.
+    It is infinite if they cannot be compared. Two states without numbers are equal.
     """
     first, second = (values(r.history.isel(iteration=-1)) if r.n_iterations else np.empty(0) for r in (one, other))
     if first.shape != second.shape:
@@ -179,19 +181,19 @@ def _state_difference(one: CaseResult, other: CaseResult, values: Callable[[xr.D
 
 
 def _same_certificate(one: CaseResult, other: CaseResult) -> bool:
-    """Whether two certificates hold alike, with measures that differ by no more than their tolerances."""
+    """Return whether both certificates agree within their tolerances."""
     a, b = one.certificate, other.certificate
     if a is None or b is None:
         return a is b
     s, limit = one.settings, np.fmax(a.flow_rule_gap_limit, b.flow_rule_gap_limit)
     pairs = (
         (a.equilibrium_residual, b.equilibrium_residual, s.numerics.equilibrium_tolerance),
-        # Below zero is inside, however far.
+        # A yield excess below zero is inside the conditions; its size does not matter.
         (max(a.yield_excess, 0.0), max(b.yield_excess, 0.0), s.numerics.yield_tolerance),
         (a.interpenetration, b.interpenetration, s.numerics.interpenetration_tolerance),
         (a.flow_rule_gap, b.flow_rule_gap, limit),
     )
-    # A NaN is as good as another one, and nothing else.
+    # Two NaN agree with each other, and a NaN with nothing else.
     alike = (np.isnan([x, y]).all() or abs(x - y) <= max(scale, _ROUNDING * abs(x)) for x, y, scale in pairs)
     return a.holds == b.holds and all(alike)
 

@@ -1,21 +1,44 @@
-"""What cells leave of the lever of a block that rocks on them."""
+"""Joints that crush in cells, and the lever that cells take from a block that rocks on them."""
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from blockstruct.text import Note, cells_note
+
 Array = NDArray[np.float64]
 
-#: Mean pressures, in multiples of the strength, between which lost levers are told.
+#: Mean pressures, in multiples of the strength, between which the lost lever is measured.
 _LEAST, _MOST = 0.001, 0.5
-#: Directions of bending beside those across edges, and depths of stress blocks, in multiples of that of the joint.
+#: Directions of bending in addition to the normals of the edges; depths of stress blocks relative to the joint's depth.
 _ANGLES = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 _AROUND = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 _DEPTHS = (1 - np.cos(np.linspace(0, np.pi, 101))) / 2
 
 
+def crushing_in_cells(history: xr.Dataset, *, is_reaction: bool = False) -> Note | None:
+    """Return the note on joints that crush in cells; None without any.
+
+    Parameters
+    ----------
+    history
+        History of a case.
+    is_reaction
+        Whether the answer is the least reaction of a support.
+    """
+    index, is_cell = history["interface_of_contact_point"].to_numpy(), np.isfinite(history["cell_strength"].to_numpy())
+    counts = np.bincount(index[is_cell], minlength=history.sizes["interface"])
+    in_cells = np.flatnonzero(counts)
+    if not len(in_cells):
+        return None
+    crushing = int(np.isfinite(history["compressive_strength"].to_numpy()).sum())
+    lost = max(lost_lever(history, int(j)) for j in in_cells)
+    cells = int(counts[in_cells].min()), int(counts[in_cells].max())
+    return cells_note(len(in_cells), crushing, cells, lost, is_reaction=is_reaction)
+
+
 def lost_lever(history: xr.Dataset, interface: int) -> float:
-    """Largest share of the lever M / N of the stress block that cells lose, in any direction at the usual pressures."""
+    """Return the largest share of the lever M / N that cells lose, in any direction."""
     axes = history["interface_frame"].to_numpy()[interface, 1:]
     centroid = history["interface_position"].to_numpy()[interface]
     of_corner = history["interface_of_interface_corner"].to_numpy() == interface
@@ -39,21 +62,21 @@ def lost_lever(history: xr.Dataset, interface: int) -> float:
 
 
 def parts_beyond(corners: Array, direction: Array, depths: Array) -> tuple[Array, Array]:
-    """Areas of the parts of a polygon beyond lines across a direction, and their first moments along it.
+    """Return areas and first moments of the parts of a polygon beyond lines.
 
     Parameters
     ----------
     corners : (k, 2) array
-        Of the polygon, convex or not.
+        Corners of the polygon, convex or not.
     direction : (2,) array
-        Lengths along it are in multiples of its own.
+        Its length is the unit of lengths along it.
     depths : (m,) array
-        Of the parts, in multiples of that of the polygon.
+        Depths of the parts, relative to the depth of the polygon.
 
     Returns
     -------
     areas, moments : (m,) arrays
-        The moments are those about the origin.
+        Moments are taken about the origin.
     """
     along, side = corners @ direction, corners @ np.array([direction[1], -direction[0]])
     lines = along.max() - np.ptp(along) * depths

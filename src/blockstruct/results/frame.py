@@ -11,20 +11,20 @@ from blockstruct.results.states import contact_state
 
 
 def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFrame:
-    """History of a case as a pandas table, units in the column names.
+    """Return the history of a case as a pandas table, units in the column names.
 
     Parameters
     ----------
     history
         History of a case, or a selection of its iterations.
     variable
-        Any variable of the history, or ``state``, ``force``, ``moment`` or ``eccentricity`` of the interfaces. None
+        A variable of the history, or ``state``, ``force``, ``moment`` or ``eccentricity`` of the interfaces. None
         gives all variables that have one value per iteration.
 
     Raises
     ------
     UnknownNameError
-        If the variable is none of these.
+        If there is no such variable.
     """
     if variable is None:
         data = history[[name for name in history.data_vars if history[name].dims == ("iteration",)]]
@@ -45,21 +45,21 @@ def history_frame(history: xr.Dataset, variable: str | None = None) -> pd.DataFr
 
 
 def capacity_frame(capacity: xr.Dataset, variable: str | None = None) -> pd.DataFrame:
-    """Capacity curve of a pushover as a pandas table, units in the column names.
+    """Return the capacity curve of a pushover as a pandas table, units in the column names.
 
     Parameters
     ----------
     capacity
         The curve, or a selection of its states.
     variable
-        Any variable of the curve, such as ``tie_force``. None gives all that have one value per state.
+        A variable of the curve, such as ``tie_force``. None gives all that have one value per state.
 
     Raises
     ------
     UnknownNameError
-        If it has no such variable.
+        If there is no such variable.
     ModelError
-        If it is none, as of a case without a curve.
+        If the argument is not a curve, such as the None of a case without one.
     """
     if not isinstance(capacity, xr.Dataset):
         msg = f"capacity_frame: the curve is a {type(capacity).__name__}; give result.capacity of a Pushover with one"
@@ -74,7 +74,7 @@ def capacity_frame(capacity: xr.Dataset, variable: str | None = None) -> pd.Data
 
 
 def _frame(data: xr.Dataset, keep: Collection[Hashable]) -> pd.DataFrame:
-    """Table of the variables, with some of the coordinates."""
+    """Return the table of the variables, with some coordinates."""
     units = {str(name): data[name].attrs.get("units", "dimensionless") for name in data.data_vars}
     frame = data.drop_vars([c for c in data.coords if c not in keep]).to_dataframe()
     return frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit != "dimensionless"})

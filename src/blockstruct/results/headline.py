@@ -1,4 +1,4 @@
-"""The number of a case, its range and its bound, as every text, figure and table shows it."""
+"""The number of a case with its range and its bound, for every text, figure and table."""
 
 from dataclasses import dataclass, field
 
@@ -11,7 +11,7 @@ from blockstruct.vocabulary import Flow, Status
 
 @dataclass(frozen=True, slots=True)
 class Headline:
-    """Load factor of a case, its range over the variants of the loading path, and the associative bound.
+    """Load factor of a case, with its range and the associative bound.
 
     Attributes
     ----------
@@ -19,10 +19,10 @@ class Headline:
         How the case ended.
     flow : Flow
     associative : float
-        Load factor with associative flow, an upper bound of every other flow rule; infinite where that is unbounded,
-        NaN where it was not found.
+        Load factor with associative flow, an upper bound of every other flow rule; infinite if unbounded, NaN if
+        unknown.
     path_range : tuple of float or None
-        Lowest and highest load factor of the variants of the loading path, None if they were not run.
+        Lowest and highest load factor of the variants of the loading path; None if they were not run.
     answer : Answer
         Name and unit of the number. The reaction of a settlement is minus its load factor times a force, so the lowest
         load factor is the largest reaction.
@@ -49,34 +49,34 @@ class Headline:
 
     @property
     def load_factor(self) -> float:
-        """The load factor; infinite if unbounded, NaN with any other status."""
+        """Load factor; infinite if unbounded, NaN with any other status."""
         return self.outcome.load_factor
 
     @property
     def lowest(self) -> float:
-        """The load factor, or the lowest of the variants of the loading path where that is lower."""
+        """The load factor, or the lowest over the variants of the loading path if that is lower."""
         return self.load_factor if self.path_range is None else min(self.load_factor, self.path_range[0])
 
     @property
     def number(self) -> str:
-        """The load factor, or the reaction, to four digits, ``infinite`` or ``none``."""
+        """Load factor or reaction to four digits, ``infinite`` or ``none``."""
         return self.answer.text(self.load_factor, 4)
 
     @property
     def range(self) -> str:
-        """The range in words, empty if the variants of the loading path were not run."""
+        """Text of the range; empty if the variants of the loading path were not run."""
         return range_text(self.path_range, self.answer)
 
     @property
     def bound(self) -> str:
-        """The associative bound of a non-associative case in words; empty where it was not found."""
+        """Text of the associative bound of a non-associative case; empty if unknown."""
         if self.flow is Flow.ASSOCIATIVE or np.isnan(self.associative):
             return ""
         bounded = np.isfinite(self.associative)
         return f"associative bound {self.answer.text(self.associative)}" if bounded else "no associative bound"
 
     def text(self, digits: int = 4) -> str:
-        """Return the sentence on the case, with so many digits."""
+        """Return the sentence on the case, with a number of significant digits."""
         return sentence(
             self.outcome, self.answer, bound=self.associative, path_range=self.path_range, hung=self.hung, digits=digits
         )

@@ -17,21 +17,21 @@ Array = NDArray[np.float64]
 
 
 def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Iteration]) -> xr.Dataset:
-    """History of a case in SI units.
+    """Return the history of a case in SI units.
 
     Parameters
     ----------
     statics, problem
-        What was solved.
+        The structure and the problem that was solved.
     iterations
-        Its iterations, in order; none is allowed.
+        Iterations in order; there may be none.
 
     Returns
     -------
     xarray.Dataset
         Dimensions iteration, contact_point (selected by the name of its interface), component (n, s, t), interface,
-        interface_corner, block and axis (x, y, z). Blocks are in the order of the model; supports have zero velocity,
-        but for those that give way. With ties, tie (a stretch with one force) and tie_end, too.
+        interface_corner, block and axis (x, y, z). Blocks are in the order of the model. Supports have zero velocity
+        unless they move. Ties add the dimensions tie (a stretch with one force) and tie_end.
     """
     model, points, force = statics.model, statics.points, problem.force_unit
     of_iterations = iteration_variables(statics, problem, iterations)
@@ -104,7 +104,7 @@ def history_of(statics: Statics, problem: LimitProblem, iterations: Sequence[Ite
 
 
 def division_of(model: Model, cells: int, history: xr.Dataset) -> Division:
-    """How the interfaces of a history are divided into cells."""
+    """Return how the interfaces of a history are divided into cells."""
     in_cells = np.isfinite(history["cell_strength"].to_numpy())
     interface = history["interface_of_contact_point"].to_numpy()[in_cells]
     position = history["contact_point_position"].to_numpy()[in_cells]
@@ -114,7 +114,7 @@ def division_of(model: Model, cells: int, history: xr.Dataset) -> Division:
 def iteration_variables(
     statics: Statics, problem: LimitProblem, iterations: Sequence[Iteration]
 ) -> dict[str, tuple[Any, NDArray[Any], dict[str, str]]]:
-    """Dimensions, values and attributes of everything in a history that belongs to its iterations, in SI units."""
+    """Return dimensions, values and attributes of the variables of iterations, in SI."""
     force = problem.force_unit
     n, K = len(iterations), problem.n_points
 
@@ -218,7 +218,7 @@ def iteration_variables(
 
 
 def _ties(table: TieTable) -> dict[str, Any]:
-    """What a history says of its ties, whatever the iteration."""
+    """Return the coordinates on ties."""
     return {
         "tie": (
             "tie",
@@ -277,5 +277,5 @@ def _number(values: list[float], long_name: str) -> tuple[str, Array, dict[str, 
 
 
 def _text(values: Sequence[str]) -> NDArray[Any]:
-    # Object strings are what a netCDF file gives back, whatever their lengths; without any, their kind must be told.
+    # A netCDF file returns object strings of any length. An empty array needs an explicit dtype.
     return np.array(values, dtype=object) if len(values) else np.array([], dtype="U1")

@@ -13,11 +13,11 @@ from blockstruct.statics import carried_weights
 
 Array = NDArray[np.float64]
 
-#: Relative velocity at a joint below which its blocks move together, in multiples of the largest velocity of any joint.
+#: Relative velocity at a joint below which its blocks move together, relative to the largest velocity of any joint.
 TOGETHER = 0.02
-#: Least one.
+#: Least such tolerance: certified mechanisms are less accurate than this.
 LEAST = 1e-3
-#: Velocity, in the same multiples, below which a body rests.
+#: Velocity, relative to the same velocity, below which a body is at rest.
 AT_REST = 0.01
 
 
@@ -28,24 +28,23 @@ class MacroBlock:
     Attributes
     ----------
     name : str
-        ``"body 1"``, ``"body 2"`` … of those that move, ``"at rest 1"`` … of the others; the heaviest first.
+        ``"body 1"``, ``"body 2"`` … for moving bodies, ``"at rest 1"`` … for others; the heaviest first.
     blocks : tuple of str
         In the order of the model.
     weight : float
-        Of the blocks themselves, N.
+        Weight of the blocks themselves, N.
     carried : float
-        Weight of the masses that they carry and a mass-proportional push takes along, N.
+        Weight of the masses that the blocks carry and a mass-proportional push moves, N.
     centroid : (3,) array
-        Of the blocks themselves, m.
+        Centroid of the blocks themselves, m.
     translation : (3,) array
-        Of the centroid, in multiples of the scale of the mechanism.
+        Translation of the centroid, in the scale of the mechanism.
     rotation : (3,) array
-        About the centroid, radian per metre of that scale.
+        Rotation about the centroid, radian per metre in that scale.
     speed : float
-        Largest velocity of any corner of its joints, in multiples of the largest of all joints.
+        Largest velocity of a corner of its joints, relative to the largest at any joint.
     departure : float
-        Largest velocity of a centroid relative to the rigid motion of the body, in the same multiples: what calling its
-        blocks one body leaves out.
+        Largest velocity of a block's centroid relative to the rigid motion of the body, relative to the same velocity.
     """
 
     name: str
@@ -60,19 +59,19 @@ class MacroBlock:
 
     @property
     def total(self) -> float:
-        """Weight P + Q of the blocks with what they carry, N: that of the mass M* in :mod:`blockstruct.assess`."""
+        """Weight P + Q of the blocks and the masses they carry, N."""
         return self.weight + self.carried
 
     @property
     def moves(self) -> bool:
-        """Whether it takes part in the mechanism."""
+        """Whether the body takes part in the mechanism."""
         return self.speed > AT_REST
 
     @property
     def axis(self) -> tuple[Array, Array] | None:
-        """Direction of the axis it turns about and the point of it nearest to the centroid, m; None if it slides.
+        """Direction and nearest point, m, of the axis of rotation; None if the body slides.
 
-        A body slides if its axis lies farther away than a thousand times the motion of its centroid could tell.
+        A body slides if its rotation in radians is at most a thousandth of its translation in metres.
         """
         turning = float(np.linalg.norm(self.rotation))
         moved = float(np.linalg.norm(self.translation))
@@ -84,10 +83,10 @@ class MacroBlock:
 def macro_blocks(
     model: Model, mechanism: xr.Dataset, tolerance: float = TOGETHER, dead: LoadPattern | None = None
 ) -> list[MacroBlock]:
-    """Bodies of a mechanism, the heaviest first; those that rest are bodies too.
+    """Return the bodies of a mechanism, moving or at rest, the heaviest first.
 
-    Two blocks belong to one body if at no corner of a joint between them they move apart, slide or turn by more than
-    the tolerance.
+    Two blocks belong to one body if they do not move apart, slide or turn against each other by more than the tolerance
+    at any corner of a joint between them.
 
     Parameters
     ----------
@@ -96,14 +95,14 @@ def macro_blocks(
     mechanism
         Its mechanism: :func:`blockstruct.results.mechanism`.
     tolerance
-        Relative velocity in multiples of the largest velocity at any joint, from 0.001 to 1.
+        Relative velocity, relative to the largest velocity at any joint, from 0.001 to 1.
     dead
-        The dead load, whose weights blocks carry; without it none.
+        The dead load, whose weights the blocks carry. Without it, blocks carry no weights.
 
     Raises
     ------
     ModelError
-        If the tolerance is less than a certified mechanism is known by, where blocks that move together fall apart.
+        If the tolerance is smaller than the accuracy of a certified mechanism.
     """
     if not isinstance(tolerance, Real) or not LEAST <= tolerance <= 1:
         msg = f"macro_blocks: tolerance {shown(tolerance)}; give a number from {LEAST:g} to 1, such as {TOGETHER:g}"

@@ -6,18 +6,18 @@ from numpy.typing import NDArray
 
 from blockstruct.vocabulary import AXES
 
-#: Translation, relative to the motion by rotation, that is rounding.
+#: Translation, relative to the motion by rotation, that counts as rounding.
 ROUNDING = 1e-3
 
 
 def motion_of(iteration: xr.Dataset) -> NDArray[np.float64]:
-    """Velocity of the centroid and angular velocity of each block in one iteration, (blocks, 6), SI."""
+    """Return velocity and angular velocity of each block in one iteration, (blocks, 6), SI."""
     of_blocks = [iteration[name].transpose("block", "axis") for name in ("block_velocity", "block_angular_velocity")]
     return np.hstack([motion.to_numpy() for motion in of_blocks])
 
 
 def largest_motion(history: xr.Dataset) -> float:
-    """Velocity in the last iteration that a mechanism is scaled by, m/s; one where nothing moves."""
+    """Return the velocity in the last iteration that scales the mechanism, m/s; one if nothing moves."""
     from scipy.spatial import cKDTree
 
     u = motion_of(history.isel(iteration=-1))
@@ -28,9 +28,9 @@ def largest_motion(history: xr.Dataset) -> float:
 
 
 def mechanism(history: xr.Dataset) -> xr.Dataset:
-    """Collapse mechanism of the last iteration, scaled so that the largest translation of a centroid is one.
+    """Return the mechanism of the last iteration, with a largest translation of one.
 
-    If blocks turn about centroids that rest but for rounding, the largest rotation of a block times the distance from
+    If all centroids rest within rounding, the largest product is one of the rotation of a block and the distance from
     its centroid to the nearest contact point is one.
 
     Parameters

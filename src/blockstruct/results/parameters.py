@@ -1,4 +1,4 @@
-"""Parameters that an analysis was made with: numbers, texts and quantities by name."""
+"""Parameters of an analysis: numbers, texts and quantities by name."""
 
 import math
 from collections.abc import Mapping
@@ -15,12 +15,12 @@ Parameter = Any
 
 
 def checked_parameters(given: Mapping[str, Any], who: str) -> dict[str, Parameter]:
-    """Parameters as they are kept: plain Python, and quantities of the one registry.
+    """Return parameters as plain Python values, and quantities in the registry of blockstruct.
 
     Raises
     ------
     ModelError
-        If this is not a mapping of names, or a value is of another kind.
+        If this is not a mapping of names, or a value has another type.
     UnitError
         If a quantity has several numbers.
     """
@@ -31,7 +31,7 @@ def checked_parameters(given: Mapping[str, Any], who: str) -> dict[str, Paramete
 
 
 def checked_value(value: Any, what: str) -> Parameter:
-    """One parameter as it is kept."""
+    """Return one parameter as :func:`checked_parameters` does."""
     if hasattr(value, "magnitude") and hasattr(value, "units"):
         magnitude = np.asarray(value.magnitude)
         if magnitude.shape != () or magnitude.dtype.kind not in "fiu":
@@ -49,23 +49,23 @@ def checked_value(value: Any, what: str) -> Parameter:
 
 
 def stored_value(value: Parameter) -> Any:
-    """A parameter as JSON keeps it: a quantity with the long name of its unit."""
+    """Return a parameter as a JSON value: a quantity with the long name of its unit."""
     return {"value": value.magnitude, "units": str(value.units)} if hasattr(value, "magnitude") else value
 
 
 def restored_value(stored: Any, what: str) -> Parameter:
-    """The parameter that :func:`stored_value` has made JSON of."""
+    """Return the parameter of a JSON value from :func:`stored_value`."""
     if isinstance(stored, dict):
         if set(stored) != {"value", "units"} or not isinstance(stored["units"], str):
             msg = f"{what}: {shown(stored)} is not a quantity"
             raise ModelError(msg)
-        # Read as a text from anywhere is read: a unit is never evaluated as an expression.
+        # The unit comes from a file: parse it, never evaluate it as an expression.
         return checked_value(parse(f"{float(stored['value'])!r} {stored['units']}", what), what)
     return checked_value(stored, what)
 
 
 def plain_value(value: Parameter) -> tuple[Any, str]:
-    """Value in coherent SI units and the long name of its unit, empty for a text or a truth value."""
+    """Return the value in SI units and the long name of its unit; empty without a unit."""
     if hasattr(value, "magnitude"):
         return in_si(value)
     return value, "dimensionless" if isinstance(value, int | float) and not isinstance(value, bool) else ""
@@ -73,6 +73,6 @@ def plain_value(value: Parameter) -> tuple[Any, str]:
 
 def _finite(value: float, what: str) -> float:
     if not math.isfinite(value):
-        msg = f"{what}: {value} is not finite; give a number, or None where a value is absent"
+        msg = f"{what}: {value} is not finite; give a number, or None for an absent value"
         raise ModelError(msg)
     return value

@@ -6,7 +6,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.model import Model, tie_segments
-from blockstruct.results.ties import AT_LIMIT, OF_LIMIT, tie_title
+from blockstruct.results.ties import AT_LIMIT, OF_LIMIT
+from blockstruct.text import tie_title
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import TieState
 

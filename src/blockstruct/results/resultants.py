@@ -7,7 +7,7 @@ from blockstruct.units import SI_UNITS
 
 
 def interface_resultants(history: xr.Dataset) -> xr.Dataset:
-    """Resultants of every interface in every iteration of a history.
+    """Return the resultants of every interface in every iteration of a history.
 
     Forces act on the plus block; moments are about the centroid of the interface.
 
@@ -20,7 +20,7 @@ def interface_resultants(history: xr.Dataset) -> xr.Dataset:
     -------
     xarray.Dataset
         ``force`` and ``moment``, component (n, s, t): N and V, torsion and bending. ``eccentricity``, component
-        (s, t): where N acts, from the centroid; NaN where N is not compression.
+        (s, t): point of action of N from the centroid; NaN unless N is compression.
     """
     index = history["interface_of_contact_point"].to_numpy()
     frame = history["interface_frame"].to_numpy()

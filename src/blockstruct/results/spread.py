@@ -1,4 +1,4 @@
-"""The answers of several schedules to one case."""
+"""Results of one case with several schedules."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,17 +22,17 @@ def run_name(case: str, schedule: str) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spread:
-    """Results of several schedules for one non-associative case, and of the associative case above them all.
+    """Results of one non-associative case with several schedules, and of the associative case.
 
-    The answer of a non-associative structure is not unique. The headline is that of the run as given; the variants of
-    the loading path give its range. The schedules of the paper's procedure stand next to it and change neither.
+    The load factor of a non-associative structure is not unique. The headline belongs to the run as given, and the
+    variants of the loading path give its range. Schedules of the paper's procedure change neither.
 
     Attributes
     ----------
     runs : mapping of str to CaseResult
         Result of each schedule, ``"as given"`` for the settings of the analysis.
     upper_bound : CaseResult or None
-        Result with associative flow, above every non-associative answer (Radenković).
+        Result with associative flow, an upper bound for every non-associative load factor (Radenković).
     """
 
     runs: Mapping[str, CaseResult]
@@ -51,18 +51,18 @@ class Spread:
 
     @property
     def results(self) -> dict[str, CaseResult]:
-        """All results by their schedules, the associative one last."""
+        """All results by schedule, the associative one last."""
         bound = {} if self.upper_bound is None else {str(Flow.ASSOCIATIVE): self.upper_bound}
         return {**self.runs, **bound}
 
     @property
     def lowest(self) -> CaseResult | None:
-        """The run with the lowest certified load factor among those that settled; None without one."""
+        """The settled run with the lowest certified load factor; None without one."""
         return min(self._settled, key=lambda r: r.load_factor, default=None)
 
     @property
     def highest(self) -> CaseResult | None:
-        """The run with the highest certified load factor among those that settled; None without one."""
+        """The settled run with the highest certified load factor; None without one."""
         return max(self._settled, key=lambda r: r.load_factor, default=None)
 
     @property
@@ -71,18 +71,18 @@ class Spread:
 
     @property
     def path_dependence(self) -> tuple[float, float] | None:
-        """Lowest and highest load factor of the loading paths that settled; None without two of them."""
+        """Lowest and highest load factor of the settled loading paths; None with fewer than two."""
         found = [r.load_factor for r in self._settled if r.outcome.procedure is Procedure.LOADING_PATH]
         return (min(found), max(found)) if len(found) > 1 else None
 
     @property
     def headline(self) -> Headline:
-        """The load factor of the run as given, with its range and the associative bound."""
+        """Load factor of the run as given, with its range and the associative bound."""
         return self.given.headline
 
     @property
     def load_factor(self) -> float:
-        """The load factor of the run as given."""
+        """Load factor of the run as given."""
         return self.given.load_factor
 
     @property
@@ -92,7 +92,7 @@ class Spread:
 
     @property
     def owed(self) -> tuple[str, ...]:
-        """How torsion and crushing change the number of the run as given."""
+        """Sentences on how torsion and crushing change the number of the run as given."""
         return self.given.owed
 
     def __repr__(self) -> str:
@@ -110,7 +110,7 @@ class Spread:
 
 
 def spreads_of(results: Mapping[str, CaseResult]) -> dict[str, Spread]:
-    """Return the spreads of the cases that were run with several schedules, by the names of the cases."""
+    """Return the spreads of cases with several schedules, by case name."""
     runs: dict[str, dict[str, CaseResult]] = {}
     for result in results.values():
         if result.of_case in results:

@@ -1,4 +1,4 @@
-"""How the interfaces fail: open, hinge, sliding, twisting, crushing."""
+"""States of interfaces: open, hinge, sliding, twisting, crushing."""
 
 import numpy as np
 import pandas as pd
@@ -11,7 +11,7 @@ from blockstruct.vocabulary import ContactState, Stage
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-#: Parts of a state, in the order in which they are written.
+#: Parts of a state, in the order of its text.
 _PARTS = (ContactState.HINGE, ContactState.SLIDING, ContactState.TWISTING, ContactState.CRUSHING)
 #: Stages whose programs are associative, whatever the flow of the case.
 _ASSOCIATIVE = [Stage.DEAD_LOAD.value, Stage.ASSOCIATIVE.value, Stage.LARGEST_REACTION.value]
@@ -25,32 +25,30 @@ _NAMES = np.array(
 )
 
 
-#: Share of the largest relative velocity below which a joint is shown at rest: the velocities of a mechanism are those
-#: of a solver, and its tolerances move joints far away from it by a thousandth.
+#: Relative velocity, relative to the largest, below which a joint is at rest. Solver tolerances move joints outside the
+#: mechanism by about a thousandth.
 AT_REST = 0.01
-#: Share of the largest velocity of a block below which a relative velocity is rounding.
+#: Relative velocity, relative to the largest velocity of a block, that counts as rounding.
 ROUNDING = 1e-6
-#: Share of its compressive strength in use from which a joint that turns crushes where its edge enters, however slowly.
+#: Utilisation of the compressive strength from which a turning joint crushes at its penetrating edge, at any velocity.
 FULLY_PRESSED = 0.999
 
 
 def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tolerance: float = 1e-4) -> xr.DataArray:
-    """State of every interface in every iteration, read from its forces and its part in the mechanism.
+    """Return the state of every interface in every iteration, from its forces and its motion.
 
-    ``open``: no contact point stays closed, or none carries a force; a joint that is pressed is never open.
-    ``sticking``: no relative motion. ``unknown``: the
-    solver found no forces, or the file of the history does not keep those of the iteration. Any other state has one
-    part or several, joined by `` + ``:
+    ``open``: no contact point stays closed, or none carries a force. A joint in compression is never open.
+    ``sticking``: no relative motion. ``unknown``: the solver found no forces, or the file does not keep them. Any other
+    state has one part or several, joined by `` + ``:
 
-    - ``hinge``: some points open, the others do not;
-    - ``sliding``: points that stay closed slip, and the mean velocity of the interface along its plane is not zero;
-    - ``twisting``: points that stay closed slip, and the interface turns about its normal;
-    - ``crushing``: the blocks move into each other, where the joint has a compressive strength: faster than the
-      tolerance or, at a hinge whose compressive strength is in use, than that share of the motion of the joint itself.
+    - ``hinge``: some points open, others do not;
+    - ``sliding``: closed points slip, and the mean velocity of the interface along its plane is not zero;
+    - ``twisting``: closed points slip, and the interface turns about its normal;
+    - ``crushing``: in a joint with a compressive strength, the blocks move into each other faster than the tolerance.
+      At a hinge that uses its full strength, the tolerance is relative to the motion of the joint itself.
 
-    A point opens where it moves apart faster than its dilatancy makes it: in the mechanism of an associative program,
-    as that which proves that the dead load brings a structure down, that of its friction. Where no contact carries
-    anything, no joint is open for want of a force.
+    A point opens if it separates faster than dilatancy explains. In an associative program, dilatancy follows friction.
+    If no contact carries a force, forces do not make a joint open.
 
     Parameters
     ----------
@@ -79,7 +77,7 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
         return np.asarray(np.add.reduceat(values, starts, axis=-1))
 
     zero = np.maximum(tolerance * np.linalg.norm(v, axis=-1).max(axis=-1, keepdims=True), np.finfo(float).tiny)
-    # Where a structure follows its supports as one body, relative velocities are rounding of those of the blocks.
+    # If a structure follows its supports as one body, relative velocities are rounding errors of block velocities.
     speed = np.linalg.norm(history["block_velocity"].transpose(..., "block", "axis"), axis=-1).max(axis=-1)
     zero = np.maximum(zero, ROUNDING * np.asarray(speed)[..., None])
     slip = np.linalg.norm(v[..., 1:], axis=-1)
@@ -87,7 +85,7 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
     apart = v[..., 0] - np.where(_dilates_by_friction(history), friction, dilatancy) * slip
     nothing = force_tolerance * history["contact_force_unit"].to_numpy()
     carries = any_of(force > nothing)
-    # A joint that is pressed touches where it is closest: the motion of its points apart counts from there.
+    # A joint in compression touches at its closest point, so openings count from there.
     pressed = any_of(components[..., 0] > nothing)[..., index]
     least = np.minimum.reduceat(apart, starts, axis=-1)[..., index]
     opening = apart - np.where(pressed, np.maximum(least, 0.0), 0.0) > zero
@@ -95,7 +93,7 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
     is_open = ~any_of(~opening) | (~carries & carries.any(axis=-1, keepdims=True))
     slips = any_of(~opening & (slip > zero))
 
-    # The velocity along the plane is that of a rigid motion: a mean and a turn about the mean of the points.
+    # The in-plane velocity is a rigid motion: a mean velocity and a rotation about the mean point.
     counts = np.diff([*starts, len(index)])
     axes = history["interface_frame"].to_numpy()[:, 1:][index]
     along = np.einsum("kca,ka->ck", axes, history["contact_point_position"].to_numpy())
@@ -106,7 +104,7 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
     turn = sum_of(s * v[..., 2] - t * v[..., 1]) / inertia * np.maximum.reduceat(distance, starts)
     mean = np.hypot(sum_of(v[..., 1]), sum_of(v[..., 2])) / counts
 
-    # The edge about which a tall structure turns enters by little beside what opens at its top.
+    # The edge of a tall structure penetrates slowly compared with the openings at its top.
     own = np.maximum.reduceat(np.linalg.norm(v, axis=-1), starts, axis=-1)
     hinge = any_of(opening)
     enters = hinge[..., index] & (apart < -tolerance * own[..., index]) & _fully_pressed(history)
@@ -124,12 +122,12 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
 
 
 def _dilates_by_friction(history: xr.Dataset) -> Flags:
-    """Whether an iteration is of an associative program, (…, 1), whatever the flow of its case."""
+    """Return whether an iteration belongs to an associative program, (…, 1)."""
     return np.asarray(np.isin(history["stage"].to_numpy(), _ASSOCIATIVE))[..., None]
 
 
 def _fully_pressed(history: xr.Dataset) -> Flags:
-    """Whether the joint of a contact point, or its cell, uses its compressive strength."""
+    """Return whether the joint of a contact point, or its cell, uses its full compressive strength."""
     cell = history["cell_strength"].to_numpy()
     of_joint = crushing_used(history)[..., history["interface_of_contact_point"].to_numpy()]
     n = history["contact_force"].sel(component="n").transpose(..., "contact_point").to_numpy()
@@ -137,21 +135,24 @@ def _fully_pressed(history: xr.Dataset) -> Flags:
 
 
 def active_joints(history: xr.Dataset, tolerance: float = AT_REST) -> pd.DataFrame:
-    """Joints that move in the last iteration of a history, those that dissipate most first.
+    """Return the joints that move in the last iteration of a history, by decreasing dissipation.
 
     Parameters
     ----------
     history
         History of a case.
     tolerance
-        As for :func:`contact_state`: slower joints are at rest.
+        See :func:`contact_state`. Slower joints are at rest.
 
     Returns
     -------
     pandas.DataFrame
-        Indexed by interface: its ``state``; ``dissipation``, the work of its forces on the mechanism in units of the
-        load factor (W at 1 W of variable load), by which the rows are ranked; and ``speed``, its largest relative
-        velocity as a share of that of the whole mechanism, by which joints that dissipate nothing are.
+        Indexed by interface, in this order of rank:
+
+        - ``state``;
+        - ``dissipation``: work of the forces on the mechanism, in units of the load factor (W at 1 W of variable load);
+        - ``speed``: largest relative velocity, as a share of the largest in the mechanism. It ranks joints that
+          dissipate nothing.
     """
     last = history.isel(iteration=[-1])
     force, v = (
@@ -161,7 +162,7 @@ def active_joints(history: xr.Dataset, tolerance: float = AT_REST) -> pd.DataFra
     index, n = last["interface_of_contact_point"].to_numpy(), last.sizes["interface"]
     speed = np.zeros(n)
     np.maximum.at(speed, index, np.linalg.norm(v, axis=1))
-    # What rounding leaves of a dissipation counts as zero: its rank would be by chance.
+    # Dissipation within rounding counts as zero; otherwise its rank would be random.
     dissipation = np.bincount(index, weights=-(force * v).sum(axis=1), minlength=n)
     scale = np.nanmax([np.abs(dissipation).sum(), np.abs(last["load_factor"].item())])
     dissipation[np.abs(dissipation) <= 1e-6 * scale] = 0.0

@@ -6,14 +6,15 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.results.mechanism import largest_motion
+from blockstruct.text import tie_sentence
 from blockstruct.units import SI_UNITS
 from blockstruct.vocabulary import TieState
 
-#: Force, relative to the largest, that counts as none, and by which one may be below its limit.
+#: Force, relative to the largest, that counts as zero, or as the distance from a limit.
 AT_LIMIT = 1e-4
-#: Elongation, relative to the largest displacement of the mechanism, that is none: velocities are those of a solver.
+#: Elongation, relative to the largest displacement of the mechanism, that counts as zero within solver tolerances.
 AT_REST = 1e-3
-#: State of a tie at the limit that governs it.
+#: State of a tie at its governing limit.
 OF_LIMIT = {
     "yield": TieState.YIELDING,
     "strength": TieState.YIELDING,
@@ -23,17 +24,17 @@ OF_LIMIT = {
 
 
 def tie_state(history: xr.Dataset, tolerance: float = AT_LIMIT) -> xr.DataArray:
-    """State of every tie in every iteration: a :class:`blockstruct.vocabulary.TieState`.
+    """Return the state of every tie in every iteration: a :class:`blockstruct.vocabulary.TieState`.
 
-    ``slack`` without force; ``stressed`` in between; at its limit ``yielding``, ``punching`` or ``slipping``. A stretch
-    of a bonded bar slips, too, where the force changes by the whole bond in the block before or behind it.
+    A tie is ``slack`` without force, ``yielding``, ``punching`` or ``slipping`` at its limit, and ``stressed`` in
+    between. A stretch of a bonded bar also slips if the force changes by the whole bond in the block at either end.
 
     Parameters
     ----------
     history
         History of a case with ties, or a selection of its iterations.
     tolerance
-        Relative to the largest force that each may have; of slack ties to that force or, if it is less, to the largest
+        Relative to the capacity of each tie. For slack ties, relative to the capacity or, if it is less, to the largest
         contact force of the iteration.
 
     Returns
@@ -46,7 +47,7 @@ def tie_state(history: xr.Dataset, tolerance: float = AT_LIMIT) -> xr.DataArray:
     bond = history["tie_bond"].transpose("tie", "tie_end").to_numpy()
     change = np.abs(np.diff(force, axis=-1))
     slips = np.zeros(force.shape, dtype=bool)
-    # The bond behind a stretch is that before the next one; at an anchor it is infinite.
+    # The bond at the end of a stretch equals the bond at the start of the next one; at an anchor it is infinite.
     full = change >= (1 - tolerance) * bond[:-1, 1]
     slips[..., :-1] |= full
     slips[..., 1:] |= full
@@ -63,13 +64,13 @@ def tie_state(history: xr.Dataset, tolerance: float = AT_LIMIT) -> xr.DataArray:
 
 
 def tie_forces(history: xr.Dataset) -> NDArray[np.float64]:
-    """Force (…, tie) of every tie, N; of a slack one, of which the solver's rounding is left, zero."""
+    """Return the force (…, tie) of every tie, N; zero for slack ties, without solver noise."""
     force = history["tie_force"].transpose(..., "tie").to_numpy()
     return np.where(tie_state(history) == TieState.SLACK.value, 0.0, force)
 
 
 def ties_at_collapse(history: xr.Dataset) -> pd.DataFrame:
-    """Force, state and elongation of every tie in the last iteration of a case.
+    """Return force, state and elongation of every tie in the last iteration of a case.
 
     Parameters
     ----------
@@ -79,10 +80,13 @@ def ties_at_collapse(history: xr.Dataset) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Indexed by the tie: ``force [newton]``, ``capacity [newton]``, ``governing`` (which limit the capacity is),
-        ``state``, ``elongation`` (in the mechanism whose largest displacement of a centroid is one), ``elongation limit
-        [meter]``, and ``displacement at limit [meter]``: the largest displacement of the mechanism at which the tie
-        reaches its limit, NaN if it has none or does not get longer. The mechanism is that of small displacements.
+        Indexed by tie:
+
+        - ``force [newton]``, ``capacity [newton]``, ``governing`` (the limit that sets the capacity), ``state``;
+        - ``elongation`` in the mechanism with a largest displacement of a centroid of one;
+        - ``elongation limit [meter]``;
+        - ``displacement at limit [meter]``: largest displacement of the mechanism at which the tie reaches its limit,
+          by the mechanism of small displacements; NaN without a limit, or if the tie does not lengthen.
     """
     last = history.isel(iteration=-1)
     elongation = last["tie_elongation_rate"].to_numpy() / largest_motion(history)
@@ -103,34 +107,19 @@ def ties_at_collapse(history: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(columns, index=index)
 
 
-def tie_title(name: str, what: str = "tie") -> str:
-    """A tie in a sentence: by its name alone if that says that it is one.
-
-    >>> tie_title("left"), tie_title("tie left")
-    ('tie left', 'tie left')
-    """
-    return name if name.casefold().startswith("tie") else f"{what} {name}"
-
-
 def tie_sentences(history: xr.Dataset) -> list[str]:
-    """What each tie does in the last iteration of a case, a sentence each."""
+    """Return a sentence on each tie in the last iteration of a case."""
     newton, meter = SI_UNITS["force"], SI_UNITS["length"]
-    said = []
-    for name, row in ties_at_collapse(history).iterrows():
-        force, capacity, elongation = row[f"force [{newton}]"], row[f"capacity [{newton}]"], row["elongation"]
-        text = (
-            f"{tie_title(str(name), 'Tie')}: {row['state']}, {_kilo(force)} of {_kilo(capacity)} ({row['governing']})"
+    return [
+        tie_sentence(
+            str(name),
+            row["state"],
+            row[f"force [{newton}]"],
+            row[f"capacity [{newton}]"],
+            row["governing"],
+            lengthens=row["elongation"] if row["elongation"] > AT_REST else 0.0,
+            elongation_limit=row[f"elongation limit [{meter}]"],
+            at=row[f"displacement at limit [{meter}]"],
         )
-        if elongation > AT_REST:
-            text += f"; it gets longer by {elongation:.3g} times the largest displacement of a block"
-            reached, limit = row[f"displacement at limit [{meter}]"], row[f"elongation limit [{meter}]"]
-            if np.isfinite(reached):
-                text += (
-                    f": its limit of {limit * 1e3:.4g} mm is reached at {reached * 1e3:.4g} mm of it, to first order"
-                )
-        said.append(f"{text}.")
-    return said
-
-
-def _kilo(newton: float) -> str:
-    return f"{newton / 1e3:.4g} kN"
+        for name, row in ties_at_collapse(history).iterrows()
+    ]

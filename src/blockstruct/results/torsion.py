@@ -1,4 +1,4 @@
-"""Torsion that joints carry by the conditions of a program, and friction under uniform pressure would not."""
+"""Torsion that joints carry beyond friction under uniform pressure."""
 
 import numpy as np
 import pandas as pd
@@ -9,39 +9,25 @@ from blockstruct.limit import UniformTorsion
 from blockstruct.model import Model
 from blockstruct.results.history import division_of
 from blockstruct.statics import ContactPoints, multiple_of_uniform_friction
-from blockstruct.vocabulary import Torsion, listed
+from blockstruct.text import Note, torsion_note
+from blockstruct.vocabulary import Torsion
 
 Array = NDArray[np.float64]
 
-#: Share of the resistance from which on the torsion of corners is told, and names of joints that are listed.
-WORTH_TELLING, LISTED = 0.02, 3
-#: Multiple of what is carried under uniform pressure, and share of the weight that presses the joints beyond it, from
-#: which on torsion is told by the forces. Measured on 176 cases of walls, frames, arches, domes and a vault: of 27
-#: where it tells more than the mechanism, uniform pressure takes 2 % to 43 % of the load factor from 24, and under 1 %
-#: from three.
-BY_FORCE, PRESSED = 1.2, 0.01
-_OF_CORNERS = (
-    "Friction at corners resists torsion, with the shear beside it,",
-    'Joint materials with torsion="uniform pressure" limit it, in narrow joints hardly.',
-)
-_OF_CONE = (
-    'Joints with torsion="uniform pressure" resist torsion and shear together, which an ellipse bounds,',
-    "Lower the friction coefficient of these joints by as much where it counts.",
-)
-
-
-_BY_FORCE = (
-    'The state found does not tell how much, as the joints hardly turn in its mechanism: check with torsion="uniform '
-    'pressure".'
-)
+#: Share of the answer from which a note reports the excess.
+_REPORTED = 0.02
+#: Multiple of the torsion and shear under uniform pressure, and share of the weight that presses such joints, from
+#: which the forces alone give a note. Measured on 176 cases of walls, frames, arches, domes and a vault: of 27 that
+#: only the forces show, uniform pressure takes 2 % to 43 % of the load factor from 24, and under 1 % from three.
+_BY_FORCE, _PRESSED = 1.2, 0.01
 
 
 def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
-    """Torque and shear of each interface in the last iteration, and what uniform pressure on its whole area carries.
+    """Compare torque and shear of each interface with uniform pressure on its area.
 
-    With the shear force V and the torque T about the centre of the sliding resistance R: shear leaves less of R to the
-    torque. How much depends on the outline and on the direction of the shear, and is found exactly; the ellipsoid
-    ``‖(V, T / r̄)‖ ≤ R``, the condition of joints with the torsion of uniform pressure, may lie outside by some 15 %.
+    V is the shear force, T the torque about the centre of the sliding resistance R. Shear leaves less of R to the
+    torque. The exact amount depends on the outline and the direction of the shear. The ellipsoid ``‖(V, T / r̄)‖ ≤ R``,
+    the condition of joints with the torsion of uniform pressure, may exceed it by about 15 %.
 
     Parameters
     ----------
@@ -51,11 +37,14 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Indexed by interface: ``normal`` (N), its normal force; ``torque`` (N·m), T; ``uniform`` (N·m), ``R r̄``, what is
-        carried without shear; ``shear`` (N), V; ``times``, the multiple that the two are of what is carried in these
-        proportions, at most if it is below one; and ``share``, the work that friction does beyond that in the
-        mechanism, relative to the load factor or, if it is larger, the work of friction: about what the load factor
-        owes to it.
+        Indexed by interface:
+
+        - ``normal``: normal force, N;
+        - ``torque``: T, N·m; ``uniform``: ``R r̄``, the torque that uniform pressure carries without shear, N·m;
+        - ``shear``: V, N;
+        - ``times``: V and T as a multiple of the exact limit in these proportions; an upper bound if below one;
+        - ``share``: work of friction beyond the exact limit, relative to the load factor or, if it is larger, to the
+          work of friction: approximately the share of the load factor that depends on it.
     """
     last = history.isel(iteration=-1)
     index, J = last["interface_of_contact_point"].to_numpy(), last.sizes["interface"]
@@ -95,9 +84,10 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
 
 
 def sliding_rates(model: Model, iteration: xr.Dataset, cells: int) -> Array:
-    """Rate (K,), m/s at 1 W, at which contact points slide, by themselves and with the torsion of their joints.
+    """Return the rate (K,), m/s at 1 W, at which contact points slide.
 
-    ``cells`` are those that interfaces are divided into, ``settings.crushing_cells``.
+    It includes the torsion of their joints. ``cells`` is the number of cells of an interface,
+    ``settings.crushing_cells``.
     """
     v = iteration["relative_velocity"].transpose("contact_point", "component").to_numpy()
     normal = iteration["contact_force"].sel(component="n").to_numpy()
@@ -105,31 +95,26 @@ def sliding_rates(model: Model, iteration: xr.Dataset, cells: int) -> Array:
     return torsion.slip(v, iteration["cohesion"].to_numpy() + iteration["friction_coefficient"].to_numpy() * normal)
 
 
-def torsion_words(model: Model, history: xr.Dataset, answer: str) -> str:
-    """What the number of a case owes to torsion beyond uniform pressure, in sentences; empty if it is little.
+def torsion_notes(model: Model, history: xr.Dataset, answer: str) -> list[Note]:
+    """Return the notes on torsion beyond uniform pressure that affects the answer.
 
-    ``answer`` is what the number is called.
+    Joints that limit torsion at their contact points have one note, joints that limit it by an ellipsoid another.
+    ``answer`` is ``"load factor"`` or ``"reaction"``.
     """
     found = corner_torsion(model, history)
     weight = sum(block.weight for block in model.blocks if not block.fixed)
-    of_corners = np.array([i.joint_material.torsion is Torsion.CORNERS for i in model.interfaces])
-    said = []
-    for joints, (resists, remedy) in ((found[of_corners], _OF_CORNERS), (found[~of_corners], _OF_CONE)):
+    at_corners = np.array([i.joint_material.torsion is Torsion.CORNERS for i in model.interfaces])
+    notes = []
+    for joints, corners in ((found[at_corners], True), (found[~at_corners], False)):
         share = float(joints["share"].sum())
-        if share > WORTH_TELLING:
+        if share > _REPORTED:
             worst = joints[joints["share"] > 0].sort_values("share", ascending=False)
-            times, names = float(worst["times"].iloc[0]), listed([str(name) for name in worst.index], LISTED)
-            said.append(
-                f"{resists} by more than friction under uniform pressure would, {times:.3g} times as much ({names}): "
-                f"some {share:.0%} of the {answer} is due to it. {remedy}"
-            )
-            continue
-        # Work is done in the joints that move alone; what the others carry may hold them all the same.
-        beyond = joints[joints["times"] > BY_FORCE].sort_values("times", ascending=False)
-        if float(beyond["normal"].sum()) > PRESSED * weight:
-            times, names = float(beyond["times"].iloc[0]), listed([str(name) for name in beyond.index], LISTED)
-            said.append(
-                f"{resists} by more than friction under uniform pressure would, up to {times:.3g} times as much "
-                f"({names}), and the {answer} may be due to it. {_BY_FORCE}"
-            )
-    return " ".join(said)
+        else:
+            # Joints that do not move do no work, but their torsion may hold the structure all the same.
+            worst = joints[joints["times"] > _BY_FORCE].sort_values("times", ascending=False)
+            if not float(worst["normal"].sum()) > _PRESSED * weight:
+                continue
+        names, times = [str(name) for name in worst.index], float(worst["times"].iloc[0])
+        moved = share if share > _REPORTED else None
+        notes.append(torsion_note(names, times, moved, answer, at_corners=corners))
+    return notes

@@ -1,4 +1,4 @@
-"""How much of its strength an interface uses."""
+"""Utilisation of the strength of interfaces."""
 
 from collections.abc import Callable
 
@@ -8,18 +8,21 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.results.resultants import interface_resultants
+from blockstruct.text import Note, biaxial_note
 from blockstruct.units import SI_UNITS
 
 Array = NDArray[np.float64]
 
-#: Normal force, in multiples of those of the unit, up to which it says nothing of the joint.
+#: Normal force, in units of ``contact_force_unit``, below which a joint has no utilisation.
 _FLOOR = 1e-4
-#: Share of its strength that a joint has left where it is fully pressed.
+#: Eccentricity, in multiples of the limit of the effective rectangle, from which it is reported.
+_BEYOND = 1.005
+#: Least share of its strength that a fully pressed joint has left, so that no division by zero occurs.
 _FULL = 1e-6
 
 
 def utilisation(history: xr.Dataset) -> xr.Dataset:
-    """Utilisation of sliding and crushing, and neutral-axis depth, of every interface in every iteration.
+    """Return utilisation and neutral-axis depth of every interface.
 
     Parameters
     ----------
@@ -31,16 +34,16 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
     xarray.Dataset
         Dimensions (iteration, interface):
 
-        - ``sliding``: ``Σ ‖(s, t)‖ / Σ (c A_k + μ n)`` over the contact points; 1 where all of them slide, whether the
-          interface slips or twists. Where the torsion is that of uniform pressure, at least ``‖(V, T / r̄)‖`` over
-          that sum. NaN where nothing resists to speak of.
-        - ``crushing``: N over the largest N that the joint takes at the same eccentricity. For rectangles it is that
-          of the effective rectangle, without tensile strength ``N³ / (4 f_c A n_e n_f)`` at the weakest edges e and f:
-          above 1 where uniaxial interaction bears too much; for cells it is N over the strength of the cells that are
-          pressed by more than 1e-6 of theirs. 0 where the strength is infinite, NaN where N is not compression.
+        - ``sliding``: ``Σ ‖(s, t)‖ / Σ (c A_k + μ n)`` over the contact points; 1 if all of them slide, whether the
+          interface slips or twists. With the torsion of uniform pressure, at least ``‖(V, T / r̄)‖`` over the same sum.
+          NaN if the resistance is negligible.
+        - ``crushing``: N over the largest N that the joint carries at the same eccentricity. For rectangles without
+          tensile strength, ``N³ / (4 f_c A n_e n_f)`` at the weakest edges e and f of the effective rectangle: above 1
+          if uniaxial interaction bears too much. For cells, N over the strength of the cells that are pressed by more
+          than 1e-6 of their strength. 0 if the strength is infinite, NaN unless N is compression.
         - ``neutral_axis_depth`` (m): depth of the uniform stress block about the resultant, ``2 (b / 2 − |e|)``, from
-          the edge that leaves least; at most the depth of the interface, 0 at a hinge of infinite strength. NaN where N
-          is not compression.
+          the governing edge; at most the depth of the interface, 0 at a hinge of infinite strength. NaN unless N is
+          compression.
     """
     starts, floor = _starts(history), _floor(history)
     f = history["contact_force"].transpose(..., "contact_point", "component").to_numpy()
@@ -75,7 +78,7 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
 
 
 def crushing_used(history: xr.Dataset) -> Array:
-    """Utilisation of the compressive strength, (..., J), alone: as :func:`utilisation` has it."""
+    """Return the utilisation of the compressive strength, (..., J), as :func:`utilisation` does."""
     starts = _starts(history)
     n = history["contact_force"].sel(component="n").transpose(..., "contact_point").to_numpy()
     N = np.add.reduceat(n, starts, axis=-1)
@@ -92,10 +95,10 @@ def crushing_used(history: xr.Dataset) -> Array:
 
 
 def beyond_rectangle(history: xr.Dataset) -> pd.Series:
-    """Eccentricity of each rectangle that crushes, in multiples of the one that its effective rectangle takes.
+    """Return the eccentricity of each crushing rectangle, relative to its limit.
 
-    Of the normal force and the direction of the eccentricity that the last iteration has; NaN where the joint is not
-    pressed. A block that rocks on one joint has a load factor as many times too large.
+    It takes the normal force and the direction of the eccentricity in the last iteration; NaN unless the joint is in
+    compression. If a block rocks on one such joint, its load factor is too large by this factor.
     """
     last = history.isel(iteration=-1)
     joints, edges, tension, capacity = _rectangles(last)
@@ -110,18 +113,35 @@ def beyond_rectangle(history: xr.Dataset) -> pd.Series:
     return pd.Series(np.where(_floor(last)[joints] < N, times, np.nan), index=names)
 
 
+def biaxial_crushing(history: xr.Dataset, *, is_reaction: bool = False) -> Note | None:
+    """Return the note on joints that exceed their effective rectangle; None without any.
+
+    Parameters
+    ----------
+    history
+        History of a case whose rectangles limit crushing about each axis separately.
+    is_reaction
+        Whether the answer is the least reaction of a support.
+    """
+    times = beyond_rectangle(history)
+    beyond = times[times > _BEYOND].sort_values(ascending=False)
+    if beyond.empty:
+        return None
+    return biaxial_note([str(name) for name in beyond.index], float(beyond.iloc[0]), is_reaction=is_reaction)
+
+
 def _starts(history: xr.Dataset) -> NDArray[np.int64]:
-    """First contact point of each interface, (J,)."""
+    """Return the first contact point of each interface, (J,)."""
     return np.searchsorted(history["interface_of_contact_point"].to_numpy(), np.arange(history.sizes["interface"]))
 
 
 def _floor(history: xr.Dataset) -> Array:
-    """Force of each interface, (J,), as small as the tolerance of the certificate, which says nothing of the joint."""
+    """Return the force of each interface, (J,), below which it has no utilisation."""
     return _FLOOR * np.asarray(np.add.reduceat(history["contact_force_unit"].to_numpy(), _starts(history)))
 
 
 def _rectangles(history: xr.Dataset) -> tuple[NDArray[np.int64], Array, Array, Array]:
-    """Interfaces that crush as rectangles, forces (..., R, 4) of their edges, ``f_t A`` and ``(f_c + f_t) A``."""
+    """Return crushing rectangles, edge forces (..., R, 4), ``f_t A`` and ``(f_c + f_t) A``."""
     starts, strength = _starts(history), history["compressive_strength"].to_numpy()
     joints = np.flatnonzero(np.isfinite(strength) & ~np.isfinite(history["cell_strength"].to_numpy()[starts]))
     corners = starts[joints][:, None] + np.arange(4)
@@ -132,9 +152,10 @@ def _rectangles(history: xr.Dataset) -> tuple[NDArray[np.int64], Array, Array, A
 
 
 def _of_rectangles(N: Array, edges: Array, tension: Array, capacity: Array) -> Array:
-    """Utilisation of effective rectangles by forces N (..., R), of which edges (..., R, 4) bear shares.
+    """Return the utilisation of rectangles, from forces N (..., R) and edge forces (..., R, 4).
 
-    All forces grow until ``(N + f_t A)³ = 4 (f_c + f_t) A (n_e + f_t A / 2) (n_f + f_t A / 2)`` for the first time.
+    It is 1 over the factor by which all forces can grow until
+    ``(N + f_t A)³ = 4 (f_c + f_t) A (n_e + f_t A / 2) (n_f + f_t A / 2)``.
     """
     p, q = (np.minimum(edges[..., e], edges[..., e + 2]) / N for e in (0, 1))
     phi, full = tension / N, capacity / N
@@ -153,7 +174,7 @@ def _of_rectangles(N: Array, edges: Array, tension: Array, capacity: Array) -> A
 
 
 def _with_torque(history: xr.Dataset, f: Array, sum_of: Callable[[Array], Array]) -> Array:
-    """``‖(V_s, V_t, T / r̄)‖`` of each interface, the torque T about its centroid."""
+    """Return ``‖(V_s, V_t, T / r̄)‖`` of each interface, with the torque T about its centroid."""
     index = history["interface_of_contact_point"].to_numpy()
     arm = (history["contact_point_position"].to_numpy() - history["interface_position"].to_numpy()[index])[:, None]
     x, y = (history["interface_frame"].to_numpy()[index, 1:] * arm).sum(axis=2).T / (
@@ -164,7 +185,7 @@ def _with_torque(history: xr.Dataset, f: Array, sum_of: Callable[[Array], Array]
 
 
 def _depth(history: xr.Dataset, eccentricity: Array) -> Array:
-    """Least over the edges of each interface: twice the distance from N to the edge, at most that of the far corner."""
+    """Return twice the distance from N to the governing edge, at most the depth of the interface."""
     index = history["interface_of_interface_corner"].to_numpy()
     J = history.sizes["interface"]
     starts = np.searchsorted(index, np.arange(J))
@@ -176,7 +197,7 @@ def _depth(history: xr.Dataset, eccentricity: Array) -> Array:
     edge = corner[following] - corner
     normal = np.column_stack([edge[:, 1], -edge[:, 0]]) / np.linalg.norm(edge, axis=1)[:, None]
 
-    # All corners of an interface against all its edges, in a table as wide as the largest interface.
+    # Compare all corners of an interface with all its edges, in a table as wide as the largest interface.
     width = counts.max(initial=0)
     column = np.minimum(np.arange(width), counts[:, None] - 1)
     table = corner[starts[:, None] + column]

@@ -1,4 +1,4 @@
-"""The certificate recomputed: what a result says, against its own model, loads, forces and velocities."""
+"""Verification of results: certificates recomputed from model, loads, forces and velocities."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -28,13 +28,13 @@ from blockstruct.vocabulary import Stage, Status
 
 Array = NDArray[np.float64]
 
-#: Relative difference of two computations of one measure, in which rounding is summed in another order.
+#: Relative difference of two computations of one measure that rounding explains.
 _ROUNDING = 1e-3
-#: Contact points of iterations that are compared at once: large histories are read from a file as they are compared.
+#: Contact points of iterations compared at once: large histories are read from a file in parts.
 _AT_ONCE = 100_000
-#: Difference of coordinates and strengths of the history from those of the model, relative to their size.
+#: Difference of coordinates and strengths between history and model, relative to their size, that rounding explains.
 _SAME = 1e-9
-#: Statuses whose final state is one under a share of the dead load alone.
+#: Statuses with a final state under a share of the dead load alone.
 _OF_DEAD_LOAD = (Status.UNSTABLE, Status.SELF_STRESS)
 _PROGRAMS_OF_DEAD_LOAD = [stage.value for stage in Stage if stage.is_of_dead_load]
 
@@ -51,7 +51,7 @@ class _State:
 
     @classmethod
     def of(cls, statics: Statics, problem: LimitProblem, result: CaseResult) -> Self:
-        """Of SI forces and velocities; under dead load alone the load factor is the share that they carry."""
+        """Return the state of SI forces and velocities; under dead load alone, the load factor is the carried share."""
         history = result.history
         x = _rows(history, "contact_force", "contact_point", "component")[-1].to_numpy() / problem.force_unit[:, None]
         T = np.zeros(0)
@@ -62,7 +62,7 @@ class _State:
         if stage.is_of_dead_load:
             dilatancy = problem.friction if stage is Stage.DEAD_LOAD else problem.dilatancy
             problem = replace(problem.dead_load_alone, dilatancy=dilatancy)
-            # The prestress grows with the share, and is part of the forces T.
+            # The prestress grows with the share and is part of the forces T.
             load = problem.w_L - problem.ties.columns @ problem.ties.prestress_L
             alpha = -float((problem.A @ x.ravel() + problem.ties.columns @ T) @ load / (load @ load))
         return cls(problem, x, T, velocities_of(statics, problem, _motion(history, slice(-1, None)))[0], alpha)
@@ -72,9 +72,9 @@ class _State:
 
 
 def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
-    """Certificate of the final state of a case, from the model, the loads and the SI numbers of the history alone.
+    """Return the certificate of a case, recomputed from model, loads and history.
 
-    None if the case is unbounded, or without iterations: there is no state to certify.
+    It is None if the case is unbounded or has no iterations, as there is no state to certify.
 
     Raises
     ------
@@ -90,15 +90,15 @@ def recomputed_certificate(analysis: Analysis, name: str) -> Certificate | None:
 
 
 def contradictions(analysis: Analysis) -> list[tuple[str, str]]:
-    """What the results of an analysis say against their own model, loads, forces and velocities.
+    """Return the contradictions between results and their own model and loads.
 
-    Statics, yield conditions, kinematics and flow-rule gap of the final state of every case are built again from the
-    model and from the forces and velocities of its history, and status, load factor and stored certificate are held
-    against them.
+    Statics, yield conditions, kinematics and flow-rule gap of the final state of every case are computed again from the
+    model and from the forces and velocities of its history. Status, load factor and stored certificate must agree with
+    them.
 
     Returns
     -------
-    list of (name of the case, what is contradicted); empty if nothing is
+    list of (name of the case, contradiction); empty without any
     """
     found, statics = [], dict[Division, Statics]()
     for name, result in analysis.items():
@@ -139,7 +139,7 @@ def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
     yield from _residuals(problem, result)
     yield from _velocities(statics, problem, result.history)
     if result.status is Status.UNBOUNDED or (result.status is Status.INTERRUPTED and result.certificate is None):
-        # An interrupted case claims nothing.
+        # An interrupted case makes no claim.
         return
     state = _State.of(statics, problem, result)
     again = state.certificate(result.settings)
@@ -156,7 +156,7 @@ def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
                 yield f"{name.replace('_', ' ')} of the {where} is {value:.3g}, its final state has {now:.3g}"
     if stored.holds != again.holds:
         says, has = ("holds" if c.holds else "does not hold" for c in (stored, again))
-        yield f"the certificate {says} by what is stored, that of the final state {has}"
+        yield f"the stored certificate {says}, the recomputed one {has}"
     if result.status in (Status.CONVERGED, *_OF_DEAD_LOAD) and not again.holds:
         yield f"{result.status.words}, but the certificate of the final state does not hold"
     numerics = result.settings.numerics
@@ -168,7 +168,7 @@ def _of_case(statics: Statics, result: CaseResult) -> Iterator[str]:
 
 
 def _status(result: CaseResult) -> Iterator[str]:
-    """Status against load factor and last iteration."""
+    """Compare the status with load factor and last iteration."""
     alpha, h = result.load_factor, result.history
     last = float(h["load_factor"][-1]) if result.n_iterations else np.nan
     stage = str(h["stage"].to_numpy()[-1]) if result.n_iterations else ""
@@ -179,12 +179,12 @@ def _status(result: CaseResult) -> Iterator[str]:
         within = result.certificate.flow_rule_gap_limit if result.certificate else 0.0
         limited = alpha == result.outcome.without_crushing < last
         if not (alpha == last or limited or (alpha == 0 and abs(last) <= within and not signed)):
-            yield f"the load factor is {alpha:.6g}, that of its last iteration {last:.6g}"
+            yield f"the load factor is {alpha:.6g}, in the last iteration {last:.6g}"
         if stage in _PROGRAMS_OF_DEAD_LOAD:
             yield "converged, but its last iteration is the dead-load program"
     elif result.status is Status.UNBOUNDED:
         if not (np.isposinf(alpha) and np.isposinf(last)):
-            yield f"unbounded, but its load factor is {alpha:.6g} and that of its last iteration {last:.6g}"
+            yield f"unbounded, but its load factor is {alpha:.6g}, in the last iteration {last:.6g}"
         if result.certificate is not None:
             yield "unbounded, but it has a certificate of a collapse state"
     elif not np.isnan(alpha):
@@ -194,7 +194,7 @@ def _status(result: CaseResult) -> Iterator[str]:
 
 
 def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -> Iterator[str]:
-    """Places, frames and strengths of the history against those of the model."""
+    """Compare positions, frames and strengths of the history with the model."""
     points = statics.points
     expected = {
         "block_position": np.array([b.centroid for b in statics.model.blocks]),
@@ -227,7 +227,7 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
         }
         for name, texts in (("tie", table.name), ("tie_governing", table.governing)):
             if list(history[name].to_numpy()) != list(texts):
-                yield f"{name} of the history is not that of the model"
+                yield f"{name} of the history differs from the model"
     if len(problem.torsion):
         expected["torsion_lever"] = points.torsion_lever
     for name, values in expected.items():
@@ -235,11 +235,11 @@ def _other_model(statics: Statics, problem: LimitProblem, history: xr.Dataset) -
         finite = np.abs(values[np.isfinite(values)])
         same = stored.shape == values.shape
         if not (same and np.allclose(stored, values, rtol=_SAME, atol=_SAME * finite.max(initial=0.0))):
-            yield f"{name} of the history is not that of the model"
+            yield f"{name} of the history differs from the model"
 
 
 def _residuals(problem: LimitProblem, result: CaseResult) -> Iterator[str]:
-    """Equilibrium of every iteration before the last, at its load factor, against the residual that it states."""
+    """Compare the equilibrium residuals of earlier iterations with their forces."""
     history = result.history
     alpha, stored, stage = (history[name].to_numpy()[:-1] for name in ("load_factor", "equilibrium_residual", "stage"))
     x = _rows(history, "contact_force", "contact_point", "component")[:-1].to_numpy() / problem.force_unit[:, None]
@@ -259,19 +259,19 @@ def _residuals(problem: LimitProblem, result: CaseResult) -> Iterator[str]:
 
 
 def _reactions(result: CaseResult) -> Iterator[str]:
-    """Reactions of a settlement against the load factors that they are multiples of."""
+    """Compare the reactions of a settlement with its load factors."""
     if not result.answer.is_reaction:
         return
     stored, alpha = (result.history[name].to_numpy() for name in ("reaction", "load_factor"))
     expected = result.answer.factor * alpha + 0.0
     wrong = np.flatnonzero(~np.isclose(stored, expected, rtol=_SAME, atol=0, equal_nan=True))
     if len(wrong):
-        k, said = wrong[0], result.answer.said
-        yield f"the reaction of iteration {k} is {said(stored[k], 6)}, that of its load factor {said(expected[k], 6)}"
+        k, text = wrong[0], result.answer.format
+        yield f"the reaction of iteration {k} is {text(stored[k], 6)}, by its load factor {text(expected[k], 6)}"
 
 
 def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) -> Iterator[str]:
-    """Relative velocities of every iteration, and those of supports, against the velocities of the free blocks."""
+    """Compare relative velocities, and velocities of supports, with the velocities of the free blocks."""
     ties, n = problem.ties, history.sizes["iteration"]
     fixed = np.setdiff1d(np.arange(len(statics.model.blocks)), statics.free)
     of_contacts = _rows(history, "relative_velocity", "contact_point", "component")
@@ -279,16 +279,16 @@ def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) ->
     for begin in range(0, n, step):
         part = slice(begin, begin + step)
         motion, stored = _motion(history, part), of_contacts[part].to_numpy()
-        # The solver found none, or the file does not keep them.
+        # The solver found no velocities, or the file does not keep them.
         known = ~(np.isnan(motion).all(axis=(1, 2)) & np.isnan(stored).all(axis=(1, 2)))
         motion, stored = motion[known], stored[known]
         u = velocities_of(statics, problem, motion)
         v = (problem.A.T @ u.T).T.reshape(len(u), -1, 3) / problem.force_unit[:, None]
-        off = {"the relative velocities of iteration {} are not those of its blocks": _off(stored, v)}
+        off = {"the relative velocities of iteration {} differ from the velocities of its blocks": _off(stored, v)}
         if len(ties):
             rates = ties.elongation(u.T).T / ties.force_unit
             found = _rows(history, "tie_elongation_rate", "tie")[part].to_numpy()[known]
-            off["the rates of elongation of iteration {} are not those of its blocks"] = _off(found, rates)
+            off["the rates of elongation of iteration {} differ from the velocities of its blocks"] = _off(found, rates)
         allowed = block_motion(statics, problem, u)[:, fixed]
         still = np.isclose(motion[:, fixed], allowed, rtol=_SAME, atol=0, equal_nan=True).all(axis=(1, 2))
         off["supports move in the mechanism of iteration {}"] = ~still
@@ -300,7 +300,7 @@ def _velocities(statics: Statics, problem: LimitProblem, history: xr.Dataset) ->
 
 
 def _off(stored: Array, expected: Array) -> NDArray[np.bool_]:
-    """Whether values (n, ...) are others than expected, each n by itself, but for the rounding of its largest."""
+    """Return whether values (n, ...) differ from expected ones beyond rounding."""
     axes = tuple(range(1, stored.ndim))
     largest = np.abs(np.where(np.isfinite(expected), expected, 0.0)).max(axis=axes, initial=0.0, keepdims=True)
     same = np.isclose(stored, expected, rtol=0, atol=_ROUNDING * largest, equal_nan=True)
@@ -308,12 +308,12 @@ def _off(stored: Array, expected: Array) -> NDArray[np.bool_]:
 
 
 def _rows(history: xr.Dataset, name: str, *dims: str) -> xr.Variable:
-    """A variable by its iterations, without coordinates: to index them takes longer than all else that a save does."""
+    """Return a variable by iteration, without coordinates, which are slow to index."""
     return history[name].variable.transpose("iteration", *dims)
 
 
 def _motion(history: xr.Dataset, part: slice) -> Array:
-    """Velocities of centroids and angular velocities (n, blocks, 6) of some iterations, SI."""
+    """Return velocities of centroids and angular velocities (n, blocks, 6) of some iterations, SI."""
     of_blocks = (_rows(history, name, "block", "axis")[part] for name in ("block_velocity", "block_angular_velocity"))
     return np.concatenate([velocity.to_numpy() for velocity in of_blocks], axis=2)
 

@@ -1,10 +1,97 @@
-"""Facts to sentences: the only room that words the outcome of a case.
+"""Facts to sentences: the only room that words results.
 
-Every function takes facts and returns text. Nothing reads a text back.
+Every function takes facts and returns text or a :class:`Note`. Nothing reads a text back.
 """
 
+from blockstruct.text import assessment, report
 from blockstruct.text.answer import LOAD_FACTOR, Answer
+from blockstruct.text.assumptions import Scope, assumption_sentences, masses_below
+from blockstruct.text.case import (
+    admissible_state,
+    capitalised,
+    certificate_sentence,
+    more_ties_hold,
+    no_curve,
+    pushed_states,
+    settled_schedules,
+    statics_range,
+    tie_holds,
+    tilting_table,
+)
 from blockstruct.text.caveats import caveats
 from blockstruct.text.ending import ended, found_by, range_text, sentence, why
+from blockstruct.text.joints import biaxial_note, cells_note, torsion_note
+from blockstruct.text.mechanism import (
+    LISTED,
+    NO_COLLAPSE_STATE,
+    STEPS_OF_PATH,
+    STEPS_OF_PROGRAMS,
+    body_sentence,
+    failure_clause,
+    joints_sentence,
+    more_bodies,
+    more_ties,
+    motion_clause,
+    moving_sentence,
+)
+from blockstruct.text.note import Note, NoteCode, Severity
+from blockstruct.text.numbers import BEYOND, in_g, ratio_text, shown, told_apart
+from blockstruct.text.ties import kilonewton, tie_sentence, tie_title
 
-__all__ = ["LOAD_FACTOR", "Answer", "caveats", "ended", "found_by", "range_text", "sentence", "why"]
+__all__ = [
+    # numbers
+    "BEYOND",
+    "in_g",
+    "ratio_text",
+    "shown",
+    "told_apart",
+    # notes
+    "assessment",
+    "Note",
+    "NoteCode",
+    "Severity",
+    "biaxial_note",
+    "caveats",
+    "cells_note",
+    "torsion_note",
+    # reports
+    "Scope",
+    "assumption_sentences",
+    "masses_below",
+    "report",
+    # cases
+    "admissible_state",
+    "capitalised",
+    "certificate_sentence",
+    "more_ties_hold",
+    "no_curve",
+    "pushed_states",
+    "settled_schedules",
+    "statics_range",
+    "tie_holds",
+    "tilting_table",
+    # the number of a case
+    "LOAD_FACTOR",
+    "Answer",
+    "ended",
+    "found_by",
+    "range_text",
+    "sentence",
+    "why",
+    # mechanisms
+    "LISTED",
+    "NO_COLLAPSE_STATE",
+    "STEPS_OF_PATH",
+    "STEPS_OF_PROGRAMS",
+    "body_sentence",
+    "failure_clause",
+    "joints_sentence",
+    "more_bodies",
+    "more_ties",
+    "motion_clause",
+    "moving_sentence",
+    # ties
+    "kilonewton",
+    "tie_sentence",
+    "tie_title",
+]

@@ -1,4 +1,4 @@
-"""What the number of a case is called, and how it is written."""
+"""The name and the format of the number of a case."""
 
 from dataclasses import dataclass
 from typing import Any, Self
@@ -12,7 +12,9 @@ from blockstruct.units import readable, to_quantity
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """The number that a case asks for: its load factor or, of a settlement, its reaction.
+    """Name, symbol and unit of the number of a case.
+
+    The number is a load factor or, for a settlement, a reaction.
 
     Attributes
     ----------
@@ -22,7 +24,7 @@ class Answer:
     dimension : str
         A key of :data:`blockstruct.units.SI_UNITS`.
     factor : float
-        Of a load factor α: the answer is ``factor α``, in SI.
+        SI value of the answer at load factor 1.
     """
 
     name: str = "load factor"
@@ -32,7 +34,7 @@ class Answer:
 
     @classmethod
     def of(cls, model: Model, case: Case) -> Self:
-        """Answer to a case."""
+        """Return the answer of a case."""
         if not isinstance(case, SettlementCase):
             return cls()
         dimension = "force" if case.about is None else "moment"
@@ -45,34 +47,34 @@ class Answer:
 
     @property
     def unit(self) -> str:
-        """Symbol of the unit of the answer; empty for a load factor."""
+        """Symbol of the SI unit; empty for a load factor."""
         return {"force": "N", "moment": "N·m"}.get(self.dimension, "")
 
     def quantity(self, alpha: Any) -> Any:
-        """Answer, or answers, at load factors."""
+        """Return the answers at load factors, as quantities."""
         values = self.factor * np.asarray(alpha, dtype=float) + 0.0
         return to_quantity(values if values.ndim else float(values), self.dimension)
 
     def text(self, alpha: float, digits: int = 4) -> str:
-        """The answer at a load factor to so many digits, ``infinite`` or ``none``."""
-        return self.said(self.factor * alpha + 0.0, digits)
+        """Return the answer at a load factor as text: a number, ``infinite`` or ``none``."""
+        return self.format(self.factor * alpha + 0.0, digits)
 
     def ends(self, alphas: tuple[float, float], digits: int = 4) -> tuple[str, str]:
-        """Both ends of a range of load factors, the smaller number first and in one unit."""
+        """Return both ends of a range of load factors as texts, the smaller number first, in one unit."""
         low, high = sorted(self.factor * alpha + 0.0 for alpha in alphas)
-        return self.said(low, digits, beside=high), self.said(high, digits, beside=low)
+        return self.format(low, digits, alongside=high), self.format(high, digits, alongside=low)
 
-    def said(self, value: float, digits: int = 4, *, beside: float = 0.0) -> str:
-        """A value of the answer, in SI, as :meth:`text`; in the unit of the larger one beside which it stands."""
+    def format(self, value: float, digits: int = 4, *, alongside: float = 0.0) -> str:
+        """Return an answer in SI as text, in the unit that suits the larger of two values."""
         if np.isnan(value):
             return "none"
         if np.isinf(value):
             return "infinite" if value > 0 else "minus infinite"
         if not self.is_reaction:
             return f"{value:.{digits}g}"
-        scale, unit = readable(max(value, beside, key=abs) if np.isfinite(beside) else value, self.unit)
+        scale, unit = readable(max(value, alongside, key=abs) if np.isfinite(alongside) else value, self.unit)
         return f"{value * scale:.{digits}g} {unit}"
 
 
-#: The answer to a limit case.
+#: Answer of a limit case.
 LOAD_FACTOR = Answer()

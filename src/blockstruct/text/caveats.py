@@ -1,4 +1,4 @@
-"""What must be known before a number is used."""
+"""Notes that qualify the load factor of a case."""
 
 from collections.abc import Sequence
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from blockstruct.limit import Outcome
 from blockstruct.text.answer import Answer
+from blockstruct.text.note import Note, NoteCode, Severity
 from blockstruct.vocabulary import Status, listed
 
 _JAMMED = (
@@ -17,7 +18,7 @@ _JAMMED_SUPPORT = (
     "It depends on how firmly the blocks are jammed (self-stress), which the model does not determine."
 )
 _NOT_PROVEN = (
-    "The proof that {what} holds for joints that dilate by their friction angle. For joints that do not, the "
+    "The proof that {claim} holds for joints that dilate by their friction angle. For joints that do not, the "
     "procedure found that its {answer} grows without limit."
 )
 _JAMMED_PART = (
@@ -29,11 +30,11 @@ _NOT_SETTLED = (
     "another {answer} may come first. Do not rely on it."
 )
 _RAISED = (
-    "With crushing the procedure ended at a higher {answer} than without: at another collapse state, to which crushing "
-    "has led it. The {answer} is the one without crushing, of which there is no history here. Do not rely on the state."
+    "With crushing the procedure ended at a higher {answer} than without, in another collapse state that crushing led "
+    "to. The {answer} given is the one without crushing, whose history is not kept. Do not rely on the state shown."
 )
 _STANDS_IN = "The loading path did not finish, and this {answer} is from another procedure."
-#: Names of blocks that a sentence lists.
+#: Block names that a sentence lists.
 _LISTED = 3
 
 
@@ -44,8 +45,8 @@ def caveats(
     bound: float,
     is_searched: bool,
     jammed: Sequence[str],
-) -> tuple[str, ...]:
-    """Return what must be known before the number of a non-associative case is used, as sentences.
+) -> tuple[Note, ...]:
+    """Return the warnings that belong to the number of a non-associative case.
 
     Parameters
     ----------
@@ -54,23 +55,24 @@ def caveats(
     bound
         Load factor with associative flow.
     is_searched
-        Whether a procedure without dilatancy found a load factor on its way.
+        Whether a procedure without dilatancy found load factors before it ended.
     jammed
         Blocks whose share of the variable load depends on self-stress.
     """
-    found, unbounded = list[str](), bound == np.inf
+    found, unbounded = list[tuple[NoteCode, str]](), bound == np.inf
     if outcome.status is Status.CONVERGED:
         if np.isfinite(outcome.without_crushing):
-            found.append(_RAISED)
+            found.append((NoteCode.RAISED_BY_CRUSHING, _RAISED))
         elif not outcome.settled:
-            found.append(_NOT_SETTLED)
+            found.append((NoteCode.NOT_SETTLED, _NOT_SETTLED))
         if outcome.stands_in:
-            found.append(_STANDS_IN)
+            found.append((NoteCode.STANDS_IN, _STANDS_IN))
         if unbounded:
-            found.append(_JAMMED_SUPPORT if answer.is_reaction else _JAMMED)
+            found.append((NoteCode.JAMMED, _JAMMED_SUPPORT if answer.is_reaction else _JAMMED))
     if unbounded and is_searched and outcome.status is Status.UNBOUNDED:
-        found.append(_NOT_PROVEN)
+        found.append((NoteCode.NOT_PROVEN, _NOT_PROVEN))
     if jammed and not unbounded:
-        found.append(_JAMMED_PART)
-    what = "the supports never move that way" if answer.is_reaction else "no load causes collapse"
-    return tuple(t.format(answer=answer.name, what=what, names=listed(jammed, _LISTED)) for t in found)
+        found.append((NoteCode.JAMMED_PART, _JAMMED_PART))
+    claim = "the supports never move that way" if answer.is_reaction else "no load causes collapse"
+    words = {"answer": answer.name, "claim": claim, "names": listed(jammed, _LISTED)}
+    return tuple(Note(code, Severity.WARNING, text.format(**words)) for code, text in found)

@@ -1,4 +1,4 @@
-"""How a case ended, in one line."""
+"""Sentences on how a case ended."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ from blockstruct.limit import Outcome
 from blockstruct.text.answer import Answer
 from blockstruct.vocabulary import PathEnd, Procedure, Reason, Status, counted, listed
 
-#: Names of blocks that a sentence lists.
+#: Block names that a sentence lists.
 _LISTED = 3
 _FOUND_BY = {
     Procedure.LOADING_PATH: "along its loading path",
@@ -57,7 +57,7 @@ def found_by(outcome: Outcome) -> str:
 def why(outcome: Outcome, answer: Answer, hung: Sequence[str] = ()) -> str:
     """Return why a case ended with its status, without a full stop.
 
-    A load factor that stands in for that of a loading path says why the path did not finish.
+    If another procedure found the load factor, the text states why the loading path did not finish.
     """
     last = "" if outcome.drift is None else answer.text(outcome.drift[1])
     text = _REASONS[outcome.reason].format(
@@ -80,7 +80,7 @@ def why(outcome: Outcome, answer: Answer, hung: Sequence[str] = ()) -> str:
 
 
 def ended(outcome: Outcome, *, has_procedure: bool) -> str:
-    """Return how a case ended in two or three words, as in ``"converged, not settled"``.
+    """Return how a case ended in two or three words, such as ``"converged, not settled"``.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What people look at. Nothing in the core imports this room; it stands on the public API.
+"""Tables, figures, pages and reports. This room uses the public API, and nothing in the core imports it.
 
 Tables and texts for the console are here; :mod:`~blockstruct.views.figures`, :mod:`~blockstruct.views.page`,
 :mod:`~blockstruct.views.paraview` (extra ``viz``) and :mod:`~blockstruct.views.report` (extra ``report``) are imported

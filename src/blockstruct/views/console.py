@@ -1,4 +1,4 @@
-"""Tables and texts for a terminal 80 columns wide."""
+"""Tables and texts for a terminal of 80 columns."""
 
 import math
 from collections.abc import Mapping
@@ -31,7 +31,10 @@ _COLUMNS = {
 
 
 def iteration_table(history: xr.Dataset) -> Table:
-    """Table of a history, a row per iteration: load factor or reaction, schedule, certificate and solver."""
+    """Return the table of a history, a row per iteration.
+
+    Columns are load factor or reaction, schedule, certificate and solver.
+    """
     table = Table(box=None, padding=(0, 1, 0, 0), header_style="bold")
     table.add_column("#", justify="right")
     table.add_column("program", no_wrap=True)
@@ -50,7 +53,7 @@ def iteration_table(history: xr.Dataset) -> Table:
 
 
 def model_text(model: bs.Model) -> str:
-    """Name, supports, size and weight of a model."""
+    """Return name, supports, size and weight of a model."""
     points = np.concatenate([b.shape.vertices for b in model.blocks])
     x, y, z = np.ptp(points, axis=0)
     fixed = [b.name for b in model.blocks if b.fixed]
@@ -69,13 +72,13 @@ def model_text(model: bs.Model) -> str:
 
 
 def result_text(result: bs.CaseResult) -> Text:
-    """Load factor and certificate of a case, with the tolerances that make it hold."""
+    """Return load factor, notes and certificate of a case."""
     case, c = result.case, result.certificate
     text = Text("\n").append(f"{result.name}\n", style="bold")
     text.append(f"  {case.question}\n")
     text.append(f"  {result.headline}\n", style="bold")
-    if said := range_words(result):
-        text.append(f"  {said}\n")
+    if reactions := range_words(result):
+        text.append(f"  {reactions}\n")
     for warning in (*result.warnings, *result.owed):
         text.append(f"  warning: {warning}\n", style="bold yellow")
     left = admissible_words(result)
@@ -91,7 +94,7 @@ def result_text(result: bs.CaseResult) -> Text:
 
 
 def summary_table(analysis: bs.Analysis) -> Table:
-    """Table of an analysis, a row per case."""
+    """Return the table of an analysis, a row per case."""
     kinds = dict.fromkeys(r.answer.name for r in analysis.values())
     results = list(analysis.values())
     return folded_table(
@@ -107,7 +110,7 @@ def summary_table(analysis: bs.Analysis) -> Table:
 
 
 def archive_table(rows: pd.DataFrame) -> Table:
-    """Table of rows of :meth:`blockstruct.Archive.table`, without those of files that cannot be read."""
+    """Return the table of rows of :meth:`blockstruct.Archive.table`, without unreadable files."""
     units = rows.attrs.get("units", {})
     shown = rows[rows["problem"] == ""].to_dict("records")
     varied = [c for c in rows.columns if c.startswith("parameter_")]
@@ -128,23 +131,24 @@ def archive_table(rows: pd.DataFrame) -> Table:
 
 
 def _d0(row: Mapping[Any, Any]) -> str:
-    """Where the load factor of a pushover is zero, or the end before; nothing of another case."""
+    """Return d0 of a pushover, or the end of its curve; empty for another case."""
     if math.isfinite(row["d0"]):
         return f"{row['d0']:.4g}"
     return f"none, ends at {row['curve_end']:.4g}" if math.isfinite(row["curve_end"]) else ""
 
 
 def _cell(value: Any) -> str:
-    """A parameter in a table; nothing where an analysis has none."""
+    """Return a parameter as a table cell; empty if an analysis does not have it."""
     if isinstance(value, float):
         return "" if math.isnan(value) else f"{value:.6g}"
     return str(value)
 
 
 def analysis_summary(analysis: bs.Analysis) -> dict[str, Any]:
-    """Results of an analysis as plain values for JSON, where numbers that are not finite are None.
+    """Return the results of an analysis as plain values for JSON.
 
-    Load factors, the four measures of certificates and counts are dimensionless, ``duration`` is in seconds.
+    None stands for numbers that are not finite. Load factors, the four measures of certificates and counts are
+    dimensionless. ``duration`` is in seconds.
     """
     return {
         "model": analysis.model.name,
@@ -202,7 +206,7 @@ def _headline(headline: bs.results.Headline) -> dict[str, Any]:
 
 
 def _outcome(r: bs.CaseResult) -> dict[str, Any]:
-    """How a case ended, as plain values."""
+    """Return the outcome of a case as plain values."""
     o = r.outcome
     return {
         "reason": o.reason.value,
@@ -218,7 +222,7 @@ def _outcome(r: bs.CaseResult) -> dict[str, Any]:
 
 
 def _reaction(r: bs.CaseResult) -> dict[str, Any] | None:
-    """Reaction of a settlement and its range, None of a limit case."""
+    """Return the reaction of a settlement and its range; None for a limit case."""
     if not r.answer.is_reaction:
         return None
     least, largest = r.reaction_range.magnitude if r.n_iterations else (math.nan, math.nan)
@@ -227,7 +231,7 @@ def _reaction(r: bs.CaseResult) -> dict[str, Any] | None:
 
 
 def _pushover(r: bs.CaseResult) -> dict[str, Any] | None:
-    """How the curve of a pushover ended, and which ties broke, None without one; displacements in m."""
+    """Return the end of a pushover's curve and its broken ties, m; None without one."""
     curve = r.capacity
     if curve is None:
         return None
@@ -241,7 +245,7 @@ def _pushover(r: bs.CaseResult) -> dict[str, Any] | None:
 
 
 def _of_curve(r: bs.CaseResult) -> list[str]:
-    """What is to be looked at of the curve of a pushover, and why there is none, as the message tells."""
+    """Return the doubts on the curve of a pushover, or why it is missing."""
     if r.capacity is not None:
         return [f"pushover: {text}" for text in bs.results.doubtful_words(r.capacity, r.settings.procedure)]
     return [f"pushover: {r.missing_curve}"] if r.missing_curve else []

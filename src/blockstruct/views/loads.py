@@ -1,4 +1,4 @@
-"""Where the loads of a pattern act, as a view draws them."""
+"""Points and forces of load patterns, for views."""
 
 from dataclasses import dataclass
 
@@ -9,26 +9,26 @@ import blockstruct as bs
 
 Array = NDArray[np.float64]
 
-#: Least force that is drawn, in multiples of the largest of its pattern.
+#: Least force that is drawn, relative to the largest of its pattern.
 _LEAST = 0.02
 
 
 @dataclass(frozen=True, slots=True)
 class LoadArrows:
-    """The forces of a load pattern that are drawn, besides the weight of the blocks.
+    """Forces of a load pattern that are drawn, without the weight of the blocks.
 
     Attributes
     ----------
     name : str
-        Of the pattern.
+        Name of the pattern.
     grows : bool
-        Whether it is multiplied by the load factor.
+        Whether the load factor multiplies it.
     block : (n,) array
-        Index of the block on which each force acts.
+        Index of the block of each force.
     point, force : (n, 3) arrays
         m and N, at a load factor of 1.
     largest, total : float
-        Of the forces, and their resultant with those that are too small to be drawn, N.
+        Largest force, and resultant of all forces including the ones too small to draw, N.
     """
 
     name: str
@@ -41,9 +41,9 @@ class LoadArrows:
 
 
 def load_arrows(result: bs.CaseResult) -> list[LoadArrows]:
-    """Forces of the dead and the variable load of a case, of those that have any on free blocks.
+    """Return the forces of the dead and the variable load of a case, without patterns that have none.
 
-    Forces below 2 % of the largest of their pattern are left out, couples are, too.
+    Forces below 2 % of the largest of their pattern are left out, and couples, too.
     """
     found = []
     for k, pattern in enumerate(result.case.patterns):
@@ -59,16 +59,16 @@ def load_arrows(result: bs.CaseResult) -> list[LoadArrows]:
 
 
 def applied(pattern: bs.LoadPattern, model: bs.Model, dead: bs.LoadPattern) -> tuple[Array, Array]:
-    """Points (n, 3) in m and forces (n, 3) in N of a load pattern on free blocks; couples have neither.
+    """Return points (n, 3) in m and forces (n, 3) in N of a load pattern on free blocks, without couples.
 
-    A mass-proportional force takes along the weights of the dead load.
+    A mass-proportional force also moves the weights of the dead load.
     """
     _, points, forces = _acting(pattern, model, dead)
     return points, forces
 
 
 def _acting(pattern: bs.LoadPattern, model: bs.Model, dead: bs.LoadPattern) -> tuple[NDArray[np.int64], Array, Array]:
-    """Blocks (n,), points (n, 3) and forces (n, 3) of a load pattern on free blocks."""
+    """Return blocks (n,), points (n, 3) and forces (n, 3) of a load pattern on free blocks."""
     found = bs.results.applied_loads(model, pattern, dead)
     free = np.array([not b.fixed for b in model.blocks])
     acts = free[found.block] & found.force.any(axis=1)
@@ -76,9 +76,9 @@ def _acting(pattern: bs.LoadPattern, model: bs.Model, dead: bs.LoadPattern) -> t
 
 
 def driving(result: bs.CaseResult) -> tuple[Array, Array]:
-    """Points (n, 3) in m and vectors (n, 3) of what drives a case: the variable load in N, or supports that give way.
+    """Return points (n, 3) in m and vectors (n, 3) of the variable load in N, or of moving supports.
 
-    Of supports the vectors are their motion. A support that turns has none: its reaction is a couple.
+    The vectors of supports are their motions. A support that turns has none: its reaction is a couple.
     """
     case = result.case
     if not isinstance(case, bs.SettlementCase):
@@ -89,7 +89,7 @@ def driving(result: bs.CaseResult) -> tuple[Array, Array]:
 
 
 def push(result: bs.CaseResult) -> Array:
-    """Unit vector (3,) of the resultant of what drives a case; zero where its forces cancel."""
+    """Return the unit vector (3,) of the resultant of :func:`driving`; zero if its vectors cancel."""
     _, forces = driving(result)
     total = forces.sum(axis=0)
     size = float(np.linalg.norm(total))

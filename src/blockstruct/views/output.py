@@ -14,12 +14,12 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
 def write_text(text: str, path: str | Path) -> Path:
-    """Write a text in UTF-8: :func:`write_bytes`."""
+    """Write a text in UTF-8 by :func:`write_bytes`."""
     return write_bytes(text.encode("utf-8"), path)
 
 
 def write_bytes(content: bytes, path: str | Path) -> Path:
-    """Write a file beside its place and put it there whole; an existing text or picture is replaced.
+    """Write a file under a temporary name and move it into place; it replaces a text or a picture.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def write_bytes(content: bytes, path: str | Path) -> Path:
             draft.write_bytes(content)
             draft.replace(target)
         finally:
-            # Neither a read-only disk nor too long a name has a draft to remove.
+            # On a read-only disk, or with too long a name, there is no draft to remove.
             with contextlib.suppress(OSError):
                 draft.unlink()
     except OSError as error:
@@ -44,12 +44,12 @@ def write_bytes(content: bytes, path: str | Path) -> Path:
 
 
 def write_csv(frame: pd.DataFrame, path: str | Path) -> Path:
-    """Write a table, as :func:`write_text`; no text of it is a formula."""
+    """Write a table by :func:`write_text`; no text in it becomes a formula."""
     return write_text(csv_text(frame), path)
 
 
 def _check(target: Path) -> None:
-    """Refuse what a view would destroy: a rename replaces anything."""
+    """Refuse to replace a file that a view must not destroy."""
     if not target.is_file():
         if target.exists():
             msg = "it is not a regular file"

@@ -1,6 +1,6 @@
-"""Export for ParaView: one ``.pvd`` file per case, whose time is the iteration (extra ``viz``).
+"""Export for ParaView: one ``.pvd`` file per case, with iterations as times (extra ``viz``).
 
-In ParaView open the ``.pvd`` file; *Warp By Vector* with ``mechanism`` moves the blocks, *Glyph* with ``resultant``
+In ParaView open the ``.pvd`` file. *Warp By Vector* with ``mechanism`` moves the blocks, *Glyph* with ``resultant``
 draws the forces.
 """
 
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 _PIECE = re.compile(r"(blocks|interfaces|forces|resultants|ties|pushover|pushed-ties)-\d{4,}\.vtp")
 
-#: What a pushover shows in each step, by its pieces.
+#: Array block that each piece of a pushover shows in each step.
 _SHOWN = {"pushover": "blocks", "pushed-ties": "ties"}
 _CONTROL = "displacement of the control point [meter]"
 
@@ -36,23 +36,24 @@ _CONTROL = "displacement of the control point [meter]"
 def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
     """Write the blocks, interfaces and forces of all iterations of a case.
 
+    A pushover has a second file, ``NAME-pushover.pvd``, of its displaced blocks and ties. Its time is the step, and the
+    displacement of the control point is in the field data.
+
     Parameters
     ----------
     result
         The result of a case.
     path
-        The ``.pvd`` file. Its pieces, ``.vtp`` files, go into a folder beside it, of the same name without suffix.
-        Names of arrays carry the unit: ``resultant [newton]``, ``area [meter ** 2]``. ``mechanism`` is the
-        displacement of the vertices for a largest translation of 1 m. A state is 1 in the array of its
-        name where an interface has it; names of blocks and interfaces are in the field data, in UTF-8. Where no
-        interface is pressed the piece of resultants is empty. Pieces of an earlier, longer case are removed. A pushover
-        has a second file, ``NAME-pushover.pvd``, of its blocks and ties where they are in each step; its time is the
-        step, whose displacement of the control point is in the field data.
+        The ``.pvd`` file. Its ``.vtp`` pieces go into a folder of the same name without suffix, and replace pieces of
+        an earlier case. Names of arrays contain the unit: ``resultant [newton]``, ``area [meter ** 2]``. ``mechanism``
+        is the displacement of the vertices for a largest translation of 1 m. Each state has an array, 1 for interfaces
+        in that state. Field data hold the names of blocks and interfaces in UTF-8. Without compressed interfaces, the
+        piece of resultants is empty.
 
     Raises
     ------
     ModelError
-        If no result is given, or the case has no iterations.
+        If the argument is not a result, or the case has no iterations.
     StorageError
         If the path does not end in ``.pvd`` or cannot be written.
     """
@@ -99,7 +100,7 @@ def write_paraview(result: bs.CaseResult, path: str | Path) -> Path:
 
 
 def _collection() -> tuple[ElementTree.Element, ElementTree.Element]:
-    """A file of pieces, and the part of it that lists them."""
+    """Return a file of pieces, and the element that lists them."""
     root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
     return root, ElementTree.SubElement(root, "Collection")
 
@@ -110,7 +111,7 @@ def _write_collection(root: ElementTree.Element, target: Path) -> Path:
 
 
 class _Still:
-    """The geometry, which all iterations share."""
+    """Geometry that all iterations share."""
 
     def __init__(self, model: bs.Model) -> None:
         self.solids = Solids.of(model)
@@ -132,7 +133,7 @@ class _Still:
         self.ties = TieLines.of(model)
 
     def pieces(self, result: bs.CaseResult, iteration: int) -> dict[str, "pv.PolyData"]:
-        """Blocks, interfaces, forces at contact points and resultants of an iteration."""
+        """Return blocks, interfaces, contact forces and resultants of an iteration."""
         history = result.history.isel(iteration=[iteration])
         blocks, interfaces = self.blocks.copy(), self.interfaces.copy()
         blocks.point_data["mechanism"] = self.solids.displacement(result, iteration)
@@ -154,7 +155,7 @@ class _Still:
         at_points.point_data["normal force [newton]"] = local[:, 0]
         at_points.point_data["interface"] = history["interface_of_contact_point"].to_numpy()
         resultants = pv.PolyData()
-        # No array may be empty.
+        # VTK allows no empty array.
         if pressed.any():
             resultants = pv.PolyData(point[pressed])
             resultants.point_data["resultant [newton]"] = force[pressed]
@@ -169,7 +170,7 @@ class _Still:
         return pieces
 
     def pushed(self, result: bs.CaseResult) -> Iterator[dict[str, "pv.PolyData"]]:
-        """Blocks and ties where they are, for each step of a pushover."""
+        """Return the displaced blocks and ties of each step of a pushover."""
         curve = result.capacity
         if curve is None:
             return
@@ -203,7 +204,7 @@ class _Still:
         return piece
 
     def _tie_lines(self, ends: Array, force: Array, states: NDArray[np.object_]) -> "pv.PolyData":
-        """Ties between their ends (M, 2, 3), with their forces, N, and states."""
+        """Return ties as lines between their ends (M, 2, 3), with forces, N, and states."""
         count = len(self.ties.names)
         pairs = np.column_stack([np.full(count, 2), np.arange(2 * count).reshape(-1, 2)])
         piece = pv.PolyData(ends.reshape(-1, 3), lines=pairs.ravel())
@@ -216,7 +217,7 @@ class _Still:
 
 
 def _name(piece: "pv.PolyData", kind: str, names: Iterable[str]) -> None:
-    """Add names to the field data as VTK's own array: that of pyvista takes ASCII only."""
+    """Add names to the field data as an array of VTK, since an array of pyvista takes ASCII only."""
     array = vtkStringArray()
     array.SetName(kind)
     for name in names:

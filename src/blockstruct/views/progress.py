@@ -1,4 +1,4 @@
-"""How a run goes on, in a terminal."""
+"""Progress of a run in a terminal."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
@@ -9,13 +9,13 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 import blockstruct as bs
 from blockstruct.analysis import CaseFinished, CaseStarted, Event, IterationDone, Listener, StepDone
 
-#: Programs and steps of a usual non-associative case: 7 to 11 on walls of 8 to 34 blocks.
+#: Programs and steps of a typical non-associative case: 7 to 11 on walls of 8 to 34 blocks.
 _USUAL = 12
 
 
 @contextmanager
 def following(console: Console, *, quiet: bool) -> Iterator[list[Listener]]:
-    """Listeners that show how a run goes on: a bar on a terminal, a line per event elsewhere, none if quiet."""
+    """Return listeners that show a run: a bar on a terminal, else lines; none if quiet."""
     columns = (
         # Names of cases are not markup.
         TextColumn("{task.description}", markup=False),
@@ -25,14 +25,14 @@ def following(console: Console, *, quiet: bool) -> Iterator[list[Listener]]:
     )
     drawn = console.is_terminal and not quiet
     progress = Progress(*columns, console=console, transient=True)
-    # Not begun rather than disabled: rich before 14.3 ends a disabled one with an empty line.
+    # Do not begin instead of disabling: rich before 14.3 ends a disabled bar with an empty line.
     with progress if drawn else nullcontext():
         yield [] if quiet else [bar(progress) if drawn else bs.print_lines()]
 
 
 @contextmanager
 def study_following(console: Console, *, quiet: bool) -> Iterator[list[Callable[[bs.studies.StudyProgress], None]]]:
-    """Listeners that show how a study goes on: a bar on a terminal, its first and last line elsewhere."""
+    """Return listeners that show a study: a bar on a terminal, else two lines."""
     columns = (BarColumn(bar_width=20), TextColumn("{task.description}", markup=False))
     drawn = console.is_terminal and not quiet
 
@@ -51,7 +51,7 @@ def study_following(console: Console, *, quiet: bool) -> Iterator[list[Callable[
 
 
 def bar(progress: Progress) -> Listener:
-    """Listener that moves a bar: iteration, load factor and gap, and the time that is usually left."""
+    """Return a listener that moves a bar, with iteration, load factor, gap and the usual remaining time."""
     task, place = progress.add_task("", total=1, rest=""), ""
 
     def listen(event: Event) -> None:

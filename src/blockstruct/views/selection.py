@@ -1,4 +1,4 @@
-"""Which iterations, interfaces and directions a view shows."""
+"""Selection of iterations, interfaces and cases for views."""
 
 import operator
 
@@ -10,7 +10,7 @@ import blockstruct as bs
 
 
 def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
-    """Index of an iteration from zero; a negative one counts from the end.
+    """Return the index of an iteration from zero; a negative one counts from the end.
 
     Raises
     ------
@@ -35,7 +35,7 @@ def chosen_iteration(result: bs.CaseResult, iteration: int = -1) -> int:
 
 
 def chosen_interface(model: bs.Model, name: str) -> int:
-    """Index of an interface.
+    """Return the index of an interface.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def chosen_interface(model: bs.Model, name: str) -> int:
 
 
 def given_result(result: object, what: str) -> bs.CaseResult:
-    """The result that a view is given.
+    """Return the argument of a view if it is a result.
 
     Raises
     ------
@@ -66,12 +66,12 @@ def given_result(result: object, what: str) -> bs.CaseResult:
     raise bs.errors.ModelError(msg)
 
 
-#: Forces up to this many units of a contact point are rounding, by the tolerance of the certificate.
+#: Force, in units of ``contact_force_unit``, that counts as rounding within the tolerance of the certificate.
 ROUNDING = 1e-4
 
 
 def is_pressed(history: xr.Dataset, resultants: xr.Dataset) -> NDArray[np.bool_]:
-    """Whether interfaces with these resultants are pressed by more than rounding, (iteration, I)."""
+    """Return whether interfaces with these resultants are in compression beyond rounding, (iteration, I)."""
     starts = np.searchsorted(history["interface_of_contact_point"], np.arange(history.sizes["interface"]))
     floor = ROUNDING * np.add.reduceat(history["contact_force_unit"].to_numpy(), starts)
     N = resultants["force"].sel(component="n").transpose("iteration", "interface")
@@ -79,9 +79,9 @@ def is_pressed(history: xr.Dataset, resultants: xr.Dataset) -> NDArray[np.bool_]
 
 
 def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Points (I, 3) in m where the interfaces are pressed, NaN at the others, and forces (I, 3) in N.
+    """Return points (I, 3) in m of compressed interfaces, else NaN, and forces (I, 3) in N.
 
-    The forces act on the plus blocks, in global axes. Interfaces pressed by no more than rounding are not pressed.
+    Forces act on the plus blocks, in global axes. Compression within rounding does not count.
     """
     history = result.history.isel(iteration=[iteration])
     resultants = bs.results.interface_resultants(history)
@@ -96,7 +96,7 @@ def application_points(result: bs.CaseResult, iteration: int) -> tuple[NDArray[n
 
 
 def moving_bodies(result: bs.CaseResult, iteration: int) -> tuple[NDArray[np.int64], list[bs.results.MacroBlock]]:
-    """Macro-block (B,) of each block in an iteration, −1 where it rests, and those that move, the heaviest first."""
+    """Return the macro-block (B,) of each block, −1 at rest, and the moving ones by weight."""
     found = bs.results.macro_blocks(
         result.model, bs.results.mechanism(result.history.isel(iteration=[iteration])), dead=result.case.dead
     )
@@ -106,12 +106,12 @@ def moving_bodies(result: bs.CaseResult, iteration: int) -> tuple[NDArray[np.int
 
 
 def shown_results(analysis: bs.Analysis) -> list[bs.CaseResult]:
-    """One result of each case, the other runs of spreads left out."""
+    """Return one result of each case, without the other runs of spreads."""
     return [analysis[name] for name in analysis.headlines]
 
 
 def compasses(analysis: bs.Analysis) -> list[tuple[str, bs.studies.Directions]]:
-    """Directions of each case that has them, after its name; without one, three pushes or more together.
+    """Return the directions of each case with directions, or of three pushes or more.
 
     Raises
     ------

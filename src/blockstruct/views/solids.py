@@ -1,4 +1,4 @@
-"""The bodies of a model as flat arrays, in the form every kind of view draws."""
+"""Bodies of a model as flat arrays, for all views."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from blockstruct.geometry import triangulated
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: Displacement of a corner, in multiples of the largest translation, beyond which a mechanism is drawn smaller.
+#: Displacement of a corner, relative to the largest translation, from which a mechanism is drawn smaller.
 LEVER = 3.0
 
 
@@ -25,12 +25,12 @@ class Solids:
     Attributes
     ----------
     vertices : (V, 3) array
-        m; no two blocks share one.
+        m; no two blocks share a vertex.
     block_of_vertex : (V,) array
     centroids : (B, 3) array
         m.
     loops
-        Vertices of each face, counter-clockwise seen from outside.
+        Vertices of each face, counter-clockwise from outside.
     block_of_face : (F,) array
     normals : (F, 3) array
         Outward unit normals.
@@ -45,7 +45,7 @@ class Solids:
 
     @classmethod
     def of(cls, model: bs.Model) -> "Solids":
-        """Faces of the blocks of a model, in its order."""
+        """Return the faces of the blocks of a model, in its order."""
         shapes = [b.shape for b in model.blocks]
         counts = [len(s.vertices) for s in shapes]
         starts = np.cumsum([0, *counts[:-1]])
@@ -71,10 +71,10 @@ class Solids:
         return np.unique(np.sort(pairs, axis=1), axis=0)
 
     def displacement(self, result: bs.CaseResult, iteration: int) -> Array:
-        """Displacement (V, 3) of the vertices in the mechanism of an iteration, to first order.
+        """Return the displacement (V, 3) of the vertices in the mechanism of an iteration, to first order.
 
-        The largest translation of a centroid is 1 m: multiply by the amplitude in m. To first order, joints that
-        stay closed in the mechanism stay closed in the picture, at any amplitude.
+        The largest translation of a centroid is 1 m: multiply by the amplitude in m. To first order, closed joints stay
+        closed in the picture at any amplitude.
         """
         found = bs.results.mechanism(result.history.isel(iteration=[iteration]))
         shift = found["translation"].transpose("block", "axis").to_numpy()
@@ -83,9 +83,9 @@ class Solids:
         return np.asarray(shift[k] + np.cross(turn[k], self.vertices - self.centroids[k]))
 
     def drawn_share(self, displacement: Array) -> float:
-        """Share of the amplitude that a mechanism is drawn with: all, unless corners move much farther than centroids.
+        """Return the share of the amplitude: 1, or less if corners move far.
 
-        A beam that turns about a support below its centroid would else fill the picture with its ends.
+        Otherwise the ends of a beam that turns about a support below its centroid would fill the picture.
         """
         farthest = float(np.linalg.norm(displacement, axis=1).max())
         return min(1.0, LEVER / farthest) if farthest > 0 else 1.0
@@ -98,11 +98,11 @@ class Patches:
     Attributes
     ----------
     vertices : (V, 3) array
-        m; no two interfaces share one.
+        m; no two interfaces share a vertex.
     of_vertex : (V,) array
         Interface of each vertex.
     corners : (T, 3) array
-        Vertices of the triangles the polygons are cut into.
+        Vertices of the triangles of the polygons.
     of_triangle : (T,) array
         Interface of each triangle.
     """
@@ -114,7 +114,7 @@ class Patches:
 
     @classmethod
     def of(cls, model: bs.Model) -> "Patches":
-        """Polygons of the interfaces of a model, in its order."""
+        """Return the polygons of the interfaces of a model, in its order."""
         polygons = [np.asarray(i.polygon) for i in model.interfaces]
         ends = np.cumsum([0, *(len(p) for p in polygons)])
         vertices = np.concatenate(polygons)
@@ -123,7 +123,7 @@ class Patches:
 
 
 def triangles(vertices: Array, loops: Sequence[Index]) -> tuple[Index, Index]:
-    """Triangles (T, 3) of plane polygons, convex or not, and the polygon (T,) of each.
+    """Return the triangles (T, 3) of plane polygons, convex or not, and the polygon (T,) of each.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def triangles(vertices: Array, loops: Sequence[Index]) -> tuple[Index, Index]:
 
 
 def _parts(polygon: Array) -> Index:
-    """Triangles of one polygon: a fan if it is convex."""
+    """Return the triangles of one polygon: a fan if it is convex."""
     following = np.roll(polygon, -1, axis=0)
     normal = np.cross(polygon - polygon[0], following - polygon[0]).sum(axis=0)
     corner = np.cross(polygon - np.roll(polygon, 1, axis=0), following - polygon) @ normal

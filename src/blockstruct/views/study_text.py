@@ -16,12 +16,12 @@ from blockstruct.units import short_unit
 from blockstruct.views.selection import compasses
 from blockstruct.vocabulary import counted
 
-#: Rows that a terminal shows; the rest is in the store.
+#: Rows that a terminal shows; the store holds the rest.
 _SHOWN = 50
-#: Characters that texts, and titles of numbers, may have in a line of a table, from the most to the least.
+#: Characters in a table column, for texts and for titles of numbers, from the most to the least.
 _WHOLE = 1000
 _FOLDS = ((_WHOLE, _WHOLE), (12, _WHOLE), (12, 12), (8, 8), (4, 4))
-#: Runs of a summary without a finite load factor, and with one that is not that of rest: what they count as.
+#: Runs of a summary without a finite load factor, or with an unsettled one, and their part in the fractiles.
 _NOT_FINITE = {
     "unstable": "unstable under their dead load, counted as −∞ in the fractiles",
     "unbounded": "unbounded, counted as ∞ in the fractiles",
@@ -33,7 +33,7 @@ _GAP = 2
 
 
 def study_table(data: xr.Dataset) -> Table:
-    """Table of a study, a row per case of each run: what varies, load factor, status; why it failed or has no curve."""
+    """Return the table of a study, a row per case of each run: parameters, load factor, status, problem."""
     frame = bs.studies.frame_of(data)
     units = frame.attrs["units"]
     varied = [str(name) for name in data.coords if name not in ("run", "case") and data[name].ndim]
@@ -54,13 +54,13 @@ def study_table(data: xr.Dataset) -> Table:
 
 
 def _ending(row: Mapping[Any, Any]) -> str:
-    """Status of a case, and why its run failed or it has no curve."""
+    """Return the status of a case, and why its run failed or it has no curve."""
     why = row["problem"] or (f"no capacity curve, {row['missing_curve']}" if row["missing_curve"] else "")
     return ": ".join(filter(None, (status_cell(row), why)))
 
 
 class FoldedTable(Table):
-    """Table that is folded to the width of a terminal: its texts, then its titles, its numbers never."""
+    """Table that folds to the width of a terminal: first texts, then titles, never numbers."""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         for folds in _FOLDS:
@@ -69,13 +69,13 @@ class FoldedTable(Table):
             if needed <= options.max_width:
                 break
         for column, width in zip(self.columns, widths, strict=True):
-            # Texts share what the numbers leave of the terminal.
+            # Texts share the width that numbers leave.
             column.width = None if column.justify == "left" else width
         yield from super().__rich_console__(console, options.update_width(max(needed, options.max_width)))
 
 
 def _width(column: Column, of_texts: int, of_titles: int) -> int:
-    """Characters that a column takes whose texts, or titles of numbers, are folded to so many."""
+    """Return the width of a column whose texts, or titles of numbers, fold at a number of characters."""
     cells, title = [str(cell) for cell in column.cells], str(column.header)
     if column.justify == "left":
         return min(max(map(len, [title, *cells])), of_texts)
@@ -85,11 +85,11 @@ def _width(column: Column, of_texts: int, of_titles: int) -> int:
 
 
 def folded_table(columns: Iterable[tuple[str, Sequence[str], JustifyMethod]]) -> Table:
-    """Table of titles, cells and sides to which they are set: numbers to the right, texts to the left."""
+    """Return a table of titles, cells and alignments: numbers to the right, texts to the left."""
     table = FoldedTable(box=None, padding=(0, _GAP, 0, 0), pad_edge=False, header_style="bold")
     of_rows = []
     for title, cells, side in columns:
-        # As Text: in a str "[m]" would be markup.
+        # As Text, since "[m]" in a str would be markup.
         table.add_column(Text(title), justify=side, overflow="fold")
         of_rows.append(map(Text, cells))
     for row in zip(*of_rows, strict=True):
@@ -98,17 +98,17 @@ def folded_table(columns: Iterable[tuple[str, Sequence[str], JustifyMethod]]) ->
 
 
 def answer_title(rows: Iterable[Mapping[Any, Any]]) -> str:
-    """Title of a column of answers: load factors, and reactions if there are any."""
+    """Return the title of a column of load factors, and reactions if there are any."""
     return "load factor / reaction" if any(_reactions(row) for row in rows) else "load factor"
 
 
 def answer_cell(row: Mapping[Any, Any]) -> str:
-    """Load factor of a case, or of a settlement its reaction with the unit."""
+    """Return the load factor of a case, or the reaction of a settlement with its unit."""
     return (_reactions(row) or [bs.results.LOAD_FACTOR.text(row["load_factor"], 6)])[0]
 
 
 def status_cell(row: Mapping[Any, Any]) -> str:
-    """Status of a case, and whether its load factor settled."""
+    """Return the status of a case, and whether its load factor settled."""
     drifts = row["status"] == bs.Status.CONVERGED and not row["settled"]
     return f"{row['status']}, NOT SETTLED" if drifts else str(row["status"]).replace("_", " ")
 
@@ -119,7 +119,7 @@ def _reactions(row: Mapping[Any, Any]) -> list[str]:
 
 
 def study_summary(summary: xr.Dataset) -> str:
-    """Fractiles of a study of samples, a line each, with their confidence intervals and what is left out."""
+    """Return the fractiles of a study of samples, a line each."""
     share = f"{summary.attrs['confidence']:.0%}"
     lines = []
     for case in summary["case"].to_numpy():
@@ -142,12 +142,12 @@ def study_summary(summary: xr.Dataset) -> str:
 
 
 def out_of_the_ordinary(of_case: xr.Dataset) -> list[str]:
-    """How many runs of a case have no load factor of their own, and what they count as in its fractiles."""
+    """Return the counts of runs without a settled load factor."""
     return [f"{count} {what}" for name, what in (_NOT_FINITE | _DRIFTING).items() if (count := of_case[name].item())]
 
 
 def directions_text(analysis: bs.Analysis) -> str:
-    """Load factors around the compass of each case with directions; without one, of three pushes or more together."""
+    """Return the load factors around the compass as text."""
     try:
         each = compasses(analysis)
     except bs.errors.ModelError as error:
@@ -156,14 +156,14 @@ def directions_text(analysis: bs.Analysis) -> str:
 
 
 def parameter_texts(analysis: bs.Analysis) -> list[tuple[str, str]]:
-    """What an analysis was made with, name and value with its unit."""
+    """Return the parameters of an analysis, name and value with its unit."""
     return [
         (name, f"{value:~C}" if hasattr(value, "units") else str(value)) for name, value in analysis.parameters.items()
     ]
 
 
 def short_names(names: Sequence[str]) -> list[str]:
-    """Ends of dotted names, as long as it takes to tell them apart, none of them beginning with the place in a list.
+    """Return the shortest distinct ends of dotted names, none of which begins with an index.
 
     >>> short_names(["joint_materials.lime.cohesion", "joint_materials.dry.cohesion", "height"])
     ['lime.cohesion', 'dry.cohesion', 'height']

@@ -1,8 +1,8 @@
-"""The look of all views: colours that colour-blind readers and a grey printer keep apart, and units of axes."""
+"""Colours and units of all views. Colour-blind readers and grey printers can distinguish the colours."""
 
 import blockstruct as bs
 
-#: Colour of each contact state, from the palette of Okabe & Ito (2008), and of what is at rest.
+#: Colour of each contact state and of joints at rest, from the palette of Okabe & Ito (2008).
 STATE_COLOURS = {
     bs.ContactState.CRUSHING.value: "#000000",
     bs.ContactState.SLIDING.value: "#d55e00",
@@ -14,7 +14,7 @@ STATE_COLOURS = {
 }
 STONE, SUPPORT, EDGE, GHOST = "#ede8df", "#c9c1b4", "#8d8578", "#d8d3ca"
 FORCE, ACCENT = "#d55e00", "#0072b2"
-#: Colour of ties: of a model, and by their state.
+#: Colours of ties: of a model, and by their state.
 TIE = "#00664d"
 TIE_COLOURS = {
     bs.ties.TieState.SLACK.value: "#9fb8b0",
@@ -25,18 +25,18 @@ TIE_COLOURS = {
     bs.ties.TieState.BROKEN.value: "#cccccc",
     bs.ties.TieState.UNKNOWN.value: "#f0e442",
 }
-#: Blocks behind what is drawn over them.
+#: Blocks under other drawings.
 PALE_STONE, PALE_EDGE = "#f7f4ef", "#cfc8bd"
-#: Colours of a utilisation from 0 to 1, and where it counts as full.
+#: Colours of a utilisation from 0 to 1, and the value that counts as full.
 UTILISATION = ("#d8d3ca", "#56a3d0", "#003a5c")
 FULLY_USED = 0.999
-#: Colours of a displacement from none to the largest: stone that becomes darker.
+#: Colours of a displacement from zero to the largest: stone that becomes darker.
 DISPLACEMENT = (STONE, "#8fc1de", "#2f86c1", "#0a4f86")
-#: Colours of the macro-blocks that move, in turn: palette of Okabe & Ito (2008), light enough for edges to show.
+#: Colours of the moving macro-blocks, in turn: palette of Okabe & Ito (2008), light enough for edges to show.
 BODY_COLOURS = ("#56b4e9", "#e69f00", "#4dbd95", "#d79ac0", "#f0e442", "#7f9fd4", "#e2865a", "#a3a3a3")
-#: Largest displacement of a mechanism as it is drawn, in multiples of the largest extent of the structure.
+#: Largest drawn displacement of a mechanism, relative to the largest extent of the structure.
 AMPLITUDE = 0.08
-#: Measures of a certificate, and how they are drawn.
+#: Measures of a certificate, and their lines.
 MEASURES = {
     "equilibrium_residual": ("equilibrium residual", "#0072b2", "o"),
     "yield_excess": ("yield excess", "#d55e00", "s"),
@@ -46,7 +46,7 @@ MEASURES = {
 
 
 def parts(state: str) -> list[str]:
-    """States that a text such as ``"hinge + sliding"`` combines, in the order of :data:`STATE_COLOURS`.
+    """Return the states in a text such as ``"hinge + sliding"``, in the order of :data:`STATE_COLOURS`.
 
     >>> parts("hinge + sliding")
     ['sliding', 'hinge']

@@ -1,4 +1,4 @@
-"""Where ties run, and where they are in a mechanism."""
+"""Lines of ties, at rest and in a mechanism."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ class TieLines:
     ----------
     names : list of str
     blocks : (M, 2) array
-        Blocks that each end goes with.
+        Block of each end.
     ends : (M, 2, 3) array
         m.
     """
@@ -29,7 +29,7 @@ class TieLines:
 
     @classmethod
     def of(cls, model: bs.Model) -> "TieLines":
-        """Lines of a model, in the order of the ties in its histories."""
+        """Return the lines of a model, in the order of the ties in its histories."""
         segments = bs.ties.tie_segments(model.ties, model.blocks)
         number = {b.name: i for i, b in enumerate(model.blocks)}
         return cls(
@@ -39,7 +39,7 @@ class TieLines:
         )
 
     def displacement(self, result: bs.CaseResult, iteration: int) -> Array:
-        """Displacement (M, 2, 3) of the ends, as :meth:`blockstruct.views.solids.Solids.displacement`."""
+        """Return the displacement (M, 2, 3) of the ends: see :meth:`blockstruct.views.solids.Solids.displacement`."""
         found = bs.results.mechanism(result.history.isel(iteration=[iteration]))
         shift, turn = (found[name].transpose("block", "axis").to_numpy() for name in ("translation", "rotation"))
         arms = self.ends - result.history["block_position"].to_numpy()[self.blocks]

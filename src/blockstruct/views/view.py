@@ -1,4 +1,4 @@
-"""The direction in which a structure is looked at."""
+"""Direction of view on a structure."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,9 +20,11 @@ _PLANE = {
     "z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
 }
 _LABELS = {"x": ("y [m]", "z [m]"), "y": ("x [m]", "z [m]"), "z": ("x [m]", "y [m]")}
-#: A structure thinner than this share of its extent is drawn in elevation if nothing moves across it.
+#: Thickness, relative to its extent, below which a structure is drawn in elevation, unless something moves across it by
+#: more than the second share.
 _THIN, _ACROSS = 0.25, 0.1
-#: In space one looks down by this angle, and from this angle beside the push: it comes nearer and goes sideways.
+#: Angles of a view in space, degrees: downwards, and from the push to the side, so that motion comes nearer and
+#: sideways.
 _ELEVATION, _BESIDE = 24.0, 55.0
 
 
@@ -35,7 +37,7 @@ class View:
     basis : (3, 3) array
         Unit vectors to the right, up and toward the reader.
     labels
-        Of the two axes; none in space.
+        Labels of the two axes; none in space.
     """
 
     basis: Array
@@ -43,12 +45,12 @@ class View:
 
     @classmethod
     def of(cls, shown: bs.Model | bs.CaseResult, look: Any = None) -> "View":
-        """View for a look, or the one that fits what is shown if there is none.
+        """Return the view for a look; without one, the view that suits the structure.
 
         Raises
         ------
         ModelError
-            If the look is none of those of :func:`blockstruct.views.figures.structure`.
+            If the look is not one of :func:`blockstruct.views.figures.structure`.
         """
         if look is None:
             look = best_look(shown)
@@ -68,16 +70,16 @@ class View:
 
     @property
     def flat(self) -> bool:
-        """Whether it is an elevation or a plan."""
+        """Whether the view is an elevation or a plan."""
         return self.labels is not None
 
     def project(self, points: Array) -> Array:
-        """Right and up coordinates (…, 2) of points or vectors (…, 3)."""
+        """Return right and up coordinates (…, 2) of points or vectors (…, 3)."""
         return np.asarray(points @ self.basis[:2].T)
 
 
 def best_look(shown: bs.Model | bs.CaseResult) -> str:
-    """Elevation of a structure that is thin and neither moves nor is pushed across; space otherwise."""
+    """Return an elevation for a thin structure without motion or push across it; otherwise space."""
     model = shown if isinstance(shown, bs.Model) else shown.model
     extent = np.ptp(Solids.of(model).vertices, axis=0)
     thin = int(np.argmin(extent[:2]))
@@ -94,14 +96,14 @@ def best_look(shown: bs.Model | bs.CaseResult) -> str:
 
 
 def eye(shown: bs.Model | bs.CaseResult) -> Array:
-    """Unit vector (3,) from a structure to who looks at it in space, nearly from the front where it is thin."""
+    """Return the unit vector (3,) toward the reader in space."""
     look = best_look(shown)
     azimuth = _azimuth(shown) if look == "3d" else {"x": 15.0, "y": -75.0}[look]
     return np.asarray(_basis(azimuth, _ELEVATION if look == "3d" else 12.0)[2])
 
 
 def _azimuth(shown: bs.Model | bs.CaseResult) -> float:
-    """Direction to look from: obliquely against a horizontal push, so that most of the structure is seen."""
+    """Return a direction of view oblique to a horizontal push, that shows most of the structure."""
     direction = push(shown)[:2] if isinstance(shown, bs.CaseResult) else np.zeros(2)
     if np.linalg.norm(direction) < 0.1:
         return -_BESIDE
@@ -111,7 +113,7 @@ def _azimuth(shown: bs.Model | bs.CaseResult) -> float:
 
     def seen(azimuth: float) -> tuple[float, float]:
         width = float(np.ptp(vertices @ _basis(azimuth, 0)[0]))
-        # From -y where both sides are alike, as elevations are.
+        # From −y if both sides are alike, as in elevations.
         return round(width, 6), -float(np.sin(np.radians(azimuth)))
 
     return max((towards - _BESIDE, towards + _BESIDE), key=seen)
@@ -125,7 +127,7 @@ def _basis(azimuth: float, elevation: float) -> Array:
 
 
 def round_value(value: float) -> float:
-    """Largest of 1, 2 and 5 times a power of ten that does not exceed a value.
+    """Return the largest of 1, 2 and 5 times a power of ten that does not exceed a value.
 
     >>> round_value(314.0), round_value(0.07)
     (200.0, 0.05)

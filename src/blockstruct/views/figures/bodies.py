@@ -1,4 +1,4 @@
-"""Bodies and lines on them as one collection, those in front over those behind."""
+"""Bodies with lines on them as one collection, drawn from back to front."""
 
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
@@ -17,22 +17,23 @@ from blockstruct.views.solids import Solids
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
-#: Light in the axes of the view (right, up, toward the reader), and the share of brightness that does not need it.
+#: Light in the axes of the view (right, up, toward the reader), and the share of brightness without it.
 _LIGHT, _AMBIENT = np.array([-0.3, 0.5, 0.81]), 0.62
-#: Cosine below which planes look past each other, and distance from a face, relative to its size, that is on it.
+#: Cosine below which planes count as perpendicular to the view; distance from a face, relative to its size, that counts
+#: as on it.
 _ASIDE, _ON = 1e-6, 1e-2
 
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """Lines on the surface of bodies, hidden where both of their blocks turn away or others are in front.
+    """Lines on the surface of bodies.
 
     Attributes
     ----------
     ends : (L, 2, 3) array
         m.
     interface : (L,) array
-        The joint that a line bounds.
+        Joint that each line bounds.
     colours, widths, dashes
         Of each line; a dash is ``"-"`` or an offset with lengths on and off.
     """
@@ -54,17 +55,17 @@ def bodies(
     lines: Lines | None = None,
     **style: Any,
 ) -> PathCollection:
-    """Faces of all blocks that look at the reader, and lines on them.
+    """Return the faces of all blocks that face the reader, and the lines on them.
 
-    Blocks are drawn one after the other. Of two in contact the one on the reader's side of their joint is in front;
-    else the nearer one.
+    Blocks are drawn in turn. Of two in contact, the one on the reader's side of their joint is in front; of others,
+    the nearer one.
 
     Parameters
     ----------
     model, solids
         The blocks and their faces.
     vertices : (V, 3) array
-        Where their vertices are, m.
+        Positions of their vertices, m.
     basis : (3, 3) array
         Unit vectors to the right, up and toward the reader.
     fill
@@ -93,7 +94,7 @@ def bodies(
     depth = np.add.reduceat(points[:, 2], starts) / counts
     shown = np.flatnonzero(front)
     paths = [Path(np.vstack([corners[k], corners[k][:1]])[:, :2], closed=True) for k in shown]
-    # A face of rank r, and the lines after all faces of that rank.
+    # Faces of rank r come first, then the lines after all faces of that rank.
     ranks, depths = rank[solids.block_of_face[shown]].astype(float), depth[shown]
     colours, edges = colour[shown], np.repeat(to_rgba_array(edge[0]), len(shown), axis=0)
     widths, dashes = np.full(len(shown), edge[1]), ["-"] * len(shown)
@@ -121,18 +122,18 @@ def bodies(
 
 
 def _pairs(model: bs.Model) -> Index:
-    """Minus and plus blocks (I, 2) of the interfaces."""
+    """Return the minus and plus blocks (I, 2) of the interfaces."""
     number = {b.name: k for k, b in enumerate(model.blocks)}
     return np.array([(number[i.minus], number[i.plus]) for i in model.interfaces], dtype=np.int64).reshape(-1, 2)
 
 
 def _normals(model: bs.Model) -> Array:
-    """Normals (I, 3) of the interfaces, from the minus to the plus block."""
+    """Return the normals (I, 3) of the interfaces, from the minus to the plus block."""
     return np.array([i.normal for i in model.interfaces], dtype=float).reshape(-1, 3)
 
 
 def _ranks(model: bs.Model, solids: Solids, seen: Array, basis: Array) -> Index:
-    """Turn (B,) in which blocks are drawn: after those in contact behind them, the farthest first."""
+    """Return the order (B,) of drawing: after the blocks in contact further away, the farthest first."""
     starts = np.searchsorted(solids.block_of_vertex, np.arange(len(model.blocks)))
     depth = np.add.reduceat(seen[:, 2], starts) / np.bincount(solids.block_of_vertex)
     pairs, toward = _pairs(model), _normals(model) @ basis[2]
@@ -150,7 +151,7 @@ def _ranks(model: bs.Model, solids: Solids, seen: Array, basis: Array) -> Index:
         if waiting:
             _, k = heappop(waiting)
         else:
-            # Blocks may interlock, each in part before the next: then the farthest goes first.
+            # Interlocking blocks each lie partly in front of the next: then the farthest goes first.
             while rank[left[-1]] >= 0:
                 left.pop()
             k = left.pop()
@@ -163,7 +164,7 @@ def _ranks(model: bs.Model, solids: Solids, seen: Array, basis: Array) -> Index:
 
 
 def _line_ranks(model: bs.Model, solids: Solids, lines: Lines, rank: Index, front: npt.NDArray[np.bool_]) -> Index:
-    """Rank (L,) of the last block on a shown face of which a line lies, beside the joint itself; -1 if on none."""
+    """Return the rank (L,) of the last block whose shown face holds a line; −1 without one."""
     blocks = _pairs(model)[lines.interface].ravel()
     first = np.searchsorted(solids.block_of_face, blocks)
     counts = np.searchsorted(solids.block_of_face, blocks, side="right") - first

@@ -1,4 +1,4 @@
-"""The Axes of figures: structures in elevation, plan or space, and diagrams."""
+"""Axes of figures: structures in elevation, plan or space, and diagrams."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,25 +23,25 @@ Array = npt.NDArray[np.float64]
 
 _BODIES, _GHOST, _OVER, _TIES = 1.0, 0.5, 4.0, 3.5
 _TIE = 2.2
-#: Width of the key of an entry of a legend, with the gap to the next, and of a letter of its text, inches.
+#: Width of a legend key with its gap, and of a letter of its text, inches.
 _KEY, _LETTER = 0.5, 0.06
 
 
 @dataclass(frozen=True, slots=True)
 class Canvas:
-    """Axes with the view they show."""
+    """Axes with the view that they show."""
 
     ax: Any
     view: View
 
     @classmethod
     def of(cls, shown: bs.Model | bs.CaseResult, ax: Axes | None, look: Any) -> "Canvas":
-        """Axes for a look, made anew if there are none.
+        """Return a canvas for a look, with new Axes if none are given.
 
         Raises
         ------
         ModelError
-            If the look is unknown, or the Axes have a projection of their own.
+            If the look is unknown, or the Axes have a projection.
         """
         view = View.of(shown, look)
         if ax is None:
@@ -61,11 +61,11 @@ class Canvas:
         *,
         edge: tuple[str, float] = (EDGE, 0.4),
     ) -> None:
-        """Draw all blocks, those in front over those behind, with lines on their faces."""
+        """Draw all blocks from back to front, with lines on their faces."""
         self.add(bodies(model, solids, vertices, self.view.basis, fill, edge, lines, zorder=_BODIES))
 
     def ghost(self, model: bs.Model, solids: Solids) -> None:
-        """Draw the faint outline of the blocks where they were, behind what is drawn: in an elevation only."""
+        """Draw the faint outline of the blocks at rest under everything, in elevations only."""
         if self.view.flat:
             edge = (GHOST, 0.6)
             still = bodies(model, solids, solids.vertices, self.view.basis, ["white"] * len(model.blocks), edge)
@@ -78,14 +78,14 @@ class Canvas:
         self.add(PolyCollection(list(shapes), facecolors=colour, edgecolors="white", linewidths=0.3, zorder=_OVER))
 
     def ties(self, shown: bs.Model | bs.CaseResult, iteration: int = -1, factor: float = 0.0) -> dict[str, Any]:
-        """Draw ties over the blocks, of a result by their state; gives handles of a legend.
+        """Draw ties over the blocks, coloured by state for a result; return handles of a legend.
 
         Parameters
         ----------
         shown
             A model, or a result.
         iteration
-            Of the result.
+            Iteration of the result.
         factor
             Amplitude of its mechanism, m.
         """
@@ -100,7 +100,7 @@ class Canvas:
                 ends = ends + factor * lines.displacement(shown, iteration)
         seen = self.view.project(ends)
         colours = [TIE] * len(ends) if states is None else [TIE_COLOURS[state] for state in states]
-        # White beside the line keeps it apart from edges that it runs along.
+        # A white margin separates the line from edges next to it.
         self.add(LineCollection(list(seen), colors="white", linewidths=_TIE + 1.6, zorder=_TIES, capstyle="round"))
         self.add(LineCollection(list(seen), colors=colours, linewidths=_TIE, zorder=_TIES, capstyle="round"))
         self.ax.scatter(*seen.reshape(-1, 2).T, s=9, c=np.repeat(colours, 2), zorder=_TIES, marker="s", clip_on=False)
@@ -110,17 +110,17 @@ class Canvas:
         return {name: Line2D([], [], color=colour, lw=_TIE) for name, colour in named.items()}
 
     def text(self, point: Array, text: str, **style: Any) -> None:
-        """Write at a point (3,)."""
+        """Write a text at a point (3,)."""
         x, y = self.view.project(point)
         self.ax.text(x, y, text, fontsize="small", zorder=_OVER + 1, clip_on=False, **style)
 
     def add(self, collection: Collection) -> Any:
-        """Add a collection, which leaves the limits to :meth:`frame`."""
+        """Add a collection without changing the limits, which :meth:`frame` sets."""
         return self.ax.add_collection(collection, autolim=False)
 
     def scale(self, mapping: ScalarMappable, label: str, extend: str = "neither") -> None:
-        """Scale of colours at the right."""
-        # A narrow structure stays near it, and not far from the middle.
+        """Draw a colour scale on the right."""
+        # Keep it near a narrow structure.
         place = {"shrink": 0.7, "aspect": 28, "pad": 0.02, "panchor": (0.7, 0.5)}
         bar = self.ax.figure.colorbar(mapping, ax=self.ax, extend=extend, **place)
         bar.set_label(label, fontsize="small")
@@ -140,12 +140,12 @@ class Canvas:
         self.ax.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
 
     def _triad(self, points: Array, low: Array, high: Array) -> Array:
-        """Draw the axes in the lower left corner, a round length long; gives the lower left end of what is drawn."""
+        """Draw the axes in the lower left corner; return the lower left end of the drawing."""
         size = float((high - low).max())
         length = round_value(0.16 * size)
         axes = length * np.eye(3)
         ends = self.view.project(axes)
-        # Beside the structure, as low as it is.
+        # Next to the structure, as low as it is.
         place = np.array([low[0] - ends[:, 0].max() - 0.06 * size, low[1] - min(ends[:, 1].min(), 0)])
         origin = place @ self.view.basis[:2]
         self.arrows(np.repeat(origin[None], 3, axis=0), axes, np.full(3, 0.004 * size), "0.35")
@@ -156,12 +156,12 @@ class Canvas:
 
 
 def stones(model: bs.Model) -> list[str]:
-    """Colour of each block: that of stone, or of a support."""
+    """Return the colour of each block: stone or support."""
     return [SUPPORT if b.fixed else STONE for b in model.blocks]
 
 
 def _arrow(tails: Array, vectors: Array, widths: Array) -> Array:
-    """Outlines (n, 7, 2) of arrows whose heads can be seen."""
+    """Return outlines (n, 7, 2) of arrows with visible heads."""
     length = np.linalg.norm(vectors, axis=1)
     along = vectors / np.maximum(length, np.finfo(float).tiny)[:, None]
     side = along[:, ::-1] * (-1, 1)
@@ -176,12 +176,12 @@ def _arrow(tails: Array, vectors: Array, widths: Array) -> Array:
 
 
 def legend_above(ax: Axes, handles: Sequence[Any] | None = None, labels: Sequence[str] | None = None) -> None:
-    """Legend in rows above the Axes, where it takes no width from them."""
+    """Draw the legend in rows above the Axes, so that it takes no width from them."""
     if handles is None or labels is None:
         handles, labels = ax.get_legend_handles_labels()
     if not handles:
         return
-    # An entry takes some 1.6 inches, and more if its text is long.
+    # An entry takes about 1.6 inches, or more if its text is long.
     entry = max(1.6, _KEY + _LETTER * max(map(len, labels)))
     columns = max(1, int(ax.get_position(original=True).width * ax.get_figure(root=True).get_size_inches()[0] / entry))  # type: ignore[union-attr]
     ax.legend(
@@ -198,17 +198,17 @@ def legend_above(ax: Axes, handles: Sequence[Any] | None = None, labels: Sequenc
 
 
 def verbatim(name: str) -> str:
-    """A name of the user as matplotlib writes it: what stands between two dollars would be a formula."""
+    """Return a user's name for matplotlib, which would read text between dollar signs as a formula."""
     return name.replace("$", r"\$")
 
 
 def new_axes(ax: Axes | None) -> Axes:
-    """Axes of a diagram, made anew if there is none, without a box."""
+    """Return Axes for a diagram without a box, new ones if none are given."""
     axes = ax if ax is not None else plt.figure(figsize=(5, 3.4), layout="constrained").add_subplot()
     axes.spines[["top", "right"]].set_visible(False)
     return axes
 
 
 def next_colour(ax: Axes, colours: tuple[str, ...]) -> str:
-    """Colour of the next curve with a name on the axes."""
+    """Return the colour of the next named curve on the Axes."""
     return colours[len(ax.get_legend_handles_labels()[1]) % len(colours)]

@@ -10,15 +10,15 @@ from blockstruct.views.selection import given_result
 from blockstruct.views.style import ACCENT, FORCE
 from blockstruct.views.words import without_curve_words
 
-#: Without the colour of what is marked.
+#: Without the colour of marked points.
 _COLOURS = (ACCENT, "#009e73", "#cc79a7", "#000000")
 
 
 def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None = None) -> Axes:
     """Draw the load factor of a pushover over the displacement of its control point.
 
-    The line falls at once where ties break, which dotted lines mark. States whose certificate does not hold are drawn
-    as crosses. The displacement at which the load factor is zero is marked; where the method ended before, the last
+    The line falls at tie breaks, which dotted lines mark. States whose certificate does not hold are drawn
+    as crosses. The displacement at which the load factor is zero is marked; if the curve ends before, the last
     state is, with a ring.
 
     Parameters
@@ -63,9 +63,9 @@ def capacity(result: bs.CaseResult, *, label: str | None = None, ax: Axes | None
     for at in broken["displacement [meter]"].unique().tolist():
         names = broken.index[broken["displacement [meter]"] == at]
         ax.axvline(at * factor, color=FORCE, lw=0.8, ls=":", zorder=0)
-        said = f"{verbatim(names[0])} breaks" if len(names) == 1 else f"{len(names)} ties break"
+        label_of_break = f"{verbatim(names[0])} breaks" if len(names) == 1 else f"{len(names)} ties break"
         ax.annotate(
-            said,
+            label_of_break,
             (at * factor, 1.0),
             (3, -4),
             xycoords=("data", "axes fraction"),

@@ -21,16 +21,16 @@ _MARKERS = {
     bs.Stage.SHIFTED.value: "^",
     bs.Stage.LOADING_PATH.value: ".",
 }
-#: Measures below this are drawn here: rounding has no size.
+#: Measures below this are drawn at this value, since their size is rounding.
 _FLOOR = 1e-12
-#: Load factors that differ by less, relatively, are drawn as level.
+#: Relative difference of load factors below which they are drawn as level.
 _LEAST_SPAN = 0.01
 
 
 def convergence(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
-    """Draw the load factor, or reaction, of every iteration, by the stage of its program, with what was certified.
+    """Draw the load factor, or reaction, of every iteration.
 
-    A case without associative flow has the load factor of its associative program as a dashed line: a bound from above.
+    A non-associative case also shows the load factor of its associative program, an upper bound, as a dashed line.
 
     Raises
     ------
@@ -52,12 +52,12 @@ def convergence(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
         ax.plot(iterations[at], values[at], _MARKERS[stage], color=ACCENT, ls="none", ms=5, label=label)
     bound = result.associative_load_factor
     if result.case.flow is bs.Flow.NONASSOCIATIVE and np.isfinite(bound):
-        height, said = scale * answer.factor * bound, answer.text(bound)
-        ax.axhline(height, color="0.35", lw=1, ls="--", label=f"associative bound {said}", zorder=0)
+        height, number = scale * answer.factor * bound, answer.text(bound)
+        ax.axhline(height, color="0.35", lw=1, ls="--", label=f"associative bound {number}", zorder=0)
     if result.status is bs.Status.CONVERGED:
         found = result.load_factor
-        height, said = scale * answer.factor * found, f"{answer.symbol} = {answer.text(found)}"
-        ax.axhline(height, color=FORCE, lw=1, ls=":", label=f"certified, {said}", zorder=0)
+        height, number = scale * answer.factor * found, f"{answer.symbol} = {answer.text(found)}"
+        ax.axhline(height, color=FORCE, lw=1, ls=":", label=f"certified, {number}", zorder=0)
     _iterations(ax, result)
     ax.set_ylabel(f"{answer.name} {answer.symbol} [{unit}]")
     ax.ticklabel_format(axis="y", useOffset=False)
@@ -71,9 +71,9 @@ def convergence(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
 
 
 def certificate(result: bs.CaseResult, *, ax: Axes | None = None) -> Axes:
-    """Draw the four measures of the certificate of every iteration, on a logarithmic scale, with their tolerances.
+    """Draw the certificate of every iteration, with its tolerances.
 
-    Measures that are rounding, or negative as a yield excess inside the true conditions is, are drawn at the lower end.
+    Measures within rounding, and negative ones such as a yield excess inside the true conditions, lie at the lower end.
 
     Raises
     ------
@@ -103,5 +103,5 @@ def _tolerance(measure: str) -> str:
 
 def _iterations(ax: Axes, result: bs.CaseResult) -> None:
     ax.set(xlabel="numerical iteration [-]", xlim=(-0.5, result.n_iterations - 0.5))
-    # At least one tick: of a single iteration there are no two integers to show.
+    # At least one tick: a single iteration has no two integers to show.
     ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))

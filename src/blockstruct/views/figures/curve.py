@@ -9,7 +9,7 @@ from blockstruct.units import readable, short_unit
 from blockstruct.views.figures.canvas import legend_above, new_axes, next_colour
 from blockstruct.views.style import ACCENT, FORCE
 
-#: Of the curves on one Axes, from the palette of Okabe & Ito.
+#: Colours of the curves on one Axes, from the palette of Okabe & Ito.
 _COLOURS = (ACCENT, FORCE, "#009e73", "#cc79a7", "#000000")
 _SHORT = {"pascal": "Pa", "newton": "N", "meter": "m", "radian": "rad"}
 _SYMBOLS = {"compressive_strength": "compressive strength f_c", "friction_coefficient": "friction coefficient μ"}
@@ -53,7 +53,7 @@ def curve(data: xr.Dataset | xr.DataArray, *, label: str | None = None, ax: Axes
     for level in load_factor[absent]:
         ax.axhline(level, color=line.get_color(), lw=1, ls="--")
     ax.set(xlabel=f"{_SYMBOLS.get(name, name.replace('_', ' '))} [{unit}]", ylabel="load factor α [-]")
-    # From zero, with room for the points; set limits would cut off the curves still to come.
+    # From zero, with room for the points; fixed limits would cut off later curves.
     ax.update_datalim([(0.0, 0.0)], updatex=False)
     ax.autoscale_view()
     if label:

@@ -25,14 +25,14 @@ def crushing_domain(
     iteration: int = -1,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw the domain of normal force and bending of an interface that crushes, and the points of the iterations.
+    """Draw the N–M domain of an interface that crushes, and its iterations.
 
-    Its boundary is that of a rectangular stress block of the compressive strength on the part of the interface
-    beyond a neutral axis parallel to ``about``, and of the tensile strength before it. For a rectangle without tensile
-    strength that is ``|M| = (N b / 2) (1 − N / (f_c A))``, the condition itself with the uniaxial interaction, which
-    bounds bending about each axis by itself; the other axis may still be the one that crushes. With the biaxial
-    interaction, and for joints in cells, bending about the other axis makes the domain smaller than it is drawn. The
-    title therefore states the utilisation of crushing, and the bending about the other axis if there is some.
+    The boundary belongs to a rectangular stress block of the compressive strength on one side of a neutral axis
+    parallel to ``about``, and the tensile strength on the other. For a rectangle without tensile strength it is ``|M| =
+    (N b / 2) (1 − N / (f_c A))``, which is the condition itself with the uniaxial interaction. That limits bending
+    about each axis separately, so the other axis may be the one that crushes. With the biaxial interaction, and for
+    joints in cells, bending about the other axis makes the domain smaller than drawn. The title therefore states the
+    utilisation of crushing, and any bending about the other axis.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def crushing_domain(
     about
         Axis of the bending moment, ``"s"`` or ``"t"`` of the interface's frame.
     iteration
-        The iteration marked; those before it are drawn as a path.
+        The marked iteration; earlier ones are drawn as a path.
     ax
         Axes to draw on.
 
@@ -74,7 +74,8 @@ def crushing_domain(
     plane = (np.asarray(found.polygon) - found.centroid) @ frame[1:].T
     # A pressure p at (s, t) has the moments t p about s and −s p about t.
     plane = plane if about == "s" else plane[:, ::-1] * (1, -1)
-    # Before the neutral axis the tensile strength, beyond it that and the rest: the former has no moment.
+    # The tensile strength acts on the whole area, without a moment, and both strengths together beyond the neutral
+    # axis.
     N, M = stress_blocks(plane, strength + tension)
     N = N - tension * found.area
     resultants = result.resultants.isel(interface=k)
@@ -90,15 +91,15 @@ def crushing_domain(
     ax.margins(0.08)
     ax.set(xlabel=f"N [{n_unit}]", ylabel=f"M about {about} [{m_unit}]")
     ax.set_title(_title(result, k, last, "t" if about == "s" else "s"), fontsize="small", loc="left")
-    # The domain ends in points at either side: its corners are free.
+    # The domain has points at both ends, so its corners are free.
     ax.legend(frameon=False, fontsize="small", loc="upper left")
     return ax
 
 
 def _title(result: bs.CaseResult, k: int, iteration: int, other: str) -> str:
-    """What the point does not show: how much of its strength the interface uses, and its bending about the other axis.
+    """Return the utilisation of the interface, and its bending about the other axis.
 
-    There is no bending where its eccentricity is below a thousandth of the square root of the area.
+    Bending is left out if its eccentricity is below a thousandth of the square root of the area.
     """
     history = result.history.isel(iteration=[iteration])
     name = verbatim(str(history["interface"].to_numpy()[k]))
@@ -118,7 +119,7 @@ def _title(result: bs.CaseResult, k: int, iteration: int, other: str) -> str:
 
 
 def stress_blocks(polygon: Array, strength: float) -> tuple[Array, Array]:
-    """Normal forces and moments, around the domain, of stress blocks beyond cuts across the second axis.
+    """Return normal forces and moments of stress blocks, around the domain.
 
     Parameters
     ----------

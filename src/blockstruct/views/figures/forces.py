@@ -18,9 +18,9 @@ from blockstruct.views.view import round_value
 
 Array = NDArray[np.float64]
 
-#: Length and width of the longest arrow, in multiples of the largest extent of the structure.
+#: Length and width of the longest arrow, relative to the largest extent of the structure.
 LONGEST, _WIDEST = 0.15, 0.008
-#: Share of the longest arrow that shorter ones need to be drawn, and of the widest shaft that the slenderest has.
+#: Least length of a drawn arrow, relative to the longest; least width of a shaft, relative to the widest.
 _LEAST, _SLENDEREST = 0.02, 0.3
 
 
@@ -32,9 +32,9 @@ def forces(
     look: Any = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw forces on the plus blocks and in ties, and the line of thrust through blocks pressed at two interfaces.
+    """Draw forces on the plus blocks and in ties, and the thrust line.
 
-    Arrows are as long, and as wide, as the forces are large; one of a round force is the key. Those below 2 % of the
+    Length and width of arrows are proportional to forces; a round force is the key. Forces below 2 % of the
     largest are left out. Forces inside are drawn over the blocks.
 
     Parameters
@@ -42,8 +42,8 @@ def forces(
     result
         The result of a case.
     at
-        ``"interfaces"``: the resultant of each compressed interface, where it acts, with the line of thrust.
-        ``"contact points"``: the force at each contact point. Forces that are rounding are left out.
+        ``"interfaces"``: the resultant of each compressed interface, with the thrust line.
+        ``"contact points"``: the force at each contact point. Forces within rounding are left out.
     iteration, look, ax
         As in :func:`structure`.
 
@@ -75,7 +75,7 @@ def forces(
     canvas.bodies(model, solids, solids.vertices, [PALE_STONE] * len(model.blocks), edge=(PALE_EDGE, 0.4))
     if at == "interfaces":
         lines = canvas.view.project(_thrust_segments(model, points))
-        # Where few blocks are pressed at two joints alone, what passes through them is not a line.
+        # If few blocks have just two compressed joints, the segments do not form a line.
         if len(lines) >= sum(not b.fixed for b in model.blocks) / 2:
             canvas.add(LineCollection(list(lines), colors=ACCENT, linewidths=1.3, zorder=3))
     size = np.where(acts, np.linalg.norm(force, axis=1), 0.0)
@@ -95,7 +95,7 @@ def forces(
 
 
 def _tie_forces(canvas: Canvas, result: bs.CaseResult, iteration: int) -> None:
-    """Write the force of each tie beside it."""
+    """Write the force of each tie next to it."""
     if not result.model.ties:
         return
     force = bs.results.tie_forces(result.history)[iteration]
@@ -110,7 +110,7 @@ def _tie_forces(canvas: Canvas, result: bs.CaseResult, iteration: int) -> None:
 
 
 def _key(canvas: Canvas, points: Array, length: float, width: float, text: str) -> Array:
-    """Draw an arrow of a round force above the structure, with its force; gives its ends."""
+    """Draw an arrow with a round force above the structure; return its ends."""
     right, up = canvas.view.basis[:2]
     seen = canvas.view.project(points)
     high, size = seen.max(axis=0), float(np.ptp(seen, axis=0).max())
@@ -121,7 +121,7 @@ def _key(canvas: Canvas, points: Array, length: float, width: float, text: str) 
 
 
 def _thrust_segments(model: bs.Model, points: Array) -> Array:
-    """Segments (S, 2, 3) between the two pressed points of every free block that has just two."""
+    """Return segments (S, 2, 3) between the two compressed points of every free block that has just two."""
     number = {b.name: i for i, b in enumerate(model.blocks)}
     fixed = np.array([b.fixed for b in model.blocks])
     pressed = np.flatnonzero(np.isfinite(points).all(axis=1))
@@ -129,7 +129,7 @@ def _thrust_segments(model: bs.Model, points: Array) -> Array:
     blocks, interfaces = ends.T.ravel(), np.tile(pressed, 2)
     order = np.argsort(blocks, kind="stable")
     found, starts, counts = np.unique(blocks[order], return_index=True, return_counts=True)
-    # A support may be pressed at any number of places: between two of them nothing is thrust.
+    # A support may be pressed at several places without thrust between them.
     first = starts[(counts == 2) & ~fixed[found]]
     pairs = np.stack([interfaces[order][first], interfaces[order][first + 1]], axis=1)
     return np.asarray(points[pairs])

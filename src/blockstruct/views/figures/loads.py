@@ -17,14 +17,14 @@ from blockstruct.views.style import ACCENT, FORCE, PALE_EDGE, PALE_STONE
 
 Array = NDArray[np.float64]
 
-#: Length of the longest arrow and width of its shaft, in multiples of the size of the structure.
+#: Length of the longest arrow and width of its shaft, relative to the size of the structure.
 _LONGEST, _WIDEST = 0.18, 0.007
 
 
 def loads(result: bs.CaseResult, *, look: Any = None, ax: Axes | None = None) -> Axes:
-    """Draw the dead load besides the weight of the blocks, and the variable load at a load factor of 1.
+    """Draw the dead load without block weights, and the variable load.
 
-    Arrows end where the forces act, and are as long as these are large, to one scale in each of the two loads; those
+    Arrows end where the forces act. Their lengths are proportional to the forces, to one scale for each load; arrows
     below 2 % of the longest are left out. The legend has the resultants. Forces on supports and couples are not drawn.
 
     Parameters

@@ -1,4 +1,4 @@
-"""The collapse mechanism, its blocks coloured by how far they move or by the body they belong to."""
+"""The collapse mechanism, with blocks coloured by displacement or by body."""
 
 from typing import Any
 
@@ -19,9 +19,9 @@ from blockstruct.views.style import AMPLITUDE, BODY_COLOURS, DISPLACEMENT, EDGE,
 
 Array = NDArray[np.float64]
 
-#: Length of the arrow of the push, in multiples of the structure's extent.
+#: Length of the arrow of the push, relative to the extent of the structure.
 _PUSH = 0.16
-#: Half the width of a letter of its text, likewise.
+#: Half the width of a letter of its text, relative to the same extent.
 _LETTER = 0.014
 
 
@@ -34,9 +34,9 @@ def mechanism(
     look: Any = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw the blocks displaced by a mechanism, in colours, and the push with its load factor if it drives them.
+    """Draw the blocks displaced by a mechanism, in colours, and the push with its load factor.
 
-    Displacements are to first order, so that joints that stay closed stay closed in the picture. Their size is
+    Displacements are to first order, so closed joints stay closed in the picture. Their size is
     arbitrary: colours are shares of the largest. An elevation shows the outline of the structure at rest, too.
 
     Parameters
@@ -44,11 +44,11 @@ def mechanism(
     result
         The result of a case.
     colour
-        ``"displacement"``: how far a block moves. ``"macro-block"``: the body it moves with
+        ``"displacement"``: mean displacement of a block. ``"macro-block"``: its body
         (:func:`blockstruct.results.macro_blocks`), named in the legend with its weight.
     amplitude : quantity, length
-        The largest translation of a centroid. By default 8 % of the structure's largest extent, or less: as much as
-        moves no corner by more than three times that.
+        The largest translation of a centroid. By default 8 % of the structure's largest extent, or less, so that
+        no corner moves by more than three times that.
     iteration, look, ax
         As in :func:`structure`.
 
@@ -82,15 +82,15 @@ def mechanism(
     drawn = _push(canvas, result, index, solids, moved)
     canvas.frame(np.concatenate([solids.vertices, moved, drawn]))
     if colour == "displacement":
-        said = f"largest translation of a block drawn as {factor:.2g} m"
-        canvas.ax.set_title(said, fontsize="small", color="0.35", loc="left")
+        title = f"largest translation of a block drawn as {factor:.2g} m"
+        canvas.ax.set_title(title, fontsize="small", color="0.35", loc="left")
     else:
         legend_above(canvas.ax, handles, [str(handle.get_label()) for handle in handles])
     return canvas.ax  # type: ignore[no-any-return]
 
 
 def _by_displacement(canvas: Canvas, solids: Solids, model: bs.Model, displacement: Array) -> Array:
-    """Colours (B, 4) of the blocks by their mean displacement, with their scale at the side."""
+    """Return the colours (B, 4) of the blocks by mean displacement; draw their scale."""
     starts = np.searchsorted(solids.block_of_vertex, np.arange(len(model.blocks)))
     counts = np.bincount(solids.block_of_vertex)
     size = np.linalg.norm(np.add.reduceat(displacement, starts) / counts[:, None], axis=1)
@@ -102,7 +102,7 @@ def _by_displacement(canvas: Canvas, solids: Solids, model: bs.Model, displaceme
 
 
 def _by_body(result: bs.CaseResult, iteration: int) -> tuple[Array, list[Patch]]:
-    """Colours (B, 4) of the blocks by their macro-block, and the entries of a legend."""
+    """Return the colours (B, 4) of the blocks by macro-block, and the entries of a legend."""
     index, moving = moving_bodies(result, iteration)
     palette = to_rgba_array([BODY_COLOURS[k % len(BODY_COLOURS)] for k in range(len(moving))]) if moving else None
     fill = to_rgba_array(stones(result.model))
@@ -124,7 +124,7 @@ def _weight(body: bs.results.MacroBlock) -> str:
 
 
 def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids, moved: Array) -> Array:
-    """Draw the resultant of the variable load, or the reaction, with its size; gives the ends of the arrow, if any."""
+    """Draw the load or the reaction with its size; return the ends of the arrow."""
     if bs.Stage(result.history["stage"].to_numpy()[iteration]).is_of_dead_load:
         return np.empty((0, 3))
     at, forces = driving(result)
@@ -148,7 +148,7 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids,
     elif canvas.view.flat or abs(direction[2]) > 0.7:
         tip = centre + (float(((moved - centre) @ direction).min()) - gap) * direction
     else:
-        # In space an arrow beside the structure would be before or behind it: above it, it is neither.
+        # In space, an arrow above the structure hides nothing and is not hidden.
         seen = canvas.view.project(moved)
         above = np.array([(seen[:, 0].min() + seen[:, 0].max()) / 2, seen[:, 1].max() + 3 * gap])
         tip = above @ canvas.view.basis[:2] + length / 2 * direction
@@ -157,7 +157,7 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids,
     right, up = canvas.view.project(direction)
     beyond = tail - (0.01 * size * direction if abs(up) > abs(right) else -0.045 * size * canvas.view.basis[1])
     align: dict[str, Any] = {"ha": "center", "va": "bottom" if up <= 0 or abs(right) >= abs(up) else "top"}
-    # The text is wider than the arrow: beside the structure it ends where the arrow does.
+    # The text is wider than the arrow: next to the structure it ends where the arrow does.
     across, upward = _LETTER * len(text) * size * canvas.view.basis[0], 0.05 * size * canvas.view.basis[1]
     centre_of_text = beyond
     if abs(right) >= abs(up):
@@ -171,7 +171,7 @@ def _push(canvas: Canvas, result: bs.CaseResult, iteration: int, solids: Solids,
 
 
 def _supports(result: bs.CaseResult) -> list[int]:
-    """Indices of the supports that give way."""
+    """Return the indices of the moving supports."""
     moving = result.case.supports if isinstance(result.case, bs.SettlementCase) else ()
     return [i for i, b in enumerate(result.model.blocks) if b.name in moving]
 

@@ -1,4 +1,4 @@
-"""The figures that show a case, as far as there is something to draw."""
+"""All figures of a case, as far as there is something to draw."""
 
 import re
 from collections.abc import Callable
@@ -25,16 +25,16 @@ from blockstruct.views.figures.studies import compass
 from blockstruct.views.output import write_bytes
 from blockstruct.views.selection import compasses, is_pressed, shown_results
 
-#: Width and height, inches, of pictures of the structure and of diagrams: 160 mm is the width of a page.
+#: Width and height, inches, of pictures of the structure and of diagrams; a page is 160 mm wide.
 _STRUCTURE, _DIAGRAM = (6.3, 4.0), (6.3, 3.0)
 _FORMATS = ("png", "svg", "pdf")
-#: Texts of an SVG stay texts; a file does not tell when it was drawn.
+#: Texts of an SVG stay texts, and a file has no date.
 _STYLE: Any = {"font.size": 9, "svg.fonttype": "none", "svg.hashsalt": "blockstruct"}
 
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """A figure of a case: its name, what it shows, how it is drawn on an Axes, and its size in inches."""
+    """A figure of a case: name, caption, drawing function, and size in inches."""
 
     name: str
     caption: str
@@ -43,9 +43,9 @@ class Drawing:
     projection: str = "rectilinear"
 
     def picture(self, file_format: str = "png", dpi: int = 200) -> bytes:
-        """Content of the file of the figure."""
+        """Return the content of the figure's file."""
         with rc_context(_STYLE):
-            # A Figure of its own: pyplot would keep it, and may want a screen.
+            # Not a figure of pyplot, which would keep it and may need a screen.
             figure = Figure(figsize=self.size, layout="constrained")
             self.draw(figure.add_subplot(projection=self.projection))
             stream = BytesIO()
@@ -55,7 +55,7 @@ class Drawing:
 
 
 def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
-    """Figures of a case; none without iterations.
+    """Return the figures of a case; none without iterations.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
         add("mechanism", "Mechanism of the last iteration, to first order", mechanism, _STRUCTURE, **view)
     plain = (bs.SelfWeight, bs.BodyForce)
     if not all(isinstance(load, plain) for p in result.case.patterns for load in p.loads):
-        add("loads", "Dead and variable load besides the weight of the blocks", loads, _STRUCTURE, **view)
+        add("loads", "Dead load without the weight of the blocks, and variable load", loads, _STRUCTURE, **view)
     if np.any(np.nan_to_num(last["contact_force"]) != 0):
         joints = "Joints that move in the mechanism; dashes combine the states of a joint"
         add("states", joints, structure, _STRUCTURE, **view)
@@ -115,7 +115,7 @@ def drawings(result: bs.CaseResult, *, look: Any = None) -> list[Drawing]:
 
 
 def overview(analysis: bs.Analysis) -> list[Drawing]:
-    """Figures of all cases together: a compass of three directions or more, of each case with directions if several."""
+    """Return the figures of all cases together: a compass for three directions or more."""
     caption = "Load factors around the compass; the arrow is the direction that governs"
     try:
         each = compasses(analysis)
@@ -147,12 +147,12 @@ def write_figures(
     file_format: str = "png",
     dpi: int = 200,
 ) -> list[Path]:
-    """Write the figures of all cases into a folder, as ``case-mechanism.png`` and so on; existing ones are replaced.
+    """Write the figures of all cases into a folder, and replace existing ones.
 
     Parameters
     ----------
     analysis
-        The analysis. Of the runs of a spread that of its headline is drawn.
+        The analysis. A spread shows its run as given.
     folder
         Made if it does not exist.
     look
@@ -165,7 +165,7 @@ def write_figures(
     Returns
     -------
     list of Path
-        What was written.
+    The written files.
 
     Raises
     ------
@@ -200,7 +200,7 @@ def write_figures(
 
 
 def _file_names(cases: list[str]) -> dict[str, str]:
-    """Names of cases as parts of file names, each another one."""
+    """Return distinct parts of file names for cases."""
     names: dict[str, str] = {}
     for case in cases:
         plain = re.sub(r"[^\w+-]+", "-", case).strip("-")[:60] or "case"
@@ -212,17 +212,14 @@ def _file_names(cases: list[str]) -> dict[str, str]:
 
 
 def nearest_to_crushing(result: bs.CaseResult) -> tuple[str, str]:
-    """Most compressed of the interfaces that use most of their compressive strength, and the axis that takes most.
-
-    No name if none has a strength.
-    """
+    """Return the interface nearest to crushing, and its governing axis; no name without strength."""
     use = np.nan_to_num(result.utilisation["crushing"].isel(iteration=-1).to_numpy())
     if not use.any():
         return "", ""
     last = result.resultants.isel(iteration=-1)
     N = last["force"].sel(component="n").to_numpy()
     k = int(np.argmax(np.where(use >= 0.99 * use.max(), N, -np.inf)))
-    # The eccentricity as a share of the depth: the smaller moment may be the one that crushes.
+    # Relative to the depth, since the smaller moment may be the one that crushes.
     frame = result.history["interface_frame"].to_numpy()[k]
     interface = result.model.interfaces[k]
     width = dict(zip("st", np.ptp(np.asarray(interface.polygon) @ frame[1:].T, axis=0), strict=True))

@@ -1,4 +1,4 @@
-"""The structure, with its joints coloured by what they do."""
+"""The structure, with joints coloured by state or utilisation."""
 
 from dataclasses import replace
 from typing import Any
@@ -31,9 +31,9 @@ def structure(
     look: Any = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw a model with its ties; of a result, with its joints by their state or utilisation, and ties by their state.
+    """Draw a model with its ties; for a result, joints by state or utilisation, and ties by state.
 
-    Joints are drawn where they meet the surface; what is behind other blocks is hidden. Joints that stick are drawn as
+    Joints are drawn where they meet the surface, hidden by blocks in front. Sticking joints are drawn as
     the edges of the blocks.
 
     Parameters
@@ -42,9 +42,9 @@ def structure(
         A result, or a model alone.
     colour
         ``"state"``: :func:`blockstruct.results.contact_state`; dashes combine two states or more.
-        ``"sliding"``: utilisation of sliding by :func:`blockstruct.results.utilisation`, in a colour of its own from
+        ``"sliding"``: utilisation of sliding by :func:`blockstruct.results.utilisation`, with a separate colour from
         0.999. ``"crushing"``: the stress block that the normal force of a joint needs at its compressive
-        strength, ``N / (f_c b)`` deep about the resultant, so that a hinge that carries little is a point.
+        strength, ``N / (f_c b)`` deep about the resultant; a lightly loaded hinge is a point.
     iteration
         Index from zero, or from the end if negative: numerical iterations, not steps of load.
     look
@@ -85,7 +85,7 @@ def structure(
 
 
 def _edges(model: bs.Model) -> Lines:
-    """Edges of all interfaces, as yet without colours."""
+    """Return the edges of all interfaces, without colours."""
     polygons = [np.asarray(i.polygon) for i in model.interfaces]
     of = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
     ends = np.concatenate([np.stack([p, np.roll(p, -1, axis=0)], axis=1) for p in polygons])
@@ -113,7 +113,7 @@ def _states(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, Any
 
 
 def shown_states(result: bs.CaseResult, iteration: int) -> NDArray[Any]:
-    """States (I,) of the interfaces in an iteration."""
+    """Return the states (I,) of the interfaces in an iteration."""
     return np.asarray(bs.results.contact_state(result.history.isel(iteration=[iteration])).to_numpy()[0])
 
 
@@ -144,7 +144,7 @@ def _sliding(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[str, An
     used = bs.results.utilisation(result.history.isel(iteration=[iteration]))["sliding"].to_numpy()[0]
     full = used >= FULLY_USED
     line = np.flatnonzero(np.isfinite(used[of]))
-    # Over the scale is its colour of what is fully used.
+    # Above the scale, the colour of full utilisation.
     colours = _sliding_scale()(np.where(full, 2.0, np.minimum(used, 1.0)))[of[line]]
     handles = {f"fully used (≥ {FULLY_USED})": Line2D([], [], color=FORCE, lw=_WIDTH)} if full.any() else {}
     return _chosen(lines, line, colours, _WIDTH, ["-"] * len(line)), handles
@@ -167,7 +167,7 @@ def _stress_blocks(result: bs.CaseResult, iteration: int) -> tuple[Lines, dict[s
     vector = np.diff(lines.ends, axis=1)[:, 0]
     length = np.linalg.norm(vector, axis=1)
     middle = np.einsum("lc,lc->l", point[of] - lines.ends[:, 0], vector) / length**2
-    # The block is as wide as the joint: its share of the area is that of the depth.
+    # The stress block is as wide as the joint, so its share of the area equals its share of the depth.
     span = np.clip(middle[:, None] + 0.5 * share[of, None] * (-1, 1), 0, 1)
     line = np.flatnonzero(np.isfinite(middle) & (share[of] > 0))
     start = lines.ends[:, :1]

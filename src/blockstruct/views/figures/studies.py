@@ -1,4 +1,4 @@
-"""Figures of many analyses: around the compass, of samples, of first-order scatter."""
+"""Figures of many analyses: compass, samples, first-order scatter."""
 
 import math
 from typing import Any
@@ -14,20 +14,20 @@ from blockstruct.views.figures.canvas import legend_above, new_axes, verbatim
 from blockstruct.views.study_text import out_of_the_ordinary
 from blockstruct.views.style import ACCENT, FORCE, GHOST
 
-#: Share of the largest contribution below which a bar is not seen.
+#: Contribution, relative to the largest, below which a bar is too small to see.
 _SEEN = 1e-3
 
 
 def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None = None, ax: Any = None) -> Axes:
-    """Draw load factors around the compass: x to the right, y upwards, and the governing direction as an arrow.
+    """Draw load factors around the compass, with the governing direction.
 
-    Lines join the points where no direction between them is below (:attr:`blockstruct.studies.Directions.is_convex`).
+    Lines join the points if no direction between them is below (:attr:`blockstruct.studies.Directions.is_convex`).
     The load factor of a hollow point has not settled.
 
     Parameters
     ----------
     around
-        Directions, or an analysis that has them.
+        Directions, or an analysis with directions.
     label
         Name in the legend, for several structures on one Axes.
     ax
@@ -48,9 +48,9 @@ def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None 
     alpha = found.data["load_factor"].to_numpy()
     drawn = np.where(np.isfinite(alpha), alpha, np.nan)
     colour = plt.rcParams["axes.prop_cycle"].by_key()["color"][len(ax.get_lines()) % 10] if ax.get_lines() else ACCENT
-    # Where a direction has no load factor the line has a gap.
+    # A direction without a load factor leaves a gap in the line.
     joined = "-" if found.is_convex else "none"
-    # Nor does it cross half a turn without any.
+    # The line does not cross half a turn without directions.
     wide = np.flatnonzero(found.half_turns) + 1
     turn = np.insert(np.append(angle, angle[0] + 2 * math.pi), wide, np.nan)
     ends = np.insert(np.append(drawn, drawn[0]), wide, np.nan)
@@ -70,10 +70,10 @@ def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None 
     ax.tick_params(labelsize="small")
     governing = f"α = {found.load_factor:.4g} at {found.governing_direction:g}°"
     missing = f", {len(found.without_load_factor)} not known" if found.without_load_factor else ""
-    said = [("no load factor" if math.isnan(found.load_factor) else governing) + missing]
-    said += ["hollow: NOT SETTLED"] if hollow.any() else []
-    said += ["directions between the points are not covered"] if found.uncovered else []
-    ax.set_title("\n".join(said), fontsize="small")
+    lines = [("no load factor" if math.isnan(found.load_factor) else governing) + missing]
+    lines += ["hollow: NOT SETTLED"] if hollow.any() else []
+    lines += ["directions between the points are not covered"] if found.uncovered else []
+    ax.set_title("\n".join(lines), fontsize="small")
     if label:
         ax.legend(frameon=False, fontsize="small", loc="lower left", bbox_to_anchor=(0.95, 0.9))
     drawn_on: Axes = ax
@@ -81,21 +81,21 @@ def compass(around: "bs.studies.Directions | bs.Analysis", *, label: str | None 
 
 
 def tornado(scatter: xr.Dataset, *, most: int = 12, ax: Axes | None = None) -> Axes:
-    """Draw how the load factor changes with the friction of each joint by a standard deviation, largest first.
+    """Draw the effect of each joint's friction on the load factor, largest first.
 
     Parameters
     ----------
     scatter
-        As :func:`blockstruct.studies.first_order` gives it.
+        Result of :func:`blockstruct.studies.first_order`.
     most
-        Number of joints that are drawn.
+        Largest number of joints.
     ax
         Axes to draw on.
 
     Raises
     ------
     ModelError
-        If the data are of another kind.
+        If the data are not such a result.
     """
     if "contribution" not in scatter:
         msg = "tornado: no contributions; give what bs.studies.first_order returns"
@@ -112,19 +112,19 @@ def tornado(scatter: xr.Dataset, *, most: int = 12, ax: Axes | None = None) -> A
     ax.invert_yaxis()
     ax.set(xlabel="load factor α [-], to first order")
     ax.spines[["top", "right"]].set_visible(False)
-    said = f"standard deviation of α: {float(scatter['independent']):.2g} if joints are independent,\n"
-    said += f"{float(scatter['correlated']):.2g} if those of one material are alike"
+    title = f"standard deviation of α: {float(scatter['independent']):.2g} if joints are independent,\n"
+    title += f"{float(scatter['correlated']):.2g} if joints of one material are equal"
     if not scatter.attrs["unique"]:
-        said += "\nseveral mechanisms have this load factor: these are not derivatives"
-    ax.set_title(said, fontsize="small", loc="left", pad=22)
+        title += "\nseveral mechanisms have this load factor: these are not derivatives"
+    ax.set_title(title, fontsize="small", loc="left", pad=22)
     legend_above(ax)
     return ax
 
 
 def distribution(data: xr.Dataset, case: str | None = None, *, confidence: float = 0.9, ax: Axes | None = None) -> Axes:
-    """Draw the share of the samples of a study below each load factor, and the confidence intervals of fractiles.
+    """Draw the distribution of load factors of a study, and its fractiles.
 
-    Runs without a load factor are left out of the shares; the title tells of them, and of those that drifted.
+    The shares leave out runs without a load factor. The title counts them, and unsettled runs.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def distribution(data: xr.Dataset, case: str | None = None, *, confidence: float
     case
         Name of the case; the only one otherwise.
     confidence
-        As for :func:`blockstruct.studies.summary`.
+        See :func:`blockstruct.studies.summary`.
     ax
         Axes to draw on.
 
@@ -164,13 +164,13 @@ def distribution(data: xr.Dataset, case: str | None = None, *, confidence: float
     label = f"{confidence:.0%} confidence of the fractile"
     ax.hlines(found["fractile"], np.clip(low, *ends), np.clip(high, *ends), color=FORCE, lw=3, label=label)
     for bound, marker, end in ((low, "<", ends[0]), (high, ">", ends[1])):
-        # An arrow where there are too few runs to tell.
+        # An arrow shows that there are too few runs for a bound.
         open_ended = found["fractile"].to_numpy()[np.isinf(bound)]
         ax.plot(np.full(len(open_ended), end), open_ended, marker, color=FORCE, ms=8, clip_on=False)
     ax.plot(found["load_factor"], found["fractile"], "o", color=FORCE, ms=5)
     ax.axhline(1, color=GHOST, lw=0.8, zorder=0)
     ax.set(xlabel="load factor α [-]", ylabel="share of runs below [-]", ylim=(0, 1.02))
-    if said := out_of_the_ordinary(found):
-        ax.set_title("\n".join(said), fontsize="small", loc="left", pad=22)
+    if lines := out_of_the_ordinary(found):
+        ax.set_title("\n".join(lines), fontsize="small", loc="left", pad=22)
     legend_above(ax)
     return ax

@@ -1,4 +1,4 @@
-"""The capacity curve of a local mechanism and the demand on it."""
+"""The capacity curve of a local mechanism, and its demand."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -7,17 +7,17 @@ import blockstruct as bs
 from blockstruct.views.figures.canvas import legend_above, new_axes
 from blockstruct.views.style import ACCENT, FORCE
 
-#: Longest period of the demand that is drawn, in multiples of that of the last limit state.
+#: Longest drawn period of the demand, relative to the period of the last limit state.
 _BEYOND = 1.3
-#: Largest acceleration of the picture, in multiples of that of the capacity curve.
+#: Largest drawn acceleration, relative to the largest of the capacity curve.
 _TALLEST = 6.0
 
 
 def verification(check: bs.assess.LocalMechanismCheck, *, ax: Axes | None = None) -> Axes:
-    """Draw acceleration over displacement: the capacity curve, its limit states, and the spectrum at SLV.
+    """Draw the capacity curve, its limit states, and the spectrum at SLV.
 
-    The spectrum is that for the damping of the mechanism at SLV. Where the ray of the equivalent period meets it is the
-    demand to compare with the displacement at SLV.
+    The spectrum has the damping of the mechanism at SLV. The ray of the equivalent period meets it at the
+    demand, to compare with the displacement at SLV.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def verification(check: bs.assess.LocalMechanismCheck, *, ax: Axes | None = None
     try:
         demand = check.spectrum.displacement(periods, c.slv_damping)
     except bs.errors.ModelError:
-        # A table that ends.
+        # A table may end before this period.
         periods = np.linspace(0.02 * T, T, 400)
         demand = check.spectrum.displacement(periods, c.slv_damping)
     spectral = demand * (2 * np.pi / periods) ** 2
@@ -58,7 +58,7 @@ def verification(check: bs.assess.LocalMechanismCheck, *, ax: Axes | None = None
             axes.plot(d, curve.at(d), marker, color=ACCENT, ms=5, label=f"{name}: d = {d:.3g} m")
     axes.axvline(state.capacity, color=ACCENT, lw=0.8, ls=":")
     axes.axvline(state.demand, color=FORCE, lw=0.8, ls=":")
-    # Beyond, a demand at short periods would leave no room for the curve.
+    # A larger demand at short periods would leave no room for the curve.
     top = min(1.05 * spectral.max(), _TALLEST * curve.acceleration.max())
     axes.set(
         xlabel="spectral displacement d [m]", ylabel="spectral acceleration a [m/s²]", xlim=(0, None), ylim=(0, top)

@@ -12,19 +12,19 @@ import blockstruct as bs
 from blockstruct.views.output import write_text
 from blockstruct.views.page.payload import payload
 
-#: Endings of files that a page would not be opened as.
+#: Suffixes of files that are not pages.
 _NO_PAGES = (".pdf", ".png", ".svg")
 
 
 def write_page(analysis: bs.Analysis, path: str | Path) -> Path:
-    """Write the page of an analysis; an existing file is replaced.
+    """Write the page of an analysis and replace an existing file.
 
     Raises
     ------
     ModelError
         If no case of the analysis has an iteration.
     StorageError
-        If the path cannot be written, or is named as another kind of file.
+        If the path cannot be written, or has the suffix of another kind of file.
     """
     if Path(path).suffix.lower() in _NO_PAGES:
         msg = f"{path}: a view is a page; give a name that ends in .html"
@@ -33,14 +33,14 @@ def write_page(analysis: bs.Analysis, path: str | Path) -> Path:
 
 
 def page_html(analysis: bs.Analysis) -> str:
-    """Page of an analysis: its bodies, its cases and all their iterations, with everything that draws them.
+    """Return the page of an analysis as self-contained HTML.
 
     Raises
     ------
     ModelError
         If no case of the analysis has an iteration.
     """
-    # Names are anyone's text: "<" must not end the script element.
+    # Names are user text: "<" must not end the script element.
     data = json.dumps(payload(analysis), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     parts = {
         "title": escape(analysis.model.name),
@@ -48,7 +48,7 @@ def page_html(analysis: bs.Analysis) -> str:
         "script": _resource("page.js"),
         "data": data,
     }
-    # In one pass: what is put in is not searched for marks again.
+    # Replace all marks in one pass, so that inserted text is not searched for marks.
     return re.sub(rf"@({'|'.join(parts)})@", lambda mark: parts[mark[1]], _resource("page.html"))
 
 

@@ -1,7 +1,7 @@
-"""What the page knows: geometry once, and for every case what changes over its iterations.
+"""Data of the page: the geometry once, and all iterations of every case.
 
-Arrays are base64 of deflated little-endian numbers: float32 for places (from an origin near the structure, since
-coordinates of a survey have no room in it) and forces, float16 for what is only drawn or read to three digits.
+Arrays are base64 of deflated little-endian numbers. Places and forces are float32, and places have an origin near the
+structure, since survey coordinates exceed float32. Values that are only drawn, or read to three digits, are float16.
 """
 
 import base64
@@ -49,7 +49,7 @@ Array = npt.NDArray[np.float64]
 
 
 def payload(analysis: bs.Analysis) -> dict[str, Any]:
-    """All data of the page, as plain values for JSON.
+    """Return all data of the page, as plain values for JSON.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
         raise bs.errors.ModelError(msg)
     solids = Solids.of(model)
     origin = _origin(solids)
-    # Of a spread, open with the run as given.
+    # Open a spread with the run as given.
     first = next((r for r in shown_results(analysis) if r.n_iterations), shown[0])
     return {
         "name": model.name,
@@ -94,10 +94,10 @@ def payload(analysis: bs.Analysis) -> dict[str, Any]:
 
 
 def _origin(solids: Solids) -> Array:
-    """Round coordinates (3,) near the middle of a structure, m; zero within some ten times its size."""
+    """Return round coordinates (3,) near the middle of a structure, m; zero within about ten times its size."""
     step = 10.0 ** (np.ceil(np.log10(solids.size)) + 1)
     low, high = solids.vertices.min(axis=0), solids.vertices.max(axis=0)
-    # Without the sign of a zero.
+    # Adding zero removes the sign of −0.
     return np.asarray(np.round((low + high) / 2 / step) * step + 0.0)
 
 
@@ -146,7 +146,7 @@ def _ties(model: bs.Model, origin: Array) -> dict[str, Any]:
 
 
 def _head(analysis: bs.Analysis, result: bs.CaseResult) -> dict[str, Any]:
-    """Return the load factor, of a run of a spread that of the run as given, and the sentences below it."""
+    """Return the load factor, of the run as given in a spread, and the sentences below it."""
     spread = next((s for s in analysis.spreads.values() if result in s.results.values()), None)
     given = result if spread is None else spread.given
     below = [] if result is given else [status_words(given)]
@@ -194,7 +194,7 @@ def _case(result: bs.CaseResult, head: dict[str, Any], solids: Solids, origin: A
 
 
 def _bodies(result: bs.CaseResult) -> dict[str, Any]:
-    """Macro-blocks of the last mechanism: which body a block moves with, −1 at rest."""
+    """Return the macro-blocks of the last mechanism: the body of each block, −1 at rest."""
     if not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
         return {"body": [-1] * len(result.model.blocks), "bodies": []}
     body, moving = moving_bodies(result, result.n_iterations - 1)
@@ -205,7 +205,7 @@ def _bodies(result: bs.CaseResult) -> dict[str, Any]:
 
 
 def _tie_rows(result: bs.CaseResult) -> list[list[tuple[str, float | None]]]:
-    """State and force of each tie in every iteration."""
+    """Return state and force of each tie in every iteration."""
     if not result.model.ties:
         return []
     states, force = bs.ties.tie_state(result.history).to_numpy(), bs.results.tie_forces(result.history)
@@ -218,7 +218,7 @@ def _loads(result: bs.CaseResult) -> str:
 
 
 def _arrows(result: bs.CaseResult, origin: Array) -> list[dict[str, Any]]:
-    """Forces of the dead and the variable load, the largest of each of length one."""
+    """Return the forces of the dead and the variable load, scaled to a largest length of one in each."""
     return [
         {
             "grows": arrows.grows,
@@ -236,7 +236,7 @@ def _utilisation(history: Any) -> Mapping[str, str]:
 
 
 def _pushover(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
-    """Capacity curve, and of every step and block its rotation matrix and the place of its centroid, (S, B, 12)."""
+    """Return the capacity curve, with the motion of every block in every step, (S, B, 12)."""
     curve = result.capacity
     if curve is None:
         return {}
@@ -254,7 +254,7 @@ def _pushover(result: bs.CaseResult, origin: Array) -> dict[str, Any]:
 
 
 def _pushed_ties(model: bs.Model, curve: Any) -> dict[str, Any]:
-    """State, force and elongation of each tie in every step."""
+    """Return state, force and elongation of each tie in every step."""
     if "tie_force" not in curve:
         return {}
     columns = (curve[name].transpose("step", "tie").to_numpy() for name in ("tie_force", "tie_elongation"))
@@ -269,5 +269,5 @@ def _packed(values: npt.ArrayLike, kind: str) -> str:
 
 
 def _plain(values: npt.NDArray[np.float64]) -> list[float | None]:
-    """Numbers for JSON, which knows no NaN."""
+    """Return numbers for JSON, with None for NaN."""
     return [float(v) if np.isfinite(v) else None for v in values]

@@ -1,4 +1,4 @@
-"""What a report says, as names and texts for its template."""
+"""Names and texts for the template of a report."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -31,20 +31,20 @@ from blockstruct.views.words import (
 )
 from blockstruct.vocabulary import counted
 
-#: Loads of a pattern that are listed one by one.
+#: Loads of a pattern that are listed.
 _LISTED = 12
-#: Loads whose weight follows from where they lie.
+#: Loads whose weight follows from their position.
 _SPREAD = (bs.LineLoad, bs.AreaLoad, bs.FillLoad)
 
 
 def contents(
     analysis: bs.Analysis, project: Mapping[str, str], checks: Iterable[bs.assess.LocalMechanismCheck] = ()
 ) -> dict[str, Any]:
-    """Everything the template may name, texts with their units."""
+    """Return everything that the template may name, texts with their units."""
     model, spreads, of_case = analysis.model, analysis.spreads, checked(analysis, checks)
     results = list(analysis.values())
     flows = list(dict.fromkeys(r.case.flow for r in results))
-    said: dict[str, Any] = {
+    page: dict[str, Any] = {
         "project": {str(what): str(text) for what, text in project.items()},
         "name": model.name,
         "created_at": analysis.created_at,
@@ -74,16 +74,16 @@ def contents(
         "settings": list(results[0].settings.flat.items()),
         "versions": dict(analysis.versions),
     }
-    # Of the warnings that of the case relied on comes first.
+    # The warning on the case relied on comes first.
     warned = sorted(
-        (case for case in said["results"] if case["warning"]),
-        key=lambda case: case["name"] != said["relied_on"]["name"],
+        (case for case in page["results"] if case["warning"]),
+        key=lambda case: case["name"] != page["relied_on"]["name"],
     )
-    return said | {"warned": warned, "room": asdict(room_of(said, warned))}
+    return page | {"warned": warned, "room": asdict(room_of(page, warned))}
 
 
 def quantity(value: float, unit: str) -> str:
-    """A value and its unit, easy to read.
+    """Return a value and its unit as readable text.
 
     >>> quantity(12000.0, "N/m³")
     '12 kN/m³'
@@ -121,7 +121,7 @@ def _joint(m: bs.JointMaterial, flows: Sequence[bs.Flow]) -> list[str]:
 
 
 def _tie(tie: Any) -> list[str]:
-    """Name, kind, ends, what it was given, and which limit governs."""
+    """Return name, kind, ends, properties and governing limit of a tie."""
     kind = bs.ties.tie_kind_of(tie)
     ends = [
         _vector(end, "m") if kind == "bonded_bar" else f"{end[0]} at {_vector(end[1], 'm')}"
@@ -145,7 +145,7 @@ def _of_tie(value: float, dimension: str) -> str:
 
 
 def _dilatancy(m: bs.JointMaterial, flows: Sequence[bs.Flow]) -> str:
-    """The dilatancy angle that each flow rule of the analysis takes: associative sliding has that of friction."""
+    """Return the dilatancy angle of each flow rule of the analysis."""
     angle = {
         bs.Flow.NONASSOCIATIVE: f"{np.degrees(m.dilatancy_angle):.3g}°",
         bs.Flow.ASSOCIATIVE: f"{np.degrees(np.arctan(m.friction_coefficient)):.3g}°",
@@ -194,7 +194,7 @@ def _load(load: Any) -> str:
 
 
 def _where(load: bs.LineLoad | bs.AreaLoad | bs.FillLoad) -> str:
-    """Where a weight acts: on which blocks, and between which corners."""
+    """Return where a weight acts: its blocks and corners."""
     on = "on the blocks below" if load.block is None else f"on block {load.block}"
     if load.start is None or load.end is None:
         return f"{on}, on its open upper faces"
@@ -203,7 +203,7 @@ def _where(load: bs.LineLoad | bs.AreaLoad | bs.FillLoad) -> str:
 
 
 def _mass(load: Any) -> str:
-    """How much of the mass of a weight is pushed, where it is not all of it."""
+    """Return the pushed share of the mass of a weight, if it is not all."""
     share = getattr(load, "mass_share", 1.0)
     if share == 1:
         return ""
@@ -229,7 +229,7 @@ def _headline(r: bs.CaseResult) -> dict[str, str]:
     head = r.headline
     return _result(r) | {
         "range": head.range,
-        "bound": head.bound.removeprefix("associative bound "),
+        "bound": head.bound and (head.answer.text(head.associative) if np.isfinite(head.associative) else "none"),
         "warning": warning_words(r),
     }
 
@@ -266,7 +266,7 @@ def _spread(name: str, spread: bs.Spread) -> dict[str, Any]:
 
 
 def _case(r: bs.CaseResult) -> dict[str, Any]:
-    # Without an iteration there is nothing to count and to draw.
+    # A case without iterations has nothing to count or draw.
     states = Counter(r.states.isel(iteration=-1).to_numpy().tolist()) if r.n_iterations else Counter()
     return _result(r) | {
         "question": r.case.question,

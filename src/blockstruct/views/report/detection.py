@@ -1,4 +1,4 @@
-"""How the interfaces were found, as rows of a table."""
+"""Detection of the interfaces, as rows of a table."""
 
 import math
 from collections import Counter
@@ -6,12 +6,12 @@ from collections import Counter
 import blockstruct as bs
 from blockstruct.vocabulary import counted
 
-#: Findings that are listed one by one.
+#: Findings that are listed.
 _LISTED = 12
 
 
 def detection_rows(model: bs.Model) -> list[tuple[str, list[str]]]:
-    """What was accepted, what was left out and why: names of rows and the lines of each."""
+    """Return accepted and rejected contacts, with reasons: names of rows and the lines of each."""
     report = model.detection
     if report is None:
         return [("interfaces", ["given to the model without a report of their detection"])]

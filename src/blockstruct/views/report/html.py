@@ -17,7 +17,7 @@ from blockstruct.views.report.pdf import pdf_of
 from blockstruct.vocabulary import counted
 
 _OWN = "report.html.j2"
-#: How the names of the files that it writes end.
+#: Suffixes of reports.
 _ENDS = (".html", ".pdf")
 
 
@@ -29,24 +29,24 @@ def write_report(
     checks: Iterable[bs.assess.LocalMechanismCheck] = (),
     template: str | Path | None = None,
 ) -> Path:
-    """Write the report of an analysis; an existing file is replaced.
+    """Write the report of an analysis and replace an existing file.
 
     Parameters
     ----------
     analysis
         All its cases are reported, whatever their status.
     path
-        A page, or PDF: its name ends in ``.html`` or ``.pdf``. Both have A4 pages when printed.
+        ``.html`` or ``.pdf``. Both have A4 pages in print.
     project, checks, template
-        As in :func:`report_html`.
+        See :func:`report_html`.
 
     Raises
     ------
     StorageError
-        If the path cannot be written, or is named as another kind of file, or the template cannot be used.
+        If the path cannot be written, has another suffix, or the template cannot be used.
     ModelError
-        If a check is of another analysis, or of another load factor than the report relies on; if something else
-        than checks, or than names and texts of the project, is given.
+        If a check belongs to another analysis or to another load factor than the report's, or if an argument has a
+        wrong type.
     MissingExtraError
         PDF without ``pip install "blockstruct[pdf]"``.
     """
@@ -64,19 +64,19 @@ def report_html(
     checks: Iterable[bs.assess.LocalMechanismCheck] = (),
     template: str | Path | None = None,
 ) -> str:
-    """Report of an analysis, its pictures within.
+    """Return the report of an analysis as HTML with its pictures inside.
 
     Parameters
     ----------
     analysis
         All its cases are reported, whatever their status.
     project
-        What the head of the report states, such as ``{"client": "…", "engineer": "…"}``.
+        Entries for the head of the report, such as ``{"client": "…", "engineer": "…"}``.
     checks
-        Verifications of its cases: :func:`blockstruct.assess.local_mechanism`. Checks alike are shown once.
+        Verifications of its cases: :func:`blockstruct.assess.local_mechanism`. Equal checks are shown once.
     template
-        A Jinja2 template to use instead. One that begins ``{% extends "report.html.j2" %}`` only has to state the
-        blocks it changes: ``style``, ``head``, ``project``, ``relied_on``, ``results``, ``assumptions``,
+        A Jinja2 template to use instead. One that begins with ``{% extends "report.html.j2" %}`` only needs the blocks
+        that it changes: ``style``, ``head``, ``project``, ``relied_on``, ``results``, ``assumptions``,
         ``verification``, ``spreads``, ``cases``, ``model``, ``detection``, ``loads``, ``settings``, ``foot``.
 
     Raises
@@ -84,8 +84,8 @@ def report_html(
     StorageError
         If the template cannot be read or filled.
     ModelError
-        If a check is of another analysis, or of another load factor than the report relies on; if something else
-        than checks, or than names and texts of the project, is given.
+        If a check belongs to another analysis or to another load factor than the report's, or if an argument has a
+        wrong type.
     """
     own = jinja2.PackageLoader("blockstruct.views.report", ".")
     loaders: list[jinja2.BaseLoader] = [own]
@@ -94,9 +94,9 @@ def report_html(
         loaders.append(jinja2.FileSystemLoader(Path(template).parent))
         name = Path(template).name
         if name == _OWN:
-            msg = f"{template}: this name is that of the standard template; rename the file"
+            msg = f"{template}: this is the name of the standard template; rename the file"
             raise bs.errors.StorageError(msg)
-    # A template may come from anywhere: it sees the report, and nothing behind it.
+    # A template may be untrusted: it sees the report and nothing else.
     environment = ImmutableSandboxedEnvironment(
         loader=jinja2.ChoiceLoader(loaders),
         autoescape=True,
@@ -111,12 +111,12 @@ def report_html(
     if not isinstance(project, Mapping):
         msg = f"report: project {bs.errors.shown(project)}; give names and texts, as in {{'client': '…'}}"
         raise bs.errors.ModelError(msg)
-    said = contents(analysis, project, checks)
+    names = contents(analysis, project, checks)
     if template is None:
-        return environment.get_template(name).render(said)
+        return environment.get_template(name).render(names)
     try:
-        return environment.get_template(name).render(said)
-    except Exception as error:  # the expressions of a template may raise anything
+        return environment.get_template(name).render(names)
+    except Exception as error:  # expressions in a template may raise anything
         line = _line(error, name)
         where = f", line {line}" if line else ""
         msg = f"{template}: not a usable template ({error}{where}); correct it, or report without it"
@@ -124,18 +124,18 @@ def report_html(
 
 
 def _css_text(text: str) -> Markup:
-    """A text within a CSS string: whatever is not a letter, digit or blank becomes its code point."""
+    """Return a text within a CSS string, with code points for special characters."""
     return Markup("".join(c if c.isalnum() or c == " " else f"\\{ord(c):x} " for c in text))
 
 
-#: Indices and powers of formulas as they are typed: ``d_SLV``, ``a_g,SLV``, ``M_(P+Q)``, ``α0``, ``Tc*^−0.20``.
+#: Indices and powers in typed formulas: ``d_SLV``, ``a_g,SLV``, ``M_(P+Q)``, ``α0``, ``Tc*^−0.20``.
 _INDEX = re.compile(
     r"_(?:\((?P<group>[^)]*)\)|(?P<word>\w+(?:,\w+)*))|(?<=[αθdaFT])(?P<zero>0)\b|\^(?P<power>−?[\d.]+\d)"
 )
 
 
-#: Blanks of formulas at which no line ends: of a number and its unit, beside π, between a symbol and what it equals,
-#: and of short terms in parentheses. Nor does one after the stroke of a unit.
+#: Blanks in formulas where no line may break: before a unit, next to π, around an equals sign after a symbol, in short
+#: parentheses, and after the stroke of a unit.
 _UNIT = re.compile(
     r"(?<=\d) (?=(?:m/s²|kN/m[²³]?|k?N(?:[· ]m)?|[kM]?Pa|m?m[²³]?|kg|t|s|g|°|%)(?![\w*]))|(?<=N) (?=m\b)"
     r"|(?<=[\d·]) (?=π)|(?<=π) (?=[√\d])"
@@ -147,7 +147,7 @@ _NO_BREAK = "\u00a0"
 
 
 def _formula(text: str) -> Markup:
-    """A formula with its indices below the line and its powers above it, and lines that end between its terms."""
+    """Return a formula with indices and powers, and lines that break between its terms."""
     text = _SYMBOL.sub(rf"\1{_NO_BREAK}", _whole(text)).replace("= ", f"={_NO_BREAK}")
     text = _TERM.sub(lambda term: term[0].replace(" ", _NO_BREAK), text)
 
@@ -160,7 +160,7 @@ def _formula(text: str) -> Markup:
 
 
 def _sentence(text: str) -> Markup:
-    """A sentence with quantities at whose blanks and strokes no line ends."""
+    """Return a sentence whose lines do not break inside quantities."""
     return _with_strokes(escape(_whole(text)))
 
 
@@ -173,11 +173,11 @@ def _with_strokes(text: Markup) -> Markup:
 
 
 def _line(error: Exception, name: str) -> int | None:
-    """Line of a template at which it failed, None if it was not found or not in it."""
+    """Return the line of a template at which it failed; None if unknown."""
     match error:
         case jinja2.TemplateSyntaxError(lineno=line):
             return line
         case UnicodeDecodeError(object=content, start=start):
             return content.count(b"\n", 0, start) + 1
-    # Jinja gives the frames of a template its name and lines.
+    # The frames of a template have its name and lines.
     return next((f.lineno for f in reversed(extract_tb(error.__traceback__)) if Path(f.filename).name == name), None)

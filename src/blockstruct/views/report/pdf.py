@@ -6,14 +6,14 @@ import blockstruct as bs
 
 
 def pdf_of(html: str) -> bytes:
-    """Pages of a report. Needs ``pip install "blockstruct[pdf]"``.
+    """Return the PDF of a report. Needs ``pip install "blockstruct[pdf]"``.
 
     Raises
     ------
     MissingExtraError
-        If WeasyPrint is not installed, or the libraries that it draws with are not.
+        If WeasyPrint or its drawing libraries are not installed.
     StorageError
-        If a template wants a file or an address: a report holds all its pictures.
+        If a template refers to a file or an address: a report contains all its pictures.
     """
     try:
         from weasyprint import HTML
@@ -25,7 +25,7 @@ def pdf_of(html: str) -> bytes:
         raise bs.errors.MissingExtraError(msg) from error
 
     class OnlyWithin(URLFetcher):  # type: ignore[misc]
-        """Gives what the report holds, and nothing from elsewhere."""
+        """Fetch data inside the report, and nothing else."""
 
         def fetch(self, url: str, headers: Any = None) -> Any:
             if not url.startswith("data:"):

@@ -1,4 +1,4 @@
-"""Pictures that a report holds."""
+"""Pictures of a report."""
 
 import base64
 
@@ -14,12 +14,12 @@ _VERIFICATION, _DIAGRAM = (6.3, 3.4), (6.3, 2.9)
 
 
 def address(drawing: Drawing) -> str:
-    """The picture itself, as a ``data:`` address."""
+    """Return a picture as a ``data:`` address."""
     return "data:image/png;base64," + base64.b64encode(drawing.picture()).decode("ascii")
 
 
 def mechanism_picture(result: bs.CaseResult, *, small: bool) -> dict[str, str] | None:
-    """The mechanism with what drives it and its number, each body that moves in a colour; None without one."""
+    """Return the picture of the mechanism with its load, each moving body in a colour; None without one."""
     if not result.n_iterations or not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
         return None
     caption = _moves(result)
@@ -29,20 +29,21 @@ def mechanism_picture(result: bs.CaseResult, *, small: bool) -> dict[str, str] |
 
 
 def _moves(result: bs.CaseResult) -> str:
-    """What the picture of a mechanism shows, and what drives it."""
+    """Return the caption of a mechanism."""
     if bs.Stage(result.history["stage"].to_numpy()[-1]).is_of_dead_load:
         return f"How “{result.name}” moves under its dead load alone, to first order: its bodies in colours"
     answer = f"{result.answer.name} {result.answer.symbol}"
     what = f"the {answer}" if result.answer.is_reaction else f"the variable load and its {answer}"
     if result.status is not bs.Status.CONVERGED:
         return (
-            f"Motion of the last iteration of “{result.name}”, which is no result: its bodies in colours, {what} there"
+            f"Motion of the last iteration of “{result.name}”, without a collapse state: its bodies in colours, "
+            f"{what} there"
         )
     return f"How “{result.name}” moves, to first order: its bodies in colours, {what}"
 
 
 def capacity_picture(check: bs.assess.LocalMechanismCheck) -> dict[str, str] | None:
-    """Capacity curve and demand; None without a check by displacement."""
+    """Return the picture of capacity curve and demand; None without a check by displacement."""
     if "SLV, by displacement" not in check.limit_states:
         return None
     caption = "Capacity curve and demand at SLV; the ray is that of the equivalent period"

@@ -1,34 +1,36 @@
-"""What a load factor in a report owes to the curve of its pushover."""
+"""Sentences on the curves of pushovers, for the first page of a report."""
 
 from collections.abc import Sequence
 
 import xarray as xr
 
 import blockstruct as bs
-from blockstruct.vocabulary import counted
+from blockstruct.text import report
 
-#: Difference of the first load factor of a curve from the one it stands beside, relative to that, that is told.
+#: Relative difference between the first load factor of a curve and the load factor of its case that is reported.
 _APART = 0.005
 #: Curves that the first page of a report has room for.
 _LISTED = 3
 
 
 def beginning_words(result: bs.CaseResult) -> str:
-    """Return where the curve of a pushover begins, if not at the load factor; else empty."""
+    """Return the clause on where the curve of a pushover begins, if not at the load factor; else empty."""
     if result.capacity is None:
         return ""
     first, load_factor = _first(result.capacity), result.load_factor
-    # False for a load factor that is NaN.
+    # A NaN compares as False.
     if not abs(first - load_factor) > _APART * abs(load_factor):
         return ""
     rounded = isinstance(result.case, bs.Pushover) and result.case.corner_rounding
-    return f"the curve{' of rounded corners' if rounded else ''} begins at {first:.4g}"
+    return report.curve_begins(first, is_rounded=bool(rounded))
 
 
-def curve_sentences(analysis: bs.Analysis, relied_on: str, checked: Sequence[str], told: Sequence[str]) -> list[str]:
-    """Of the curves of cases that are relied on or checked, or that begin below the number relied on, a sentence each.
+def curve_sentences(
+    analysis: bs.Analysis, relied_on: str, checked: Sequence[str], *, has_doubt_note: bool = False
+) -> list[str]:
+    """Return a sentence on each curve that matters: relied on, checked, or below the number relied on.
 
-    It says where a curve begins and ends, and the first thing of it that is to be looked at, unless that is told.
+    It states where a curve begins and ends, and its first doubt, unless a note on the case relied on states that.
     """
     heads = analysis.headlines
     curves = {name: curve for name in heads if (curve := analysis[name].capacity) is not None}
@@ -38,21 +40,23 @@ def curve_sentences(analysis: bs.Analysis, relied_on: str, checked: Sequence[str
         for name, curve in curves.items()
         if name not in names and beginning_words(analysis[name]) and _first(curve) < heads[relied_on].load_factor
     ]
-    said = []
+    sentences = []
     for name in names[:_LISTED]:
         curve, procedure = curves[name], analysis[name].settings.procedure
         breaks = bs.results.breaking_words(curve)
-        looked_at = [*bs.results.doubtful_words(curve, procedure), *breaks][:1]
+        doubts = bs.results.doubtful_words(curve, procedure)
         clauses = [beginning_words(analysis[name]), curve.attrs.get("ended", "")]
-        clauses += [text for text in looked_at if not any(text in note for note in told)]
-        # The last of several may be the one at which SLV ends.
-        clauses += ["further breaks of ties are told below"] if breaks[1:] and looked_at == breaks[:1] else []
+        if doubts:
+            clauses += [] if has_doubt_note and name == relied_on else doubts[:1]
+        elif breaks:
+            # The last of several breaks may be the one at which SLV ends.
+            clauses += [breaks[0], *([report.MORE_BREAKS] if breaks[1:] else [])]
         if any(clauses):
-            said.append(f"Pushover “{name}”: {'; '.join(filter(None, clauses))}.")
+            sentences.append(report.pushover_curve(name, list(filter(None, clauses))))
     more = len(names) - _LISTED
-    return [*said, f"Of {counted(more, 'more pushover')} the curves are told below."] if more > 0 else said
+    return [*sentences, report.more_curves(more)] if more > 0 else sentences
 
 
 def _first(curve: xr.Dataset) -> float:
-    """Load factor at which a curve begins."""
+    """Return the first load factor of a curve."""
     return float(curve["load_factor"][0])

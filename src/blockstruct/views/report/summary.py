@@ -1,4 +1,4 @@
-"""The number that a report relies on, and what an engineer must see with it on one page."""
+"""The first page of a report: the number to rely on, and what to know with it."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -6,37 +6,36 @@ from typing import Any
 import numpy as np
 
 import blockstruct as bs
+from blockstruct.text import NoteCode, report
 from blockstruct.views.report.pictures import mechanism_picture
 from blockstruct.views.report.pushovers import beginning_words, curve_sentences
 
 Check = bs.assess.LocalMechanismCheck
 
-#: Statuses without a load factor, from the one that is proven to fall down to those that nothing is known of.
+#: Statuses without a load factor, the proven collapse first.
 _WORST_FIRST = (bs.Status.UNSTABLE, bs.Status.SELF_STRESS, bs.Status.NOT_CONVERGED, bs.Status.INTERRUPTED)
-#: Other checks that miss their demand that the first page has room for.
-_LISTED = 8
-#: Pushes up to which they are no compass.
+#: Pushes up to which no compass is drawn.
 _FEW = 2
 
 
 def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dict[str, Any]:
-    """The case that governs, its number in words and its picture.
+    """Return the governing case, with its number in words and its picture.
 
-    A case that is pushed and has no load factor governs, whatever the checks of others; else the check that bears the
-    least share of its site's ground acceleration, of those that are not satisfied if there are any; without checks the
-    case with the lowest load factor; settlements govern where nothing else was asked for.
+    A pushed case without a load factor governs, whatever the other checks. Otherwise the check with the least share of
+    its site's ground acceleration governs, out of the unsatisfied ones if any. Without checks, the case with the lowest
+    load factor governs. Settlements govern only if there are no other cases.
     """
     heads = analysis.headlines
     loaded = {name: head for name, head in heads.items() if not head.answer.is_reaction} or heads
     name, check = _governing(loaded, checks)
     if name is None:
-        said = "The analysis has no case."
-        nothing = {"name": "", "sentence": said, "between": "", "curves": [], "figures": [], "notes": []}
+        nothing = {"name": "", "sentence": report.NO_CASE, "between": "", "curves": [], "figures": [], "notes": []}
         return nothing | {"picture": None, "holds": None}
     head = heads[name]
     result = analysis[name]
     begins = beginning_words(result)
-    notes = list(check.notes) if check else []
+    notes = [note.text for note in check.notes] if check else []
+    has_doubt_note = check is not None and any(note.code is NoteCode.CURVE_DOUBT for note in check.notes)
     mixed = len({one.answer.dimension for one in loaded.values()}) > 1
     figures = [
         {
@@ -63,7 +62,7 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
         "name": name,
         "sentence": _sentence(name, head, check, len(loaded), [one for _, one in checks], mixed=mixed),
         "between": "" if np.isnan(head.load_factor) else _between(analysis),
-        "curves": curve_sentences(analysis, name, [case for case, _ in checks], notes),
+        "curves": curve_sentences(analysis, name, [case for case, _ in checks], has_doubt_note=has_doubt_note),
         "figures": figures,
         "picture": mechanism_picture(result, small=True),
         "holds": _holds(result, check),
@@ -74,19 +73,22 @@ def relied_on(analysis: bs.Analysis, checks: Sequence[tuple[str, Check]]) -> dic
 def _governing(
     heads: Mapping[str, bs.results.Headline], checks: Sequence[tuple[str, Check]]
 ) -> tuple[str | None, Check | None]:
-    """Name of the case that governs, and its check if that does."""
+    """Return the name of the governing case, and its check if that governs."""
     without = [name for name, head in heads.items() if np.isnan(head.load_factor)]
     if without:
-        # Worse than any number, and than any check of another case.
+        # It is worse than any number, and than any check of another case.
         return min(without, key=lambda name: _WORST_FIRST.index(heads[name].status)), None
     if checks:
-        # One that bears more may not be satisfied by what a note says to rely on.
+        # A check with a larger share may still be unsatisfied, by a note.
         return min(checks, key=lambda item: (item[1].satisfied, _share(item[1])))
     return min(heads, key=lambda name: heads[name].load_factor, default=None), None
 
 
 def _holds(result: bs.CaseResult, check: Check | None) -> bool | None:
-    """Return whether what governs is satisfied; never without a settled load factor, None if unchecked."""
+    """Return whether the governing case is satisfied; None without a check.
+
+    It is False without a settled load factor.
+    """
     if np.isnan(result.load_factor) or result.drifts:
         return False
     return None if check is None else check.satisfied
@@ -96,61 +98,36 @@ def _sentence(
     name: str, head: bs.results.Headline, check: Check | None, cases: int, checks: Sequence[Check], *, mixed: bool
 ) -> str:
     if not np.isfinite(head.load_factor):
-        other = "" if cases == 1 else f", the worst of {cases} cases"
-        said = f"There is no {head.answer.name} to rely on: “{name}” {head.status.predicate}{other}."
-        if not checks:
-            return said
-        checked = len(checks)
-        of_others = "The check of another case says" if checked == 1 else f"The {checked} checks of other cases say"
-        return f"{said} The verification is not satisfied. {of_others} nothing of it."
-    worst = "largest" if head.answer.is_reaction else "lowest"
+        return report.no_number(name, head.status, head.answer, cases=cases, checks=len(checks))
     if check is None:
-        among = f"one of {cases} cases, forces and moments" if mixed else f"the {worst} of {cases} cases"
-        of_cases = f", {among}" if cases > 1 else ""
-        said = f"Relied on: {head.answer.name} {head.number} of “{name}”{of_cases}."
-        return f"{said} It is checked against no demand."
-    least = _share(check) <= min(map(_share, checks))
-    governs = "bears the least share of its site's ground acceleration" if least else "is not satisfied"
-    of_checks = f", which of {len(checks)} checks {governs}" if len(checks) > 1 else ""
-    return (
-        f"Relied on: capacity / demand {_ratio(check)} of “{name}” ({check.relied_on}){of_checks}, from its load "
-        f"factor {head.number}."
-    )
+        return report.number(name, head.number, head.answer, cases=cases, has_mixed_units=mixed)
+    is_least = _share(check) <= min(map(_share, checks))
+    return report.ratio(name, check.relied_on, check.ratio, head.number, checks=len(checks), is_least=is_least)
 
 
 def _between(analysis: bs.Analysis) -> str:
-    """What no direction is below, those between the ones that were run included, or that it is not known."""
+    """Return the sentences on directions between the computed ones; empty without directions."""
     try:
         of_cases = bs.studies.Directions.each_of(analysis)
         around = of_cases or [("", bs.studies.Directions.of(analysis))]
     except bs.errors.ModelError:
         return ""
-    said = [
-        f"{found.least_between:.4g} between those {f'of “{name}”' if name else 'that were run'}"
-        for name, found in around
-        if np.isfinite(found.least_between)
-    ]
-    told = [f"With associative flow no direction is below load factor {', '.join(said)}."] if said else []
-    # Two pushes that no case with directions made are no compass.
+    least = [(name, found.least_between) for name, found in around if np.isfinite(found.least_between)]
+    # Two pushes are no compass unless a case with directions made them.
     missed = {found.uncovered for name, found in around if name or found.data.sizes["direction"] > _FEW}
-    told += [f"Directions between those that were run {said}." for said in sorted(missed - {""})]
-    return " ".join(told)
+    return report.between_directions(least, sorted(missed - {""}))
 
 
 def _missed(others: Sequence[tuple[str, Check]]) -> list[str]:
-    """Of checks that do not govern those whose capacity is below the demand, or that are not satisfied, in words."""
+    """Return the sentence on other checks whose capacity is below the demand, or that are not satisfied."""
     missed = [(name, check) for name, check in others if check.ratio < 1 or not check.satisfied]
-    if not missed:
-        return []
     missed.sort(key=lambda item: item[1].ratio)
-    said = [f"{_ratio(check)} of “{name}” ({check.relied_on}), {check.outcome}" for name, check in missed[:_LISTED]]
-    if len(missed) > _LISTED:
-        said.append(f"and {len(missed) - _LISTED} more, in the verification below")
-    return [f"Other checks: capacity / demand {'; '.join(said)}."]
+    facts = [(name, check.relied_on, check.ratio, check.outcome) for name, check in missed]
+    return [report.other_checks(facts)] if facts else []
 
 
 def _share(check: Check) -> float:
-    """Ground acceleration borne over that of the site."""
+    """Return the ground acceleration borne, relative to the site."""
     return check.ag / check.limit_state.ag_site
 
 

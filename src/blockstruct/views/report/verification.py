@@ -1,22 +1,23 @@
-"""Checks of local mechanisms, as a report hands them in."""
+"""Checks of local mechanisms in a report."""
 
 from collections.abc import Iterable
 from typing import Any
 
 import blockstruct as bs
+from blockstruct.text import report
 from blockstruct.views.report.pictures import capacity_picture, mechanism_picture
 
 Check = bs.assess.LocalMechanismCheck
 
 
 def checked(analysis: bs.Analysis, checks: Iterable[Check]) -> list[tuple[str, Check]]:
-    """The case of each check, which must be of the load factor that the report relies on; checks alike count once.
+    """Return each check with its case. Equal checks count once.
 
     Raises
     ------
     ModelError
-        If something is no check, or a check is of another model, of a case that the analysis does not have, or of
-        another load factor.
+        If an argument is not a check, or a check belongs to another model, to a case that the analysis does not have,
+        or to another load factor than the report's.
     """
     given = tuple(checks) if isinstance(checks, Iterable) else (checks,)
     if not isinstance(checks, Iterable) or not all(isinstance(check, Check) for check in given):
@@ -41,35 +42,28 @@ def checked(analysis: bs.Analysis, checks: Iterable[Check]) -> list[tuple[str, C
         if check.result.load_factor != relied:
             msg = (
                 f"report of {analysis.model.name!r}: the check is of the load factor {check.result.load_factor:.4g}, "
-                f"but that of {runs[name]!r} is {relied:.4g}; check analysis.spread({runs[name]!r})"
+                f"but {runs[name]!r} has {relied:.4g}; check analysis.spread({runs[name]!r})"
             )
             raise bs.errors.ModelError(msg)
-        # Two that print the same are one, whichever was made first.
+        # Of two checks that print the same, keep one, whichever was made first.
         found.setdefault((runs[name], str(check)), check)
     return [(case, check) for (case, _), check in found.items()]
 
 
 def undemanded(analysis: bs.Analysis) -> str:
-    """What an analysis without a check leaves open."""
-    if any(not isinstance(result.case, bs.SettlementCase) for result in analysis.values()):
-        return (
-            "a load factor alone does not verify a structure. It is the multiple of the variable load at which the "
-            "structure collapses, to be compared with the one that a code demands."
-        )
-    return (
-        "a reaction alone does not verify a structure. It is what is left of the reaction of the supports as the "
-        "structure begins to follow them, under the dead load."
-    )
+    """Return what an analysis without a check leaves open."""
+    settles = all(isinstance(result.case, bs.SettlementCase) for result in analysis.values())
+    return report.NO_DEMAND_OF_REACTION if settles and len(analysis) else report.NO_DEMAND
 
 
 def verification(name: str, check: Check) -> dict[str, Any]:
-    """Verdict, notes, picture and every formula of a check."""
+    """Return verdict, notes, pictures and every formula of a check."""
     return {
         "name": name,
         "verdict": check.verdict,
         "satisfied": check.satisfied,
         "rounded": bs.assess.lines.ROUNDED,
-        "notes": list(check.notes),
+        "notes": [note.text for note in check.notes],
         "pictures": [mechanism_picture(check.result, small=False), capacity_picture(check)],
         "sections": [
             {"title": part.title, "lines": [(line.what, line.formula, line.source) for line in part.lines]}

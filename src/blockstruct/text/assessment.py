@@ -1,0 +1,327 @@
+"""Notes and verdicts on checks of local mechanisms, Circolare 7/2019 C8.7.1.2.1."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from blockstruct.model import STANDARD_GRAVITY
+from blockstruct.text.note import Note, NoteCode, Severity
+from blockstruct.text.numbers import BEYOND, in_g, ratio_text, shown
+
+g = STANDARD_GRAVITY
+UNSETTLED = "NOT SETTLED: the load factor is not an answer yet"
+_OUTSIDE = "If something outside the model holds the edge, verify that, too."
+
+
+def _caution(code: NoteCode, text: str) -> Note:
+    return Note(code, Severity.CAUTION, text)
+
+
+# -- verdicts ----------------------------------------------------------------------------------------------------------
+
+
+def state_outcome(name: str, ratio: float, *, satisfied: bool, bears_site: bool, noted: float | None) -> str:
+    """Return whether a limit state is satisfied, and why if its ratio does not show it.
+
+    Parameters
+    ----------
+    name
+        Of the limit state.
+    ratio
+        Capacity over demand; NaN without a spectrum.
+    satisfied
+        Whether it is satisfied.
+    bears_site
+        Whether the structure bears the ground acceleration of the site.
+    noted
+        Ratio that a note relies on instead; None without one.
+    """
+    if np.isnan(ratio):
+        return "not checked: no spectrum of this limit state"
+    if satisfied:
+        least = f"below 1, but satisfied: a_g,{name[:3]} counts as no less than a_g,SLD (C8.7.1.2.1.8)"
+        return "satisfied" if ratio >= 1 else least
+    if noted is not None and bears_site:
+        return f"not satisfied: a note relies on {ratio_text(noted)}"
+    return "not satisfied" + ("" if ratio < 1 else ": a weaker ground motion already demands as much")
+
+
+def verdict(name: str, ratio: float, outcome: str, ag: float, accelerations: tuple[str, str], *, of_sld: bool) -> str:
+    """Return the sentence on a limit state.
+
+    Parameters
+    ----------
+    name, ratio, outcome
+        Of the limit state: capacity over demand, and :func:`state_outcome`.
+    ag
+        Ground acceleration that the structure bears, m/s².
+    accelerations
+        Texts of this acceleration and of the acceleration of the site.
+    of_sld
+        Whether SLD gives the ground acceleration.
+    """
+    borne, site = accelerations
+    in_si = f"{shown(ag, 'm/s²')} = " if np.isfinite(ag) else ""
+    at = "borne is a_g = a_g,SLD" if of_sld else "equal at a_g"
+    return f"{name}: capacity / demand = {ratio_text(ratio)}, {outcome}; {at} = {in_si}{borne} (site {site})."
+
+
+def acceleration_in_g(ag: float, text: str) -> str:
+    """Return a ground acceleration, given its text in multiples of gravity."""
+    return f"{text} g" if np.isfinite(ag) else BEYOND
+
+
+# -- the collapse state ------------------------------------------------------------------------------------------------
+
+
+def associative_bound() -> Note:
+    """Return the note on a load factor of associative flow."""
+    text = "α0 is an upper bound, as flow is associative. Run the case non-associative before relying on it."
+    return _caution(NoteCode.ASSOCIATIVE_BOUND, text)
+
+
+def rounded_corners(radius: float, first: float, alpha0: float) -> Note:
+    """Return the note on rounded corners: radius, m, first load factor of the curve, and α0."""
+    text = (
+        f"Corners are rounded by {1e3 * radius:.4g} mm in the capacity curve only. At rest its load factor is "
+        f"{shown(first)}; α0 = {shown(alpha0)} belongs to the joints as modelled."
+    )
+    return _caution(NoteCode.ROUNDED_CORNERS, text)
+
+
+def curve_doubt(clause: str) -> Note:
+    """Return the note on a doubtful part of a capacity curve."""
+    return _caution(NoteCode.CURVE_DOUBT, f"In the capacity curve {clause}.")
+
+
+def curve_end(first: float, last: float) -> Note:
+    """Return the note on a curve that ends before its load factor has come down."""
+    text = (
+        f"The capacity curve ends at a load factor of {shown(last)}, {shown(first)} at first, and the check relies on "
+        "nothing after that. With other steps the curve may continue, if blocks come to rest again: compare two runs."
+    )
+    return _caution(NoteCode.CURVE_END, text)
+
+
+def anchorages(names: Sequence[str]) -> Note:
+    """Return the note on anchorages that give way at collapse."""
+    text = (
+        f"Anchorages that give way at collapse ({', '.join(names)}) are assumed to hold, but punching and bond fail in "
+        "a brittle way. Design them for the strength of the bar, or leave the tie out."
+    )
+    return _caution(NoteCode.ANCHORAGES, text)
+
+
+def departure(relative_motion: float) -> Note:
+    """Return the note on blocks that move relative to their body, by a share of the largest motion."""
+    text = (
+        f"Blocks within one body move by up to {relative_motion:.2g} of the largest motion relative to it, and e* "
+        "depends on which blocks form a body. Compare other values of tolerance= in Python and rely on the lowest "
+        "ratio."
+    )
+    return _caution(NoteCode.DEPARTURE, text)
+
+
+def out_of_plane() -> Note:
+    """Return the note on bodies that do not move parallel to one plane."""
+    text = "The bodies do not move parallel to one plane, for which the procedure is calibrated (C8.7.1.2.1.6)."
+    return _caution(NoteCode.OUT_OF_PLANE, text)
+
+
+def masses_differ(dead: float, pushed: float) -> Note:
+    """Return the note on a dead load and a pushed weight, N, that differ."""
+    text = (
+        f"The dead load of the moving bodies is {dead / 1e3:.4g} kN, the weight of the pushed masses "
+        f"{pushed / 1e3:.4g} kN. Some loads have mass without a horizontal force, or forces without weight."
+    )
+    return _caution(NoteCode.MASSES_DIFFER, text)
+
+
+def not_unique() -> Note:
+    """Return the note on a mechanism whose joints open at independent rates."""
+    text = (
+        "Joints of this mechanism can open at independent rates, so the motion found is one of several. The check uses "
+        "e* = 1, the largest possible value. Model blocks that move together as one block to find a better value."
+    )
+    return _caution(NoteCode.NOT_UNIQUE, text)
+
+
+def small_motions(
+    small: float, total: float, delta: float, *, e_star: float, a0_star: float, state: str, ratio: float
+) -> Note:
+    """Return the note on bodies that hardly move along the push.
+
+    Parameters
+    ----------
+    small, total
+        Weight of these bodies and of all that move, N.
+    delta
+        Their largest displacement, relative to the largest of all.
+    e_star, a0_star, state, ratio
+        Without them: e*, a0* (m/s²), and capacity over demand of a limit state.
+    """
+    text = (
+        f"Bodies of {shown(small / 1e3)} kN out of {shown(total / 1e3)} kN have a δ of at most {delta:.2g} of the "
+        "largest. e* counts their whole weight although they hardly move, which raises a0*. Rely on the values without "
+        f"them: e* = {shown(e_star)}, a0* = {in_g(a0_star, g)}, capacity / demand of {state} = {ratio_text(ratio)}."
+    )
+    return _caution(NoteCode.SMALL_MOTIONS, text)
+
+
+def separate_mechanisms(count: int, checked: Sequence[tuple[str, float]], unfollowed: Sequence[str]) -> Note:
+    """Return the note on mechanisms that begin at the same load factor.
+
+    Parameters
+    ----------
+    count
+        Number of mechanisms.
+    checked
+        Name and ratio of those that are checked, the lowest ratio first.
+    unfollowed
+        Names of those that the pushover does not follow.
+    """
+    (first, _), *others = checked
+    text = f"{count} mechanisms begin at this load factor independently, and each has its own check. This is {first}"
+    if others:
+        text += f", with the lowest capacity / demand; {', '.join(f'{name} has {shown(r)}' for name, r in others)}"
+    if unfollowed:
+        text += f". The pushover does not follow {', '.join(unfollowed)}, which has no check by displacement"
+    return _caution(NoteCode.SEPARATE_MECHANISMS, f"{text}.")
+
+
+# -- the demand --------------------------------------------------------------------------------------------------------
+
+
+def floor_below_ground(floor: float, ground: float) -> Note:
+    """Return the note on a floor spectrum with a smaller peak, m/s², than the ground."""
+    text = (
+        f"The largest acceleration at this height, {in_g(floor, g)}, is below the largest on the ground, "
+        f"{in_g(ground, g)}: the modes leave out the part that moves with the ground."
+    )
+    return _caution(NoteCode.FLOOR_BELOW_GROUND, text)
+
+
+def ground_at_height(height: float, *, on_support: bool) -> Note:
+    """Return the note on a ground spectrum for a mechanism that stands at a height, m."""
+    where, unless = (" on a support", " unless that support is the ground") if on_support else ("", "")
+    text = (
+        f"The mechanism stands{where} {height:.3g} m above the foot of the structure, but the demand is the ground "
+        f"spectrum, which the structure below amplifies{unless}. Give bs.assess.floor_spectrum(…), or --mode on the "
+        "command line (C8.7.1.2.1.8)."
+    )
+    return _caution(NoteCode.GROUND_AT_HEIGHT, text)
+
+
+def floor_on_ground(floor: float, ground: float) -> Note:
+    """Return the note on a floor spectrum for a mechanism on a support, with both peaks, m/s²."""
+    text = (
+        "The mechanism stands on a support of the model, but the demand is a floor spectrum: at most "
+        f"{in_g(floor, g)}, against {in_g(ground, g)} on the ground. If the support is the ground, give the ground "
+        "spectrum, which usually demands less."
+    )
+    return _caution(NoteCode.FLOOR_ON_GROUND, text)
+
+
+# -- what to rely on ---------------------------------------------------------------------------------------------------
+
+
+def range_of_load_factor(range_text: str, ratio: float) -> Note:
+    """Return the note on a load factor with a range, and the ratio at its lower end."""
+    text = f"The load factor is {range_text}. Rely on its lower end: capacity / demand {ratio_text(ratio)}."
+    return _caution(NoteCode.RANGE, text)
+
+
+def control_point(d0: float, of_weights: float, relied: tuple[str, float] | None) -> Note:
+    """Return the note on a control point that does not move with the weights.
+
+    Parameters
+    ----------
+    d0, of_weights
+        By the control point, and by the mean displacement of the weights P + Q, m.
+    relied
+        Limit state and ratio by the smaller one, if that is of the weights.
+    """
+    ratio = "" if relied is None else f", with which capacity / demand of {relied[0]} = {ratio_text(relied[1])}"
+    text = (
+        f"The control point gives d0 = {shown(d0, 'm')}, the mean of the weights P + Q {shown(of_weights, 'm')}: they "
+        "do not move in proportion along the curve. Choose a control point near the centroid of the weights, and rely "
+        f"on the smaller value{ratio}."
+    )
+    return _caution(NoteCode.CONTROL_POINT, text)
+
+
+def overturns_alone(pushover: float, alone: float, state: str, ratio: float) -> Note:
+    """Return the note on a body that by itself overturns before the pushover ends, with both d0, m."""
+    text = (
+        f"The pushover ends at d0 = {shown(pushover, 'm')}, but a body that turns about its hinge alone overturns at "
+        f"{shown(alone, 'm')}. In the pushover, friction on its sides, which depends on self-stress, or other blocks "
+        f"hold it, too. Unless they are verified, rely on capacity / demand of {state} = {ratio_text(ratio)}."
+    )
+    return _caution(NoteCode.OVERTURNS_ALONE, text)
+
+
+def state_left_out(state: str, reason: str) -> Note:
+    """Return the note on a limit state that could not be checked by displacement."""
+    return _caution(NoteCode.STATE_LEFT_OUT, f"{state} by displacement was left out. {reason}.")
+
+
+def state_missed(name: str, ratio: float, outcome: str) -> Note:
+    """Return the note on a limit state that is not satisfied."""
+    return _caution(NoteCode.STATE_MISSED, f"{name}: capacity / demand = {ratio_text(ratio)}, {outcome}.")
+
+
+def changed_coefficients(changed: Sequence[tuple[str, float, float, str]]) -> Note:
+    """Return the note on changed coefficients: name, value, default, paragraph."""
+    values = ", ".join(f"{name} = {value:g} ({default:g} in {source})" for name, value, default, source in changed)
+    return Note(NoteCode.COEFFICIENTS, Severity.INFO, f"Coefficients differ from the Circolare: {values}.")
+
+
+# -- mechanisms by hand ------------------------------------------------------------------------------------------------
+
+
+def hand_is_higher(height: float) -> Note:
+    """Return the note on a mechanism by hand that stands higher, m, than the one found."""
+    text = (
+        f"The mechanism by hand stands {shown(height, 'm')} higher than the one found. Its own height usually demands "
+        "more, so a larger α0 does not make it safer. Check it separately, with bs.assess.floor_spectrum(…)."
+    )
+    return _caution(NoteCode.HAND_IS_HIGHER, text)
+
+
+def hand_is_lower(by_hand: float, found: float) -> Note:
+    """Return the note on a mechanism by hand with a lower α0 than the one found."""
+    text = (
+        f"The mechanism by hand begins at α0 = {shown(by_hand)}, below the one found, {shown(found)}. Either it leaves "
+        "out something that holds the blocks, or the model lacks something that it counts. Find out which before "
+        "relying on either."
+    )
+    return _caution(NoteCode.HAND_IS_LOWER, text)
+
+
+def edge_is_long(edge: float, joints: float) -> Note:
+    """Return the note on an edge, m, that is longer than the joints on its line."""
+    text = (
+        f"The edge named by hand is {shown(edge, 'm')} long, but the joints on its line are {shown(joints, 'm')} long. "
+        "Only these crush, which sets the hinge back further than u. Give an edge of that length."
+    )
+    return _caution(NoteCode.EDGE_IS_LONG, text)
+
+
+def edge_overhangs() -> Note:
+    """Return the note on an edge beyond the block that the moving blocks stand on."""
+    text = (
+        "No joint with the blocks at rest lies at the edge named by hand. The blocks overhang their support and turn "
+        f"about its edge at a lower load. Name an edge of a joint. {_OUTSIDE}"
+    )
+    return _caution(NoteCode.EDGE_OVERHANGS, text)
+
+
+def edge_is_high(height: float, block: str, others: int) -> Note:
+    """Return the note on an edge at a height, m, over some blocks, without a joint."""
+    more = f" and {others} more" if others else ""
+    text = (
+        f"The edge named by hand lies {shown(height, 'm')} above the lowest point of block {block!r}{more}, without a "
+        "joint that holds the blocks there. The parts below it would turn backwards. Name an edge at a joint, or only "
+        f"blocks above it. {_OUTSIDE}"
+    )
+    return _caution(NoteCode.EDGE_IS_HIGH, text)

@@ -1,0 +1,109 @@
+"""Sentences on a collapse mechanism: bodies, joints, ties."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blockstruct.vocabulary import AXES, coordinate, counted
+
+Array = NDArray[np.float64]
+
+#: Names or bodies that a text lists before it counts the rest.
+LISTED = 5
+#: Translation of a centroid, relative to the speed of its body, below which it counts as at rest.
+_STAYS = 1e-3
+#: Coordinate of an axis, relative to its distance from the centroid, below which it is solver noise.
+_NOISE = 1e-5
+#: Cosine of the largest angle (3°) between a direction and the axis that names it.
+_ALONG = np.cos(np.radians(3.0))
+
+NO_COLLAPSE_STATE = "There is no collapse state. The motion below is from the last iteration."
+STEPS_OF_PATH = "Iterations along the loading path are steps of displacement; any other is a numerical step."
+STEPS_OF_PROGRAMS = "Iterations of the history are numerical steps, not steps of loading."
+
+
+def moving_sentence(moving: int, free: int, bodies: int, share: float, *, carried: bool) -> str:
+    """Return how many free blocks move, as how many bodies, with which share of the weight."""
+    weight = "the weight, carried weight included" if carried else "the weight"
+    move = "moves" if moving == 1 else "move"
+    return (
+        f"{moving} of {counted(free, 'free block')} {move}, {share:.0%} of {weight}, "
+        f"as {counted(bodies, 'body', 'bodies')}."
+    )
+
+
+def body_sentence(number: int, blocks: Sequence[str], share: float, motion: str) -> str:
+    """Return the sentence on a moving body, with a :func:`motion_clause`."""
+    names = _listed(blocks, "block")
+    return f"{number}. A body of {counted(len(blocks), 'block')} ({names}; {share:.0%} of the weight) {motion}."
+
+
+def more_bodies(count: int) -> str:
+    """Return the sentence on bodies that are not listed."""
+    return f"{count} smaller {'body moves' if count == 1 else 'bodies move'}, too."
+
+
+def more_ties(count: int) -> str:
+    """Return the sentence on ties that are not listed."""
+    return f"CaseResult.ties lists {counted(count, 'more tie')}."
+
+
+def joints_sentence(kind: str, joints: Sequence[str]) -> str:
+    """Return the sentence on joints that fail in one way, the most active first."""
+    return f"{kind}: {len(joints)}, first {_listed(joints, 'joint')}." if len(joints) > 1 else f"{kind}: {joints[0]}."
+
+
+def failure_clause(states: Iterable[tuple[str, str]]) -> str:
+    """Return the clause on the joints at which a structure fails, with their states."""
+    joints = ", ".join(f"{name} ({state})" for name, state in states)
+    return f"; it fails at {joints}" if joints else ""
+
+
+def motion_clause(translation: Array, axis: tuple[Array, Array] | None, centroid: Array, speed: float) -> str:
+    """Return how a body moves, as the end of a sentence.
+
+    Parameters
+    ----------
+    translation, centroid : (3,) arrays
+        Velocity of the centroid, and its place, m.
+    axis : tuple of (3,) arrays or None
+        Direction and nearest point, m, of the axis of rotation; None if the body slides.
+    speed
+        Largest velocity of the body, in the unit of the translation.
+    """
+    towards = _direction(translation)
+    if axis is None:
+        return f"moves towards {towards} without turning"
+    direction, point = axis
+    along = int(np.abs(direction).argmax())
+    if abs(direction[along]) > _ALONG:
+        noise = _NOISE * np.linalg.norm(point - centroid)
+        place = np.where(np.abs(point) <= noise, 0.0, np.round(point, 6) + 0.0)
+        rest = [f"{name} = {coordinate(value)} m" for name, value in zip(AXES, place, strict=True)]
+        where = f"the axis along {AXES[along]} through {', '.join(r for k, r in enumerate(rest) if k != along)}"
+    else:
+        place = np.round(point, 6) + 0.0
+        where = f"an axis along {_vector(direction)} through ({', '.join(map(coordinate, place))}) m"
+    stays = np.linalg.norm(translation) <= _STAYS * speed
+    return f"turns about {where}; its centroid {'stays' if stays else f'moves towards {towards}'}"
+
+
+def _direction(vector: Array) -> str:
+    length = np.linalg.norm(vector)
+    if length == 0:
+        return "nowhere"
+    unit = vector / length
+    along = int(np.abs(unit).argmax())
+    if abs(unit[along]) > _ALONG:
+        return f"{'+' if unit[along] > 0 else '−'}{AXES[along]}"
+    return _vector(unit)
+
+
+def _vector(values: Array) -> str:
+    return "(" + ", ".join(f"{value:.3g}" for value in np.round(values, 6) + 0.0) + ")"
+
+
+def _listed(names: Sequence[str], noun: str) -> str:
+    rest = len(names) - LISTED
+    return ", ".join(names[:LISTED]) + (f" and {counted(rest, f'more {noun}')}" if rest > 0 else "")

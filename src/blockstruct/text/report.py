@@ -1,0 +1,115 @@
+"""Sentences of the first page of a report."""
+
+from collections.abc import Sequence
+
+from blockstruct.text.answer import Answer
+from blockstruct.text.numbers import ratio_text
+from blockstruct.vocabulary import Status, counted
+
+#: Checks that a sentence lists.
+_LISTED = 8
+
+NO_CASE = "The analysis has no case."
+NO_DEMAND = (
+    "a load factor alone does not verify a structure. It is the multiple of the variable load at which the structure "
+    "collapses, to compare with the one that a code demands."
+)
+NO_DEMAND_OF_REACTION = (
+    "a reaction alone does not verify a structure. It is the reaction left in the supports, under the dead load, as "
+    "the structure begins to follow them."
+)
+
+
+def no_number(case: str, status: Status, answer: Answer, *, cases: int, checks: int) -> str:
+    """Return the sentences on a governing case without a load factor.
+
+    Parameters
+    ----------
+    case, status, answer
+        Its name, how it ended, and the name of its number.
+    cases, checks
+        Number of cases, and of checks of other cases.
+    """
+    worst = "" if cases == 1 else f", the worst of {cases} cases"
+    text = f"There is no {answer.name} to rely on: “{case}” {status.predicate}{worst}."
+    if not checks:
+        return text
+    others = "The check of another case does" if checks == 1 else f"The {checks} checks of other cases do"
+    return f"{text} The verification is not satisfied. {others} not cover it."
+
+
+def number(case: str, value: str, answer: Answer, *, cases: int, has_mixed_units: bool) -> str:
+    """Return the sentences on the number of the governing case, out of some cases, without checks."""
+    worst = f"the {'largest' if answer.is_reaction else 'lowest'} of {cases} cases"
+    among = f"one of {cases} cases, forces and moments" if has_mixed_units else worst
+    return (
+        f"Relied on: {answer.name} {value} of “{case}”{f', {among}' if cases > 1 else ''}. It is checked against no "
+        "demand."
+    )
+
+
+def ratio(case: str, state: str, value: float, load_factor: str, *, checks: int, is_least: bool) -> str:
+    """Return the sentence on the governing check.
+
+    Parameters
+    ----------
+    case, state
+        Names of the case and of the limit state.
+    value
+        Capacity over demand.
+    load_factor
+        Text of the load factor.
+    checks
+        Number of checks.
+    is_least
+        Whether no other check bears a smaller share of the ground acceleration of its site.
+    """
+    governs = "bears the least share of its site's ground acceleration" if is_least else "is not satisfied"
+    among = f", which of {checks} checks {governs}" if checks > 1 else ""
+    return (
+        f"Relied on: capacity / demand {ratio_text(value)} of “{case}” ({state}){among}, from its load factor "
+        f"{load_factor}."
+    )
+
+
+def other_checks(checks: Sequence[tuple[str, str, float, str]]) -> str:
+    """Return the sentence on failed checks: case, state, ratio, outcome."""
+    texts = [f"{ratio_text(value)} of “{case}” ({state}), {outcome}" for case, state, value, outcome in checks]
+    more = len(checks) - _LISTED
+    listed = texts[:_LISTED] + [f"and {more} more, in the verification below"] * (more > 0)
+    return f"Other checks: capacity / demand {'; '.join(listed)}."
+
+
+def between_directions(least: Sequence[tuple[str, float]], uncovered: Sequence[str]) -> str:
+    """Return the sentences on directions between the computed ones.
+
+    Parameters
+    ----------
+    least
+        Cases with directions, each with the least load factor between them; one without a name stands for all cases.
+    uncovered
+        Clauses on directions that the computed ones do not cover.
+    """
+    bounds = ", ".join(
+        f"{alpha:.4g} between those {f'of “{name}”' if name else 'that were run'}" for name, alpha in least
+    )
+    texts = [f"With associative flow no direction is below load factor {bounds}."] if bounds else []
+    return " ".join([*texts, *(f"Directions between those that were run {clause}." for clause in uncovered)])
+
+
+def curve_begins(alpha: float, *, is_rounded: bool) -> str:
+    """Return the clause on the first load factor of a capacity curve, if it differs from the case's."""
+    return f"the curve{' of rounded corners' if is_rounded else ''} begins at {alpha:.4g}"
+
+
+def pushover_curve(case: str, clauses: Sequence[str]) -> str:
+    """Return the sentence on the curve of a pushover."""
+    return f"Pushover “{case}”: {'; '.join(clauses)}."
+
+
+MORE_BREAKS = "further tie breaks follow below"
+
+
+def more_curves(count: int) -> str:
+    """Return the sentence on curves that are not listed."""
+    return f"The curves of {counted(count, 'more pushover')} follow below."

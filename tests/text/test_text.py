@@ -1,0 +1,141 @@
+"""The words of every note and of the other sentences on results, each pinned once: the notes in ``notes.txt``."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from blockstruct import text
+from blockstruct.limit import Outcome
+from blockstruct.text import LOAD_FACTOR, Answer, Note, NoteCode, Severity
+from blockstruct.text import assessment as a
+from blockstruct.vocabulary import PathEnd, Procedure, Reason, Status
+
+REACTION = Answer("reaction", "R", "force", -1e3)
+FIRST, INF = (Status.CONVERGED, 0.5, Reason.CERTIFIED), np.inf
+SETTLED = Outcome(*FIRST, Procedure.LOADING_PATH, settled=True)
+DRIFTING = Outcome(*FIRST, Procedure.LOADING_PATH)
+STANDS_IN = Outcome(*FIRST, Procedure.FICTITIOUS, settled=True, path_end=PathEnd.LIMIT_REACHED)
+RAISED = Outcome(*FIRST, Procedure.LOADING_PATH, drift=(0.6, 0.6), without_crushing=0.5)
+UNBOUNDED = Outcome(Status.UNBOUNDED, INF, Reason.GROWS_WITHOUT_LIMIT)
+
+
+def caveats(outcome, answer=LOAD_FACTOR, bound=1.0, jammed=(), *, is_searched=True):
+    return text.caveats(outcome, answer, bound=bound, is_searched=is_searched, jammed=jammed)
+
+
+NOTES = [
+    *caveats(DRIFTING),
+    *caveats(RAISED),
+    *caveats(STANDS_IN, REACTION),
+    *caveats(SETTLED, bound=INF),
+    *caveats(SETTLED, REACTION, bound=INF),
+    *caveats(UNBOUNDED, bound=INF),
+    *caveats(SETTLED, jammed=["a", "b", "c", "d"]),
+    text.torsion_note(["a|b"], 1.848, 0.459, "load factor", at_corners=True),
+    text.torsion_note(["a", "b", "c", "d", "e"], 1.848, None, "load factor", at_corners=True),
+    text.torsion_note(["a|b"], 1.13, 0.1, "reaction", at_corners=False),
+    text.torsion_note(["a|b"], 1.13, None, "reaction", at_corners=False),
+    text.biaxial_note(["a|b"], 1.5, is_reaction=False),
+    text.cells_note(1, 2, (62, 64), 0.052, is_reaction=False),
+    text.cells_note(1, 1, (64, 64), 0.052, is_reaction=True),
+    a.associative_bound(),
+    a.rounded_corners(0.03, 0.09, 0.1),
+    a.curve_doubt("the load factor jumps"),
+    a.curve_end(0.1, 0.05),
+    a.anchorages(["bar 0", "bar 1"]),
+    a.departure(0.123),
+    a.out_of_plane(),
+    a.masses_differ(414e3, 324e3),
+    a.not_unique(),
+    a.small_motions(35.3e3, 195.3e3, 0.0306, e_star=1.0, a0_star=0.7264, state="SLV, linear", ratio=0.95),
+    a.separate_mechanisms(2, [("body 2 (wall 1)", 0.8), ("body 1 (wall 0)", 1.2)], []),
+    a.separate_mechanisms(2, [("body 2 (wall 1)", 0.8)], ["body 1 (wall 0)"]),
+    a.floor_below_ground(1.0, 1.765),
+    a.ground_at_height(3.0, on_support=False),
+    a.ground_at_height(9.0, on_support=True),
+    a.floor_on_ground(2.0, 1.765),
+    a.range_of_load_factor("0.08 to 0.1", 0.95),
+    a.control_point(0.354, 0.3, ("SLV, by displacement", 1.4)),
+    a.control_point(0.3, 0.354, None),
+    a.overturns_alone(0.35, 0.25, "SLV, by displacement", 1.2),
+    a.state_left_out("SLV", "The last period is 2 s"),
+    a.state_missed("SLD", 0.99996, "not satisfied"),
+    a.changed_coefficients([("behaviour factor q", 1.5, 2.0, "C8.7.1.2.1.7")]),
+    a.hand_is_higher(4.0),
+    a.hand_is_lower(0.0784, 0.1),
+    a.edge_is_long(5.0, 2.5),
+    a.edge_overhangs(),
+    a.edge_is_high(1.0, "façade", 2),
+]
+
+
+def test_the_words_of_every_note():
+    pinned = Path(__file__).with_name("notes.txt").read_text(encoding="utf-8").splitlines()
+    assert [f"{note.code} ({note.severity}): {note}" for note in NOTES] == pinned
+    assert {note.code for note in NOTES} == set(NoteCode) - {NoteCode.MASSES}
+
+
+def test_a_settled_bounded_number_has_no_caveat():
+    assert caveats(SETTLED) == caveats(UNBOUNDED, bound=INF, is_searched=False) == ()
+
+
+@pytest.mark.parametrize(
+    ("ratio", "facts", "words"),
+    [
+        (np.nan, {}, "not checked: no spectrum of this limit state"),
+        (1.2, {"satisfied": True}, "satisfied"),
+        (0.9, {"satisfied": True}, "below 1, but satisfied: a_g,SLV counts as no less than a_g,SLD (C8.7.1.2.1.8)"),
+        (0.9, {}, "not satisfied"),
+        (1.2, {}, "not satisfied: a weaker ground motion already demands as much"),
+        (1.2, {"bears_site": True, "noted": 0.95}, "not satisfied: a note relies on 0.95"),
+    ],
+)
+def test_outcomes_of_limit_states(ratio, facts, words):
+    facts = {"satisfied": False, "bears_site": False, "noted": None} | facts
+    assert a.state_outcome("SLV, linear", ratio, **facts) == words
+
+
+@pytest.mark.parametrize(("of_sld", "at"), [(False, "equal at a_g"), (True, "borne is a_g = a_g,SLD")])
+def test_verdicts(of_sld, at):
+    assert a.verdict("SLD", 0.823, "not satisfied", 1.211, ("0.1235 g", "0.15 g"), of_sld=of_sld) == (
+        f"SLD: capacity / demand = 0.823, not satisfied; {at} = 1.211 m/s² = 0.1235 g (site 0.15 g)."
+    )
+
+
+def test_a_tie_that_reaches_its_limit():
+    lengthens = {"lengthens": 0.5, "elongation_limit": 0.03, "at": 0.06}
+    assert text.tie_sentence("left", "yielding", 4e4, 4e4, "yield", **lengthens) == (
+        "Tie left: yielding, 40 kN of 40 kN (yield); it lengthens by 0.5 times the largest block displacement and "
+        "reaches its limit of 30 mm at 60 mm, to first order."
+    )
+
+
+def test_a_note_is_its_text():
+    assert str(Note(NoteCode.MASSES, Severity.INFO, "Words.")) == "Words."
+
+
+@pytest.mark.parametrize(
+    ("radii", "words"),
+    [
+        ([0], "corners stay sharp."),
+        ([0.02], "corners have a radius of 20 mm."),
+        ([0, 0.02], "corners have a radius of none in push 0, 20 mm in push 1."),
+    ],
+)
+def test_assumptions_on_corners(small_model, radii, words):
+    flags = ("settles", "pushes", "is_associative", "is_nonassociative", "rotates", "is_checked")
+    corners = {f"push {k}": radius for k, radius in enumerate(radii)}
+    scope = text.Scope(**dict.fromkeys(flags, False), has_curve=True, corners=corners)
+    (sentence,) = [s for s in text.assumption_sentences(small_model, scope, [], [], "") if "pushover follows" in s]
+    assert sentence.endswith(words)
+
+
+def test_the_first_page_without_a_number():
+    alone = text.report.no_number("push", Status.UNSTABLE, LOAD_FACTOR, cases=1, checks=0)
+    assert alone == "There is no load factor to rely on: “push” is unstable under dead load."
+    others = text.report.no_number("push", Status.UNSTABLE, LOAD_FACTOR, cases=3, checks=2)
+    assert others == (
+        "There is no load factor to rely on: “push” is unstable under dead load, the worst of 3 cases. The "
+        "verification is not satisfied. The 2 checks of other cases do not cover it."
+    )
