@@ -62,7 +62,7 @@ TIED = (60 * 0.1 + 320 * 0.4) / (60 * 1.5 + 320 * 2)
 def test_a_tie_that_does_not_yield_makes_one_mechanism_of_two_walls(yield_force, e_star, bodies):
     """A thin wall goes over and pulls a thick one along by a tie at 2 m, with (α 60 · 1.5 − 60 · 0.1) / 2 = 5.26 kN.
 
-    Where it yields at just that force, either wall goes over with it by itself.
+    If it yields at just that force, either wall goes over with it by itself.
     """
     ends = ("wall 0", Q_([2.5, 0.2, 2], "m")), ("wall 1", Q_([2.5, 1, 2], "m"))
     tie = bs.Tie("tie", *ends, yield_force=Q_(yield_force, "kN"))

@@ -1,4 +1,4 @@
-"""Local mechanisms against hand calculations, and what must be refused or told."""
+"""Local mechanisms against hand calculations; notes and refusals."""
 
 import dataclasses
 from types import SimpleNamespace
@@ -364,7 +364,7 @@ def test_ties_that_break_together_are_one_loss(of):
 
 
 def test_breaks_that_follow_each_other_do_not_depend_on_the_steps():
-    """Three bars of 6 kN: behind each break the nearest way without one tells what falls on the way."""
+    """Three bars of 6 kN: the loss at each break excludes the fall in the step after it."""
     plain, at = tied(), Q_([[2.5, 0, 5], [2.5, 4, 5]], "m")
     ties = [
         bs.Tie(f"to {limit}", ("façade", at[0]), ("back", at[1]), yield_force="6 kN", elongation_limit=Q_(limit, "m"))
@@ -476,7 +476,7 @@ def test_a_resultant_that_leaves_the_hinge_has_no_straight_curve():
 
 @pytest.mark.parametrize("sides", [(0.6, 0.6), (0.6, 0.4)])
 def test_a_pier_over_its_corner_has_no_straight_curve(sides):
-    """0.6 × 0.6 × 2 m at 45°: over the corner d0 would be 0.4243 m, and over the edge beside it it is 0.2121 m."""
+    """0.6 × 0.6 × 2 m at 45°: over the corner d0 would be 0.4243 m, and over the edge next to it 0.2121 m."""
     a, b = sides
     base, diagonal = [(-a / 2, -b / 2), (a / 2, -b / 2), (a / 2, b / 2), (-a / 2, b / 2)], np.arctan2(b, a)
     check = bs.assess.local_mechanism(prism(base, 2, diagonal), 1.35, SITE)
@@ -503,7 +503,7 @@ def test_an_outline_that_crushes_by_cells_keeps_its_straight_curve(strength):
 
 
 def test_the_ends_of_a_hinge_are_corners_at_its_level():
-    """Turning about +x leans the body towards −y: what is at y = 1 m is behind the hinge, what is at z = 2 m above."""
+    """Turning about +x leans the body towards −y: a corner at y = 1 m is on its far side, one at z = 2 m above."""
     corners = np.array([[-1, 0, 0], [2, 0, 0], [5, 1, 0], [-5, 0, 2]], dtype=float)
     pressed = _Pressed(np.zeros(3), np.array([0.0, 0, 1]), 1.0, 0.7, 0.0, corners)
     assert pressed.ends(np.array([1.0, 0, 0]), 0.01) == (-1, 2)
@@ -511,7 +511,7 @@ def test_the_ends_of_a_hinge_are_corners_at_its_level():
 
 
 def test_an_edge_named_next_to_the_resultant_has_a_line(result):
-    """Its weight is at the middle of the façade, which an edge over 0.4 of it from one end does not reach."""
+    """Its weight is at the middle of the façade, which an edge over 0.4 of its length does not reach."""
     told = [
         "at d = 0 m"
         in str(bs.assess.overturning(result.model, result.case, ["façade"], Q_([[0, 0, 0], [x, 0, 0]], "m")))
@@ -784,7 +784,7 @@ def test_an_acceleration_below_that_of_sld_is_not_taken_at_slv(result):
 
 
 def test_a_verdict_of_sld_is_not_that_of_equality(result):
-    """At a site beyond that of SLD it is not satisfied, and still borne is that of SLD; equality is at less."""
+    """At a stronger site it is not satisfied; the structure still bears a_g,SLD, and capacity equals demand at less."""
     few = bs.assess.Coefficients(slv_share=0.01)
     check = bs.assess.local_mechanism(result, 1.35, SITE.at(0.3 * g), method="displacement", coefficients=few)
     equal = next(line.formula for line in check.limit_state.lines if "a_g,SLV" in line.what)
@@ -900,7 +900,7 @@ def test_a_pushover_that_ends_early_gives_the_displacement_it_reached(result):
 
 
 def test_a_curve_that_ends_before_its_load_factor_has_come_down_has_a_note():
-    """Half of the curve of a façade, as if blocks fell there: what is left of α0 = 0.1 is told if it is much."""
+    """Half of the curve of a façade, as if blocks fell there."""
     result = pushed_over(facade())
     whole = result.capacity
     middle = int(np.searchsorted(-whole["load_factor"].to_numpy(), -0.05))
@@ -911,7 +911,7 @@ def test_a_curve_that_ends_before_its_load_factor_has_come_down_has_a_note():
 
 
 def test_a_control_point_near_the_hinge_has_a_note(result):
-    """Its way over that of the weights grows with the angle: 0.354 m instead of 0.3 m, on the unsafe side.
+    """Its displacement, relative to the weights, grows with the angle: 0.354 m instead of 0.3 m, on the unsafe side.
 
     From the outer face at z it is (z sin θ + 0.6 (1 − cos θ)) / z · 3 m at tan θ = 0.1: 1 % more at 2 m, 2.5 % at 1 m.
     """
@@ -958,7 +958,7 @@ def test_a_body_held_beyond_the_end_of_its_rotation_has_a_note():
 
 @pytest.mark.parametrize("beside", [False, True])
 def test_a_mechanism_at_a_height_has_a_note_under_the_spectrum_of_the_ground(beside):
-    """Ties hold the lower storey: the upper one turns 3 m above the foot, also where a support stands beside it."""
+    """Ties hold the lower storey: the upper one turns 3 m above the foot, even next to a support."""
     ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[7, 3, 0.5] m", STONE, fixed=True)
     lower = bs.Block.box("lower", "[0, -0.5, 0] m", "[5, 1.6, 3] m", STONE)
     upper = bs.Block.box("upper", "[0, 0, 3] m", "[5, 0.6, 3] m", STONE)
@@ -1024,13 +1024,13 @@ def at_height(ground=SITE, period="0.4 s", shape=0.9, **more):
     ],
 )
 def test_demands_of_several_places_are_refused(result, spectrum, others, words):
-    """An a_g,SLD of the ground is larger than that of a height, and a_g,SLV is not taken below a_g,SLD."""
+    """An a_g,SLD of the ground is larger than at a height, and a_g,SLV is not taken below a_g,SLD."""
     with pytest.raises(bs.errors.ModelError, match=words):
         bs.assess.local_mechanism(result, 1.35, spectrum, **others)
 
 
 def test_demands_of_one_place_are_taken(result):
-    """Damage makes periods longer and adds damping; a table tells nothing of its place."""
+    """Damage makes periods longer and adds damping; a table has no place."""
     table = bs.assess.table_spectrum(Q_([0, 0.1, 0.4, 6], "s"), Q_([0.3, 0.9, 0.9, 0.04], "g_0"), ag="0.25 g_0")
     longer = at_height(SITE.at(0.05 * g), period="0.3 s", damping=0.1)
     for spectrum, others in (
@@ -1154,9 +1154,9 @@ def test_a_control_point_that_turns_back_gives_no_curve(result, side, parapet, a
 
 
 def test_a_control_point_that_goes_back_by_next_to_nothing_gives_a_curve(result):
-    """One hinge closes and another one opens, as in an arch with fill: 15 µm back of 238 mm.
+    """One hinge closes and another opens, as in an arch with fill: 15 µm back of 238 mm.
 
-    Where the control point passes twice the lower α counts, whichever came first.
+    If the control point passes twice, the lower α counts.
     """
     whole = capacity_of_facade(top=np.arctan(0.1))
     straight = curve_of(result, whole)
@@ -1173,7 +1173,7 @@ def test_a_control_point_that_goes_back_by_next_to_nothing_gives_a_curve(result)
 
 
 def test_a_pushover_that_turns_back_is_checked_by_the_linear_method():
-    """A body that stops as another one takes over comes back to where it began."""
+    """A body that stops as another takes over returns to its start."""
     pushed = pushed_over(facade(), steps=10)
     curve = pushed.capacity
     way = curve["displacement"].to_numpy() * np.where(curve["step"] < curve.sizes["step"] // 2, 1, 1e-9)
@@ -1200,7 +1200,7 @@ def test_a_curve_that_falls_at_once_has_no_displacement():
 
 @pytest.mark.parametrize("along", [(1, 0, 0), (0, 0, 1), (0, -1, -1), (1, -1, 0), (0.1, -1, 0)])
 def test_a_control_direction_across_the_push_is_refused(result, along):
-    """Followed downwards as well, the corner of the top would have a larger d0: what it sinks by."""
+    """Followed downwards as well, the corner of the top would have a larger d0, as it sinks."""
     along = tuple(np.array(along) / np.linalg.norm(along))
     with pytest.raises(bs.errors.ModelError, match=r"the control point .* control=\('façade', \(0, -1, 0\)\)"):
         curve_of(result, capacity_of_facade(), control=("façade", along))
@@ -1440,7 +1440,7 @@ def edge_at(height, y=0.0):
 
 @pytest.mark.parametrize("height", [0.5, 2.8])
 def test_an_edge_without_a_joint_has_a_note(result, height):
-    """About an edge at z the façade begins at 0.3 / (3 − z), and what is below z hangs from it."""
+    """About an edge at z the façade begins at 0.3 / (3 − z), and the part below z hangs from it."""
     hand = bs.assess.overturning(result.model, result.case, ["façade"], edge_at(height))
     assert hand.alpha0 == pytest.approx(0.3 / (HEIGHT / 2 - height))
     (note,) = hand.notes
@@ -1467,7 +1467,7 @@ def test_an_edge_beyond_the_joint_has_a_note(over, notes):
 
 
 def test_an_edge_over_an_opening_crushes_over_its_piers_alone():
-    """Piers of 1.25 m each beside a door of 2.5 m bear a façade of 18 · 0.6 · (2.5 · 2 + 5 · 4) = 270 kN.
+    """Piers of 1.25 m on each side of a door of 2.5 m bear a façade of 18 · 0.6 · (2.5 · 2 + 5 · 4) = 270 kN.
 
     With f_c = 1 MPa over 2.5 m the hinge is set back by 270 / (2 · 1000 · 2.5) = 0.054 m, over 5 m by half as much.
     """
@@ -1490,7 +1490,7 @@ def test_an_edge_over_an_opening_crushes_over_its_piers_alone():
 
 
 def test_blocks_that_turn_are_no_joint_for_each_other(small):
-    """The joint above the second course, 1 m up, is within the group: it is that of the blocks above it alone."""
+    """The joint above the second course, 1 m up, is within the group: it belongs to the blocks above alone."""
     names = [b.name for b in small.model.blocks if not b.fixed]
     upper = [n for n in names if small.model.block(n).centroid[2] > 1]
     whole, part = (bs.assess.overturning(small.model, small.case, of, edge_at(1.0)) for of in (names, upper))
@@ -1567,7 +1567,7 @@ def test_a_mechanism_by_hand_of_other_weights_or_loads_is_refused(result):
 
 
 def test_a_mechanism_by_hand_higher_up_has_a_note():
-    """The upper storey, 2 m on 4 m, begins at α0 = 0.3, three times that of both; its demand is that of its height."""
+    """The upper storey, 2 m on 4 m, begins at α0 = 0.3, three times the α0 of both, with the demand of its height."""
     ground = bs.Block.box("ground", "[-1, -1, -0.5] m", "[7, 3, 0.5] m", STONE, fixed=True)
     lower, upper = (
         bs.Block.box(name, Q_([0, 0, z], "m"), Q_([5, 0.6, height], "m"), STONE)

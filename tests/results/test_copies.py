@@ -1,4 +1,4 @@
-"""Results and what they are made with, sent to another process and copied."""
+"""Results and their parts, sent to another process and copied."""
 
 import copy
 import pickle
@@ -27,7 +27,7 @@ def test_an_analysis_is_the_same_in_another_process(small_analysis, again):
 
 
 @ways()
-def test_so_is_one_that_was_read(small_analysis, tmp_path, again):
+def test_an_opened_analysis_is_the_same(small_analysis, tmp_path, again):
     bs.save_analysis(small_analysis, tmp_path / "small.h5")
     same = again(bs.open_analysis(tmp_path / "small.h5"))
     for name, result in small_analysis.items():
@@ -35,7 +35,7 @@ def test_so_is_one_that_was_read(small_analysis, tmp_path, again):
 
 
 @ways()
-def test_so_is_a_spread(small_analysis, again):
+def test_a_spread_is_the_same(small_analysis, again):
     spread = bs.Spread({"as given": next(iter(small_analysis.values()))}, None)
     assert str(again(spread)) == str(spread)
     with pytest.raises(TypeError):
@@ -43,7 +43,7 @@ def test_so_is_a_spread(small_analysis, again):
 
 
 @ways()
-def test_so_is_an_entry_of_the_library(again):
+def test_an_entry_of_the_library_is_the_same(again):
     brick = bs.library.masonry("solid brick and lime mortar")
     assert again(brick) == brick
     assert str(again(brick)) == str(brick)

@@ -1,4 +1,4 @@
-"""The history Dataset, and what is read from it."""
+"""The history Dataset and its methods."""
 
 import numpy as np
 import pytest

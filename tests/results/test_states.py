@@ -35,7 +35,7 @@ def test_a_joint_that_bears_and_slides_is_closed(sliding, share):
 
 
 def test_a_joint_that_loses_its_weight_is_open():
-    """A block is lifted by its weight of 10 kN, and what a solver leaves in the joint carries nothing."""
+    """A block is lifted by its weight of 10 kN, and solver noise in the joint carries nothing."""
     up = bs.LoadPattern("up", [bs.PointLoad("block", Q_([0.5, 0.5, 0.5], "m"), Q_([0, 0, 1], "N"))])
     result = solve(model_of(*single_block(1.0, 0.5)), up)
     assert result.load_factor == pytest.approx(10e3, rel=1e-6)

@@ -1,4 +1,4 @@
-"""Ties in results, files, documents and views: what is said is what was computed, and what was computed is kept."""
+"""Ties in results, files, documents and views."""
 
 import json
 import math

@@ -140,7 +140,7 @@ def walls():
     ground = bs.Block.box("ground", Q_([-4, 0, -0.5], "m"), Q_([5, 2, 0.5], "m"), stone, fixed=True)
     front = bs.Block.box("front", Q_([0, 0, 0], "m"), Q_([1, 0.5, 1], "m"), stone)
     back = bs.Block.box("back", Q_([0.25, 0.5, 0], "m"), Q_([0.5, 1, 0.8], "m"), stone)
-    # The back block is named first: what is drawn last is not what is named last.
+    # The back block is named first: the order of drawing is not the order of names.
     model = model_of([back, front, ground], joint)
     return solve(model, push(1, 0, 0))
 
@@ -180,7 +180,7 @@ def test_the_push_comes_nearer_and_goes_sideways_in_space(small_model, direction
     assert toward > 0.4
     assert abs(right) > 0.7
     assert not view.flat
-    # Elevations of what moves in its plane, space for what does not.
+    # Elevations for motion in the plane, else space.
     assert View.of(solve(small_model, push(*direction))).flat == (direction[0] != 0)
 
 

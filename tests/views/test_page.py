@@ -1,4 +1,4 @@
-"""The interactive page: what it holds, and what it does in a real browser."""
+"""The interactive page: its data, and its behaviour in a real browser."""
 
 import base64
 import json

@@ -90,7 +90,7 @@ def test_the_verification_gives_every_formula(block):
     check = bs.assess.local_mechanism(block["push"], 1.35, SITE, method="displacement")
     html = report_html(block, checks=[check])
     part = html[html.index("<h2>Verification</h2>") : html.index("<h2>Analysis</h2>")]
-    # No line ends between a number and its unit, or between a symbol and what it equals.
+    # No line ends between a number and its unit, or between a symbol and its value.
     assert "d<sub>SLV</sub>\u00a0=\u00a00.4 d<sub>0</sub>\u00a0=\u00a00.4 · 0.2\u00a0m =\u00a00.08\u00a0m" in part
     assert re.search(r"T<sub>SLV</sub>\u00a0=\u00a01\.68\u00a0π\u00a0√\(d/a\) =\u00a01\.68\u00a0π\u00a0√\(", part)
     part = part.replace("\u00a0", " ")

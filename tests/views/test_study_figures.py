@@ -1,4 +1,4 @@
-"""Figures of studies: what they draw, and what they refuse."""
+"""Figures of studies."""
 
 import matplotlib
 
