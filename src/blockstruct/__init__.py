@@ -101,7 +101,8 @@ if TYPE_CHECKING:
         tilted,
         wall,
     )
-    from blockstruct.studies import directions, study
+    from blockstruct.studies import study
+    from blockstruct.studies.by_direction import directions
 
 __version__ = "0.1.0"
 

@@ -16,7 +16,7 @@
 """
 
 from blockstruct.model import direction_cases
-from blockstruct.studies.directions import Directions, directions
+from blockstruct.studies.by_direction import Directions, directions
 from blockstruct.studies.document import StudyDocument, read_study
 from blockstruct.studies.first_order import first_order
 from blockstruct.studies.progress import StudyProgress, print_progress
