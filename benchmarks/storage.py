@@ -48,7 +48,7 @@ def worked(step: Callable[[], Any]) -> tuple[float, Any]:
 def six_blocks(folder: Path, repeats: int) -> None:
     """What a store adds to a short run: seconds of both, the least of several, for other work only adds to them."""
     model = model_of(3, 2)
-    cases = [CASE, replace(CASE, name="bound", flow="associative")]
+    cases = [CASE, CASE.renamed("bound", bs.Flow.ASSOCIATIVE)]
     bs.AnalysisManager(model, folder / "first.h5").run(cases)
     plain = min(timed(lambda: bs.AnalysisManager(model).run(cases))[0] for _ in range(repeats))
     stored = min(timed(lambda k=k: bs.AnalysisManager(model, folder / f"{k}.h5").run(cases))[0] for k in range(repeats))
@@ -63,7 +63,7 @@ def many_cases(folder: Path, cases: int) -> None:
     result = one["push"]
 
     def several(n: int) -> bs.Analysis:
-        named = {f"{k}": replace(result, case=replace(CASE, name=f"{k}")) for k in range(n)}
+        named = {f"{k}": replace(result, case=CASE.renamed(f"{k}")) for k in range(n)}
         return one.replaced(results=named)
 
     print(f"\ncases of {len(model.blocks)} blocks, {result.n_iterations} iterations")
@@ -161,7 +161,7 @@ def opening(folder: Path, columns: int, rows: int, iterations: int, cases: int) 
     """A file of many large cases: nothing of a history is read until it is looked at."""
     model, path = model_of(columns, rows), folder / "cases.h5"
     result = made_up(model, iterations)
-    named = {f"{k}": replace(result, case=replace(CASE, name=f"{k}")) for k in range(cases)}
+    named = {f"{k}": replace(result, case=CASE.renamed(f"{k}")) for k in range(cases)}
     written(model, named, path)
     read, _ = worked(path.read_bytes)
     hashed, _ = worked(lambda: hashlib.sha256(path.read_bytes()))
@@ -193,7 +193,7 @@ def large_history(folder: Path, columns: int, rows: int, iterations: int) -> Non
 
 def table(folder: Path, files: int) -> None:
     model = model_of(6, 6)
-    bs.AnalysisManager(model, folder / "0000.h5").run([CASE, replace(CASE, name="bound", flow="associative")])
+    bs.AnalysisManager(model, folder / "0000.h5").run([CASE, CASE.renamed("bound", bs.Flow.ASSOCIATIVE)])
     for k in range(1, files):
         shutil.copy(folder / "0000.h5", folder / f"{k:04d}.h5")
     archive = bs.Archive(folder)

@@ -66,7 +66,7 @@ def costed(page):
 def test_the_pages_are_carried_out_in_order(page, clone, call, small_analysis, blank_pictures):
     (clone / "runs").mkdir()
     named = dict(zip(("push", "other"), small_analysis.values(), strict=True))
-    results = {name: replace(r, case=replace(r.case, name=name)) for name, r in named.items()}
+    results = {name: replace(r, case=r.case.renamed(name)) for name, r in named.items()}
     bs.save_analysis(small_analysis.replaced(results=results), "runs/wall.h5")
     if "write_obj(" not in page.read_text(encoding="utf-8"):
         bs.imports.write_obj("wall.obj", small_analysis.model.blocks, unit="mm")

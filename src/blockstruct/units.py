@@ -215,6 +215,24 @@ def to_quantity(value: Any, dimension: str) -> Any:
     return Q_(value, SI_UNITS[dimension])
 
 
+def quantity_text(values: Any, dimension: str, digits: int = 6) -> str:
+    """Return coherent-SI floats as a text with a unit that is easy to read.
+
+    >>> quantity_text(12000.0, "force/volume"), quantity_text((0.0, 0.0, -2500.0), "force")
+    ('12 kN/m³', '(0, 0, -2.5) kN')
+    """
+    quantity = to_quantity(np.asarray(values, dtype=float), dimension)
+    if dimension == "angle":
+        quantity, unit = quantity.to("degree"), "°"
+    else:
+        if SI_UNITS[dimension].startswith(("newton", "pascal")):
+            finite = np.abs(quantity.magnitude[np.isfinite(quantity.magnitude)])
+            quantity = quantity.to(to_quantity(float(finite.max(initial=0.0)), dimension).to_compact().units)
+        unit = f" {quantity.units:~P}".rstrip()
+    numbers = [f"{value:.{digits}g}" for value in np.ravel(quantity.magnitude).tolist()]
+    return (f"({', '.join(numbers)})" if quantity.magnitude.ndim else numbers[0]) + unit
+
+
 def si_text(value: float, dimension: str) -> str:
     """Text that reads back to a coherent-SI float, to the last digit.
 

@@ -1,7 +1,6 @@
 """What a detection accepted or reported, with its tolerances, the model accepts."""
 
-from dataclasses import replace
-
+import attrs
 import numpy as np
 import pytest
 
@@ -139,8 +138,8 @@ def test_a_measured_interface_moved_off_its_blocks_is_refused():
     found = bs.detect_interfaces(blocks, DRY, "1 mm")
     (bed,) = found.interfaces
     beside = bs.Interface(bed.name, bed.minus, bed.plus, Q_(np.add(bed.polygon, [0.1, 0, 0]), "m"), DRY)
-    with pytest.raises(bs.errors.GeometryError, match="does not lie on a face of block 'a'"):
-        bs.Model("wall", blocks, replace(found, interfaces=(beside,)))
+    with pytest.raises(bs.errors.GeometryError, match=r"'ground\|a'.*'a'"):
+        bs.Model("wall", blocks, attrs.evolve(found, interfaces=(beside,)))
 
 
 @pytest.mark.parametrize(
@@ -155,9 +154,7 @@ def test_an_interface_within_a_block_is_refused_and_one_within_a_wide_joint_is_n
         assert bs.Model("block", blocks, [bed]).interfaces == (bed,)
         return
     name, limit = refused
-    with pytest.raises(
-        bs.errors.GeometryError, match=rf"'bed' does not lie on a face of block '{name}'.*{limit} m behind"
-    ):
+    with pytest.raises(bs.errors.GeometryError, match=rf"'bed'.* block '{name}'.*{limit} m inside"):
         bs.Model("block", blocks, [bed])
 
 

@@ -174,7 +174,7 @@ def test_documents_with_wrong_ties(model, cases, tmp_path):
         read(without="end")
     with pytest.raises(bs.errors.ModelError, match="either yield_force, or area and strength"):
         read(yield_force="4 kN")
-    with pytest.raises(bs.errors.UnitError, match="yield force: 'four kN'"):
+    with pytest.raises(bs.errors.UnitError, match="yield_force: 'four kN'"):
         read(without="area", yield_force="four kN")
     with pytest.raises(bs.errors.UnknownNameError, match="'b9', which is not in the model"):
         read(end={"block": "b9", "point": ["0 m", "0.5 m", "2.3 m"]})

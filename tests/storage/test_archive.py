@@ -1,11 +1,11 @@
 """Folders of analyses: tables, selections, lazy histories, damaged files."""
 
 import builtins
-import dataclasses
 import os
 import shutil
 import sys
 
+import attrs
 import h5py
 import numpy as np
 import pandas as pd
@@ -213,7 +213,7 @@ def test_the_difference_of_two_archives(folder, tmp_path, small_analysis):
         bs.BodyForce("+x", share=1 / 1.01),
         bs.PointLoad("3.1", ["0.2 m", "0.1 m", "0.6 m"], Q_([10 / 1.01, 0, 0], "N")),
     ]
-    weaker = dataclasses.replace(case, variable=bs.LoadPattern(case.variable.name, less))
+    weaker = attrs.evolve(case, variable=bs.LoadPattern(case.variable.name, less))
     higher = bs.AnalysisManager(small_analysis.model).run([weaker]).replaced(tags=small_analysis.tags)
     bs.save_analysis(higher, tmp_path / "a" / "wall.h5")
     (tmp_path / "a" / "wall-2.h5").unlink()

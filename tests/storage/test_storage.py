@@ -10,6 +10,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import attrs
 import h5py
 import numpy as np
 import pytest
@@ -103,7 +104,7 @@ def test_every_kind_of_finding_of_a_detection_is_stored(tuff, dry, tmp_path):
         bs.Block.from_faces("twisted", Q_(corners, "m"), faces, tuff),
     ]
     found = bs.detect_interfaces(blocks, dry, tolerance="1 mm")
-    report = replace(found.report, overlaps=(("left", "a gap", 2e-3),))
+    report = attrs.evolve(found.report, overlaps=(("left", "a gap", 2e-3),))
     assert {c.reason for c in report.contacts} >= {"", "gap", "supports"}
     assert report.near_misses
     assert report.nonplanar_faces
@@ -656,7 +657,7 @@ def test_storing_grows_with_the_cases_and_not_faster(small_model, small_analysis
         monkeypatch.setattr(kind, method, counted)
     result, counts = small_analysis["push associative"], []
     for n in (2, 4, 8):
-        results = {f"{k}": replace(result, case=replace(result.case, name=f"{k}")) for k in range(n)}
+        results = {f"{k}": replace(result, case=attrs.evolve(result.case, name=f"{k}")) for k in range(n)}
         path = bs.save_analysis(small_analysis.replaced(results=results), tmp_path / f"{n}.h5")
         look_at_all_of(path)
         counts.append(len(calls))

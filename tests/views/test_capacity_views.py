@@ -1,10 +1,10 @@
 """A pushover in the figures, in the page and in ParaView."""
 
 import base64
-import dataclasses
 import zlib
 from xml.etree import ElementTree
 
+import attrs
 import numpy as np
 import pytest
 from test_page import opened, settle, slide
@@ -48,7 +48,7 @@ def test_a_case_without_a_curve_is_told(analysis):
 
 
 def test_a_pushover_without_a_curve_says_why(analysis, tmp_path, call):
-    case = dataclasses.replace(analysis["push"].case, control=("block", (0, 1, 0)))
+    case = attrs.evolve(analysis["push"].case, control=("block", (0, 1, 0)))
     found = bs.AnalysisManager(analysis.model, tmp_path / "rests.h5").run([case])
     with pytest.raises(bs.errors.ModelError, match=r"does not move along \(0, 1, 0\) .*, along \(0.981, 0, 0.196\)$"):
         figures.capacity(found["push"])

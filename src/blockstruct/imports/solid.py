@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from itertools import chain, count, islice
 from pathlib import Path
 
+import attrs
 import numpy as np
 from numpy.typing import NDArray
 
@@ -283,7 +284,7 @@ def _supported(blocks: list[Block], fixed: str | Iterable[str], source: str, not
             names |= _lowest(blocks, name.removeprefix("lowest").strip(), source, notes)
         else:
             raise UnknownNameError(_no_block(name, "fix", [b.name for b in blocks], source))
-    return [replace(b, fixed=b.fixed or b.name in names) for b in blocks]
+    return [attrs.evolve(b, fixed=b.fixed or b.name in names) for b in blocks]
 
 
 def _lowest(blocks: list[Block], height: str, source: str, notes: list[str]) -> set[str]:

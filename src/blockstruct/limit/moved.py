@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Self
 
+import attrs
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -173,7 +174,7 @@ class MovingProblem:
     @property
     def sharp(self) -> Self:
         """The same with sharp corners, as the model has them."""
-        case = replace(self._case, corner_rounding=0.0)
+        case = attrs.evolve(self._case, corner_rounding=0.0)
         return self if case == self._case else type(self)(self.statics, self.at_rest, case)
 
     def lengths(self, placement: Placement) -> Array:

@@ -38,8 +38,15 @@ from blockstruct.model.material import STANDARD_GRAVITY, Material
 from blockstruct.model.model import Model
 from blockstruct.model.pushover import Point, Pushover
 from blockstruct.model.settlement_case import SettlementCase
-from blockstruct.model.tie_kinds import TIE_KINDS, AnyTie, given_quantities, tie_kind_of, tie_segments
-from blockstruct.model.tie_segments import TIE_QUANTITIES, TieSegment
+from blockstruct.model.tie_kinds import (
+    TIE_KINDS,
+    TIE_QUANTITIES,
+    AnyTie,
+    given_quantities,
+    tie_kind_of,
+    tie_segments,
+)
+from blockstruct.model.tie_segments import TieSegment
 from blockstruct.model.ties import Strip, Tie
 from blockstruct.model.weights import AreaLoad, FillLoad, LineLoad, Weight, WeightLoad
 

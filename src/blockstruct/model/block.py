@@ -1,24 +1,29 @@
 """Rigid blocks."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
+from attrs import field, frozen
 from numpy.typing import NDArray
 
-from blockstruct.errors import GeometryError, ModelError, shown
+from blockstruct.errors import GeometryError
 from blockstruct.geometry import Polyhedron, box, polyhedron
 from blockstruct.model.checks import checked_direction, checked_name
+from blockstruct.model.fields import ModelObject, has_name, instance_of, is_truth, named_arguments
 from blockstruct.model.material import Material
 from blockstruct.units import VectorLike, si_array, si_vector
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Block:
-    """A rigid polyhedral block. Make one with :meth:`box` or :meth:`from_faces`.
+#: Largest angle between a face and the direction that selects it, degrees.
+SAME_DIRECTION = 5.0
+
+
+@frozen(repr=False, eq=False, field_transformer=named_arguments)
+class Block(ModelObject):
+    """A rigid polyhedral block, made with :meth:`box` or :meth:`from_faces`.
 
     Attributes
     ----------
@@ -31,30 +36,23 @@ class Block:
         Whether the block is a support.
     """
 
-    name: str
-    shape: Polyhedron = field(repr=False)
-    material: Material
-    fixed: bool = False
+    computed: ClassVar = {"volume": "volume", "centroid": "length", "weight": "force"}
 
-    def __post_init__(self) -> None:
-        checked_name(self.name, "block")
-        if not isinstance(self.material, Material):
-            msg = f"block {self.name!r}: material is {shown(self.material)}; give a Material"
-            raise ModelError(msg)
-        if not isinstance(self.fixed, bool):
-            msg = f"block {self.name!r}: fixed is {shown(self.fixed)}; give True or False"
-            raise ModelError(msg)
+    name: str = field(validator=has_name)
+    shape: Polyhedron = field(repr=False)
+    material: Material = field(validator=instance_of(Material))
+    fixed: bool = field(default=False, validator=is_truth)
 
     @classmethod
     def box(cls, name: str, origin: VectorLike, size: VectorLike, material: Material, *, fixed: bool = False) -> Self:
-        """Axis-parallel box, whose faces 0 to 5 look along −z, +z, −y, +x, +y, −x.
+        """Return an axis-parallel box, whose faces 0 to 5 look along −z, +z, −y, +x, +y, −x.
 
         Parameters
         ----------
         name
             Unique in the model.
         origin, size : quantity, length, three components
-            Least corner and edge lengths along x, y, z.
+            Corner with the smallest coordinates, and edge lengths along x, y, z.
         material
             Material of the block.
         fixed
@@ -64,7 +62,7 @@ class Block:
         corner = si_vector(origin, "length", f"block {name!r}: origin")
         edges = si_vector(size, "length", f"block {name!r}: size")
         if min(edges) <= 0:
-            msg = f"block {name!r}: size {edges} m; give three lengths above zero, a block needs a volume"
+            msg = f"block {name!r}: size {edges} m; give three lengths above zero"
             raise GeometryError(msg)
         vertices, faces = box(corner, edges)
         return cls(name, polyhedron(vertices, faces, name), material, fixed)
@@ -79,7 +77,7 @@ class Block:
         *,
         fixed: bool = False,
     ) -> Self:
-        """General polyhedron with polygon faces, convex or not, each plane but for 0.2 % of the size of the block.
+        """Return a polyhedron with polygon faces, convex or not, each plane within 0.2 % of the size of the block.
 
         Parameters
         ----------
@@ -104,7 +102,7 @@ class Block:
         return cls(name, polyhedron(points, faces, name), material, fixed)
 
     def face_towards(self, direction: VectorLike) -> int:
-        """Index of the one face whose outward normal looks along a direction, to 5 degrees.
+        """Return the index of the one face whose outward normal is within 5 degrees of a direction.
 
         Parameters
         ----------
@@ -114,7 +112,7 @@ class Block:
         Raises
         ------
         GeometryError
-            If no face looks there, or several do.
+            If there is no such face, or several.
 
         Examples
         --------
@@ -124,16 +122,16 @@ class Block:
         """
         towards = np.array(checked_direction(direction, f"block {self.name!r}: direction"))
         cosines = self.shape.normals @ towards
-        found = np.flatnonzero(cosines > np.cos(np.radians(5.0)))
-        if len(found) != 1:
+        facing = np.flatnonzero(cosines > np.cos(np.radians(SAME_DIRECTION)))
+        if len(facing) != 1:
             near = int(np.argmax(cosines))
             off = np.degrees(np.arccos(min(cosines[near], 1.0)))
             msg = (
-                f"block {self.name!r}: {len(found) or 'no'} faces look towards {tuple(towards.tolist())}; give the "
+                f"block {self.name!r}: {len(facing) or 'no'} faces look towards {tuple(towards.tolist())}; give the "
                 f"index of one: face {near} is nearest, {off:.3g} degrees off"
             )
             raise GeometryError(msg)
-        return int(found[0])
+        return int(facing[0])
 
     @property
     def volume(self) -> float:

@@ -2,46 +2,58 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
+from attrs import field, frozen
 from numpy.typing import NDArray
 
 from blockstruct.errors import ModelError
 from blockstruct.geometry import stretches_inside
 from blockstruct.model.block import Block
-from blockstruct.model.checks import checked_name
-from blockstruct.model.tie_segments import TieSegment, Vector, positive_quantities, set_fields
-from blockstruct.units import QuantityLike, VectorLike, si_vector
+from blockstruct.model.fields import (
+    ModelObject,
+    Vector,
+    has_name,
+    label,
+    named_arguments,
+    optional_scalar,
+    positive,
+    scalar,
+    vector,
+)
+from blockstruct.model.tie_segments import TieSegment
 from blockstruct.vocabulary import listed
 
+_LENGTH, _FORCE, _STRESS = ({"dimension": d} for d in ("length", "force", "stress"))
 
-@dataclass(frozen=True, slots=True, init=False)
-class BondedBar:
-    """A straight bar, bonded along its length to all blocks that it runs through.
 
-    It has one force in each stretch from one block to the next. From stretch to stretch the force changes by no more
-    than the bond in the block between them, ``π d τ_b ℓ``, with ℓ the length inside the block, and that of the first
-    and the last stretch is no more than the bond at the end behind it.
+@frozen(repr=False, field_transformer=named_arguments)
+class BondedBar(ModelObject):
+    """A straight bar, bonded along its length to all blocks that it crosses.
+
+    It has one force in each segment from one block to the next. From segment to segment the force changes by at most
+    the bond in the block between them, ``π d τ_b ℓ``, with the length ℓ inside the block. The force of the first and
+    the last segment is at most the bond of the end in its block.
 
     Parameters
     ----------
     name
         Unique among the ties of a model.
     start, end : quantity, length, three components
-        Ends of the bar, in global coordinates. It may stick out of the blocks. It is bonded to a block where its whole
-        cross-section is inside: where it runs in a joint, or its axis within half the diameter of one or of a free
-        surface, it is bonded to none of the blocks beside it.
+        Ends of the bar, in global coordinates, inside or outside the blocks. The bar is bonded to a block where its
+        whole cross-section is inside. It is not bonded where it runs in a joint, or where its axis is within half the
+        diameter of a joint or a free surface.
     diameter : quantity, length
-        Of the surface d along which it is bonded, and of the cross-section that ``strength`` counts on.
+        Diameter d of the bonded surface, and of the cross-section for ``strength``.
     bond_strength : quantity, stress
         τ_b.
     yield_force : quantity, force
         Of the bar.
     strength : quantity, stress
-        Instead of the yield force: yield strength of the full cross-section.
+        Yield strength of the full cross-section, instead of the yield force.
     elongation_limit : quantity, length
-        Of each stretch; beyond it the bar breaks: a result tells when a mechanism reaches it.
+        Elongation of a segment at which the bar breaks. A result states when a mechanism reaches it.
 
     Attributes
     ----------
@@ -55,49 +67,35 @@ class BondedBar:
     Raises
     ------
     ModelError
-        If there is no strength, it is not above zero, or both ends are at one point.
+        If a strength is missing or not above zero, or both ends are at one point.
     UnitError, DimensionError
-        If a bare number is given where a unit is due, or a quantity of another dimension.
+        If a value has no unit, or its unit has another dimension.
     """
 
-    name: str
-    start: Vector
-    end: Vector
-    diameter: float
-    bond_strength: float
-    yield_force: float | None
-    strength: float | None
-    elongation_limit: float | None
+    computed: ClassVar = {"capacity": "force"}
 
-    def __init__(
-        self,
-        name: str,
-        start: VectorLike,
-        end: VectorLike,
-        *,
-        diameter: QuantityLike,
-        bond_strength: QuantityLike,
-        yield_force: QuantityLike | None = None,
-        strength: QuantityLike | None = None,
-        elongation_limit: QuantityLike | None = None,
-    ) -> None:
-        who = f"bonded bar {checked_name(name, 'bonded bar')!r}"
-        given = {
-            "diameter": diameter,
-            "bond_strength": bond_strength,
-            "yield_force": yield_force,
-            "strength": strength,
-            "elongation_limit": elongation_limit,
-        }
-        values = positive_quantities(given, who)
-        if (yield_force is None) == (strength is None):
-            msg = f"{who}: give either yield_force or strength"
+    name: str = field(validator=has_name)
+    start: Vector = field(converter=vector, metadata=_LENGTH)
+    end: Vector = field(converter=vector, metadata=_LENGTH)
+    diameter: float = field(kw_only=True, converter=scalar, validator=positive, metadata=_LENGTH)
+    bond_strength: float = field(kw_only=True, converter=scalar, validator=positive, metadata=_STRESS)
+    yield_force: float | None = field(
+        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_FORCE
+    )
+    strength: float | None = field(
+        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_STRESS
+    )
+    elongation_limit: float | None = field(
+        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_LENGTH
+    )
+
+    def __attrs_post_init__(self) -> None:
+        if (self.yield_force is None) == (self.strength is None):
+            msg = f"{label(self)}: give either yield_force or strength"
             raise ModelError(msg)
-        ends = {end: si_vector(v, "length", f"{who}: {end}") for end, v in (("start", start), ("end", end))}
-        if ends["start"] == ends["end"]:
-            msg = f"{who}: both ends are at {ends['start']} m; give two points"
+        if self.start == self.end:
+            msg = f"{label(self)}: both ends are at {self.start} m; give two points"
             raise ModelError(msg)
-        set_fields(self, name=name, **ends, **values)
 
     @property
     def capacity(self) -> float:
@@ -108,16 +106,16 @@ class BondedBar:
 
     @property
     def governing(self) -> str:
-        """Name of the limit of the bar itself."""
+        """Name of the limit of the bar."""
         return "yield"
 
     def segments(self, blocks: Mapping[str, Block]) -> tuple[TieSegment, ...]:
-        """Stretches of the bar from one block to the next.
+        """Return the segments of the bar from one block to the next.
 
         Raises
         ------
         ModelError
-            If the bar runs through fewer than two blocks, or through supports alone.
+            If the bar crosses fewer than two blocks, or supports only.
         """
         start, end = np.array(self.start), np.array(self.end)
         d = (end - start) / np.linalg.norm(end - start)
@@ -130,15 +128,15 @@ class BondedBar:
         if len(inside) < 2 or all(blocks[name].fixed for name in names):
             through = listed([f"{name!r}" for name in names]) or "no block at all"
             msg = (
-                f"bonded bar {self.name!r} from {self.start} to {self.end} m runs through {through}, so that it holds "
-                "nothing together; give ends between which it runs inside two blocks or more (not in their faces, nor "
-                f"with its axis within {self.diameter / 2:g} m of them, half its diameter), one of them free"
+                f"bonded bar {self.name!r} from {self.start} to {self.end} m crosses {through}, so it joins "
+                "nothing; give ends between which it is inside two blocks or more, one of them free, with its axis at "
+                f"least {self.diameter / 2:g} m from their faces, half its diameter"
             )
             raise ModelError(msg)
         bond = [math.pi * self.diameter * self.bond_strength * (b - a) for (a, b), _ in inside]
         last = len(inside) - 1
         ends = [min(bond[0] if k == 0 else math.inf, bond[-1] if k + 1 == last else math.inf) for k in range(last)]
-        # The stretches meet in the middles of the blocks between them.
+        # Two segments meet in the middle of the block between them.
         at = [inside[0][0][0], *((a + b) / 2 for (a, b), _ in inside[1:-1]), inside[-1][0][1]]
         return tuple(
             TieSegment(

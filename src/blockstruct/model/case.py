@@ -1,7 +1,7 @@
-"""Cases: the questions that an analysis answers."""
+"""Cases of an analysis."""
 
 from blockstruct.model.limit_case import LimitCase
 from blockstruct.model.settlement_case import SettlementCase
 
-#: Any question to a model.
+#: Any case of an analysis.
 Case = LimitCase | SettlementCase

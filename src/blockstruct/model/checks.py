@@ -1,4 +1,4 @@
-"""Checks of what constructors and builders take: names, sequences, lengths and counts."""
+"""Checks of the arguments of constructors and builders: names, sequences, lengths and counts."""
 
 import math
 import operator
@@ -13,32 +13,32 @@ from blockstruct.errors import ModelError, shown
 from blockstruct.units import VectorLike, si, si_vector
 from blockstruct.vocabulary import listed
 
-#: Characters of a name. That of an interface holds two of blocks.
+#: Largest number of characters of a name. The name of an interface contains two names of blocks.
 LONGEST_NAME = 1000
-#: Characters of the source of values.
+#: Largest number of characters of the source of values.
 LONGEST_SOURCE = 5000
-#: Lengths that a builder takes, m, and blocks that it makes.
+#: Smallest and largest length of a builder, m, and its largest number of blocks.
 SHORTEST, LONGEST, MOST_BLOCKS = 1e-6, 1e6, 100_000
 
-#: Directions that have a name.
+#: Unit vector of each axis, by its name.
 AXES_BY_NAME = {
     f"{sign}{axis}": tuple(float(f"{sign}{int(k == j)}") + 0.0 for k in range(3))
     for j, axis in enumerate("xyz")
     for sign in "+-"
 }
-#: How far from 1 the length of a typed direction may be, and that of one that is left as it is.
+#: Deviation of the length of a direction from 1: the largest that is allowed, and the largest that is left unchanged.
 _LENGTH, _ROUNDING = 1e-3, 1e-12
-#: Distance of a point from the box around its block, relative to the block: rounding.
+#: Largest distance of a point from the box around its block, relative to the block: rounding.
 _OFF_BLOCK = 1e-3
 
 
 def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tuple[float, float, float]:
-    """Unit vector of a direction of length 1, or of the name of an axis such as ``"+x"``.
+    """Return the unit vector of a direction of length 1, or of the name of an axis such as ``"+x"``.
 
     Raises
     ------
     ModelError
-        If the direction is zero, not of length 1 or a name of no axis.
+        If the direction is zero, not of length 1, or an unknown name.
     """
     if isinstance(direction, str) and not any(map(str.isdigit, direction)):
         if direction.strip() not in AXES_BY_NAME:
@@ -61,7 +61,7 @@ def checked_direction(direction: VectorLike, what: str, remedy: str = "") -> tup
 
 
 def checked_name(name: Any, kind: str) -> str:
-    """The name, if it is a text that can be printed on one line, is not blank and not too long to be stored."""
+    """Return the name; refuse a blank text, one that is not printable on one line, or one too long to be stored."""
     if not isinstance(name, str) or not name.strip() or not name.isprintable() or len(name) > LONGEST_NAME:
         msg = f"{kind} {shown(name)}: a name must be a text of 1 to {LONGEST_NAME} printable characters, not blank"
         raise ModelError(msg)
@@ -69,12 +69,12 @@ def checked_name(name: Any, kind: str) -> str:
 
 
 def check_unrepeated(names: Iterable[str], what: str) -> None:
-    """Refuse names that are used more than once.
+    """Refuse repeated names.
 
     Raises
     ------
     ModelError
-        If there are any.
+        If a name is repeated.
     """
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
@@ -83,12 +83,12 @@ def check_unrepeated(names: Iterable[str], what: str) -> None:
 
 
 def checked_source(source: Any, who: str) -> str:
-    """The text that says where values come from, empty if nothing does.
+    """Return the source of values.
 
     Raises
     ------
     ModelError
-        If it is not a text that can be printed, or too long to be stored.
+        If it is not a printable text, or too long to be stored.
     """
     if not isinstance(source, str) or not source.isprintable() or len(source) > LONGEST_SOURCE:
         msg = f"{who}: source is {shown(source)}; give a text of up to {LONGEST_SOURCE} printable characters"
@@ -97,48 +97,48 @@ def checked_source(source: Any, who: str) -> str:
 
 
 def checked_tuple(items: Any, kind: Any, what: str) -> tuple[Any, ...]:
-    """The items, if they are a collection of objects of one kind (a class or a union of classes)."""
+    """Return the items as a tuple; refuse items that are not of one kind, a class or a union of classes."""
     kinds = get_args(kind) or (kind,)
     names = ", ".join(k.__name__ for k in kinds)
     if isinstance(items, str) or not isinstance(items, Iterable):
         msg = f"{what}: {shown(items)} is not a list; give a list of {names}"
         raise ModelError(msg)
     try:
-        found = tuple(items)
-    except TypeError:  # quantities and arrays without a dimension only look like lists
-        found = (items,)
-    for item in found:
+        members = tuple(items)
+    except TypeError:  # quantities and arrays without a dimension claim to be iterable
+        members = (items,)
+    for item in members:
         if not isinstance(item, kinds):
-            msg = f"{what}: {shown(item)} is none of {names}; give a list of {names}"
+            msg = f"{what}: {shown(item)} is not one of {names}; give a list of {names}"
             raise ModelError(msg)
-    return found
+    return members
 
 
 def positive_length(value: Any, what: str) -> float:
-    """Length in m.
+    """Return a length in m.
 
     Raises
     ------
     ModelError
-        If the length is not above zero, or not one of a building.
+        If the length is not above zero, or outside the range of buildings.
     """
     length = si(value, "length", what)
     if length <= 0:
         msg = f"{what} {length:.6g} m; give a length above zero"
         raise ModelError(msg)
     if not SHORTEST <= length <= LONGEST:
-        msg = f"{what} {length:.6g} m; give a length from {SHORTEST:g} to {LONGEST:g} m, is its unit right?"
+        msg = f"{what} {length:.6g} m; give a length from {SHORTEST:g} to {LONGEST:g} m, and check its unit"
         raise ModelError(msg)
     return length
 
 
 def checked_count(value: Any, least: int, what: str) -> int:
-    """Whole number of at least ``least``, and of no more blocks than anybody builds.
+    """Return a whole number from ``least`` to the largest number of blocks.
 
     Raises
     ------
     ModelError
-        If it is not a whole number, or is less or more than that.
+        If it is not a whole number, or outside this range.
     """
     try:
         count = operator.index(value)
@@ -151,12 +151,12 @@ def checked_count(value: Any, least: int, what: str) -> int:
 
 
 def check_total(blocks: float, what: str) -> None:
-    """Refuse a structure of far too many blocks before the first of them is made.
+    """Refuse a structure with too many blocks before it is built.
 
     Raises
     ------
     ModelError
-        If there are more than any model has.
+        If there are more than :data:`MOST_BLOCKS`.
     """
     if blocks > MOST_BLOCKS:
         msg = f"{what}: about {blocks:.3g} blocks, the limit is {MOST_BLOCKS}; give larger or fewer units"
@@ -171,13 +171,13 @@ def check_at_block(
     Raises
     ------
     ModelError
-        If it is, by more than rounding.
+        If it is outside by more than rounding.
     """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     slack = _OFF_BLOCK * float((high - low).max())
     if np.any(point < low - slack) or np.any(point > high + slack):
         msg = (
-            f"{what} at block {block!r} is {tuple(point)} m, outside the block, which reaches from "
+            f"{what} at block {block!r} is {tuple(point)} m, outside the block, which extends from "
             f"{low.round(6).tolist()} to {high.round(6).tolist()} m; {remedy}"
         )
         raise ModelError(msg)

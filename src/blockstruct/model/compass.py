@@ -1,4 +1,4 @@
-"""Limit cases around the compass: the weight pushed in many horizontal directions."""
+"""Limit cases for pushes in many horizontal directions."""
 
 import math
 from typing import Any
@@ -13,7 +13,7 @@ from blockstruct.model.loads import BodyForce, LoadPattern
 from blockstruct.units import si, si_array
 from blockstruct.vocabulary import Flow
 
-#: Directions beyond which nothing new is learnt.
+#: Largest number of directions: one per degree.
 MOST_DIRECTIONS = 360
 
 
@@ -25,25 +25,25 @@ def direction_cases(
     flow: Flow = Flow.NONASSOCIATIVE,
     name: str = "push",
 ) -> list[LimitCase]:
-    """Limit cases whose variable load is the weight pushed in horizontal directions.
+    """Return limit cases whose variable load is the weight as a horizontal push.
 
     Parameters
     ----------
     dead
-        Loads that act in full, in each of them.
+        Loads that act in full, in each case.
     directions : int, or quantity of angles
-        A number of them, evenly spread from +x; or the angles from +x towards +y, as ``Q_([0, 45], "deg")``.
+        Number of directions, evenly spread from +x; or the angles from +x towards +y, as ``Q_([0, 45], "deg")``.
     vertical : float
         Vertical part of the variable load in multiples of the horizontal one, upwards if positive.
     flow
         As for :class:`LimitCase`.
     name
-        How the names of the cases begin.
+        First word of the names of the cases.
 
     Raises
     ------
     ModelError
-        If there is no direction, one twice, or too many.
+        If there is no direction, a direction is repeated, or there are too many.
     UnitError
         If angles have no unit.
     """
@@ -53,7 +53,7 @@ def direction_cases(
     cases = []
     for angle in angles:
         x, y = math.cos(math.radians(angle)), math.sin(math.radians(angle))
-        # Symmetric structures are pushed symmetrically to the last digit.
+        # Rounding keeps opposite directions symmetric to the last digit.
         loads = [BodyForce((round(x, 15) + 0.0, round(y, 15) + 0.0, 0.0))]
         title = f"{name} {angle:g} deg"
         if share:
@@ -64,7 +64,10 @@ def direction_cases(
 
 
 def direction_of(case: Case) -> tuple[float, float] | None:
-    """Angle, degrees from 0 up to 360, and vertical share of a case of :func:`direction_cases`; None of any other."""
+    """Return the angle, from 0 to less than 360 degrees, and the vertical share of a case of :func:`direction_cases`.
+
+    Other cases give None.
+    """
     if not isinstance(case, LimitCase):
         return None
     loads = [load for load in case.variable.loads if isinstance(load, BodyForce)]
@@ -74,27 +77,27 @@ def direction_of(case: Case) -> tuple[float, float] | None:
     if z or not math.isclose(loads[0].share, 1.0) or any(direction[:2] != (0.0, 0.0) for direction in rest):
         return None
     upwards = loads[1].share * loads[1].direction[2] if rest else 0.0
-    # Rounded as the names are: 360 degrees are 0.
+    # Rounded as in the names: 360 degrees are 0.
     return round(math.degrees(math.atan2(y, x)), 9) % 360, upwards
 
 
 def _angles(directions: Any) -> Any:
-    """Angles, rad."""
+    """Return the angles, rad."""
     if isinstance(directions, int | np.integer) and not isinstance(directions, bool):
         count = int(directions)
         if not 1 <= count <= MOST_DIRECTIONS:
-            msg = f"directions: {count} of them; give 1 to {MOST_DIRECTIONS}"
+            msg = f"directions: {count}; give 1 to {MOST_DIRECTIONS}"
             raise ModelError(msg)
         return np.radians(np.arange(count) * 360 / count)
     if isinstance(directions, list | tuple):
-        found = np.array([si(angle, "angle", "directions: angle") for angle in directions])
+        angles = np.array([si(angle, "angle", "directions: angle") for angle in directions])
     else:
-        found = si_array(directions, "angle", "directions: angles").ravel()
-    if not 1 <= len(found) <= MOST_DIRECTIONS:
-        msg = f"directions: {len(found)} angles; give 1 to {MOST_DIRECTIONS}"
+        angles = si_array(directions, "angle", "directions: angles").ravel()
+    if not 1 <= len(angles) <= MOST_DIRECTIONS:
+        msg = f"directions: {len(angles)} angles; give 1 to {MOST_DIRECTIONS}"
         raise ModelError(msg)
-    turned = np.degrees(found).round(9) % 360
+    turned = np.degrees(angles).round(9) % 360
     if len(np.unique(turned)) < len(turned):
-        msg = f"directions: {shown(turned.tolist())} deg has a direction twice; give each once"
+        msg = f"directions: {shown(turned.tolist())} deg repeats a direction; give each once"
         raise ModelError(msg)
     return np.radians(turned)

@@ -1,34 +1,35 @@
-"""What a detection of interfaces found, and what it left out."""
+"""Report on the contacts that a detection of interfaces accepted and rejected."""
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from attrs import field, frozen
 
+from blockstruct.model.fields import ModelObject
 from blockstruct.model.interface import Interface
 from blockstruct.notebook import html_table
 from blockstruct.vocabulary import JointOrientation, counted
 
-#: Findings of one kind that a printed report lists; the table has them all.
+#: Largest number of findings of one kind in a printed report. The table has all of them.
 LISTED = 20
-#: Kind of the contacts that no console lists: there may be thousands under a structure.
+#: Kind of the contacts that the console does not list: there may be thousands.
 BETWEEN_SUPPORTS = "between supports, left out"
-#: End of the reason of contacts that other blocks hide.
+#: End of the reason of contacts with other blocks between their faces.
 _BETWEEN = " between"
-#: Area of a contact, relative to the largest of either of its blocks, below which it is a sliver beside it.
+#: Area of a sliver, relative to the largest contacts of its two blocks.
 SLIVER = 1e-3
 
 
-@dataclass(frozen=True, slots=True)
-class DetectionTolerances:
-    """Limits of what counts as contact.
+@frozen(repr=False)
+class DetectionTolerances(ModelObject):
+    """Tolerances of a detection.
 
     Attributes
     ----------
     gap : float
-        Largest gap, and largest penetration, between two faces over the area they share, m.
+        Largest gap, and largest penetration, between two faces over their common area, m.
     angle : float
         Largest angle between two faces, radians.
     area : float
@@ -37,81 +38,81 @@ class DetectionTolerances:
         Distance up to which blocks without a contact are reported as close, m.
     """
 
-    gap: float
-    angle: float
-    area: float
-    close: float
+    gap: float = field(metadata={"dimension": "length"})
+    angle: float = field(metadata={"dimension": "angle"})
+    area: float = field(metadata={"dimension": "area"})
+    close: float = field(metadata={"dimension": "length"})
 
     def __str__(self) -> str:
         return f"gap and penetration {_length(self.gap)}, angle {_angle(self.angle)}, area {self.area:.3g} m²"
 
 
-@dataclass(frozen=True, slots=True)
-class FoundContact:
-    """Two faces that look at each other, and how they were judged.
+@frozen(repr=False)
+class FoundContact(ModelObject):
+    """Two faces that look at each other, accepted as a contact or rejected with a reason.
 
     Attributes
     ----------
     minus, plus : str
         Blocks; the normal points from minus to plus.
     interface : str
-        Name of the interface; empty if the contact was left out.
+        Name of the interface; empty if the contact was rejected.
     reason : str
-        Why it was left out: ``angle``, ``gap``, ``penetration``, ``area``, ``supports`` (both blocks are fixed) or
-        :func:`lies_between`. Empty if it was accepted.
+        Reason of a rejection: ``angle``, ``gap``, ``penetration``, ``area``, ``supports`` (both blocks are fixed) or
+        :func:`lies_between`. Empty if accepted.
     gap : float
-        Where it is largest over the shared area, m; negative for a penetration. NaN if the interface was given.
+        Largest gap over the common area, m; negative for a penetration. NaN if the user gave the interface.
     angle : float
-        Between the faces, radians. NaN if the interface was given.
+        Between the faces, radians. NaN if the user gave the interface.
     area : float
         m².
     orientation : JointOrientation
     near_miss : bool
-        Left out, but within twice every tolerance.
+        Whether it was rejected, but is within twice every tolerance.
     """
 
     minus: str
     plus: str
     interface: str
     reason: str
-    gap: float
-    angle: float
-    area: float
+    gap: float = field(metadata={"dimension": "length"})
+    angle: float = field(metadata={"dimension": "angle"})
+    area: float = field(metadata={"dimension": "area"})
     orientation: JointOrientation
     near_miss: bool
 
     @property
     def is_hidden(self) -> bool:
-        """Whether it was left out because other blocks lie between its two."""
+        """Whether it was rejected because other blocks lie between its two blocks."""
         return self.reason.endswith(_BETWEEN)
 
 
 def lies_between(names: Iterable[str]) -> str:
-    """The reason for which a contact is left out that blocks hide; empty without any."""
-    found = sorted(names)
-    return f"block{'s' * (len(found) > 1)} {', '.join(found)}{_BETWEEN}" if found else ""
+    """Return the reason of a rejection by the blocks in between; empty without such blocks."""
+    blocks = sorted(names)
+    return f"block{'s' * (len(blocks) > 1)} {', '.join(blocks)}{_BETWEEN}" if blocks else ""
 
 
-@dataclass(frozen=True, slots=True)
-class DetectionReport:
-    """What a detection accepted and what it left out.
+@frozen(repr=False)
+class DetectionReport(ModelObject):
+    """Contacts that a detection accepted or rejected, and defects of the blocks.
 
     Attributes
     ----------
     tolerances : DetectionTolerances
     contacts : tuple of FoundContact
-        Every two faces that look at each other and come close: accepted or left out with the reason.
+        All pairs of close faces that look at each other, accepted or rejected.
     overlaps : tuple of (block, block, depth in m)
-        Blocks that share space deeper than the tolerance of the gap, and what their faces deviate from planes. A model
+        Blocks that overlap by more than the gap tolerance plus the deviations of their faces from planes. A model
         refuses them, unless both are supports.
     nonplanar_faces : tuple of (block, face, deviation in m)
-        Faces that are not plane; contacts are found on their mean planes.
+        Faces that are not plane. Their contacts are measured on their mean planes.
     floating : tuple of str
-        Blocks without a way to a support through interfaces.
+        Blocks without a path to a support through interfaces.
     untouched : tuple of str
         Blocks without any interface.
     close : tuple of (block, block, distance in m)
-        Blocks without any contact that are close or touch along a line only. The distance is along a face.
+        Blocks without a contact that are close or touch along a line only. The distance is along a face.
     """
 
     tolerances: DetectionTolerances
@@ -124,7 +125,7 @@ class DetectionReport:
 
     @property
     def blocks(self) -> frozenset[str]:
-        """Blocks that something was found of."""
+        """Blocks with a finding."""
         pairs = [(c.minus, c.plus) for c in self.contacts] + [p[:2] for p in (*self.overlaps, *self.close)]
         single = [*(f[0] for f in self.nonplanar_faces), *self.floating, *self.untouched]
         return frozenset(single).union(*pairs)
@@ -141,20 +142,20 @@ class DetectionReport:
 
     @property
     def rejected(self) -> tuple[FoundContact, ...]:
-        """Contacts left out, but for those between supports."""
+        """Rejected contacts, without contacts between supports."""
         return tuple(c for c in self.contacts if c.reason not in ("", "supports"))
 
     @property
     def near_misses(self) -> tuple[FoundContact, ...]:
-        """Contacts left out that are within twice every tolerance."""
+        """Rejected contacts within twice every tolerance."""
         return tuple(c for c in self.contacts if c.near_miss)
 
     @property
     def accepted_slivers(self) -> tuple[FoundContact, ...]:
-        """Interfaces a thousand times smaller than the largest one of either of their blocks.
+        """Interfaces a thousand times smaller than the largest interface of both of their blocks.
 
-        Neighbours that meet along an edge or in a corner share such areas where coordinates are rounded. Each is a
-        contact that carries any force, so they can raise a load factor by a percent: :attr:`sliver_tolerance`.
+        With rounded coordinates, neighbours that meet along an edge or in a corner share such areas. A sliver carries
+        any force, so slivers can raise a load factor by a percent. :attr:`sliver_tolerance` removes them.
         """
         accepted = [c for c in self.contacts if not c.reason]
         largest: dict[str, float] = {}
@@ -165,7 +166,7 @@ class DetectionReport:
 
     @property
     def sliver_tolerance(self) -> float:
-        """Tolerance of the area, m², with which a detection leaves out the accepted slivers; zero without any."""
+        """Area tolerance that rejects the accepted slivers, m²; zero without slivers."""
         area = max((c.area for c in self.accepted_slivers), default=0.0)
         # To two digits, upwards.
         unit = 10.0 ** (math.floor(math.log10(area)) - 1) if area else 0.0
@@ -173,17 +174,17 @@ class DetectionReport:
 
     @property
     def slivers(self) -> tuple[tuple[str, str, float], ...]:
-        """Contacts left out because their area is that of a line or a point: minus, plus, area in m²."""
+        """Contacts rejected as a line or a point: minus, plus, area in m²."""
         return tuple((c.minus, c.plus, c.area) for c in self.contacts if c.reason == "area")
 
     @property
     def between_supports(self) -> tuple[tuple[str, str], ...]:
-        """Contacts left out because both blocks are fixed."""
+        """Contacts rejected because both blocks are fixed."""
         return tuple((c.minus, c.plus) for c in self.contacts if c.reason == "supports")
 
     @property
     def area_by_orientation(self) -> dict[JointOrientation, float]:
-        """Area of the interfaces by how the joints lie, m²."""
+        """Area of the interfaces by the orientation of the joints, m²."""
         return {
             o: math.fsum(c.area for c in self.contacts if not c.reason and c.orientation == o)
             for o in JointOrientation
@@ -192,31 +193,31 @@ class DetectionReport:
 
     @property
     def largest_misfit(self) -> str:
-        """How far the faces of an interface that was measured are apart at most, and turned, in words."""
+        """Largest gap or penetration, and largest angle, of the measured interfaces, in words."""
         measured = [c for c in self.contacts if not c.reason and not math.isnan(c.gap)]
         gap, angle = (max((abs(getattr(c, name)) for c in measured), default=0.0) for name in ("gap", "angle"))
         return f"gap or penetration up to {_length(gap)}, angle {_angle(angle)}"
 
     @property
     def hints(self) -> tuple[str, ...]:
-        """Tolerances that would take the contacts left out, a text for each reason, the most frequent one first."""
-        left = [c for c in self.rejected if c.reason != "area" and not c.is_hidden]
-        turned, apart = ([c for c in left if (c.reason == "angle") is by_angle] for by_angle in (True, False))
-        found = []
+        """Tolerances that would accept the rejected contacts, a text per reason, the most frequent reason first."""
+        rejected = [c for c in self.rejected if c.reason != "area" and not c.is_hidden]
+        turned, apart = ([c for c in rejected if (c.reason == "angle") is by_angle] for by_angle in (True, False))
+        hints = []
         if turned:
             alone = sum(abs(c.gap) <= self.tolerances.gap for c in turned)
             angle, gap = (1.01 * max(values) for values in zip(*((c.angle, abs(c.gap)) for c in turned), strict=True))
             rest = "" if alone == len(turned) else f", with a gap tolerance of {gap:.3g} m {len(turned)}"
             taken = f"an angle tolerance of {math.degrees(angle):.3g} deg would take {alone}{rest}"
-            found.append((len(turned), f"{len(turned)} of {len(left)} rejected by angle: {taken}"))
+            hints.append((len(turned), f"{len(turned)} of {len(rejected)} rejected by angle: {taken}"))
         if apart:
             half, most = (f"{1.01 * gap:.3g} m" for gap in np.quantile([abs(c.gap) for c in apart], (0.5, 1.0)))
             taken = f"a gap tolerance of {half} would take half of them, {most} all"
-            found.append((len(apart), f"{len(apart)} of {len(left)} rejected by gap or penetration: {taken}"))
-        return tuple(text for _, text in sorted(found, reverse=True))
+            hints.append((len(apart), f"{len(apart)} of {len(rejected)} rejected by gap or penetration: {taken}"))
+        return tuple(text for _, text in sorted(hints, reverse=True))
 
     def listing(self) -> list[tuple[str, list[str]]]:
-        """What deserves a look, by kind: one text per finding, as console and report print them."""
+        """Return the findings by kind, one text per finding, as console and report print them."""
         untouched, pairs = set(self.untouched), [c for c in self.rejected if c.reason != "area"]
         apart = [pair for pair in self.close if pair[2] > self.tolerances.gap]
         kinds = {
@@ -234,10 +235,10 @@ class DetectionReport:
             "floating block": [b for b in self.floating if b not in untouched],
             "close without contact": [f"{a} | {b}: {_length(distance)} apart" for a, b, distance in apart],
         }
-        return [(kind, found) for kind, found in kinds.items() if found]
+        return [(kind, texts) for kind, texts in kinds.items() if texts]
 
     def table(self) -> pd.DataFrame:
-        """Everything found, one row each.
+        """Return all findings as a table, one row per finding.
 
         Returns
         -------
@@ -279,8 +280,8 @@ class DetectionReport:
     def _repr_html_(self) -> str:
         groups = self.table().groupby("finding", sort=False)
         rows = [
-            (finding, len(found), f"{found['area'].sum():.4g}", f"{1e3 * found['gap'].abs().max():.3g}")
-            for finding, found in groups
+            (finding, len(rows), f"{rows['area'].sum():.4g}", f"{1e3 * rows['gap'].abs().max():.3g}")
+            for finding, rows in groups
         ]
         return html_table(repr(self)[1:-1], ["finding", "number", "area [m²]", "largest gap [mm]"], rows, self.hints)
 
@@ -313,16 +314,16 @@ class DetectionReport:
                 "beside them, may raise the load factor: "
                 f"an area tolerance of {self.sliver_tolerance:.2g} m^2 leaves them out"
             )
-        for kind, found in self.listing():
+        for kind, texts in self.listing():
             if kind != BETWEEN_SUPPORTS:
-                lines += [f"  {kind}: {text}" for text in found[:LISTED]]
-                lines += [f"  {kind}: {len(found) - LISTED} more, all in report.table()"] * (len(found) > LISTED)
+                lines += [f"  {kind}: {text}" for text in texts[:LISTED]]
+                lines += [f"  {kind}: {len(texts) - LISTED} more, all in report.table()"] * (len(texts) > LISTED)
         return "\n".join(lines)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen(repr=False)
 class Detection:
-    """Interfaces of a set of blocks, and the report on how they were found."""
+    """Interfaces of a set of blocks, and the report on their detection."""
 
     interfaces: tuple[Interface, ...]
     report: DetectionReport
@@ -341,10 +342,10 @@ def _finding(contact: FoundContact) -> str:
 
 
 def _length(metres: float) -> str:
-    """Length in mm; rounding of coordinates is none."""
+    """Return a length in mm; rounding of coordinates counts as zero."""
     return f"{metres * 1e3:.3g} mm" if abs(metres) > 1e-9 else "0 mm"
 
 
 def _angle(radians: float) -> str:
-    """Angle in degrees."""
+    """Return an angle in degrees."""
     return f"{math.degrees(radians):.3g}°"

@@ -1,6 +1,6 @@
-"""How blocks and interfaces fit together: what a detection accepts or reports, and what a model refuses.
+"""Checks that blocks and interfaces fit together.
 
-Both ask the functions below, so that a model never refuses what a detection accepted with the same tolerances.
+Detections and models use the same functions: a model accepts every interface of a detection with the same tolerances.
 """
 
 from collections.abc import Sequence
@@ -17,51 +17,52 @@ from blockstruct.vocabulary import counted, listed
 
 Array = NDArray[np.float64]
 
-#: Penetration, relative to the mean block size, that is rounding, and that blocks joined by an interface may have.
+#: Largest penetration, relative to the mean block size: of any two blocks (rounding), and of two joined blocks.
 OVERLAP, JOINED_OVERLAP = 1e-5, 1e-2
-#: Distance of an interface from the faces it lies on, relative to the smaller block: before them, half of a wide joint;
-#: behind them, what blocks that are joined may share. Deeper, the lever of what it carries is not that of the joint.
+#: Largest distance of an interface from its faces, relative to the smaller block: outside, half a wide joint; inside,
+#: the penetration of joined blocks. A deeper interface would have a wrong lever.
 OFF_FACE, BEHIND_FACE = 5e-2, JOINED_OVERLAP
-#: Share of the area of an interface that may lie beside the faces of its blocks, and distance of a corner beside them,
-#: relative to its area over half of its perimeter, the width of a long one: rounded coordinates.
+#: Largest share of an interface outside the faces of its blocks, and largest distance of a corner from them relative to
+#: its area over half its perimeter, which is the width of a long interface: rounded coordinates.
 OFF_OUTLINE, OFF_CORNER = 1e-2, 2.5e-2
-#: Share of an interface that another of the same blocks may cover, and cosine of the angle between such two.
+#: Largest share of an interface that a second interface of the blocks covers, and least cosine of their angle.
 COVERED, PARALLEL = 1e-3, 0.99
-#: Agreement of an interface with the area that its detection measured.
+#: Relative difference of areas up to which an interface is the one that the detection measured.
 SAME_AREA = 1e-6
 
 
 def overlaps(blocks: Sequence[Block], gap: float) -> list[tuple[int, int, float]]:
-    """Blocks that share more space than contacts within a gap explain.
+    """Return the blocks that overlap by more than contacts within a gap.
 
-    Contacts are measured between the mean planes of faces: what corners deviate from these comes on top.
+    Contacts are measured between the mean planes of faces. The deviation of corners from these planes is added to the
+    gap.
 
     Parameters
     ----------
     blocks
-        In the order in which the result counts them.
+        In the order of the indices in the result.
     gap
         Largest penetration of a contact, m.
 
     Returns
     -------
     list of (i, j, depth in m)
-        ``i < j``, pairs of supports among them.
+        ``i < j``. Pairs of supports are included.
     """
     off = [float(b.shape.deviations.max()) for b in blocks]
-    found = overlapping_pairs([b.shape for b in blocks], gap)
-    return [(i, j, depth) for i, j, depth in found if depth > gap + off[i] + off[j]]
+    pairs = overlapping_pairs([b.shape for b in blocks], gap)
+    return [(i, j, depth) for i, j, depth in pairs if depth > gap + off[i] + off[j]]
 
 
 def check_overlaps(
     who: str, blocks: Sequence[Block], interfaces: Sequence[Interface], detection: DetectionReport | None, size: float
 ) -> None:
-    """Refuse blocks that share space, but for two supports: nothing moves there.
+    """Refuse blocks that overlap, unless both are supports.
 
     Raises
     ------
     GeometryError
-        If blocks overlap by more than rounding and the tolerance of the detection; joined ones, by more than a
+        If blocks overlap by more than rounding and the tolerance of the detection. The limit of joined blocks is a
         hundredth of the mean block size.
     """
     gap = max(detection.tolerances.gap if detection else 0.0, OVERLAP * size)
@@ -77,7 +78,7 @@ def check_overlaps(
         msg = (
             f"{who}: overlapping blocks, {counted(len(pairs), 'pair')} in all (limit {gap:.3g} m): "
             f"{listed(named)}; move or cut the blocks, or detect interfaces with a tolerance above {deepest:.3g} m "
-            "(--gap where blocks are imported) and give the model all of what was found (interfaces=found)"
+            "(--gap for imported blocks) and give the whole result to the model (interfaces=found)"
         )
         raise GeometryError(msg)
 
@@ -85,16 +86,17 @@ def check_overlaps(
 def check_interfaces(
     who: str, blocks: Sequence[Block], interfaces: Sequence[Interface], detection: DetectionReport | None, size: float
 ) -> None:
-    """Every polygon lies on faces of its minus block that look along its normal, and on faces of its plus block.
+    """Refuse interfaces that do not lie on faces of both blocks.
 
-    Each of its corners lies on or next to both, for they are the contact points. The faces under a polygon that is not
-    plane may be several, each looking another way. Where a detection measured an interface, its tolerance of the gap
-    counts along the outline, too: pieces of a rough joint are made whole over slits as wide.
+    The faces of the minus block look along the normal, the faces of the plus block against it. All corners lie on or
+    next to both blocks, because they are the contact points. A polygon that is not plane may lie on several faces with
+    different normals. For an interface from a detection, the gap tolerance also applies along the outline: the
+    detection joins pieces of a rough joint over slits of this width.
 
     Raises
     ------
     GeometryError
-        If an interface does not lie on its blocks, or covers another one.
+        If an interface does not lie on its blocks, or covers a second interface.
     """
     if not interfaces:
         return
@@ -108,36 +110,35 @@ def check_interfaces(
     around = np.array([perimeter(i.polygon) for i in interfaces])
     if detection is not None:
         gap = detection.tolerances.gap
-        # Pieces of a rough joint lie within the gap of their plane, and their faces within half of it of them: along
-        # the normals of these.
+        # A piece of a rough joint is within the gap of the plane. Its faces are within half the gap of the piece, along
+        # their own normals.
         off = np.maximum(off, np.where(measured, 2 * gap / np.cos(detection.tolerances.angle), gap))
         slack[measured] = gap * around[measured]
     normals, areas = np.array([i.normal for i in interfaces]), np.array([i.area for i in interfaces])
     # On the minus blocks, then on the plus blocks.
     polygons, along = [i.polygon for i in interfaces] * 2, np.concatenate([normals, -normals])
-    before, behind = np.tile(off, 2)
+    outside, inside = np.tile(off, 2)
     on_faces, corners = (
-        found.reshape(2, -1) for found in areas_on_bodies(polygons, along, before, behind, shapes, ends.T.ravel())
+        values.reshape(2, -1) for values in areas_on_bodies(polygons, along, outside, inside, shapes, ends.T.ravel())
     )
-    beside = np.argwhere(on_faces < (1 - OFF_OUTLINE) * areas - slack)
-    if len(beside):
-        end, k = beside[0]
+    misplaced = np.argwhere(on_faces < (1 - OFF_OUTLINE) * areas - slack)
+    if len(misplaced):
+        end, k = misplaced[0]
         msg = (
             f"{who}: interface {interfaces[k].name!r} does not lie on a face of block "
             f"{blocks[ends[k, end]].name!r} that looks {('along', 'against')[end]} its normal: "
-            f"{on_faces[end, k]:.3g} of its {areas[k]:.3g} m^2 do, up to {off[0, k]:.3g} m before it and "
-            f"{off[1, k]:.3g} m behind it; give a polygon on "
-            "both blocks, counter-clockwise seen from the plus block, or all of what was detected (interfaces=found) "
-            "if its tolerance was larger"
+            f"{on_faces[end, k]:.3g} of its {areas[k]:.3g} m^2 do, up to {off[0, k]:.3g} m outside the block and "
+            f"{off[1, k]:.3g} m inside; give a polygon on both blocks, counter-clockwise seen from the plus block, or "
+            "the whole result of the detection (interfaces=found) if its tolerance was larger"
         )
         raise GeometryError(msg)
-    # A corner bears whatever the area about it.
+    # Forces act at the corners, whatever the area around them.
     reach = np.where(measured, np.inf, OFF_CORNER * 2 * areas / around)
-    beside = np.argwhere(corners > reach)
-    if len(beside):
-        end, k = beside[0]
+    misplaced = np.argwhere(corners > reach)
+    if len(misplaced):
+        end, k = misplaced[0]
         msg = (
-            f"{who}: interface {interfaces[k].name!r} has a corner {corners[end, k]:.3g} m beside what of it lies on "
+            f"{who}: interface {interfaces[k].name!r} has a corner {corners[end, k]:.3g} m outside its area on "
             f"block {blocks[ends[k, end]].name!r} (limit {reach[k]:.3g} m); give a polygon whose corners all lie on "
             "both blocks"
         )
@@ -146,7 +147,7 @@ def check_interfaces(
 
 
 def _measured(interfaces: Sequence[Interface], detection: DetectionReport | None) -> NDArray[np.bool_]:
-    """Which interfaces are those that a detection accepted: same name, same blocks, same area."""
+    """Return which interfaces a detection accepted: same name, same blocks, same area."""
     accepted = {c.interface: c for c in detection.contacts if c.interface and not np.isnan(c.gap)} if detection else {}
 
     def same(interface: Interface) -> bool:
@@ -163,7 +164,7 @@ def _measured(interfaces: Sequence[Interface], detection: DetectionReport | None
 def _check_covered(
     who: str, interfaces: Sequence[Interface], ends: NDArray[np.int64], measured: NDArray[np.bool_], slack: float
 ) -> None:
-    """No area of a joint belongs to two interfaces of the same blocks, unless each was measured on faces of its own."""
+    """Refuse two interfaces of the same blocks on one area, unless the detection measured each on its own faces."""
     polygons = [interface.polygon for interface in interfaces]
     low, high = (np.array([f(p, axis=0) for p in polygons]) for f in (np.min, np.max))
     i, j = box_pairs(low - slack / 2, high + slack / 2)

@@ -1,30 +1,44 @@
 """Interfaces between blocks."""
 
-from copy import copy
-from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
+from attrs import field, frozen
 from numpy.typing import NDArray
 
-from blockstruct.errors import GeometryError, ModelError, shown
+from blockstruct.errors import GeometryError, ModelError
 from blockstruct.geometry import mean_distances, polygon_area
-from blockstruct.model.checks import checked_name
+from blockstruct.model.fields import ModelObject, changed, has_name, instance_of, label, named_arguments, store
 from blockstruct.model.joint_material import JointMaterial
-from blockstruct.units import si_array
+from blockstruct.units import VectorLike, si_array
 from blockstruct.vocabulary import JointOrientation
 
 Array = NDArray[np.float64]
 
-
-#: Distance of a corner from the next, relative to the size of an interface, that is rounding of one.
+#: Smallest area of a polygon, relative to the square of its size: below it is rounding.
+NO_AREA = 1e-12
+#: Distance of two corners, relative to the size of an interface, up to which they are one corner.
 SAME_CORNER = 1e-9
-#: Deviation of a corner from the plane of an interface, relative to its size: what is rounding, and what no plane fits.
+#: Distance of a corner from the fitted plane, relative to the size: rounding, and the largest that is allowed.
 PLANARITY, LARGEST_DEVIATION = 1e-5, 0.2
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Interface:
+def _polygon(value: VectorLike, dimension: str = "", what: str = "") -> Array:
+    polygon = np.array(si_array(value, dimension, what))
+    if polygon.ndim != 2 or polygon.shape[1:] != (3,) or len(polygon) < 3:
+        msg = f"{what} of shape {polygon.shape}; give three or more points, shape (k, 3)"
+        raise GeometryError(msg)
+    return polygon
+
+
+def _is_other_block(interface: Any, _: Any, plus: str) -> None:
+    if plus == interface.minus:
+        msg = f"{label(interface)}: joins block {plus!r} with itself; name two blocks"
+        raise ModelError(msg)
+
+
+@frozen(repr=False, eq=False, field_transformer=named_arguments)
+class Interface(ModelObject):
     """A contact between two blocks: plane, or fitted by a plane.
 
     Parameters
@@ -34,11 +48,10 @@ class Interface:
     minus, plus
         Names of the two blocks. The normal points from the minus block to the plus block.
     polygon : quantity, length, shape (k, 3)
-        Corners, counter-clockwise seen from the plus block, about the normal: they are the contact points. One that is
-        given again, as where an outline is closed, counts once. They need not lie in one plane: the contact then has
-        the area, the normal and the axes of the plane fitted to them (through their centroid, along the area vector of
-        the polygon), while each force acts at its own corner, or where a joint crushes in cells at that of a cell in
-        the plane.
+        Corners, which are the contact points, counter-clockwise seen from the plus block. A repeated corner counts
+        once. The corners need not lie in one plane. The contact then has the area, the normal and the axes of the
+        fitted plane, through the centroid of the polygon and along its area vector. Each force acts at its own corner;
+        if a joint crushes in cells, at the corner of a cell in the plane.
     joint_material
         Strength of the joint.
 
@@ -53,68 +66,50 @@ class Interface:
     normal : (3,) array
         Unit normal from minus to plus.
     deviation : float
-        Largest distance of a corner from the fitted plane, m; rounding in a plane contact.
+        Largest distance of a corner from the fitted plane, m.
 
     Raises
     ------
     GeometryError
-        If the polygon has no area, or deviates from a plane by more than a fifth of its size.
+        If the polygon has no area, or a corner is more than a fifth of its size from the plane.
     ModelError
         If the interface joins a block with itself, or has no joint material.
     """
 
-    name: str
-    minus: str
-    plus: str
-    polygon: Any = field(repr=False)
-    joint_material: JointMaterial
-    area: float = field(init=False)
-    centroid: Array = field(init=False, repr=False)
-    normal: Array = field(init=False, repr=False)
-    deviation: float = field(init=False, repr=False)
+    computed: ClassVar = {"torsion_lever": "length"}
 
-    def __post_init__(self) -> None:
-        checked_name(self.name, "interface")
-        who = f"interface {self.name!r}"
-        for end in (self.minus, self.plus):
-            checked_name(end, f"{who}: block")
-        polygon = np.array(si_array(self.polygon, "length", f"{who}: polygon"))
-        if polygon.ndim != 2 or polygon.shape[1:] != (3,) or len(polygon) < 3:
-            msg = f"{who}: polygon of shape {polygon.shape}; give three or more points, shape (k, 3)"
-            raise GeometryError(msg)
-        if self.minus == self.plus:
-            msg = f"{who}: joins block {self.minus!r} with itself; name two blocks"
-            raise ModelError(msg)
-        if not isinstance(self.joint_material, JointMaterial):
-            msg = f"{who}: joint material is {shown(self.joint_material)}; give a JointMaterial"
-            raise ModelError(msg)
+    name: str = field(validator=has_name)
+    minus: str = field(validator=has_name)
+    plus: str = field(validator=[has_name, _is_other_block])
+    polygon: Array = field(converter=_polygon, repr=False, metadata={"dimension": "length"})
+    joint_material: JointMaterial = field(validator=instance_of(JointMaterial))
+    area: float = field(init=False, metadata={"dimension": "area"})
+    centroid: Array = field(init=False, repr=False, metadata={"dimension": "length"})
+    normal: Array = field(init=False, repr=False, metadata={"dimension": "dimensionless"})
+    deviation: float = field(init=False, repr=False, metadata={"dimension": "length"})
+
+    def __attrs_post_init__(self) -> None:
+        polygon, who = self.polygon, label(self)
         area, centroid, normal = polygon_area(polygon)
         size = float(np.ptp(polygon, axis=0).max())
-        if area <= 1e-12 * size**2:
+        if area <= NO_AREA * size**2:
             msg = f"{who}: the polygon has no area; remove the interface or correct its corners"
             raise GeometryError(msg)
         polygon = polygon[np.linalg.norm(polygon - np.roll(polygon, 1, axis=0), axis=1) > SAME_CORNER * size]
         deviation = float(np.abs((polygon - centroid) @ normal).max())
         if deviation > LARGEST_DEVIATION * size:
             msg = (
-                f"{who}: a corner lies {deviation:.3g} m off the plane fitted to the polygon (limit "
+                f"{who}: a corner is {deviation:.3g} m off the plane fitted to the polygon (limit "
                 f"{LARGEST_DEVIATION * size:.3g} m); divide the contact into interfaces that are closer to planes"
             )
             raise GeometryError(msg)
-        for attribute, value in (
-            ("polygon", polygon),
-            ("area", area),
-            ("centroid", centroid),
-            ("normal", normal),
-            ("deviation", deviation),
-        ):
-            object.__setattr__(self, attribute, value)
-            if isinstance(value, np.ndarray):
-                value.setflags(write=False)
+        for array in (polygon, centroid, normal):
+            array.setflags(write=False)
+        store(self, polygon=polygon, area=area, centroid=centroid, normal=normal, deviation=deviation)
 
     @property
     def is_planar(self) -> bool:
-        """Whether the corners lie in one plane but for rounding."""
+        """Whether the corners lie in one plane except for rounding."""
         return self.deviation <= PLANARITY * float(np.ptp(self.polygon, axis=0).max())
 
     @property
@@ -129,7 +124,6 @@ class Interface:
         return JointOrientation.of(float(self.normal[2]))
 
     def with_joint_material(self, joint_material: JointMaterial) -> "Interface":
-        """The same contact of another joint material."""
-        other = copy(self)
-        object.__setattr__(other, "joint_material", joint_material)
+        """Return the same contact with another joint material."""
+        other: Interface = changed(self, joint_material=joint_material)
         return other

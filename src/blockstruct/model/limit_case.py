@@ -1,15 +1,19 @@
-"""Limit cases: what is asked of a model."""
+"""Limit cases."""
 
-from dataclasses import dataclass
+from attrs import field, frozen
 
-from blockstruct.errors import ModelError, shown
-from blockstruct.model.checks import checked_name
+from blockstruct.model.fields import ModelObject, has_name, instance_of, member, named_arguments
 from blockstruct.model.loads import LoadPattern
 from blockstruct.vocabulary import Flow
 
 
-@dataclass(frozen=True, slots=True)
-class LimitCase:
+def flow_rule(value: Flow | str, what: str = "") -> Flow:
+    """Return the flow rule of a name."""
+    return member(value, Flow, what)
+
+
+@frozen(repr=False, field_transformer=named_arguments)
+class LimitCase(ModelObject):
     """A dead load that stays and a variable load that grows until collapse.
 
     Parameters
@@ -25,31 +29,19 @@ class LimitCase:
         ``"associative"`` (sliding dilates by the friction angle: an upper bound, solved in one program).
     """
 
-    name: str
-    dead: LoadPattern
-    variable: LoadPattern
-    flow: Flow = Flow.NONASSOCIATIVE
-
-    def __post_init__(self) -> None:
-        checked_name(self.name, "limit case")
-        for role in ("dead", "variable"):
-            if not isinstance(getattr(self, role), LoadPattern):
-                msg = f"limit case {self.name!r}: {role} load is {shown(getattr(self, role))}; give a LoadPattern"
-                raise ModelError(msg)
-        try:
-            object.__setattr__(self, "flow", Flow(self.flow))
-        except (ValueError, TypeError, RecursionError):
-            msg = f"limit case {self.name!r}: flow {shown(self.flow)}; give one of {', '.join(Flow)}"
-            raise ModelError(msg) from None
+    name: str = field(validator=has_name)
+    dead: LoadPattern = field(validator=instance_of(LoadPattern))
+    variable: LoadPattern = field(validator=instance_of(LoadPattern))
+    flow: Flow = field(default=Flow.NONASSOCIATIVE, converter=flow_rule)
 
     @property
     def patterns(self) -> tuple[LoadPattern, ...]:
-        """Its load patterns."""
+        """Load patterns of the case."""
         return (self.dead, self.variable)
 
     @property
     def question(self) -> str:
-        """What it asks, in words.
+        """Loads and flow rule in words.
 
         >>> LimitCase("pushed", LoadPattern("dead", []), LoadPattern("push", [])).question
         'dead + load factor × push, nonassociative flow'
@@ -57,5 +49,5 @@ class LimitCase:
         return f"{self.dead.name} + load factor × {self.variable.name}, {self.flow} flow"
 
     def renamed(self, name: str, flow: Flow | None = None) -> "LimitCase":
-        """The same loads by another name, with another flow rule if one is given; what follows collapse is left out."""
+        """Return a limit case with the same loads, another name and, if given, another flow rule."""
         return LimitCase(name, self.dead, self.variable, flow or self.flow)

@@ -1,36 +1,52 @@
-"""Loads on blocks, and load patterns: named sums of them."""
+"""Loads on blocks, and load patterns, their named sums."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any
+from typing import Any, get_args
+
+import attrs
+from attrs import field, frozen
 
 from blockstruct.errors import ModelError, shown
-from blockstruct.model.checks import checked_direction, checked_name, checked_tuple
+from blockstruct.model.checks import checked_tuple
+from blockstruct.model.fields import (
+    LEFT_OUT,
+    ModelObject,
+    Vector,
+    absent_value,
+    dimensions,
+    has_name,
+    label,
+    limit,
+    named_arguments,
+    number,
+    optional_scalar,
+    optional_vector,
+    positive,
+    snake_case,
+    unit_vector,
+    vector,
+)
 from blockstruct.model.weights import AreaLoad, FillLoad, LineLoad, Weight
-from blockstruct.units import QuantityLike, VectorLike, si, si_vector
-
-Vector = tuple[float, float, float]
 
 
-@dataclass(frozen=True, slots=True)
-class SelfWeight:
+@frozen(repr=False, field_transformer=named_arguments)
+class SelfWeight(ModelObject):
     """The weight of every block, acting along −z."""
 
 
-@dataclass(frozen=True, slots=True, init=False)
-class BodyForce:
-    """Mass-proportional force on every block at its centroid, and on every weight that the dead load carries.
+@frozen(repr=False, field_transformer=named_arguments)
+class BodyForce(ModelObject):
+    """Mass-proportional force on every block at its centroid, and on every weight in the dead load.
 
-    The weights are those of :class:`Weight`, :class:`LineLoad`, :class:`AreaLoad` and :class:`FillLoad` in the dead
-    load of the case, each times its ``mass_share``, at its centre of mass. A :class:`PointLoad` or a :class:`FaceLoad`
-    is a force without mass.
+    It acts on each :class:`Weight`, :class:`LineLoad`, :class:`AreaLoad` and :class:`FillLoad` in the dead load of the
+    case, times its ``mass_share``, at its centre of mass. A :class:`PointLoad` or a :class:`FaceLoad` has no mass.
 
     Parameters
     ----------
     direction : three floats or str
-        Of length 1, or the name of an axis: ``(1, 0, 0)`` and ``"+x"`` are the same. A vector of another length would
-        scale the load factor unseen and is refused.
+        Of length 1, or the name of an axis: ``(1, 0, 0)`` and ``"+x"`` are the same. A vector of another length is
+        refused, because it would scale the load factor.
     share : float
         Force in multiples of each block's weight.
 
@@ -41,28 +57,29 @@ class BodyForce:
 
     Examples
     --------
-    >>> BodyForce("-y").direction
-    (0.0, -1.0, 0.0)
+    >>> BodyForce("-y")
+    BodyForce(direction=(0, -1, 0))
     >>> BodyForce((0.6, 0.8, 0), share=0.5).share
     0.5
     """
 
-    direction: Vector
-    share: float
+    direction: Vector = field(
+        converter=unit_vector,
+        metadata={
+            "dimension": "dimensionless",
+            "remedy": ", and share={length:.6g} if {length:.6g} times the weight is meant",
+        },
+    )
+    share: float = field(
+        default=1.0,
+        converter=number,
+        validator=limit(lambda share: share != 0, "give a share of the weight that acts"),
+        metadata={"dimension": "dimensionless"},
+    )
 
-    def __init__(self, direction: VectorLike, share: Any = 1.0) -> None:
-        remedy = ", and share={length:.6g} if {length:.6g} times the weight is meant"
-        vector = checked_direction(direction, "BodyForce: direction", remedy)
-        of_weight = si(share, "dimensionless", "BodyForce: share")
-        if of_weight == 0:
-            msg = "BodyForce: share 0; give a share of the weight that acts"
-            raise ModelError(msg)
-        object.__setattr__(self, "direction", vector)
-        object.__setattr__(self, "share", of_weight)
 
-
-@dataclass(frozen=True, slots=True, init=False)
-class PointLoad:
+@frozen(repr=False, field_transformer=named_arguments)
+class PointLoad(ModelObject):
     """A force at a point of a block.
 
     Parameters
@@ -70,7 +87,7 @@ class PointLoad:
     block
         Name of the block that carries the load.
     point : quantity, length, three components
-        Where the force acts, in global coordinates; it moves with the block.
+        Point of action in global coordinates. It moves with the block.
     force : quantity, force, three components
 
     Attributes
@@ -79,23 +96,23 @@ class PointLoad:
         m and N.
     """
 
-    block: str
-    point: Vector
-    force: Vector
-
-    def __init__(self, block: str, point: VectorLike, force: VectorLike) -> None:
-        who = f"PointLoad on {checked_name(block, 'block')!r}"
-        object.__setattr__(self, "block", block)
-        object.__setattr__(self, "point", si_vector(point, "length", f"{who}: point"))
-        object.__setattr__(self, "force", si_vector(force, "force", f"{who}: force"))
+    block: str = field(validator=has_name)
+    point: Vector = field(converter=vector, metadata={"dimension": "length"})
+    force: Vector = field(converter=vector, metadata={"dimension": "force"})
 
 
-@dataclass(frozen=True, slots=True, init=False)
-class FaceLoad:
+def _is_index(load: Any, _: Any, face: Any) -> None:
+    if not isinstance(face, int) or face < 0:
+        msg = f"{label(load)}: face {shown(face)}; give the index of a face, zero or more"
+        raise ModelError(msg)
+
+
+@frozen(repr=False, field_transformer=named_arguments)
+class FaceLoad(ModelObject):
     """A traction or a pressure on a face of a block: wind, water, earth.
 
-    Its forces are those on the face where the model has it. In a :class:`Pushover` they keep their size and direction,
-    and act on the same points of the block: a pressure does not turn with the face, nor change with its depth.
+    The forces follow from the place of the face in the model. In a :class:`Pushover` they keep their size and
+    direction, and act on the same points of the block: a pressure does not turn with the face.
 
     Parameters
     ----------
@@ -108,8 +125,8 @@ class FaceLoad:
     pressure : quantity, stress
         Against the face from outside, along its inward normal; negative for suction.
     unit_weight, level : quantity, force/volume and quantity, length
-        A pressure that grows by the unit weight (of water; of earth times its coefficient of lateral pressure) with the
-        depth below a level z; above the level there is none. Both or none.
+        Pressure that grows with the depth below the level z by the unit weight: of water, or of earth times its
+        coefficient of lateral pressure. Zero above the level. Give both, or neither.
 
     Attributes
     ----------
@@ -120,55 +137,41 @@ class FaceLoad:
 
     Examples
     --------
-    >>> FaceLoad("b1", 2, unit_weight="9.81 kN/m^3", level="3 m").level
-    3.0
+    >>> FaceLoad("b1", 2, unit_weight="9.81 kN/m^3", level="3 m")
+    FaceLoad(block='b1', face=2, unit_weight=9.81 kN/m³, level=3 m)
     """
 
-    block: str
-    face: int
-    traction: Vector
-    pressure: float
-    unit_weight: float | None
-    level: float | None
+    block: str = field(validator=has_name)
+    face: int = field(validator=_is_index)
+    traction: Vector = field(
+        default=LEFT_OUT, converter=optional_vector, metadata={"dimension": "stress", "absent": (0.0, 0.0, 0.0)}
+    )
+    pressure: float = field(
+        default=LEFT_OUT, kw_only=True, converter=optional_scalar, metadata={"dimension": "stress", "absent": 0.0}
+    )
+    unit_weight: float | None = field(
+        default=None,
+        kw_only=True,
+        converter=optional_scalar,
+        validator=positive,
+        metadata={"dimension": "force/volume"},
+    )
+    level: float | None = field(default=None, kw_only=True, converter=optional_scalar, metadata={"dimension": "length"})
 
-    def __init__(
-        self,
-        block: str,
-        face: int,
-        traction: VectorLike | None = None,
-        *,
-        pressure: QuantityLike | None = None,
-        unit_weight: QuantityLike | None = None,
-        level: QuantityLike | None = None,
+    def __attrs_pre_init__(
+        self, block: Any, face: Any, traction: Any, pressure: Any, unit_weight: Any, level: Any
     ) -> None:
-        who = f"FaceLoad on {checked_name(block, 'block')!r}"
-        if not isinstance(face, int) or face < 0:
-            msg = f"{who}: face {shown(face)}; give the index of a face, zero or more"
-            raise ModelError(msg)
+        who = f"FaceLoad on {shown(block)}"
         if traction is None and pressure is None and unit_weight is None and level is None:
             msg = f"{who}: give a traction, a pressure, or a unit_weight with its level"
             raise ModelError(msg)
         if (unit_weight is None) != (level is None):
-            msg = f"{who}: give both unit_weight and level, below which the pressure grows, or none of them"
+            msg = f"{who}: give both unit_weight and level, below which the pressure grows, or neither"
             raise ModelError(msg)
-        grows = None if unit_weight is None else si(unit_weight, "force/volume", f"{who}: unit_weight")
-        if grows is not None and grows <= 0:
-            msg = f"{who}: unit_weight {grows:.6g} N/m^3; give more than zero"
-            raise ModelError(msg)
-        values = (
-            block,
-            face,
-            (0.0, 0.0, 0.0) if traction is None else si_vector(traction, "stress", f"{who}: traction"),
-            0.0 if pressure is None else si(pressure, "stress", f"{who}: pressure"),
-            grows,
-            None if level is None else si(level, "length", f"{who}: level"),
-        )
-        for name, value in zip(self.__slots__, values, strict=True):
-            object.__setattr__(self, name, value)
 
 
-@dataclass(frozen=True, slots=True, init=False)
-class Moment:
+@frozen(repr=False, field_transformer=named_arguments)
+class Moment(ModelObject):
     """A couple on a block.
 
     Parameters
@@ -184,97 +187,72 @@ class Moment:
         N·m.
     """
 
-    block: str
-    moment: Vector
-
-    def __init__(self, block: str, moment: VectorLike) -> None:
-        who = f"Moment on {checked_name(block, 'block')!r}"
-        object.__setattr__(self, "block", block)
-        object.__setattr__(self, "moment", si_vector(moment, "moment", f"{who}: moment"))
+    block: str = field(validator=has_name)
+    moment: Vector = field(converter=vector, metadata={"dimension": "moment"})
 
 
 Load = SelfWeight | BodyForce | PointLoad | FaceLoad | Moment | Weight | LineLoad | AreaLoad | FillLoad
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class LoadKind:
-    """What documents and files need to know of a kind of load.
+    """A kind of load, as documents and files need it.
 
     Parameters
     ----------
     type
-        Its class, whose constructor takes all of the following by name.
+        Class of the load. Its constructor takes all attributes below by name.
     vectors, quantities
         Dimension of each vector and of each single quantity, a key of :data:`blockstruct.units.SI_UNITS`.
     named
         Attributes that are names or indices.
     plain
-        Plain numbers, and truths, with their defaults.
+        Defaults of plain numbers and of booleans.
     absent
-        Values of attributes that were not given.
+        Values of optional attributes that were left out.
     """
 
     type: Callable[..., Load]
-    vectors: Mapping[str, str] = field(default_factory=dict)
-    named: tuple[str, ...] = ()
-    plain: Mapping[str, float | bool] = field(default_factory=dict)
-    quantities: Mapping[str, str] = field(default_factory=dict)
-    absent: Mapping[str, Any] = field(default_factory=dict)
+    vectors: Mapping[str, str]
+    named: tuple[str, ...]
+    plain: Mapping[str, float | bool]
+    quantities: Mapping[str, str]
+    absent: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, kind: Any) -> "LoadKind":
+        """Return the table row of a class of loads."""
+        measured, fields = dimensions(kind), attrs.fields_dict(kind)
+        vectors = {n: d for n, d in measured.items() if Vector in (fields[n].type, *get_args(fields[n].type))}
+        defaults = {n: absent_value(f) for n, f in fields.items() if f.default is not attrs.NOTHING}
+        plain = {n: v for n, v in defaults.items() if isinstance(v, bool) or measured.get(n) == "dimensionless"}
+        return cls(
+            type=kind,
+            vectors=vectors,
+            named=tuple(n for n in fields if n not in measured | plain),
+            plain=plain,
+            quantities={n: d for n, d in measured.items() if n not in vectors | plain},
+            absent={n: v for n, v in defaults.items() if n not in plain},
+        )
 
 
-_ENDS, _ANYWHERE = {"start": "length", "end": "length"}, {"block": None}
-
-#: The one table of loads: kind of each, as documents and files write it.
+#: Row of each kind of load, by its name in documents and files.
 LOAD_KINDS: Mapping[str, LoadKind] = MappingProxyType(
-    {
-        "self_weight": LoadKind(SelfWeight),
-        "body_force": LoadKind(BodyForce, {"direction": "dimensionless"}, plain={"share": 1.0}),
-        "point_load": LoadKind(PointLoad, {"point": "length", "force": "force"}, ("block",)),
-        "face_load": LoadKind(
-            FaceLoad,
-            {"traction": "stress"},
-            ("block", "face"),
-            quantities={"pressure": "stress", "unit_weight": "force/volume", "level": "length"},
-            absent={"traction": (0.0, 0.0, 0.0), "pressure": 0.0, "unit_weight": None, "level": None},
-        ),
-        "moment": LoadKind(Moment, {"moment": "moment"}, ("block",)),
-        "weight": LoadKind(Weight, {"point": "length"}, ("block",), {"mass_share": 1.0}, {"weight": "force"}),
-        "line_load": LoadKind(
-            LineLoad,
-            _ENDS,
-            ("block",),
-            {"spanning": False, "mass_share": 1.0},
-            {"weight_per_length": "force/length"},
-            _ANYWHERE,
-        ),
-        "area_load": LoadKind(
-            AreaLoad,
-            _ENDS,
-            ("block",),
-            {"spanning": False, "mass_share": 1.0},
-            {"weight_per_area": "stress"},
-            _ANYWHERE | {"start": None, "end": None},
-        ),
-        "fill_load": LoadKind(
-            FillLoad,
-            _ENDS,
-            ("block",),
-            {"lateral_coefficient": 0.0, "mass_share": 1.0},
-            {"unit_weight": "force/volume"},
-            _ANYWHERE,
-        ),
-    }
+    {snake_case(kind.__name__): LoadKind.of(kind) for kind in get_args(Load)}
 )
-_KINDS = {kind.type: name for name, kind in LOAD_KINDS.items()}
 
 
 def kind_of(load: Load) -> str:
-    """Kind of a load: a key of :data:`LOAD_KINDS`."""
-    return _KINDS[type(load)]
+    """Return the kind of a load, a key of :data:`LOAD_KINDS`."""
+    return snake_case(type(load).__name__)
 
 
-@dataclass(frozen=True, slots=True, init=False)
-class LoadPattern:
+def _loads(value: Iterable[Load], what: str = "") -> tuple[Load, ...]:
+    return checked_tuple(value, Load, what)
+
+
+@frozen(repr=False, field_transformer=named_arguments)
+class LoadPattern(ModelObject):
     """A named sum of loads.
 
     Parameters
@@ -282,31 +260,27 @@ class LoadPattern:
     name
         Unique among the patterns of an analysis.
     loads
-        Weight, LineLoad, AreaLoad, FillLoad, BodyForce, PointLoad, FaceLoad or Moment, in any number; SelfWeight once.
+        Any number of Weight, LineLoad, AreaLoad, FillLoad, BodyForce, PointLoad, FaceLoad or Moment; one SelfWeight.
 
     Raises
     ------
     ModelError
-        If a load is none of these, or the weight of the blocks is given more than once.
+        If an object is not a load, or SelfWeight appears twice.
 
     Examples
     --------
-    >>> LoadPattern("dead", [SelfWeight()]).loads
-    (SelfWeight(),)
+    >>> LoadPattern("dead", [SelfWeight()])
+    LoadPattern('dead', loads=(SelfWeight(),))
     """
 
-    name: str
-    loads: tuple[Load, ...]
+    name: str = field(validator=has_name)
+    loads: tuple[Load, ...] = field(converter=_loads)
 
-    def __init__(self, name: str, loads: Iterable[Load]) -> None:
-        checked_name(name, "load pattern")
-        loads = checked_tuple(loads, Load, f"load pattern {name!r}: loads")
-        weights = sum(isinstance(load, SelfWeight) for load in loads)
+    def __attrs_post_init__(self) -> None:
+        weights = sum(isinstance(load, SelfWeight) for load in self.loads)
         if weights > 1:
             msg = (
-                f"load pattern {name!r}: SelfWeight (self_weight) is given {weights} times, and blocks would weigh as "
-                "many times what their materials say; give it once, or other materials"
+                f"load pattern {self.name!r}: SelfWeight (self_weight) appears {weights} times. Use it once: each one "
+                "adds the full weight of every block"
             )
             raise ModelError(msg)
-        object.__setattr__(self, "name", name)
-        object.__setattr__(self, "loads", loads)

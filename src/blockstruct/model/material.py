@@ -1,21 +1,22 @@
 """Material of blocks."""
 
 import warnings
-from dataclasses import dataclass
+
+from attrs import field, frozen
 
 from blockstruct.errors import ModelError, UnusualValueWarning
-from blockstruct.model.checks import checked_name, checked_source
-from blockstruct.units import QuantityLike, si
+from blockstruct.model.fields import ModelObject, has_name, has_source, named_arguments, not_negative, scalar
+from blockstruct.units import QuantityLike, si, to_quantity
 
 #: Standard acceleration of free fall, m/s² (CGPM 1901).
 STANDARD_GRAVITY = 9.80665
-#: Unit weights of masonry, N/m³: pumice and aerated blocks to lead. Any other is probably a slip of the unit.
+#: Usual unit weights of masonry, N/m³: from pumice and aerated blocks to lead.
 USUAL_UNIT_WEIGHT = (5e3, 90e3)
 
 
-@dataclass(frozen=True, slots=True, init=False)
-class Material:
-    """Material of rigid blocks: its weight is all that matters.
+@frozen(repr=False, init=False, field_transformer=named_arguments)
+class Material(ModelObject):
+    """Material of rigid blocks.
 
     Parameters
     ----------
@@ -24,9 +25,9 @@ class Material:
     unit_weight : quantity, force/volume
         Weight per volume.
     density : quantity, mass/volume
-        Mass per volume, instead of the unit weight: its weight is taken at 9.80665 m/s².
+        Mass per volume, instead of the unit weight. The weight is the mass times 9.80665 m/s².
     source
-        Where the value comes from, as :mod:`blockstruct.library` says it: stored and printed with the material.
+        Where the value comes from. It is stored and printed with the material.
 
     Attributes
     ----------
@@ -38,7 +39,7 @@ class Material:
     ModelError
         If neither or both of unit weight and density are given, or the value is negative.
     UnitError, DimensionError
-        If a bare number is given, or a quantity of another dimension.
+        If the value has no unit, or the unit has another dimension.
 
     Warns
     -----
@@ -47,13 +48,16 @@ class Material:
 
     Examples
     --------
-    >>> Material("tuff", unit_weight="12 kN/m^3").unit_weight
+    >>> tuff = Material("tuff", unit_weight="12 kN/m^3")
+    >>> tuff
+    Material('tuff', unit_weight=12 kN/m³)
+    >>> tuff.unit_weight
     12000.0
     """
 
-    name: str
-    unit_weight: float
-    source: str
+    name: str = field(validator=has_name)
+    unit_weight: float = field(converter=scalar, validator=not_negative, metadata={"dimension": "force/volume"})
+    source: str = field(default="", validator=has_source)
 
     def __init__(
         self,
@@ -63,24 +67,17 @@ class Material:
         density: QuantityLike | None = None,
         source: str = "",
     ) -> None:
-        checked_name(name, "material")
-        if (unit_weight is None) == (density is None):
+        if density is not None and unit_weight is None:
+            mass = si(density, "density", f"material {name!r}: density")
+            unit_weight = to_quantity(mass * STANDARD_GRAVITY, "force/volume")
+        elif unit_weight is None or density is not None:
             msg = f"material {name!r}: give either unit_weight or density"
             raise ModelError(msg)
-        if density is not None:
-            value = si(density, "density", f"material {name!r}: density") * STANDARD_GRAVITY
-        else:
-            value = si(unit_weight, "force/volume", f"material {name!r}: unit weight")
-        if value < 0:
-            msg = f"material {name!r}: unit weight {value:.6g} N/m^3 is negative; give zero or more"
-            raise ModelError(msg)
+        self.__attrs_init__(name, unit_weight, source)
         low, high = USUAL_UNIT_WEIGHT
-        if value and not low <= value <= high:
+        if self.unit_weight and not low <= self.unit_weight <= high:
             msg = (
-                f"material {name!r}: a unit weight of {value / 1e3:.6g} kN/m^3 is not one of masonry, which is from "
-                f"{low / 1e3:g} to {high / 1e3:g} kN/m^3; is its unit right?"
+                f"material {name!r}: unit_weight {self.unit_weight / 1e3:.6g} kN/m³ is outside the range of masonry, "
+                f"{low / 1e3:g} to {high / 1e3:g} kN/m³; check its unit"
             )
             warnings.warn(msg, UnusualValueWarning, stacklevel=2)
-        object.__setattr__(self, "name", name)
-        object.__setattr__(self, "unit_weight", value)
-        object.__setattr__(self, "source", checked_source(source, f"material {name!r}"))

@@ -5,17 +5,18 @@ import json
 import math
 from collections import Counter
 from collections.abc import Iterable
-from copy import copy
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
+import attrs
 import numpy as np
+from attrs import field, frozen
 
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.geometry import unsupported
 from blockstruct.model.block import Block
-from blockstruct.model.checks import check_unrepeated, checked_name, checked_tuple
+from blockstruct.model.checks import check_unrepeated
 from blockstruct.model.detection_report import Detection, DetectionReport
+from blockstruct.model.fields import ModelObject, changed, has_name, items, named_arguments
 from blockstruct.model.fit import check_interfaces, check_overlaps
 from blockstruct.model.interface import Interface
 from blockstruct.model.joint_material import JointMaterial
@@ -25,8 +26,8 @@ from blockstruct.notebook import html_table
 from blockstruct.vocabulary import Torsion, counted, listed
 
 
-@dataclass(frozen=True, slots=True, init=False, eq=False)
-class Model:
+@frozen(repr=False, init=False, eq=False, field_transformer=named_arguments)
+class Model(ModelObject):
     """Blocks, their interfaces, their materials and ties.
 
     Parameters
@@ -36,31 +37,33 @@ class Model:
     blocks
         Blocks with unique names, at least one of them fixed.
     interfaces : Detection or iterable of Interface
-        All that :func:`blockstruct.detect_interfaces` found, or interfaces with unique names between blocks of the
-        model. What a detection accepted, the model accepts: given the whole, it knows the tolerances.
+        Result of :func:`blockstruct.detect_interfaces`, or interfaces with unique names between blocks of the model.
+        The model accepts every interface of a Detection, because it knows the tolerances.
     detection
-        Report on how interfaces given one by one were found, as ``found.report``: it is stored and reported with the
-        model, whose mechanics and hash it does not touch.
+        Report on how interfaces given one by one were found, as ``found.report``. It is stored and reported with the
+        model. It has no effect on the mechanics and the hash.
     ties : iterable of Tie, Strip or BondedBar
         Ties with unique names that pull blocks of the model together; none by default.
 
     Raises
     ------
     ModelError
-        If names are used twice, different materials have one name, no block is fixed or none is free, blocks float, or
-        a tie holds nothing together.
+        If a name is used twice, different materials share a name, no block is fixed or none is free, blocks float, or a
+        tie joins nothing.
     GeometryError
-        If blocks overlap, unless both are supports (where one is not convex, small overlaps may escape), or interfaces
-        do not lie on their blocks or cover each other.
+        If blocks overlap, unless both are supports (small overlaps of blocks that are not convex may remain
+        undetected), or if interfaces do not lie on their blocks or cover each other.
     UnknownNameError
-        If an interface or a tie names a block, or the report a block or an interface, that the model does not have.
+        If an interface, a tie or the report names a block or an interface that the model does not have.
     """
 
-    name: str
-    blocks: tuple[Block, ...]
-    interfaces: tuple[Interface, ...]
+    computed: ClassVar = {"characteristic_length": "length"}
+
+    name: str = field(validator=has_name)
+    blocks: tuple[Block, ...] = field(converter=items, metadata={"kind": Block})
+    interfaces: tuple[Interface, ...] = field(converter=items, metadata={"kind": Interface})
     detection: DetectionReport | None
-    ties: tuple[AnyTie, ...]
+    ties: tuple[AnyTie, ...] = field(converter=items, metadata={"kind": AnyTie})
 
     def __init__(
         self,
@@ -74,11 +77,7 @@ class Model:
         if isinstance(interfaces, Detection):
             detection = interfaces.report if detection is None else detection
             interfaces = interfaces.interfaces
-        object.__setattr__(self, "name", checked_name(name, "model"))
-        object.__setattr__(self, "blocks", checked_tuple(blocks, Block, f"model {name!r}: blocks"))
-        object.__setattr__(self, "interfaces", checked_tuple(interfaces, Interface, f"model {name!r}: interfaces"))
-        object.__setattr__(self, "detection", detection)
-        object.__setattr__(self, "ties", checked_tuple(ties, AnyTie, f"model {name!r}: ties"))
+        self.__attrs_init__(name, blocks, interfaces, detection, ties)
         self._check()
         self._check_ties()
 
@@ -145,9 +144,8 @@ class Model:
         raise UnknownNameError(msg)
 
     def with_ties(self, ties: Iterable[AnyTie]) -> "Model":
-        """The same structure with other ties, or none."""
-        other = copy(self)
-        object.__setattr__(other, "ties", checked_tuple(ties, AnyTie, f"model {self.name!r}: ties"))
+        """Return the same structure with other ties."""
+        other: Model = changed(self, ties=items(ties, AnyTie, f"model {self.name!r}: ties"))
         other._check_ties()
         return other
 
@@ -234,7 +232,7 @@ class Model:
 
 
 def _fields(material: Material | JointMaterial) -> list[Any]:
-    """What a material does; where its values come from is not a matter of mechanics."""
-    values = (getattr(material, slot) for slot in material.__slots__ if slot != "source")
-    # What is as it was before there was a choice leaves the hash as it was.
+    """Return the mechanical values of a material."""
+    values = (getattr(material, f.name) for f in attrs.fields(type(material)) if f.name != "source")
+    # Left out to keep the hash of models from before this choice.
     return [value for value in values if value is not Torsion.CORNERS]

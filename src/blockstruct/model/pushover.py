@@ -1,20 +1,21 @@
-"""Pushovers: what is asked of a model beyond its collapse."""
+"""Pushovers."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import hypot
 from numbers import Integral, Real
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from attrs import field, frozen
 
 from blockstruct.errors import ModelError, shown
 from blockstruct.model.checks import AXES_BY_NAME
+from blockstruct.model.fields import Vector, limit, named_arguments
 from blockstruct.model.limit_case import LimitCase
-from blockstruct.units import si, si_vector
+from blockstruct.units import QuantityLike, VectorLike, si, si_vector
 from blockstruct.vocabulary import Flow
 
-#: Most steps that a curve may be asked for.
+#: Largest number of steps of a curve.
 MOST_STEPS = 10_000
 
 
@@ -26,26 +27,67 @@ class Point(NamedTuple):
     z: float
 
 
-@dataclass(frozen=True, slots=True)
+def _control(value: tuple[str, VectorLike], what: str = "") -> tuple[str, Vector]:
+    """Return a block and a unit direction."""
+    msg = (
+        f"{what} is {shown(value)}; give the name of a block and a direction, as in "
+        'control=("top", "+x") or control=("top", (0.6, 0.8, 0))'
+    )
+    if not isinstance(value, Sequence) or isinstance(value, str) or len(value) != 2:
+        raise ModelError(msg)
+    block, direction = value
+    if isinstance(direction, str):
+        direction = AXES_BY_NAME.get(direction.strip(), direction)
+    components = list(direction) if np.iterable(direction) and not isinstance(direction, str) else []
+    if not isinstance(block, str) or not block or len(components) != 3:
+        raise ModelError(msg)
+    if not all(isinstance(v, Real) and not isinstance(v, bool) and np.isfinite(float(v)) for v in components):
+        raise ModelError(msg)
+    length = hypot(*map(float, components))
+    if not np.finfo(float).tiny <= length < np.inf:
+        raise ModelError(msg)
+    # A unit vector keeps its digits when a case is stored and read again.
+    unit = 1.0 if abs(length - 1) <= 4 * np.finfo(float).eps else length
+    x, y, z = (float(v) / unit for v in components)
+    return block, (x, y, z)
+
+
+def _point(value: VectorLike | Point | None, dimension: str = "", what: str = "") -> Point | None:
+    return value if value is None or isinstance(value, Point) else Point(*si_vector(value, dimension, what))
+
+
+def _steps(value: int, what: str = "") -> int:
+    if isinstance(value, bool) or not isinstance(value, Integral) or not 3 <= value <= MOST_STEPS:
+        msg = f"{what} is {shown(value)}; give a whole number from 3 to {MOST_STEPS}"
+        raise ModelError(msg)
+    return int(value)
+
+
+def _radius(value: QuantityLike | float, dimension: str = "", what: str = "") -> float:
+    # Zero needs no unit: all lengths of zero are equal.
+    return 0.0 if value == 0 else si(value, dimension, what)
+
+
+@frozen(repr=False, field_transformer=named_arguments)
 class Pushover(LimitCase):
-    """A limit case, and what follows its collapse: displacements that grow until the load factor is zero.
+    """A limit case and the displacements after collapse, which grow until the load factor is zero.
 
     Parameters
     ----------
     name, dead, variable
-        As of :class:`LimitCase`.
+        As for :class:`LimitCase`.
     flow
-        Non-associative: blocks that dilate by the friction angle would rise without end.
+        Non-associative. With associative flow blocks would rise without end.
     control
-        Name of a block, and a direction, three numbers or the name of an axis such as ``"+x"``: the curve is drawn over
-        the displacement of its centroid along it.
+        Name of a block and a direction: three numbers, or the name of an axis such as ``"+x"``. The curve shows the
+        load factor over the displacement of the block's centroid along this direction.
     control_point : quantity, length, three components
-        Another point of that block, where the model has it: not outside the block.
+        Another point of the block, within it, at its place in the model.
     steps
-        Number of steps, about, in which the load factor comes down to zero.
+        Approximate number of steps in which the load factor falls to zero.
     corner_rounding : quantity, length
-        Radius of the corners of all blocks, once they move: faces that turn over an edge roll on it. Sharp by default.
-        The load factor of the collapse state is that of the interfaces, whatever the corners.
+        Radius of the corners of all blocks during motion. A face that turns over an edge rolls on it. Zero by default:
+        corners are sharp. The load factor at collapse does not depend on it.
 
     Attributes
     ----------
@@ -55,58 +97,20 @@ class Pushover(LimitCase):
         m.
     """
 
-    control: tuple[str, tuple[float, float, float]] = ("", (0.0, 0.0, 0.0))
-    control_point: Point | None = None
-    steps: int = 60
-    corner_rounding: float = 0.0
+    control: tuple[str, Vector] = field(default=("", (0.0, 0.0, 0.0)), converter=_control)
+    control_point: Point | None = field(default=None, converter=_point, metadata={"dimension": "length"})
+    steps: int = field(default=60, converter=_steps)
+    corner_rounding: float = field(
+        default=0.0,
+        converter=_radius,
+        validator=limit(lambda radius: radius >= 0, "give a radius of zero or more"),
+        metadata={"dimension": "length"},
+    )
 
-    def __post_init__(self) -> None:
-        # Classes with slots are made anew by dataclass: super() without arguments would look for the first one.
-        LimitCase.__post_init__(self)
-        object.__setattr__(self, "control", _control(self.control, self.name))
-        if self.control_point is not None and not isinstance(self.control_point, Point):
-            point = si_vector(self.control_point, "length", f"pushover {self.name!r}: control_point")
-            object.__setattr__(self, "control_point", Point(*point))
+    def __attrs_post_init__(self) -> None:
         if self.flow is not Flow.NONASSOCIATIVE:
             msg = (
-                f"pushover {self.name!r}: flow {self.flow.value!r}; blocks that dilate by the friction angle would "
-                "rise without end: leave it out, and give joints a dilatancy angle if they have one"
+                f"pushover {self.name!r}: flow {self.flow.value!r}; with it blocks would rise without end. Leave flow "
+                "out, and give the joints a dilatancy angle if they have one"
             )
             raise ModelError(msg)
-        if isinstance(self.steps, bool) or not isinstance(self.steps, Integral) or not 3 <= self.steps <= MOST_STEPS:
-            msg = f"pushover {self.name!r}: steps is {shown(self.steps)}; give a whole number from 3 to {MOST_STEPS}"
-            raise ModelError(msg)
-        object.__setattr__(self, "steps", int(self.steps))
-        what = f"pushover {self.name!r}: corner_rounding"
-        # Of all lengths, zero needs no unit.
-        radius = 0.0 if self.corner_rounding == 0 else si(self.corner_rounding, "length", what)
-        if radius < 0:
-            msg = f"{what} is {radius:.6g} m; give a radius from 0"
-            raise ModelError(msg)
-        object.__setattr__(self, "corner_rounding", radius)
-
-
-def _control(given: Any, name: str) -> tuple[str, tuple[float, float, float]]:
-    """A block and a unit direction."""
-    msg = (
-        f"pushover {name!r}: control is {shown(given)}; give the name of a block and a direction, as in "
-        'control=("top", "+x") or control=("top", (0.6, 0.8, 0))'
-    )
-    if not isinstance(given, Sequence) or isinstance(given, str) or len(given) != 2:
-        raise ModelError(msg)
-    block, direction = given
-    if isinstance(direction, str):
-        direction = AXES_BY_NAME.get(direction.strip(), direction)
-    numbers = np.iterable(direction) and not isinstance(direction, str)
-    values = list(direction) if numbers else []
-    if not isinstance(block, str) or not block or len(values) != 3:
-        raise ModelError(msg)
-    if not all(isinstance(v, Real) and not isinstance(v, bool) and np.isfinite(float(v)) for v in values):
-        raise ModelError(msg)
-    length = hypot(*map(float, values))
-    if not np.finfo(float).tiny <= length < np.inf:
-        raise ModelError(msg)
-    # A unit vector stays what it is to the last digit, however often it is written and read.
-    unit = 1.0 if abs(length - 1) <= 4 * np.finfo(float).eps else length
-    x, y, z = (float(v) / unit for v in values)
-    return block, (x, y, z)

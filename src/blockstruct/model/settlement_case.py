@@ -1,25 +1,47 @@
-"""Settlement cases: what is left of the reaction of a support that gives way."""
+"""Settlement cases."""
 
 from collections.abc import Iterable
-from copy import copy
-from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
-from blockstruct.errors import ModelError, shown
-from blockstruct.model.checks import checked_direction, checked_name, checked_tuple
-from blockstruct.model.loads import LoadPattern, Vector
-from blockstruct.units import VectorLike, si_vector
+from attrs import field, frozen
+
+from blockstruct.errors import ModelError
+from blockstruct.model.checks import checked_tuple
+from blockstruct.model.fields import (
+    ModelObject,
+    Vector,
+    changed,
+    has_name,
+    instance_of,
+    label,
+    named_arguments,
+    optional_vector,
+    unit_vector,
+)
+from blockstruct.model.limit_case import flow_rule
+from blockstruct.model.loads import LoadPattern
 from blockstruct.vocabulary import Flow
 
 
-@dataclass(frozen=True, slots=True, init=False)
-class SettlementCase:
+def _names(value: Iterable[str], what: str = "") -> tuple[str, ...]:
+    return checked_tuple((value,) if isinstance(value, str) else value, str, what)
+
+
+def _each_once(case: Any, _: Any, supports: tuple[str, ...]) -> None:
+    if not supports or len(set(supports)) < len(supports):
+        problem = f"supports {', '.join(supports)} repeat a name" if supports else "there is no support"
+        msg = f"{label(case)}: {problem}; name each support that moves once"
+        raise ModelError(msg)
+
+
+@frozen(repr=False, field_transformer=named_arguments)
+class SettlementCase(ModelObject):
     """Supports that give way under the dead load, as one rigid body and in one direction.
 
-    The answer is the reaction that is left when the structure begins to follow: the least for which forces in
-    equilibrium, inside the strength of the joints, are the forces of a mechanism. The reaction is what the joints and
-    the ties of the structure bring to the supports along the motion, positive against the motion; the weight of the
-    supports themselves is not part of it.
+    The result is the reaction that remains when the structure begins to follow: the least reaction for which forces in
+    equilibrium, within the strength of the joints, are the forces of a mechanism. The reaction is the force of the
+    joints and the ties on the supports along the motion, positive against the motion. It does not include the weight of
+    the supports.
 
     Parameters
     ----------
@@ -30,12 +52,12 @@ class SettlementCase:
     supports
         Names of the supports that move.
     direction : three floats or str
-        Of the motion, of length 1: ``(0, 0, -1)`` and ``"-z"`` are a settlement, a horizontal direction a spreading
-        support, whose reaction is its thrust. With ``about`` the axis of a rotation, right-handed.
+        Direction of the motion, of length 1. ``(0, 0, -1)`` and ``"-z"`` are a settlement. A horizontal direction is a
+        spreading support, and the reaction is its thrust. With ``about``, the axis of a right-handed rotation.
     about : quantity, length, three components
-        A point of the axis, if the supports turn: the reaction is then a moment about the axis.
+        A point of the axis, if the supports turn. The reaction is then a moment about the axis.
     flow
-        As of a :class:`LimitCase`. With associative flow the reaction is the least that statics allows.
+        As for :class:`LimitCase`. With associative flow the reaction is the least that statics allows.
 
     Attributes
     ----------
@@ -47,7 +69,7 @@ class SettlementCase:
     Raises
     ------
     ModelError
-        If there is no support, one is named twice, or the direction is not of length 1.
+        If there is no support, a support is repeated, or the direction is not of length 1.
 
     Examples
     --------
@@ -56,56 +78,23 @@ class SettlementCase:
     (0.0, 0.0, -1.0)
     """
 
-    name: str
-    dead: LoadPattern
-    supports: tuple[str, ...]
-    direction: Vector
-    about: Vector | None
-    flow: Flow
-
-    def __init__(
-        self,
-        name: str,
-        dead: LoadPattern,
-        supports: Iterable[str],
-        direction: VectorLike,
-        *,
-        about: VectorLike | None = None,
-        flow: Flow | str = Flow.NONASSOCIATIVE,
-    ) -> None:
-        who = f"settlement case {checked_name(name, 'settlement case')!r}"
-        if not isinstance(dead, LoadPattern):
-            msg = f"{who}: dead load is {shown(dead)}; give a LoadPattern"
-            raise ModelError(msg)
-        names = checked_tuple((supports,) if isinstance(supports, str) else supports, str, f"{who}: supports")
-        if not names or len(set(names)) < len(names):
-            said = "no support" if not names else f"supports {', '.join(names)}, one of them twice"
-            msg = f"{who}: {said}; give the name of each support that moves once"
-            raise ModelError(msg)
-        try:
-            flow = Flow(flow)
-        except (ValueError, TypeError, RecursionError):
-            msg = f"{who}: flow {shown(flow)}; give one of {', '.join(Flow)}"
-            raise ModelError(msg) from None
-        point = None if about is None else si_vector(about, "length", f"{who}: about")
-        for attribute, value in (
-            ("name", name),
-            ("dead", dead),
-            ("supports", names),
-            ("direction", checked_direction(direction, f"{who}: direction")),
-            ("about", point),
-            ("flow", flow),
-        ):
-            object.__setattr__(self, attribute, value)
+    name: str = field(validator=has_name)
+    dead: LoadPattern = field(validator=instance_of(LoadPattern))
+    supports: tuple[str, ...] = field(converter=_names, validator=_each_once)
+    direction: Vector = field(converter=unit_vector, metadata={"dimension": "dimensionless"})
+    about: Vector | None = field(
+        default=None, kw_only=True, converter=optional_vector, metadata={"dimension": "length"}
+    )
+    flow: Flow = field(default=Flow.NONASSOCIATIVE, kw_only=True, converter=flow_rule)
 
     @property
     def patterns(self) -> tuple[LoadPattern, ...]:
-        """Its load patterns."""
+        """Load patterns of the case."""
         return (self.dead,)
 
     @property
     def question(self) -> str:
-        """What it asks, in words.
+        """Load, motion and flow rule in words.
 
         >>> SettlementCase("left", LoadPattern("dead", []), ["left pier"], "-z").question
         'dead, left pier moves along (0, 0, -1), nonassociative flow'
@@ -114,21 +103,19 @@ class SettlementCase:
 
     @property
     def motion(self) -> str:
-        """How the supports move, in words.
+        """Motion of the supports in words.
 
         >>> SettlementCase("left", LoadPattern("dead", []), ["left pier"], "-z").motion
         'left pier moves along (0, 0, -1)'
         """
         who, one = ", ".join(self.supports), len(self.supports) == 1
-        vector = "({:.4g}, {:.4g}, {:.4g})".format(*self.direction)
+        axis = "({:.4g}, {:.4g}, {:.4g})".format(*self.direction)
         if self.about is None:
-            return f"{who} {'moves' if one else 'move'} along {vector}"
+            return f"{who} {'moves' if one else 'move'} along {axis}"
         point = "({:.4g}, {:.4g}, {:.4g}) m".format(*self.about)
-        return f"{who} {'turns' if one else 'turn'} about {vector} through {point}"
+        return f"{who} {'turns' if one else 'turn'} about {axis} through {point}"
 
     def renamed(self, name: str, flow: Flow | None = None) -> Self:
-        """The same question by another name, with another flow rule if one is given."""
-        other = copy(self)
-        object.__setattr__(other, "name", checked_name(name, "settlement case"))
-        object.__setattr__(other, "flow", flow or self.flow)
+        """Return the same case with another name and, if given, another flow rule."""
+        other: Self = changed(self, name=name, flow=flow or self.flow)
         return other

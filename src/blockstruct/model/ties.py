@@ -2,51 +2,58 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
+from attrs import field, frozen
 
 from blockstruct.errors import ModelError
 from blockstruct.model.block import Block
-from blockstruct.model.checks import checked_name
-from blockstruct.model.tie_segments import (
+from blockstruct.model.fields import (
+    LEFT_OUT,
     Anchor,
-    TieSegment,
+    ModelObject,
     anchor,
-    check_anchors,
-    positive_quantities,
-    set_fields,
+    has_name,
+    label,
+    named_arguments,
+    optional_scalar,
+    positive,
+    scalar,
 )
-from blockstruct.units import QuantityLike, VectorLike, si
+from blockstruct.model.tie_segments import TieSegment, check_anchors
+from blockstruct.units import quantity_text
 
 #: Distance of the end of a strip from the faces of its block, relative to the block: rounding and thickness.
 _OFF_FACE = 1e-2
-#: Least elongation limit of a tie, relative to its length: a pushover has a state just before it and one just behind,
-#: by differences of lengths.
+#: Smallest elongation limit of a tie, relative to its length: a pushover resolves it by differences of lengths.
 _LEAST_LIMIT = 1e-6
 
+_LENGTH, _FORCE, _AREA, _STRESS = ({"dimension": d} for d in ("length", "force", "area", "stress"))
 
-@dataclass(frozen=True, slots=True, init=False)
-class Tie:
-    """A bar between two anchors, which pulls two blocks together: no compression, and yield without limit.
+
+@frozen(repr=False, field_transformer=named_arguments)
+class Tie(ModelObject):
+    """A bar between two anchors that pulls two blocks together, without compression and with unlimited yield.
 
     Parameters
     ----------
     name
         Unique among the ties of a model.
     start, end : (str, quantity, length, three components)
-        Name of a block, and where the bar is anchored to it, in global coordinates. The force acts along the line
-        between the two points.
+        Name of a block, and the point of the anchor in global coordinates. The force acts along the line between the
+        two points.
     yield_force : quantity, force
         Of the bar.
     area, strength : quantities, area and stress
-        Instead of the yield force: its cross-section and yield strength.
+        Cross-section and yield strength of the bar, instead of the yield force.
     punching_force, bond_force : quantity, force
-        Further limits of the force: that of the masonry under an anchor plate, and that of the bond of a grouted end.
+        Further limits of the force: strength of the masonry under an anchor plate, and bond of a grouted end.
     prestress : quantity, force
-        With which the bar is put in; its force never falls below. It acts with the dead load.
+        Least force of the bar, which acts with the dead load.
     elongation_limit : quantity, length
-        Beyond which the bar breaks: a result tells when a mechanism reaches it. At least a millionth of its length.
+        Elongation at which the bar breaks, at least a millionth of its length. A result states when a mechanism
+        reaches it.
 
     Attributes
     ----------
@@ -60,80 +67,69 @@ class Tie:
     Raises
     ------
     ModelError
-        If there is no strength, it is not above zero, or the prestress reaches it; or if the elongation limit is
-        lost in the length.
+        If a strength is missing or not above zero, the prestress reaches the capacity, or the elongation limit is too
+        small for the length.
     UnitError, DimensionError
-        If a bare number is given where a unit is due, or a quantity of another dimension.
+        If a value has no unit, or its unit has another dimension.
 
     Examples
     --------
-    >>> tie = Tie("tie", start=("b1", "[0, 0, 3] m"), end=("b9", "[4, 0, 3] m"), yield_force="40 kN")
-    >>> tie.capacity, tie.governing
-    (40000.0, 'yield')
+    >>> Tie("tie", start=("b1", "[0, 0, 3] m"), end=("b9", "[4, 0, 3] m"), yield_force="40 kN")
+    Tie('tie', start=('b1', (0, 0, 3) m), end=('b9', (4, 0, 3) m), yield_force=40 kN)
     """
 
-    name: str
-    start: Anchor
-    end: Anchor
-    yield_force: float | None
-    area: float | None
-    strength: float | None
-    punching_force: float | None
-    bond_force: float | None
-    prestress: float
-    elongation_limit: float | None
+    computed: ClassVar = {"capacity": "force"}
 
-    def __init__(
-        self,
-        name: str,
-        start: tuple[str, VectorLike],
-        end: tuple[str, VectorLike],
-        *,
-        yield_force: QuantityLike | None = None,
-        area: QuantityLike | None = None,
-        strength: QuantityLike | None = None,
-        punching_force: QuantityLike | None = None,
-        bond_force: QuantityLike | None = None,
-        prestress: QuantityLike = "0 N",
-        elongation_limit: QuantityLike | None = None,
-    ) -> None:
-        who = f"tie {checked_name(name, 'tie')!r}"
-        given = {
-            "yield_force": yield_force,
-            "area": area,
-            "strength": strength,
-            "punching_force": punching_force,
-            "bond_force": bond_force,
-            "elongation_limit": elongation_limit,
-        }
-        values = positive_quantities(given, who)
-        if (yield_force is None) == (area is None) or (area is None) != (strength is None):
+    name: str = field(validator=has_name)
+    start: Anchor = field(converter=anchor, metadata=_LENGTH)
+    end: Anchor = field(converter=anchor, metadata=_LENGTH)
+    yield_force: float | None = field(
+        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_FORCE
+    )
+    area: float | None = field(
+        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_AREA
+    )
+    strength: float | None = field(
+        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_STRESS
+    )
+    punching_force: float | None = field(
+        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_FORCE
+    )
+    bond_force: float | None = field(
+        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_FORCE
+    )
+    prestress: float = field(
+        default=LEFT_OUT, kw_only=True, converter=optional_scalar, metadata={"dimension": "force", "absent": 0.0}
+    )
+    elongation_limit: float | None = field(
+        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_LENGTH
+    )
+
+    def __attrs_post_init__(self) -> None:
+        who = label(self)
+        if (self.yield_force is None) == (self.area is None) or (self.area is None) != (self.strength is None):
             msg = f"{who}: give either yield_force, or area and strength"
             raise ModelError(msg)
-        least = si(prestress, "force", f"{who}: prestress")
-        set_fields(self, name=name, start=anchor(start, f"{who}: start"), end=anchor(end, f"{who}: end"))
-        set_fields(self, **values, prestress=least)
-        if not 0 <= least < self.capacity:
+        if not 0 <= self.prestress < self.capacity:
             msg = (
-                f"{who}: prestress {least:.6g} N; give zero or more, and less than its capacity of "
-                f"{self.capacity:.6g} N ({self.governing})"
+                f"{who}: prestress {quantity_text(self.prestress, 'force')}; give zero or more, and less than the "
+                f"capacity of {quantity_text(self.capacity, 'force')} ({self.governing})"
             )
             raise ModelError(msg)
-        limit, length = self.elongation_limit, math.dist(self.start[1], self.end[1])
-        if limit is not None and limit < _LEAST_LIMIT * length:
+        least = _LEAST_LIMIT * math.dist(self.start[1], self.end[1])
+        if self.elongation_limit is not None and self.elongation_limit < least:
             msg = (
-                f"{who}: elongation limit {limit:.6g} m; give {_LEAST_LIMIT * length:.3g} m or more, a millionth of "
-                "its length, or leave the tie out"
+                f"{who}: elongation_limit {self.elongation_limit:.6g} m; give {least:.3g} m or more, a millionth of "
+                "the length, or leave the tie out"
             )
             raise ModelError(msg)
 
     @property
     def limits(self) -> dict[str, float]:
-        """Limits of the force that were given, N: ``yield``, ``punching``, ``bond``."""
-        area, strength = self.area, self.strength
-        of_bar = self.yield_force if area is None or strength is None else area * strength
-        given = {"yield": of_bar, "punching": self.punching_force, "bond": self.bond_force}
-        return {name: value for name, value in given.items() if value is not None}
+        """Given limits of the force, N: ``yield``, ``punching``, ``bond``."""
+        bar = self.yield_force if self.area is None or self.strength is None else self.area * self.strength
+        limits = {"yield": bar, "punching": self.punching_force, "bond": self.bond_force}
+        return {name: value for name, value in limits.items() if value is not None}
 
     @property
     def capacity(self) -> float:
@@ -146,34 +142,34 @@ class Tie:
         return min(self.limits, key=self.limits.__getitem__)
 
     def segments(self, blocks: Mapping[str, Block]) -> tuple[TieSegment, ...]:
-        """The one stretch of the tie, if it fits the blocks of a model.
+        """Return the one segment of the tie, if it fits the blocks of a model.
 
         Raises
         ------
         UnknownNameError
-            If a block is not among them.
+            If a block is unknown.
         ModelError
-            If the ends are at one block, at one point or at two supports, or an anchor lies outside its block.
+            If the ends are at one block, at one point or at two supports, or an anchor is outside its block.
         """
-        check_anchors(f"tie {self.name!r}", self.start, self.end, blocks)
+        check_anchors(label(self), self.start, self.end, blocks)
         return (_segment(self, self.prestress),)
 
 
-@dataclass(frozen=True, slots=True, init=False)
-class Strip:
-    """A strip of fabric over a joint, glued to the surface of two blocks: it pulls them together there.
+@frozen(repr=False, field_transformer=named_arguments)
+class Strip(ModelObject):
+    """A strip of fabric glued to two blocks over a joint: it pulls them together at their surface.
 
     Parameters
     ----------
     name
         Unique among the ties of a model.
     start, end : (str, quantity, length, three components)
-        Name of a block, and a point of the centre line of the strip on its surface, in global coordinates. One strip
-        spans one joint: of a strip over several, each joint has its own.
+        Name of a block, and a point of the centre line of the strip on its surface, in global coordinates. A strip
+        spans one joint. Model a strip over several joints as one strip per joint.
     area, strength : quantities, area and stress
-        Cross-section A_f of the strip, and its design strength f_fd, with debonding where that is less.
+        Cross-section A_f of the strip, and its design strength f_fd, reduced for debonding.
     elongation_limit : quantity, length
-        Beyond which the strip breaks: a result tells when a mechanism reaches it.
+        Elongation at which the strip breaks. A result states when a mechanism reaches it.
 
     Attributes
     ----------
@@ -189,30 +185,19 @@ class Strip:
     ModelError
         If an area or a strength is not above zero.
     UnitError, DimensionError
-        If a bare number is given where a unit is due, or a quantity of another dimension.
+        If a value has no unit, or its unit has another dimension.
     """
 
-    name: str
-    start: Anchor
-    end: Anchor
-    area: float
-    strength: float
-    elongation_limit: float | None
+    computed: ClassVar = {"capacity": "force"}
 
-    def __init__(
-        self,
-        name: str,
-        start: tuple[str, VectorLike],
-        end: tuple[str, VectorLike],
-        *,
-        area: QuantityLike,
-        strength: QuantityLike,
-        elongation_limit: QuantityLike | None = None,
-    ) -> None:
-        who = f"strip {checked_name(name, 'strip')!r}"
-        given = {"area": area, "strength": strength, "elongation_limit": elongation_limit}
-        set_fields(self, name=name, start=anchor(start, f"{who}: start"), end=anchor(end, f"{who}: end"))
-        set_fields(self, **positive_quantities(given, who))
+    name: str = field(validator=has_name)
+    start: Anchor = field(converter=anchor, metadata=_LENGTH)
+    end: Anchor = field(converter=anchor, metadata=_LENGTH)
+    area: float = field(kw_only=True, converter=scalar, validator=positive, metadata=_AREA)
+    strength: float = field(kw_only=True, converter=scalar, validator=positive, metadata=_STRESS)
+    elongation_limit: float | None = field(
+        default=None, kw_only=True, converter=optional_scalar, validator=positive, metadata=_LENGTH
+    )
 
     @property
     def capacity(self) -> float:
@@ -225,23 +210,23 @@ class Strip:
         return "strength"
 
     def segments(self, blocks: Mapping[str, Block]) -> tuple[TieSegment, ...]:
-        """The one stretch of the strip, if it fits the blocks of a model: as of :meth:`Tie.segments`.
+        """Return the one segment of the strip, if it fits the blocks of a model, as :meth:`Tie.segments` does.
 
         Raises
         ------
         UnknownNameError
-            If a block is not among them.
+            If a block is unknown.
         ModelError
-            As of a tie, or an end inside its block.
+            As for a tie, or if an end is inside its block.
         """
-        check_anchors(f"strip {self.name!r}", self.start, self.end, blocks)
+        check_anchors(label(self), self.start, self.end, blocks)
         for block, point in (self.start, self.end):
             shape = blocks[block].shape
             corners = shape.vertices[[face[0] for face in shape.faces]]
             depth = float(np.abs(np.einsum("ij,ij->i", shape.normals, point - corners)).min())
             if depth > _OFF_FACE * float(np.ptp(shape.vertices, axis=0).max()):
                 msg = (
-                    f"strip {self.name!r}: its end at block {block!r} is {point} m, {depth:.3g} m inside the block; "
+                    f"{label(self)}: its end at block {block!r} is {point} m, {depth:.3g} m inside the block; "
                     "give a point on its surface"
                 )
                 raise ModelError(msg)
@@ -249,13 +234,13 @@ class Strip:
 
 
 def _segment(tie: Tie | Strip, prestress: float) -> TieSegment:
-    (one, a), (other, b) = tie.start, tie.end
+    (first, a), (second, b) = tie.start, tie.end
     length = math.dist(a, b)
     x, y, z = ((q - p) / length for p, q in zip(a, b, strict=True))
     return TieSegment(
         tie=tie.name,
         name=tie.name,
-        blocks=(one, other),
+        blocks=(first, second),
         start=a,
         end=b,
         direction=(x, y, z),

@@ -1,32 +1,55 @@
-"""Loads that are weights: what a structure carries, with its mass."""
+"""Loads that are weights and have a mass."""
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
-from blockstruct.errors import ModelError, shown
-from blockstruct.model.checks import checked_name
-from blockstruct.units import QuantityLike, VectorLike, si, si_vector, symbol
+from attrs import field, frozen
+from attrs.validators import optional
 
-Vector = tuple[float, float, float]
+from blockstruct.errors import ModelError
+from blockstruct.model.fields import (
+    ModelObject,
+    Vector,
+    has_name,
+    is_truth,
+    label,
+    limit,
+    named_arguments,
+    not_negative,
+    number,
+    optional_vector,
+    scalar,
+    vector,
+)
+
+#: Relative rounding of a level.
+ROUNDING = 1e-9
+
+_LENGTH = {"dimension": "length"}
+_NUMBER = {"dimension": "dimensionless"}
+_is_downwards = limit(
+    lambda weight: weight > 0,
+    "give more than zero: weights act downwards. For a lifting force use a PointLoad or a FaceLoad",
+)
+_is_share = limit(lambda share: 0 <= share <= 1, "give a share of the mass from 0 to 1")
 
 
-@dataclass(frozen=True, slots=True, init=False)
-class Weight:
-    """A concentrated weight that a block carries: a truss, a statue, a bell.
+@frozen(repr=False, field_transformer=named_arguments)
+class Weight(ModelObject):
+    """A concentrated weight on a block: a truss, a statue, a bell.
 
-    It pulls along −z, and its mass takes part in a mass-proportional push (:class:`BodyForce`) of the cases whose dead
-    load it belongs to.
+    It acts along −z. In cases with this weight in the dead load, a mass-proportional push (:class:`BodyForce`) also
+    acts on its mass.
 
     Parameters
     ----------
     block
-        Name of the block that carries it.
+        Name of the block that carries the weight.
     point : quantity, length, three components
-        Its centre of mass, above, in or below the block: in plan within it. It moves with the block.
+        Centre of mass, above, in or below the block, and within it in plan. It moves with the block.
     weight : quantity, force
         Above zero.
     mass_share : float
-        Share of the weight whose mass takes part in a push: 1 by default, 0 for none.
+        Share of the mass that a push acts on, from 0 to 1 (the default).
 
     Attributes
     ----------
@@ -35,44 +58,37 @@ class Weight:
 
     Examples
     --------
-    >>> Weight("3.1", ["0.2 m", "0.1 m", "1.5 m"], "12 kN").weight
-    12000.0
+    >>> Weight("3.1", ["0.2 m", "0.1 m", "1.5 m"], "12 kN")
+    Weight(block='3.1', point=(0.2, 0.1, 1.5) m, weight=12 kN)
     """
 
-    block: str
-    point: Vector
-    weight: float
-    mass_share: float
-
-    def __init__(self, block: str, point: VectorLike, weight: QuantityLike, mass_share: Any = 1.0) -> None:
-        who = f"Weight on {checked_name(block, 'block')!r}"
-        object.__setattr__(self, "block", block)
-        object.__setattr__(self, "point", si_vector(point, "length", f"{who}: point"))
-        object.__setattr__(self, "weight", _above_zero(weight, "force", f"{who}: weight"))
-        object.__setattr__(self, "mass_share", _share(mass_share, who))
+    block: str = field(validator=has_name)
+    point: Vector = field(converter=vector, metadata=_LENGTH)
+    weight: float = field(converter=scalar, validator=_is_downwards, metadata={"dimension": "force"})
+    mass_share: float = field(default=1.0, converter=number, validator=_is_share, metadata=_NUMBER)
 
 
-@dataclass(frozen=True, slots=True, init=False)
-class LineLoad:
-    """A weight along a line, on a block or on all blocks under it: the edge of a floor, a row of rafters.
+@frozen(repr=False, field_transformer=named_arguments)
+class LineLoad(ModelObject):
+    """A weight along a line, on a block or on all blocks under the line: the edge of a floor, a row of rafters.
 
-    Its mass takes part in a mass-proportional push as that of a :class:`Weight`, where the weight acts.
+    A mass-proportional push acts on its mass as on the mass of a :class:`Weight`.
 
     Parameters
     ----------
     weight_per_length : quantity, force/length
         Above zero.
     start, end : quantity, length, three components
-        Ends of the line. Without a block it is level, and lies on upper faces of blocks at its height. Where it runs
-        between two blocks, each has its half; along an edge, the block beside it bears it all. Heights and edges count
-        to a thousandth of a block.
+        Ends of the line. Without a block, the line is level and lies on upper faces of blocks at its height. If it runs
+        between two blocks, each carries half of it. Along an edge, the block with the edge carries all of it. The
+        tolerance of heights and edges is a thousandth of a block.
     block
-        Name of the one block that carries it all; the line lies within its extent.
+        Name of the one block that carries the load. The line lies within its extent.
     spanning
-        Whether parts of the line without a block below are borne by the others, in proportion of their lengths.
-        Otherwise such parts are refused.
+        True: parts of the line without a block below load the other blocks in proportion to the lengths on them.
+        False: such parts are refused.
     mass_share : float
-        Share of the weight whose mass takes part in a push, from 0 to 1.
+        Share of the mass that a push acts on, from 0 to 1.
 
     Attributes
     ----------
@@ -82,63 +98,45 @@ class LineLoad:
         m.
     """
 
-    weight_per_length: float
-    start: Vector
-    end: Vector
-    block: str | None
-    spanning: bool
-    mass_share: float
+    block: str | None = field(default=None, kw_only=True, validator=optional(has_name))
+    weight_per_length: float = field(converter=scalar, validator=_is_downwards, metadata={"dimension": "force/length"})
+    start: Vector = field(converter=vector, metadata=_LENGTH)
+    end: Vector = field(converter=vector, metadata=_LENGTH)
+    spanning: bool = field(default=False, kw_only=True, validator=is_truth)
+    mass_share: float = field(default=1.0, kw_only=True, converter=number, validator=_is_share, metadata=_NUMBER)
 
-    def __init__(
-        self,
-        weight_per_length: QuantityLike,
-        start: VectorLike,
-        end: VectorLike,
-        *,
-        block: str | None = None,
-        spanning: bool = False,
-        mass_share: Any = 1.0,
-    ) -> None:
-        who = f"LineLoad{_on(block)}"
-        value = _above_zero(weight_per_length, "force/length", f"{who}: weight_per_length")
-        first, last = (si_vector(v, "length", f"{who}: {what}") for v, what in ((start, "start"), (end, "end")))
-        if first[:2] == last[:2]:
+    def __attrs_post_init__(self) -> None:
+        if self.start[:2] == self.end[:2]:
             msg = (
-                f"{who}: start {first} m and end {last} m are one point in plan; give a line, or a Weight at the point"
+                f"{label(self)}: start {self.start} m and end {self.end} m are one point in plan; give a line, or a "
+                "Weight at the point"
             )
             raise ModelError(msg)
-        if block is None and abs(first[2] - last[2]) > 1e-9 * max(abs(first[2]), abs(last[2])):
-            msg = (
-                f"{who}: start at z = {first[2]:.6g} m, end at {last[2]:.6g} m; give a level line, or name the block "
-                "that carries an inclined one"
-            )
-            raise ModelError(msg)
-        values = (value, first, last, block, _flag(spanning, f"{who}: spanning"), _share(mass_share, who))
-        for name, field in zip(self.__slots__, values, strict=True):
-            object.__setattr__(self, name, field)
+        if self.block is None:
+            _check_level(self, "give a level line, or name the block that carries an inclined one")
 
 
-@dataclass(frozen=True, slots=True, init=False)
-class AreaLoad:
-    """A weight per area in plan, on a block or on all blocks under a rectangle at a level: a floor, a roof, snow.
+@frozen(repr=False, field_transformer=named_arguments)
+class AreaLoad(ModelObject):
+    """A weight per area in plan, on a block or on all blocks under a level rectangle: a floor, a roof, snow.
 
-    Its mass takes part in a mass-proportional push as that of a :class:`Weight`, where the weight acts.
+    A mass-proportional push acts on its mass as on the mass of a :class:`Weight`.
 
     Parameters
     ----------
     weight_per_area : quantity, stress
         Per area in plan, above zero.
     start, end : quantity, length, three components
-        Opposite corners of the rectangle, along x and y, both at its level: it lies on upper faces of blocks at this
-        height, to a thousandth of a block. What stands on these faces does not keep the load off them: a floor bears
-        in a pocket of the wall. Left out, the load acts on all of the upper faces of ``block`` that touch no other.
+        Opposite corners of the rectangle, along x and y, both at its level. The load lies on upper faces of blocks at
+        this height, to a thousandth of a block. Blocks on these faces do not reduce the load: a floor bears in a pocket
+        of the wall. Without a rectangle, the load acts on all upper faces of ``block`` that touch no other block.
     block
-        Name of the one block that carries it; without one, all that have such faces.
+        Name of the one block that carries the load. Without it, all blocks with such faces carry it.
     spanning
-        Whether the blocks also bear the load on those parts of the rectangle that have no block below, all of it in
-        proportion of their areas: a floor that spans from wall to wall. Otherwise such parts are refused.
+        True: the blocks also carry the load of parts of the rectangle without a block below, in proportion to their
+        areas, as under a floor that spans from wall to wall. False: such parts are refused.
     mass_share : float
-        Share of the weight whose mass takes part in a push, from 0 to 1.
+        Share of the mass that a push acts on, from 0 to 1.
 
     Attributes
     ----------
@@ -148,71 +146,49 @@ class AreaLoad:
         m, or None.
     """
 
-    weight_per_area: float
-    start: Vector | None
-    end: Vector | None
-    block: str | None
-    spanning: bool
-    mass_share: float
+    block: str | None = field(default=None, kw_only=True, validator=optional(has_name))
+    weight_per_area: float = field(converter=scalar, validator=_is_downwards, metadata={"dimension": "stress"})
+    start: Vector | None = field(default=None, converter=optional_vector, metadata=_LENGTH)
+    end: Vector | None = field(default=None, converter=optional_vector, metadata=_LENGTH)
+    spanning: bool = field(default=False, kw_only=True, validator=is_truth)
+    mass_share: float = field(default=1.0, kw_only=True, converter=number, validator=_is_share, metadata=_NUMBER)
 
-    def __init__(
-        self,
-        weight_per_area: QuantityLike,
-        start: VectorLike | None = None,
-        end: VectorLike | None = None,
-        *,
-        block: str | None = None,
-        spanning: bool = False,
-        mass_share: Any = 1.0,
-    ) -> None:
-        who = f"AreaLoad{_on(block)}"
-        value = _above_zero(weight_per_area, "stress", f"{who}: weight_per_area")
-        if (start is None) != (end is None) or (start is None and block is None):
+    def __attrs_post_init__(self) -> None:
+        if (self.start is None) != (self.end is None) or (self.start is None and self.block is None):
             msg = (
-                f"{who}: give start and end, opposite corners of a level rectangle, or the block that carries the load"
+                f"{label(self)}: give start and end, opposite corners of a level rectangle, or the block that carries "
+                "the load"
             )
             raise ModelError(msg)
-        first, last = (
-            None if v is None else si_vector(v, "length", f"{who}: {what}")
-            for v, what in ((start, "start"), (end, "end"))
-        )
-        if first is not None and last is not None:
-            _check_rectangle(first, last, who)
-            if abs(first[2] - last[2]) > 1e-9 * max(abs(first[2]), abs(last[2])):
-                msg = (
-                    f"{who}: start at z = {first[2]:.6g} m, end at {last[2]:.6g} m; give both at the level of the load"
-                )
-                raise ModelError(msg)
-        spans = _flag(spanning, f"{who}: spanning")
-        if spans and first is None:
-            msg = f"{who}: spanning, but without a rectangle there is nothing to span; give start and end"
+        if self.start is not None:
+            _check_rectangle(self)
+            _check_level(self, "give both at the level of the load")
+        elif self.spanning:
+            msg = f"{label(self)}: spanning needs a rectangle; give start and end"
             raise ModelError(msg)
-        values = (value, first, last, block, spans, _share(mass_share, who))
-        for name, field in zip(self.__slots__, values, strict=True):
-            object.__setattr__(self, name, field)
 
 
-@dataclass(frozen=True, slots=True, init=False)
-class FillLoad:
-    """Fill on a vault: the weight of all that is between the blocks and a level, and its pressure on their faces.
+@frozen(repr=False, field_transformer=named_arguments)
+class FillLoad(ModelObject):
+    """Fill on a vault: its weight from the blocks up to a level, and its pressure on their faces.
 
     Each face that looks upwards into the box from ``start`` to ``end`` carries the fill right above it, up to the upper
-    side of the box. The mass of the fill takes part in a mass-proportional push as that of a :class:`Weight`, with its
-    centre of mass where the fill is, as if it were part of the block below.
+    side of the box. A mass-proportional push acts on the mass of the fill as on the mass of a :class:`Weight`. Its
+    centre of mass is at the place of the fill, which moves with the block below.
 
     Parameters
     ----------
     unit_weight : quantity, force/volume
         Above zero.
     start, end : quantity, length, three components
-        Opposite corners of a box; its upper side is the level of the fill, and faces below its lower side carry none.
+        Opposite corners of a box. Its upper side is the level of the fill. Faces below its lower side carry no fill.
     block
-        Name of the only block that is to carry fill; all by default.
+        Name of the only block that carries fill. By default, all blocks do.
     lateral_coefficient : float
-        K of the horizontal pressure K γ h on the faces that carry fill, h below the level; 0 (none) by default. Faces
-        that are vertical carry no fill: their pressure is a :class:`FaceLoad` with a unit weight.
+        Coefficient K of the horizontal pressure K γ h on the faces that carry fill, at the depth h below the level.
+        Zero by default. Vertical faces carry no fill: give their pressure as a :class:`FaceLoad` with a unit weight.
     mass_share : float
-        Share of the weight whose mass takes part in a push, from 0 to 1.
+        Share of the mass that a push acts on, from 0 to 1.
 
     Attributes
     ----------
@@ -222,38 +198,22 @@ class FillLoad:
         m.
     """
 
-    unit_weight: float
-    start: Vector
-    end: Vector
-    block: str | None
-    lateral_coefficient: float
-    mass_share: float
+    computed: ClassVar = {"level": "length"}
 
-    def __init__(
-        self,
-        unit_weight: QuantityLike,
-        start: VectorLike,
-        end: VectorLike,
-        *,
-        block: str | None = None,
-        lateral_coefficient: Any = 0.0,
-        mass_share: Any = 1.0,
-    ) -> None:
-        who = f"FillLoad{_on(block)}"
-        value = _above_zero(unit_weight, "force/volume", f"{who}: unit_weight")
-        first, last = (si_vector(v, "length", f"{who}: {what}") for v, what in ((start, "start"), (end, "end")))
-        _check_rectangle(first, last, who)
-        if first[2] == last[2]:
-            msg = f"{who}: start and end are both at z = {first[2]:.6g} m; give opposite corners of a box"
+    block: str | None = field(default=None, kw_only=True, validator=optional(has_name))
+    unit_weight: float = field(converter=scalar, validator=_is_downwards, metadata={"dimension": "force/volume"})
+    start: Vector = field(converter=vector, metadata=_LENGTH)
+    end: Vector = field(converter=vector, metadata=_LENGTH)
+    lateral_coefficient: float = field(
+        default=0.0, kw_only=True, converter=number, validator=not_negative, metadata=_NUMBER
+    )
+    mass_share: float = field(default=1.0, kw_only=True, converter=number, validator=_is_share, metadata=_NUMBER)
+
+    def __attrs_post_init__(self) -> None:
+        _check_rectangle(self)
+        if self.start[2] == self.end[2]:
+            msg = f"{label(self)}: start and end are both at z = {self.end[2]:.6g} m; give opposite corners of a box"
             raise ModelError(msg)
-        lateral = si(lateral_coefficient, "dimensionless", f"{who}: lateral_coefficient")
-        if lateral < 0:
-            msg = f"{who}: lateral_coefficient {lateral:.6g}; give zero or more"
-            raise ModelError(msg)
-        for name, field in zip(
-            self.__slots__, (value, first, last, block, lateral, _share(mass_share, who)), strict=True
-        ):
-            object.__setattr__(self, name, field)
 
     @property
     def level(self) -> float:
@@ -265,40 +225,18 @@ class FillLoad:
 WeightLoad = Weight | LineLoad | AreaLoad | FillLoad
 
 
-def _on(block: str | None) -> str:
-    return "" if block is None else f" on {checked_name(block, 'block')!r}"
-
-
-def _above_zero(value: Any, dimension: str, what: str) -> float:
-    found = si(value, dimension, what)
-    if found <= 0:
-        msg = (
-            f"{what} {found:.6g} {symbol(dimension)}; weights act downwards, give more than zero (for a lifting force, "
-            "a PointLoad or a FaceLoad)"
-        )
+def _check_level(load: Any, remedy: str) -> None:
+    first, last = load.start[2], load.end[2]
+    if abs(first - last) > ROUNDING * max(abs(first), abs(last)):
+        msg = f"{label(load)}: start at z = {first:.6g} m, end at {last:.6g} m; {remedy}"
         raise ModelError(msg)
-    return found
 
 
-def _share(value: Any, who: str) -> float:
-    found = si(value, "dimensionless", f"{who}: mass_share")
-    if not 0 <= found <= 1:
-        msg = f"{who}: mass_share {found:.6g}; give from 0 (its mass is not pushed) to 1 (all of it is)"
-        raise ModelError(msg)
-    return found
-
-
-def _flag(value: Any, what: str) -> bool:
-    if not isinstance(value, bool):
-        msg = f"{what} is {shown(value)}; give True or False"
-        raise ModelError(msg)
-    return value
-
-
-def _check_rectangle(first: Vector, last: Vector, who: str) -> None:
+def _check_rectangle(load: Any) -> None:
+    first, last = load.start, load.end
     if first[0] == last[0] or first[1] == last[1]:
         msg = (
-            f"{who}: from ({first[0]:.6g}, {first[1]:.6g}) m to ({last[0]:.6g}, {last[1]:.6g}) m in plan there is no "
-            "area; give opposite corners, or a LineLoad along a line"
+            f"{label(load)}: from ({first[0]:.6g}, {first[1]:.6g}) m to ({last[0]:.6g}, {last[1]:.6g}) m in plan there "
+            "is no area; give opposite corners, or a LineLoad along a line"
         )
         raise ModelError(msg)
