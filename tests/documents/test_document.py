@@ -1,4 +1,4 @@
-"""Model documents: what they say, and what is refused."""
+"""Model documents: their content, and refused documents."""
 
 import copy
 import json
@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.documents import reader, yaml_core
+from refusals import refused
 
 BASIC = {
     "blockstruct": "model-1",
@@ -66,7 +67,7 @@ def write(tmp_path, content, suffix=".yaml"):
 
 
 @pytest.mark.parametrize("suffix", [".yaml", ".json"])
-def test_everything_a_document_can_say(tmp_path, suffix):
+def test_a_document_with_every_kind_of_entry(tmp_path, suffix):
     document = bs.read_document(write(tmp_path, BASIC, suffix))
     wedge = document.model.block("wedge")
     assert wedge.volume == pytest.approx(0.25)
@@ -125,66 +126,61 @@ def test_joints_by_rule_with_tolerances_and_explicit_interfaces(tmp_path):
     }
     assert document.model.interfaces[0].area == pytest.approx(0.5)
     content["interfaces"]["joint_material"] = {"beds": "dry"}
-    with pytest.raises(bs.errors.ModelError, match="'beds' is not a pattern"):
+    with refused(bs.errors.ModelError, "'beds' pattern"):
         bs.read_document(write(tmp_path, content))
 
 
-def changed(*path, to=None, remove=False):
+REMOVED = object()
+
+
+def changed(*path, to):
     content = copy.deepcopy(BASIC)
     *parents, last = path
     place = content
     for key in parents:
         place = place[key]
-    if remove:
+    if to is REMOVED:
         del place[last]
     else:
         place[last] = to
     return content
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (changed("blockstruct", to="model-2"), ["/blockstruct", "model-1"]),
-        (changed("materials", remove=True), ["'materials' is a required property"]),
-        (changed("materials", "stone", to={}), ["/materials/stone"]),
-        (changed("joint_materials", "dry", "friction_angle", to=30), ["/joint_materials/dry/friction_angle", "30"]),
-        (changed("joint_materials", "dry", "friction_angel", to="30 deg"), ["friction_angel"]),
-        (changed("blocks", 0, "box", "size", to=["1 m", "1 m"]), ["/blocks/0"]),
-        (changed("blocks", 0, "colour", to="red"), ["/blocks/0", "colour"]),
-        (changed("load_patterns", "push", 0, "kind", to="wind"), ["/load_patterns/push/0"]),
-        (changed("cases", 0, "flow", to="dilatant"), ["/cases/0/flow", "dilatant"]),
-    ],
-)
-def test_violations_of_the_schema_name_their_place(tmp_path, content, words):
-    with pytest.raises(bs.errors.DocumentError) as caught:
-        bs.read_document(write(tmp_path, content))
-    for word in words:
-        assert word in str(caught.value)
+SHAPE = ("blocks", 1, "polyhedron")
+STONE, DRY = ("materials", "stone"), ("joint_materials", "dry")
+DOCUMENT, MODEL, UNKNOWN = bs.errors.DocumentError, bs.errors.ModelError, bs.errors.UnknownNameError
+BOTH = {"friction_coefficient": 0.6, "friction_angle": "30 deg"}
 
 
 @pytest.mark.parametrize(
-    ("content", "error", "words"),
+    ("error", "words", "path", "value"),
     [
-        (changed("blocks", 1, "material", to="glass"), bs.errors.UnknownNameError, ["'glass'", "stone"]),
-        (changed("interfaces", "joint_material", to="glue"), bs.errors.UnknownNameError, ["'glue'", "dry"]),
-        (changed("cases", 0, "dead", to="live"), bs.errors.UnknownNameError, ["'push'", "'live'"]),
-        (
-            changed("cases", to=2 * BASIC["cases"]),
-            bs.errors.ModelError,
-            ["case names used more than once: push; rename"],
-        ),
-        (changed("materials", "stone", to={"unit_weight": "-1 N/m^3"}), bs.errors.ModelError, ["'stone'", "negative"]),
-        (changed("blocks", 1, "polyhedron", "unit", to="kg"), bs.errors.DimensionError, ["'wedge'", "length"]),
-        (changed("blocks", 0, "fixed", to=False), bs.errors.ModelError, ["no block is fixed"]),
-        (changed("blocks", 0, "box", "origin", to=["0 m", "0 m", "much"]), bs.errors.UnitError, ["'base'", "'much'"]),
+        # The schema is violated: the message has the place and the value.
+        (DOCUMENT, "/blockstruct model-1", ("blockstruct",), "model-2"),
+        (DOCUMENT, "'materials' required", ("materials",), REMOVED),
+        (DOCUMENT, "/materials/stone", STONE, {}),
+        (DOCUMENT, "/materials/stone/density 2600 unit", STONE, {"density": 2600}),
+        (DOCUMENT, "/joint_materials/dry/friction_angle 30", (*DRY, "friction_angle"), 30),
+        (DOCUMENT, "/joint_materials/dry 'friction' friction_coefficient friction_angle", DRY, {"friction": 0.65}),
+        (DOCUMENT, "/blocks/0", ("blocks", 0, "box", "size"), ["1 m", "1 m"]),
+        (DOCUMENT, "/blocks/0 colour", ("blocks", 0, "colour"), "red"),
+        (DOCUMENT, "/load_patterns/push/0", ("load_patterns", "push", 0, "kind"), "wind"),
+        (DOCUMENT, "/cases/0/flow dilatant", ("cases", 0, "flow"), "dilatant"),
+        (DOCUMENT, "/cases/0: variable directions", ("cases", 0, "directions"), 4),
+        # The document follows the schema, but describes no model.
+        (UNKNOWN, "'glass' stone", ("blocks", 1, "material"), "glass"),
+        (UNKNOWN, "'glue' dry", ("interfaces", "joint_material"), "glue"),
+        (UNKNOWN, "'push' 'live'", ("cases", 0, "dead"), "live"),
+        (MODEL, "case names push", ("cases",), 2 * BASIC["cases"]),
+        (MODEL, "'stone' unit_weight -1", STONE, {"unit_weight": "-1 N/m^3"}),
+        (MODEL, "'two blocks' fixed=True", ("blocks", 0, "fixed"), False),
+        (bs.errors.DimensionError, "'wedge' length", (*SHAPE, "unit"), "kg"),
+        (bs.errors.UnitError, "'base' 'much'", ("blocks", 0, "box", "origin"), ["0 m", "0 m", "much"]),
     ],
 )
-def test_documents_that_describe_no_model(tmp_path, content, error, words):
-    with pytest.raises(error) as caught:
-        bs.read_document(write(tmp_path, content))
-    for word in words:
-        assert word in str(caught.value)
+def test_refused_documents(tmp_path, error, words, path, value):
+    with refused(error, words):
+        bs.read_document(write(tmp_path, changed(*path, to=value)))
 
 
 def test_numbers_without_a_point_are_numbers(tmp_path):
@@ -193,23 +189,11 @@ def test_numbers_without_a_point_are_numbers(tmp_path):
     assert bs.read_document(path).settings["gap_tolerance"] == 1e-3
 
 
-@pytest.mark.parametrize("number", ["040", "010", "08", "1:30", "1_000", "0o17", "0b11", "-0x1F"])
-def test_numbers_that_versions_of_yaml_read_differently_are_refused(tmp_path, number):
+@pytest.mark.parametrize("text", ["040", "010", "08", "1:30", "1_000", "0o17", "0b11", "-0x1F", "yes", "Off"])
+def test_texts_that_versions_of_yaml_read_differently_are_refused(tmp_path, text):
     path = write(tmp_path, BASIC)
-    path.write_text(path.read_text(encoding="utf-8") + f"  patience: {number}\n", encoding="utf-8")
-    with pytest.raises(
-        bs.errors.DocumentError, match=rf"{number} is read differently.*'{number}' in quotes[^$]*at line \d+"
-    ):
-        bs.read_document(path)
-
-
-@pytest.mark.parametrize(("word", "truth"), [("yes", "true"), ("Off", "false")])
-def test_yes_and_no_are_refused(tmp_path, word, truth):
-    path = write(tmp_path, BASIC)
-    path.write_text(path.read_text(encoding="utf-8").replace("fixed: true", f"fixed: {word}"), encoding="utf-8")
-    with pytest.raises(
-        bs.errors.DocumentError, match=f"{word} is {truth} in YAML 1.1 and a text in YAML 1.2; write {truth}"
-    ):
+    path.write_text(path.read_text(encoding="utf-8") + f"  patience: {text}\n", encoding="utf-8")
+    with refused(DOCUMENT, f"model.yaml {text} '{text}' quotes line"):
         bs.read_document(path)
 
 
@@ -220,7 +204,7 @@ def test_numbers_of_the_core_schema(text, number):
 
 @given(content=st.recursive(TEXTS | st.integers() | st.floats(allow_nan=False), st.lists, max_leaves=5))
 @example(content=["1e5", "040", "1:30", "yes", "2026-01-31", "<<", "=", "null", "", "0x1F", ".nan", "1_0", "~", "0o7"])
-def test_what_is_written_is_read_back(content):
+def test_any_content_is_written_and_read(content):
     assert yaml_core.load(yaml_core.dump({"a": content})) == {"a": content}
 
 
@@ -237,77 +221,38 @@ cases: [{name: push, dead: dead, variable: push, flow: associative}]
 
 
 @pytest.mark.parametrize(
-    ("point", "comma", "said"),
+    ("point", "comma", "words"),
     [
-        (
-            "12 kN/m^3",
-            '"12,5 kN/m^3"',
-            ["material 'tuff'", "'12,5 kN/m^3'", "write '12.5 kN/m^3', with a decimal point"],
-        ),
-        ("[0.5 m,", '["-0,5 m",', ["block 'b': size", "'-0,5 m'", "write '-0.5 m', with a decimal point"]),
-        (
-            "[0.5 m,",
-            "[0,5 m,",
-            ["/blocks/1/box/size: [0, '5 m', '1 m', '1 m']", "write 0.5, with a decimal point, for 0,5"],
-        ),
-        ("0.65", '"0,65"', ["/lime/friction_coefficient: '0,65'", "write 0.65, with a decimal point"]),
-        ("0.65", "0,65", ["line 3", "a key that is not text", "0.5 for 0,5"]),
+        ("12 kN/m^3", '"12,5 kN/m^3"', "'tuff' '12,5 kN/m^3' '12.5 kN/m^3'"),
+        ("[0.5 m,", '["-0,5 m",', "'b' size '-0,5 m' '-0.5 m'"),
+        ("[0.5 m,", "[0,5 m,", "/blocks/1/box/size '5 m' 0.5 0,5"),
+        ("0.65", '"0,65"', "/lime/friction_coefficient '0,65' 0.65"),
+        ("0.65", "0,65", "wall.yaml line 3 0.5 0,5"),
     ],
 )
-def test_a_decimal_comma_is_told_to_be_a_point(tmp_path, point, comma, said):
+def test_a_decimal_comma_is_refused_with_the_decimal_point(tmp_path, point, comma, words):
     path = tmp_path / "wall.yaml"
     path.write_text(COMMAS, encoding="utf-8")
     bs.read_document(path)
     path.write_text(COMMAS.replace(point, comma, 1), encoding="utf-8")
-    with pytest.raises(bs.errors.BlockstructError) as caught:
+    with refused(bs.errors.BlockstructError, words) as caught:
         bs.read_document(path)
-    text = "\n".join([str(caught.value), *getattr(caught.value, "__notes__", ())])
-    assert "wall.yaml" in text
-    for words in said:
-        assert words in text
-
-
-def test_a_misspelt_key_is_told_the_one_that_was_meant(tmp_path):
-    content = changed("joint_materials", "dry", to={"friction": 0.65})
-    with pytest.raises(
-        bs.errors.DocumentError, match=r"/dry: unknown key 'friction', did you mean friction_coefficient or"
-    ):
-        bs.read_document(write(tmp_path, content))
+    assert "wall.yaml" in "\n".join([str(caught.value), *getattr(caught.value, "__notes__", ())])
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("path", "value", "line"),
     [
-        (
-            {"friction_coefficient": 0.6, "friction_angle": "30 deg"},
-            "friction_coefficient and friction_angle are given; ",
-        ),
-        ({"cohesion": "1 kPa"}, ""),
+        (DRY, BOTH, "/joint_materials/dry: friction_coefficient and friction_angle"),
+        (DRY, {"cohesion": "1 kPa"}, "/joint_materials/dry: give one of friction_coefficient, friction_angle"),
+        (("materials", "tuff"), {"unitweight": "20 kN/m^3"}, "/materials/tuff: unknown key 'unitweight'"),
     ],
 )
-def test_one_of_two_keys_is_asked_for(tmp_path, given, said):
-    with pytest.raises(bs.errors.DocumentError) as refused:
-        bs.read_document(write(tmp_path, changed("joint_materials", "dry", to=given)))
-    assert str(refused.value).splitlines()[1:] == [
-        f"  /joint_materials/dry: {said}give one of friction_coefficient, friction_angle"
-    ]
-
-
-def test_a_case_with_a_variable_load_and_directions(tmp_path):
-    content = changed("cases", 0, "directions", to=4)
-    with pytest.raises(
-        bs.errors.DocumentError, match="/cases/0: variable and directions are given; give one of variable"
-    ):
-        bs.read_document(write(tmp_path, content))
-
-
-def test_a_misspelt_key_is_one_violation(tmp_path):
-    content = changed("materials", "tuff", to={"unitweight": "20 kN/m^3"})
-    with pytest.raises(bs.errors.DocumentError) as refused:
-        bs.read_document(write(tmp_path, content))
-    assert str(refused.value).splitlines()[1:] == [
-        "  /materials/tuff: unknown key 'unitweight', did you mean unit_weight?"
-    ]
+def test_one_mistake_is_one_violation(tmp_path, path, value, line):
+    with pytest.raises(DOCUMENT) as caught:
+        bs.read_document(write(tmp_path, changed(*path, to=value)))
+    (violation,) = str(caught.value).splitlines()[1:]
+    assert line in violation
 
 
 @pytest.mark.parametrize("direction", ["+x", [1, 0, 0]])
@@ -318,7 +263,7 @@ def test_the_direction_of_a_control_point_may_be_an_axis(tmp_path, direction):
     (read,) = bs.read_document(write(tmp_path, content)).cases
     assert read.control == ("wedge", (1.0, 0.0, 0.0))
     content["cases"][0]["control"]["direction"] = "+w"
-    with pytest.raises(bs.errors.DocumentError, match=r"/cases/0/control/direction: found '\+w'; .* such as '\+x'"):
+    with refused(DOCUMENT, "/cases/0/control/direction '+w' '+x'"):
         bs.read_document(write(tmp_path, content))
 
 
@@ -327,37 +272,31 @@ def test_the_direction_of_a_control_point_may_be_an_axis(tmp_path, direction):
     [
         (
             {"kind": "area_load", "weight_per_aera": "4 kPa", "block": "wedge"},
-            [
-                "'weight_per_area' is a required property",
-                "unknown key 'weight_per_aera', did you mean weight_per_area?",
-            ],
+            ["'weight_per_area'", "'weight_per_aera'"],
         ),
-        ({"kind": "weigth"}, ["'weigth' is not one of ['self_weight'"]),
-        ({"block": "wedge"}, ["'kind' is a required property"]),
-        ({"kind": "self_weight", "share": 1}, ["unknown key 'share', known are kind"]),
+        ({"kind": "weigth"}, ["'weigth'"]),
+        ({"block": "wedge"}, ["'kind'"]),
+        ({"kind": "self_weight", "share": 1}, ["'share'"]),
     ],
 )
-def test_a_load_is_told_what_its_own_kind_lacks(tmp_path, load, violations):
+def test_violations_of_a_load_are_relative_to_its_kind(tmp_path, load, violations):
     content = copy.deepcopy(BASIC)
     content["load_patterns"]["dead"].append(load)
-    path = tmp_path / "m.json"
-    path.write_text(json.dumps(content))
-    with pytest.raises(bs.errors.DocumentError) as caught:
-        bs.read_document(path)
-    told = str(caught.value).splitlines()[1:]
-    assert len(told) == len(violations)
-    assert all(words in line for words, line in zip(violations, told, strict=True))
-    assert all("/load_patterns/dead/1" in line for line in told)
+    with pytest.raises(DOCUMENT) as caught:
+        bs.read_document(write(tmp_path, content, ".json"))
+    lines = str(caught.value).splitlines()[1:]
+    assert len(lines) == len(violations)
+    assert all("/load_patterns/dead/1" in line and word in line for word, line in zip(violations, lines, strict=True))
 
 
-def test_a_name_that_reads_as_a_number_is_told_to_be_quoted(tmp_path):
+def test_a_name_that_reads_as_a_number_needs_quotes(tmp_path):
     path = write(tmp_path, changed("blocks", 1, "name", to="1.1"))
     path.write_text(path.read_text(encoding="utf-8").replace("'1.1'", "1.1"), encoding="utf-8")
-    with pytest.raises(bs.errors.DocumentError, match=r"/blocks/1/name: 1.1 is not of type 'string'; .* is quoted"):
+    with refused(DOCUMENT, "/blocks/1/name 1.1 quoted"):
         bs.read_document(path)
 
 
-def test_aliases_stand_for_what_they_name(tmp_path):
+def test_aliases_are_read(tmp_path):
     text = write(tmp_path, BASIC).read_text(encoding="utf-8")
     shared = text.replace("material: stone", "material: &m stone", 1).replace("material: stone", "material: *m")
     (tmp_path / "shared.yaml").write_text(shared, encoding="utf-8")
@@ -365,7 +304,7 @@ def test_aliases_stand_for_what_they_name(tmp_path):
     assert bs.read_document(tmp_path / "shared.yaml").model.hash == bs.read_document(tmp_path / "model.yaml").model.hash
 
 
-def test_what_aliases_stand_for_is_changed_place_by_place():
+def test_aliases_give_independent_copies():
     held = yaml_core.load("a: &m {x: [1]}\nb: &n {m: *m, n: [*m]}\nc: *n\n")
     held["c"]["m"]["x"].append(2)
     assert held == {
@@ -375,9 +314,9 @@ def test_what_aliases_stand_for_is_changed_place_by_place():
     }
 
 
-def test_a_document_of_any_size_is_not_read(tmp_path, monkeypatch):
+def test_large_files_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(reader, "MOST_BYTES", 100)
-    with pytest.raises(bs.errors.DocumentError, match="divide the structure"):
+    with refused(DOCUMENT, "MB"):
         bs.read_document(write(tmp_path, BASIC))
 
 
@@ -387,15 +326,7 @@ def test_errors_of_a_document_name_the_file(tmp_path):
     assert any("model.yaml" in note for note in caught.value.__notes__)
 
 
-def test_a_number_where_a_quantity_is_due_is_told_so(tmp_path):
-    with pytest.raises(
-        bs.errors.DocumentError,
-        match=r"/materials/stone/density: 2600 has no unit; give a number, a space and a unit, as",
-    ):
-        bs.read_document(write(tmp_path, changed("materials", "stone", to={"density": 2600})))
-
-
-def test_walls_may_stand_anywhere(tuff):
+def test_walls_have_an_origin(tuff):
     kwargs = {"unit_length": "1 m", "unit_height": "1 m", "depth": "1 m", "material": tuff, "base": False}
     (unit,) = bs.courses([[1]], **kwargs, origin=["5 m", "-20 cm", "1 m"])
     assert unit.centroid == pytest.approx([5.5, 0.3, 1.5])
@@ -403,7 +334,7 @@ def test_walls_may_stand_anywhere(tuff):
 
 def test_unknown_settings_are_refused(tmp_path):
     document = bs.read_document(write(tmp_path, changed("settings", to={"speed": 3})))
-    with pytest.raises(bs.errors.ModelError, match="speed"):
+    with refused(MODEL, "speed"):
         bs.ProcedureSettings.of(document.settings)
 
 
@@ -411,21 +342,20 @@ def test_unknown_settings_are_refused(tmp_path):
 def test_repeated_keys_are_refused(tmp_path, suffix):
     path = tmp_path / f"m{suffix}"
     path.write_text('{"materials": {"a": {"density": "1 kg/m^3"}, "a": {"density": "2 kg/m^3"}}}', encoding="utf-8")
-    with pytest.raises(bs.errors.DocumentError, match=r"repeated keys \['a'\]"):
+    with refused(DOCUMENT, f"m{suffix} 'a'"):
         bs.read_document(path)
 
 
 @pytest.mark.parametrize("text", ["a: [1", "!!python/object/apply:os.system ['true']", "\x00", "- 1\n- 2"])
-def test_texts_that_are_no_document(tmp_path, text):
+def test_other_texts_are_refused(tmp_path, text):
     path = tmp_path / "m.yaml"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(bs.errors.DocumentError, match=r"m\.yaml"):
+    with refused(DOCUMENT, "m.yaml"):
         bs.read_document(path)
 
 
-def test_files_that_cannot_be_read(tmp_path):
-    with pytest.raises(bs.errors.StorageError, match="cannot be read"):
-        bs.read_document(tmp_path / "missing.yaml")
+def test_unreadable_files(tmp_path):
     (tmp_path / "latin.yaml").write_bytes(b"name: gr\xf6\xdfer")
-    with pytest.raises(bs.errors.StorageError, match="is not text"):
-        bs.read_document(tmp_path / "latin.yaml")
+    for name in ("missing.yaml", "latin.yaml"):
+        with refused(bs.errors.StorageError, name):
+            bs.read_document(tmp_path / name)

@@ -1,4 +1,4 @@
-"""Ties, settlements, carried loads and directions in one document: written, read back, run and stored, alike."""
+"""Ties, settlements, carried loads and directions in one document: written, read, run and stored."""
 
 import pytest
 
@@ -14,7 +14,7 @@ Z = 2.8
 
 @pytest.fixture(scope="module")
 def model():
-    """A wall of three blocks, 0.5 m thick, beside a pier to which it is tied."""
+    """A wall of three blocks, 0.5 m thick, tied to a pier."""
     blocks = [
         box("ground", [-2, 0, -1], [5, 1, 1], fixed=True),
         box("pier", [-1.5, 0, 0], [0.5, 1, 3], fixed=True),
@@ -39,7 +39,7 @@ def cases(dead):
     return [*direction_cases(dead, Q_([0, 180], "deg"), flow="associative"), away]
 
 
-def test_numbers_of_all_are_those_by_hand(model, dead, cases):
+def test_load_factors_equal_hand_calculations(model, dead, cases):
     """Overturning about either edge of the foot, with the mass of the roof, and with the tie or its prestress."""
     analysis = bs.run(model, cases)
     overturning = 30 * 1.5 + 10 * 3
@@ -49,14 +49,14 @@ def test_numbers_of_all_are_those_by_hand(model, dead, cases):
     assert analysis["pier spreads"].reaction.m_as("kN") == pytest.approx(-40 * 0.25 / Z, rel=1e-6)
 
 
-def test_the_least_tie_bears_the_push_on_the_roof_too(model, dead):
+def test_the_least_tie_force_includes_the_push_on_the_roof(model, dead):
     case = bs.LimitCase("push", dead, push(1, 0, 0))
     least = bs.least_tie_force(model, case, ["tie"], load_factor=0.5)
     assert least.proven
     assert least.total == pytest.approx(1e3 * (0.5 * (30 * 1.5 + 10 * 3) - 40 * 0.25) / Z, rel=1e-6)
 
 
-def test_documents_and_files_keep_all_of_it(model, cases, tmp_path):
+def test_documents_and_files_keep_everything(model, cases, tmp_path):
     read = read_document(write_document(tmp_path / "tied.yaml", model, cases))
     assert read.model.ties == model.ties
     assert read.cases == tuple(cases)

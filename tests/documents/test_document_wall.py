@@ -1,4 +1,4 @@
-"""Walls of model documents are those of ``bs.wall``."""
+"""Walls of model documents equal walls of ``bs.wall``."""
 
 import json
 
@@ -7,6 +7,7 @@ import yaml
 
 import blockstruct as bs
 from blockstruct.structures import Buttress, Opening, RoundOpening, Rubble, Sidewall
+from refusals import refused
 
 STONE = bs.Material("stone", "20 kN/m^3")
 SIZE = {"length": "4 m", "courses": 12, "unit_height": "25 cm", "depth": "0.5 m"}
@@ -26,7 +27,7 @@ PIER = {"name": "pier", "at": "3 m", "width": "0.5 m", "courses": 8, "projection
 RUBBLE = {"seed": 3, "shortest": "0.25 m", "longest": "0.7 m", "overlap": "0.1 m"}
 
 
-def written(folder, entry, **beside):
+def written(folder, entry, **others):
     content = {
         "blockstruct": "model-1",
         "materials": {"stone": {"unit_weight": "20 kN/m^3"}},
@@ -37,7 +38,7 @@ def written(folder, entry, **beside):
         "cases": [{"name": "push", "dead": "dead", "variable": "push"}],
     }
     path = folder / "wall.yaml"
-    path.write_text(yaml.safe_dump(content | beside), encoding="utf-8")
+    path.write_text(yaml.safe_dump(content | others), encoding="utf-8")
     return path
 
 
@@ -68,13 +69,13 @@ def written(folder, entry, **beside):
     ],
     ids=["arch, round window and gable", "rubble, sidewall and buttress", "leaves"],
 )
-def test_a_wall_is_that_of_the_builder(tmp_path, entry, same):
+def test_a_wall_equals_the_wall_of_the_builder(tmp_path, entry, same):
     model = bs.read_document(written(tmp_path, entry)).model
     blocks = bs.wall(**SIZE, material=STONE, **same)
     assert model.hash == bs.Model("wall", blocks, bs.detect_interfaces(blocks, bs.JointMaterial("lime", 0.6))).hash
 
 
-def test_blocks_stand_beside_a_wall(tmp_path):
+def test_a_wall_and_blocks(tmp_path):
     post = {
         "name": "post",
         "material": "stone",
@@ -87,24 +88,18 @@ def test_blocks_stand_beside_a_wall(tmp_path):
 @pytest.mark.parametrize(
     ("entry", "error", "words"),
     [
-        ({"material": "glass"}, bs.errors.UnknownNameError, ["'glass'", "stone"]),
-        ({}, bs.errors.ModelError, ["unit_length is missing", "rubble"]),
-        ({"openings": [DOOR | {"centre": ["1 m", "1 m"]}]}, bs.errors.DocumentError, ["/wall/openings/0", "start"]),
-        ({"openings": [DOOR | {"raise": "1 m"}]}, bs.errors.DocumentError, ["/wall/openings/0", "'raise'", "rise"]),
-        (
-            {"unit_length": "0.5 m", "openings": [DOOR | {"start": "9 m"}]},
-            bs.errors.ModelError,
-            ["opening 1", "beyond"],
-        ),
-        ({"rubble": {"seed": 3}}, bs.errors.DocumentError, ["/wall/rubble", "shortest"]),
-        ({"sidewalls": [SIDE | {"length": "2 kg"}]}, bs.errors.DimensionError, ["'side'", "length"]),
+        ({"material": "glass"}, bs.errors.UnknownNameError, "'glass' stone"),
+        ({}, bs.errors.ModelError, "unit_length rubble"),
+        ({"openings": [DOOR | {"centre": ["1 m", "1 m"]}]}, bs.errors.DocumentError, "/wall/openings/0 start"),
+        ({"openings": [DOOR | {"raise": "1 m"}]}, bs.errors.DocumentError, "/wall/openings/0 'raise' rise"),
+        ({"unit_length": "0.5 m", "openings": [DOOR | {"start": "9 m"}]}, bs.errors.ModelError, "opening 1 9 m"),
+        ({"rubble": {"seed": 3}}, bs.errors.DocumentError, "/wall/rubble shortest"),
+        ({"sidewalls": [SIDE | {"length": "2 kg"}]}, bs.errors.DimensionError, "'side' length"),
     ],
 )
-def test_walls_that_are_none(tmp_path, entry, error, words):
-    with pytest.raises(error) as caught:
+def test_refused_walls(tmp_path, entry, error, words):
+    with refused(error, words):
         bs.read_document(written(tmp_path, entry))
-    for word in words:
-        assert word in str(caught.value)
 
 
 def test_a_study_varies_the_seed_of_a_wall(tmp_path):

@@ -1,4 +1,4 @@
-"""Model documents in YAML and JSON: read, and written to the last digit."""
+"""Model documents in YAML and JSON, read and written with all digits."""
 
 from blockstruct.documents.reader import Document, document_of, read_content, read_document
 from blockstruct.documents.writer import check_new_document, write_document, write_draft

@@ -1,4 +1,4 @@
-"""Model documents: a structure, its loads and its cases as YAML or JSON."""
+"""Read model documents: a structure, its loads and its cases as YAML or JSON."""
 
 import hashlib
 import json
@@ -38,22 +38,22 @@ from blockstruct.structures.courses import courses
 from blockstruct.units import parse, to_quantity
 from blockstruct.vocabulary import counted
 
-#: Size beyond which a file is not read as a model document: a block takes some 400 bytes.
+#: Largest size of a model document, bytes. A block takes about 400 bytes.
 MOST_BYTES = 64_000_000
 
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """What a model document says.
+    """Content of a model document.
 
     Attributes
     ----------
     model : Model
     cases : tuple of LimitCase, Pushover or SettlementCase
     settings : dict
-        Settings of the procedure, as :class:`blockstruct.ProcedureSettings` takes them.
+        Settings of the procedure, arguments of :class:`blockstruct.ProcedureSettings`.
     report : DetectionReport
-        How the interfaces were found.
+        Report on the detection of the interfaces.
     hash : str
         SHA-256 of the file.
     """
@@ -78,7 +78,7 @@ def read_document(path: str | Path) -> Document:
     StorageError
         If the file cannot be read.
     DocumentError
-        If the file is not YAML or JSON, repeats a key or violates the schema: every violation is listed.
+        If the file is not YAML or JSON, repeats a key or violates the schema. The message lists every violation.
     ModelError
         If the document does not describe a valid model.
     """
@@ -93,19 +93,26 @@ def read_document(path: str | Path) -> Document:
 
 
 def read_content(path: str | Path, schema: str) -> dict[str, Any]:
-    """Content of a document that follows a schema, raising what :func:`read_document` does."""
+    """Return the content of a document that follows a schema; errors as in :func:`read_document`."""
     return _content(_stored(Path(path)), Path(path), schema)
 
 
 def document_of(content: dict[str, Any], name: str) -> Document:
-    """What a content says that was read, or changed, instead of a file; the model is named if the content has no name.
+    """Return the document of a content.
+
+    Parameters
+    ----------
+    content
+        Content of a model document, as :func:`read_content` returns it.
+    name
+        Name of the model, if the content has no name.
 
     Raises
     ------
     DocumentError
         If the content violates the schema.
     ModelError
-        If it does not describe a valid model.
+        If the content does not describe a valid model.
     """
     _check(content, "model-1", name)
     return _build(content, name, "")
@@ -115,7 +122,7 @@ def _content(stored: bytes, path: Path, schema: str) -> dict[str, Any]:
     try:
         text = stored.decode("utf-8")
     except UnicodeDecodeError as error:
-        msg = f"{path}: is not text; give a YAML or JSON document (`blockstruct show` prints an analysis file)"
+        msg = f"{path}: is not text; give a YAML or JSON document. `blockstruct show` prints an analysis file"
         raise StorageError(msg) from error
     content: dict[str, Any] = _load(text, path)
     _check(content, schema, path)
@@ -123,16 +130,16 @@ def _content(stored: bytes, path: Path, schema: str) -> dict[str, Any]:
 
 
 def _check(content: Any, schema: str, where: object) -> None:
-    found = violations(content, schema)
-    if found:
-        msg = f"{where}: {listed_violations(found)}"
+    problems = violations(content, schema)
+    if problems:
+        msg = f"{where}: {listed_violations(problems)}"
         raise DocumentError(msg)
 
 
 def _stored(path: Path) -> bytes:
     try:
-        if what := irregular(path):
-            msg = f"{path}: cannot be read: it is {what}; give a YAML or JSON document"
+        if kind := irregular(path):
+            msg = f"{path}: cannot be read: it is {kind}; give a YAML or JSON document"
             raise StorageError(msg)
         with path.open("rb") as stream:
             stored = stream.read(MOST_BYTES + 1)
@@ -145,7 +152,7 @@ def _stored(path: Path) -> bytes:
             msg = f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}"
         raise StorageError(msg) from error
     if len(stored) > MOST_BYTES:
-        msg = f"{path}: more than {MOST_BYTES / 1e6:g} MB; no model document needs that, divide the structure"
+        msg = f"{path}: larger than {MOST_BYTES / 1e6:g} MB, the limit of a model document; divide the structure"
         raise DocumentError(msg)
     return stored
 
@@ -156,8 +163,8 @@ def _load(text: str, path: Path) -> Any:
             return json.loads(text, object_pairs_hook=unique_pairs)
         return yaml_core.load(text)
     except (ValueError, yaml.YAMLError, RecursionError) as error:
-        said = str(error).replace('in "<unicode string>", ', "at ")
-        msg = f"{path}: not valid {'JSON' if path.suffix.lower() == '.json' else 'YAML'}: {said}"
+        reason = str(error).replace('in "<unicode string>", ', "at ")
+        msg = f"{path}: not valid {'JSON' if path.suffix.lower() == '.json' else 'YAML'}: {reason}"
         raise DocumentError(msg) from error
 
 
@@ -171,13 +178,13 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
         blocks += wall_of(content["wall"], _named(materials, content["wall"]["material"], "material"))
     for entry in content.get("blocks", []):
         blocks.append(_block(entry, _named(materials, entry["material"], "material")))
-    found = _detection(blocks, content["interfaces"], joints)
+    detection = _detection(blocks, content["interfaces"], joints)
     ties = [_tie(entry) for entry in content.get("ties", [])]
     try:
-        model = Model(content.get("name", stem), blocks, found, ties=ties)
+        model = Model(content.get("name", stem), blocks, detection, ties=ties)
     except BlockstructError as error:
-        # What was found and what was left out mostly tells why.
-        error.add_note(f"{counted(len(blocks), 'block')}, {found.report}")
+        # The report of the detection usually shows the cause.
+        error.add_note(f"{counted(len(blocks), 'block')}, {detection.report}")
         raise
 
     patterns = {
@@ -186,7 +193,7 @@ def _build(content: dict[str, Any], stem: str, digest: str) -> Document:
     }
     cases = [case for entry in content["cases"] for case in _cases(entry, patterns)]
     check_unrepeated((case.name for case in cases), "case")
-    return Document(model, tuple(cases), content.get("settings", {}), found.report, digest)
+    return Document(model, tuple(cases), content.get("settings", {}), detection.report, digest)
 
 
 def _detection(blocks: list[Block], entry: dict[str, Any], joints: dict[str, JointMaterial]) -> Detection:
@@ -199,19 +206,19 @@ def _detection(blocks: list[Block], entry: dict[str, Any], joints: dict[str, Joi
     )
     explicit = [
         Interface(
-            given.get("name", f"{given['minus']}|{given['plus']}"),
-            given["minus"],
-            given["plus"],
-            _points(given["polygon"], given["unit"], f"interface of {given['minus']!r} and {given['plus']!r}"),
-            _named(joints, given["joint_material"], "joint material"),
+            joint.get("name", f"{joint['minus']}|{joint['plus']}"),
+            joint["minus"],
+            joint["plus"],
+            _points(joint["polygon"], joint["unit"], f"interface of {joint['minus']!r} and {joint['plus']!r}"),
+            _named(joints, joint["joint_material"], "joint material"),
         )
-        for given in entry.get("explicit", [])
+        for joint in entry.get("explicit", [])
     ]
     return detect_interfaces(blocks, rule, **limits, explicit=explicit)
 
 
 def _points(values: Any, unit: str, who: str) -> Any:
-    """Quantity of points, which state their unit once."""
+    """Return points as one quantity; their unit is stated once."""
     return to_quantity(values, "dimensionless") * parse(f"1 {unit}", f"{who}: unit of the vertices")
 
 
@@ -226,10 +233,10 @@ def _block(entry: dict[str, Any], material: Material) -> Block:
 
 def _tie(entry: dict[str, Any]) -> AnyTie:
     kind = TIE_KINDS[entry["kind"]]
-    given = {key: value for key, value in entry.items() if key != "kind"}
+    arguments = {key: value for key, value in entry.items() if key != "kind"}
     if kind.anchored:
-        given |= {end: (entry[end]["block"], entry[end]["point"]) for end in ("start", "end")}
-    return kind.type(**given)
+        arguments |= {end: (entry[end]["block"], entry[end]["point"]) for end in ("start", "end")}
+    return kind.type(**arguments)
 
 
 def _load_from(entry: dict[str, Any]) -> Any:
@@ -240,15 +247,15 @@ _CASE_KINDS: dict[str, type[Case]] = {"limit": LimitCase, "pushover": Pushover, 
 
 
 def _cases(entry: dict[str, Any], patterns: dict[str, LoadPattern]) -> Sequence[Case]:
-    """The case of an entry, or one per direction."""
+    """Return the case of an entry, or one case per direction."""
     kind = _CASE_KINDS[entry.get("kind", "limit")]
     roles = [role for role in ("dead", "variable") if role in entry]
     named = {role: _named(patterns, entry[role], f"case {entry['name']!r}: {role} load pattern") for role in roles}
-    given = {key: value for key, value in (entry | named).items() if key != "kind"}
+    arguments = {key: value for key, value in (entry | named).items() if key != "kind"}
     if kind is Pushover:
-        control = given["control"]
-        given |= {"control": (control["block"], control["direction"]), "control_point": control.get("point")}
-    return direction_cases(**given) if "directions" in given else [kind(**given)]
+        control = arguments["control"]
+        arguments |= {"control": (control["block"], control["direction"]), "control_point": control.get("point")}
+    return direction_cases(**arguments) if "directions" in arguments else [kind(**arguments)]
 
 
 def _named(known: dict[str, Any], name: str, kind: str) -> Any:

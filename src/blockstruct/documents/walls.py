@@ -7,17 +7,19 @@ from blockstruct.structures import Buttress, Opening, RoundOpening, Rubble, Side
 
 
 def wall_of(entry: dict[str, Any], material: Material) -> list[Block]:
-    """Blocks of a wall, which follows the schema, with all that belongs to it."""
-    belongings: dict[str, Any] = {
+    """Return the blocks of a wall entry that follows the schema, with its sidewalls and buttresses."""
+    parts: dict[str, Any] = {
         "openings": _openings(entry),
-        "sidewalls": [Sidewall(**given | {"openings": _openings(given)}) for given in entry.get("sidewalls", [])],
-        "buttresses": [Buttress(**given) for given in entry.get("buttresses", [])],
+        "sidewalls": [Sidewall(**side | {"openings": _openings(side)}) for side in entry.get("sidewalls", [])],
+        "buttresses": [Buttress(**buttress) for buttress in entry.get("buttresses", [])],
     }
     if "rubble" in entry:
-        belongings["rubble"] = Rubble(**entry["rubble"])
-    return wall(**entry | belongings | {"material": material})
+        parts["rubble"] = Rubble(**entry["rubble"])
+    return wall(**entry | parts | {"material": material})
 
 
 def _openings(entry: dict[str, Any]) -> list[Opening | RoundOpening]:
-    """Openings of a wall or a sidewall: those with a centre are round."""
-    return [RoundOpening(**given) if "centre" in given else Opening(**given) for given in entry.get("openings", [])]
+    """Return the openings of a wall or a sidewall. An opening with a centre is round."""
+    return [
+        RoundOpening(**opening) if "centre" in opening else Opening(**opening) for opening in entry.get("openings", [])
+    ]

@@ -1,4 +1,4 @@
-"""Model documents written: the inverse of reading them."""
+"""Write model documents."""
 
 import json
 from collections import Counter
@@ -40,7 +40,7 @@ from blockstruct.vocabulary import Torsion
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-#: Agreement of the corners of an interface found again with those of the model, relative to its size.
+#: Distance of corners of two interfaces, relative to their size, up to which the interfaces are equal.
 _SAME = 1e-9
 
 
@@ -54,59 +54,58 @@ def write_document(
     angle_tolerance: Any = None,
     area_tolerance: Any = None,
 ) -> Path:
-    """Write a model and its cases as a model document, to the last digit.
+    """Write a model and its cases as a model document, with all digits.
 
     Parameters
     ----------
     path
-        A new file, ``.yaml``, ``.yml`` or ``.json``; JSON is much faster from thousands of blocks on.
+        A new file, ``.yaml``, ``.yml`` or ``.json``. JSON is much faster for thousands of blocks.
     model
-        Interfaces that :func:`blockstruct.detect_interfaces` finds are left to it; others, and those of other joint
-        materials than most, are stated one by one.
+        Interfaces that :func:`blockstruct.detect_interfaces` finds are not listed. The document lists other interfaces,
+        and interfaces with other than the most frequent joint material.
     cases
-        At least one.
+        At least one case.
     settings
-        Settings of the procedure: by name, or all of a :class:`blockstruct.ProcedureSettings`.
+        Settings of the procedure by name, or a :class:`blockstruct.ProcedureSettings`.
     tolerance, angle_tolerance, area_tolerance : quantity
-        With which the interfaces of the model were found, if not by default.
+        Tolerances of the detection of the interfaces, if not the defaults.
 
     Raises
     ------
     ModelError
-        If detection finds an interface that the model does not have: a document cannot say that.
+        If detection finds an interface that the model does not have, because a document cannot exclude it.
     StorageError
         If the file exists or cannot be written.
     """
     check_new_document(path)
-    own: dict[frozenset[str], list[Interface]] = {}
+    known: dict[frozenset[str], list[Interface]] = {}
     for interface in model.interfaces:
-        own.setdefault(frozenset((interface.minus, interface.plus)), []).append(interface)
+        known.setdefault(frozenset((interface.minus, interface.plus)), []).append(interface)
     (joint, _), *_ = Counter(i.joint_material for i in model.interfaces).most_common()
-    found: dict[frozenset[str], list[Interface]] = {pair: [] for pair in own}
+    detected: dict[frozenset[str], list[Interface]] = {pair: [] for pair in known}
     limits = _limits(Path(path), tolerance, angle_tolerance, area_tolerance)
     for interface in detect_interfaces(model.blocks, joint, **limits).interfaces:
         pair = frozenset((interface.minus, interface.plus))
-        if pair not in own:
+        if pair not in known:
             msg = (
                 f"{path}: model {model.name!r}: detection with this tolerance finds interface {interface.name!r}, "
-                "which the model does not have; give the tolerance its interfaces were found with, or keep it with "
-                "save_analysis: a document cannot leave one out"
+                "which the model does not have; give the tolerance of its detection, or use save_analysis"
             )
             raise ModelError(msg)
-        found[pair].append(interface)
-    stated = [i for pair, known in own.items() if not _same(known, found[pair]) for i in known]
-    return _write(Path(path), model.name, model.blocks, joint, stated, cases, settings, limits, model.ties)
+        detected[pair].append(interface)
+    explicit = [i for pair, joints in known.items() if not _same(joints, detected[pair]) for i in joints]
+    return _write(Path(path), model.name, model.blocks, joint, explicit, cases, settings, limits, model.ties)
 
 
-def _same(known: list[Interface], found: list[Interface]) -> bool:
-    """Whether the interfaces of two blocks are those that detection finds."""
-    return len(known) == len(found) and all(
+def _same(known: list[Interface], detected: list[Interface]) -> bool:
+    """Whether the interfaces of two blocks are equal to the detected interfaces."""
+    return len(known) == len(detected) and all(
         one.name == other.name
         and one.minus == other.minus
         and one.joint_material == other.joint_material
         and one.polygon.shape == other.polygon.shape
         and np.allclose(one.polygon, other.polygon, rtol=0, atol=_SAME * np.ptp(one.polygon, axis=0).max())
-        for one, other in zip(known, found, strict=True)
+        for one, other in zip(known, detected, strict=True)
     )
 
 
@@ -123,9 +122,9 @@ def write_draft(
     angle_tolerance: Any = None,
     area_tolerance: Any = None,
 ) -> Path:
-    """Write blocks that may not make a model yet (without supports, for instance), to be completed by hand.
+    """Write blocks that are not yet a model, for example without supports, to complete by hand.
 
-    Interfaces are left to detection but for those that are ``explicit``; other parameters are those of
+    The document lists ``explicit`` interfaces and leaves the others to detection. Other parameters are as for
     :func:`write_document`.
     """
     limits = _limits(Path(path), tolerance, angle_tolerance, area_tolerance)
@@ -133,30 +132,30 @@ def write_draft(
 
 
 def check_new_document(path: str | Path) -> Path:
-    """Path of a document that can be written.
+    """Return the path of a document that can be written.
 
     Raises
     ------
     ModelError
-        If the name is not that of a document.
+        If the name does not end in .yaml, .yml or .json.
     StorageError
         If the file exists.
     """
     path = Path(path)
     if path.suffix.lower() not in (".yaml", ".yml", ".json"):
-        msg = f"{path}: not the name of a model document; give one that ends in .yaml, .yml or .json"
+        msg = f"{path}: not the name of a model document; give a name that ends in .yaml, .yml or .json"
         raise ModelError(msg)
     return check_new(path)
 
 
 def _limits(path: Path, gap: Any, angle: Any, area: Any) -> dict[str, Any]:
-    """Tolerances of detection that are not the default, as a document states them."""
-    given = (
+    """Return the tolerances of detection that are not the default, as texts."""
+    tolerances = (
         ("tolerance", gap, "length", "m"),
         ("angle_tolerance", angle, "angle", "rad"),
         ("area_tolerance", area, "area", "m^2"),
     )
-    return {n: f"{si(v, dim, f'{path}: {n}')!r} {unit}" for n, v, dim, unit in given if v is not None}
+    return {n: f"{si(v, dim, f'{path}: {n}')!r} {unit}" for n, v, dim, unit in tolerances if v is not None}
 
 
 def _write(
@@ -164,7 +163,7 @@ def _write(
     name: str,
     blocks: Sequence[Block],
     joint_material: JointMaterial,
-    stated: Sequence[Interface],
+    explicit: Sequence[Interface],
     cases: Sequence[Case],
     settings: "Mapping[str, Any] | DataclassInstance | None",
     limits: Mapping[str, str],
@@ -181,7 +180,7 @@ def _write(
         msg = f"{path}: different materials share a name; rename one"
         raise ModelError(msg)
     detection: dict[str, Any] = {"joint_material": joint_material.name, **limits}
-    if stated:
+    if explicit:
         detection["explicit"] = [
             {
                 "name": i.name,
@@ -191,9 +190,9 @@ def _write(
                 "polygon": i.polygon.tolist(),
                 "joint_material": i.joint_material.name,
             }
-            for i in stated
+            for i in explicit
         ]
-    joints = {j.name: j for j in (joint_material, *(i.joint_material for i in stated))}
+    joints = {j.name: j for j in (joint_material, *(i.joint_material for i in explicit))}
     content: dict[str, Any] = {
         "blockstruct": "model-1",
         "name": name,
@@ -208,9 +207,9 @@ def _write(
     if settings:
         content["settings"] = asdict(settings) if is_dataclass(settings) else dict(settings)
     content["blocks"] = [_block(b) for b in blocks]
-    found = violations(content, "model-1")
-    if found:
-        msg = f"{path}: {listed_violations(found)}"
+    problems = violations(content, "model-1")
+    if problems:
+        msg = f"{path}: {listed_violations(problems)}"
         raise DocumentError(msg)
     return write_new(path, json.dumps(content) + "\n" if path.suffix.lower() == ".json" else yaml_core.dump(content))
 
@@ -275,8 +274,8 @@ def _tie(tie: AnyTie) -> dict[str, Any]:
     kind = tie_kind_of(tie)
     entry: dict[str, Any] = {"kind": kind, "name": tie.name}
     for end in ("start", "end"):
-        given = getattr(tie, end)
-        block, point = given if TIE_KINDS[kind].anchored else (None, given)
+        place = getattr(tie, end)
+        block, point = place if TIE_KINDS[kind].anchored else (None, place)
         values = [_number(v, "length") for v in point]
         entry[end] = values if block is None else {"block": block, "point": values}
     return entry | {n: _number(v, TIE_QUANTITIES[n]) for n, v in given_quantities(tie).items()}

@@ -1,7 +1,7 @@
-"""YAML as its version 1.2 reads it (core schema), for documents that may come from anywhere.
+"""Read and write YAML 1.2 (core schema) from untrusted sources.
 
-Version 1.1, which most libraries still follow, reads ``040`` as 32, ``1:30`` as 90 and ``no`` as False. A plain text
-that the two versions read differently is refused with the remedy, and always written in quotes.
+Most libraries follow version 1.1, which reads ``040`` as 32, ``1:30`` as 90 and ``no`` as False. This module refuses a
+plain text that the two versions read differently, and writes such a text in quotes.
 """
 
 import re
@@ -12,15 +12,15 @@ import yaml
 
 from blockstruct.errors import shown
 
-#: Levels of a document: a vertex of a block is on the sixth.
+#: Largest number of levels of a document. A vertex of a block is on the sixth.
 MOST_LEVELS = 40
-#: Characters that aliases may add to a document: a few written ones could stand for more than any memory holds.
+#: Largest number of characters that aliases add to a document: nested aliases could exceed any memory.
 MOST_ADDED = 1_000_000
 
-#: What a number with a comma means in a mapping on one line, where a comma ends a value.
+#: Remedy for a number with a decimal comma in a mapping on one line, where a comma ends a value.
 _POINT = ", or write a number with a decimal point: 0.5 for 0,5"
 _SIXTY = r"[0-9][0-9_]*(?::[0-5]?[0-9])+(?:\.[0-9_]*)?"
-#: Plain scalars that version 1.1 or 1.2 takes for a number or a truth value, and the other for something else.
+#: Plain scalars that one of the versions 1.1 and 1.2 reads as a number or a boolean, and the other does not.
 _AMBIGUOUS = re.compile(
     rf"""(?: [-+]?0[0-9_]+ | 0o[0-7]+ | [-+]?0b[01_]+ | [-+]0x[0-9a-fA-F_]+ | [-+]?{_SIXTY}
     | (?=.*_) (?: [-+]?[0-9.][0-9_]*(?:\.[0-9_]*)?(?:[eE][-+]?[0-9]+)? | 0x[0-9a-fA-F_]+ )
@@ -36,21 +36,21 @@ _CORE = {
 
 
 def load(text: str) -> Any:
-    """Content of a YAML document: numbers, texts, truth values, lists and mappings of texts, nothing else.
+    """Return the content of a YAML document: numbers, texts, booleans, lists, and mappings with text keys.
 
     Raises
     ------
     yaml.YAMLError, ValueError
-        If the text is not YAML, a key is repeated or not text, YAML 1.1 and 1.2 read a text differently, there is a
-        tag, or there are more levels, or aliases stand for more, than any model needs.
+        If the text is not YAML, a key is repeated or not a text, YAML 1.1 and 1.2 read a text differently, there is a
+        tag, or the levels or the aliases exceed their limits.
     """
-    # libyaml where there is one: it is several times as fast.
+    # libyaml, if available, is several times as fast.
     return _Reading(yaml.parse(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))).document()
 
 
 def dump(content: Any) -> str:
-    """Text of a document that :func:`load`, and any YAML 1.1 reader, reads back as it was."""
-    # Collections without collections inside on one line: a vertex, a face, a vector.
+    """Return the text of a content, which :func:`load` and any YAML 1.1 reader read back unchanged."""
+    # Innermost collections are on one line: a vertex, a face, a vector.
     text: str = yaml.dump(
         content, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True
     )
@@ -58,7 +58,7 @@ def dump(content: Any) -> str:
 
 
 class _Reading:
-    """A document as it is read, event by event; each value comes with its characters, aliases written out."""
+    """Reader of a document, event by event. Each value has the number of its characters, with aliases written out."""
 
     def __init__(self, events: Iterator[Any]) -> None:
         self._events = events
@@ -73,7 +73,7 @@ class _Reading:
         next(self._events)
         after = next(self._events)
         if not isinstance(after, yaml.StreamEndEvent):
-            _refuse("a second document; keep one in a file", after)
+            _refuse("a second document; keep one document per file", after)
         return value
 
     def _value(self, event: Any, level: int) -> tuple[Any, int]:
@@ -83,31 +83,31 @@ class _Reading:
             _refuse(f"the tag {event.tag!r}; leave tags out, and quote a text that looks like a number", event)
         _check_level(level, event)
         if event.anchor is not None:
-            # None until it is known what it stands for.
+            # None until the value of the anchor is known.
             self._anchors[event.anchor] = None
-        found: tuple[Any, int]
+        value: tuple[Any, int]
         match event:
             case yaml.MappingStartEvent():
-                found = self._mapping(event, level)
+                value = self._mapping(event, level)
             case yaml.SequenceStartEvent():
-                found = self._sequence(level)
+                value = self._sequence(level)
             case _:
-                found = _scalar(event), 1 + len(event.value)
+                value = _scalar(event), 1 + len(event.value)
         if event.anchor is not None:
-            self._anchors[event.anchor] = found
-        return found
+            self._anchors[event.anchor] = value
+        return value
 
     def _alias(self, event: Any, level: int) -> tuple[Any, int]:
         if event.anchor not in self._anchors:
-            _refuse(f"the alias *{event.anchor} stands for nothing before it", event)
-        found = self._anchors[event.anchor]
-        if found is None:
-            _refuse(f"the alias *{event.anchor} stands for what it is part of; write it out", event)
-        self._added += found[1]
+            _refuse(f"the alias *{event.anchor} has no anchor before it", event)
+        value = self._anchors[event.anchor]
+        if value is None:
+            _refuse(f"the alias *{event.anchor} contains itself; write it out", event)
+        self._added += value[1]
         if self._added > MOST_ADDED:
-            _refuse(f"aliases stand for more than {MOST_ADDED:,} characters in all; write out what is meant", event)
-        # A copy: what changes one place of a document must not change the others.
-        return _copied(found[0], event, level), found[1]
+            _refuse(f"aliases stand for more than {MOST_ADDED:,} characters in all; write the values out", event)
+        # A copy, so that a change of one place of the document does not change the others.
+        return _copied(value[0], event, level), value[1]
 
     def _sequence(self, level: int) -> tuple[list[Any], int]:
         values, size = [], 1
@@ -135,7 +135,7 @@ class _Reading:
 
 
 def _copied(value: Any, alias: Any, level: int) -> Any:
-    """Value for an alias at a level: lists and mappings of its own."""
+    """Return a deep copy of the value of an alias at a level."""
     _check_level(level, alias)
     if isinstance(value, dict):
         return {key: _copied(held, alias, level + 1) for key, held in value.items()}
@@ -146,7 +146,7 @@ def _copied(value: Any, alias: Any, level: int) -> Any:
 
 def _check_level(level: int, place: Any) -> None:
     if level > MOST_LEVELS:
-        _refuse(f"nested more than {MOST_LEVELS} deep; no model needs that", place)
+        _refuse(f"nested more than {MOST_LEVELS} levels deep; reduce the levels", place)
 
 
 def _scalar(event: Any) -> Any:
@@ -164,13 +164,13 @@ def _scalar(event: Any) -> Any:
         case "int":
             return int(text, 16 if text.startswith("0x") else 10)
         case "float":
-            # The pattern lets no other words pass than .inf and .nan.
+            # The only words in the pattern are .inf and .nan.
             return float(re.sub(r"\.(?=inf|nan)", "", text.lower()))
     return text
 
 
 class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
-    """Quotes each text that YAML 1.1, YAML 1.2 or :func:`load` would take for anything else."""
+    """Writer that quotes each text that YAML 1.1, YAML 1.2 or :func:`load` would not read as a text."""
 
 
 for _name, _pattern in _CORE.items():
@@ -179,7 +179,7 @@ _Dumper.add_implicit_resolver("!ambiguous", _AMBIGUOUS, None)
 
 
 def _remedy(text: str) -> str:
-    """What an ambiguous text can be read as, and what to write instead."""
+    """Return the two readings of an ambiguous text and the remedy."""
     if text == "<<":
         return "merges keys in YAML 1.1 and is a text in YAML 1.2; write the keys out"
     if text.lower() in ("yes", "no", "on", "off"):
@@ -191,5 +191,5 @@ def _remedy(text: str) -> str:
     )
 
 
-def _refuse(what: str, place: Any) -> NoReturn:
-    raise yaml.constructor.ConstructorError(None, None, what, place.start_mark)
+def _refuse(problem: str, place: Any) -> NoReturn:
+    raise yaml.constructor.ConstructorError(None, None, problem, place.start_mark)
