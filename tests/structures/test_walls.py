@@ -1,4 +1,4 @@
-"""Walls with arches, round windows, gables, buttresses and rubble: they fit exactly, and they stand."""
+"""Walls with arches, round windows, gables, buttresses and rubble: exact fit and stability."""
 
 import itertools
 
@@ -11,6 +11,7 @@ from scipy.integrate import trapezoid
 import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.structures import Buttress, Opening, RoundOpening, Rubble, Sidewall
+from refusals import refused
 from structures import model_of, push, solve
 
 STONE, LIME = bs.Material("stone", "20 kN/m^3"), bs.JointMaterial("lime", 0.6)
@@ -40,14 +41,14 @@ def voussoirs(blocks):
 
 
 def pieces_apart(blocks):
-    """Names of the blocks whose front falls apart, or crosses itself, but for rounding."""
-    found = []
+    """Names of the blocks whose front is not one simple polygon."""
+    names = []
     for block in blocks:
         front = list(block.shape.faces[block.face_towards("-y")])
         outline = shapely.Polygon(block.shape.vertices[front][:, [0, 2]])
         if not outline.is_valid or outline.buffer(-1e-6).geom_type != "Polygon":
-            found.append(block.name)
-    return found
+            names.append(block.name)
+    return names
 
 
 @pytest.mark.parametrize(
@@ -60,14 +61,14 @@ def pieces_apart(blocks):
     ids=["round", "segmental", "window"],
 )
 @pytest.mark.parametrize("shift", [0.0, 0.17])
-def test_walls_with_rings_are_whole(opening, clear, shift):
+def test_walls_with_rings_have_the_exact_area(opening, clear, shift):
     blocks = bs.wall(length=Q_(4.5 + shift, "m"), courses=12, openings=[opening], **SIZE)
     assert area(blocks) == pytest.approx((4.5 + shift) * 3 - clear, rel=1e-9)
     assert len(voussoirs(blocks)) == opening.voussoirs
     others = [b.volume / DEPTH for b in blocks if not b.fixed and b not in voussoirs(blocks)]
-    # No joint cuts off less than a quarter of a unit.
+    # No piece is smaller than a quarter of a unit.
     assert min(others) >= 0.25 * UNIT * HEIGHT * (1 - 1e-6)
-    # Every voussoir touches its neighbours; nothing overlaps, which the model sees to.
+    # Every voussoir touches its neighbours. The model refuses overlaps.
     model = model_of(blocks, LIME)
     pairs = {frozenset((i.minus, i.plus)) for i in model.interfaces}
     names = [b.name for b in voussoirs(blocks)]
@@ -94,12 +95,12 @@ def test_a_pointed_arch_in_a_sidewall_and_leaves_with_headers():
     model_of(blocks, LIME)
 
 
-def test_a_keystone_reaches_the_bed_joint_above_it():
+def test_a_keystone_extends_to_the_bed_joint_above():
     blocks = bs.wall(length="4.5 m", courses=12, openings=[ROUND], **SIZE)
     key = next(b for b in blocks if b.name == "voussoir 1.7")
     assert key.shape.vertices[:, 2].max() == pytest.approx(2.5, abs=1e-12)
-    beside = next(b for b in blocks if b.name == "voussoir 1.6")
-    assert beside.shape.vertices[:, 2].max() < 2.495
+    neighbour = next(b for b in blocks if b.name == "voussoir 1.6")
+    assert neighbour.shape.vertices[:, 2].max() < 2.495
 
 
 @pytest.mark.parametrize(
@@ -110,15 +111,15 @@ def test_a_keystone_reaches_the_bed_joint_above_it():
         (Opening("1 m", "0 m", "1.2 m", "0.6 m", rise="0.3 m", ring="0.3 m", voussoirs=5), 0.5),
     ],
 )
-def test_units_over_a_keystone_on_a_bed_joint_are_not_one_piece(opening, unit):
-    # The back of the keystone is on a bed joint, but for rounding.
+def test_units_over_a_keystone_on_a_bed_joint_are_separate(opening, unit):
+    # The back of the keystone is on a bed joint up to rounding.
     size = SIZE | {"unit_length": Q_(unit, "m"), "unit_height": Q_(0.2, "m")}
     blocks = bs.wall(length="4.2 m", courses=8, openings=[opening], **size)
     assert pieces_apart(blocks) == []
     model_of(blocks, LIME)
 
 
-def test_units_between_rings_that_touch_are_not_one_piece():
+def test_units_between_touching_rings_are_separate():
     apart = (1.2 + 2 * 0.25) * np.cos(np.pi / 8)
     windows = [RoundOpening([Q_(x, "m"), "1.4 m"], "1.2 m", "0.25 m", 8) for x in (1.0, 1.0 + apart)]
     blocks = bs.wall(length="4 m", courses=12, openings=windows, **SIZE)
@@ -126,7 +127,7 @@ def test_units_between_rings_that_touch_are_not_one_piece():
     model_of(blocks, LIME)
 
 
-def test_a_wall_with_an_arch_is_the_same_drawn_in_dxf(tmp_path):
+def test_a_wall_with_an_arch_equals_its_dxf_drawing(tmp_path):
     door = Opening("1 m", "0 m", "1 m", "0.75 m", rise="0.5 m", ring="0.25 m", voussoirs=7)
     blocks = bs.wall(length="3 m", courses=8, openings=[door], **SIZE)
     document = ezdxf.new("R2010")
@@ -161,14 +162,14 @@ def test_a_gable_with_a_round_window():
 
 
 @pytest.mark.parametrize("rise", ["0.05 m", "0.3 m", "2 m", "2.003 m"])
-def test_gables_of_any_rise_end_in_their_apex(rise):
+def test_gables_of_any_rise_have_the_exact_area(rise):
     blocks = bs.wall(length="3 m", courses=2, gable=rise, **SIZE)
     height = float(rise.removesuffix(" m"))
     assert area(blocks) == pytest.approx(3 * 0.5 + 3 * height / 2)
     model_of(blocks, LIME)
 
 
-def test_buttresses_are_whole_and_hold_the_wall():
+def test_buttresses_have_the_exact_volume_and_strengthen_the_wall():
     piers = [
         Buttress("a", at="0.5 m", width="0.5 m", courses=8, projection="1 m", top_projection="0.3 m", behind=True),
         Buttress("b", at="3 m", width="0.6 m", courses=12, projection="0.8 m", behind=True, bonded=False),
@@ -189,8 +190,8 @@ def test_buttresses_are_whole_and_hold_the_wall():
 
 @pytest.mark.parametrize("unit", [0.2, 0.35, 0.4, 0.5, 0.8])
 @pytest.mark.parametrize("limits", [None, Rubble(1, "0.3 m", "0.7 m", "0.1 m")])
-def test_what_is_bonded_shares_units_with_its_wall(unit, limits):
-    """Every other course has a unit that lies on both sides of the face, by a quarter of a unit or the overlap."""
+def test_bonded_sidewalls_and_buttresses_share_units_with_the_wall(unit, limits):
+    """Every second course has a unit on both sides of the face, by a quarter of a unit or by the overlap."""
     size = SIZE | {"unit_length": Q_(unit, "m")}
     sides = [Sidewall("side", "0 m", "2 m")]
     piers = [Buttress("pier", "2 m", "0.5 m", 4, "1 m", "0.6 m")]
@@ -204,7 +205,7 @@ def test_what_is_bonded_shares_units_with_its_wall(unit, limits):
 
 
 def head_joints(blocks, height=HEIGHT):
-    """Places of the head joints in each course of a wall without openings."""
+    """Positions of the head joints in each course of a wall without openings."""
     ends = {}
     for b in blocks:
         if not b.fixed:
@@ -212,7 +213,7 @@ def head_joints(blocks, height=HEIGHT):
     return [sorted(x)[1:-1] for _, x in sorted(ends.items())]
 
 
-def test_rubble_is_the_same_from_the_same_seed_and_overlaps():
+def test_rubble_depends_on_its_seed_and_overlaps():
     limits = {"shortest": "0.25 m", "longest": "0.7 m", "overlap": "0.1 m"}
     one, same, other = (
         bs.wall(length="6 m", courses=20, rubble=Rubble(seed, **limits), **RUBBLE) for seed in (3, 3, 4)
@@ -227,17 +228,17 @@ def test_rubble_is_the_same_from_the_same_seed_and_overlaps():
     for below, above in itertools.pairwise(joints):
         assert np.abs(np.subtract.outer(below, above)).min() >= 0.1 - 1e-8
     assert area(one) == pytest.approx(6 * 5)
-    # The numbers themselves are kept: a wall is known by its seed.
+    # The numbers are pinned: a seed gives the same wall in every version.
     np.testing.assert_allclose(joints[0][:3], [0.625864, 1.294489, 1.680675], atol=1e-6)
 
 
-def test_rubble_goes_round_openings_and_sidewalls():
+def test_rubble_around_openings_and_sidewalls():
     door = Opening("1 m", "0 m", "1 m", "1.5 m")
     window = Opening("3 m", "0.5 m", "1 m", "1 m", rise="0.3 m", ring="0.25 m", voussoirs=9)
     limits = Rubble(7, "0.2 m", "0.6 m", "0.08 m")
     sides = [Sidewall("left", "0 m", "2 m"), Sidewall("right", "5.6 m", "2 m", bonded=False)]
     blocks = bs.wall(length="6 m", courses=10, openings=[door, window], sidewalls=sides, rubble=limits, **RUBBLE)
-    # Head joints are as far from the ends of the lintel above and below it.
+    # Head joints above and below the lintel overlap its ends.
     front = [b for b in blocks if b.name[0].isdigit()]
     lintel = next(b for b in front if "lintel" in b.name).shape.vertices[:, 0]
     for course in (6, 8):
@@ -250,56 +251,57 @@ def test_rubble_goes_round_openings_and_sidewalls():
     assert result.status == "converged"
 
 
-def wall(**given):
-    return bs.wall(**{"length": "4.5 m", "courses": 12, **SIZE} | given)
+def wall(**arguments):
+    return bs.wall(**{"length": "4.5 m", "courses": 12, **SIZE} | arguments)
+
+
+PLACE = {"start": "1 m", "sill": "0 m", "width": "1 m", "height": "1 m"}
+LOW = Opening(**PLACE, rise="0.45 m", ring="0.25 m", voussoirs=8)
+RETURN = Sidewall("s", "0 m", "1 m")
+
+
+def round_opening(*place, diameter="1 m", ring="0.2 m", voussoirs=8):
+    return RoundOpening(list(place), diameter, ring, voussoirs)
+
+
+def pier(at="1 m", width="0.5 m", courses=4, top="1 m"):
+    return Buttress("b", at, width, courses, "1 m", top)
 
 
 @pytest.mark.parametrize(
-    ("make", "words"),
+    ("words", "make"),
     [
-        (lambda: Opening("1 m", "0 m", "1 m", "1 m", rise="0.5 m"), "ring and voussoirs missing"),
-        (lambda: Opening("1 m", "0 m", "1 m", "1 m", ring="0.2 m"), "rise and voussoirs missing"),
-        (lambda: Opening("1 m", "0 m", "1 m", "1 m", "0.2 m", "0.5 m", "0.2 m", 9), "no lintel, so no bearing"),
-        (lambda: Opening("1 m", "0 m", "1 m", "1 m", rise="0 m", ring="0.2 m", voussoirs=9), "rise 0 m"),
-        (lambda: Opening("1 m", "0 m", "1 m", "1 m", rise="0.9 m", ring="0.2 m", voussoirs=9), "give an even number"),
-        (lambda: RoundOpening("2 m", "1 m", "0.2 m", 12), "give two lengths"),
-        (lambda: RoundOpening(["2 m", "2 m"], "1 m", "0.2 m", 5), "voussoirs 5"),
-        (lambda: RoundOpening(["2 m", "2 m"], "0 m", "0.2 m", 8), "diameter 0 m"),
-        (lambda: wall(openings=[RoundOpening(["0.5 m", "1.5 m"], "1 m", "0.2 m", 8)]), "beyond the wall; move it"),
-        (lambda: wall(openings=[Opening("1 m", "0 m", "2 m", "2 m", None, "1 m", "0.3 m", 9)]), "up, beyond the wall"),
-        (
-            lambda: wall(openings=[Opening("1 m", "0 m", "1 m", "1 m", rise="0.45 m", ring="0.25 m", voussoirs=8)]),
-            r"crown of its ring at 1\.7 m leaves 20\.0% of a course to the bed joint at 1\.75 m",
-        ),
-        (lambda: wall(openings=[ROUND, SEGMENTAL]), "overlaps the one at 1.5 m"),
-        (lambda: wall(openings=[SEGMENTAL, Opening("3.2 m", "1 m", "0.5 m", "0.75 m")]), "course 8.*meets a ring"),
-        (
-            lambda: wall(openings=[Opening(x, "0 m", "1 m", "1 m") for x in ("0.5 m", "1.9 m")]),
-            r"two lintels of course 5 overlap from 1\.65 to 1\.75 m; give the openings a shorter bearing",
-        ),
-        (lambda: wall(gable="1 m", openings=[RoundOpening(["1 m", "3.2 m"], "0.6 m", "0.2 m", 8)]), "beyond the wall"),
-        (lambda: wall(gable="0 m"), "gable 0 m"),
-        (
-            lambda: wall(unit_height="1 m", unit_length="2 m", openings=[SMALL]),
-            r"a ring of voussoirs lies within one unit of the course from 1 to 2 m",
-        ),
-        (lambda: wall(rubble="random"), "give a Rubble"),
-        (lambda: wall(unit_length=None), "unit_length is missing"),
-        (lambda: Rubble(1.5, "0.2 m", "0.5 m", "0 m"), "seed 1.5; give a whole number"),
-        (lambda: Rubble(1, "0.3 m", "0.5 m", "0 m"), "less than twice the shortest"),
-        (lambda: Rubble(1, "0.2 m", "0.5 m", "0.3 m"), "overlap 0.3 m"),
-        (lambda: wall(rubble=Rubble(1, "0.2 m", "0.4 m", "0.2 m")), "cannot be filled with units of 0.2 to 0.4 m"),
-        (lambda: Buttress("b", "1 m", "0.5 m", 4, "1 m", "1.2 m"), "beyond the projection at the foot"),
-        (lambda: Buttress("b", "1 m", "0 m", 4, "1 m"), "width 0 m"),
-        (lambda: wall(buttresses=[Buttress("b", "4.2 m", "0.5 m", 4, "1 m")]), "not before the wall"),
-        (lambda: wall(buttresses=[Buttress("b", "4 m", "0.5 m", 13, "1 m")]), "has 13 courses, the wall 12"),
-        (lambda: wall(buttresses=[Buttress("b", "2 m", "0.5 m", 4, "1 m")], openings=[ROUND]), "before the opening"),
-        (
-            lambda: wall(buttresses=[Buttress("b", "0 m", "1 m", 4, "1 m")], sidewalls=[Sidewall("s", "0 m", "1 m")]),
-            "has the name or the place of another",
-        ),
+        ("opening ring voussoirs", lambda: Opening(**PLACE, rise="0.5 m")),
+        ("opening rise voussoirs", lambda: Opening(**PLACE, ring="0.2 m")),
+        ("opening bearing arch", lambda: Opening(**PLACE, bearing="0.2 m", rise="0.5 m", ring="0.2 m", voussoirs=9)),
+        ("opening rise 0 m", lambda: Opening(**PLACE, rise="0 m", ring="0.2 m", voussoirs=9)),
+        ("opening 9 voussoirs even", lambda: Opening(**PLACE, rise="0.9 m", ring="0.2 m", voussoirs=9)),
+        ("round opening centre", lambda: RoundOpening("2 m", "1 m", "0.2 m", 12)),
+        ("round opening voussoirs 5 6", lambda: round_opening("2 m", "2 m", voussoirs=5)),
+        ("round opening diameter 0 m", lambda: round_opening("2 m", "2 m", diameter="0 m")),
+        ("opening 1 -0.146716 1.14672", lambda: wall(openings=[round_opening("0.5 m", "1.5 m")])),
+        ("opening 1 3.3 m", lambda: wall(openings=[Opening("1 m", "0 m", "2 m", "2 m", None, "1 m", "0.3 m", 9)])),
+        ("opening 1 crown 1.7 m 20.0% 1.75 m", lambda: wall(openings=[LOW])),
+        ("opening 1 m", lambda: wall(gable="1 m", openings=[round_opening("1 m", "3.2 m", diameter="0.6 m")])),
+        ("opening 2 overlaps 1.5 m", lambda: wall(openings=[ROUND, SEGMENTAL])),
+        ("lintel course 8 ring", lambda: wall(openings=[SEGMENTAL, Opening("3.2 m", "1 m", "0.5 m", "0.75 m")])),
+        ("course 5 1.65 1.75 m", lambda: wall(openings=[Opening(x, "0 m", "1 m", "1 m") for x in ("0.5 m", "1.9 m")])),
+        ("wall gable 0 m", lambda: wall(gable="0 m")),
+        ("wall ring 1 to 2 m", lambda: wall(unit_height="1 m", unit_length="2 m", openings=[SMALL])),
+        ("wall rubble 'random' Rubble", lambda: wall(rubble="random")),
+        ("wall unit_length", lambda: wall(unit_length=None)),
+        ("rubble seed 1.5", lambda: Rubble(1.5, "0.2 m", "0.5 m", "0 m")),
+        ("rubble longest 0.5 m 0.3 m", lambda: Rubble(1, "0.3 m", "0.5 m", "0 m")),
+        ("rubble overlap 0.3 m", lambda: Rubble(1, "0.2 m", "0.5 m", "0.3 m")),
+        ("rubble course 0.2 to 0.4 m", lambda: wall(rubble=Rubble(1, "0.2 m", "0.4 m", "0.2 m"))),
+        ("'b' top_projection 1.2 m 1 m", lambda: pier(top="1.2 m")),
+        ("'b' width 0 m", lambda: pier(width="0 m")),
+        ("'b' 4.2 m 4 m", lambda: wall(buttresses=[pier("4.2 m")])),
+        ("'b' 13 12", lambda: wall(buttresses=[pier("4 m", courses=13)])),
+        ("'b' opening 1.5 m", lambda: wall(buttresses=[pier("2 m")], openings=[ROUND])),
+        ("'b' 's' 0 m", lambda: wall(buttresses=[pier("0 m", "1 m")], sidewalls=[RETURN])),
     ],
-)  # fmt: skip
-def test_walls_that_cannot_be_are_refused(make, words):
-    with pytest.raises((bs.errors.ModelError, bs.errors.GeometryError), match=words):
+)
+def test_refused_walls(words, make):
+    with refused(bs.errors.ModelError, words):
         make()

@@ -1,4 +1,4 @@
-"""Structures in one call: walls, arches, vaults, domes and columns as lists of blocks that fit exactly.
+"""Builders of walls, arches, vaults, domes and columns, as lists of blocks that fit exactly.
 
 >>> from blockstruct.model import Material
 >>> tuff = Material("tuff", "12 kN/m^3")

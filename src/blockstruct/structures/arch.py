@@ -28,31 +28,31 @@ def arch(
     origin: VectorLike = ("0 m", "0 m", "0 m"),
     prefix: str = "",
 ) -> list[Block]:
-    """Blocks of an arch in the x–z plane: semicircular, segmental, pointed or flat.
+    """Return the blocks of an arch in the x–z plane: semicircular, segmental, pointed or flat.
 
     Parameters
     ----------
     span, thickness, depth : quantity, length
         Clear span along x, thickness of the ring, and depth along y.
     voussoirs
-        Number of wedges. Their corners lie on intrados and extrados, their sides are straight.
+        Number of wedges with straight sides and corners on the intrados and the extrados.
     material
         Material of all blocks.
     rise : quantity, length
-        Of the intrados. Half the span (the default) makes a semicircular arch, less a segmental, more a pointed one
-        (of an even number of voussoirs), zero a flat one.
+        Rise of the intrados. Half the span (the default) gives a semicircular arch, less a segmental arch, more a
+        pointed arch (with an even number of voussoirs), zero a flat arch.
     skewback : quantity, angle
-        Of the end joints of a flat arch to the vertical.
+        Angle between the vertical and the end joints of a flat arch.
     abutments
-        Whether to add fixed blocks at both ends, ``left`` and ``right``, of the thickness of the ring.
+        Whether to add fixed blocks at both ends, ``left`` and ``right``, as thick as the ring.
     origin : quantity, length, three components
-        Middle of the span, on the springing line, at the least y.
+        Middle of the span, on the springing line, at the smallest y.
     prefix
-        Put before the names: the voussoirs are called ``1``, ``2`` … from left to right.
+        Start of all names. The voussoirs are ``1``, ``2`` … from left to right.
 
     Examples
     --------
-    A semicircular arch of centreline radius 10 m, less than a per cent thicker than the least it needs:
+    A semicircular arch with a centreline radius of 10 m, less than a per cent above the minimum thickness:
 
     >>> stone = Material("stone", "20 kN/m^3")
     >>> blocks = arch(span="18.925 m", thickness="1.075 m", depth="1 m", voussoirs=27, material=stone)
@@ -90,7 +90,7 @@ def barrel_vault(
     origin: VectorLike = ("0 m", "0 m", "0 m"),
     prefix: str = "",
 ) -> list[Block]:
-    """Blocks of a barrel vault along y, with the profile of :func:`arch`.
+    """Return the blocks of a barrel vault along y, with the profile of :func:`arch`.
 
     Parameters
     ----------
@@ -99,19 +99,19 @@ def barrel_vault(
     voussoirs
         Number of rows of blocks from left to right.
     units
-        Number of blocks in a row; None for rows of one block, which bear no number of their own.
+        Number of blocks in a row. With None each row is one block, named by the row alone.
     material
         Material of all blocks.
     rise, skewback
         As for :func:`arch`.
     staggered
-        Whether every other row begins and ends with half a block.
+        Whether every second row begins and ends with half a block.
     abutments
         Whether to add a fixed block along each side, ``left`` and ``right``.
     origin : quantity, length, three components
-        Middle of the span, on the springing line, at the least y.
+        Middle of the span, on the springing line, at the smallest y.
     prefix
-        Put before the names: the k-th block along y of the j-th row from the left is called ``j.k``.
+        Start of all names. The k-th block along y of the j-th row from the left is ``j.k``.
 
     Examples
     --------
@@ -161,21 +161,21 @@ def arch_on_piers(
     skewback: QuantityLike = "20 deg",
     prefix: str = "",
 ) -> list[Block]:
-    """Blocks of an arch on two piers, which stand on a fixed block ``base`` at z = 0.
+    """Return the blocks of an arch on two piers, on a fixed block ``base`` at z = 0.
 
     Parameters
     ----------
     span, thickness, depth, voussoirs, rise, skewback
         As for :func:`arch`.
     pier_width, pier_height : quantity, length
-        Width along x, at least that of the springing, and height up to the springing line.
+        Width along x, at least the width of the springing, and height up to the springing line.
     pier_courses
         Number of blocks of each pier.
     material
         Material of all blocks.
     prefix
-        Put before the names: voussoirs are called ``1``, ``2`` …, blocks of the piers ``left.1``, ``right.1`` … from
-        the ground, and ``left.springer`` those that take up an inclined springing.
+        Start of all names. Voussoirs are ``1``, ``2`` …, blocks of the piers ``left.1``, ``right.1`` … from the ground,
+        and the blocks below an inclined springing ``left.springer`` and ``right.springer``.
 
     Examples
     --------
@@ -223,7 +223,7 @@ def arch_on_piers(
 
 
 def _abutment(inner: Array, outer: Array, thickness: float, sense: float) -> list[Array]:
-    """Outline of a block behind an end joint, away from the arch."""
+    """Return the outline of the block at an end joint, on the side away from the arch."""
     along = (outer - inner) / np.linalg.norm(outer - inner)
     away = sense * np.array([along[1], -along[0]]) * thickness
     return [inner, outer, outer + away, inner + away]

@@ -1,4 +1,4 @@
-"""Where the joints of an arch lie in its plane."""
+"""Positions of the joints of an arch in its plane."""
 
 import math
 from dataclasses import dataclass
@@ -37,24 +37,24 @@ class ArchProfile:
         skewback: QuantityLike = "20 deg",
         who: str = "arch",
     ) -> "ArchProfile":
-        """Profile by the rise of the intrados over its span.
+        """Return the profile with a rise of the intrados over its span.
 
-        Half the span (the default) makes it semicircular; less segmental; more pointed, of two arcs with centres on
-        the springing line, which needs an even number of voussoirs as it has a joint at the crown; and zero flat,
-        with joints that meet in one point.
+        Half the span (the default) gives a semicircular profile, less a segmental profile. More gives a pointed profile
+        of two arcs with centres on the springing line; it has a joint at the crown and an even number of voussoirs.
+        Zero gives a flat profile, whose joints meet in one point.
 
         Parameters
         ----------
         span, thickness : quantity, length
             Clear span and thickness of the ring.
         voussoirs
-            Their number: voussoirs are wedges with straight sides and corners on the intrados and extrados.
+            Number of wedges with straight sides and corners on the intrados and the extrados.
         rise : quantity, length
-            Of the intrados over the springing line.
+            Rise of the intrados over the springing line.
         skewback : quantity, angle
-            Of the end joints of a flat arch to the vertical.
+            Angle between the vertical and the end joints of a flat arch.
         who
-            Name of the builder, for the message of an error.
+            Name of the builder in error messages.
         """
         s, t = positive_length(span, f"{who}: span"), positive_length(thickness, f"{who}: thickness")
         n = checked_count(voussoirs, 2, f"{who}: voussoirs")
@@ -68,7 +68,7 @@ class ArchProfile:
                 msg = f"{who}: skewback {math.degrees(angle):.4g} deg; give an angle between 0 and 60 deg"
                 raise ModelError(msg)
             x = np.linspace(-s / 2, s / 2, n + 1)
-            # All joints point to one place, (s/2) / tan(skewback) below the middle.
+            # All joints point to one point, (s/2) / tan(skewback) below the middle.
             spread = 1 + t / (s / 2 / math.tan(angle))
             return cls(_points(x, 0 * x), _points(x * spread, 0 * x + t))
         if f <= s / 2 * (1 + 1e-9):
@@ -79,7 +79,7 @@ class ArchProfile:
             centre = np.array([0.0, f - radius])
             return cls(centre + radius * direction, centre + (radius + t) * direction)
         if n % 2:
-            msg = f"{who}: {n} voussoirs in a pointed arch, which has a joint at the crown; give an even number"
+            msg = f"{who}: {n} voussoirs; a pointed arch has a joint at the crown, give an even number"
             raise ModelError(msg)
         inner, outer = half_profile(s, f, t, n // 2)
         outer[-1] = 0.0, math.sqrt((pointed_radius(s, f) + t) ** 2 - (pointed_radius(s, f) - s / 2) ** 2)
@@ -88,14 +88,15 @@ class ArchProfile:
 
 
 def pointed_radius(span: float, rise: float) -> float:
-    """Radius of an arc with its centre on the springing line, from the springing to the crown of an arch, m."""
+    """Return the radius of the arc from the springing to the crown with its centre on the springing line, m."""
     return (rise**2 + span**2 / 4) / span
 
 
 def half_profile(span: float, rise: float, thickness: float, parts: int, opening: float = 0.0) -> tuple[Array, Array]:
-    """Radial joints, (parts + 1, 2) on intrados and extrados, of the right half of a semicircular or pointed profile.
+    """Return the radial joints of the right half of a semicircular or pointed profile.
 
-    From the springing up to where the intrados is half an ``opening`` away from the axis; all lengths in m.
+    The joints run from the springing to the point of the intrados at half an ``opening`` from the axis. All lengths are
+    in m. The result is the ends of the joints on the intrados and on the extrados, each of shape (parts + 1, 2).
     """
     radius = pointed_radius(span, rise)
     centre = np.array([span / 2 - radius, 0.0])

@@ -1,4 +1,4 @@
-"""Bonds: where the joints of a course lie."""
+"""Bonds: positions of the joints of a course."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -18,15 +18,15 @@ from blockstruct.structures.rubble import RubbleJoints
 Array = NDArray[np.float64]
 Interval = tuple[float, float]
 
-#: Shortest piece that a joint may cut off, as a part of the unit.
+#: Shortest piece at the end of a course, as a fraction of the unit.
 SHORTEST = 0.25
 
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit of a wall in its own plan: name, and where it lies along (u) and through (v) the wall, m.
+    """A unit of a wall: its name, and its extent along (u) and through (v) the wall, m.
 
-    One that is not a box has an outline (k, 2) along and up the wall.
+    A unit that is not a box has an outline (k, 2), along and up the wall.
     """
 
     name: str
@@ -58,28 +58,28 @@ class Bond:
         within: Any = None,
         top: float | None = None,
     ) -> Iterator[Unit]:
-        """Units of one course, named ``number.k``.
+        """Yield the units of one course, named ``number.k``.
 
         Parameters
         ----------
         number
-            Of the course, from one.
+            Number of the course, from one.
         parts
-            Where there is wall along u, but for openings.
+            Parts of the course along u, before openings are subtracted.
         origin
-            Where a whole unit begins, in courses that are not shifted by half a unit.
+            Start of a whole unit in courses that are not shifted.
         shifted
-            Whether this course is.
+            Whether this course is shifted by half a unit.
         openings
             All openings of the wall.
         rubble
-            Joints of rubble instead of those of the bond.
+            Joints of rubble, instead of the regular joints.
         gaps
-            Where other walls run through this one, in this course or the next.
+            Extents of other walls that cross this wall, in this course or the next.
         within
-            Polygon of the wall along and up, if it is not a rectangle.
+            Polygon of the wall, along and up the wall, if it is not a rectangle.
         top
-            Upper side of the course, if it is not of the height of all others.
+            Upper side of the course, if its height differs from the other courses.
         """
         half = self.unit_length / 2
         plain = [o for o in openings if isinstance(o, Opening)]
@@ -106,7 +106,7 @@ class Bond:
             self._check_lintel(number, shapely.box(a, foot, b, head), shapes, within)
         if rubble is not None:
             known = [x for ends in (*gaps, *lintels[number - 1], *lintels[number + 1]) for x in ends]
-        # Rings that touch each other would else leave slits, and necks, of rounding between them.
+        # The grid closes slits and necks of rounding between rings that touch.
         grid = float(np.exp2(np.floor(np.log2(GRID * self.course_height))))
         for layer, v, length, shift in self._layers(number, shifted):
             units: list[tuple[Interval, Array | None]] = []
@@ -116,14 +116,14 @@ class Bond:
                 else:
                     joints = rubble.joints(number, layer, part, known)
                 region = shapely.box(part[0], foot, part[1], head)
-                left = shapely.difference(region, shapely.union_all(shapes), grid_size=grid) if shapes else region
-                left = left if within is None else shapely.intersection(left, within, grid_size=grid)
-                if top is None and region.area - left.area <= 1e-9 * region.area:
+                remaining = shapely.difference(region, shapely.union_all(shapes), grid_size=grid) if shapes else region
+                remaining = remaining if within is None else shapely.intersection(remaining, within, grid_size=grid)
+                if top is None and region.area - remaining.area <= 1e-9 * region.area:
                     lines = [part[0], *(joints if rubble else self._apart(part, joints)), part[1]]
                     units += [(u, None) for u in pairwise(lines)]
                 else:
                     smallest = SHORTEST * self.unit_length * self.course_height * (1 - 1e-9)
-                    outlines = cut(left, joints, smallest)
+                    outlines = cut(remaining, joints, smallest)
                     units += [((float(o[:, 0].min()), float(o[:, 0].max())), o) for o in outlines]
             for k, (u, outline) in enumerate(sorted(units, key=lambda unit: sum(unit[0])), start=1):
                 yield Unit(f"{number}.{k}{layer}", u, v, outline)
@@ -131,7 +131,7 @@ class Bond:
             yield Unit(f"{number}.lintel{k}", u, (0.0, self.depth))
 
     def _layers(self, number: int, shifted: bool) -> list[tuple[str, Interval, float, float]]:
-        """Name, place through the wall, length of units and shift of their joints, of each leaf or of headers."""
+        """Return name, extent through the wall, unit length and shift of the joints for each leaf, or for headers."""
         half, thin = self.unit_length / 2, self.depth / self.leaves
         if self.header_every and number % self.header_every == 0:
             return [("", (0.0, self.depth), half, half / 2)]
@@ -146,13 +146,13 @@ class Bond:
         ]
 
     def _joints(self, part: Interval, length: float, origin: float) -> list[float]:
-        """Joints ``origin + k length`` within a part of a course."""
+        """Return the joints ``origin + k length`` within a part of a course."""
         first, last = np.ceil((part[0] - origin) / length), np.floor((part[1] - origin) / length)
-        found: list[float] = (origin + length * np.arange(first, last + 1)).tolist()
-        return found
+        joints: list[float] = (origin + length * np.arange(first, last + 1)).tolist()
+        return joints
 
     def _apart(self, part: Interval, joints: Sequence[float]) -> list[float]:
-        """Joints that do not cut off too short a piece at an end of a part."""
+        """Return the joints that leave no short piece at an end of a part."""
         shortest = SHORTEST * self.unit_length * (1 - 1e-9)
         return [x for x in joints if part[0] + shortest <= x <= part[1] - shortest]
 
@@ -161,7 +161,7 @@ class Bond:
             if start < end - 1e-9 * self.unit_length:
                 msg = (
                     f"wall: two lintels of course {course} overlap from {start:.6g} to {end:.6g} m; give the openings "
-                    "a shorter bearing, half of the wall between them at most, or zero"
+                    "a shorter bearing: zero, or at most half the wall between them"
                 )
                 raise ModelError(msg)
 
@@ -170,16 +170,16 @@ class Bond:
         meets = any(shapely.intersection(lintel, shape).area > slack for shape in shapes)
         if meets or (within is not None and shapely.difference(lintel, within).area > slack):
             a, _, b, _ = lintel.bounds
-            what = "a ring of voussoirs" if meets else "a slope"
+            obstacle = "a ring of voussoirs" if meets else "a slope"
             msg = (
-                f"wall: the lintel of course {course}, from {a:.6g} to {b:.6g} m, meets {what}; move the opening, or "
-                "make its bearing shorter or zero"
+                f"wall: the lintel of course {course}, from {a:.6g} to {b:.6g} m, meets {obstacle}; move the opening, "
+                "or make its bearing shorter or zero"
             )
             raise ModelError(msg)
 
 
 def without(parts: Sequence[Interval], holes: Sequence[Interval]) -> list[Interval]:
-    """What holes leave of parts of a line; slivers of rounding are left out."""
+    """Subtract holes from parts of a line; slivers of rounding are dropped."""
     left = list(parts)
     for low, high in holes:
         left = [

@@ -1,4 +1,4 @@
-"""What all builders of structures refuse alike."""
+"""Checks of arguments that all builders share."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -17,14 +17,14 @@ _KINDS: dict[str, tuple[type, str]] = {
 
 
 def builder(function: _Function) -> _Function:
-    """Return a builder that refuses arguments of another kind, of those that builders share."""
+    """Return a builder that refuses shared arguments of a wrong type."""
 
     @wraps(function)
     def build(*args: Any, **keywords: Any) -> Any:
         for name, value in keywords.items():
-            kind, what = _KINDS.get(name, (object, ""))
+            kind, remedy = _KINDS.get(name, (object, ""))
             if not isinstance(value, kind):
-                msg = f"{function.__name__}: {name} is {shown(value)}; give {what}"
+                msg = f"{function.__name__}: {name} is {shown(value)}; give {remedy}"
                 raise ModelError(msg)
         return function(*args, **keywords)
 

@@ -26,24 +26,24 @@ def column(
     base: bool = True,
     prefix: str = "",
 ) -> list[Block]:
-    """Blocks of a column of drums about the z axis, from z = 0 up.
+    """Return the blocks of a column of drums about the z axis, from z = 0 up.
 
     Parameters
     ----------
     height, diameter : quantity, length
-        Of the whole column, and across the corners at the foot.
+        Height of the column, and diameter across the corners at the foot.
     drums
-        Number of drums, equally high.
+        Number of drums of equal height.
     material
         Material of all blocks.
     top_diameter : quantity, length
-        Across the corners at the top, of a column that tapers in a straight line; the diameter by default.
+        Diameter across the corners at the top of a tapered column; ``diameter`` by default.
     sides
         Number of sides of the drums.
     base
         Whether to add a fixed square plinth ``base``, one and a half diameters wide.
     prefix
-        Put before the names: the drums are called ``1``, ``2`` … from the ground.
+        Start of all names. The drums are ``1``, ``2`` … from the ground.
 
     Examples
     --------
@@ -79,22 +79,22 @@ def stack(
     base: bool = True,
     prefix: str = "",
 ) -> list[Block]:
-    """Equal boxes on top of each other, each shifted against the one below, from z = 0 up.
+    """Return a stack of equal boxes, each shifted against the box below, from z = 0 up.
 
     Parameters
     ----------
     count
         Number of boxes.
     size : quantity, length, three components
-        Of every box.
+        Size of every box.
     material
         Material of all blocks.
     shift : quantity, length, two components
-        Along x and y from each box to the next.
+        Shift along x and y from each box to the next.
     base
-        Whether to add a fixed block ``base`` under the first, of the same size.
+        Whether to add a fixed block ``base`` of the same size under the first box.
     prefix
-        Put before the names: the boxes are called ``1``, ``2`` … from the ground.
+        Start of all names. The boxes are ``1``, ``2`` … from the ground.
 
     Examples
     --------
@@ -131,16 +131,16 @@ def tilted(
     axis: Sequence[float] = (0, 1, 0),
     about: VectorLike = ("0 m", "0 m", "0 m"),
 ) -> list[Block]:
-    """Blocks turned about an axis: a structure on a tilted ground.
+    """Return blocks rotated about an axis, as a structure on tilted ground.
 
     Parameters
     ----------
     blocks
         Blocks, supports included.
     angle : quantity, angle
-        By the rule of the right hand: about +y the top moves towards +x.
+        Right-handed: about +y the top moves towards +x.
     axis
-        Direction of the axis, of any length but zero.
+        Direction of the axis, of any length above zero.
     about : quantity, length, three components
         A point of the axis.
 

@@ -1,4 +1,4 @@
-"""Walls built up of courses of units."""
+"""Walls of courses of units."""
 
 import math
 from collections.abc import Sequence
@@ -24,29 +24,29 @@ def courses(
     base: bool = True,
     prefix: str = "",
 ) -> list[Block]:
-    """Blocks of a straight wall in the x–z plane, given by the lengths of its units.
+    """Return the blocks of a straight wall in the x–z plane, from the lengths of its units.
 
     Parameters
     ----------
     rows
-        One list per course, bottom to top. A number is the length of a unit in multiples of ``unit_length``,
-        a negative number a void (opening) of that length.
+        One list per course, bottom to top. A number is the length of a unit in multiples of ``unit_length``; a negative
+        number is the length of a void (opening).
     unit_length, unit_height, depth : quantity, length
         Length of a whole unit along x, height of every course along z, thickness of the wall along y.
     material
         Material of all blocks.
     origin : quantity, length, three components
-        Where the first course begins: least x, y and z.
+        Corner of the first course with the smallest x, y and z.
     base
         Whether to add a fixed block, one course high, below the whole first course.
     prefix
-        Put before the names: the base is called ``base``, the k-th unit of the j-th course ``j.k``, both
-        counted from one, voids not counted.
+        Start of all names. The base is ``base``, the k-th unit of the j-th course ``j.k``. Numbers begin at one
+        and skip voids.
 
     Raises
     ------
     ModelError
-        If courses have different lengths, a unit has the length zero, or a size is not positive.
+        If courses have different lengths, a unit has length zero, or a size is not positive.
     """
     length = positive_length(unit_length, "courses: unit_length")
     height = positive_length(unit_height, "courses: unit_height")
@@ -69,7 +69,7 @@ def courses(
         if not math.isclose(math.fsum(abs(u) for u in row), width, rel_tol=1e-9):
             msg = (
                 f"courses: course {j} is {math.fsum(abs(u) for u in row):.6g} times the unit long, the first "
-                f"{width:.6g}; make all courses equally long, with voids where there is no unit"
+                f"{width:.6g}; make all courses equally long, and give voids as negative lengths"
             )
             raise ModelError(msg)
         x, k = 0.0, 0
@@ -82,7 +82,7 @@ def courses(
 
 
 def _lengths(row: Any, course: int) -> list[float]:
-    """Lengths of the units of a course, as floats."""
+    """Return the lengths of the units of a course."""
     who = f"courses: course {course}"
     lengths = []
     for u in checked_tuple(row, object, who):

@@ -1,4 +1,4 @@
-"""Cross vaults: two barrel vaults that meet in groins over a square bay."""
+"""Cross vaults: two barrel vaults that intersect in groins over a square bay."""
 
 import math
 
@@ -25,10 +25,10 @@ def cross_vault(
     base: bool = True,
     prefix: str = "",
 ) -> list[Block]:
-    """Blocks of a cross vault of two semicircular barrel vaults, along x and along y, that spring at z = 0.
+    """Return the blocks of a cross vault of two semicircular barrel vaults, along x and y, that spring at z = 0.
 
-    The blocks are cut by the vertical planes of the groins, where they meet their mirror images, and of the crowns.
-    At its four corners the vault is a thickness wider than the springing, so that every course has a length.
+    The vertical planes of the groins and the crowns cut the blocks; at the groins the blocks meet their mirror images.
+    At its four corners the vault is one thickness wider than the springing, so that every course has a length.
 
     Parameters
     ----------
@@ -37,14 +37,14 @@ def cross_vault(
     courses
         Number of courses from the springing to the crown.
     units
-        Number of blocks along half a barrel at the crown; courses are staggered by half a block.
+        Number of blocks along half a barrel at the crown. Courses are staggered by half a block.
     material
         Material of all blocks.
     base
         Whether to add a fixed block under each of the four corners, ``base1`` to ``base4``.
     prefix
-        Put before the names: ``w.j.k`` is the k-th block from the groin in the j-th course of the w-th half web,
-        counted around the z axis from the one on +x at +y.
+        Start of all names. ``w.j.k`` is the k-th block from the groin in the j-th course of the w-th half web. Half
+        webs are numbered around the z axis from the half web on +x at +y.
 
     Examples
     --------
@@ -73,7 +73,7 @@ def cross_vault(
                 [(r * y[i], r * z[i]) for i, r in ((j, radius), (j, radius + t), (j + 1, radius + t), (j + 1, radius))]
             )
             joints = (np.arange(count) + (0.5 if j % 2 else 0.0)) * end / count
-            # A block that the groin cuts short of a quarter is left to its neighbour.
+            # A block shorter than a quarter at the groin is joined to its neighbour.
             joints = joints[joints > profile[:, 0].max() + end / count / 4]
             starts = [profile[:, 0], *(np.full(4, x) for x in joints)]
             ends = [*starts[1:], np.full(4, end)]
@@ -84,11 +84,11 @@ def cross_vault(
 
 
 def _turned(name: str, corners: Array, web: int, material: Material, *, fixed: bool = False) -> Block:
-    """Hexahedron (8, 3) of the web on +x at +y, in the place of another: mirrored if odd, then turned."""
+    """Move a hexahedron (8, 3) of the web on +x at +y to another web: mirrored for odd webs, then rotated."""
     points = corners.copy()
     quarter, mirrored = divmod(web, 2)
     if mirrored:
-        # Across the groin x = y.
+        # About the groin x = y.
         points = points[:, [1, 0, 2]]
     for _ in range(quarter):
         points = points[:, [1, 0, 2]] * [-1.0, 1.0, 1.0]

@@ -1,4 +1,4 @@
-"""Courses of walls that are not rectangles: cut by rings of voussoirs, by the slopes of a gable, by a batter."""
+"""Cut courses of walls at rings of voussoirs, at the slopes of a gable and at a batter."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -12,22 +12,22 @@ from blockstruct.errors import ModelError
 
 Array = NDArray[np.float64]
 
-#: Distance of corners, and height of a triangle over its base, as a part of the size of an outline, that is rounding.
+#: Distance of corners, and height of a corner over its neighbours, relative to the outline, that count as rounding.
 _ROUNDING = 1e-9
 
 
 def cut(region: Any, joints: Sequence[float], smallest: float) -> list[Array]:
-    """Outlines (k, 2) of the pieces into which upright joints cut a region, in the order of their centroids.
+    """Return the outlines (k, 2) of the pieces between vertical joints of a region, in the order of their centroids.
 
-    A joint that would cut off less than the ``smallest`` area, or leave a piece that falls apart, is left out; a part
-    of the region that is smaller by itself is a piece.
+    A joint is dropped if a piece next to it would be smaller than the ``smallest`` area or not connected. A separate
+    part of the region stays a piece even if it is smaller.
 
     Raises
     ------
     ModelError
         If a hole of the region lies within one piece.
     """
-    found = []
+    outlines = []
     for part in shapely.get_parts(region):
         if part.area <= _ROUNDING * smallest:
             continue
@@ -39,21 +39,21 @@ def cut(region: Any, joints: Sequence[float], smallest: float) -> list[Array]:
             if not bad or len(lines) == 2:
                 break
             k = bad[0]
-            beside = [(pieces[j].area, line) for j, line in ((k - 1, k), (k + 1, k + 1)) if 0 <= j < len(pieces)]
-            del lines[min(beside)[1]]
+            neighbours = [(pieces[j].area, line) for j, line in ((k - 1, k), (k + 1, k + 1)) if 0 <= j < len(pieces)]
+            del lines[min(neighbours)[1]]
         if not all(map(_is_whole, pieces)):
             msg = (
                 f"wall: between {low:.6g} and {high:.6g} m along the wall a ring of voussoirs lies within one unit of "
                 f"the course from {foot:.6g} to {top:.6g} m; give lower courses, or a larger opening"
             )
             raise ModelError(msg)
-        found += pieces
-    found.sort(key=lambda piece: piece.centroid.x)
-    return [clean(shapely.get_coordinates(piece)[:-1]) for piece in found]
+        outlines += pieces
+    outlines.sort(key=lambda piece: piece.centroid.x)
+    return [clean(shapely.get_coordinates(piece)[:-1]) for piece in outlines]
 
 
 def clean(outline: Array) -> Array:
-    """Outline without corners that are one, or on a straight line with their neighbours, but for rounding."""
+    """Return the outline without repeated corners and without corners on a line with their neighbours."""
     size = float(np.ptp(outline, axis=0).max())
     kept = list(outline)
     k = 0

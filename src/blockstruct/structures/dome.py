@@ -1,4 +1,4 @@
-"""Domes of rings of blocks."""
+"""Domes built of rings of blocks."""
 
 import math
 
@@ -32,31 +32,32 @@ def dome(
     base: bool = True,
     prefix: str = "",
 ) -> list[Block]:
-    """Blocks of a dome about the z axis that springs at z = 0: hemispherical or pointed, open at the top.
+    """Return the blocks of a dome about the z axis from z = 0: hemispherical or pointed, open at the top.
 
-    Joints between courses are radial to the profile, so that each ring lies in a cone of flat facets. In a staggered
-    dome every block spans two facets and every course is turned by one: the joints fit exactly.
+    Joints between courses are radial to the profile, so that each ring lies on a cone of flat facets. In a staggered
+    dome every block spans two facets and every course is rotated by one facet, so that the joints fit exactly.
 
     Parameters
     ----------
     span, thickness : quantity, length
         Clear diameter at the springing, and thickness of the shell. Corners lie on these circles.
     courses, units
-        Number of rings, and of blocks in each (three at least).
+        Number of rings, and number of blocks in each ring (at least three).
     oculus : quantity, length
         Clear diameter of the opening at the top.
     material
         Material of all blocks.
     rise : quantity, length
-        Where the intrados would meet the axis: half the span (the default) makes it hemispherical, more pointed.
+        Height at which the intrados would meet the axis. Half the span (the default) gives a hemisphere, more a pointed
+        dome.
     staggered
-        Whether the joints of a course lie over the middle of the blocks below.
+        Whether the joints of a course are over the middle of the blocks below.
     keystone
         Whether one block closes the oculus.
     base
         Whether to add a fixed block under the whole dome.
     prefix
-        Put before the names: the k-th block of the j-th ring from below is called ``j.k``, the others ``base`` and
+        Start of all names. The k-th block of the j-th ring from below is ``j.k``; the others are ``base`` and
         ``keystone``.
 
     Examples
@@ -100,14 +101,14 @@ def dome(
 
 
 def _ring(around: Array, point: Array) -> Array:
-    """Points (m, 3) at the radius and height of a profile's point (2,), in horizontal directions (m, 2)."""
+    """Return points (m, 3) at the radius and height of a profile point (2,), in horizontal directions (m, 2)."""
     return np.column_stack([point[0] * around, np.full(len(around), point[1])])
 
 
 def _unit(name: str, corners: Array, material: Material) -> Block:
-    """Block of corners (m, 4, 3): on m meridians, each inner and outer below, outer and inner above."""
+    """Return the block with corners (m, 4, 3): on each of m meridians, inner and outer below, outer and inner above."""
     m = len(corners)
-    # From one meridian to the next: the joint below, the extrados, the joint above, the intrados.
+    # Faces from one meridian to the next: joint below, extrados, joint above, intrados.
     strips: list[list[tuple[int, ...]]] = [
         [(4 * k + a, 4 * k + 4 + a, 4 * k + 4 + b, 4 * k + b) for k in range(m - 1)]
         for a, b in ((0, 1), (1, 2), (2, 3), (3, 0))

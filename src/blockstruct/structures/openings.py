@@ -16,33 +16,32 @@ from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 
-#: Deviation from a bed joint, as a part of the height of a course, that is rounding.
+#: Largest distance from a bed joint, relative to the height of a course: rounding.
 LEVEL = 1e-6
-#: Least part of a course that may be left above or below a ring of voussoirs.
+#: Smallest part of a course above or below a ring of voussoirs.
 _LEAST = 0.25
 
 
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """An opening through a wall: rectangular, or below an arch of voussoirs.
+    """A rectangular opening through a wall, with a lintel or an arch of voussoirs.
 
     Parameters
     ----------
     start, sill : quantity, length
-        Where it begins along the wall, and its height over the foot of the wall.
+        Start along the wall, and height over the foot of the wall.
     width, height : quantity, length
-        Clear size; the height is that up to the head or, below an arch, up to the springing. Sill and head lie on bed
-        joints.
+        Clear size. The height extends to the head or, below an arch, to the springing. Sill and head lie on bed joints.
     bearing : quantity, length
-        How far the lintel, one unit in the course above, reaches into the wall on both sides; half a unit of the
-        wall by default. Zero leaves the lintel out: the bond goes on over the opening.
+        Length of the lintel, one unit in the course above, in the wall on each side; half a unit of the wall by
+        default. Zero means no lintel: the bond continues over the opening.
     rise : quantity, length
-        Of the intrados of an arch over the head: half the width for a round arch, less for a segmental, more for a
-        pointed one. Without it there is no arch.
+        Rise of the intrados of an arch over the head: half the width for a round arch, less for a segmental arch, more
+        for a pointed arch. Without a rise there is no arch.
     ring : quantity, length
-        Thickness of the arch; the voussoirs run through the wall.
+        Thickness of the arch. The voussoirs extend through the wall.
     voussoirs
-        Their number.
+        Number of voussoirs.
 
     Attributes
     ----------
@@ -54,8 +53,8 @@ class Opening:
     Raises
     ------
     ModelError
-        If a size is not above zero, or a place or bearing below zero; or an arch lacks its ring or voussoirs or has a
-        bearing, or these are given without a rise.
+        If a size is not above zero, or a position or bearing is below zero. If an arch lacks its ring or voussoirs, has
+        a bearing, or has no rise.
     """
 
     start: Any
@@ -69,53 +68,53 @@ class Opening:
 
     def __post_init__(self) -> None:
         for name in ("start", "sill", "bearing"):
-            given = getattr(self, name)
-            if given is None and name == "bearing":
+            raw = getattr(self, name)
+            if raw is None and name == "bearing":
                 continue
-            value = si(given, "length", f"opening: {name}")
+            value = si(raw, "length", f"opening: {name}")
             if value < 0:
                 msg = f"opening: {name} {value:.6g} m; give a length of zero or above"
                 raise ModelError(msg)
             object.__setattr__(self, name, value)
         for name in ("width", "height"):
             object.__setattr__(self, name, positive_length(getattr(self, name), f"opening: {name}"))
-        of_arch = {"rise": self.rise, "ring": self.ring, "voussoirs": self.voussoirs}
-        missing = [name for name, value in of_arch.items() if value is None]
-        if len(missing) == len(of_arch):
+        arch = {"rise": self.rise, "ring": self.ring, "voussoirs": self.voussoirs}
+        missing = [name for name, value in arch.items() if value is None]
+        if len(missing) == len(arch):
             return
         if missing or self.bearing is not None:
-            wrong = f"{' and '.join(missing)} missing" if missing else "it has no lintel, so no bearing"
-            msg = f"opening: below an arch, {wrong}; give rise, ring and voussoirs for an arch, none for a lintel"
+            problem = f"an arch needs {' and '.join(missing)}" if missing else "an arch has no bearing"
+            msg = f"opening: {problem}; give rise, ring and voussoirs for an arch, or only a bearing for a lintel"
             raise ModelError(msg)
         for name in ("rise", "ring"):
             object.__setattr__(self, name, positive_length(getattr(self, name), f"opening: {name}"))
         object.__setattr__(self, "voussoirs", checked_count(self.voussoirs, 2, "opening: voussoirs"))
-        ArchProfile.of(*self._of_profile(), who="opening")
+        ArchProfile.of(*self._profile(), who="opening")
 
-    def _of_profile(self) -> tuple[Any, Any, Any, Any]:
+    def _profile(self) -> tuple[Any, Any, Any, Any]:
         width, ring, rise = (to_quantity(v, "length") for v in (self.width, self.ring, self.rise))
         return width, ring, self.voussoirs, rise
 
     @property
     def end(self) -> float:
-        """Where it ends along the wall, m."""
+        """End along the wall, m."""
         return float(self.start + self.width)
 
     def voussoir_outlines(self, course_height: float) -> list[Array]:
-        """Outlines (4, 2) of the voussoirs along and up the wall, from left to right, m; none without an arch.
+        """Return the outlines (4, 2) of the voussoirs along and up the wall, from left to right, m.
 
-        A keystone whose back is less than a quarter of a course below a bed joint reaches up to it.
+        The list is empty without an arch. A keystone extends to a bed joint less than a quarter of a course above it.
         """
         if self.rise is None:
             return []
-        profile = ArchProfile.of(*self._of_profile())
+        profile = ArchProfile.of(*self._profile())
         shift = np.array([self.start + self.width / 2, self.sill + self.height])
         inner, outer = profile.inner + shift, profile.outer + shift
         ring = [np.array([inner[k], outer[k], outer[k + 1], inner[k + 1]]) for k in range(len(inner) - 1)]
         return _levelled(_with_keystone(ring, len(ring) // 2, 1.0, course_height), course_height)
 
     def outline(self, course_height: float) -> Any:
-        """Polygon of the opening and its arch along and up the wall."""
+        """Return the polygon of the opening and its arch, along and up the wall."""
         left, right, foot, head = self.start, self.end, self.sill, self.sill + self.height
         ring = self.voussoir_outlines(course_height)
         if not ring:
@@ -125,24 +124,24 @@ class Opening:
         return shapely.Polygon(*_levelled([corners], course_height))
 
     def courses(self, course_height: float) -> tuple[int, int]:
-        """First course that it cuts, and first above its head."""
+        """Return the first course that the opening cuts, and the first course above its head."""
         return round(self.sill / course_height), round((self.sill + self.height) / course_height)
 
 
 @dataclass(frozen=True, slots=True)
 class RoundOpening:
-    """A round opening through a wall, in a ring of voussoirs with straight sides: one of them is on top.
+    """A round opening through a wall, in a ring of voussoirs with straight sides, one of them at the top.
 
     Parameters
     ----------
     centre : quantity, length, two components
-        Along the wall, and over its foot.
+        Position along the wall, and height over its foot.
     diameter : quantity, length
-        Clear diameter, of the circle through the inner corners of the voussoirs.
+        Clear diameter: the circle through the inner corners of the voussoirs.
     ring : quantity, length
         Thickness of the ring.
     voussoirs
-        Their number, at least 6.
+        Number of voussoirs, at least 6.
 
     Attributes
     ----------
@@ -176,18 +175,18 @@ class RoundOpening:
 
     @property
     def start(self) -> float:
-        """Where it begins along the wall, m."""
+        """Start along the wall, m."""
         return float(self.centre[0] - self.diameter / 2)
 
     @property
     def end(self) -> float:
-        """Where it ends along the wall, m."""
+        """End along the wall, m."""
         return float(self.centre[0] + self.diameter / 2)
 
     def voussoir_outlines(self, course_height: float) -> list[Array]:
-        """Outlines (4, 2) of the voussoirs along and up the wall, from that on top on clockwise, m.
+        """Return the outlines (4, 2) of the voussoirs along and up the wall, clockwise from the top, m.
 
-        Those on top and below reach bed joints that are less than a quarter of a course away.
+        The voussoirs at the top and at the bottom extend to bed joints less than a quarter of a course away.
         """
         n = self.voussoirs
         angle = np.pi / 2 + (0.5 - np.arange(n + 1)) * 2 * np.pi / n
@@ -199,7 +198,7 @@ class RoundOpening:
         return _levelled(_with_keystone(crowned, n // 2, -1.0, course_height), course_height)
 
     def outline(self, course_height: float) -> Any:
-        """Polygon of the opening and its ring along and up the wall."""
+        """Return the polygon of the opening and its ring, along and up the wall."""
         return shapely.Polygon([corner for outline in self.voussoir_outlines(course_height) for corner in outline[1:3]])
 
 
@@ -209,7 +208,7 @@ AnyOpening = Opening | RoundOpening
 def check_openings(
     openings: Sequence[AnyOpening], length: float, course_height: float, courses: int, who: str, within: Any = None
 ) -> None:
-    """Refuse openings that do not lie within a wall, between its courses and apart from each other.
+    """Refuse openings outside the wall, off the bed joints, or that overlap.
 
     ``within`` is the polygon of the wall if it is not a rectangle.
     """
@@ -228,7 +227,7 @@ def check_openings(
                 opening.outline(course_height).intersection(other.outline(course_height)).area
                 > LEVEL * course_height**2
             ):
-                msg = f"{what} overlaps the one at {other.start:.6g} m; move one of them"
+                msg = f"{what} overlaps the opening at {other.start:.6g} m; move one of them"
                 raise ModelError(msg)
 
 
@@ -244,7 +243,7 @@ def _check_levels(opening: Opening, course_height: float, courses: int, what: st
         if abs(z / course_height - round(z / course_height)) > LEVEL:
             nearest = round(z / course_height) * course_height
             msg = (
-                f"{what}: {name} at {z:.6g} m is on no bed joint of {counted(courses, 'course')} of "
+                f"{what}: {name} at {z:.6g} m is not on a bed joint of {counted(courses, 'course')} of "
                 f"{course_height:.6g} m; the nearest is at {nearest:.6g} m"
             )
             raise ModelError(msg)
@@ -256,7 +255,7 @@ def _check_ring(opening: AnyOpening, wall: Any, course_height: float, what: str)
     if beyond > LEVEL * course_height**2:
         low, foot, high, crown = outline.bounds
         msg = (
-            f"{what}: with its ring it reaches from {low:.6g} to {high:.6g} m along the wall and from {foot:.6g} to "
+            f"{what}: with its ring it extends from {low:.6g} to {high:.6g} m along the wall and from {foot:.6g} to "
             f"{crown:.6g} m up, beyond the wall; move it or make it smaller"
         )
         raise ModelError(msg)
@@ -275,13 +274,13 @@ def _check_ring(opening: AnyOpening, wall: Any, course_height: float, what: str)
 
 
 def _to_joint(z: float, sense: float, course_height: float) -> float:
-    """Distance up (sense 1) or down (sense −1) to the next bed joint, in courses; zero on one."""
+    """Return the distance up (sense 1) or down (sense −1) to the next bed joint, in courses; zero on a bed joint."""
     at = sense * z / course_height
     return max(float(np.ceil(at - LEVEL) - at), 0.0)
 
 
 def _with_keystone(ring: list[Array], k: int, sense: float, course_height: float) -> list[Array]:
-    """Ring whose k-th voussoir, if its back is level, reaches a bed joint that is near."""
+    """Return the ring with its k-th voussoir extended to a near bed joint, if its back is level."""
     inner, back = ring[k][[0, 3]], ring[k][1:3]
     gap = _to_joint(float(back[0, 1]), sense, course_height)
     if abs(back[0, 1] - back[1, 1]) > LEVEL * course_height or not gap < _LEAST:
@@ -294,9 +293,9 @@ def _with_keystone(ring: list[Array], k: int, sense: float, course_height: float
 
 
 def _levelled(outlines: Sequence[Array], course_height: float) -> list[Array]:
-    """Outlines whose corners on a bed joint, but for rounding, are exactly at its height.
+    """Return the outlines with corners near a bed joint moved to its height.
 
-    Rounding would leave a unit that lies on both sides of a keystone in one piece over or under it.
+    Otherwise rounding would join the units on both sides of a keystone above or below it.
     """
     levelled = []
     for outline in outlines:

@@ -1,4 +1,4 @@
-"""Units of walls as blocks, wherever their wall stands."""
+"""Blocks of the units of walls, for any position of the wall."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -16,9 +16,9 @@ Array = NDArray[np.float64]
 
 @dataclass(slots=True)
 class Pieces:
-    """Blocks of a wall and of what belongs to it, in the order in which they are laid.
+    """Blocks of a wall with its sidewalls and buttresses, in building order.
 
-    Rows of ``axes`` (3, 3) are the directions along a wall (u) and through it (v), and where it begins.
+    Rows of ``axes`` (3, 3) are the direction along a wall (u), the direction through it (v), and its origin.
     """
 
     prefix: str
@@ -27,14 +27,14 @@ class Pieces:
     blocks: list[Block] = field(default_factory=list)
 
     def box(self, name: str, corner: Sequence[float], size: Sequence[float], *, fixed: bool = False) -> None:
-        """Lay a box with its least corner there."""
+        """Lay a box with its smallest corner at ``corner``."""
         vertices, faces = box(corner, size)
         self.blocks.append(
             Block(self.prefix + name, polyhedron(vertices, faces, self.prefix + name), self.material, fixed)
         )
 
     def course(self, units: Iterable[Unit], number: int, axes: Array, name: str = "") -> None:
-        """Lay the units of a course, from one."""
+        """Lay the units of a course. Courses are numbered from one."""
         for unit in units:
             if unit.outline is not None:
                 self._extruded(name + unit.name, unit.outline, unit.v, axes)

@@ -1,4 +1,4 @@
-"""Façades of piers and spandrels."""
+"""Façades with piers and spandrels."""
 
 from blockstruct.errors import ModelError
 from blockstruct.model import Block, Material
@@ -25,24 +25,24 @@ def pier_spandrel(
     base: bool = True,
     prefix: str = "",
 ) -> list[Block]:
-    """Blocks of a façade of equal openings between piers, storey on storey, in running bond.
+    """Return the blocks of a façade with equal openings between piers, storey on storey, in running bond.
 
     Parameters
     ----------
     bays, storeys
-        Number of openings along x and along z; ``bays + 1`` piers.
+        Number of openings along x and along z. There are ``bays + 1`` piers.
     pier_width, opening_width : quantity, length
-        Along x.
+        Widths along x.
     opening_height, spandrel_height : quantity, length
-        Along z, each of whole courses. The lowest openings begin on the ground; their lintels reach half a unit into
-        the piers, or half of a pier that is narrower than a unit.
+        Heights along z, multiples of the course height. The lowest openings begin on the ground. Lintels extend half a
+        unit into the piers, or half of a pier that is narrower than a unit.
     unit_length, unit_height, depth, material, base, prefix
         As for :func:`wall`.
 
     Raises
     ------
     ModelError
-        If a height is not one of whole courses.
+        If a height is not a multiple of the course height.
 
     Examples
     --------
@@ -68,7 +68,9 @@ def pier_spandrel(
     )
     for what, value in (("opening_height", opening), ("spandrel_height", spandrel)):
         if abs(value / course - round(value / course)) > 1e-6:
-            msg = f"pier_spandrel: {what} {value:.6g} m is not of whole courses of {course:.6g} m; change one of them"
+            msg = (
+                f"pier_spandrel: {what} {value:.6g} m is not a multiple of the course height {course:.6g} m; change one"
+            )
             raise ModelError(msg)
     check_total(n * m, "pier_spandrel")
     size = clear, opening, min(unit, pier) / 2

@@ -1,4 +1,4 @@
-"""Blocks of a plane outline extruded along y, and blocks between two level polygons."""
+"""Blocks extruded along y from a plane outline, and blocks between two level polygons."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,16 +8,16 @@ from blockstruct.model import Block, Material
 
 
 def prism(name: str, outline: ArrayLike, y: tuple[float, float], material: Material, *, fixed: bool = False) -> Block:
-    """Block over an outline in the x–z plane, between two values of y.
+    """Return the block with an outline in the x–z plane, between two values of y.
 
     Parameters
     ----------
     name
         Unique in the model.
     outline : (k, 2) array
-        Corners (x, z) in either sense, m.
+        Corners (x, z) in either order of rotation, m.
     y
-        Least and greatest y, m.
+        Smallest and largest y, m.
     material
         Material of the block.
     fixed
@@ -32,7 +32,7 @@ def prism(name: str, outline: ArrayLike, y: tuple[float, float], material: Mater
 
 
 def prismatoid(name: str, points: NDArray[np.float64], material: Material, *, fixed: bool = False) -> Block:
-    """Block between two level polygons of as many corners: points (2 k, 3), the lower first, both counter-clockwise."""
+    """Return the block between two level polygons (2 k, 3) of k corners, the lower first, both counter-clockwise."""
     return Block(name, polyhedron(*lofted(*np.split(points, 2)), name), material, fixed)
 
 

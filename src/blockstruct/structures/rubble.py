@@ -1,4 +1,4 @@
-"""Rubble: units of random lengths, with a least overlap from course to course."""
+"""Rubble: units of random lengths with a minimum overlap between courses."""
 
 import operator
 import random
@@ -16,17 +16,17 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Rubble:
-    """Units of random lengths: the same seed gives the same wall, on every machine.
+    """Units of random lengths. The same seed gives the same wall on every machine.
 
     Parameters
     ----------
     seed
         A whole number.
     shortest, longest : quantity, length
-        Limits of the lengths of units, the longest at least twice the shortest. Only a part of a course that is shorter
-        by itself, and what stays with a neighbour beside a ring or a slope, is beyond them.
+        Limits of the lengths of units; the longest is at least twice the shortest. Two kinds of units may exceed the
+        limits: a short separate part of a course, and a unit next to a ring or a slope.
     overlap : quantity, length
-        Least distance of a head joint from those in the course below.
+        Smallest distance of a head joint from the head joints of the course below.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Rubble:
     Raises
     ------
     ModelError
-        If the seed is not a whole number, or no wall can keep the limits.
+        If the seed is not a whole number, or the limits contradict each other.
     """
 
     seed: Any
@@ -50,7 +50,7 @@ class Rubble:
         except TypeError:
             seed = None
         if seed is None or isinstance(self.seed, bool):
-            msg = f"rubble: seed {shown(self.seed)}; give a whole number, by which the wall can be built again"
+            msg = f"rubble: seed {shown(self.seed)}; give a whole number"
             raise ModelError(msg)
         object.__setattr__(self, "seed", seed)
         for name in ("shortest", "longest"):
@@ -58,8 +58,8 @@ class Rubble:
         object.__setattr__(self, "overlap", si(self.overlap, "length", "rubble: overlap"))
         if self.longest < 2 * self.shortest * (1 - 1e-9):
             msg = (
-                f"rubble: longest {self.longest:.6g} m is less than twice the shortest, {self.shortest:.6g} m: not "
-                "every length can be made of such units; widen the limits"
+                f"rubble: longest {self.longest:.6g} m is less than twice the shortest, {self.shortest:.6g} m; widen "
+                "the limits, so that units can fill every length"
             )
             raise ModelError(msg)
         if not 0 <= self.overlap <= self.longest / 2:
@@ -72,21 +72,21 @@ class Rubble:
 
 @dataclass(slots=True)
 class RubbleJoints:
-    """Head joints of the rubble of one wall, drawn from below, leaf by leaf."""
+    """Random head joints of one rubble wall, from the bottom up, leaf by leaf."""
 
     rubble: Rubble
     wall: str
     chance: random.Random = field(init=False)
     below: dict[str, list[float]] = field(default_factory=dict)
-    own: dict[str, list[float]] = field(default_factory=dict)
+    current: dict[str, list[float]] = field(default_factory=dict)
     course: int = 0
 
     def __post_init__(self) -> None:
-        # Python keeps the numbers of random() for a seed; those of numpy's distributions may change.
+        # Python guarantees the numbers of random() for a seed. The distributions of numpy may change.
         self.chance = random.Random(f"{self.rubble.seed} {self.wall}")
 
     def joints(self, course: int, layer: str, part: Interval, others: Sequence[float]) -> list[float]:
-        """Joints within a part of a course, in ascending order; they overlap with those below, and with others, too.
+        """Return the joints of a part of a course, in ascending order, with the overlap to lower and other joints.
 
         Raises
         ------
@@ -94,11 +94,11 @@ class RubbleJoints:
             If units within the limits cannot fill the part with the overlap.
         """
         if course != self.course:
-            self.below, self.own, self.course = self.own, {}, course
-        # Leaves bond with their own course below; a course through all leaves with all of them.
+            self.below, self.current, self.course = self.current, {}, course
+        # A leaf bonds with the same leaf below. A course through all leaves bonds with all leaves.
         lower = self.below.get(layer, list(chain.from_iterable(self.below.values())))
-        found = self._drawn(part, [*lower, *others])
-        if found is None:
+        joints = self._drawn(part, [*lower, *others])
+        if joints is None:
             limits = self.rubble
             msg = (
                 f"rubble: course {course} from {part[0]:.6g} to {part[1]:.6g} m cannot be filled with units of "
@@ -106,31 +106,31 @@ class RubbleJoints:
                 "smaller overlap or wider limits"
             )
             raise ModelError(msg)
-        self.own.setdefault(layer, []).extend(found)
-        return found
+        self.current.setdefault(layer, []).extend(joints)
+        return joints
 
     def _drawn(self, part: Interval, below: list[float]) -> list[float] | None:
         start, end = part
         least, most = self.rubble.shortest, self.rubble.longest
         if end - start < 2 * least:
-            # Two units would be too short, one is not too long.
+            # Two units would be too short; one unit is within the limits.
             return []
         free = [(start + least, end - least)]
         for x in below:
             free = _without(free, (x - self.rubble.overlap, x + self.rubble.overlap))
         reaching = _reaching(free, end, least, most)
-        found: list[float] = []
+        joints: list[float] = []
         at = start
         while True:
             ends_here = at + least <= end <= at + most
             choice = [(max(a, at + least), min(b, at + most)) for a, b in reaching]
             choice = [(a, b) for a, b in choice if a <= b]
             if ends_here and (not choice or self.chance.random() < 0.5):
-                return found
+                return joints
             if not choice:
                 return None
             at = self._one_of(choice)
-            found.append(at)
+            joints.append(at)
 
     def _one_of(self, intervals: list[Interval]) -> float:
         along = self.chance.random() * sum(b - a for a, b in intervals)
@@ -142,7 +142,7 @@ class RubbleJoints:
 
 
 def _reaching(free: list[Interval], end: float, least: float, most: float) -> list[Interval]:
-    """Where a joint may lie so that others within the limits lead on to the end."""
+    """Return the positions of a joint from which units within the limits can fill the rest up to the end."""
     reached: list[Interval] = []
     goal = [(end, end)]
     while goal:

@@ -1,4 +1,4 @@
-"""What stands behind or before a wall: sidewalls and buttresses."""
+"""Sidewalls and buttresses of a wall."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,21 +16,21 @@ from blockstruct.units import si
 
 @dataclass(frozen=True, slots=True)
 class Sidewall:
-    """A wall that runs along +y, from behind the wall along x.
+    """A wall along +y at the back of a wall along x.
 
     Parameters
     ----------
     name
         Prefix of its units.
     at : quantity, length
-        Where its thickness begins along the wall; zero for a return at the left end, the length of the wall less its
-        depth for one at the right end (L), anything between for a T.
+        Start of its thickness along the wall: zero for a return at the left end, length minus depth of the wall for a
+        return at the right end (L), a value in between for a T.
     length : quantity, length
-        From the back of the wall.
+        Length from the back of the wall.
     openings
-        Openings, with ``start`` counted from the back of the wall.
+        Openings; their ``start`` is measured from the back of the wall.
     bonded
-        Whether every other course runs through the wall to its face; else the sidewall butts against it.
+        Whether every second course extends through the wall to its face. Otherwise the sidewall butts against the wall.
     """
 
     name: str
@@ -51,24 +51,24 @@ class Sidewall:
 
 @dataclass(frozen=True, slots=True)
 class Buttress:
-    """A pier against the wall along x, before its face or behind it, upright or battered.
+    """A pier in front of or at the back of a wall along x, vertical or battered.
 
     Parameters
     ----------
     name
         Prefix of its units.
     at, width : quantity, length
-        Where it begins along the wall, and its width.
+        Start along the wall, and width.
     courses
-        Number of its courses.
+        Number of courses.
     projection : quantity, length
-        From the wall, at the foot.
+        Projection from the wall at the foot.
     top_projection : quantity, length
-        On top; that at the foot by default. The outer face is plane.
+        Projection at the top; equal to ``projection`` by default. The outer face is plane.
     behind
-        Whether it stands behind the wall (+y) and not before its face (−y).
+        True: at the back of the wall (+y). False: in front of its face (−y).
     bonded
-        Whether every other course runs through the wall; else the buttress butts against it.
+        Whether every second course extends through the wall. Otherwise the buttress butts against the wall.
     """
 
     name: str
@@ -100,11 +100,11 @@ class Buttress:
 
     @property
     def length(self) -> float:
-        """Farthest from the wall, m."""
+        """Largest projection from the wall, m."""
         return float(self.projection)
 
     def outline(self, depth: float, course_height: float) -> Any:
-        """Polygon along its length from the wall, and up, with the part of bonded courses within a wall of a depth."""
+        """Return the polygon along the projection and up, including the part of bonded courses within the wall."""
         height = self.courses * course_height
         corners = [(-depth, 0.0), (self.projection, 0.0), (self.top_projection, height), (-depth, height)]
         return shapely.Polygon(corners)
@@ -116,35 +116,35 @@ Side = Sidewall | Buttress
 def check_sides(
     sides: Sequence[Side], openings: Sequence[AnyOpening], length: float, depth: float, course_height: float
 ) -> None:
-    """Refuse sidewalls and buttresses that are not at the wall, or in the place of each other or of an opening."""
+    """Refuse sidewalls and buttresses off the wall, or that overlap each other or an opening."""
     slack = 1e-9 * depth
     for k, side in enumerate(sides):
         width = depth if isinstance(side, Sidewall) else side.width
-        what = "sidewall" if isinstance(side, Sidewall) else "buttress"
-        who = f"wall: {what} {side.name!r} at {side.at:.6g} m"
+        kind = "sidewall" if isinstance(side, Sidewall) else "buttress"
+        who = f"wall: {kind} {side.name!r} at {side.at:.6g} m"
         if not -slack <= side.at <= length - width + slack:
-            msg = f"{who} is not {_place(side)} the wall; give a place between 0 m and {length - width:.6g} m"
+            msg = f"{who} is not {_place(side)} the wall; give a position between 0 m and {length - width:.6g} m"
             raise ModelError(msg)
         for other in sides[:k]:
             beyond = other.at + (depth if isinstance(other, Sidewall) else other.width)
             if side.name == other.name or (side.at < beyond - slack and other.at < side.at + width - slack):
-                msg = f"{who} has the name or the place of another at {other.at:.6g} m; rename or move it"
+                msg = f"{who} has the name or the position of {other.name!r} at {other.at:.6g} m; rename or move it"
                 raise ModelError(msg)
         for opening in openings:
             low, _, high, _ = opening.outline(course_height).bounds
             if low < side.at + width - slack and side.at < high - slack:
-                msg = f"{who} stands {_place(side)} the opening at {opening.start:.6g} m; move one of them"
+                msg = f"{who} is {_place(side)} the opening at {opening.start:.6g} m; move one of them"
                 raise ModelError(msg)
 
 
 def _place(side: Side) -> str:
-    return "behind" if isinstance(side, Sidewall) or side.behind else "before"
+    return "at the back of" if isinstance(side, Sidewall) or side.behind else "in front of"
 
 
 def gable_levels(length: float, foot: float, rise: float, course: float, smallest: float) -> list[float]:
-    """Upper sides of the courses of a gable; that of the last is the apex.
+    """Return the upper sides of the courses of a gable; the last is the apex.
 
-    What would be less than the ``smallest`` area at the apex belongs to the course below it.
+    A piece smaller than the ``smallest`` area at the apex is joined to the course below.
     """
     # The triangle above z has the area (apex − z)² L / (2 rise).
     tip = float(np.sqrt(2 * rise * smallest / length))

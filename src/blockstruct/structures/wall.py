@@ -1,4 +1,4 @@
-"""Walls in running bond or of rubble: openings with lintels or arches, sidewalls, buttresses, gables, leaves."""
+"""Walls in running bond or of rubble, with openings, sidewalls, buttresses, gables and leaves."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -17,7 +17,7 @@ from blockstruct.structures.rubble import Rubble, RubbleJoints
 from blockstruct.structures.sides import Buttress, Sidewall, check_sides, gable_levels
 from blockstruct.units import QuantityLike
 
-#: Directions along and through a wall, and where it begins.
+#: Direction along a wall, direction through it, and its origin.
 _FRONT = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
 
 
@@ -40,50 +40,49 @@ def wall(
     base: bool = True,
     prefix: str = "",
 ) -> list[Block]:
-    """Blocks of a wall along x in running bond or of rubble, with all that belongs to it: a façade is one call.
+    """Return the blocks of a wall along x in running bond or of rubble, with openings, sidewalls and buttresses.
 
-    Every other course is shifted by half a unit. A joint that would cut off less than a quarter of a unit, at an end,
-    beside an opening or at a slope, is left out: the piece stays with its neighbour. Units beside rings of voussoirs
-    and under slopes are cut to fit exactly.
+    Every second course is shifted by half a unit. A joint that would leave less than a quarter of a unit at an end, at
+    an opening or at a slope is dropped, and the piece is joined to its neighbour. Units at rings of voussoirs and under
+    slopes are cut to fit exactly.
 
     Parameters
     ----------
     length, depth : quantity, length
-        Of the wall along x from x = 0, and its thickness along y from y = 0, that of the sidewalls too.
+        Length along x from x = 0, and thickness along y from y = 0. Sidewalls have the same thickness.
     courses
         Number of courses, from z = 0.
     unit_length, unit_height : quantity, length
-        Of a whole unit (of rubble the mean of its limits, if it is left out), and of every course.
+        Length of a whole unit (for rubble, by default, the mean of its limits), and height of every course.
     material
         Material of all blocks.
     openings
         Openings of the wall along x: :class:`Opening` with a lintel or an arch, or
         :class:`blockstruct.structures.RoundOpening`.
     sidewalls
-        Walls along +y that return at its ends (L) or meet it between (T).
+        Walls along +y at the ends (L) or in between (T).
     buttresses
-        :class:`blockstruct.structures.Buttress` before or behind the wall.
+        :class:`blockstruct.structures.Buttress` in front or at the back of the wall.
     gable : quantity, length
-        Rise of a gable over the last course, with its apex in the middle of the wall. None by default.
+        Rise of a gable over the last course, with its apex in the middle of the wall. By default there is no gable.
     rubble : blockstruct.structures.Rubble
-        Units of random lengths, from a seed, in the wall, its sidewalls and its buttresses. None by default.
+        Units of random lengths in the wall, its sidewalls and its buttresses. By default the wall has a regular bond.
     leaves
-        Number of leaves side by side through the thickness, with head joints shifted by half a unit.
+        Number of leaves through the thickness, with head joints shifted by half a unit.
     header_every
-        Every how many courses there is one of headers: half a unit long, through all leaves. None by default.
+        Interval of header courses: units half as long, through all leaves. By default there are no header courses.
     base
         Whether to add a fixed block ``base`` under the whole plan, one course high.
     prefix
-        Put before the names: the k-th unit of the j-th course of the wall is called ``j.k``, lintels
-        ``j.lintel1`` …, the k-th voussoir of the i-th opening ``voussoir i.k``, those of a sidewall or a buttress
-        ``name.j.k``; units of leaves end in ``a``, ``b`` … from the face.
+        Start of all names. The k-th unit of the j-th course is ``j.k``, lintels are ``j.lintel1`` …, the k-th voussoir
+        of the i-th opening is ``voussoir i.k``. Units of a sidewall or a buttress are ``name.j.k``. Names of units in
+        leaves end in ``a``, ``b`` … from the face.
 
     Raises
     ------
     ModelError
-        If an opening does not lie in its wall or on its bed joints, or meets a sidewall; if two lintels overlap; if a
-        sidewall or a buttress is not at the wall, overlaps another or shares its name; or if rubble cannot fill a
-        course.
+        If an opening is outside its wall, off its bed joints or at a sidewall; if two lintels overlap; if a sidewall or
+        a buttress is off the wall, overlaps another or repeats its name; or if rubble cannot fill a course.
 
     Examples
     --------
@@ -138,16 +137,18 @@ def wall(
         laid.box("base", (0.0, -before, -height), (reach, before + t + behind, height), fixed=True)
     through = [(s.at, s.at + t, number) for s in sides if s.bonded]
     through += [(p.at, p.at + p.width, p.courses) for p in piers if p.bonded]
-    own = partial(bond.course, openings=front, rubble=drawn(""), gaps=[gap[:2] for gap in through], within=within)
+    front_course = partial(
+        bond.course, openings=front, rubble=drawn(""), gaps=[gap[:2] for gap in through], within=within
+    )
     for j in range(1, number + 1):
-        # In the courses that it does not begin with a whole unit the wall leaves room for what runs through it.
+        # In every second course the wall leaves room for the sidewalls and buttresses that extend through it.
         parts = without([(0.0, reach)], [(a, b) for a, b, last in through if j <= last] if j % 2 == 0 else [])
-        laid.course(own(j, parts, 0.0, j % 2 == 0), j, _FRONT)
+        laid.course(front_course(j, parts, 0.0, j % 2 == 0), j, _FRONT)
     for j, head in enumerate(upper, start=number + 1):
-        laid.course(own(j, [(0.0, reach)], 0.0, j % 2 == 0, top=head), j, _FRONT)
+        laid.course(front_course(j, [(0.0, reach)], 0.0, j % 2 == 0, top=head), j, _FRONT)
     laid.rings(front, t, _FRONT)
     for side in sides:
-        # Along it is u, from the back of the wall, and through it v.
+        # u is along the sidewall from the back of the wall, v is through the sidewall.
         axes = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [side.at, t, 0.0]])
         joints, face = drawn(side.name), [(0.0, 0.0)] if side.bonded else []
         origin = _bonding(t, unit) if side.bonded else 0.0
@@ -164,16 +165,17 @@ def wall(
         face = [(0.0, 0.0)] if pier.bonded else []
         for j in range(1, pier.courses + 1):
             part = (-t if pier.bonded and j % 2 == 0 else 0.0, pier.projection)
-            # In the courses that run through the wall a unit lies half in it.
+            # In courses that extend through the wall, half of a unit is in the wall.
             units = whole.course(j, [part], 0.0, j % 2 == 0, (), rubble=joints, gaps=face, within=slope)
             laid.course(units, j, axes, f"{pier.name}.")
     return laid.blocks
 
 
 def _bonding(depth: float, unit: float) -> float:
-    """Where a whole unit begins in the courses of a sidewall that run through a wall, so that one joins both.
+    """Return the start of a whole unit in the courses of a sidewall that extend through a wall.
 
-    At the face of the wall, or half a unit off it where a joint would else be near its back.
+    It is the face of the wall, or half a unit from the face if a joint would otherwise be near the back. A unit then
+    joins both walls.
     """
     beyond = depth / unit - np.floor(depth / unit)
     return -depth if SHORTEST <= beyond <= 1 - SHORTEST else -depth + unit / 2
@@ -183,7 +185,7 @@ def _check_buttresses(buttresses: Sequence[Buttress], courses: int) -> None:
     for buttress in buttresses:
         if buttress.courses > courses:
             msg = (
-                f"wall: buttress {buttress.name!r} has {buttress.courses} courses, the wall {courses}; give at most "
-                "those of the wall"
+                f"wall: buttress {buttress.name!r} has {buttress.courses} courses, the wall {courses}; give at "
+                "most as many as the wall has"
             )
             raise ModelError(msg)
