@@ -145,7 +145,6 @@ def test_unambiguous_tons_are_accepted(unit, expected):
     "call",
     [
         lambda long: bs.detect_interfaces([box("a")], {"*": long}),
-        lambda long: bs.wall(joint_material=long),
         lambda long: bs.run(bs.Model("m", [box("a")], []), long),
         lambda long: bs.ProcedureSettings(numerics=bs.Numerics(solver=long)),
         lambda long: bs.AnalysisManager(bs.Model("m", [box("a")], []), long),
