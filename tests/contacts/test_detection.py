@@ -1,4 +1,4 @@
-"""What the detection of interfaces finds, what it reports, and what it does not depend on."""
+"""Detection of interfaces: contacts, report and invariances."""
 
 import numpy as np
 import pytest
@@ -68,7 +68,7 @@ def test_an_angle_is_accepted_a_near_miss_or_rejected(degrees, reason, near_miss
     assert np.degrees(contact.angle) == pytest.approx(degrees)
 
 
-def test_the_area_that_is_a_line_is_for_the_user_to_say():
+def test_the_area_tolerance():
     blocks = FLOOR, box("a", [0, 0, 0]), box("b", [0.99, 0, 1])
     assert judged(detect(*blocks).report, "a", "b").area == pytest.approx(0.01)
     report = detect(*blocks, area_tolerance="150 cm^2").report
@@ -77,7 +77,7 @@ def test_the_area_that_is_a_line_is_for_the_user_to_say():
     assert report.floating == report.untouched == ("b",)
 
 
-def test_the_hint_names_the_tolerance_that_most_exceed():
+def test_hints_name_a_sufficient_tolerance():
     # Three stones turned by 3 degrees so that they touch with an edge, and a level one 4 mm above the floor.
     turn = rotation((0, 1, 0), np.radians(3))
     stones = [*(moved([box(f"turned {k}", (0, 0, 0))], turn, (2 * k, 0, np.sin(np.radians(3))))[0] for k in range(3))]
@@ -90,7 +90,7 @@ def test_the_hint_names_the_tolerance_that_most_exceed():
     assert all(hint in str(report) for hint in report.hints)
 
 
-def test_a_wall_drawn_with_open_joints_says_how_wide_they_are():
+def test_hints_for_a_wall_with_open_joints():
     apart = detect(FLOOR, box("a", [0, 0, 0.025]), box("b", [1.03, 0, 0.025])).report
     assert {c[:2]: round(c[2], 6) for c in apart.close} == {
         ("floor", "a"): 0.025,
@@ -119,7 +119,7 @@ def test_blocks_that_touch_along_a_line_are_close():
     assert report.close[0][2] == pytest.approx(0.0, abs=1e-12)
 
 
-def test_a_slightly_warped_face_is_reported_and_found():
+def test_contacts_of_a_slightly_warped_face():
     warped = CUBE.copy()
     warped[6, 2] += 0.002
     lower, upper = hexahedron("lower", warped), box("upper", [0, 0, 1.0])
@@ -133,7 +133,7 @@ def test_a_slightly_warped_face_is_reported_and_found():
     assert judged(loose, "lower", "upper").reason == ""
 
 
-def test_the_report_prints_what_it_left_out_and_tables_everything():
+def test_the_report_lists_and_tabulates_its_findings():
     report = detect(
         FLOOR, box("a", [0, 0, 0]), box("b", [1.0003, 0, 0]), box("c", [4, 0, 3]), tolerance="0.2 mm"
     ).report
@@ -147,7 +147,7 @@ def test_the_report_prints_what_it_left_out_and_tables_everything():
     assert table.attrs["units"]["area"] == "meter ** 2"
 
 
-def test_a_long_list_is_cut_short_in_print_but_not_in_the_table():
+def test_a_long_list_is_short_in_print_and_complete_in_the_table():
     blocks = [FLOOR, *(box(f"{k}", [0, 0, 2 + 2 * k]) for k in range(30))]
     report = detect(*blocks).report
     assert "block without interface: 11 more, all in report.table()" in str(report)
@@ -161,7 +161,7 @@ def wall(length="0.4 m", height="0.2 m", depth="0.1 m"):
     return bs.courses(WALL, unit_length=length, unit_height=height, depth=depth, material=STONE)
 
 
-def test_joint_materials_by_how_the_joint_lies_and_by_names():
+def test_joint_materials_by_orientation_and_by_names():
     found = bs.detect_interfaces(wall(), {"base|*": LIME, "bed": DRY, "head": bs.JointMaterial("open", 0.0)})
     materials = {i.name: i.joint_material.name for i in found.interfaces}
     assert materials["base|1.1"] == "lime"
@@ -170,14 +170,14 @@ def test_joint_materials_by_how_the_joint_lies_and_by_names():
     assert found.report.area_by_orientation == pytest.approx({"bed": 9 * 0.04, "head": 7 * 0.02})
 
 
-def test_names_in_patterns_may_hold_any_character():
+def test_patterns_may_contain_any_character():
     blocks = [FLOOR, box("a[1]?", [0, 0, 0])]
     found = bs.detect_interfaces(blocks, {"a[1]?|*": LIME, "*": DRY})
     assert [i.joint_material.name for i in found.interfaces] == ["lime"]
 
 
 def test_a_misspelt_name_in_a_pattern_is_refused():
-    with pytest.raises(bs.errors.ModelError, match=r"no interface fits the pattern 'bsae\|\*'.*'base\|1\.1'"):
+    with pytest.raises(bs.errors.ModelError, match=r"'bsae\|\*'.*'base\|1\.1'"):
         bs.detect_interfaces(wall(), {"bsae|*": LIME, "*": DRY})
 
 
@@ -199,7 +199,7 @@ def test_joint_materials_by_a_function():
         (lambda joint: None, ["function", "None"]),
     ],
 )
-def test_rules_that_do_not_say_a_material(rules, words):
+def test_refused_rules(rules, words):
     with pytest.raises(bs.errors.ModelError) as error:
         bs.detect_interfaces(wall(), rules)
     assert all(word in str(error.value) for word in words)
@@ -214,7 +214,7 @@ def test_rules_that_do_not_say_a_material(rules, words):
         ({"area_tolerance": 1e-6}, ["area_tolerance", "no unit"]),
     ],
 )
-def test_tolerances_that_are_none(limits, words):
+def test_refused_tolerances(limits, words):
     with pytest.raises(bs.errors.BlockstructError) as error:
         detect(FLOOR, **limits)
     assert all(word in str(error.value) for word in words)
@@ -226,7 +226,7 @@ def test_a_face_that_crosses_itself_is_refused():
     vertices = [(x, y, z) for z in (0, 1) for x, y in star]
     sides = [[k, (k + 1) % 5, 5 + (k + 1) % 5, 5 + k] for k in range(5)]
     block = bs.Block.from_faces("star", Q_(vertices, "m"), [[4, 3, 2, 1, 0], [5, 6, 7, 8, 9], *sides], STONE)
-    with pytest.raises(bs.errors.GeometryError, match=r"'star': the outline of face 0 crosses itself"):
+    with pytest.raises(bs.errors.GeometryError, match=r"'star'.* face 0"):
         detect(FLOOR, block)
 
 
@@ -270,7 +270,7 @@ def test_detection_is_invariant_to_scale_and_units(scale, unit):
     assert summary(bs.detect_interfaces(scaled(unit), DRY).report) == summary(bs.detect_interfaces(PUZZLE, DRY).report)
 
 
-def test_one_block_under_200_others_meets_them_all_wherever_it_lies():
+def test_one_block_under_200_others_has_200_contacts():
     blocks = [box("beam", [0, 0, -1], [100, 1, 1], fixed=True)]
     blocks += [box(f"{k}", [0.5 * k, 0, 0], [0.5, 1, 0.3]) for k in range(200)]
     for R in (np.eye(3), rotation((1, 2, 3), 0.7)):
@@ -329,7 +329,7 @@ def test_a_rough_joint_of_scanned_stones_is_one_interface():
     bs.Model("stones", stones, found.interfaces)
 
 
-def test_very_rough_joints_of_scanned_stones_lie_on_their_stones():
+def test_very_rough_joints_make_a_model():
     """Closing the slits between pieces leaves corners where no stone is: the model would refuse them."""
     places = np.stack(np.meshgrid(range(3), 0, range(3)), axis=-1).reshape(-1, 3)
     stones = [faceted("s" * k, 1.0102 * place, 3, rough=5e-3) for k, place in enumerate(places, start=1)]
@@ -340,7 +340,7 @@ def test_very_rough_joints_of_scanned_stones_lie_on_their_stones():
 
 
 @pytest.mark.parametrize("base", [2, 100])
-def test_a_block_a_little_off_level_stands_on_a_base_of_any_size(base):
+def test_a_slightly_tilted_block_on_a_base_of_any_size(base):
     """Over the whole base the two planes lie far apart, where they meet they do not."""
     tilted = moved([bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([0.5, 0.5, 0.5], "m"), STONE)], rotation((0, 1, 0), -0.01))
     ground = bs.Block.box("ground", Q_([-base / 2, -base / 2, -1], "m"), Q_([base, base, 1], "m"), STONE, fixed=True)
@@ -348,7 +348,7 @@ def test_a_block_a_little_off_level_stands_on_a_base_of_any_size(base):
     assert bs.Model("tilted", [ground, *tilted], found.interfaces).interfaces[0].area == pytest.approx(0.25, rel=1e-3)
 
 
-def test_contacts_on_the_steps_of_a_stair_stay_apart():
+def test_contacts_on_steps_stay_separate():
     outline = [(0, 0), (2, 0), (2, 1.0), (1, 1.0), (1, 1.004), (0, 1.004)]
     n = len(outline)
     vertices = [(x, y, z) for y in (1, 0) for x, z in outline]
@@ -388,7 +388,7 @@ def test_no_contact_goes_through_a_sheet_thinner_than_the_tolerance(tolerance, R
         assert found.report.hints == ()
 
 
-def test_several_thin_sheets_hide_what_is_beyond_the_next_one():
+def test_thin_sheets_only_touch_their_neighbours():
     sheets = [box(f"p{k}", [0, 0, 1 + 0.002 * k], [1, 1, 0.002]) for k in range(2)]
     found = detect(FLOOR, box("a", [0, 0, 0]), *sheets, box("b", [0, 0, 1.004]), tolerance="10 mm")
     assert [i.name for i in found.interfaces] == ["floor|a", "a|p0", "p0|p1", "p1|b"]
@@ -400,7 +400,7 @@ def test_several_thin_sheets_hide_what_is_beyond_the_next_one():
     [([0, 0], [0.5, 1], 1, 0.5), ([0.25, 0.25], [0.5, 0.5], 2, 0.75), ([0.001, 0.001], [0.998, 0.998], 0, 0.0)],
     ids=["half", "a pad in the middle", "a rim narrower than the gap"],
 )
-def test_the_contact_beside_a_sheet_stays(origin, size, parts, left):
+def test_the_contact_next_to_a_sheet_is_kept(origin, size, parts, left):
     """Half of it, what is around a pad in the middle, cut in two for want of a hole, but no rim like a line."""
     sheet = box("p", [*origin, 1], [*size, 0.005])
     blocks = FLOOR, box("a", [0, 0, 0]), sheet, box("b", [0, 0, 1.005])
@@ -422,19 +422,19 @@ def test_a_drum_on_a_sheet_of_lead_slides_on_the_lead():
     assert result.load_factor == pytest.approx(0.1, rel=1e-3)
 
 
-def test_an_explicit_interface_is_kept_and_not_found_again():
+def test_an_explicit_interface_is_kept_once():
     square = Q_([[0, 0, 0], [0.5, 0, 0], [0.5, 1, 0], [0, 1, 0]], "m")
     given = bs.Interface("half a bed", "floor", "a", square, LIME)
     found = bs.detect_interfaces([FLOOR, box("a", [0, 0, 0]), box("b", [1, 0, 0])], DRY, explicit=[given])
     assert [i.name for i in found.interfaces] == ["half a bed", "floor|b", "a|b"]
     # Nobody measured it.
     assert np.isnan(found.report.contacts[0].gap)
-    with pytest.raises(bs.errors.UnknownNameError, match="'floor', which is not given"):
+    with pytest.raises(bs.errors.UnknownNameError, match="'floor'"):
         bs.detect_interfaces([box("a", [0, 0, 0])], DRY, explicit=[given])
 
 
 @pytest.mark.parametrize("names", [("a", "b", "b#2", "c"), ("a", "b|c", "a|b", "c")])
-def test_interfaces_have_names_of_their_own_whatever_those_of_their_blocks(names):
+def test_interfaces_have_unique_names_for_any_names_of_blocks(names):
     outline = np.array([(0, 0), (1, 0), (1, 1), (2, 1), (2, 0), (3, 0), (3, 2), (0, 2)], dtype=float)
     vertices = np.concatenate([np.column_stack([outline[:, 0], np.full(8, y), outline[:, 1]]) for y in (0, 1)])
     sides = [[k, (k + 1) % 8, 8 + (k + 1) % 8, 8 + k] for k in range(8)]

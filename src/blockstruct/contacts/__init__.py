@@ -1,4 +1,4 @@
-"""Interfaces found between blocks, what was left out and why, and the rules that give them joint materials.
+"""Detection of interfaces between blocks, its report, and rules for joint materials.
 
 >>> from blockstruct.model import Block, JointMaterial, Material
 >>> tuff, dry = Material("tuff", "12 kN/m^3"), JointMaterial("dry", 0.65)

@@ -1,4 +1,4 @@
-"""Interfaces from the faces that blocks share."""
+"""Detection of interfaces between faces of blocks."""
 
 import math
 from collections.abc import Collection, Iterable, Sequence
@@ -37,18 +37,17 @@ from blockstruct.model import (
 from blockstruct.units import si, to_quantity
 from blockstruct.vocabulary import JointOrientation
 
-# The limits of detection: lengths relative to the mean block size, areas to its square, angles in radians.
+# Limits of detection: lengths relative to the mean block size, areas relative to its square, angles in radians.
 
-#: Gap between two faces that is still rounding: the tolerance by default.
+#: Default gap tolerance: rounding.
 GAP = 1e-5
-#: Distance up to which two faces are judged, and up to which blocks without a contact are mentioned: the width of a
-#: mortar joint.
+#: Largest distance of two reported faces, and of two reported blocks without a contact: the width of a mortar joint.
 REACH, CLOSE = 1e-2, 0.1
-#: Area up to which a contact is a line or a point, by default, and up to which it is the rounding of a line.
+#: Default area tolerance, and area of a line with rounding.
 AREA, AREA_ROUNDING = 1e-6, 1e-9
-#: Angle between two faces in contact, by default, as users write it.
+#: Default angle tolerance, as a text.
 ANGLE = "1 deg"
-#: Angle up to which faces that look at each other are judged at all, and beyond which they do not look at each other.
+#: Largest angle of two reported faces, and of two faces that look at each other, radians.
 ANGLE_REACH, LARGEST_ANGLE = math.radians(10), math.radians(45)
 
 
@@ -61,44 +60,44 @@ def detect_interfaces(
     area_tolerance: Any = None,
     explicit: Iterable[Interface] = (),
 ) -> Detection:
-    """Find every area that the faces of two blocks share.
+    """Find every common area of the faces of two blocks.
 
-    All faces take part, whatever the size and number of the blocks; several interfaces per pair are possible. Pieces in
-    one plane, as triangulated faces leave them, become one interface. Contacts between two fixed blocks are left out,
-    and what of a contact another block lies between, as a sheet thinner than the tolerance.
-    The normal of an interface points up or, if level, along +y or +x. Interfaces are called ``minus|plus``, after their
-    blocks, and the second of a name ``minus|plus#2``. Whatever is left out, close or overlapping is in
-    the report.
+    The search covers all faces, whatever the size and number of the blocks. A pair of blocks may have several
+    interfaces. Pieces in one plane, as of triangulated faces, become one interface. Contacts between two fixed blocks
+    are rejected. If a block thinner than the tolerance is between two others, their contact is rejected there.
+    The normal of an interface points up or, if level, along +y or +x. The name of an interface is ``minus|plus``, from
+    its blocks; further interfaces of the pair are ``minus|plus#2`` and so on. The report lists rejected contacts,
+    close blocks and overlaps.
 
     Parameters
     ----------
     blocks
         Blocks with unique names.
     joint_material : JointMaterial, mapping or function
-        Strength of the interfaces. Joints of different materials are told apart by a mapping from patterns, of which
-        the first that fits counts, as ``{"base|*": dry, "bed": mortar, "*": dry}``: ``"bed"``, ``"head"`` and
-        ``"inclined"`` joints, names of two blocks in any order, ``"*"`` for all the rest; or by a function that takes
-        an interface and gives its joint material.
+        Strength of the interfaces. For several materials, give a mapping from patterns, whose first match counts, such
+        as ``{"base|*": dry, "bed": mortar, "*": dry}``. Patterns are ``"bed"``, ``"head"`` and ``"inclined"``, the
+        names of two blocks in any order, and ``"*"`` for all other joints. Or give a function from an interface to its
+        joint material.
     tolerance : quantity, length
-        Largest gap, and largest penetration, between two faces that is still contact; 1e-5 of the mean block size by
-        default (cube root of the mean volume of the free blocks).
+        Largest gap, and largest penetration, between two faces in contact. The default is 1e-5 of the mean block size,
+        the cube root of the mean volume of the free blocks.
     angle_tolerance : quantity, angle
         Largest angle between two faces in contact.
     area_tolerance : quantity, area
-        Area up to which a contact is left out as a line or a point; 1e-6 of the square of the mean block size by
-        default.
+        Largest area of a contact that is rejected as a line or a point. The default is 1e-6 of the square of the mean
+        block size.
     explicit
-        Interfaces known beforehand: they are kept as they are, and between their blocks none is searched for.
+        Known interfaces. They are kept unchanged, and there is no search between their blocks.
 
     Raises
     ------
     ModelError
-        If there is no joint material, or none for some joint; a pattern of names fits no joint; a tolerance is not
-        positive; or two blocks have one name.
+        If a joint has no joint material, a pattern of names fits no joint, a tolerance is not positive, or two blocks
+        have the same name.
     GeometryError
         If the outline of a face crosses itself.
     UnknownNameError
-        If an explicit interface names a block that is not among the blocks.
+        If an explicit interface names an unknown block.
     """
     who = "detect_interfaces"
     blocks = list(checked_tuple(blocks, Block, f"{who}: blocks"))
@@ -113,7 +112,7 @@ def detect_interfaces(
     size = float(np.mean([b.volume for b in blocks if not b.fixed] or [1.0]) ** (1 / 3))
     limits = _tolerances(size, tolerance, angle_tolerance, area_tolerance)
 
-    given = {frozenset((i.minus, i.plus)) for i in known}
+    explicit_pairs = {frozenset((i.minus, i.plus)) for i in known}
     interfaces: list[Interface] = list(known)
     unknown = math.nan
     contacts = [
@@ -123,7 +122,7 @@ def detect_interfaces(
     for pair, hidden_by in _face_pairs([b.shape for b in blocks], size, limits):
         minus, plus = blocks[pair.minus], blocks[pair.plus]
         ends = (minus.name, plus.name)
-        if frozenset(ends) in given:
+        if frozenset(ends) in explicit_pairs:
             continue
         between = lies_between(blocks[k].name for k in hidden_by)
         name, reason, near_miss = "", between or _reason(pair, limits), False
@@ -145,16 +144,16 @@ def detect_interfaces(
 
 
 def _free_name(pair: str, taken: Collection[str]) -> str:
-    """Name of the next interface of a pair of blocks, whose own names may hold the same marks."""
+    """Return the first free name of an interface of a pair; names of blocks may contain ``|`` and ``#``."""
     return next(name for k in count(1) if (name := pair if k == 1 else f"{pair}#{k}") not in taken)
 
 
 def _face_pairs(
     shapes: list[Polyhedron], size: float, limits: DetectionTolerances
 ) -> list[tuple[FacePair, tuple[int, ...]]]:
-    """Faces that look at each other and come close; those in contact with their pieces made whole.
+    """Return close faces that look at each other, each with the blocks in between.
 
-    With the blocks that lie between them, if any do.
+    Pieces of one contact are joined.
     """
     rounding = min(limits.gap, GAP * size)
     reach, angle = max(2 * limits.gap, REACH * size), max(2 * limits.angle, ANGLE_REACH)
@@ -167,7 +166,7 @@ def _face_pairs(
 
 
 def _reason(pair: FacePair, limits: DetectionTolerances, factor: float = 1.0) -> str:
-    """Why two faces are not in contact, with all tolerances times a factor; empty if they are."""
+    """Return why two faces are not in contact, with all tolerances times a factor; empty if they are in contact."""
     if pair.angle > factor * limits.angle:
         return "angle"
     if abs(pair.gap) > factor * limits.gap:
@@ -200,7 +199,7 @@ def _report(blocks: Sequence[Block], limits: DetectionTolerances, contacts: Sequ
 def _close(
     blocks: Sequence[Block], limits: DetectionTolerances, met: NDArray[np.int64]
 ) -> list[tuple[int, int, float]]:
-    """Pairs of blocks that do not meet with faces, but come close: not two supports."""
+    """Return close pairs of blocks without common faces, except two supports."""
     if not blocks:
         return []
     shapes = [b.shape for b in blocks]
@@ -220,9 +219,7 @@ def _check_names(blocks: Sequence[Block], explicit: Sequence[Interface]) -> None
     for interface in explicit:
         for end in (interface.minus, interface.plus):
             if end not in names:
-                msg = (
-                    f"detect_interfaces: explicit interface {interface.name!r} joins block {end!r}, which is not given"
-                )
+                msg = f"detect_interfaces: explicit interface {interface.name!r} joins the unknown block {end!r}"
                 raise UnknownNameError(msg)
 
 
@@ -230,12 +227,12 @@ def _tolerances(size: float, gap: Any, angle: Any, area: Any) -> DetectionTolera
     gap = to_quantity(GAP * size, "length") if gap is None else gap
     area = to_quantity(AREA * size**2, "area") if area is None else area
     values = []
-    for what, given, dimension, unit in (
+    for what, limit, dimension, unit in (
         ("tolerance", gap, "length", "m"),
         ("angle_tolerance", angle, "angle", "rad"),
         ("area_tolerance", area, "area", "m^2"),
     ):
-        value = si(given, dimension, f"detect_interfaces: {what}")
+        value = si(limit, dimension, f"detect_interfaces: {what}")
         if value <= 0:
             msg = f"detect_interfaces: {what} {value:.6g} {unit}; give a value above zero"
             raise ModelError(msg)
@@ -243,7 +240,7 @@ def _tolerances(size: float, gap: Any, angle: Any, area: Any) -> DetectionTolera
     if values[1] > LARGEST_ANGLE:
         msg = (
             f"detect_interfaces: angle_tolerance {math.degrees(values[1]):.4g} deg is above "
-            f"{math.degrees(LARGEST_ANGLE):.4g} deg: such faces do not look at each other; give less"
+            f"{math.degrees(LARGEST_ANGLE):.4g} deg; give a smaller angle, at which the faces look at each other"
         )
         raise ModelError(msg)
     gap, angle, area = values

@@ -1,4 +1,4 @@
-"""Rules that tell which joint is of which material."""
+"""Rules that assign joint materials to joints."""
 
 import re
 from collections.abc import Callable, Iterable, Mapping
@@ -14,27 +14,27 @@ Rule = Callable[[Interface], JointMaterial]
 
 @cache
 def unruled() -> JointMaterial:
-    """Stand-in for the material that a rule has yet to give."""
+    """Return a placeholder for the joint material that a rule assigns later."""
     return JointMaterial("without a rule", 0.0)
 
 
-def joint_rule(given: Any, who: str) -> Rule:
-    """Function from an interface to its joint material.
+def joint_rule(material: Any, who: str) -> Rule:
+    """Return a function from an interface to its joint material.
 
     Parameters
     ----------
-    given
-        A joint material for all; a function from an interface to its joint material; or a mapping from patterns to
-        joint materials, of which the first that fits counts: ``"bed"``, ``"head"`` or ``"inclined"``
-        (:class:`blockstruct.JointOrientation`), the names of two blocks in any order with ``*`` for any text, as
-        ``"base|*"``, and ``"*"`` for all the rest.
+    material
+        A joint material for all joints; a function from an interface to its joint material; or a mapping from patterns
+        to joint materials, whose first match counts. Patterns are ``"bed"``, ``"head"`` or ``"inclined"``
+        (:class:`blockstruct.JointOrientation`), the names of two blocks in any order with ``*`` for any text, such as
+        ``"base|*"``, and ``"*"`` for all other joints.
     who
-        Who asks, for the message of an error.
+        Name of the caller in error messages.
 
     Raises
     ------
     ModelError
-        If it is none of these, or, when the rule is applied, if no pattern fits a joint.
+        If the argument is of another kind, or, when the rule is applied, if no pattern fits a joint.
 
     Examples
     --------
@@ -47,16 +47,16 @@ def joint_rule(given: Any, who: str) -> Rule:
     >>> [rule(Interface("i", "1.1", plus, polygon, dry)).name for plus in ("2.1", "base")]
     ['lime', 'dry']
     """
-    if isinstance(given, JointMaterial):
-        return lambda interface: given
-    if isinstance(given, Mapping) and given:
-        for pattern, material in given.items():
-            _check_pattern(pattern, material, who)
-        return lambda interface: _first_that_fits(given, interface, who)
-    if callable(given) and not isinstance(given, type):
-        return lambda interface: _given_by_function(given, interface, who)
+    if isinstance(material, JointMaterial):
+        return lambda interface: material
+    if isinstance(material, Mapping) and material:
+        for pattern, one in material.items():
+            _check_pattern(pattern, one, who)
+        return lambda interface: _first_match(material, interface, who)
+    if callable(material) and not isinstance(material, type):
+        return lambda interface: _call_rule(material, interface, who)
     msg = (
-        f"{who}: joint_material is {shown(given)}; give a JointMaterial, a mapping such as "
+        f"{who}: joint_material is {shown(material)}; give a JointMaterial, a mapping such as "
         "{'bed': mortar, '*': dry}, or a function from an interface to its JointMaterial"
     )
     raise ModelError(msg)
@@ -67,7 +67,7 @@ def _check_pattern(pattern: Any, material: Any, who: str) -> None:
         msg = (
             f"{who}: {shown(pattern)} is not a pattern of joints; write "
             f"{', '.join(repr(o.value) for o in JointOrientation)}, two block names as in 'base|*', "
-            "or '*' for all the rest"
+            "or '*' for all other joints"
         )
         raise ModelError(msg)
     if not isinstance(material, JointMaterial):
@@ -75,26 +75,26 @@ def _check_pattern(pattern: Any, material: Any, who: str) -> None:
         raise ModelError(msg)
 
 
-def _first_that_fits(rules: Mapping[str, JointMaterial], interface: Interface, who: str) -> JointMaterial:
+def _first_match(rules: Mapping[str, JointMaterial], interface: Interface, who: str) -> JointMaterial:
     for pattern, material in rules.items():
         if pattern == interface.orientation or _names_fit(pattern, interface):
             return material
     msg = (
         f"{who}: no pattern of joint_material fits interface {interface.name!r} ({interface.orientation}); "
-        f"the patterns are {', '.join(map(repr, rules))}; add '*' for all the rest"
+        f"the patterns are {', '.join(map(repr, rules))}; add '*' for all other joints"
     )
     raise ModelError(msg)
 
 
 def _names_fit(pattern: str, interface: Interface) -> bool:
-    # Nothing but * is special: names may hold any other character.
+    # Only * is special: names may contain any other character.
     wanted = re.compile(".*".join(map(re.escape, pattern.split("*"))), re.DOTALL)
     ends = (interface.minus, interface.plus)
     return any(wanted.fullmatch("|".join(names)) for names in (ends, ends[::-1]))
 
 
-def check_rules_fit(given: Any, interfaces: Iterable[Interface], who: str) -> None:
-    """Refuse patterns of block names that no interface fits: a misspelt name would pass its joints on to other rules.
+def check_rules_fit(material: Any, interfaces: Iterable[Interface], who: str) -> None:
+    """Refuse patterns of block names without a match: with a misspelt name, another pattern would apply.
 
     Raises
     ------
@@ -102,21 +102,21 @@ def check_rules_fit(given: Any, interfaces: Iterable[Interface], who: str) -> No
         If the mapping has such a pattern.
     """
     interfaces = list(interfaces)
-    if not isinstance(given, Mapping) or not interfaces:
+    if not isinstance(material, Mapping) or not interfaces:
         return
-    for pattern in given:
+    for pattern in material:
         if "|" in pattern and not any(_names_fit(pattern, i) for i in interfaces):
             msg = (
                 f"{who}: no interface fits the pattern {shown(pattern)} of joint_material; correct its names (as in "
-                f"{interfaces[0].name!r}) or leave it out"
+                f"{interfaces[0].name!r}) or remove it"
             )
             raise ModelError(msg)
 
 
-def _given_by_function(function: Callable[[Interface], Any], interface: Interface, who: str) -> JointMaterial:
+def _call_rule(function: Callable[[Interface], Any], interface: Interface, who: str) -> JointMaterial:
     material = function(interface)
     if not isinstance(material, JointMaterial):
-        given = f"{shown(material)} for {interface.name!r}"
-        msg = f"{who}: the function for joint_material gives {given}; give a JointMaterial"
+        result = f"{shown(material)} for {interface.name!r}"
+        msg = f"{who}: the function for joint_material returns {result}; return a JointMaterial"
         raise ModelError(msg)
     return material

@@ -1,4 +1,4 @@
-"""Values of masonry and of joints with their sources: chosen explicitly, never by default.
+"""Values of masonry and of joints with their sources. The user chooses every value; there are no defaults.
 
 >>> print(masonry("regular soft stone"))
 regular soft stone (Muratura a conci regolari di pietra tenera)

@@ -1,4 +1,4 @@
-"""What entries of the library are made of: ranges of values, and where they come from."""
+"""Entries of the library: ranges of values and their sources."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,18 +16,18 @@ _CHOICES = ("min", "mean", "max")
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """Least and greatest value of a property, as published.
+    """Smallest and largest published value of a property.
 
     Attributes
     ----------
     low, high : float
         In ``unit``.
     unit : str
-        As published.
+        Published unit.
     dimension : str
         A key of :data:`blockstruct.units.SI_UNITS`.
     meaning : str
-        What the property is.
+        Meaning of the property.
     """
 
     low: float
@@ -42,33 +42,33 @@ class Range:
 
     @property
     def si(self) -> tuple[float, float]:
-        """Least and greatest value in coherent SI units."""
+        """Smallest and largest value in coherent SI units."""
         low, high = (si(parse(f"{v!r} {self.unit}", self.meaning), self.dimension, self.meaning) for v in self.ends)
         return low, high
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Least and greatest value, as published."""
+        """Smallest and largest published value."""
         return float(self.low), float(self.high)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Entry:
-    """A kind of masonry, or of joints, with ranges of values and their source.
+    """A kind of masonry or of joints, with ranges of values and their source.
 
     Attributes
     ----------
     name : str
     original : str
-        Name in the source, if that is in another language, or what the entry stands for.
+        Name in the source if in another language, or a description.
     ranges : dict of str to Range
-        By the symbol of the property.
+        Ranges by the symbol of the property.
     source : str
-        Author, title, year and place in it.
+        Author, title, year and page or table.
     verified : str
-        In which texts these values were read.
+        Texts in which the values were checked.
     notes : tuple of str
-        Conditions that the source attaches to them.
+        Conditions in the source.
     """
 
     name: str
@@ -86,17 +86,17 @@ class Entry:
 
     def __str__(self) -> str:
         lines = [f"{self.name} ({self.original})"]
-        lines += [f"  {symbol}: {found} – {found.meaning}" for symbol, found in self.ranges.items()]
+        lines += [f"  {symbol}: {values} – {values.meaning}" for symbol, values in self.ranges.items()]
         lines += [f"  source: {self.source}", f"  read in: {self.verified}"]
         return "\n".join(lines + [f"  note: {note}" for note in self.notes])
 
     def choose(self, symbol: str, choice: Any) -> tuple[Any, str]:
-        """Value of a property, and the words that say how it was chosen.
+        """Return the value of a property, and a text on the choice.
 
         Parameters
         ----------
         symbol
-            Of the property, a key of ``ranges``.
+            Symbol of the property, a key of ``ranges``.
         choice
             ``"min"``, ``"mean"`` (the middle of the range) or ``"max"``, or a quantity within the range.
 
@@ -109,48 +109,48 @@ class Entry:
         UnknownNameError
             If the entry has no such property.
         ModelError
-            If the choice is none of these, or beyond the range.
+            If the choice is of another kind, or outside the range.
         """
         if symbol not in self.ranges:
             msg = f"library: {self.name!r} has no {symbol!r}; {did_you_mean(str(symbol), self.ranges)}"
             raise UnknownNameError(msg)
-        found = self.ranges[symbol]
-        low, high = found.si
+        published = self.ranges[symbol]
+        low, high = published.si
         if isinstance(choice, str) and choice in _CHOICES:
             weight = _CHOICES.index(choice) / 2
             value = (1 - weight) * low + weight * high
-            published = (1 - weight) * found.low + weight * found.high
-            chosen = Range(published, published, found.unit, found.dimension, found.meaning)
-            how = str(found) if low == high else f"{chosen}, {choice} of {found}"
+            number = (1 - weight) * published.low + weight * published.high
+            chosen = Range(number, number, published.unit, published.dimension, published.meaning)
+            text = str(published) if low == high else f"{chosen}, {choice} of {published}"
         else:
             if choice is None or (isinstance(choice, str) and not choice[:1].isdigit()):
                 msg = (
-                    f"library: {symbol} of {self.name!r}: {shown(choice)} chooses no value; give 'min', 'mean' or "
-                    f"'max', or a value within {found}"
+                    f"library: {symbol} of {self.name!r}: {shown(choice)} is not a choice; give 'min', 'mean' or "
+                    f"'max', or a value within {published}"
                 )
                 raise ModelError(msg)
-            value = si(choice, found.dimension, f"library: {symbol} of {self.name!r}")
+            value = si(choice, published.dimension, f"library: {symbol} of {self.name!r}")
             if not low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
                 msg = (
-                    f"library: {symbol} of {self.name!r}: {shown(choice)} is beyond {found}; choose within it, or give "
-                    "the value to the material itself, with a source of your own"
+                    f"library: {symbol} of {self.name!r}: {shown(choice)} is outside {published}; choose within the "
+                    "range, or give the value to the material directly, with its own source"
                 )
                 raise ModelError(msg)
-            how = f"{choice} within {found}"
-        return to_quantity(value, found.dimension), f"{symbol} = {how}"
+            text = f"{choice} within {published}"
+        return to_quantity(value, published.dimension), f"{symbol} = {text}"
 
     def cited(self, words: list[str]) -> str:
-        """Text on chosen values and their source, for a material."""
+        """Return the source of a material: chosen values and their source."""
         return f"{self.name}: {'; '.join(words)} ({self.source})"
 
 
 def looked_up(name: Any, known: Mapping[str, _Entry], kind: str) -> _Entry:
-    """Entry of a name, in English or as in its source, in upper or lower case.
+    """Return the entry with a name, in English or as in the source, in upper or lower case.
 
     Raises
     ------
     UnknownNameError
-        If there is none.
+        If no entry has this name.
     """
     if isinstance(name, str):
         for entry in known.values():

@@ -1,4 +1,4 @@
-"""Dry joints between stones: friction angles of plane, clean surfaces."""
+"""Friction angles of dry joints between plane, clean stone surfaces."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -25,19 +25,19 @@ _PLANE = "Roughness adds to the basic friction angle, wear takes from it: test t
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DryJoint(Entry):
-    """A kind of dry joint: its friction angle."""
+    """A kind of dry joint with its friction angle."""
 
     def joint_material(self, name: str | None = None, *, friction_angle: Any, **others: Any) -> JointMaterial:
-        """Joint material with a friction angle of the library.
+        """Return a joint material with a friction angle of the library.
 
         Parameters
         ----------
         name
-            That of the entry by default.
+            Name of the material; the name of the entry by default.
         friction_angle
             ``"min"``, ``"mean"`` or ``"max"``, or an angle within the range.
         others
-            Further arguments of :class:`blockstruct.JointMaterial`, which are not of the library.
+            Further arguments of :class:`blockstruct.JointMaterial`, which do not come from the library.
         """
         angle, words = self.choose("friction_angle", friction_angle)
         source = self.cited([words]) + (f"; given by the author: {', '.join(others)}" if others else "")
@@ -79,12 +79,12 @@ JOINTS: Mapping[str, DryJoint] = MappingProxyType({entry.name: entry for entry i
 
 
 def joint(name: str) -> DryJoint:
-    """Kind of dry joint by its name.
+    """Return the kind of dry joint with a name.
 
     Raises
     ------
     UnknownNameError
-        If there is none of this name.
+        If no kind has this name.
 
     Examples
     --------

@@ -33,15 +33,15 @@ _UNITS = dict.fromkeys(_MEANING, ("MPa", "stress")) | {"w": ("kN/m^3", "force/vo
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Masonry(Entry):
-    """A kind of masonry: its unit weight is that of blocks, its strengths are those of their joints."""
+    """A kind of masonry, with the unit weight of its blocks and the strengths of its joints."""
 
     def material(self, name: str | None = None, *, unit_weight: Any) -> Material:
-        """Material of blocks.
+        """Return the material of blocks.
 
         Parameters
         ----------
         name
-            That of the entry by default.
+            Name of the material; the name of the entry by default.
         unit_weight
             ``"min"``, ``"mean"`` or ``"max"`` of w, or a quantity within its range.
         """
@@ -57,32 +57,32 @@ class Masonry(Entry):
         cohesion: Any = None,
         friction_source: str = "given by the author of the model",
     ) -> JointMaterial:
-        """Material of the joints between blocks of this masonry.
+        """Return the material of the joints between blocks of this masonry.
 
         Parameters
         ----------
         name
-            That of the entry by default.
+            Name of the material; the name of the entry by default.
         friction_coefficient : float
-            The table has none: that of a test, of a code or of :func:`joint`.
+            From a test, a code or :func:`joint`. The table does not contain it.
         compressive_strength
-            ``"min"``, ``"mean"`` or ``"max"`` of f, or a quantity within its range; None leaves it unlimited.
+            ``"min"``, ``"mean"`` or ``"max"`` of f, or a quantity within its range. None means unlimited.
         cohesion
-            The same of fv0, which irregular masonry has none of; None means no cohesion.
+            The same for fv0, which irregular masonry does not have. None means no cohesion.
         friction_source
-            Where the friction coefficient comes from.
+            Source of the friction coefficient.
         """
         if friction_coefficient is None:
-            msg = f"library: {self.name!r}: friction_coefficient is missing; Table C8.5.I has none, give one"
+            msg = f"library: {self.name!r}: friction_coefficient is missing; give one, Table C8.5.I does not contain it"
             raise ModelError(msg)
         values, words = {}, []
-        for what, symbol, choice in (
+        for attribute, symbol, choice in (
             ("compressive_strength", "f", compressive_strength),
             ("cohesion", "fv0", cohesion),
         ):
             if choice is not None:
-                values[what], how = self.choose(symbol, choice)
-                words.append(f"{what.replace('_', ' ')} {how}")
+                values[attribute], text = self.choose(symbol, choice)
+                words.append(f"{attribute.replace('_', ' ')} {text}")
         cited = self.cited(words) if words else ""
         source = "; ".join(filter(None, (cited, f"friction coefficient {friction_source}")))
         return JointMaterial(name or self.name, friction_coefficient, **values, source=source)
@@ -188,12 +188,12 @@ MASONRY: Mapping[str, Masonry] = MappingProxyType({entry.name: entry for entry i
 
 
 def masonry(name: str) -> Masonry:
-    """Kind of masonry by its name, in English or in Italian.
+    """Return the kind of masonry with a name, in English or in Italian.
 
     Raises
     ------
     UnknownNameError
-        If there is none of this name.
+        If no kind has this name.
 
     Examples
     --------
