@@ -2,8 +2,7 @@
 
 Two piers 1.70 m wide either side of an opening of 1.70 × 2.30 m, a lintel and a spandrel above it, 0.31 m thick, with
 200 kN on top of each pier: the scale of the structure in section 8 of F. Portioli, C. Casapulla, L. Cascini (2015),
-Int. J. Solids Struct. 69–70: 252–266. Dimensions are approximate: an example, not a validation. An
-experiment of this type reached about 180 kN.
+Int. J. Solids Struct. 69–70: 252–266. Dimensions are approximate: an example, not a validation.
 """
 
 import blockstruct as bs

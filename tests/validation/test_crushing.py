@@ -311,7 +311,6 @@ def test_frames_on_mortar_converge_wherever_they_stand(settings, flow, seed, tor
 def test_the_history_tells_where_mortar_is_linearised():
     blocks, _ = single_block(0.5, 1.0)
     result = solve(model_of(blocks, mortar(1e5, 2e4)), push(1, 0, 0), crushing="linearised")
-    assert result.n_iterations > 1
     assert result.history.crushing_linearisation[-1].item() == pytest.approx(20e3 * 0.5, rel=1e-4)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from blockstruct.limit.crushing import EDGES
+from blockstruct.limit.crushing import EDGES, TANGENTS
 from blockstruct.limit.problem import LimitProblem
 
 Array = NDArray[np.float64]
@@ -62,10 +62,14 @@ def ties(problem: LimitProblem, n_columns: int) -> ConstraintRows:
     return ConstraintRows(sp.csr_array(sp.hstack([before, G])), np.concatenate(h))
 
 
-def linearised_edges(problem: LimitProblem, n_columns: int) -> ConstraintRows:
-    """``n_e ≥ slope N − offset`` at the four edges of each rectangle; the step gives slope and offset."""
-    corners = np.repeat(normal_force(problem.rectangles), 4, axis=0)
-    return ConstraintRows(_matrix(n_columns, *((column, 1.0) for column in corners.T)), np.zeros(len(corners)))
+def tangents(problem: LimitProblem, n_columns: int) -> ConstraintRows:
+    """``slope N − offset ≤ m`` for the auxiliary m of each rectangle; the step gives slopes and offsets.
+
+    With :func:`edges` that is ``n_e ≥ slope N − offset``.
+    """
+    corners = np.repeat(normal_force(problem.rectangles), TANGENTS, axis=0)
+    m = 1 + 3 * problem.n_points + np.repeat(np.arange(len(problem.rectangles)), TANGENTS)
+    return ConstraintRows(_matrix(n_columns, (m, -1.0), *((column, 1.0) for column in corners.T)), np.zeros(len(m)))
 
 
 def sliding(problem: LimitProblem, n_columns: int) -> ConstraintRows:

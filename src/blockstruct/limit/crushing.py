@@ -20,14 +20,13 @@ from numpy.typing import NDArray
 from blockstruct.limit.problem import LimitProblem
 
 Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 #: Corners of the four edges, in turn.
 EDGES = np.array([(0, 1), (1, 2), (2, 3), (3, 0)])
 #: The corners in turn, beginning with each.
 TURNED = (np.arange(4)[:, None] + np.arange(4)) % 4
-#: Row e marks the corners of edge e.
-EDGE_OF_CORNER = np.array([[corner in edge for corner in range(4)] for edge in EDGES.tolist()], dtype=float)
+#: Tangents of each rectangle. With two, the associative programs swing between states for ever.
+TANGENTS = 4
 
 
 def edge_sums(n: Array) -> Array:
@@ -52,41 +51,28 @@ def excess(n: Array, capacity: Array, *, biaxial: bool) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Linearisation:
-    """Where each rectangle is linearised, (R,): at the normal force N0, by the tangent or by the secant.
+    """Normal forces at which each rectangle has a tangent, (R, 4), the latest last.
 
-    The condition ``n_e ≥ N² / (2 F)`` becomes ``n_e ≥ slope N − offset``. The *tangent* ``(N0 / F) N − N0² / (2 F)``
-    touches it at N0 and has its normal, but admits states beyond it elsewhere. The *secant* ``N0 / (2 F) N`` meets it
-    at 0 and N0 and admits no state beyond it in between, but its normal is another one.
+    The condition ``n_e ≥ N² / (2 F)`` becomes ``n_e ≥ (N0 / F) N − N0² / (2 F)`` for each of them.
     """
 
     N0: Array
-    tangent: Flags
 
     @classmethod
     def first(cls, problem: LimitProblem) -> Self:
         """Before any state is known: the tangent at the full strength, which bounds N and cuts off nothing."""
-        return cls(problem.capacity, np.ones(len(problem.capacity), dtype=bool))
+        return cls(np.repeat(problem.capacity[:, None], TANGENTS, axis=1))
 
-    def after(self, problem: LimitProblem, x: Array, v: Array, beta: float) -> Self:
-        """Linearisation about a state (x, v), of which β is taken up.
-
-        Rectangles that crush in the mechanism take the tangent: only with the true normal is the mechanism the true
-        one. The others take the secant at the largest normal force they had, since theirs is not unique: between
-        tangents it would swing for ever.
-        """
-        corners = problem.rectangles
-        N = np.clip(problem.beyond_tension(x[:, 0]).sum(axis=1), 0, problem.capacity)
-        penetration = problem.dilatancy * problem.slip(v, x[:, 0]) - v[:, 0]
-        speed = np.linalg.norm(v, axis=1) / problem.force_unit
-        crushes = ((penetration / problem.force_unit)[corners] > 1e-6 * speed.max()).any(axis=1)
-        secant = np.where(self.tangent, N, np.maximum(N, self.N0))
-        N0 = np.where(crushes, beta * N + (1 - beta) * self.N0, secant)
-        return type(self)(N0, crushes)
+    def after(self, problem: LimitProblem, n: Array) -> Self:
+        """Return the linearisation with a tangent at new normal forces n, (K,), instead of the farthest from them."""
+        N = np.clip(problem.beyond_tension(n).sum(axis=1), 0, problem.capacity)
+        near = np.argsort(-np.abs(self.N0 - N[:, None]), axis=1)[:, 1:]
+        return type(self)(np.column_stack([np.take_along_axis(self.N0, near, axis=1), N]))
 
     def lines(self, capacity: Array) -> tuple[Array, Array]:
-        """Slope and offset of each rectangle, each (R,)."""
-        slope = np.where(self.tangent, 1.0, 0.5) * self.N0 / capacity
-        return slope, np.where(self.tangent, self.N0**2 / (2 * capacity), 0.0)
+        """Slope and offset of each tangent, each (R, 4)."""
+        slope = self.N0 / capacity[:, None]
+        return slope, slope * self.N0 / 2
 
 
 def dissipation(w: Array, capacity: Array, *, biaxial: bool) -> Array:

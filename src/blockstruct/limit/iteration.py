@@ -40,7 +40,7 @@ class Iteration:
     c0, a : float
         Cohesion and slope of the schedule.
     linearised_at : (R,) array or None
-        Normal force N0 about which the crushing of each rectangle is linearised, if it is.
+        Normal force N0 of the latest tangent of crushing of each rectangle, if crushing is linearised.
     certificate : Certificate
         Against the true conditions.
     solver_status : SolverStatus

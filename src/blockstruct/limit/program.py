@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from blockstruct.limit import conditions
-from blockstruct.limit.crushing import EDGE_OF_CORNER, Linearisation
+from blockstruct.limit.crushing import TANGENTS, Linearisation
 from blockstruct.limit.friction import Sliding
 from blockstruct.limit.problem import LimitProblem, total
 from blockstruct.limit.settings import ProcedureSettings
@@ -67,11 +67,11 @@ class ConicProgram:
     """Maximise α subject to equilibrium and the failure conditions: minimise ``q·y``, ``h − G y ∈ cones``.
 
     The variables are ``y = (κ α, n_1, s_1, t_1, …)`` with κ the mean variable wrench, so that a multiple of the
-    variable load gives the same program, then the auxiliary ones of exact crushing and of torsion, and then the
+    variable load gives the same program, then the auxiliary ones of crushing and of torsion, and then the
     forces T' of ties beyond their prestress. The rows are, in this order, the equilibrium of the free blocks (zero
-    cone); an upper limit of α, the limits of tension, of cells, of ties and of linearised crushing (nonnegative cone);
-    three rows of each contact point and of each cone of crushing and of torsion (second-order cones). The pattern
-    never changes; :meth:`data` gives the values of a step.
+    cone); an upper limit of α, the limits of tension, of cells and of ties, the edges and tangents of crushing
+    (nonnegative cone); three rows of each contact point and of each cone of crushing and of torsion (second-order
+    cones). The pattern never changes; :meth:`data` gives the values of a step.
 
     The objective is α times the total variable load, which makes the multipliers of equilibrium, the
     velocities, of order one: without it an interior-point solver stops percents short on thousands of blocks.
@@ -92,7 +92,7 @@ class ConicProgram:
         self.total = total(problem.w_L)
         self.unit = self.total / (equilibrium // 6)
 
-        of_crushing = 0 if self.is_linearised else conditions.n_auxiliary(problem, biaxial=biaxial)
+        of_crushing = conditions.n_auxiliary(problem, biaxial=biaxial)
         n_auxiliary = of_crushing + len(problem.torsion)
         n_columns = 1 + 3 * problem.n_points + n_auxiliary + len(problem.ties)
         load, auxiliary = sp.csr_array(problem.w_L[:, None] / self.unit), sp.csr_array((equilibrium, n_auxiliary))
@@ -106,10 +106,11 @@ class ConicProgram:
         if len(problem.ties):
             linear.append(conditions.ties(problem, n_columns))
         cones = [conditions.sliding(problem, n_columns)]
-        if self.is_linearised:
-            linear.append(conditions.linearised_edges(problem, n_columns))
-        elif len(problem.rectangles):
+        if len(problem.rectangles):
             linear.append(conditions.edges(problem, n_columns, biaxial=biaxial))
+        if self.is_linearised:
+            linear.append(conditions.tangents(problem, n_columns))
+        elif len(problem.rectangles):
             of_rectangles = conditions.biaxial_crushing if biaxial else conditions.crushing
             cones.append(of_rectangles(problem, n_columns))
         of_points = sum(map(len, cones))
@@ -135,10 +136,11 @@ class ConicProgram:
         self._torsion_rows = first + of_points + 3 * (len(problem.torsion) + np.arange(len(problem.torsion)))
         of_torsion = self._torsion_rows[problem.torsion.owner]
         self._torsion_entries = _position(G, of_torsion, conditions.normal_force(problem.torsion.point))
-        self._edge_rows = np.arange(first - 4 * len(problem.rectangles), first)
         if self.is_linearised:
-            corners = np.repeat(conditions.normal_force(problem.rectangles), 4, axis=0)
-            self._edge_entries = _position(G, np.repeat(self._edge_rows, 4), corners.ravel()).reshape(-1, 4)
+            self._tangent_rows = np.arange(first - TANGENTS * len(problem.rectangles), first)
+            corners = np.repeat(conditions.normal_force(problem.rectangles), TANGENTS, axis=0)
+            rows = np.repeat(self._tangent_rows, 4)
+            self._tangent_entries = _position(G, rows, corners.ravel()).reshape(-1, 4)
 
     def data(
         self,
@@ -156,7 +158,7 @@ class ConicProgram:
         sliding
             Sliding condition of each contact point.
         linearisation
-            Where crushing is linearised, if it is; at the full strength by default.
+            Tangents of crushing, if it is linearised; at the full strength by default.
         objective
             α by default.
         max_load_factor
@@ -176,10 +178,10 @@ class ConicProgram:
         h[self._limit_row] = 1.0 if max_load_factor is None else max_load_factor * self.unit
         if self.is_linearised:
             slope, offset = (linearisation or Linearisation.first(self.problem)).lines(self.problem.capacity)
-            # −n_e + slope N ≤ offset of forces beyond the tensile strength, on the corners of edge e in turn.
-            G[self._edge_entries] = np.repeat(slope, 4)[:, None] - np.tile(EDGE_OF_CORNER, (len(slope), 1))
-            pulled = np.repeat(self.problem.tension[self.problem.rectangles], 4, axis=0)
-            h[self._edge_rows] = np.repeat(offset, 4) - (G[self._edge_entries] * pulled).sum(axis=1)
+            G[self._tangent_entries] = slope.reshape(-1, 1)
+            # N is that beyond the tensile strength.
+            pulled = self.problem.tension[self.problem.rectangles].sum(axis=1)
+            h[self._tangent_rows] = (offset - slope * pulled[:, None]).ravel()
         q = np.zeros(self.G.shape[1])
         q[0] = -self.total / self.unit
         if objective is not None:

@@ -196,8 +196,8 @@ class ProcedureSettings(_Checked):
         elastic, to collapse. ``"fictitious"``: the iteration of Portioli, Casapulla & Cascini (2015).
         ``"shifted"``: the objective of De Saxcé & Feng (1998), always feasible and often too high.
     crushing
-        Crushing of rectangles: ``"conic"`` exactly, by rotated cones, or ``"linearised"`` about the last iterate, as
-        in the paper, in the same loop as friction.
+        Crushing of rectangles: ``"conic"`` exactly, by rotated cones, or ``"linearised"`` as in the paper, by four
+        tangents that settle in the same loop as friction.
     crushing_interaction
         ``"biaxial"`` limits bending about both axes together by the effective rectangle, the default with
         ``crushing="conic"``. ``"uniaxial"`` limits bending about each axis separately, as in the paper, the default

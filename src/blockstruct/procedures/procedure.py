@@ -33,8 +33,6 @@ Array = NDArray[np.float64]
 
 #: Share by which a load factor with crushing may exceed that without: by which two runs of one structure may differ.
 ALIKE = 5e-3
-#: Programs after which a linearised associative analysis turns to the exact cones.
-LINEARISED_PROGRAMS = 12
 
 
 def solve_limit_case(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solver: Solver) -> Steps:
@@ -109,7 +107,7 @@ def _solve(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solve
             return Outcome(Status.SELF_STRESS, np.nan, Reason.DEAD_LOAD_COLLAPSES, hung=hung)
     if problem.settlement is not None:
         yield largest_reaction(problem, settings, solver)
-    first = ray = yield from _associate(program, flow, settings, solver)
+    first = ray = yield from _associate(program, dead, flow, settings, solver)
     jammed = first.load_factor == np.inf and flow is Flow.NONASSOCIATIVE
     if jammed:
         # Dilatancy jams the blocks; without it they may slide all the same. Go on from the forces of the dead load,
@@ -136,24 +134,26 @@ def _solve(problem: LimitProblem, flow: Flow, settings: ProcedureSettings, solve
 
 
 def _associate(
-    program: ConicProgram, flow: Flow, settings: ProcedureSettings, solver: Solver
+    program: ConicProgram, dead: Array, flow: Flow, settings: ProcedureSettings, solver: Solver
 ) -> Generator[Iteration, None, Iteration]:
-    """Associative program; if crushing is linearised and the flow associative, programs until it is exact.
+    """Solve the associative program; if crushing is linearised and the flow associative, until it is exact.
 
-    Where the normal forces of many joints are not unique, the lines swing between them for ever. After a dozen
-    programs the exact cones settle it.
+    Where the normal forces of many joints are not unique, tangents find the mechanism while the forces swing. Once the
+    gap no longer falls, the exact cones settle the forces.
     """
-    sliding, linearisation = true_sliding(program.problem), Linearisation.first(program.problem)
-    for k in range(LINEARISED_PROGRAMS + 1):
-        if k == LINEARISED_PROGRAMS:
-            program = exact(program, settings)
+    sliding = true_sliding(program.problem)
+    linearisation = Linearisation.first(program.problem).after(program.problem, dead)
+    last_gap = np.inf
+    for _ in range(settings.schedule.max_programs):
         step = solve_step(program, sliding, Stage.ASSOCIATIVE, settings, solver, linearisation=linearisation)
         yield step
-        again = program.is_linearised and flow is Flow.ASSOCIATIVE and step.solved
-        if step.certificate.holds or not again:
+        gap = step.certificate.flow_rule_gap
+        if step.certificate.holds or not (program.is_linearised and step.solved and flow is Flow.ASSOCIATIVE):
             break
-        beta = 1.0 if k < 4 else 0.5
-        linearisation = linearisation.after(program.problem, step.x, step.v, beta)
+        if gap >= last_gap:
+            program = exact(program, settings)
+        last_gap = gap
+        linearisation = linearisation.after(program.problem, step.x[:, 0])
     return step
 
 

@@ -69,7 +69,7 @@ def solve_step(
         sliding=sliding,
         c0=c0,
         a=a,
-        linearised_at=linearisation.N0 if linearisation is not None and program.is_linearised else None,
+        linearised_at=linearisation.N0[:, -1] if linearisation is not None and program.is_linearised else None,
         certificate=certify(program.problem, x, u, alpha if np.isfinite(alpha) else np.nan, settings, T),
         solver_status=status,
         solver_iterations=solution.iterations,
