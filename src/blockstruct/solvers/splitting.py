@@ -147,8 +147,8 @@ class Splitting:
         tolerance
             Of the residual.
         patience
-            Iterations in which the residual must halve. If it does not, friction follows smoothed; if it then does not,
-        the state is returned.
+            Iterations in which the residual must halve. If it does not, friction follows smoothed. If it still does
+            not, the state is returned.
 
         Raises
         ------
