@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ from blockstruct.views.report.assumptions import assumptions, pushed_masses
 from blockstruct.views.report.detection import detection_rows
 from blockstruct.views.report.pictures import address
 from blockstruct.views.report.pushovers import beginning_words
-from blockstruct.views.report.room import room_of
 from blockstruct.views.report.summary import relied_on
 from blockstruct.views.report.verification import checked, undemanded, verification
 from blockstruct.views.selection import shown_results
@@ -79,7 +77,7 @@ def contents(
         (case for case in page["results"] if case["warning"]),
         key=lambda case: case["name"] != page["relied_on"]["name"],
     )
-    return page | {"warned": warned, "room": asdict(room_of(page, warned))}
+    return page | {"warned": warned}
 
 
 def quantity(value: float, unit: str) -> str:

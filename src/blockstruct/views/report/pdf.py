@@ -4,6 +4,11 @@ from typing import Any
 
 import blockstruct as bs
 
+#: Classes of the body for ever less room; the first that keeps the summary on one page is taken.
+_STYLES = ("", "crowded", "crowded small", "crowded bare")
+#: Anchor of the page after the summary.
+_NEXT = "after-summary"
+
 
 def pdf_of(html: str) -> bytes:
     """Return the PDF of a report. Needs ``pip install "blockstruct[pdf]"``.
@@ -34,7 +39,12 @@ def pdf_of(html: str) -> bytes:
             return super().fetch(url, headers)
 
     try:
-        return HTML(string=html, url_fetcher=OnlyWithin()).write_pdf()  # type: ignore[no-any-return]
+        for style in _STYLES if f'id="{_NEXT}"' in html else ("",):
+            styled = html.replace("<body>", f'<body class="{style}">', 1)
+            document = HTML(string=styled, url_fetcher=OnlyWithin()).render()
+            if any(_NEXT in page.anchors for page in document.pages[:2]):
+                break
+        return document.write_pdf()  # type: ignore[no-any-return]
     except FatalURLFetchingError as error:
         msg = f"report as PDF: {error}; put pictures and styles into the template, as data: addresses"
         raise bs.errors.StorageError(msg) from error

@@ -7,10 +7,9 @@ import numpy as np
 import blockstruct as bs
 from blockstruct.views.figures import mechanism, verification
 from blockstruct.views.figures.sheet import Drawing
-from blockstruct.views.report.room import PICTURE
 
 #: Width and height, inches.
-_VERIFICATION, _DIAGRAM = (6.3, 3.4), (6.3, 2.9)
+_SUMMARY, _VERIFICATION, _DIAGRAM = (6.3, 3.1), (6.3, 3.4), (6.3, 2.9)
 
 
 def address(drawing: Drawing) -> str:
@@ -23,7 +22,7 @@ def mechanism_picture(result: bs.CaseResult, *, small: bool) -> dict[str, str] |
     if not result.n_iterations or not np.isfinite(result.history["block_velocity"].isel(iteration=-1)).all():
         return None
     caption = _moves(result)
-    size = PICTURE if small else _VERIFICATION
+    size = _SUMMARY if small else _VERIFICATION
     drawing = Drawing("mechanism", caption, lambda ax: mechanism(result, colour="macro-block", ax=ax), size)
     return {"caption": caption, "address": address(drawing)}
 
