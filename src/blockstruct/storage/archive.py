@@ -89,8 +89,8 @@ _COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
 class Archive:
     """The analysis files of a folder and of its subfolders; links to folders are not followed.
 
-    Nothing is read before it is asked for, and for a table only attributes and scalars. Every question looks for files
-    anew; what was read of a file is kept as long as the file does not change.
+    Files are read on demand, and for a table only their attributes and scalars. Every method looks for files anew. Rows
+    are kept until their file changes.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ class Archive:
         tags
             Tags that an analysis must all have.
         since, until
-            Dates, or times, of creation in ISO 8601, UTC unless they say otherwise; both belong to the selection.
+            Dates, or times, of creation in ISO 8601, UTC without a time zone; both are included.
         all_columns
             As in :meth:`table`.
 
@@ -245,7 +245,7 @@ class Archive:
         return xr.DataTree.from_dict(nodes)
 
     def difference(self, other: "Archive") -> pd.DataFrame:
-        """Cases of two archives side by side: of the same path and name, or in one of them only.
+        """Compare the cases of two archives by path and name.
 
         Returns
         -------
@@ -273,7 +273,7 @@ class Archive:
         return joined
 
     def _opened(self, path: Path) -> AnalysisFile:
-        """Return a file, whose seal is checked once as long as the file stays the same."""
+        """Return a file; its seal is checked again only after the file has changed."""
         known = self._known.get(path)
         return AnalysisFile(path, verified=None if known is None else known[0])
 
@@ -282,7 +282,7 @@ class Archive:
         files, problems = [], {}
 
         def locked(error: OSError, path: Path | None = None) -> None:
-            # A folder that vanishes meanwhile is that of a run which has ended.
+            # A folder that vanishes meanwhile belonged to a run which has ended.
             if not isinstance(error, FileNotFoundError):
                 problems[path or Path(error.filename)] = f"a folder that cannot be looked into ({error.strerror})"
 
@@ -370,7 +370,7 @@ def table_of(rows: Iterable[Row]) -> pd.DataFrame:
     for column in ("started_at", "created_at"):
         table[column] = pd.to_datetime(table[column], utc=True, errors="coerce", format="ISO8601")
     units = {name: {row[_UNITS_OF_ROW].get(name) for row in rows if _UNITS_OF_ROW in row} for name in varied}
-    # Values of other dimensions under one name are told apart by what the unit says.
+    # One name may hold values of several dimensions, each with its unit.
     found = {name: " or ".join(sorted(filter(None, of_column))) for name, of_column in units.items()}
     table.attrs["units"] = _UNITS | {name: unit for name, unit in found.items() if unit}
     return table

@@ -91,7 +91,7 @@ def seal_of(image: bytes | memoryview) -> bytes:
 
 
 class Stamp(NamedTuple):
-    """Device, inode, size and time of a file, which tell one state of it from another."""
+    """Device, inode, size and time of a file, which change with the file."""
 
     device: int
     inode: int
@@ -125,7 +125,7 @@ class Snapshot:
     Attributes
     ----------
     sealed : bool
-        Whether its seal is that of its bytes.
+        Whether the seal matches the bytes.
 
     Raises
     ------
@@ -347,7 +347,7 @@ class AnalysisFile:
             return None if found else read(group, lines), found
 
     def load_factors(self, case: str) -> Any:
-        """Return the load factors of the history of a case by the path of its group, without the rest of it."""
+        """Return only the load factors of the history of a case by the path of its group."""
         with self.opened() as file:
             values = member(file, f"{case}/history/load_factor")
             if values.dtype != np.float64 or values.ndim != 1 or values.nbytes > self.stamp.size:

@@ -68,7 +68,7 @@ _TOLERANCES = {
     "close": ("close_distance", "length"),
 }
 _MEASURES = {"gap": "length", "angle": "angle", "area": "area"}
-#: Pairs of blocks: field of the report, its dimension in the file, what is measured.
+#: Pairs of blocks: field of the report, its dimension in the file, the measure.
 _PAIRS = (("overlaps", "overlap", "depth"), ("close", "close_pair", "distance"))
 #: Numbers of an outcome that are stored if finite, and texts of a result that are stored if not empty.
 _FACTS = ("peak", "carried", "load_ratio", "without_crushing")
@@ -79,7 +79,7 @@ _MOTION = ("supports", "direction", "about")
 _SAME = 1e-9
 #: Rounding of a length, relative to its coordinates.
 _ROUNDING = 1e-12
-#: A place in a file and what is wrong there.
+#: A place in a file and the fault there.
 Finding = tuple[str, str]
 
 #: Index variables and the dimension each must stay within; −1 means none where it is allowed.
@@ -334,7 +334,7 @@ def _detection(ds: xr.Dataset, names: Mapping[str, Sequence[str]]) -> DetectionR
     if "gap_tolerance" not in ds:
         return None
     block = names["block"]
-    # The last entry, of index −1, is that of a contact left out.
+    # Index −1, the last entry, stands for a contact without interface.
     interface = [*names["interface"], ""]
 
     def values(*columns: str) -> Any:
@@ -457,7 +457,7 @@ def read_result(
     versions: Mapping[str, str],
     capacity: xr.Dataset | None = None,
 ) -> CaseResult:
-    """Return the result of a Dataset; its versions are those of the file unless it names its own."""
+    """Return the result of a Dataset; a result without versions takes the versions of its file."""
     a = ds.attrs
     return CaseResult.restored(
         model=model,
@@ -493,7 +493,7 @@ def _outcome(ds: xr.Dataset, model: Model) -> Outcome:
 
 
 def versions_of(attrs: Mapping[str, Any], versions: Mapping[str, str]) -> tuple[Mapping[str, str], ...]:
-    """Return the versions that made the numbers of a case: its own, or those of its file.
+    """Return the versions that made the numbers of a case, by default the versions of its file.
 
     Raises
     ------
@@ -540,7 +540,7 @@ def index_findings(path: str, ds: xr.Dataset) -> Iterator[Finding]:
 def model_findings(path: str, ds: xr.Dataset, model: Model) -> Iterator[Finding]:
     """Find stored values of a model that differ from the ones computed from the rest of the file."""
     corners = np.concatenate([b.shape.vertices for b in model.blocks])
-    # Of coordinates far from the origin, rounding is that of their digits.
+    # Coordinates far from the origin have fewer digits.
     length = float(np.ptp(corners, axis=0).max() + _ROUNDING / _SAME * np.abs(corners).max())
     derived = {
         "volume": ("block", [b.volume for b in model.blocks], max(b.volume for b in model.blocks)),
@@ -594,7 +594,7 @@ def case_findings(path: str, case: xr.Dataset, load_factors: Any, *, has_curve: 
 
 
 def reaction_findings(path: str, case: xr.Dataset, result: CaseResult) -> Iterator[Finding]:
-    """Find a reaction of a settlement that is not that of its load factor."""
+    """Find a reaction of a settlement that contradicts its load factor."""
     if "reaction" in case:
         stated, found = float(case["reaction"]), result.answer.factor * result.load_factor
         if not np.isclose(stated, found, rtol=_SAME, atol=0.0, equal_nan=True):
@@ -692,7 +692,7 @@ def _procedure(stages: Any) -> Procedure:
 
 
 def _has_settled(history: xr.Dataset, procedure: Procedure, tolerance: float) -> bool:
-    """Return whether the last two load factors of a procedure agree; version 1 stores nothing else of it."""
+    """Return whether the last two load factors of a procedure agree; version 1 stores no other sign."""
     stage = Stage.LOADING_PATH if procedure is Procedure.LOADING_PATH else Stage.NONASSOCIATIVE
     alpha = history["load_factor"].to_numpy()
     last = alpha[(history["stage"].to_numpy() == stage.value) & np.isfinite(alpha)][-2:]

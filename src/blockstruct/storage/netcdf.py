@@ -60,7 +60,7 @@ def read_dataset(
 
 
 def read_values(ds: h5py.Dataset, key: Any = ()) -> Any:
-    """Return the values of a variable, or some of them; texts as objects."""
+    """Return the values of a variable, or a part; texts as objects."""
     return ds.asstr()[key] if h5py.check_string_dtype(ds.dtype) else ds[key]
 
 

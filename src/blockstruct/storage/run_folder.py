@@ -170,7 +170,7 @@ class WriterLock:
     Raises
     ------
     StorageError
-        If another writer holds the file: the message says who. If the file system has no locks.
+        If another writer, named in the message, holds the file. If the file system has no locks.
     """
 
     def __init__(self, path: Path) -> None:
@@ -290,14 +290,14 @@ def _refuse_killed(place: Path) -> None:
 
 
 def save_analysis(analysis: Analysis, path: str | Path) -> Path:
-    """Write an analysis to one file, in one step: readers see the whole new file or what was there before.
+    """Write an analysis to one file in one step: readers see the old file or the whole new one.
 
     Parameters
     ----------
     analysis
         Model and results.
     path
-        Where, with a name that ends in ``.h5``; an existing analysis is replaced, any other existing file is refused.
+        The name ends in ``.h5``. An existing analysis is replaced, any other existing file is refused.
 
     Returns
     -------
@@ -504,7 +504,7 @@ def _packed(arrays: Mapping[str, np.ndarray]) -> bytes:
 
 
 def _unpacked(content: bytes) -> dict[str, np.ndarray]:
-    """Return the arrays of bytes, texts as objects; a ValueError says why they are none."""
+    """Return the arrays of a record, texts as objects; raise ValueError for other bytes."""
     try:
         with np.load(BytesIO(content), allow_pickle=False) as stored:
             if any(item.compress_type != zipfile.ZIP_STORED for item in stored.zip.infolist()):
@@ -528,7 +528,7 @@ def _packed_dataset(ds: xr.Dataset) -> bytes:
 
 
 def _unpacked_dataset(content: bytes) -> xr.Dataset:
-    """Return the Dataset of bytes; a ValueError says why they are none."""
+    """Return the Dataset of a record; raise ValueError for other bytes."""
     arrays = _unpacked(content)
     try:
         outline = json.loads(str(arrays[_OUTLINE]))
@@ -745,7 +745,7 @@ class _Records:
         self.count = 0
 
     def take(self, record: Record) -> None:
-        """Take the next record; a ValueError says why it is refused."""
+        """Take the next record; raise ValueError to refuse it."""
         is_open = self.blank is not None and self.ending is None
         match record.kind:
             case "case" if self.blank is None:

@@ -73,7 +73,7 @@ class Plan:
         return model, list(cases) if isinstance(cases, list | tuple) else [cases]
 
     def check_names(self, names: Mapping[str, Any]) -> None:
-        """Refuse parameters that build does not take, or too few of them.
+        """Refuse unknown and missing parameters of build.
 
         Raises
         ------
@@ -103,7 +103,7 @@ class Plan:
         sent = b""
         with contextlib.suppress(pickle.PicklingError, AttributeError, TypeError):
             sent = pickle.dumps(self)
-        # A process can import the script by itself, but not a notebook or what was typed at a prompt.
+        # A process can import a script, but not a notebook or lines typed at a prompt.
         in_script, is_script = b"__main__" in sent, Path(getattr(sys.modules["__main__"], "__file__", "")).is_file()
         if sent and not in_script:
             return sent, ""

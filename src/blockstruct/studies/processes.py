@@ -77,7 +77,7 @@ def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int) ->
 
 @contextlib.contextmanager
 def _pool(workers: int, why_script: str) -> Iterator[ProcessPoolExecutor]:
-    """Pool of processes that end at once when the context does; what they have committed is kept."""
+    """Start a pool of processes that end at once with the context; committed iterations are kept."""
     # Spawned, not forked: a lock that a fork copies while it is held never opens.
     context = get_context("spawn")
     ends_with_parent, held_by_parent = context.Pipe(duplex=False)

@@ -64,7 +64,7 @@ def study(
         ``"grid"`` (default) or ``"paired"`` for lists; ``"monte carlo"`` (default: independent samples, of which more
         ``runs`` with the same ``seed`` begin with the same ones) or ``"latin hypercube"`` for distributions.
     runs, seed
-        Number of samples of distributions, and what they follow from.
+        Number of samples of distributions, and their seed.
     workers
         Processes of this machine, each with one thread for linear algebra; 1 runs in this process. As many as there
         are processors by default.
@@ -151,7 +151,7 @@ def _conduct(
 
     tell()
     with contextlib.closing(ended), warnings.catch_warnings():
-        warnings.simplefilter("ignore", LoadFactorWarning)  # One warning tells it of all runs.
+        warnings.simplefilter("ignore", LoadFactorWarning)  # One warning stands for all runs.
         for job, problem in ended:
             if not problem:
                 of_run = archive.rows(archive.folder / f"{job.name}.h5")

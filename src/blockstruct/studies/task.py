@@ -78,7 +78,7 @@ def carry_out_sent(sent: bytes, job: Job, folder: str) -> str:
     except Exception as error:
         return described(error)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", LoadFactorWarning)  # The table tells it of all runs.
+        warnings.simplefilter("ignore", LoadFactorWarning)  # The table lists all runs.
         return carry_out(plan, job, folder)
 
 
@@ -93,7 +93,7 @@ def carry_out_far(sent: bytes, job: Job) -> tuple[str, bytes]:
 @lru_cache(maxsize=2)
 def loaded(sent: bytes) -> Plan:
     """The plan that was sent, which is the same for many runs."""
-    own_registry()  # Quantities among what a function refers to are of the registry that its code works with.
+    own_registry()  # Quantities that a function refers to need the registry of its code.
     plan: Plan = pickle.loads(sent)
     return plan
 
