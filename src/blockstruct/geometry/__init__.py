@@ -1,4 +1,4 @@
-"""Plain geometry: polyhedra and plane polygons as float arrays, without units and without a model.
+"""Geometry of polyhedra and plane polygons as float arrays, independent of units and of the model.
 
 >>> import numpy as np
 >>> vertices, faces = box((0, 0, 0), (2, 1, 1))

@@ -1,4 +1,4 @@
-"""Common areas of faces that a third body lies between."""
+"""Common areas of faces with a third body in between."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
@@ -14,35 +14,35 @@ from blockstruct.geometry.polygon import plane_axes, uncrossed
 from blockstruct.geometry.tolerances import ALIKE
 
 Array = NDArray[np.float64]
-#: Face pairs of two bodies, by both, in both orders.
+#: Face pairs by their two bodies, in both orders.
 OfBodies = dict[int, dict[int, list[FacePair]]]
 
 
 def parts_not_hidden(
     pairs: Sequence[FacePair], faces: Iterable[FacePair], rounding: float, least: float
 ) -> list[tuple[FacePair, tuple[int, ...]]]:
-    """Face pairs without the parts where another body lies between the two faces, and these parts.
+    """Split face pairs into parts without and parts with another body between the two faces.
 
-    A body lies between where one face of it looks at the one face of a pair and another at the other.
+    A body is between the faces of a pair if it has a face that looks at each of them.
 
     Parameters
     ----------
     pairs
-        Those to judge: the ones whose gap is more than rounding.
+        Pairs to split. Pairs with a gap of rounding stay whole.
     faces
-        All common areas of faces, as :func:`coplanar_face_pairs` finds them with a reach of no less than the gaps.
+        All common areas of faces from :func:`coplanar_face_pairs`, with a reach of at least the gaps.
     rounding
-        Gap in which nothing lies.
+        Gap that is rounding: no body is in it.
     least
-        Area up to which nothing is hidden.
+        Smallest area that a body hides.
 
     Returns
     -------
     list of (FacePair, tuple of int)
-        Without bodies what is left, in parts without holes; nothing is that is nowhere wider than its gap. With bodies
-        what they hide: of such a pair the area counts, its polygon is that of the whole.
+        Without bodies: a free part, without holes. Parts nowhere wider than their gap are dropped. With bodies: the
+        part that they hide. Its area is exact; its polygon is the polygon of the whole pair.
     """
-    found: list[tuple[FacePair, tuple[int, ...]]] = []
+    parts: list[tuple[FacePair, tuple[int, ...]]] = []
     of_bodies: OfBodies = defaultdict(lambda: defaultdict(list))
     if any(pair.gap > rounding for pair in pairs):
         for face in faces:
@@ -52,21 +52,21 @@ def parts_not_hidden(
         hidden = dict(_hidden(pair, of_bodies, least)) if pair.gap > rounding else {}
         if hidden:
             outline = _flat(pair, [pair])
-            left = shapely.difference(outline, shapely.union_all(list(hidden.values())))
-            kept = [part for part in _without_holes(left) if not shapely.buffer(part, -pair.gap / 2).is_empty]
-            found += [(_lifted(pair, part), ()) for part in kept]
+            free = shapely.difference(outline, shapely.union_all(list(hidden.values())))
+            kept = [part for part in _without_holes(free) if not shapely.buffer(part, -pair.gap / 2).is_empty]
+            parts += [(_lifted(pair, part), ()) for part in kept]
             area = pair.area - sum(float(part.area) for part in kept)
-            found.append((replace(pair, area=area), tuple(hidden)))
+            parts.append((replace(pair, area=area), tuple(hidden)))
         else:
-            found.append((pair, ()))
-    return found
+            parts.append((pair, ()))
+    return parts
 
 
 def without_far_sides(pairs: Sequence[FacePair], rounding: float) -> list[FacePair]:
-    """Face pairs but for those that seem to penetrate each other through the whole of two thin bodies.
+    """Drop face pairs that seem to penetrate through the whole thickness of two thin bodies.
 
-    The upper face of one sheet on another looks at the lower face of the other one, from the wrong side: where faces of
-    the same bodies that look at each other the other way round are closer, those are the joint.
+    For two sheets, one on the other, the outer faces also look at each other, through both sheets. If two other faces
+    of the same bodies look at each other in the opposite direction and are closer, they are the joint.
     """
     of_bodies: dict[frozenset[int], list[FacePair]] = defaultdict(list)
     for pair in pairs:
@@ -80,7 +80,7 @@ def without_far_sides(pairs: Sequence[FacePair], rounding: float) -> list[FacePa
 
 
 def _is_nearer(other: FacePair, pair: FacePair) -> bool:
-    """Whether another pair of the same bodies is their joint, and a pair its far sides."""
+    """Whether another pair of the same bodies is their joint, and ``pair`` their outer faces."""
     sense = 1 if other.minus == pair.minus else -1
     if abs(other.gap) >= abs(pair.gap) or sense * float(other.normal @ pair.normal) > -ALIKE:
         return False
@@ -88,7 +88,7 @@ def _is_nearer(other: FacePair, pair: FacePair) -> bool:
 
 
 def _hidden(pair: FacePair, of_bodies: OfBodies, least: float) -> Iterator[tuple[int, shapely.Geometry]]:
-    """Bodies between the faces of a pair, and the part of it that each hides, in its plane."""
+    """Yield the bodies between the faces of a pair, and the part that each hides, in the plane of the pair."""
     for body in of_bodies[pair.minus].keys() & of_bodies[pair.plus].keys():
         below = _between(pair, pair.minus, of_bodies[pair.minus][body], 1.0)
         above = _between(pair, pair.plus, of_bodies[pair.plus][body], -1.0) if below else []
@@ -100,7 +100,7 @@ def _hidden(pair: FacePair, of_bodies: OfBodies, least: float) -> Iterator[tuple
 
 
 def _between(pair: FacePair, end: int, faces: Sequence[FacePair], sense: float) -> list[FacePair]:
-    """Of the faces that look at one body of a pair those that look at its face, from before the other one's."""
+    """Select faces that look at the face of one body of a pair and are nearer than the other face of the pair."""
     return [
         face
         for face in faces
@@ -110,7 +110,7 @@ def _between(pair: FacePair, end: int, faces: Sequence[FacePair], sense: float) 
 
 
 def _flat(pair: FacePair, faces: Sequence[FacePair]) -> shapely.Geometry:
-    """Polygons of faces, as one, in the plane of a pair."""
+    """Return the union of the polygons of faces in the plane of a pair."""
     axes = np.stack(plane_axes(pair.normal))
     middle = pair.polygon.mean(axis=0)
     outlines = uncrossed(np.array([shapely.Polygon((face.polygon - middle) @ axes.T) for face in faces]))
@@ -118,14 +118,14 @@ def _flat(pair: FacePair, faces: Sequence[FacePair]) -> shapely.Geometry:
 
 
 def _lifted(pair: FacePair, part: shapely.Geometry) -> FacePair:
-    """A part of a pair."""
+    """Return a part of a pair as a pair in space."""
     axes = np.stack(plane_axes(pair.normal))
     corners = shapely.get_coordinates(shapely.orient_polygons(part))[:-1]
     return replace(pair, polygon=pair.polygon.mean(axis=0) + corners @ axes, area=float(part.area))
 
 
 def _without_holes(shape: shapely.Geometry) -> list[shapely.Geometry]:
-    """Polygons of a shape, cut across their holes."""
+    """Return the polygons of a shape, cut at their holes."""
     whole: list[shapely.Geometry] = []
     rest = list(shapely.get_parts(shape))
     while rest:

@@ -1,4 +1,4 @@
-"""Subdivision of polygons into cells, and the test for rectangles."""
+"""Divide polygons into cells; test for rectangles."""
 
 import math
 from collections.abc import Iterator
@@ -14,27 +14,27 @@ from blockstruct.geometry.tolerances import NO_CELL, RECTANGLE, SAME_GRID
 Array = NDArray[np.float64]
 Cells = tuple[Array, Array]
 
-#: Directions of edges that grids lie along, and numbers of columns in multiples of those of a square grid.
+#: Number of directions of the grids, and their numbers of columns relative to a square grid.
 _TRIED, _COLUMNS = 2, np.linspace(0.7, 1.3, 7)
-#: Rows that are tried first, in multiples of those that areas tell.
+#: First trial of the number of rows, relative to the number from the areas.
 _MORE = 1.25
-#: Number of cells beyond which one grid is as good as another.
+#: Number of cells above which the choice of the grid has no effect.
 _SEARCHED = 256
-#: Directions of bending, and mean pressures in multiples of the strength, at which grids are compared with one of so
-#: many times as many cells.
+#: Directions of bending, ratio of the cells of the reference grid, and mean pressures relative to the strength at
+#: which grids are compared with the reference grid.
 _ANGLES = np.linspace(0, 2 * np.pi, 48, endpoint=False)
 _AROUND = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 _FINE = 16
 _PRESSURES = np.array([0.001, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5])
-#: Difference of losses, of lengths of edges and of numbers of rows that is rounding. Which grid is taken must not
-#: depend on it: on another machine the cells would not be those of a file.
+#: Difference of losses, edge lengths and numbers of rows that counts as rounding. The choice of the grid must not
+#: depend on rounding: a file has the same cells on every machine.
 _SAME = 1e-6
-#: Decimals of corners, in multiples of the extent, by which outlines are the same.
+#: Decimals of corners, relative to the extent, for the comparison of outlines.
 _DIGITS = 6
 
 
 def is_rectangle(points: Array) -> bool:
-    """Whether a plane polygon, shape (k, 3), has four corners whose diagonals halve each other and are equally long."""
+    """Whether a plane polygon, shape (k, 3), has four corners and equal diagonals that bisect each other."""
     if len(points) != 4:
         return False
     first, second = points[2] - points[0], points[3] - points[1]
@@ -46,18 +46,19 @@ def is_rectangle(points: Array) -> bool:
 def polygon_cells(
     points: Array, centroid: Array, normal: Array, count: int, name: str, *, regular: bool = False
 ) -> Cells:
-    """Centroids (m, 3) and areas (m,) of about ``count`` cells of a polygon, convex or not.
+    """Return centroids (m, 3) and areas (m,) of about ``count`` cells of a polygon, convex or not.
 
-    The cells lie in the plane through the centroid, even if the polygon is not plane: a grid over a rectangle around
-    the polygon, cut by its outline. A uniform stress on a cell acts at its centroid, so limits of the cells are never
-    less safe than those of the polygon.
+    The cells lie in the plane through the centroid, even if the polygon is not plane. They are a grid over a rectangle
+    around the polygon, cut by its outline. A uniform stress on a cell acts at its centroid, so the limits of the cells
+    are on the safe side of the limits of the polygon.
 
-    Rows and columns are thin at the edges and thick inside, the projections of equal arcs of a half circle. In bending
-    across n rows a rectangle then loses about the same share of its moment, ``(π / 2 n)²``, wherever the neutral axis
-    is: in the outer row of its lever, in the others by the row that the axis cuts. Of grids along the longest edges,
-    with different numbers of columns, the one is taken that loses least in the worst direction at the worst pressure.
+    Rows and columns are thin at the edges and thick inside: projections of equal arcs of a half circle. In bending
+    across n rows a rectangle then loses about the share ``(π / 2 n)²`` of its moment, for any position of the neutral
+    axis: in the outer row the lever is shorter, in other rows the axis cuts the row. The grid with the smallest loss in
+    the worst direction at the worst pressure is chosen, among grids along the longest edges with different numbers of
+    columns.
 
-    ``regular`` grids have rows of equal height, as all grids of earlier files.
+    ``regular`` grids have rows of equal height, as in earlier files.
 
     Raises
     ------
@@ -90,7 +91,7 @@ def _regular(corners: Array, count: int) -> Cells:
 def _graded(corners: Array, count: int) -> Cells:
     axis, columns = 0, 1.0
     if count <= _SEARCHED:
-        # Congruent joints have the same grid, found once.
+        # Congruent joints have the same grid, which is computed once.
         axis, columns = _best((np.round(corners / np.ptp(corners), _DIGITS) + 0.0).tobytes(), count)
     axes = _axes(corners, axis + 1)[axis]
     ((_, (centres, areas)),) = _grids(corners @ axes.T, count, np.array([columns]))
@@ -99,7 +100,7 @@ def _graded(corners: Array, count: int) -> Cells:
 
 @lru_cache(maxsize=4096)
 def _best(buffer: bytes, count: int) -> tuple[int, float]:
-    """Axes and columns of the grid that loses least, of an outline whose corners, shape (k, 2), are in a buffer."""
+    """Return axes and columns of the grid with the smallest loss; the buffer holds the corners (k, 2)."""
     corners = np.frombuffer(buffer).reshape(-1, 2)
     grids = [
         (axis, columns, centres @ axes, areas)
@@ -111,14 +112,14 @@ def _best(buffer: bytes, count: int) -> tuple[int, float]:
     across = np.stack([along[:, 1], -along[:, 0]])
     directions = np.concatenate([across, -across, _AROUND], axis=1)
     exact = np.maximum(_moments(centres, areas, directions), np.finfo(float).tiny)
-    found = (_moments(centres, areas, directions) for _, _, centres, areas in grids)
-    worst = np.array([(1 - moments / exact).max() for moments in found])
+    moments = (_moments(centres, areas, directions) for _, _, centres, areas in grids)
+    worst = np.array([(1 - m / exact).max() for m in moments])
     axis, columns, *_ = grids[int(np.argmax(worst <= worst.min() + _SAME))]
     return axis, columns
 
 
 def _axes(corners: Array, most: int) -> list[Array]:
-    """Axes along the longest edges, shape (2, 2) each; of edges at right angles to each other only once."""
+    """Return axes (2, 2) along the longest edges; perpendicular edges share their axes."""
     along, lengths = _edges(corners)
     found = list[Array]()
     for s in along[np.argsort(-_rounded(lengths), kind="stable")]:
@@ -128,21 +129,21 @@ def _axes(corners: Array, most: int) -> list[Array]:
 
 
 def _edges(corners: Array) -> tuple[Array, Array]:
-    """Unit vectors along the edges, and lengths."""
+    """Return unit vectors along the edges, and their lengths."""
     edges = np.roll(corners, -1, axis=0) - corners
     lengths = np.linalg.norm(edges, axis=1)
     return edges[lengths > 0] / lengths[lengths > 0, None], lengths[lengths > 0]
 
 
 def _grids(corners: Array, count: int, shares: Array) -> Iterator[tuple[float, Cells]]:
-    """Graded grids of about ``count`` cells, of columns in multiples of those of a square grid, and rows to match."""
+    """Yield graded grids of about ``count`` cells, by the number of columns relative to a square grid."""
     outline = shapely.Polygon(corners)
     shapely.prepare(outline)
     low, high = np.reshape(outline.bounds, (2, 2))
     touching = NO_CELL * float(np.min(high - low))
 
     def fitting(rows: int, columns: int | None = None) -> tuple[int, NDArray[np.object_]]:
-        """As many rows, up to a number, as ``count`` allows; as many columns, if they are not given."""
+        """Return the largest number of rows within ``count`` cells; by default with as many columns."""
         while True:
             shape = columns or rows, rows
             x, y = (a + (b - a) * _arcs(m) for a, b, m in zip(low, high, shape, strict=True))
@@ -153,7 +154,7 @@ def _grids(corners: Array, count: int, shares: Array) -> Iterator[tuple[float, C
             fewer = (count / number) ** (1.0 if columns else 0.5)
             rows = min(rows - 1, _upwards(rows * fewer))
 
-    # Boxes beyond the outline are none, so there are more rows than by the areas alone.
+    # Boxes outside the outline do not count, so there are more rows than the areas give.
     square, _ = fitting(_upwards(_MORE * math.sqrt(count * np.prod(high - low) / outline.area)))
     numbers, first = np.unique(np.maximum(np.round(shares * square), 1).astype(int), return_index=True)
     for columns, share in zip(numbers.tolist(), shares[first].tolist(), strict=True):
@@ -163,7 +164,7 @@ def _grids(corners: Array, count: int, shares: Array) -> Iterator[tuple[float, C
 
 
 def _arcs(n: int) -> Array:
-    """Ends of n equal arcs of a half circle, on its diameter from 0 to 1."""
+    """Return the ends of n equal arcs of a half circle, projected on its diameter from 0 to 1."""
     return np.asarray((1 - np.cos(np.linspace(0, np.pi, n + 1))) / 2)
 
 
@@ -189,7 +190,7 @@ def _cut(outline: shapely.Polygon, boxes: NDArray[np.object_]) -> Cells:
 
 
 def _moments(centres: Array, areas: Array, directions: Array) -> Array:
-    """Largest moments that cells bear with each mean pressure in each direction of bending."""
+    """Return the largest moments of cells for each mean pressure and each direction of bending."""
     arms = centres @ directions
     order = np.argsort(-arms, axis=0)
     pressed = areas[order]

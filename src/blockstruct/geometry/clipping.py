@@ -1,4 +1,4 @@
-"""Plane convex polygons clipped by each other, many pairs at a time."""
+"""Intersections of many pairs of plane convex polygons."""
 
 from dataclasses import dataclass
 
@@ -11,15 +11,15 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Clipped:
-    """Common areas of P pairs of convex polygons, which have N corners or fewer.
+    """Common areas of P pairs of convex polygons, with at most N corners.
 
     Attributes
     ----------
     corner : (P, N, 2) array
-        Corners in turn, counter-clockwise; those beyond the count are arbitrary.
+        Corners in order, counter-clockwise. Entries beyond the count are arbitrary.
     edge : (P, N) array
-        Edge that leaves each corner: ``i`` is edge i of the first polygon, ``M + j`` edge j of the second, where M is
-        the most corners that a first polygon has.
+        Edge that starts at each corner: ``i`` is edge i of the first polygon, ``M + j`` is edge j of the second. M is
+        the largest number of corners of a first polygon.
     count : (P,) array
     """
 
@@ -32,7 +32,7 @@ class Clipped:
 
     @property
     def within(self) -> NDArray[np.bool_]:
-        """Which corners count, (P, N)."""
+        """Whether each corner is within the count, (P, N)."""
         return np.asarray(np.arange(self.corner.shape[1]) < self.count[:, None])
 
     @property
@@ -49,13 +49,13 @@ class Clipped:
 
     @property
     def arriving(self) -> Index:
-        """Edge that arrives at each corner, (P, N)."""
+        """Edge that ends at each corner, (P, N)."""
         number = np.arange(self.corner.shape[1])
         before = np.where(number > 0, number - 1, np.maximum(self.count[:, None] - 1, 0))
         return np.take_along_axis(self.edge, before, 1)
 
     def without_short_edges(self, shortest: float) -> "Clipped":
-        """The same without the corners whose edge has no length."""
+        """Return the areas without corners whose edge is at most ``shortest`` long."""
         keep = self.within & (np.linalg.norm(self.edges, axis=2) > shortest)
         return _packed(self.corner, self.edge, keep)
 
@@ -63,17 +63,17 @@ class Clipped:
 def clipped(first: Array, n_first: Index, second: Array, n_second: Index, flush: float) -> Clipped:
     """Clip polygons by polygons (I. E. Sutherland, G. W. Hodgman (1974), doi:10.1145/360767.360802).
 
-    What is outside by rounding is inside: edges of both that lie on each other, as in the face of a wall, would cross
-    anywhere, and in front in other corners than behind.
+    A point outside by rounding counts as inside. Otherwise coincident edges, as in the face of a wall, would cross at
+    arbitrary points, which differ between the front and the back of the wall.
 
     Parameters
     ----------
     first, second : (P, M, 2), (P, G, 2) arrays
         Convex polygons, counter-clockwise.
     n_first, n_second : (P,) arrays
-        Numbers of their corners.
+        Numbers of corners.
     flush
-        Distance outside of an edge that is rounding.
+        Distance outside an edge that counts as rounding.
     """
     M = first.shape[1]
     labels = np.broadcast_to(np.arange(M), first.shape[:2])
@@ -81,7 +81,7 @@ def clipped(first: Array, n_first: Index, second: Array, n_second: Index, flush:
     pairs = np.arange(len(first))
     for k in range(second.shape[1]):
         a, b = second[:, k], second[pairs, np.where(k + 1 < n_second, k + 1, 0)]
-        # Beyond its last edge a polygon clips no more.
+        # A polygon stops clipping after its last edge.
         idle = (k >= n_second)[:, None]
         height = cross((b - a)[:, None], result.corner - a[:, None])
         outside = -flush * np.linalg.norm(b - a, axis=1, keepdims=True)
@@ -92,7 +92,7 @@ def clipped(first: Array, n_first: Index, second: Array, n_second: Index, flush:
         crossing = result.corner + share[:, :, None] * (_following(result.corner, result.count) - result.corner)
         keep = np.stack([result.within & inside, result.within & (inside != next_inside)], axis=2)
         corner = np.stack([result.corner, crossing], axis=2)
-        # Where the outline leaves, it goes on along the edge that clips it.
+        # Where the outline leaves the polygon, it continues along the clipping edge.
         edge = np.stack([result.edge, np.where(inside, M + k, result.edge)], axis=2)
         shape = (len(first), 2 * result.corner.shape[1])
         result = _packed(corner.reshape(*shape, 2), edge.reshape(shape), keep.reshape(shape))
@@ -100,19 +100,19 @@ def clipped(first: Array, n_first: Index, second: Array, n_second: Index, flush:
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Cross product of vectors (…, 2)."""
+    """Return the cross product of vectors (…, 2)."""
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
 def _following(values: Array, count: Index) -> Array:
-    """Value at the next corner in turn."""
+    """Return the value at the next corner."""
     number = np.arange(values.shape[1])
     after = np.where(number + 1 < count[:, None], number + 1, 0)
     return np.take_along_axis(values, after.reshape(after.shape + (1,) * (values.ndim - 2)), 1)
 
 
 def _packed(corner: Array, edge: Index, keep: NDArray[np.bool_]) -> Clipped:
-    """The corners to keep, moved to the front."""
+    """Move the corners to keep to the front."""
     count = keep.sum(axis=1)
     order = np.argsort(~keep, axis=1, kind="stable")[:, : max(int(count.max(initial=0)), 1)]
     return Clipped(np.take_along_axis(corner, order[:, :, None], 1), np.take_along_axis(edge, order, 1), count)

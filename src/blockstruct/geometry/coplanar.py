@@ -1,4 +1,4 @@
-"""Pairs of faces that look at each other and share an area."""
+"""Pairs of faces that look at each other and have a common area."""
 
 from dataclasses import dataclass
 
@@ -27,13 +27,13 @@ class FacePair:
     polygon : (k, 3) array
         Corners of the common area, midway between the faces, counter-clockwise about the normal.
     normal : (3,) array
-        Unit normal midway between those of the faces.
+        Unit normal midway between the normals of the faces.
     area
         Area of the polygon.
     gap
-        Distance of the faces along the normal where it is largest over the polygon; negative for a penetration.
+        Largest distance of the faces along the normal over the polygon; negative for a penetration.
     closest
-        Where the faces come closest over the polygon; zero where one crosses the other.
+        Smallest distance of the faces over the polygon; zero if they cross.
     angle
         Between the planes of the faces, radians.
     """
@@ -51,21 +51,21 @@ class FacePair:
 def coplanar_face_pairs(
     bodies: list[Polyhedron], reach: float, angle: float, *, rounding: float | None = None
 ) -> list[FacePair]:
-    """All common areas of faces of different bodies, whatever their number and size.
+    """Return all common areas of faces of different bodies, whatever their number and size.
 
-    Every two faces are judged by themselves, by their mean planes: they look at each other, and somewhere over the
-    area that they share they come as close as the reach.
+    Each pair of faces is tested on its own, with the mean planes. The faces look at each other, and their smallest
+    distance over the common area is at most the reach.
 
     Parameters
     ----------
     bodies
         Polyhedra.
     reach
-        Largest gap, and largest penetration, at the closest place.
+        Largest gap, and largest penetration, at the closest point.
     angle
         Largest angle between two faces, radians.
     rounding
-        Deviation from a straight outline that is rounding; the reach by default.
+        Deviation from a straight outline that counts as rounding; the reach by default.
     """
     if len(bodies) < 2:
         return []
@@ -78,15 +78,15 @@ def coplanar_face_pairs(
     extent = np.maximum(faces.extent[front], faces.extent[back])
     outlines = [uncrossed(faces.outlines(f, axes, middle, extent)) for f in (front, back)]
     parts, of_pair = shapely.get_parts(shapely.intersection(*outlines), return_index=True)
-    # Faces are simple polygons, so what two of them share has no holes. Where edges of the two coincide but for
-    # rounding, clipping leaves spurious corners, which would become contact points.
+    # Faces are simple polygons, so their common area has no holes. Coincident edges leave spurious corners of rounding,
+    # which would become contact points.
     parts = shapely.simplify(shapely.normalize(parts), reach if rounding is None else rounding)
     keep = (shapely.get_type_id(parts) == shapely.GeometryType.POLYGON) & ~shapely.is_empty(parts)
     parts, of_pair = shapely.orient_polygons(parts[keep]), of_pair[keep]
     if not len(parts):
         return []
     rings, of_part = shapely.get_coordinates(parts, return_index=True)
-    # Rings of shapely end where they begin.
+    # Rings of shapely repeat their first point.
     last = np.append(np.diff(of_part) > 0, [True])
     rings, of_part = rings[~last], of_part[~last]
     start = np.flatnonzero(np.append([True], np.diff(of_part) > 0))
@@ -115,7 +115,7 @@ def coplanar_face_pairs(
 
 
 def crossed_faces(bodies: list[Polyhedron]) -> list[tuple[int, int]]:
-    """Faces whose outline crosses itself, as (body, face): no area that they share with others is defined."""
+    """Return the faces whose outline crosses itself, as (body, face); their common areas are undefined."""
     if not bodies:
         return []
     faces = Faces.of(bodies)
@@ -127,7 +127,7 @@ def crossed_faces(bodies: list[Polyhedron]) -> list[tuple[int, int]]:
 
 
 def _candidates(faces: Faces, reach: float, angle: float) -> tuple[Index, Index]:
-    """Pairs of faces (front, back) of different bodies that look at each other and whose boxes meet.
+    """Return pairs of faces (front, back) of different bodies that look at each other and whose boxes meet.
 
     The front face looks up (or, if level, along +y or +x).
     """
@@ -141,12 +141,12 @@ def _candidates(faces: Faces, reach: float, angle: float) -> tuple[Index, Index]
 
 
 def _angle(one: Array, other: Array) -> Array:
-    """Angle between planes that look at each other, from unit normals (m, 3): exact for small angles too."""
+    """Return the angle between opposite faces from unit normals (m, 3), accurate for small angles."""
     return np.asarray(2 * np.arcsin(np.minimum(np.linalg.norm(one + other, axis=1) / 2, 1.0)))
 
 
 def _half_space_sign(normals: Array) -> Array:
-    """+1 where a normal points up (or, if level, along +y, then +x), else −1."""
+    """Return +1 for a normal that points up (or, if level, along +y, then +x), else −1."""
     x, y, z = np.where(np.abs(normals) < SIDEWAYS, 0.0, normals).T
     lead = np.where(z != 0, z, np.where(y != 0, y, x))
     return np.where(lead > 0, 1.0, -1.0)

@@ -17,7 +17,7 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Faces:
-    """All faces of all bodies, one after the other; corners from ``start`` on, ``count`` of them."""
+    """All faces of all bodies, one after the other; each has ``count`` corners from ``start`` on."""
 
     body: Index
     normal: Array
@@ -30,7 +30,7 @@ class Faces:
 
     @classmethod
     def of(cls, bodies: Sequence[Polyhedron]) -> Self:
-        """Faces of bodies, in their order."""
+        """Return the faces of bodies, in their order."""
         loops = [b.vertices[list(face)] for b in bodies for face in b.faces]
         count = np.array([len(loop) for loop in loops])
         start = np.cumsum(count) - count
@@ -52,6 +52,6 @@ class Faces:
         return np.asarray((self.high - self.low).max(axis=1))
 
     def outlines(self, index: Index, axes: Array, middle: Array, extent: Array) -> NDArray[np.object_]:
-        """Outline of the faces, each in its own plane of axes (m, 2, 3) about its own middle (m, 3)."""
+        """Return the outlines of faces, each in the plane with axes (m, 2, 3) about its origin (m, 3)."""
         of_corner, corner, _ = expanded(self.start[index], self.count[index])
         return flat_polygons(self.corners[corner], of_corner, axes, middle, extent)

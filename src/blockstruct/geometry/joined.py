@@ -1,4 +1,4 @@
-"""Areas of contact in pieces, as faceted faces leave them, made whole."""
+"""Join contact areas that faceted faces divide into pieces."""
 
 from collections.abc import Sequence
 
@@ -14,17 +14,17 @@ Array = NDArray[np.float64]
 
 
 def joined_pairs(pairs: Sequence[FacePair], gap: float, angle: float, rounding: float) -> list[FacePair]:
-    """Face pairs of the same bodies that lie in one plane and touch, as one.
+    """Join face pairs of the same bodies that lie in one plane and touch.
 
     Pieces lie in one plane if their normals are within the angle of the mean normal, and their corners within the gap
-    of the mean plane. Pieces that would leave a hole stay as they are: an interface has no holes.
+    of the mean plane. Pieces around a hole stay separate, because an interface has no holes.
 
     Parameters
     ----------
     pairs
         In the order of :func:`coplanar_face_pairs`.
     gap, angle, rounding
-        As found by it; angles in radians.
+        Tolerances of the detection; angle in radians.
     """
     joined: list[FacePair] = []
     of_bodies: dict[frozenset[int], list[FacePair]] = {}
@@ -43,7 +43,7 @@ def joined_pairs(pairs: Sequence[FacePair], gap: float, angle: float, rounding: 
 
 
 def _plane(pieces: Sequence[FacePair]) -> tuple[Array, Array]:
-    """Middle (3,) and unit normal (3,) of pieces, weighted by their areas."""
+    """Return the middle (3,) and the unit normal (3,) of pieces, weighted by their areas."""
     weight = np.array([p.area for p in pieces])
     normal = weight @ _normals(pieces, pieces[int(np.argmax(weight))])
     middle = weight @ np.array([p.polygon.mean(axis=0) for p in pieces]) / weight.sum()
@@ -51,20 +51,20 @@ def _plane(pieces: Sequence[FacePair]) -> tuple[Array, Array]:
 
 
 def _normals(pieces: Sequence[FacePair], like: FacePair) -> Array:
-    """Normals (m, 3) towards the plus side of one piece: in a rough upright joint the sides may change."""
+    """Return the normals (m, 3) towards the plus side of one piece; in a rough vertical joint the sides may differ."""
     return np.array([p.normal if p.minus == like.minus else -p.normal for p in pieces])
 
 
 def _in_one_plane(
     pieces: Sequence[FacePair], reference: Sequence[FacePair], gap: float, angle: float
 ) -> NDArray[np.bool_]:
-    """Which pieces lie in the mean plane of a reference; one of a single piece has that itself in it."""
+    """Return which pieces lie in the mean plane of a reference. A single reference piece always does."""
     middle, normal = _plane(reference)
     normals = _normals(pieces, max(reference, key=lambda p: p.area))
     tilt = 2 * np.arcsin(np.minimum(np.linalg.norm(normals - normal, axis=1) / 2, 1.0))
     off = np.array([np.abs((p.polygon - middle) @ normal).max() for p in pieces])
-    own = np.array([len(reference) == 1 and p is reference[0] for p in pieces])
-    return np.asarray(((tilt <= angle) & (off <= gap)) | own)
+    is_reference = np.array([len(reference) == 1 and p is reference[0] for p in pieces])
+    return np.asarray(((tilt <= angle) & (off <= gap)) | is_reference)
 
 
 def _whole(pieces: list[FacePair], gap: float, rounding: float) -> list[FacePair]:
@@ -76,12 +76,12 @@ def _whole(pieces: list[FacePair], gap: float, rounding: float) -> list[FacePair
     union = shapely.union_all(outlines, grid_size=SNAP * rounding)
     pieced = union
     if _has_holes(union) or len(shapely.get_parts(union)) > 1:
-        # Slits between pieces of a rough face, no wider than a gap, are closed.
+        # Close slits between pieces of a rough face that are no wider than the gap.
         closed = shapely.buffer(union, gap, join_style="mitre", mitre_limit=20)
         union = shapely.buffer(closed, -gap, join_style="mitre", mitre_limit=20)
     parts = shapely.get_parts(uncrossed(shapely.get_parts(shapely.simplify(shapely.normalize(union), rounding))))
     parts = parts[(shapely.get_type_id(parts) == shapely.GeometryType.POLYGON) & ~shapely.is_empty(parts)]
-    # Closing slits may leave corners where no piece was.
+    # Closed slits may leave corners outside all pieces.
     parts = parts[shapely.area(shapely.intersection(parts, pieced)) > 0.5 * shapely.area(parts)]
     if _has_holes(union) or not 0 < len(parts) < len(pieces):
         return pieces

@@ -10,23 +10,23 @@ from blockstruct.geometry.triangles import half_solid_angles, triangulated
 
 Array = NDArray[np.float64]
 
-#: Length of a stretch, relative to the body, below which it is rounding.
+#: Length of a segment, relative to the body, below which it is rounding.
 SHORTEST = 1e-6
-#: Distance from a face, relative to the body, that is rounding.
+#: Distance from a face, relative to the body, that counts as rounding.
 ROUNDING = 1e-9
-#: Share of the full solid angle above which a point is inside: it is 1 there, 1/2 on a face and 0 outside.
+#: Share of the full solid angle above which a point is inside: 1 inside, 1/2 on a face, 0 outside.
 INSIDE = 0.75
 
 
 def stretches_inside(shape: Polyhedron, start: Array, end: Array, radius: float = 0.0) -> list[tuple[float, float]]:
-    """Stretches of the straight line from start to end that lie inside a body, convex or not.
+    """Return the segments of the straight line from start to end inside a body, convex or not.
 
-    What runs in a face is not inside, nor is what rounding has moved off it.
+    A segment in a face, up to rounding, is not inside.
 
     Parameters
     ----------
     radius
-        Of a round bar about the line, whose whole cross-sections are to be inside.
+        Radius of a round bar about the line. The whole cross-section must be inside.
 
     Returns
     -------
@@ -46,21 +46,22 @@ def stretches_inside(shape: Polyhedron, start: Array, end: Array, radius: float 
     middle = (at[1:] + at[:-1]) / 2
     in_reach = np.any((near[:, :1] < middle) & (middle < near[:, 1:]), axis=0)
     inside = half_solid_angles(triangles, start + middle[:, None] * d) / (2 * np.pi) >= INSIDE
-    found: list[tuple[float, float]] = []
+    segments: list[tuple[float, float]] = []
     for (a, b), counts in zip(pairwise(at.tolist()), (inside & ~in_reach).tolist(), strict=True):
         if b - a <= smallest or not counts:
             continue
-        if found and a - found[-1][1] <= smallest:
-            found[-1] = found[-1][0], b
+        if segments and a - segments[-1][1] <= smallest:
+            segments[-1] = segments[-1][0], b
         else:
-            found.append((a, b))
-    return found
+            segments.append((a, b))
+    return segments
 
 
 def _ranges_near(triangles: Array, d: Array, radius: float) -> Array:
-    """Ranges (n, 2) along a line through the origin, of unit vector d, of triangles (t, 3, 3) within a radius of it.
+    """Return the ranges (n, 2) along a line in which triangles (t, 3, 3) are within a radius of the line.
 
-    Each ends at a corner, on an edge or, of a face that the line crosses aslant, where the cylinder cuts it furthest.
+    The line passes through the origin with the unit vector d. A range ends at a corner, on an edge or, for a face at an
+    angle to the line, at the extreme point of its intersection with the cylinder.
     """
     along = triangles @ d
     off = triangles - along[..., None] * d
@@ -69,12 +70,12 @@ def _ranges_near(triangles: Array, d: Array, radius: float) -> Array:
     slope = normals @ d
     across = normals - slope[:, None] * d
     with np.errstate(divide="ignore", invalid="ignore"):
-        # On an edge, at a share of it: |off + share · to| = radius.
+        # On an edge, with its share: |off + share · to| = radius.
         squares, half = np.einsum("tej,tej->te", to, to), np.einsum("tej,tej->te", off, to)
         root = np.sqrt(half**2 - squares * (np.einsum("tej,tej->te", off, off) - radius**2))
         shares = np.stack([(-half - root) / squares, (-half + root) / squares])
         on_edges = np.where((shares >= 0) & (shares <= 1), along + shares * along_to, np.nan)
-        # Of a face that the line crosses squarely, where it does.
+        # For a face perpendicular to the line, the crossing itself.
         steepness = np.linalg.norm(across, axis=1, keepdims=True)
         steepest = np.where(steepness > ROUNDING * np.abs(slope[:, None]), radius * across / steepness, 0.0)
         furthest = np.stack([-steepest, steepest])
@@ -85,6 +86,6 @@ def _ranges_near(triangles: Array, d: Array, radius: float) -> Array:
         within = np.all(np.einsum("ktej,tj->kte", sides, normals) >= 0, axis=2)
     on_faces[~(within & np.isfinite(on_faces))] = np.nan
     corners = np.where(np.linalg.norm(off, axis=2) <= radius, along, np.nan)
-    found = np.concatenate([corners.T, on_edges.transpose(0, 2, 1).reshape(6, -1), on_faces])
-    found = found[:, ~np.isnan(found).all(axis=0)]
-    return np.column_stack([np.nanmin(found, axis=0), np.nanmax(found, axis=0)])
+    places = np.concatenate([corners.T, on_edges.transpose(0, 2, 1).reshape(6, -1), on_faces])
+    places = places[:, ~np.isnan(places).all(axis=0)]
+    return np.column_stack([np.nanmin(places, axis=0), np.nanmax(places, axis=0)])

@@ -1,4 +1,4 @@
-"""Polygons that lie on faces of bodies."""
+"""Polygons on faces of bodies."""
 
 from collections.abc import Sequence
 
@@ -19,21 +19,20 @@ Index = NDArray[np.int64]
 def areas_on_bodies(
     polygons: Sequence[Array], normals: Array, limits: Array, inside: Array, bodies: Sequence[Polyhedron], of: Index
 ) -> tuple[Array, Array]:
-    """Areas (m,) of polygons that lie on faces of a body, each its own, and distances (m,) of corners beside them.
+    """Return the areas (m,) of polygons on faces of their bodies, and the distances (m,) of their corners from there.
 
-    The distance is that of the corner furthest from what lies on the body: a spike has as good as no area.
-
-    They are measured in the plane of the polygon, over faces that look along its normal; what is further than the
-    limits from the plane of the face does not count.
+    The distance is the largest of a corner from the part of the polygon on the body. It detects spikes, which have
+    almost no area. Both are measured in the plane of the polygon, over faces that look along its normal. Parts further
+    from the plane of the face than the limits do not count.
 
     Parameters
     ----------
     polygons
-        Corners (k, 3) of each.
+        Corners (k, 3) of each polygon.
     normals : (m, 3) array
         Unit normals.
     limits, inside : (m,) arrays
-        Largest distances, outside of the body and within it.
+        Largest distances outside and inside the body.
     bodies
         Polyhedra.
     of : (m,) array
@@ -44,7 +43,7 @@ def areas_on_bodies(
     count = np.diff(begin)[of]
     low, high = (np.array([f(p, axis=0) for p in polygons]) for f in (np.min, np.max))
     areas, starts = np.zeros(len(polygons)), np.cumsum([0, *map(len, polygons)])
-    beside = np.full(starts[-1], np.inf)
+    distance = np.full(starts[-1], np.inf)
     for part in np.array_split(np.arange(len(polygons)), count.sum() // CHUNK + 1):
         row, face, _ = expanded(begin[of[part]], count[part])
         k = part[row]
@@ -53,26 +52,26 @@ def areas_on_bodies(
         near[near] = np.einsum("ij,ij->i", faces.normal[face[near]], normals[k[near]]) > np.cos(LIES_ON)
         k, face = k[near], face[near]
         if len(k):
-            own = [polygons[i] for i in k.tolist()]
-            shared, corners = _shared(own, normals[k], limits[k], inside[k], faces, face)
+            chosen = [polygons[i] for i in k.tolist()]
+            shared, corners = _shared(chosen, normals[k], limits[k], inside[k], faces, face)
             np.add.at(areas, k, shapely.area(shared))
             pair, corner, _ = expanded(starts[k], np.diff(starts)[k])
-            # Of nothing the distance is none.
-            np.fmin.at(beside, corner, shapely.distance(shared[pair], corners))
-    return areas, np.maximum.reduceat(beside, starts[:-1])
+            # The distance from an empty part is NaN, which fmin ignores.
+            np.fmin.at(distance, corner, shapely.distance(shared[pair], corners))
+    return areas, np.maximum.reduceat(distance, starts[:-1])
 
 
 def _shared(
     polygons: Sequence[Array], normals: Array, limits: Array, inside: Array, faces: Faces, face: Index
 ) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
-    """What polygons (m,) share with a face each, within limits of its plane; and their corners, in the same plane."""
+    """Return the common parts of polygons (m,) and one face each, within the limits, and the corners in that plane."""
     middles = np.array([p.mean(axis=0) for p in polygons])
     axes = np.stack(plane_axes(normals), axis=1)
     of = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
     extent = np.maximum(faces.extent[face], [np.ptp(p, axis=0).max() for p in polygons])
     outlines = flat_polygons(np.concatenate(polygons), of, axes, middles, extent)
     shared = intersections(outlines, uncrossed(faces.outlines(face, axes, middles, extent)))
-    # Height of the plane of the face over that of the polygon: linear over the latter.
+    # Height of the plane of the face over the plane of the polygon, linear over the polygon.
     facing = np.einsum("ij,ij->i", faces.normal[face], normals)
     level = np.einsum("ij,ij->i", faces.centre[face] - middles, faces.normal[face]) / facing
     slope = -np.einsum("kaj,kj->ka", axes, faces.normal[face]) / facing[:, None]
@@ -86,17 +85,17 @@ def _shared(
 
 
 def _strips(level: Array, slope: Array, lowest: Array, highest: Array, extent: Array) -> NDArray[np.object_]:
-    """Where linear functions (m,) of two coordinates are between two values, over some extent."""
+    """Return the strips where linear functions (m,) of two coordinates are between two values, over an extent."""
     steep = np.linalg.norm(slope, axis=1)[:, None]
     along = np.divide(slope, steep, out=np.tile([1.0, 0.0], (len(slope), 1)), where=steep > 0)
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
     far = 4 * extent[:, None]
-    # From the origin along the slope; without any slope all of it lies too far.
+    # From the origin along the slope. Without a slope the whole plane is too far.
     low, high = (
         np.clip(np.divide(end, steep, out=np.full_like(steep, np.inf), where=steep > 0), -far, far)
         for end in ((lowest - level)[:, None], (highest - level)[:, None])
     )
     corners = [low * along - far * across, high * along - far * across]
     corners += [high * along + far * across, low * along + far * across]
-    # Those without width are not polygons to GEOS.
+    # GEOS does not accept polygons without width.
     return uncrossed(np.asarray(shapely.polygons(np.stack(corners, axis=1))))

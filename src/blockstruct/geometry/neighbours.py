@@ -1,4 +1,4 @@
-"""Neighbours among many boxes and bodies: which meet, and how far apart they lie."""
+"""Neighbours among many boxes and bodies, and their distances."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -16,7 +16,7 @@ Index = NDArray[np.int64]
 
 
 def unsupported(held: NDArray[np.bool_], ends: Index) -> Index:
-    """Which of n bodies have no way over pairs that touch, (m, 2), to one that is held, (n,)."""
+    """Return which of n bodies have no path over touching pairs (m, 2) to a held body (n,)."""
     from scipy.sparse.csgraph import connected_components
 
     ends, n = ends.reshape(-1, 2), len(held)
@@ -26,15 +26,15 @@ def unsupported(held: NDArray[np.bool_], ends: Index) -> Index:
 
 
 def box_pairs(low: Array, high: Array) -> tuple[Index, Index]:
-    """Index pairs (i, j), i < j, of axis-parallel boxes that meet.
+    """Return the index pairs (i, j), i < j, of axis-parallel boxes that meet.
 
-    A search tree over the two longest axes of the structure. Along the third it is cut into slabs, laid out side by
-    side in the tree, so that solid structures cost no more than walls.
+    The search tree covers the two longest axes of the structure. Along the third axis the structure is cut into slabs,
+    which are next to each other in the tree, so that solid structures cost no more than walls.
 
     Parameters
     ----------
     low, high : (n, 3) arrays
-        Least and greatest corners. A box with ``low > high`` along some axis meets none.
+        Smallest and largest corners. A box with ``low > high`` along an axis meets no other box.
     """
     real = np.flatnonzero(np.all(low <= high, axis=1))
     if len(real) < 2:
@@ -51,7 +51,7 @@ def box_pairs(low: Array, high: Array) -> tuple[Index, Index]:
     tree_boxes = shapely.box(low[box, x] - start[x], low[box, y] + shift, high[box, x] - start[x], high[box, y] + shift)
     one, other = shapely.STRtree(tree_boxes).query(tree_boxes)
     i, j = box[one], box[other]
-    # Two boxes that share several slabs are met in the first of these only.
+    # Two boxes with several common slabs count in the first of them only.
     keep = (
         (i < j) & (slab[one] == np.maximum(first[i], first[j])) & (low[i, z] <= high[j, z]) & (low[j, z] <= high[i, z])
     )
@@ -61,11 +61,11 @@ def box_pairs(low: Array, high: Array) -> tuple[Index, Index]:
 
 
 def separations(bodies: list[Polyhedron], i: Index, j: Index) -> Array:
-    """Distances (m,) of the bodies i (m,) from the bodies j (m,) along the normals of their faces.
+    """Return the distances (m,) of the bodies i (m,) from the bodies j (m,) along the normals of their faces.
 
-    A distance above zero is a lower bound of the true one, and exact where a face of one looks at the other. It is
-    zero or negative where no plane along a face keeps the two apart: they then overlap, or touch with edges only, or
-    one reaches into a hollow of the other.
+    A distance above zero is a lower bound of the true distance, and exact if a face of one looks at the other. It is
+    zero or negative if no plane along a face separates the two: they overlap, touch with edges only, or one extends
+    into a hollow of the other.
     """
     if not len(i):
         return np.empty(0)
@@ -74,7 +74,7 @@ def separations(bodies: list[Polyhedron], i: Index, j: Index) -> Array:
     support = np.concatenate([(b.normals @ b.vertices.T).max(axis=1) for b in bodies])
 
     def beyond(i: Index, j: Index) -> Array:
-        """How far the bodies j lie beyond all of a body i, along the best of its normals."""
+        """Return the largest distance of the bodies j beyond a body i along one of its normals."""
         pair, face, first_face = expanded(normals.start[i], normals.count[i])
         row, vertex, first_vertex = expanded(vertices.start[j][pair], vertices.count[j][pair])
         heights = np.einsum("ij,ij->i", normals.values[face[row]], vertices.values[vertex])
@@ -102,7 +102,7 @@ class _Packed:
 
 
 def expanded(start: Index, count: Index) -> tuple[Index, Index, Index]:
-    """All members of the ranges ``start + (0 … count − 1)``: the range of each, the member, the first of each range."""
+    """Expand ranges ``start + (0 … count − 1)``: the range of each member, the members, the first of each range."""
     first = np.cumsum(count) - count
     of = np.repeat(np.arange(len(count)), count)
     return of, start[of] + np.arange(len(of)) - first[of], first

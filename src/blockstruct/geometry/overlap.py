@@ -1,4 +1,4 @@
-"""Bodies that occupy the same space."""
+"""Bodies that overlap."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -17,56 +17,56 @@ Array = NDArray[np.float64]
 
 
 def overlapping_pairs(bodies: list[Polyhedron], tolerance: float) -> list[tuple[int, int, float]]:
-    """Pairs of bodies whose interiors meet, with a penetration depth.
+    """Return the pairs of bodies whose interiors meet, with a penetration depth.
 
-    Convex pairs are decided exactly, by separating axes. Where a body is not convex, grids of lines through the common
-    bounding box and the edges of both are followed instead: an overlap without an edge of one of them in it, and
-    smaller than a twelfth of that box in two directions, may escape.
+    Convex pairs are decided exactly, by separating axes. If a body is not convex, the test follows grids of lines
+    through the common bounding box, and the edges of both bodies. It may miss an overlap without an edge of either
+    body that is smaller than a twelfth of this box in two directions.
 
     Parameters
     ----------
     bodies
         Polyhedra.
     tolerance
-        Depth that still counts as touching.
+        Largest depth that counts as touching.
 
     Returns
     -------
     list of (i, j, depth)
-        ``i < j``. The depth is that of the convex hulls in the shallowest direction; where a body is not convex, at
-        most the thickness of what the two share.
+        ``i < j``. The depth is the depth of the convex hulls in the shallowest direction. If a body is not convex, it
+        is at most the thickness of the common part.
     """
     if len(bodies) < 2:
         return []
     low = np.array([b.vertices.min(axis=0) for b in bodies])
     high = np.array([b.vertices.max(axis=0) for b in bodies])
     i, j = box_pairs(low + tolerance / 2, high - tolerance / 2)
-    # Nearly all neighbours are kept apart by a plane along a face of one of them: the rest is looked at one by one.
+    # A plane along a face separates nearly all neighbours. The others are tested one by one.
     close = separations(bodies, i, j) < -tolerance
-    found = []
+    pairs = []
     surface = cache(lambda k: _Surface.of(bodies[k], tolerance))
     for one, other in zip(i[close].tolist(), j[close].tolist(), strict=True):
         depth = _hull_depth(bodies[one], bodies[other])
         if depth > tolerance and not (surface(one).convex and surface(other).convex):
             depth = min(depth, _sampled_depth(surface(one), surface(other)))
         if depth > tolerance:
-            found.append((one, other, depth))
-    return found
+            pairs.append((one, other, depth))
+    return pairs
 
 
 @dataclass(frozen=True, slots=True)
 class _Surface:
-    """A body as its points are told from those outside.
+    """Surface of a body, for tests of points inside.
 
     Attributes
     ----------
     low, high : (3,) arrays
     normals, heights : (h, 3) and (h,) arrays
-        Planes of the faces that have the whole body on one side.
+        Planes of faces with the whole body on one side.
     convex
-        Whether all faces have.
+        Whether all faces are such faces.
     triangles : (t, 3, 3) array
-        Corners, but for triangles without area between corners in line.
+        Corners of the triangles with an area.
     edges : (e, 2, 3) array
         Ends of the edges of faces.
     """
@@ -101,7 +101,7 @@ def _directions(body: Polyhedron) -> Array:
 def _hull_depth(a: Polyhedron, b: Polyhedron) -> float:
     axes = [a.normals, b.normals]
     edges, others = _directions(a), _directions(b)
-    # The normals of a finely faceted body leave little for its edges to say.
+    # For finely faceted bodies the normals are enough.
     if len(edges) * len(others) <= MOST_CROSSINGS:
         cross = np.cross(edges[:, None], others[None]).reshape(-1, 3)
         length = np.linalg.norm(cross, axis=1)
@@ -112,16 +112,16 @@ def _hull_depth(a: Polyhedron, b: Polyhedron) -> float:
 
 
 def _sampled_depth(a: _Surface, b: _Surface) -> float:
-    """Largest thickness of what two bodies share, at points of it: from a face of one to a face of the other."""
+    """Return the largest thickness of the common part of two bodies at sampled points, from face to face."""
     low, high = np.maximum(a.low, b.low), np.minimum(a.high, b.high)
     near = [_meeting(body.triangles, low, high) for body in (a, b)]
     points = _between(_grid_lines(low, high), np.concatenate(near))
     points = _inside(_inside(points, a), b)
-    found = [points]
-    # What is thinner than the grid in two directions mostly has an edge of one body within the other.
+    samples = [points]
+    # A part thinner than the grid in two directions usually contains an edge of one body.
     for body, other, triangles in ((a, b, near[1]), (b, a, near[0])):
-        found.append(_inside(_between(_meeting(body.edges, low, high), triangles), other))
-    points = np.concatenate(found)
+        samples.append(_inside(_between(_meeting(body.edges, low, high), triangles), other))
+    points = np.concatenate(samples)
     if not len(points):
         return 0.0
     parts = np.array_split(points, max(a.triangles.size, b.triangles.size) * len(points) // CHUNK + 1)
@@ -129,13 +129,13 @@ def _sampled_depth(a: _Surface, b: _Surface) -> float:
 
 
 def _meeting(shapes: Array, low: Array, high: Array) -> Array:
-    """Of shapes with corners (k, n, 3) those whose box meets that between two corners."""
+    """Select the shapes (k, n, 3) whose box meets the box between two corners."""
     return shapes[np.all((shapes.min(axis=1) <= high) & (shapes.max(axis=1) >= low), axis=1)]
 
 
 def _grid_lines(low: Array, high: Array) -> Array:
-    """Lines (m, 2, 3) through a box along its three axes, a grid of them each."""
-    # Off the regular places, where faces and edges of neat blocks lie.
+    """Return a grid of lines (m, 2, 3) through a box along each of its three axes."""
+    # Offset from regular positions, where blocks often have faces and edges.
     steps = (np.arange(SAMPLES) + 0.5 + 0.013 * np.sqrt(2)) / (SAMPLES + 0.1)
     first, second = (grid.ravel() for grid in np.meshgrid(steps, steps + 1e-3, indexing="ij"))
     lines = []
@@ -153,7 +153,7 @@ def _between(lines: Array, triangles: Array) -> Array:
 
 
 def _inside(points: Array, body: _Surface) -> Array:
-    """Of points (k, 3) those inside a body."""
+    """Select the points (k, 3) inside a body."""
     points = points[np.all(points @ body.normals.T < body.heights, axis=1)]
     parts = np.array_split(points, body.triangles.size * len(points) // CHUNK + 1)
     return np.concatenate([part[half_solid_angles(body.triangles, part) > np.pi] for part in parts])

@@ -1,4 +1,4 @@
-"""Faces in plan: which look up, what covers them, and integrals over them."""
+"""Faces in plan: orientation, cover, and integrals over them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Outlines = NDArray[Any]
 
-#: Vertical component of the normal of a face up to which it is upright, without an area in plan.
+#: Vertical component of a unit normal up to which a face is vertical and has no area in plan.
 UPRIGHT = 1e-3
-#: Area in plan, as a part of the square of the size of a face, that is rounding.
+#: Area in plan, relative to the square of the size of a face, that counts as rounding.
 _NO_AREA = 1e-9
 
 
@@ -31,7 +31,7 @@ class PlanFaces:
     outline : (n,) array of shapely polygons
         In the x–y plane.
     height : (n, 3) array
-        Coefficients of the plane of each, ``z = height @ (1, x, y)``.
+        Coefficients of the plane of each part, ``z = height @ (1, x, y)``.
     """
 
     body: Index
@@ -40,7 +40,7 @@ class PlanFaces:
 
     @classmethod
     def of(cls, shapes: Sequence[Polyhedron], sense: float, low: float = -np.inf, high: float = np.inf) -> Self:
-        """Faces that look up (sense 1) or down (sense −1), as far as they are between two levels."""
+        """Return the parts between two levels of faces that look up (sense 1) or down (sense −1)."""
         body, outline, height = [], [], []
         for i, shape in enumerate(shapes):
             for k in np.flatnonzero(sense * shape.normals[:, 2] > UPRIGHT):
@@ -68,17 +68,17 @@ class PlanFaces:
         return type(self)(self.body[chosen], self.outline[chosen], self.height[chosen])
 
     def z(self, xy: Array) -> Array:
-        """Height of each plane at its own points, (n, …, 2) to (n, …)."""
+        """Return the height of each plane at its points, (n, …, 2) to (n, …)."""
         a, b, c = (self.height[:, k].reshape(-1, *(1,) * (xy.ndim - 2)) for k in range(3))
         return np.asarray(a + b * xy[..., 0] + c * xy[..., 1])
 
     def within(self, region: Any) -> Self:
-        """What lies in a region of the plan."""
+        """Return the parts in a region of the plan."""
         inside = type(self)(self.body, shapely.intersection(self.outline, region), self.height)
         return inside[shapely.area(inside.outline) > _NO_AREA * region.area] if len(self) else self
 
     def without(self, covers: Self, tolerance: float, reach: float = np.inf) -> Self:
-        """What no other face covers that is at the same height, to a tolerance, or above it, up to a reach."""
+        """Subtract the areas under other faces at the same height, to a tolerance, or above, up to a reach."""
         if not len(self) or not len(covers):
             return self
         one, other = shapely.STRtree(covers.outline).query(self.outline, predicate="intersects")
@@ -87,25 +87,25 @@ class PlanFaces:
         one, other, shared = one[some], other[some], shared[some]
         at = shapely.get_coordinates(shapely.point_on_surface(shared))
         above = covers[other].z(at) - self[one].z(at)
-        # The underside of a body does not cover its own top, however thin it is.
+        # The underside of a thin body does not cover its own top.
         over = (above > -tolerance) & (above < reach) & ((self.body[one] != covers.body[other]) | (above > tolerance))
         outline = self.outline.copy()
         for k in np.unique(one[over]):
             outline[k] = shapely.difference(outline[k], shapely.union_all(shared[over & (one == k)]))
-        left = type(self)(self.body, outline, self.height)
-        return left[shapely.area(outline) > _NO_AREA * shapely.area(self.outline)]
+        rest = type(self)(self.body, outline, self.height)
+        return rest[shapely.area(outline) > _NO_AREA * shapely.area(self.outline)]
 
     def triangles(self) -> tuple[Array, Index]:
-        """Triangles that make up the outlines: corners (m, 3, 2), and the index of the part each belongs to."""
+        """Return triangles of the outlines: corners (m, 3, 2), and the index of the part of each."""
         parts, owner = shapely.get_parts(shapely.constrained_delaunay_triangles(self.outline), return_index=True)
         corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
         return corners, owner
 
 
 def clipped(corners: Array, axis: int, limit: float, keep: float = -1) -> Array:
-    """Part of a polygon (k, d) on one side of a limit along an axis: below it, or above it with ``keep=1``.
+    """Return the part of a polygon (k, d) below a limit along an axis, or above the limit with ``keep=1``.
 
-    Where a polygon that is not convex falls apart, its parts stay joined along the limit.
+    Separate parts of a polygon that is not convex stay joined along the limit.
     """
     if not np.isfinite(limit) or not len(corners):
         return corners
@@ -121,12 +121,12 @@ def clipped(corners: Array, axis: int, limit: float, keep: float = -1) -> Array:
 
 
 def fan(corners: Array, normal: Array) -> tuple[Array, Array]:
-    """Triangles (m, 3, 3) of a plane polygon from its first corner, and their areas, negative where they fold back."""
+    """Return the triangles (m, 3, 3) of a plane polygon from its first corner, and their signed areas."""
     triangles = np.stack([np.broadcast_to(corners[0], corners[1:-1].shape), corners[1:-1], corners[2:]], axis=1)
     cross = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     return triangles, cross @ normal / 2
 
 
 def products(area: Array, f: Array, g: Array) -> Array:
-    """Integrals of f·g over triangles of given areas (m,), both linear and given at the corners (m, 3)."""
+    """Return integrals of f·g over triangles with areas (m,), for linear f and g with corner values (m, 3)."""
     return np.asarray(area / 12 * (f.sum(axis=1) * g.sum(axis=1) + (f * g).sum(axis=1)))

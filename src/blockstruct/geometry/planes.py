@@ -1,4 +1,4 @@
-"""The mean planes of all faces of a body at once."""
+"""Mean planes of all faces of a body."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ Face = tuple[int, ...]
 
 @dataclass(frozen=True, slots=True)
 class Planes:
-    """Mean planes of faces, and their corners one face after the other.
+    """Mean planes of faces, and the corners of all faces, one face after the other.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class Planes:
     face : (k,) array
         Face of each corner.
     following : (k,) array
-        The next corner of the same face.
+        Next corner of the same face.
     start : (f,) array
         First corner of each face.
     centre : (f, 3) array
@@ -52,7 +52,7 @@ class Planes:
 
     @classmethod
     def of(cls, vertices: Array, faces: Sequence[Face]) -> Self:
-        """Planes of faces (at least one), given by their vertices (n, 3)."""
+        """Return the planes of faces (at least one) with vertices (n, 3)."""
         count = np.array([len(f) for f in faces])
         corner = np.fromiter(chain.from_iterable(faces), dtype=np.int64, count=int(count.sum()))
         start = np.cumsum(count) - count
@@ -77,5 +77,5 @@ class Planes:
         )
 
     def heights(self, points: Array) -> Array:
-        """Height (m, f) of points (m, 3) over each plane."""
+        """Return the heights (m, f) of points (m, 3) over each plane."""
         return np.asarray(points @ self.normal.T - np.einsum("ij,ij->i", self.centre, self.normal))

@@ -28,7 +28,7 @@ class Polyhedron:
     faces
         Vertex indices of each face, counter-clockwise seen from outside.
     volume, centroid
-        Exact for planar faces (divergence theorem); any other is taken for triangles about its first vertex.
+        Exact for planar faces (divergence theorem). Other faces count as triangles about their first vertex.
     normals : (f, 3) array
         Outward unit normals of the mean planes.
     areas : (f,) array
@@ -51,11 +51,11 @@ class Polyhedron:
         return [int(f) for f in np.flatnonzero(self.deviations > PLANARITY * size)]
 
     def face_centroid(self, face: int) -> Array:
-        """Centroid (3,) of a face."""
+        """Return the centroid (3,) of a face."""
         return polygon_area(self.vertices[list(self.faces[face])])[1]
 
 
-#: Outward faces of a hexahedron of eight corners, in turn below and above.
+#: Outward faces of a hexahedron with eight corners, four below and four above, each in order.
 BOX_FACES: tuple[tuple[int, ...], ...] = (
     (0, 3, 2, 1),
     (4, 5, 6, 7),
@@ -67,7 +67,7 @@ BOX_FACES: tuple[tuple[int, ...], ...] = (
 
 
 def box(origin: Sequence[float], size: Sequence[float]) -> tuple[Array, tuple[tuple[int, ...], ...]]:
-    """Vertices (8, 3) and outward faces of an axis-parallel box with its least corner at ``origin``."""
+    """Return vertices (8, 3) and outward faces of an axis-parallel box with its smallest corner at ``origin``."""
     corners = np.array(
         [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float
     )
@@ -75,9 +75,9 @@ def box(origin: Sequence[float], size: Sequence[float]) -> tuple[Array, tuple[tu
 
 
 def lofted(first: Array, second: Array) -> tuple[Array, tuple[tuple[int, ...], ...]]:
-    """Vertices (2n, 3) and outward faces of the body between two outlines (n, 3), each corner facing that of the other.
+    """Return vertices (2n, 3) and outward faces of the body between two outlines (n, 3) with matching corners.
 
-    The faces are the two outlines, then the sides from one to the other, whichever way the outlines run.
+    The faces are the two outlines and then the sides, for either order of rotation of the outlines.
     """
     n = len(first)
     low, high = range(n), range(n, 2 * n)
@@ -96,15 +96,15 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
     ----------
     vertices : (n, 3) array
     faces
-        Vertex indices of each face, counter-clockwise seen from outside; plane but for a slight deviation.
+        Vertex indices of each face, counter-clockwise seen from outside. Slight deviations from a plane are allowed.
     name
-        Name of the block, for the message of an error.
+        Name of the block in error messages.
 
     Raises
     ------
     GeometryError
-        If faces name no vertex, are degenerate or far from planar; or the surface is open, inside out or without
-        volume.
+        If a face names an unknown vertex, is degenerate or far from planar, or the surface is open, inside out or has
+        no volume.
     """
     vertices = np.array(vertices, dtype=float)
     if vertices.ndim != 2 or vertices.shape[1:] != (3,) or len(vertices) < 4:
@@ -121,7 +121,7 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
     _check_faces(loops, len(vertices), name)
 
     # Fan triangles from the first vertex of each face: exact for any planar polygon, convex or not,
-    # because the signed parts outside it cancel.
+    # because the signed parts outside the polygon cancel.
     fan = np.array([(f[0], a, b) for f in loops for a, b in pairwise(f[1:])])
     origin = vertices.mean(axis=0)
     a, b, c = (vertices - origin)[fan.T]
@@ -134,7 +134,7 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
     if planes.deviation.max() > LARGEST_DEVIATION * size:
         face = int(np.argmax(planes.deviation))
         msg = (
-            f"block {name!r}: face {face} is not planar, a vertex lies {planes.deviation[face]:.3g} m off "
+            f"block {name!r}: face {face} is not planar, a vertex is {planes.deviation[face]:.3g} m off "
             f"its plane (limit {LARGEST_DEVIATION * size:.3g} m); split the face into triangles or correct the vertex"
         )
         raise GeometryError(msg)
@@ -152,10 +152,10 @@ def polyhedron(vertices: Array, faces: Sequence[Sequence[int]], name: str) -> Po
         )
         raise GeometryError(msg)
     centroid = origin + (tetrahedra @ (a + b + c)) / (4 * volume)
-    of_shape = vertices, centroid, planes.normal, planes.area, planes.deviation
-    for array in of_shape:
+    arrays = vertices, centroid, planes.normal, planes.area, planes.deviation
+    for array in arrays:
         array.setflags(write=False)
-    return Polyhedron(vertices, loops, volume, *of_shape[1:])
+    return Polyhedron(vertices, loops, volume, *arrays[1:])
 
 
 def _check_faces(loops: tuple[tuple[int, ...], ...], n_vertices: int, name: str) -> None:
@@ -164,7 +164,7 @@ def _check_faces(loops: tuple[tuple[int, ...], ...], n_vertices: int, name: str)
         raise GeometryError(msg)
     for index, loop in enumerate(loops):
         if len(set(loop)) < max(3, len(loop)):
-            msg = f"block {name!r}: face {index} {loop} needs at least three vertices, each named once"
+            msg = f"block {name!r}: face {index} {loop} needs at least three different vertices"
             raise GeometryError(msg)
         if min(loop) < 0 or max(loop) >= n_vertices:
             msg = f"block {name!r}: face {index} {loop} names a vertex outside 0..{n_vertices - 1}"

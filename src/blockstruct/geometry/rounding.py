@@ -1,4 +1,4 @@
-"""Rounded corners of bodies: what is left of their faces."""
+"""Faces of bodies with rounded corners."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,10 +7,10 @@ Array = NDArray[np.float64]
 
 
 def inset(corner: Array, normal: Array, others: Array, radius: float) -> Array | None:
-    """Way of the centre of a ball that rolls inside a body along a face, a radius below it.
+    """Return the region of the centre of a ball that rolls inside a body along a face, one radius below the face.
 
-    Towards an edge it ends where the ball touches the face beyond, at ``r tan(ε / 2)`` from the edge for an outer angle
-    ε between the normals: at r for a right angle, at the edge where the surface goes on flat or turns inwards.
+    Towards an edge the region ends where the ball touches the adjacent face, at ``r tan(ε / 2)`` from the edge, with
+    the outer angle ε between the normals. The distance is r for a right angle, and zero for a flat or inner edge.
 
     Parameters
     ----------
@@ -18,14 +18,14 @@ def inset(corner: Array, normal: Array, others: Array, radius: float) -> Array |
         Corners of a convex face, counter-clockwise seen from outside.
     normal : (3,) array
     others : (k, 3) array
-        Normals of the faces beyond the edges that leave the corners.
+        Normals of the adjacent faces, at the edges that start at the corners.
     radius
-        Of the ball, m.
+        Radius of the ball, m.
 
     Returns
     -------
     (k, 3) array or None
-        Its corners; None if nothing is left of the face.
+        Corners of the region; None if it is empty.
     """
     along, moves = _moves(corner, normal, others)
     points = corner + radius * moves
@@ -36,16 +36,16 @@ def inset(corner: Array, normal: Array, others: Array, radius: float) -> Array |
 
 
 def largest_radius(corner: Array, normal: Array, others: Array) -> float:
-    """Radius, m, from which on :func:`inset` leaves nothing of a face; infinite where it takes nothing off."""
+    """Return the radius, m, from which on :func:`inset` is empty; infinite if the face keeps its size."""
     along, moves = _moves(corner, normal, others)
-    # Edges get shorter in proportion to the radius.
+    # Edges shorten in proportion to the radius.
     length = np.linalg.norm(np.roll(corner, -1, axis=0) - corner, axis=1)
     shorter = -np.einsum("ki,ki->k", np.roll(moves, -1, axis=0) - moves, along)
     return float(np.min(length[shorter > 0] / shorter[shorter > 0], initial=np.inf))
 
 
 def _moves(corner: Array, normal: Array, others: Array) -> tuple[Array, Array]:
-    """Directions of the edges that leave the corners, and the way of the corners at a radius of one."""
+    """Return the directions of the edges from the corners, and the moves of the corners per unit of radius."""
     along = np.roll(corner, -1, axis=0) - corner
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     inwards = np.cross(normal, along)
@@ -53,5 +53,5 @@ def _moves(corner: Array, normal: Array, others: Array) -> tuple[Array, Array]:
     away = np.maximum(lean, 0.0) / np.maximum(1 + others @ normal, 1e-9)
     rows = np.stack([inwards, np.roll(inwards, 1, axis=0), np.tile(normal, (len(corner), 1))], axis=1)
     moved = np.stack([away, np.roll(away, 1), np.full(len(corner), -1.0)], axis=1)
-    # Edges in one line give one condition twice.
+    # Collinear edges repeat one condition, hence the pseudo-inverse.
     return along, np.einsum("kij,kj->ki", np.linalg.pinv(rows, rcond=1e-9), moved)

@@ -5,25 +5,25 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-#: Angle below which the series of a rotation is exact to rounding.
+#: Angle, radians, below which the series of a rotation is exact to rounding.
 SMALL = 1e-3
 
 
 def rotation_matrices(vectors: Array) -> Array:
-    """Rotation matrices (n, 3, 3) of rotation vectors (n, 3), rad (O. Rodrigues)."""
+    """Return the rotation matrices (n, 3, 3) of rotation vectors (n, 3), rad (O. Rodrigues)."""
     sine, cosine, _ = _shares(vectors)
     K = _skew(vectors)
     return np.asarray(np.eye(3) + sine[:, None, None] * K + cosine[:, None, None] * (K @ K))
 
 
 def rotation_vectors(matrices: Array) -> Array:
-    """Rotation vectors (n, 3), of angles up to π, of rotation matrices (n, 3, 3)."""
+    """Return the rotation vectors (n, 3), with angles up to π, of rotation matrices (n, 3, 3)."""
     twice = np.stack([matrices[:, j, i] - matrices[:, i, j] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
     sine, cosine = np.linalg.norm(twice, axis=1) / 2, (np.trace(matrices, axis1=1, axis2=2) - 1) / 2
     vectors = twice / 2 * np.where(sine > SMALL**2, np.arctan2(sine, cosine) / np.maximum(sine, 1e-300), 1.0)[:, None]
     half = (cosine < 0) & (sine < SMALL)
     if half.any():
-        # Loaded here: scipy.spatial is slow to import. Near half a turn the axis is no longer in the difference.
+        # Imported here because scipy.spatial loads slowly. Near half a turn the difference does not contain the axis.
         from scipy.spatial.transform import Rotation
 
         vectors[half] = Rotation.from_matrix(matrices[half]).as_rotvec()
@@ -31,10 +31,10 @@ def rotation_vectors(matrices: Array) -> Array:
 
 
 def screw_motions(translations: Array, rotations: Array) -> tuple[Array, Array]:
-    """Finite motions along the screws of twists: rotation matrices (n, 3, 3), and translations (n, 3) of the origins.
+    """Return the finite motions along the screws of twists.
 
-    The exact exponential of a rigid motion: a twist about a fixed axis turns the body about that axis, so that a hinge
-    stays where it is whatever the angle.
+    The result is rotation matrices (n, 3, 3), and translations (n, 3) of the origins. It is the exact exponential of a
+    rigid motion: a twist about a fixed axis rotates the body about this axis, so a hinge stays in place at any angle.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def screw_motions(translations: Array, rotations: Array) -> tuple[Array, Array]:
 
 
 def _shares(vectors: Array) -> tuple[Array, Array, Array]:
-    """``sin θ / θ``, ``(1 − cos θ) / θ²`` and ``(θ − sin θ) / θ³`` of the lengths θ of vectors."""
+    """Return ``sin θ / θ``, ``(1 − cos θ) / θ²`` and ``(θ − sin θ) / θ³`` for the lengths θ of vectors."""
     angle = np.linalg.norm(vectors, axis=1)
     small, square = angle < SMALL, angle**2
     a = np.where(small, 1.0, angle)
@@ -62,7 +62,7 @@ def _shares(vectors: Array) -> tuple[Array, Array, Array]:
 
 
 def _skew(vectors: Array) -> Array:
-    """Matrices (n, 3, 3) of the cross product with vectors."""
+    """Return the matrices (n, 3, 3) of the cross product with vectors."""
     K = np.zeros((len(vectors), 3, 3))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         K[:, j, i], K[:, i, j] = vectors[:, k], -vectors[:, k]

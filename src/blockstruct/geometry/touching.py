@@ -1,4 +1,4 @@
-"""Where bodies that have moved touch, or are about to: contact points with normals and gaps."""
+"""Contact points of moved bodies that touch or nearly touch, with normals and gaps."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class Touching:
     Attributes
     ----------
     minus, plus : (K,) arrays
-        The two bodies.
+        Indices of the two bodies.
     position : (K, 3) array
     normal : (K, 3) array
         From minus to plus.
@@ -47,28 +47,29 @@ class Touching:
 class MovingBodies:
     """Faces of rigid bodies, in convex parts, relative to the centroids of the bodies.
 
-    Corners may be rounded: each body is then what a ball reaches that rolls inside it. A face ends where the ball
-    leaves it, at a right angle a radius from the edge. It is kept as the way of the ball's centre, a radius inside.
+    Corners may be rounded. Each body is then the region that a ball covers when it rolls inside. A face ends where the
+    ball leaves it: at a right angle, one radius from the edge. The stored face is the region of the centre of the ball,
+    one radius inside.
 
     Attributes
     ----------
     corner : (f, M, 3) array
-        Corners of each part of a face, the last one repeated; counter-clockwise seen from outside.
+        Corners of each part of a face, counter-clockwise seen from outside; the last corner is repeated.
     count : (f,) array
-        Number of corners of each.
+        Number of corners of each part.
     normal : (f, 3) array
     of_part : (f,) array
         Body of each part, ascending.
     flat : (f, M) array
-        Whether the surface goes on without a bend beyond each edge.
+        Whether the surface continues flat across each edge.
     looks : (f,) array
-        Angle from its normal, radians, up to which each looks at other faces.
+        Largest angle between the normal of each part and opposite faces, radians.
     edged : (f,) array
-        Half of the angle, radians, between the normals beside the sharpest edge of its body.
+        Half the angle, radians, between the normals at the sharpest edge of the body.
     fixed : (B,) array
-        Bodies that do not move; those touch each other nowhere.
+        Whether each body is fixed. Fixed bodies have no contacts with each other.
     radius : float
-        Of the corners, m.
+        Radius of the corners, m.
     """
 
     corner: Array
@@ -83,12 +84,12 @@ class MovingBodies:
 
     @classmethod
     def of(cls, bodies: Mapping[str, Polyhedron], fixed: Flags, radius: float) -> Self:
-        """Faces of named polyhedra; a face that is not convex is cut into triangles.
+        """Return the faces of named polyhedra. A face that is not convex is cut into triangles.
 
         Raises
         ------
         GeometryError
-            If rounded corners leave nothing of a face.
+            If a face is too small for the radius.
         """
         corners: list[Array] = []
         normals, owner, flat, looks, edged = [], [], [], [], []
@@ -96,25 +97,25 @@ class MovingBodies:
         for i, (name, body) in enumerate(bodies.items()):
             parts = [(f, part) for f, face in enumerate(body.faces) for part in _convex_parts(body, f, face)]
             beyond = {(a, b): f for f, part in parts for a, b in zip(part, (*part[1:], part[0]), strict=True)}
-            of_edges, of_corners = _sharpest(body, beyond)
+            edge_angle, corner_angle = _sharpest(body, beyond)
             for f, part in parts:
                 others = body.normals[[beyond[b, a] for a, b in zip(part, (*part[1:], part[0]), strict=True)]]
                 points = body.vertices[list(part)] - body.centroid
-                left = inset(points, body.normals[f], others, radius) if radius else points
-                if left is None:
+                rest = inset(points, body.normals[f], others, radius) if radius else points
+                if rest is None:
                     least = min((largest_radius(points, body.normals[f], others), name), least)
                     continue
-                corners.append(left)
+                corners.append(rest)
                 normals.append(body.normals[f])
                 owner.append(i)
-                looks.append(max(FACING, of_edges, of_corners))
-                edged.append(of_edges)
+                looks.append(max(FACING, edge_angle, corner_angle))
+                edged.append(edge_angle)
                 flat.append([bool(body.normals[f] @ other > FLAT) for other in others])
         if least[0] < np.inf:
-            # What the message tells is below the limit when it is rounded.
+            # The factor keeps the rounded number in the message below the limit.
             msg = (
-                f"block {least[1]!r}: corners rounded by {radius:.6g} m leave nothing of a face; give a radius of at "
-                f"most {0.99 * least[0]:.3g} m, which leaves something of every face"
+                f"block {least[1]!r}: the corner radius {radius:.6g} m is too large for a face; give a radius of at "
+                f"most {0.99 * least[0]:.3g} m, which fits all faces"
             )
             raise GeometryError(msg)
         most = max(map(len, corners))
@@ -131,26 +132,25 @@ class MovingBodies:
         )
 
     def touching(self, position: Array, rotation: Array, reach: float, size: float) -> Touching:
-        """Contact points of the bodies at their places.
+        """Return the contact points of the bodies at their positions.
 
-        Every two parts of faces that look at each other are laid over each other along the mean of their normals;
-        the corners of what they share are contact points. A vertex of one that lies on the other has the normal of
-        the other; where two edges cross it is square to both. So a body that rocks on its edge stands on the face
-        below it, and one that overhangs rests with its own face on the edge below.
+        Two parts of faces that look at each other are projected along the mean of their normals. The corners of their
+        common area are contact points. A vertex of one part within the other has the normal of the other; at a
+        crossing of two edges the normal is perpendicular to both. A body that rocks on its edge is thus supported by
+        the face below, and a body that overhangs rests with its face on the edge below.
 
-        What faces of convex bodies share lies outside both bodies, or it belongs to their far sides: then it is
-        further through them than it is wide, and does not count. Vertices that meet vertices or edges sideways,
-        without sharing an area, do not count either; they do once one has passed the other, by its penetration.
+        Common areas on the far sides of two bodies are deeper than wide and do not count. Vertices that meet vertices
+        or edges sideways, without a common area, do not count until one has passed the other.
 
         Parameters
         ----------
         position : (B, 3) array
-            Of the centroids.
+            Positions of the centroids.
         rotation : (B, 3, 3) array
         reach
             Largest gap.
         size
-            Mean size of a block, to which tolerances are relative.
+            Mean size of a block, the reference of the tolerances.
         """
         turn = rotation[self.of_part]
         normal = np.einsum("fij,fj->fi", turn, self.normal)
@@ -160,7 +160,7 @@ class MovingBodies:
         middle /= np.linalg.norm(middle, axis=1, keepdims=True)
         axes = np.stack(plane_axes(middle), axis=1)
         origin = corner[second, 0]
-        # Seen along the mean normal, the first turns the other way.
+        # In this projection the first part has the opposite order of rotation.
         count, number = self.count[first], np.arange(corner.shape[1])
         back = np.where(number < count[:, None], count[:, None] - 1 - number, 0)
         one = np.take_along_axis(corner[first], back[:, :, None], 1)
@@ -185,7 +185,7 @@ class MovingBodies:
         towards, level, aside = self._normals(shared, (first, second), (one, other), back, normal, middle)
         gap = apart * _along(towards, middle) - 2 * self.radius
         keep = shared.within & (deepest <= DEEP * width)[:, None] & (gap <= reach)
-        # A vertex acts where it is, a crossing of edges half-way between them; a rounded one on its surface.
+        # A vertex acts at its position, a crossing midway between the edges, a rounded corner on its surface.
         height = level * heights[0] + (1 - level) * heights[1]
         points = place + height[:, :, None] * middle[:, None] + apart[:, :, None] * aside
         points += ((1 - 2 * level) * self.radius)[:, :, None] * towards
@@ -199,7 +199,7 @@ class MovingBodies:
         )
 
     def _facing(self, corner: Array, normal: Array, reach: float) -> tuple[Index, Index]:
-        """Pairs of parts of different bodies that look at each other and come close."""
+        """Return the pairs of close parts of different bodies that look at each other."""
         begin = np.searchsorted(self.of_part, np.arange(len(self.fixed) + 1))
         lowest, highest = corner.min(axis=1) - reach / 2, corner.max(axis=1) + reach / 2
         i, j = box_pairs(np.minimum.reduceat(lowest, begin[:-1]), np.maximum.reduceat(highest, begin[:-1]))
@@ -209,7 +209,7 @@ class MovingBodies:
         pair, first, _ = expanded(begin[i], count[i])
         row, second, _ = expanded(begin[j[pair]], count[j[pair]])
         first = first[row]
-        # Where two edges cross, each leans its nearest face aside in a plane of its own: of boxes by 60 degrees in all.
+        # At a crossing of two edges, each tilts its nearest face in its own plane: for boxes by 60 degrees in total.
         crossing = (1 - ROUNDED) * np.arccos(np.cos(self.edged[first]) * np.cos(self.edged[second]))
         looks = np.minimum(np.maximum.reduce([self.looks[first], self.looks[second], crossing]), LOOKS)
         facing = _dots(normal[first], normal[second]) < -np.cos(looks)
@@ -226,15 +226,15 @@ class MovingBodies:
         normal: Array,
         middle: Array,
     ) -> tuple[Array, Array, Array]:
-        """Normals (P, N, 3) at the corners of what parts share, share (P, N) of the first in their place, and aside.
+        """Return normals (P, N, 3) at the corners of common areas, the share (P, N) of the first part, and offsets.
 
-        Edges that cross as seen along the mean normal come closest a little aside of there, (P, N, 3) per unit of
-        their distance along it.
+        Edges that cross in the projection are closest at an offset from the crossing, (P, N, 3) per unit of their
+        distance along the mean normal.
         """
         M = self.corner.shape[1]
         ends = np.stack([shared.arriving, shared.edge])
         of_first = ends < M
-        # Of a corner where edges of both cross, the one of each.
+        # At a crossing, the edge of each part.
         edges = [
             np.where(of_first[0], ends[0], np.where(of_first[1], ends[1], 0)),
             np.where(~of_first[0], ends[0], np.where(~of_first[1], ends[1], M)) - M,
@@ -245,19 +245,19 @@ class MovingBodies:
             after = np.where(edge + 1 < count[:, None], edge + 1, 0)
             vector = np.take_along_axis(corner, after[:, :, None], 1) - np.take_along_axis(corner, edge[:, :, None], 1)
             along.append(vector / np.maximum(np.linalg.norm(vector, axis=2, keepdims=True), 1e-300))
-            # Reversed, edge i is the one that leaves the next vertex of the loop.
-            own = np.take_along_axis(back, after, 1) if k == 0 else edge
-            flat.append(np.take_along_axis(self.flat[part], own, 1))
+            # In the reversed loop, edge i starts at the next vertex.
+            original = np.take_along_axis(back, after, 1) if k == 0 else edge
+            flat.append(np.take_along_axis(self.flat[part], original, 1))
         square = np.cross(*along)
         size = np.linalg.norm(square, axis=2)
         upward = _along(square, middle)
         sine = np.where(upward < 0, -1, 1) * np.maximum(size, 1e-300)
         square /= sine[:, :, None]
-        # Edges nearly along each other.
+        # Nearly parallel edges.
         vague = (size < NO_CROSSING) | (np.abs(upward) < size / 2)
-        own, other = of_first.all(axis=0), ~of_first.any(axis=0)
-        # The edge of one lies in the face of the other, or in its own where that goes on.
-        on_second = own | (~other & flat[1])
+        vertex, other = of_first.all(axis=0), ~of_first.any(axis=0)
+        # The edge of one part is in the face of the other, or continues flat in its own face.
+        on_second = vertex | (~other & flat[1])
         on_first = (other | flat[0]) & ~on_second
         chosen = np.where(vague[:, :, None], middle[:, None], square)
         chosen = np.where(on_second[:, :, None], normal[parts[1]][:, None], chosen)
@@ -271,7 +271,7 @@ class MovingBodies:
 
 
 def _along(vectors: Array, direction: Array) -> Array:
-    """Components (P, N) of vectors (P, N, 3) along the direction (P, 3) of each row."""
+    """Return the components (P, N) of vectors (P, N, 3) along the direction (P, 3) of each row."""
     return np.asarray(np.einsum("pvi,pi->pv", vectors, direction))
 
 
@@ -280,13 +280,13 @@ def _dots(a: Array, b: Array) -> Array:
 
 
 def _sharpest(body: Polyhedron, beyond: Mapping[tuple[int, int], int]) -> tuple[float, float]:
-    """Angles, radians, between what edges, and what corners, that stick out point to and the nearest of their faces.
+    """Return the angles, radians, between the directions of the sharpest convex edge and corner and their nearest face.
 
-    The face of each edge is that on its left, seen from outside.
+    The face of an edge is on its left, seen from outside.
     """
     normals, corners = body.normals, body.vertices
     start, one, other = np.array([(a, f, beyond[b, a]) for (a, b), f in beyond.items()]).T
-    # Parts of one face have corners in common.
+    # Parts of one face share corners.
     at = np.unique(np.column_stack([start, one]), axis=0)
     centre = np.array([corners[list(face)].mean(axis=0) for face in body.faces])
     cosine = _dots(normals[one], normals[other])
@@ -298,8 +298,8 @@ def _sharpest(body: Polyhedron, beyond: Mapping[tuple[int, int], int]) -> tuple[
     nearest = np.full(len(corners), -1.0)
     np.maximum.at(nearest, at[:, 0], _dots(points[at[:, 0]], normals[at[:, 1]]))
     corner = np.isin(np.arange(len(corners)), at[:, 0]) & ~np.isin(np.arange(len(corners)), start[~out])
-    of_corners = np.arccos(np.clip(nearest[corner], -1.0, 1.0))
-    return float(halves[out].max(initial=0.0)), float(of_corners.max(initial=0.0))
+    angles = np.arccos(np.clip(nearest[corner], -1.0, 1.0))
+    return float(halves[out].max(initial=0.0)), float(angles.max(initial=0.0))
 
 
 def _convex_parts(body: Polyhedron, face: int, loop: tuple[int, ...]) -> list[tuple[int, ...]]:

@@ -1,4 +1,4 @@
-"""Polygons cut into triangles, and where points and lines are beside them."""
+"""Triangulation, and positions of points and lines relative to triangles."""
 
 from collections.abc import Sequence
 
@@ -12,20 +12,20 @@ Array = NDArray[np.float64]
 
 
 def triangulated(vertices: Array, face: Sequence[int]) -> list[tuple[int, ...]]:
-    """Triangles of a polygon, convex or not, cut off at its shortest diagonals first.
+    """Return the triangles of a polygon, convex or not, cut off at its shortest diagonals first.
 
-    Two bodies with one face in common, plane or warped, divide it alike.
+    Two bodies with a common face, plane or warped, divide it in the same way.
 
     Parameters
     ----------
     vertices : (n, 3) array
     face
-        Vertex indices in turn.
+        Vertex indices in order.
 
     Returns
     -------
     list of (int, int, int)
-        Vertex indices of the triangles, which turn as the face does.
+        Vertex indices of the triangles, in the order of rotation of the face.
     """
     loop = list(face)
     if len(loop) == 3:
@@ -47,20 +47,20 @@ def triangulated(vertices: Array, face: Sequence[int]) -> list[tuple[int, ...]]:
 
 
 def _ears(before: Array, at: Array, after: Array, normal: Array) -> NDArray[np.bool_]:
-    """Corners (n,) of a polygon that stick out and whose triangle covers no other corner."""
+    """Return which corners (n,) of a polygon are convex with a triangle that covers no other corner."""
     corners = np.stack([before, at, after], axis=1)
     edges = np.roll(corners, -1, axis=1) - corners
-    sticks_out = np.cross(edges[:, 0], edges[:, 1]) @ normal > 0
+    is_convex = np.cross(edges[:, 0], edges[:, 1]) @ normal > 0
     sides = np.cross(edges[:, :, None], at[None, None] - corners[:, :, None]) @ normal
     covered = np.all(sides >= 0, axis=1)
     n = len(at)
     for shift in (-1, 0, 1):
         covered[np.arange(n), (np.arange(n) + shift) % n] = False
-    return np.asarray(sticks_out & ~covered.any(axis=1))
+    return np.asarray(is_convex & ~covered.any(axis=1))
 
 
 def half_solid_angles(triangles: Array, points: Array) -> Array:
-    """Half the solid angle (m,) under which a closed surface (t, 3, 3) is seen from points (m, 3): 2π from inside.
+    """Return half the solid angle (m,) of a closed surface (t, 3, 3) seen from points (m, 3): 2π inside.
 
     A. van Oosterom, J. Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30 (1983) 125–126.
     """
@@ -77,7 +77,7 @@ def half_solid_angles(triangles: Array, points: Array) -> Array:
 
 
 def distances(points: Array, triangles: Array) -> Array:
-    """Distance (m,) of each point (m, 3) from the nearest of triangles (t, 3, 3)."""
+    """Return the distance (m,) of each point (m, 3) from the nearest triangle (t, 3, 3)."""
     arms = points[:, None, None] - triangles[None]
     edges = np.roll(triangles, -1, axis=1) - triangles
     squares = np.einsum("tej,tej->te", edges, edges)
@@ -91,9 +91,9 @@ def distances(points: Array, triangles: Array) -> Array:
 
 
 def between_crossings(lines: Array, triangles: Array) -> Array:
-    """Points (k, 3) midway between the places, one after the other, at which lines (m, 2, 3) cross triangles (t, 3, 3).
+    """Return the points (k, 3) midway between successive crossings of lines (m, 2, 3) with triangles (t, 3, 3).
 
-    The ends of a line count as such places. A line that runs along a triangle does not cross it.
+    The ends of a line count as crossings. A line in the plane of a triangle does not cross it.
     """
     start, way = lines[:, None, 0], (lines[:, 1] - lines[:, 0])[:, None]
     a, b, c = triangles.transpose(1, 0, 2)[:, None]
@@ -105,7 +105,7 @@ def between_crossings(lines: Array, triangles: Array) -> Array:
     u = np.einsum("mtj,mtj->mt", start - a, across) / determinant
     v = np.einsum("mtj,mtj->mt", np.broadcast_to(way, turned.shape), turned) / determinant
     along = np.einsum("mtj,mtj->mt", np.broadcast_to(c - a, turned.shape), turned) / determinant
-    # One crossing too many divides a stretch, one too few hides where it ends.
+    # An extra crossing only divides a segment; a missing crossing would hide its end.
     hit = (u >= -BESIDE) & (v >= -BESIDE) & (u + v <= 1 + BESIDE) & (along > 0) & (along < 1)
     line, _ = np.nonzero(hit)
     every = np.arange(len(lines))
