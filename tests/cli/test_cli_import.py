@@ -73,7 +73,7 @@ def test_joints_opened_by_repairs_are_closed_and_listed_and_no_others(call, tmp_
     model = tmp_path / "m.yaml"
     code, out, err = call("import", tmp_path / "a.obj", "-o", model, "--unit", "m", "--fix", "slab", *STONE)
     assert (code, err) == (0, "")
-    assert "1 joint closed that repairs of its own faces opened" in out
+    assert "1 joint closed that repairs of its faces opened" in out
     assert "slab | low: " in out
     found = {(i.minus, i.plus) for i in bs.read_document(model).model.interfaces}
     assert found == {("slab", "low"), ("slab", "level")}

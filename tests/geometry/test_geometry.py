@@ -52,7 +52,7 @@ def test_non_convex_prism_is_exact():
     assert shape.face_centroid(1) == pytest.approx([1.1, 1.1, 2.0])
 
 
-def test_far_from_the_origin_nothing_is_lost():
+def test_precision_far_from_the_origin():
     vertices, faces = box((1e5, -1e5, 1e5), (0.3, 0.15, 0.1))
     shape = polyhedron(vertices, faces, "far")
     assert shape.volume == pytest.approx(0.3 * 0.15 * 0.1, rel=1e-8)
@@ -73,7 +73,7 @@ def test_u_shape_touches_twice():
     assert sorted(p.area for p in pairs) == pytest.approx([1.0, 1.0])
 
 
-def test_one_block_spanning_200_others_meets_them_all():
+def test_one_block_over_200_others_has_200_contacts():
     vertices, faces = box((0, 0, -1), (200, 1, 1))
     bodies = [polyhedron(vertices, faces, "base")]
     for i in range(200):
@@ -132,7 +132,7 @@ def test_overlap_depth_of_convex_blocks():
     assert overlapping_pairs([first, polyhedron(*box((1, 0, 0), (1, 1, 1)), "c")], 1e-6) == []
 
 
-def test_rotated_neighbours_whose_boxes_overlap_do_not():
+def test_rotated_neighbours_with_overlapping_boxes_do_not_overlap():
     R = rotation((0, 0, 1), 0.6)
     blocks = [bs.Block.box(f"{x}", Q_([x, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE) for x in range(4)]
     shapes = [b.shape for b in moved(blocks, R)]
@@ -202,7 +202,7 @@ def test_tributary_areas_have_the_centroid_of_the_area(outline, angle):
     np.testing.assert_allclose(shares, tributary_areas(points, np.array([0]), centroid[None], normal[None]), rtol=1e-9)
 
 
-def test_rounded_coordinates_of_a_long_tilted_wall_lose_nothing(tuff, dry):
+def test_rounded_coordinates_of_a_long_tilted_wall_keep_all_contacts(tuff, dry):
     # Normals of small faces are off by rounding; over the length of the wall that is more than any tolerance.
     rows = [[1] * 60, [0.5] + [1] * 59 + [0.5], [1] * 60]
     blocks = bs.courses(rows, unit_length="0.4 m", unit_height="0.2 m", depth="0.1 m", material=tuff)
@@ -239,7 +239,7 @@ def test_touching_non_convex_neighbours_do_not_overlap():
 
 
 @pytest.mark.parametrize("stretch", [(1, 1, 1), (30, 1, 0.1), (1, 30, 30), (0, 5, 5)])
-def test_pairs_of_boxes_are_those_of_all_comparisons(stretch):
+def test_pairs_of_boxes_equal_all_comparisons(stretch):
     rng = np.random.default_rng(3)
     low = rng.uniform(0, 10, (200, 3)) * stretch
     high = low + rng.uniform(0, 1, (200, 3))
@@ -267,7 +267,7 @@ def test_common_areas_of_polygons():
     assert shared == pytest.approx([0.375, 0, 0])
 
 
-def test_polygons_that_differ_in_their_last_digits_share_all_their_area():
+def test_common_area_of_polygons_that_differ_in_their_last_digits():
     """GEOS alone gives a point or nothing for one in 1,500."""
     rng = np.random.default_rng(0)
     half, n = rng.uniform(0.2, 2, (20_000, 1, 2)), 20_000

@@ -112,7 +112,7 @@ def test_a_support_may_be_marked_by_a_number(tmp_path, layout, mark, fixed):
 
 
 @pytest.mark.parametrize("mark", ["true", "", 2, 1.0, [], [True], {}])
-def test_other_marks_of_a_support_are_refused(tmp_path, mark):
+def test_refused_marks_of_a_support(tmp_path, mark):
     text = json.dumps(assembly()).replace('"is_support": true', f'"is_support": {json.dumps(mark)}')
     said = f"block 0: is_support is {mark!r}; give true or false"
     with pytest.raises(bs.errors.GeometryFileError, match=re.escape(said)):
@@ -124,11 +124,9 @@ def test_supports_add_up(tmp_path):
     assert found.report.supports == ("0", "2")
 
 
-def test_interfaces_of_the_file_are_left_out_with_a_warning(tmp_path):
+def test_ignored_interfaces_give_a_warning(tmp_path):
     edges = {"0": {"1": {"interfaces": [typed("Interface", {})]}}, "1": {"2": {"interfaces": [typed("Interface", {})]}}}
-    with pytest.warns(
-        bs.errors.GeometryWarning, match="left out: the interfaces of 2 pairs of blocks, to be detected anew"
-    ):
+    with pytest.warns(bs.errors.GeometryWarning, match="interfaces of 2 pairs"):
         assert len(read(tmp_path, assembly(edge=edges)).blocks) == 3
 
 
@@ -152,7 +150,7 @@ def without(content, *path):
         ({"blocks": {"0": {}}, "assembly": []}, "block 0 has no readable mesh"),
         ({"blocks": {"0": {}}, "assembly": [1]}, "not a COMPAS assembly"),
         ({"graph": {"node": [1, 2]}}, "not a COMPAS assembly"),
-        ({"node": {"0": {"x": 1}}}, "node 0 has none of block, part"),
+        ({"node": {"0": {"x": 1}}}, "node 0 .*block, part"),
         ({"elements": [1]}, "not a COMPAS assembly"),
         (model(features=[{}]), "element 0 has features, which only COMPAS can apply"),
         (model(frame=typed("compas.geometry/Frame", frame(10))), "element 0 has a frame of its own, which only COMPAS"),
@@ -173,21 +171,19 @@ def test_other_files_are_refused(tmp_path, content, expected):
 def test_a_transformation_inside_a_group_is_refused(tmp_path):
     grouped = model()
     grouped["data"]["tree"] = {"root": {"children": [{"children": [{"element": "guid-0"}]}]}}
-    with pytest.raises(bs.errors.GeometryFileError, match="element 1 has a transformation inside a group"):
+    with pytest.raises(bs.errors.GeometryFileError, match=r"element 1 .*group"):
         read(tmp_path, grouped)
 
 
-def test_elements_that_others_modify_are_refused(tmp_path):
+def test_modified_elements_are_refused(tmp_path):
     modified = model()
     cut = typed("compas_model.modifiers/BooleanModifier", {})
     modified["data"]["graph"] = {"node": {"0": {}, "1": {}}, "edge": {"0": {"1": {"modifiers": [cut]}}}}
-    with pytest.raises(
-        bs.errors.GeometryFileError, match=r"some elements modify others .*; export their final geometry"
-    ):
+    with pytest.raises(bs.errors.GeometryFileError, match="modify"):
         read(tmp_path, modified)
 
 
-def test_a_group_that_stays_is_passed_over(tmp_path):
+def test_a_group_without_transformation_is_read(tmp_path):
     lifted = model()
     grouped = model(transformation=None)
     for i, element in enumerate(grouped["data"]["elements"].values()):

@@ -10,6 +10,7 @@ import blockstruct as bs
 from blockstruct import Q_
 from blockstruct.imports.surface import closed_surface
 from meshes import CUBE, QUADS, ascii_stl, fans, obj_text, ply_text, stl_bytes
+from refusals import refused
 
 STONE = bs.Material("stone", "20 kN/m^3")
 BLOCK = [bs.Block.box("b", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)]
@@ -44,51 +45,50 @@ def without_a_vertex(stl):
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "expected"),
+    ("name", "words", "content"),
     [
-        ("a.obj", "", "is empty"),
-        ("a.stl", b"", "is empty"),
-        ("a.obj", NOISE, "is not text"),
-        ("a.stl", NOISE, "are not an STL file, or one cut short"),
-        ("a.ply", NOISE, "not a PLY file with faces"),
-        ("a.obj", "hello world\n", "line 1: 'hello world' is not an OBJ statement"),
-        ("a.obj", obj_text()[:-4], "line 14: face '4 1'"),
-        ("a.obj", obj_text()[:-12], "open at 7 edges"),
-        ("a.obj", obj_text().replace("v 1 1 1", "v 1 1"), "line 7: vertex '1 1'; give three finite numbers"),
-        ("a.obj", obj_text().replace("v 1 1 1", "v 1 1 nan"), "line 7: vertex '1 1 nan'"),
-        ("a.obj", obj_text().replace("f 5 6 7 8", "f 5 6 7 9"), "names a vertex outside 1..8"),
-        ("a.obj", "v 0 0 0\n", "holds no solid"),
-        ("a.stl", STL[:-7], "cut short"),
-        ("a.stl", STL[:60], "cut short"),
-        ("a.stl", ascii_stl(BLOCK)[:-300], "'endsolid' is missing"),
+        ("a.obj", "empty", ""),
+        ("a.stl", "empty", b""),
+        ("a.obj", "text", NOISE),
+        ("a.stl", "4000 bytes", NOISE),
+        ("a.ply", "PLY", NOISE),
+        ("a.obj", "line 1: 'hello world'", "hello world\n"),
+        ("a.obj", "line 14: face '4 1'", obj_text()[:-4]),
+        ("a.obj", "open 7 edges", obj_text()[:-12]),
+        ("a.obj", "line 7: vertex '1 1'", obj_text().replace("v 1 1 1", "v 1 1")),
+        ("a.obj", "line 7: vertex '1 1 nan'", obj_text().replace("v 1 1 1", "v 1 1 nan")),
+        ("a.obj", "face '5 6 7 9' 1..8", obj_text().replace("f 5 6 7 8", "f 5 6 7 9")),
+        ("a.obj", "no solid", "v 0 0 0\n"),
+        ("a.stl", "677 bytes", STL[:-7]),
+        ("a.stl", "60 bytes", STL[:60]),
+        ("a.stl", "'endsolid'", ascii_stl(BLOCK)[:-300]),
         (
             "a.stl",
+            "line vertex '0.0 zero 0.0'",
             ascii_stl(BLOCK).replace("vertex 0.0 0.0 0.0", "vertex 0.0 zero 0.0", 1),
-            "line .*: vertex '0.0 zero 0.0'; give three finite numbers",
         ),
-        ("a.stl", without_a_vertex(ascii_stl(BLOCK)), "line 7: a facet of 2 vertices; give triangles"),
-        ("a.stl", ascii_stl(BLOCK).replace("outer loop", "inner loop", 1), "'inner loop' is not a line of STL here"),
-        ("a.ply", PLY[:-10], "states 14 vertices and faces and has 13 lines"),
-        ("a.ply", PLY + "0 0 0\n", "states 14 vertices and faces and has 15 lines"),
-        ("a.ply", ply_text(TWO)[:-60], "states 28 vertices and faces"),
-        ("a.ply", PLY.replace("4 0 3 2 1", "4 0 3 2 99"), "a face names vertex 99, there are 8"),
-        ("a.ply", PLY.replace("element vertex 8", "element vertex 800000000000"), "a.ply"),
-        ("a.ply", PLY.replace("element face 6", "element face 6000000"), "6000000 faces, the limit is 500000"),
-        ("a.obj", obj_text(faces=QUADS[:-1]), "open at 4 edges: edge .* belongs to one face; add the missing faces"),
-        ("a.obj", obj_text(faces=[*QUADS, (0, 1, 6, 7)]), "'a.2': the surface is open at 4 edges"),
-        ("a.obj", obj_text(vertices=[(x, y, 0) for x, y, _ in CUBE]), "'a'"),
-        ("a.obj", obj_text(faces=[*QUADS[:5], (4, 0, 3, 7, 3, 7)]), "meets one of its corners twice"),
+        ("a.stl", "line 7: 2 vertices triangles", without_a_vertex(ascii_stl(BLOCK))),
+        ("a.stl", "line 'inner loop'", ascii_stl(BLOCK).replace("outer loop", "inner loop", 1)),
+        ("a.ply", "14 vertices 13 lines", PLY[:-10]),
+        ("a.ply", "14 vertices 15 lines", PLY + "0 0 0\n"),
+        ("a.ply", "28 vertices", ply_text(TWO)[:-60]),
+        ("a.ply", "vertex 99 8", PLY.replace("4 0 3 2 1", "4 0 3 2 99")),
+        ("a.ply", "a.ply", PLY.replace("element vertex 8", "element vertex 800000000000")),
+        ("a.ply", "6000000 500000", PLY.replace("element face 6", "element face 6000000")),
+        ("a.obj", "open 4 edges one face", obj_text(faces=QUADS[:-1])),
+        ("a.obj", "'a.2' open 4 edges", obj_text(faces=[*QUADS, (0, 1, 6, 7)])),
+        ("a.obj", "'a'", obj_text(vertices=[(x, y, 0) for x, y, _ in CUBE])),
+        ("a.obj", "'a' corner (0, 0, 1) m", obj_text(faces=[*QUADS[:5], (4, 0, 3, 7, 3, 7)])),
     ],
 )
-def test_what_is_no_mesh_of_blocks_is_refused(tmp_path, name, content, expected):
-    with pytest.raises(bs.errors.GeometryFileError, match=expected) as refusal:
+def test_refused_meshes(tmp_path, name, words, content):
+    with refused(bs.errors.GeometryFileError, f"{tmp_path / name} {words}"):
         read(tmp_path, name, content)
-    assert str(tmp_path / name) in str(refusal.value)
 
 
 @pytest.mark.parametrize("kind", ["obj", "stl", "one object"])
 @pytest.mark.parametrize("corner", [[(4, 4, 1)] * 8, [(4, 4, z) for *_, z in CUBE]], ids=["point", "line"])
-def test_a_body_of_which_rounding_leaves_nothing_is_refused(tmp_path, kind, corner):
+def test_a_body_without_any_area_is_refused(tmp_path, kind, corner):
     """A slender body far from the origin, written with few digits: it is not left out as faces without area."""
     if kind == "stl":
         triangles = [np.array(v)[list(t)] for v in (CUBE, corner) for t in fans(QUADS)]
@@ -102,35 +102,35 @@ def test_a_body_of_which_rounding_leaves_nothing_is_refused(tmp_path, kind, corn
         name, content = "a.obj", "".join(h + p + text for h, p in zip(head, points, strict=True))
         who = "pin" if kind == "obj" else "wall.2"
     place = r"at \(4, 4, 1\) m" if corner[0][2] else r"at \(4, 4, 0\) m"
-    with pytest.raises(bs.errors.GeometryFileError, match=f"1 of 2 bodies(.|\n)*{who}.*no.* an area, {place}.*digits"):
+    with pytest.raises(bs.errors.GeometryFileError, match=rf"(?s)1 of 2 .*{who}.*{place}"):
         read(tmp_path, name, content)
     with pytest.warns(bs.errors.GeometryWarning, match="faces without area dropped"):
         (left,) = read(tmp_path, name, content, exclude=[who]).blocks
     assert left.volume == pytest.approx(1)
 
 
-def test_all_bad_bodies_are_named_at_once(tmp_path):
+def test_all_refused_bodies_are_named(tmp_path):
     text = "o good\n" + obj_text()
     for name in ("left", "right"):
         text += f"o {name}\n" + obj_text(CUBE, [[i - 9 for i in f] for f in QUADS[:-1]])
-    with pytest.raises(bs.errors.GeometryFileError, match=r"2 of 3 bodies are not blocks(.|\n)*'left'(.|\n)*'right'"):
+    with pytest.raises(bs.errors.GeometryFileError, match=r"(?s)2 of 3 .*'left'.*'right'"):
         read(tmp_path, "a.obj", text)
 
 
-def test_two_bodies_grown_together_are_no_block():
+def test_two_bodies_with_a_common_edge_are_refused():
     # Two cubes with one edge in common, as one body.
     vertices = np.array([*CUBE, *((x + 1, y + 1, z) for x, y, z in CUBE)])
     second = [tuple({0: 2, 4: 6}.get(i, i + 8) for i in f) for f in QUADS]
-    with pytest.raises(bs.errors.GeometryError, match=r"belongs to 4 .*each block as a body of its own"):
+    with pytest.raises(bs.errors.GeometryError, match=r"'pair'.* 4 "):
         closed_surface(vertices, [*QUADS, *second], "pair")
 
 
-def test_a_surface_of_one_side_is_refused():
+def test_a_one_sided_surface_is_refused():
     # The projective plane on six vertices: every edge belongs to two triangles.
     faces = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5), (0, 5, 1)]
     faces += [(1, 2, 4), (2, 3, 5), (3, 4, 1), (4, 5, 2), (5, 1, 3)]
     points = np.random.default_rng(0).normal(size=(6, 3))
-    with pytest.raises(bs.errors.GeometryError, match="only one side"):
+    with pytest.raises(bs.errors.GeometryError, match=r"'plane'.*side"):
         closed_surface(points, faces, "plane")
 
 
@@ -151,20 +151,20 @@ def test_an_outline_that_crosses_itself_is_refused(tmp_path):
         read(tmp_path, "tie.obj", obj_text(faces=faces))
 
 
-def test_a_scan_is_no_block(tmp_path):
+def test_a_scan_is_refused(tmp_path):
     vertices, faces = sphere(101)
-    with pytest.raises(bs.errors.GeometryFileError, match="20604 faces, the limit is 20000; simplify the mesh"):
+    with pytest.raises(bs.errors.GeometryFileError, match=r"20604 .* 20000"):
         read(tmp_path, "scan.obj", obj_text(vertices, faces))
 
 
-def test_a_million_faces_are_refused_before_they_are_read(tmp_path, monkeypatch):
+def test_a_million_faces_are_refused_before_reading(tmp_path, monkeypatch):
     header = bytes(80) + (1_000_000).to_bytes(4, "little")
     monkeypatch.setitem(sys.modules, "trimesh", None)
-    with pytest.raises(bs.errors.GeometryFileError, match="1000000 faces, the limit is 500000"):
+    with pytest.raises(bs.errors.GeometryFileError, match=r"1000000 .* 500000"):
         read(tmp_path, "million.stl", header + bytes(50 * 1_000_000))
 
 
-def test_without_trimesh_the_message_says_what_to_install(tmp_path, monkeypatch):
+def test_without_trimesh_the_error_names_the_extra(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "trimesh", None)
     with pytest.raises(bs.errors.MissingExtraError, match=r'pip install "blockstruct\[mesh\]"'):
         read(tmp_path, "a.ply", PLY)

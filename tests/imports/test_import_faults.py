@@ -147,7 +147,7 @@ def test_a_mesh_with_every_fault(call, tmp_path, meant):
         "vertices moved into the planes of their faces",
         "name used twice",
         "wall.obj: 1 statement 'l', which is not a face; wall.obj: 1 vertex of no face",
-        "2 joints closed that repairs of their own faces opened",
+        "2 joints closed that repairs of their faces opened",
     ):
         assert said in out
     model = bs.read_document(tmp_path / "wall.yaml").model

@@ -1,4 +1,4 @@
-"""Blocks drawn elsewhere: OBJ, STL and PLY meshes, DXF drawings and COMPAS JSON, with a report of every repair."""
+"""Import of blocks from OBJ, STL and PLY meshes, DXF drawings and COMPAS JSON, with a report of every repair."""
 
 from blockstruct.imports.assembly import read_assembly
 from blockstruct.imports.drawing import read_drawing

@@ -20,10 +20,10 @@ from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
 
-#: Where a node or an element keeps its solid, and an edge its contacts.
+#: Keys of the solid in a node or an element, and of the contacts in an edge.
 _SOLIDS = ("block", "part", "geometry", "mesh", "shape")
 _CONTACTS = ("interfaces", "interface", "contacts", "interface_points")
-#: Frame of an element that stays where its geometry is.
+#: Frame of an element whose geometry is in global coordinates.
 _WORLD = {"point": [0, 0, 0], "xaxis": [1, 0, 0], "yaxis": [0, 1, 0]}
 
 
@@ -46,20 +46,20 @@ def read_assembly(
     up: str = "z",
     tolerance: QuantityLike | None = None,
 ) -> Imported:
-    """Blocks of a COMPAS JSON file.
+    """Read the blocks of a COMPAS JSON file.
 
-    Read are assemblies (compas, compas_assembly, compas_cra of all versions: a graph whose nodes hold blocks), models
-    (compas_model, compas_dem: elements with a geometry), and meshes or lists of meshes. Models whose geometry only
-    COMPAS can tell are refused: by features, modifiers, frames, and transformations within groups. Blocks keep their
-    names if all differ, otherwise they take the key of their node or a running number. What is marked ``is_support``,
-    true or 1, is fixed. Interfaces in the file are left out, to be detected anew.
+    The file is an assembly (compas, compas_assembly, compas_cra of all versions: a graph with blocks in its nodes), a
+    model (compas_model, compas_dem: elements with a geometry), a mesh or a list of meshes. A model is refused if only
+    COMPAS can compute its geometry: with features, modifiers, frames, or transformations within groups. Blocks keep
+    their names if all names differ. Otherwise the name is the key of the node or a running number. Blocks with
+    ``is_support`` true or 1 are fixed. Interfaces in the file are ignored; detect them again.
 
     Parameters
     ----------
     file
         A ``.json`` file.
     unit : text or quantity, length
-        Unit of the coordinates, which the file does not state.
+        Unit of the coordinates; the file does not contain it.
     material
         Material of all blocks.
     fixed, exclude, up, tolerance
@@ -80,7 +80,7 @@ def read_assembly(
     Warns
     -----
     GeometryWarning
-        If anything was left out or repaired.
+        If something was ignored or repaired.
     """
     path = Path(file)
     contents = [assembly_content(path, material)]
@@ -88,7 +88,7 @@ def read_assembly(
 
 
 def assembly_content(path: Path, material: Material) -> Content:
-    """Solids of a COMPAS JSON file, and what else it holds."""
+    """Return the content of a COMPAS JSON file."""
     try:
         content = json.loads(read_text(path), object_pairs_hook=unique_pairs)
     except (ValueError, RecursionError) as error:
@@ -100,17 +100,17 @@ def assembly_content(path: Path, material: Material) -> Content:
     except GeometryFileError:
         raise
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
-        # Of another layout than it seemed at first.
+        # The layout differs from the detected layout.
         raise GeometryFileError(_unknown(path, content)) from error
     checked_faces(sum(len(p.faces) for p in parts), path)
     names = [p.name for p in parts]
-    own = None not in names and len(set(names)) == len(names)
-    solids = [Solid(str(p.name if own else p.key), p.vertices, p.faces, material, p.support) for p in parts]
+    unique = None not in names and len(set(names)) == len(names)
+    solids = [Solid(str(p.name if unique else p.key), p.vertices, p.faces, material, p.support) for p in parts]
     return Content(solids, left_out)
 
 
 def _parts(content: Any, path: Path, left_out: list[str]) -> Iterator[_Part]:
-    """Parts of any of the layouts."""
+    """Yield the parts of a file in any layout."""
     body = _body(content)
     if isinstance(body, list):
         for number, mesh in enumerate(_flat(body)):
@@ -120,7 +120,7 @@ def _parts(content: Any, path: Path, left_out: list[str]) -> Iterator[_Part]:
     elif "elements" in body:
         yield from _elements(body, path, left_out)
     elif isinstance(body.get("blocks"), dict):
-        # The first versions: blocks beside a network whose vertices tell the supports.
+        # First versions: blocks, and a network whose vertices mark the supports.
         nodes = _body(body.get("assembly") or {}).get("vertex", {})
         for key, mesh in body["blocks"].items():
             yield _part(key, mesh, nodes.get(key, {}), path)
@@ -133,21 +133,21 @@ def _parts(content: Any, path: Path, left_out: list[str]) -> Iterator[_Part]:
 
 
 def _nodes(graph: Any, path: Path, left_out: list[str]) -> Iterator[_Part]:
-    """Parts of an assembly: a node each."""
+    """Yield the parts of an assembly, one per node."""
     if not isinstance(graph, dict) or not isinstance(graph.get("node"), dict):
         raise GeometryFileError(_unknown(path, graph))
     default = graph.get("default_node_attributes") or graph.get("dna") or {}
     for key, node in graph["node"].items():
         solid = next((node[k] for k in _SOLIDS if isinstance(node, dict) and node.get(k)), None)
         if solid is None:
-            msg = f"{path}: node {key} has none of {', '.join(_SOLIDS)}; give an assembly whose nodes hold their blocks"
+            msg = f"{path}: node {key} has no block ({', '.join(_SOLIDS)}); give an assembly with blocks in its nodes"
             raise GeometryFileError(msg)
         yield _part(key, solid, {**default, **node}, path)
     _note_contacts(graph, left_out)
 
 
 def _elements(model: dict[str, Any], path: Path, left_out: list[str]) -> Iterator[_Part]:
-    """Parts of a model: an element each."""
+    """Yield the parts of a model, one per element."""
     elements = model["elements"]
     whole = _matrix(model.get("transformation"), path)
     tree = model.get("tree") or {}
@@ -156,26 +156,26 @@ def _elements(model: dict[str, Any], path: Path, left_out: list[str]) -> Iterato
         data = _body(element)
         if not isinstance(data, dict):
             raise GeometryFileError(_unknown(path, data))
-        own = _matrix(data.get("transformation"), path)
-        what = ""
+        local = _matrix(data.get("transformation"), path)
+        obstacle = ""
         if data.get("features"):
-            what = "features"
+            obstacle = "features"
         elif data.get("frame") and _body(data["frame"]) != _WORLD:
-            what = "a frame of its own"
-        elif grouped and not np.array_equal(own, np.eye(4)):
-            what = "a transformation inside a group"
-        if what:
-            msg = f"{path}: element {number} has {what}, which only COMPAS can apply; export its final geometry"
+            obstacle = "a frame of its own"
+        elif grouped and not np.array_equal(local, np.eye(4)):
+            obstacle = "a transformation inside a group"
+        if obstacle:
+            msg = f"{path}: element {number} has {obstacle}, which only COMPAS can apply; export its final geometry"
             raise GeometryFileError(msg)
         if str(element.get("dtype", "")).endswith("/Group"):
             continue
         part = _part(str(number), data.get("geometry") or data, data, path)
-        moved = np.column_stack([part.vertices, np.ones(len(part.vertices))]) @ (whole @ own).T
+        moved = np.column_stack([part.vertices, np.ones(len(part.vertices))]) @ (whole @ local).T
         yield _Part(part.key, part.name, moved[:, :3], part.faces, part.support)
     graph = _body(model.get("graph") or {})
     if any(edge.get("modifiers") for edge in _edges(graph)):
         msg = (
-            f"{path}: some elements modify others (as by a boolean difference), which only COMPAS can apply; export "
+            f"{path}: some elements modify others (such as a boolean difference), which only COMPAS can apply; export "
             "their final geometry"
         )
         raise GeometryFileError(msg)
@@ -183,7 +183,7 @@ def _elements(model: dict[str, Any], path: Path, left_out: list[str]) -> Iterato
 
 
 def _part(key: str, solid: Any, attributes: dict[str, Any], path: Path) -> _Part:
-    """Part of a solid: a mesh of keyed vertices and faces, or a polyhedron of lists."""
+    """Return the part of a solid: a mesh with keyed vertices and faces, or a polyhedron of lists."""
     outer, body = solid, _body(solid)
     while isinstance(body, dict) and (inner := next((body[k] for k in _SOLIDS if body.get(k)), None)) is not None:
         outer, body = inner, _body(inner)
@@ -212,7 +212,7 @@ def _part(key: str, solid: Any, attributes: dict[str, Any], path: Path) -> _Part
 
 
 def _support(mark: Any, key: str, path: Path) -> bool:
-    """What a block says on whether it is a support; nothing is no."""
+    """Return whether the mark of a block makes it a support. A block without a mark is free."""
     # Some programs write 0 and 1 for false and true.
     if mark is None or (isinstance(mark, bool | int) and mark in (0, 1)):
         return bool(mark)
@@ -226,7 +226,7 @@ def _name(solid: Any) -> Any:
 
 
 def _body(item: Any) -> Any:
-    """What is inside the wrappers that say of which type and version an item is."""
+    """Return an item without the wrappers that state its type and version."""
     while isinstance(item, dict) and (item.keys() & {"dtype", "datatype"} or item.keys() <= {"data", "guid", "compas"}):
         inner = item.get("data", item.get("value"))
         if inner is None:
@@ -256,7 +256,7 @@ def _matrix(transformation: Any, path: Path) -> Array:
 
 
 def _edges(graph: Any) -> Iterator[dict[str, Any]]:
-    """What a graph says of each pair of nodes that it joins."""
+    """Yield the data of each edge of a graph."""
     edges = graph.get("edge") or {} if isinstance(graph, dict) else {}
     yield from (e for ends in edges.values() for e in ends.values() if isinstance(e, dict))
 

@@ -1,4 +1,4 @@
-"""Blocks from drawings: DXF files."""
+"""Import of blocks from DXF drawings."""
 
 from codecs import BOM_UTF8
 from collections import Counter
@@ -25,17 +25,17 @@ from blockstruct.units import QuantityLike
 Array = NDArray[np.float64]
 
 _SURVEY_FOOT = 1200 / 3937
-#: Metres of the units that a drawing may state ($INSUNITS), from microinches to miles.
+#: Units of a drawing in m, by their code in $INSUNITS, from microinches to miles.
 _STATED_UNITS = {
     **{1: 0.0254, 2: 0.3048, 3: 1609.344, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 8: 2.54e-8, 9: 2.54e-5, 10: 0.9144},
     **{13: 1e-6, 14: 0.1, 15: 10.0, 16: 100.0},
     **{21: _SURVEY_FOOT, 22: _SURVEY_FOOT / 12, 23: 3 * _SURVEY_FOOT, 24: 5280 * _SURVEY_FOOT},
 }
-#: Bodies that only the program that made them can divide into faces.
+#: Bodies without faces in the file: only the program that wrote them can compute the faces.
 _SOLID_MODELS = ("3DSOLID", "BODY", "EXTRUDEDSURFACE", "LOFTEDSURFACE", "REVOLVEDSURFACE", "SURFACE", "SWEPTSURFACE")
-#: Flag of a vertex of a polyline that is a control point of the spline fitted to it.
+#: Flag of a control point of a spline among the vertices of a polyline.
 _CONTROL_POINT = 16
-#: Entities of one kind that are named one by one.
+#: Largest number of handles in a message.
 _NAMED = 20
 
 
@@ -54,36 +54,35 @@ def read_drawing(
     exclude: Iterable[str] = (),
     tolerance: QuantityLike | None = None,
 ) -> Imported:
-    """Blocks of a DXF drawing: ``pip install "blockstruct[cad]"``.
+    """Read the blocks of a DXF drawing. Needs ``pip install "blockstruct[cad]"``.
 
-    Closed polylines become prisms; meshes, polyface meshes and closed sets of 3D faces become blocks as they are.
-    The k-th on a layer is called ``layer.k``. A polyline whose ends meet to rounding is closed; edges that it runs over
-    again are dropped and reported. Everything else in the model space is left out and reported by layer and handle,
-    open polylines with the distance of their ends, as is what is hidden, or lies on a layer that is off or frozen, what
-    is drawn in paper space, and drawings that this one refers to.
+    Closed polylines become prisms. Meshes, polyface meshes and closed sets of 3D faces become blocks. The name of the
+    k-th block on a layer is ``layer.k``. A polyline counts as closed if its ends meet up to rounding. Repeated edges
+    are dropped and reported. Everything else is ignored and reported by layer and handle: open polylines with the
+    distance of their ends, hidden entities, layers that are off or frozen, paper space, and external references.
 
     Parameters
     ----------
     file
         A ``.dxf`` file.
     unit : text or quantity, length
-        Unit of the coordinates: ``"mm"``, or a scale such as ``"0.025 m"``. Where the drawing states its unit, the
-        two must agree.
+        Unit of the coordinates: ``"mm"``, or a scale such as ``"0.025 m"``. If the drawing states its unit, the two
+        must agree.
     material
-        Material of all blocks, or a material for each layer to be read: other layers are left out.
+        Material of all blocks, or a material per layer. Layers without a material are ignored.
     override_unit
-        Take ``unit`` although the drawing states another one: ``$INSUNITS`` is often that of the template.
+        Whether ``unit`` overrides the unit in the drawing: ``$INSUNITS`` often comes from a template.
     thickness : quantity, length
-        Of the prisms. Polylines that have a thickness of their own in the drawing need none; where it is negative,
-        or the polyline was drawn from behind, the prism lies on the other side.
+        Thickness of the prisms. Not needed for polylines with a thickness in the drawing. If the latter is negative, or
+        the polyline was drawn from the back, the prism is on the other side.
     plane : {"elevation", "plan"}
-        ``"elevation"`` stands the drawing up: its x, y and z become x, z and y, and prisms reach from y = 0, or the
-        elevation of their polyline, to the thickness. ``"plan"`` keeps x, y and z, and prisms rise from z = 0, or that
-        elevation. Bodies in 3D stay where they are.
+        ``"elevation"`` turns x, y and z of the drawing into x, z and y. Prisms extend from y = 0, or from the elevation
+        of their polyline, by the thickness. ``"plan"`` keeps x, y and z, and prisms rise from z = 0 or from the
+        elevation. Bodies in 3D keep their coordinates.
     segments
-        Number of straight segments that stand for each arc of a polyline; without it, arcs are refused.
+        Number of straight segments per arc of a polyline. Without it, arcs are refused.
     closing : quantity, length
-        Distance up to which the ends of a polyline meet; by default a millionth of its size.
+        Largest distance of the ends of a closed polyline; by default a millionth of its size.
     supports
         Layers whose blocks are fixed.
     fixed, exclude, tolerance
@@ -99,7 +98,7 @@ def read_drawing(
     StorageError
         If the file cannot be read.
     GeometryFileError
-        If the file is damaged, the drawing states another unit, arcs have no ``segments``, or solids are not blocks.
+        If the file is damaged, the units differ, arcs have no ``segments``, or solids are not blocks.
     MissingExtraError
         If ezdxf is not installed.
     UnknownNameError
@@ -108,7 +107,7 @@ def read_drawing(
     Warns
     -----
     GeometryWarning
-        If anything was left out or repaired.
+        If something was ignored or repaired.
     """
     path = Path(file)
     content = drawing_content(
@@ -137,7 +136,7 @@ def drawing_content(
     closing: QuantityLike | None = None,
     supports: Iterable[str] = (),
 ) -> Content:
-    """Solids of a DXF drawing, and what else it holds; parameters are those of :func:`read_drawing`."""
+    """Return the content of a DXF drawing; parameters as for :func:`read_drawing`."""
     scale = metres_per_unit(unit, str(path))
     depth = None if thickness is None else positive_length(thickness, f"{path}: thickness") / scale
     ends = None if closing is None else positive_length(closing, f"{path}: closing") / scale
@@ -153,7 +152,7 @@ def drawing_content(
     frozen = frozenset(layer.dxf.name.lower() for layer in drawing.layers if layer.is_frozen())
     reading = _Reading(path, scale, depth, plane == "elevation", segments, ends, frozen)
     layers = {layer.dxf.name: layer for layer in drawing.layers}
-    # DXF does not tell layers apart by case, and entities may lie on layers that no table lists.
+    # DXF ignores the case of layer names, and entities may be on layers outside the table.
     listed = {name.lower(): name for name in layers}
     entities = [(e, listed.get(name.lower(), name), h) for e, name, h in _entities(drawing.modelspace(), reading)]
     known = {*layers, *(layer for _, layer, _ in entities)}
@@ -194,7 +193,7 @@ class _Body:
 
 @dataclass(slots=True)
 class _Reading:
-    """What a drawing holds, by layer and in coordinate units, as it is read."""
+    """Content of a drawing during reading, by layer and in coordinate units."""
 
     path: Path
     scale: float
@@ -210,12 +209,12 @@ class _Reading:
     apart: dict[str, list[str]] = field(default_factory=dict)
 
     def leave_out(self, what: str, handle: str, detail: str = "") -> None:
-        """Note that an entity is left out."""
+        """Note an ignored entity."""
         self.apart.setdefault(what, []).append(f"{handle}{detail}")
 
     @property
     def left_out(self) -> list[str]:
-        """What was left out, a text for each kind and layer, with the handles."""
+        """Ignored entities: one text per kind and layer, with the handles."""
         texts = []
         for what, named in sorted(self.apart.items()):
             more = f", and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
@@ -223,12 +222,12 @@ class _Reading:
         return texts
 
     def add(self, entity: Any, layer: str, handle: str) -> None:
-        """Add an entity, or note that it is left out."""
+        """Add an entity, or note that it is ignored."""
         try:
             self._add(entity, layer, handle)
         except BlockstructError:
             raise
-        except Exception as error:  # Data of a damaged entity are missing or of any kind.
+        except Exception as error:  # A damaged entity may raise any error.
             msg = (
                 f"{self.path}: {entity.dxftype()} on layer {layer!r}, handle {handle}, is damaged ({error}); "
                 "draw it again"
@@ -236,7 +235,7 @@ class _Reading:
             raise GeometryFileError(msg) from error
 
     def add_body(self, layer: str, vertices: Array, faces: list[Face]) -> str:
-        """Add a body, which takes the next number of its layer; its name."""
+        """Add a body with the next number of its layer; return its name."""
         self.count[layer] += 1
         name = f"{layer}.{self.count[layer]}"
         self.bodies.append(_Body(layer, name, vertices, faces))
@@ -249,7 +248,7 @@ class _Reading:
             self._polyline(entity, layer, handle, corners, closed=entity.closed)
         elif kind == "POLYLINE" and entity.is_2d_polyline:
             level = entity.dxf.elevation.z
-            # The control points of a fitted spline are no points of it.
+            # The control points of a fitted spline are not on the curve.
             drawn = [v for v in entity.vertices if not v.dxf.flags & _CONTROL_POINT]
             corners = [(v.dxf.location.x, v.dxf.location.y, level, v.dxf.bulge) for v in drawn]
             self._polyline(entity, layer, handle, corners, closed=entity.is_closed)
@@ -280,7 +279,7 @@ class _Reading:
         points = np.array([tuple(ocs.to_wcs(c[:3])) for c in corners], dtype=float)
         x, y, level = points[0]
         who = f"{self.path}: the polyline from ({x:.6g}, {y:.6g}) on layer {layer!r}, handle {handle},"
-        # Seen from below, an arc turns the other way.
+        # Seen from below, an arc has the opposite direction.
         bulges = np.array([c[3] for c in corners]) * np.sign(ocs.uz.z)
         outline = read_outline(
             points[:, :2], bulges, closed=closed, segments=self.segments or 1, tolerance=self.closing
@@ -296,13 +295,13 @@ class _Reading:
         if len(outline.corners) < 3 or enclosed(outline.corners) <= OUTLINE * size**2:
             self.leave_out(f"polyline without area on layer {layer}", handle)
             return
-        # Along the normal of the polyline, which may look down, or against it.
-        own = entity.dxf.get("thickness", 0.0) * float(np.sign(ocs.uz.z))
-        thickness = self.thickness or abs(own)
+        # Signed thickness along z; the normal of the polyline may look down.
+        signed = entity.dxf.get("thickness", 0.0) * float(np.sign(ocs.uz.z))
+        thickness = self.thickness or abs(signed)
         if not thickness:
             msg = f"{who} is flat; give a thickness"
             raise GeometryFileError(msg)
-        side = -1 if own < 0 else 1
+        side = -1 if signed < 0 else 1
         body = prism(outline.corners, float(level), side * thickness, standing=self.standing)
         name = self.add_body(layer, *body)
         done = {"arcs": outline.rise * self.scale, "retraced": outline.retraced}
@@ -321,13 +320,13 @@ def _opened(path: Path) -> Any:
         if content.startswith(BOM_UTF8):
             return ezdxf.read(StringIO(content.decode("utf-8-sig"), newline=None))
         return ezdxf.readfile(path)
-    except Exception as error:  # A reader of foreign files fails in as many ways as files can be damaged.
+    except Exception as error:  # A damaged file may raise any error.
         msg = f"{path}: not a readable DXF drawing ({error or type(error).__name__}); save it again as DXF"
         raise GeometryFileError(msg) from error
 
 
 def _checked_unit(drawing: Any, scale: float, path: Path, *, override: bool) -> list[str]:
-    """What there is to say about the unit that a drawing states."""
+    """Return a note if ``unit`` overrides the unit in the drawing; refuse other differences."""
     stated = _STATED_UNITS.get(int(drawing.header.get("$INSUNITS", 0)))
     if stated is None or abs(stated - scale) <= SAME_UNIT * stated:
         return []
@@ -335,14 +334,14 @@ def _checked_unit(drawing: Any, scale: float, path: Path, *, override: bool) -> 
     if override:
         return [f"{states}, which is overridden: its unit is taken as {scale:g} m"]
     msg = (
-        f"{path}: {states}, unit= says {scale:g} m; give the unit of the drawing, or override_unit=True "
-        "(--override-unit) if the one it states is that of its template"
+        f"{path}: {states}, but unit= is {scale:g} m; give the unit of the drawing, or override_unit=True "
+        "(--override-unit) if the unit in the drawing comes from a template"
     )
     raise GeometryFileError(msg)
 
 
 def _leave_out_paper_space(drawing: Any, listed: Mapping[str, str], reading: _Reading) -> None:
-    """Note what is drawn on the sheets of a drawing; their viewports only show the model space."""
+    """Note the entities in paper space, except viewports, which show the model space."""
     for sheet in drawing.layouts:
         drawn = [] if sheet.is_modelspace else [e for e in sheet if e.dxftype() != "VIEWPORT"]
         for entity in drawn:
@@ -354,9 +353,9 @@ def _leave_out_paper_space(drawing: Any, listed: Mapping[str, str], reading: _Re
 def _entities(
     layout: Iterable[Any], reading: _Reading, parent: str = "0", within: str = "", depth: int = 0
 ) -> Iterator[tuple[Any, str, str]]:
-    """Entities with their layers and handles, those inside blocks too, which have the handle of their insert.
+    """Yield entities with their layers and handles, including entities inside blocks.
 
-    On layer 0 there, they take the layer of the block.
+    Entities inside a block have the handle of the insert. On layer 0 they take the layer of the block.
     """
     for entity in layout:
         layer = entity.dxf.layer if entity.dxf.hasattr("layer") else "0"
@@ -369,7 +368,7 @@ def _entities(
         elif block.block.is_xref or block.block.is_xref_overlay:
             reading.leave_out(f"block {entity.dxf.name!r}, which is another drawing, to be bound to this one", handle)
         elif layer.lower() in reading.frozen or entity.dxf.get("invisible", 0):
-            # All of it is hidden, whatever the layers inside; on a layer that is off, those inside count.
+            # A frozen or hidden insert hides the whole block. If its layer is off, the layers inside count.
             reading.leave_out(f"block {entity.dxf.name!r} on layer {layer}, which is hidden or frozen there", handle)
         elif depth == DEPTH:
             reading.leave_out(f"block {entity.dxf.name!r}, {DEPTH} blocks deep", handle)

@@ -1,4 +1,4 @@
-"""What the blocks of a drawing stand for, counted before any of it is made."""
+"""Count of the entities in nested blocks of a drawing, before they are expanded."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -6,22 +6,22 @@ from typing import Any
 
 from blockstruct.errors import GeometryFileError
 
-#: Entities that the blocks of a drawing may stand for: a few nested ones can stand for more than any memory holds.
+#: Largest number of expanded entities: a few nested blocks could exceed any memory.
 MOST_EXPANDED = 100_000
 
 
 def check_expansion(drawing: Any, path: Path, depth: int) -> None:
-    """Refuse a drawing whose inserted blocks stand for too many entities, followed to a depth.
+    """Refuse a drawing whose inserted blocks expand to too many entities, followed to a depth.
 
     Raises
     ------
     GeometryFileError
-        If it does; the message names the inserted block of the model space that stands for most.
+        If there are too many. The message names the block in the model space with the most entities.
     """
     known: dict[tuple[str, int], int] = {}
 
     def inside(name: str, level: int) -> int:
-        """Entities of a block, those of the blocks in it too."""
+        """Return the number of entities in a block, including nested blocks."""
         key = (name.lower(), level)
         if key not in known:
             known[key] = sum(counted(drawing.blocks.get(name) or (), level)) if level <= depth else 0
@@ -38,8 +38,8 @@ def check_expansion(drawing: Any, path: Path, depth: int) -> None:
     if sum(sizes) > MOST_EXPANDED:
         worst = inserts[sizes.index(max(sizes))]
         msg = (
-            f"{path}: its blocks stand for {sum(sizes):.3g} entities, block {_name(worst)!r} alone for "
-            f"{max(sizes):.3g}, the limit is {MOST_EXPANDED}; remove what is not a stone, or draw fewer copies"
+            f"{path}: its blocks expand to {sum(sizes):.3g} entities, block {_name(worst)!r} alone to "
+            f"{max(sizes):.3g}, the limit is {MOST_EXPANDED}; remove entities that are not stones, or draw fewer copies"
         )
         raise GeometryFileError(msg)
 
@@ -49,6 +49,6 @@ def _name(insert: Any) -> str:
 
 
 def _copies(insert: Any) -> int:
-    """Rows times columns, as the file states them; more than a billion are no more than that."""
+    """Return rows times columns in the file, at most a billion."""
     rows, columns = (int(insert.dxf.get(f"{what}_count", 1)) for what in ("row", "column"))
     return min(max(1, rows) * max(1, columns), 10**9)

@@ -1,4 +1,4 @@
-"""Faces made planar: vertices moved into the planes, or polygons divided into triangles."""
+"""Make faces planar: move vertices into planes, or divide polygons into triangles."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,9 @@ Face = tuple[int, ...]
 def flattened(vertices: Array, faces: list[Face], tolerance: float, size: float) -> tuple[Array, list[Face], int]:
     """Make every face planar to rounding.
 
-    Polygons within the tolerance get a plane each, and every vertex moves to the nearest point that all its planes
-    share; two blocks with one face in common so keep it in common. Polygons further from plane are divided into
-    triangles, by their shortest diagonals: two blocks with one warped face in common divide it alike.
+    Each polygon within the tolerance gets a plane, and every vertex moves to the nearest common point of its planes.
+    Two blocks with a common face thus keep a common face. Other polygons are divided into triangles by their shortest
+    diagonals, so that two blocks divide a common warped face in the same way.
 
     Parameters
     ----------
@@ -24,14 +24,14 @@ def flattened(vertices: Array, faces: list[Face], tolerance: float, size: float)
     faces
         Vertex indices of each face.
     tolerance
-        Deviation from a plane up to which a polygon is flattened.
+        Largest deviation from a plane of a polygon that is flattened.
     size
         Largest extent of the body.
 
     Returns
     -------
     vertices, faces, int
-        All vertices where they are now, planar faces, and the number of polygons divided into triangles.
+        Moved vertices, planar faces, and the number of polygons divided into triangles.
     """
     off = Planes.of(vertices, faces).deviation
     limit = EXACT * size
@@ -48,7 +48,7 @@ def flattened(vertices: Array, faces: list[Face], tolerance: float, size: float)
 
 
 def _moved(vertices: Array, faces: list[Face], limit: float) -> Array:
-    """Vertices moved to the nearest common point of the planes of their polygons, until all are planar."""
+    """Move vertices to the nearest common points of the planes of their polygons, until all are planar."""
     polygons = [f for f in faces if len(f) > 3]
     points = vertices.copy()
     if not polygons:

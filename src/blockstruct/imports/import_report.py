@@ -1,4 +1,4 @@
-"""What an import read, repaired and left out."""
+"""Report on imported blocks, repairs and ignored content."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from blockstruct.imports.tolerances import EDGE, EXTENT, LEAST_HEIGHT
 from blockstruct.model import Block
 from blockstruct.vocabulary import counted
 
-#: What was done to a body, in words.
+#: Text of each kind of repair.
 KINDS = {
     "rounded": "coordinates far from the origin, which single precision rounds (export them nearer to it)",
     "welded": "corners joined with others close by",
@@ -32,7 +32,7 @@ KINDS = {
     "arcs": "arcs taken as straight pieces, which they exceed",
     "renamed": "name used twice",
 }
-#: Part of most imports of triangles: reported, not warned of.
+#: Kinds without a warning: most imports of triangles need them.
 _ROUTINE = ("merged", "divided")
 #: Kinds whose amount is a length.
 _LENGTHS = ("rounded", "flattened", "closed", "arcs")
@@ -40,7 +40,7 @@ _LENGTHS = ("rounded", "flattened", "closed", "arcs")
 
 @dataclass(frozen=True, slots=True)
 class Repair:
-    """One thing done to one body.
+    """One repair of one body.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Repair:
     kind : str
         A key of :data:`KINDS`.
     amount : float
-        How often, or by how many m.
+        Number, or length in m.
     """
 
     block: str
@@ -59,31 +59,31 @@ class Repair:
 
 @dataclass(frozen=True, slots=True)
 class ImportReport:
-    """What an import read, repaired and left out.
+    """Report on imported blocks, repairs and ignored content.
 
     Attributes
     ----------
     source : str
-        The file or files.
+        Name of the file or files.
     scale : float
-        Metres of a coordinate unit.
+        Metres per coordinate unit.
     blocks, faces : int
-        How many there are now.
+        Number of blocks, and of their faces after repairs.
     supports : tuple of str
         Names of the fixed blocks.
     extent : tuple of float
-        Size of the whole along x, y and z, m.
+        Size of the structure along x, y and z, m.
     edge : float
         Median of the longest edges of all faces, m.
     sizes : (float, float)
-        Cube roots of the least and the largest volume, m.
+        Cube roots of the smallest and the largest volume, m.
     volume : float
-        Of all blocks, m³.
+        Volume of all blocks, m³.
     repairs : tuple of Repair
     left_out : tuple of str
-        What the file holds beside solids, one text per item.
+        Ignored content of the file, one text per item.
     notes : tuple of str
-        What was done because it was asked for, one text per item.
+        Requested changes, one text per item.
     """
 
     source: str
@@ -110,7 +110,7 @@ class ImportReport:
         left_out: tuple[str, ...],
         notes: tuple[str, ...],
     ) -> Self:
-        """Report on blocks that were made."""
+        """Return the report on imported blocks."""
         points = np.concatenate([b.shape.vertices for b in blocks])
         edges = np.concatenate([Planes.of(b.shape.vertices, b.shape.faces).longest for b in blocks])
         volumes = [b.volume for b in blocks]
@@ -136,15 +136,15 @@ class ImportReport:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What to look at before going on, one text per item."""
-        found = [self._unlikely_size] if self._unlikely_size else []
-        found += [self._line(kind) for kind in KINDS if kind not in _ROUTINE and self._of(kind)]
+        """Findings to check, one text per item."""
+        texts = [self._unlikely_size] if self._unlikely_size else []
+        texts += [self._line(kind) for kind in KINDS if kind not in _ROUTINE and self._of(kind)]
         if self.left_out:
-            found.append(f"left out: {'; '.join(self.left_out)}")
-        return tuple(found)
+            texts.append(f"left out: {'; '.join(self.left_out)}")
+        return tuple(texts)
 
     def table(self) -> pd.DataFrame:
-        """Repairs, one row per repair: block, kind, amount and what the kind means."""
+        """Return the repairs, one row each: block, kind, amount and meaning."""
         rows = [(r.block, r.kind, r.amount, KINDS[r.kind]) for r in self.repairs]
         return pd.DataFrame(rows, columns=["block", "kind", "amount", "meaning"])
 
@@ -161,40 +161,40 @@ class ImportReport:
 
     @property
     def _unlikely_size(self) -> str:
-        """What about the size speaks for another unit; empty if nothing does."""
+        """Sizes that are unlikely for masonry, in words; empty if there are no such sizes."""
         length, height = max(self.extent), self.extent[2]
-        found = []
+        texts = []
         if not EXTENT[0] <= length <= EXTENT[1]:
-            found.append(f"the whole is {length:.4g} m long (masonry {EXTENT[0]:g} to {EXTENT[1]:g} m)")
+            texts.append(f"the whole is {length:.4g} m long (masonry {EXTENT[0]:g} to {EXTENT[1]:g} m)")
         if height < LEAST_HEIGHT:
-            found.append(f"the whole is {height:.4g} m high (masonry {LEAST_HEIGHT:g} m or more)")
+            texts.append(f"the whole is {height:.4g} m high (masonry {LEAST_HEIGHT:g} m or more)")
         if not EDGE[0] <= self.edge <= EDGE[1]:
-            found.append(f"a typical edge is {self.edge:.4g} m long (masonry {EDGE[0]:g} to {EDGE[1]:g} m)")
-        return f"{', '.join(found)}: is the unit right (1 unit of the file is {self.scale:g} m)?" if found else ""
+            texts.append(f"a typical edge is {self.edge:.4g} m long (masonry {EDGE[0]:g} to {EDGE[1]:g} m)")
+        return f"{', '.join(texts)}: is the unit right (1 unit of the file is {self.scale:g} m)?" if texts else ""
 
     def _of(self, kind: str) -> list[Repair]:
         return [r for r in self.repairs if r.kind == kind]
 
     def _line(self, kind: str) -> str:
-        found = self._of(kind)
-        amounts = [r.amount for r in found]
+        repairs = self._of(kind)
+        amounts = [r.amount for r in repairs]
         figure = f"by up to {max(amounts):.3g} m" if kind in _LENGTHS else f"{sum(amounts):.0f}"
-        names = list(Counter(r.block for r in found))
+        names = list(Counter(r.block for r in repairs))
         more = f" and {len(names) - 5} more" if len(names) > 5 else ""
         return f"{KINDS[kind]}{' ' if kind in _LENGTHS else ': '}{figure} ({', '.join(names[:5])}{more})"
 
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """Blocks of a file, and how they were read.
+    """Blocks of a file, and the report on their import.
 
     Attributes
     ----------
     blocks : tuple of Block
     report : ImportReport
     moves : mapping
-        How each vertex of a block was moved into the planes of its faces, shape (n, 3), m; of the blocks of which any
-        was. The joints that this opened are found by :func:`blockstruct.contacts.corrected_joints`.
+        Moves of the vertices of a block into the planes of its faces, shape (n, 3), m, for blocks with moves.
+        :func:`blockstruct.contacts.corrected_joints` finds the joints that these moves opened.
     """
 
     blocks: tuple[Block, ...]

@@ -1,4 +1,4 @@
-"""Faces of one body that lie in one plane, made one."""
+"""Merge faces of one body that lie in one plane."""
 
 from itertools import pairwise
 
@@ -18,16 +18,16 @@ Face = tuple[int, ...]
 
 
 def merged_faces(vertices: Array, faces: list[Face], tolerance: float, size: float) -> tuple[list[Face], int]:
-    """Faces after neighbours in one plane, and faces without area, have become one with their neighbours.
+    """Merge neighbours in one plane, and faces without area with a neighbour.
 
-    Where the whole would have a hole, or would be a curved chain of faces each nearly in line with the next,
-    only what lies exactly in one plane is made one, and if that has a hole too, nothing.
+    If the merged face would have a hole, or would be a curved chain of faces, only faces exactly in one plane are
+    merged. If this face has a hole too, its faces stay separate.
 
     Parameters
     ----------
     vertices : (n, 3) array
     faces
-        Vertex indices of a closed surface, all faces in one sense.
+        Vertex indices of a closed surface, with a consistent orientation.
     tolerance
         Largest distance of a vertex from the common plane.
     size
@@ -36,7 +36,7 @@ def merged_faces(vertices: Array, faces: list[Face], tolerance: float, size: flo
     Returns
     -------
     faces, int
-        The faces, without vertices in the middle of straight edges, and the number of faces without area.
+        Merged faces, without vertices inside straight edges, and the number of faces without area.
     """
     from scipy.sparse.csgraph import connected_components
 
@@ -47,12 +47,12 @@ def merged_faces(vertices: Array, faces: list[Face], tolerance: float, size: flo
     if empty.any():
         _lend_normals(vertices, faces, normals, empty)
     merged: list[Face] = []
-    left = np.arange(len(faces))
+    rest = np.arange(len(faces))
     for limit in (tolerance, EXACT * size):
-        close = _in_one_plane(vertices, planes, normals, empty, pairs, limit) & np.isin(pairs, left).all(axis=1)
+        close = _in_one_plane(vertices, planes, normals, empty, pairs, limit) & np.isin(pairs, rest).all(axis=1)
         graph = coo_array((np.ones(close.sum()), tuple(pairs[close].T)), shape=(len(faces), len(faces)))
         label = connected_components(graph, directed=False)[1]
-        order = left[np.argsort(label[left], kind="stable")]
+        order = rest[np.argsort(label[rest], kind="stable")]
         refused = []
         for group in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
             face: Face | None = faces[group[0]]
@@ -63,15 +63,15 @@ def merged_faces(vertices: Array, faces: list[Face], tolerance: float, size: flo
                 refused.extend(group.tolist())
             else:
                 merged.append(face)
-        left = np.array(refused, dtype=int)
+        rest = np.array(refused, dtype=int)
         if not refused:
             break
-    merged += [faces[i] for i in left]
+    merged += [faces[i] for i in rest]
     return _without_middles(vertices, merged, tolerance), int(empty.sum())
 
 
 def _neighbours(faces: list[Face]) -> Index:
-    """Pairs (m, 2) of faces on the two sides of each edge."""
+    """Return the pairs (m, 2) of faces on the two sides of each edge."""
     left = {edge: index for index, face in enumerate(faces) for edge in pairwise((*face, face[0]))}
     pairs = [(index, left[edge[::-1]]) for edge, index in left.items() if edge[0] < edge[1]]
     return np.array(pairs, dtype=int).reshape(-1, 2)
@@ -85,7 +85,7 @@ def _lend_normals(vertices: Array, faces: list[Face], normals: Array, empty: NDA
         edges = list(pairwise((*faces[index], faces[index][0])))
         edge = max(edges, key=lambda e: float(np.linalg.norm(vertices[e[1]] - vertices[e[0]])))
         lender[index] = left[edge[::-1]]
-    # The neighbour may have none itself yet: each pass serves at least one more of a row of such faces.
+    # The neighbour may not have a plane yet. Each pass completes at least one more face of a row.
     for _ in lender:
         for index, neighbour in lender.items():
             normals[index] = normals[neighbour]
@@ -95,7 +95,7 @@ def _in_one_plane(
     vertices: Array, planes: Planes, normals: Array, empty: NDArray[np.bool_], pairs: Index, limit: float
 ) -> NDArray[np.bool_]:
     """Whether the vertices of each of two neighbours lie in the plane of the other."""
-    # Fans over polygons that are not convex, as some readers make them, hold triangles that look the other way.
+    # Some readers make fans over polygons that are not convex. They contain triangles with opposite normals.
     close = np.abs(np.einsum("ij,ij->i", normals[pairs[:, 0]], normals[pairs[:, 1]])) > ONE_PLANE
     count = np.bincount(planes.face)
     for one, other in (pairs.T, pairs.T[::-1]):
@@ -108,7 +108,7 @@ def _in_one_plane(
 
 
 def _outline(vertices: Array, group: list[Face], vectors: Array, limit: float) -> Face | None:
-    """Outline of a group of faces with their area vectors, if it lies in one plane and is one simple polygon."""
+    """Return the outline of a group of faces with their area vectors, if it is a plane, simple polygon."""
     edges = {edge for face in group for edge in pairwise((*face, face[0]))}
     following: dict[int, int] = {}
     for a, b in edges:
@@ -128,13 +128,13 @@ def _outline(vertices: Array, group: list[Face], vectors: Array, limit: float) -
     points = vertices[loop] - vertices[loop].mean(axis=0)
     if not np.any(area) or np.abs(points @ normal).max() > limit:
         return None
-    # Two triangles that look the same way cannot cover each other.
+    # Two triangles with the same orientation cannot overlap.
     simple = len(loop) == 4 and bool(np.all(vectors @ normal >= 0))
     return tuple(loop) if simple or shapely.Polygon(points @ np.stack(plane_axes(normal)).T).is_valid else None
 
 
 def _without_middles(vertices: Array, faces: list[Face], tolerance: float) -> list[Face]:
-    """Faces without the vertices where only two of them meet, on one straight line."""
+    """Drop vertices on a straight line where only two faces meet."""
     met = np.bincount([i for f in faces for i in f], minlength=len(vertices))
     straight = set()
     for face in faces:
@@ -149,5 +149,5 @@ def _without_middles(vertices: Array, faces: list[Face], tolerance: float) -> li
     if not straight:
         return faces
     kept = [tuple(i for i in face if i not in straight) for face in faces]
-    # A face that would be left with two corners shows a thin sliver of the body: keep it as it is.
+    # A face with only two remaining corners is a thin sliver of the body: keep all faces.
     return kept if min(len(face) for face in kept) >= 3 else faces

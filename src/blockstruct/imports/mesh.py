@@ -1,4 +1,4 @@
-"""Blocks from meshes: OBJ, STL and PLY files."""
+"""Import of blocks from OBJ, STL and PLY meshes."""
 
 import io
 import re
@@ -17,7 +17,7 @@ from blockstruct.model import Material
 from blockstruct.units import QuantityLike
 from blockstruct.vocabulary import counted
 
-#: Header of a PLY file whose coordinates have single precision.
+#: Line in the header of a PLY file with coordinates in single precision.
 _SINGLE = re.compile(rb"^property\s+float(32)?\s+x\s*$", re.MULTILINE)
 
 
@@ -31,31 +31,30 @@ def read_mesh(
     up: str = "z",
     tolerance: QuantityLike | None = None,
 ) -> Imported:
-    """Blocks of one or several OBJ, STL or PLY files.
+    """Read the blocks of one or several OBJ, STL or PLY files.
 
-    Every closed body becomes a block. It takes the name of its OBJ object or group or, where there are several, of its
-    STL solid, otherwise that of its file; several bodies of one name are numbered, and of several files each stands
-    before the names of its blocks, as in ``arch.stone 1``. Corners close by are joined, all faces are made to look
-    outward, neighbours in one plane become one face, and what is given twice is kept once. What was done is in the
-    report, and warned of where it may not be meant.
+    Every closed body becomes a block. Its name is the name of the OBJ object or group, of the STL solid if there are
+    several, or of the file. Several bodies with one name are numbered. With several files, block names start with the
+    name of the file, as in ``arch.stone 1``. Close corners are joined, all faces look outward, neighbours in one plane
+    become one face, and duplicates are dropped. The report lists all repairs. A warning names unusual repairs.
 
     Parameters
     ----------
     files
         Names that end in ``.obj``, ``.stl`` or ``.ply``. PLY needs ``pip install "blockstruct[mesh]"``.
     unit : text or quantity, length
-        Unit of the coordinates, which these formats do not state: ``"mm"``, or a scale such as ``"0.025 m"``.
+        Unit of the coordinates: ``"mm"``, or a scale such as ``"0.025 m"``. These formats do not contain it.
     material
         Material of all blocks.
     fixed
-        The supports: names of blocks, ``"lowest"`` for every block that reaches the lowest level to within 1 % of the
-        mean block size, or ``"lowest 3 cm"``.
+        Supports: names of blocks, ``"lowest"`` for all blocks within 1 % of the mean block size of the lowest level, or
+        ``"lowest 3 cm"``.
     exclude
-        Names of blocks that are left out, in which ``*`` stands for any text.
+        Names of blocks to ignore; ``*`` matches any text.
     up : {"z", "y", "x"}
-        Axis of the file that points up; the structure is turned until it is z.
+        Vertical axis of the file. It becomes the z axis of the structure.
     tolerance : quantity, length
-        Largest deviation from the plane of a face. By default 0.5 % of the size of a block for polygons, whose
+        Largest deviation from the plane of a face. By default it is 0.5 % of the size of a block for polygons, whose
         vertices move into their planes, and 0.01 % for neighbouring triangles that become one face.
 
     Returns
@@ -75,7 +74,7 @@ def read_mesh(
     Warns
     -----
     GeometryWarning
-        If repairs go beyond the joining of coplanar faces, or blocks have an unlikely size.
+        If there are repairs other than merged coplanar faces, or blocks have an unlikely size.
     """
     paths = [Path(f) for f in ([files] if isinstance(files, str | Path) else files)]
     if not paths:
@@ -86,7 +85,7 @@ def read_mesh(
 
 
 def mesh_content(path: Path, material: Material) -> Content:
-    """Solids of an OBJ, STL or PLY file, and what else it holds."""
+    """Return the content of an OBJ, STL or PLY file."""
     readers = {".obj": read_obj, ".stl": read_stl, ".ply": _read_ply}
     suffix = path.suffix.lower()
     if suffix not in readers:
@@ -96,24 +95,26 @@ def mesh_content(path: Path, material: Material) -> Content:
 
 
 def _read_ply(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
-    """The solid of a PLY file, and what else it holds."""
+    """Return the solid of a PLY file, and texts on ignored content."""
     content = read_bytes(path)
     stated = _stated_ply(content, path)
     trimesh = package("trimesh", "mesh", f"{path}: reading PLY")
     try:
-        # Unprocessed: trimesh would otherwise drop and join corners and faces without a word.
+        # process=False: trimesh would otherwise drop and join corners and faces without a report.
         mesh = trimesh.load(io.BytesIO(content), file_type="ply", process=False)
         vertices = np.asarray(mesh.vertices, dtype=float)
         faces = [tuple(f) for f in np.asarray(mesh.faces).tolist()]
-    except Exception as error:  # A reader of foreign files fails in as many ways as files can be damaged.
+    except Exception as error:  # A damaged file may raise any error.
         msg = (
             f"{path}: not a readable PLY file ({error}); export it again, a binary one with all faces of as many "
             "corners, such as triangles"
         )
         raise GeometryFileError(msg) from error
     if len(faces) < stated or not faces:
-        said = counted(stated, "face")
-        msg = f"{path}: states {said}, {len(faces)} can be read; it is cut short or damaged, export it again"
+        msg = (
+            f"{path}: states {counted(stated, 'face')}, {len(faces)} can be read; it is incomplete or damaged, export "
+            "it again"
+        )
         raise GeometryFileError(msg)
     unused = len(vertices) - len({i for face in faces for i in face})
     single = _SINGLE.search(content.partition(b"end_header")[0]) is not None
@@ -122,7 +123,7 @@ def _read_ply(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
 
 
 def _stated_ply(content: bytes, path: Path) -> int:
-    """Number of faces that a PLY file says it has."""
+    """Return the number of faces in the header of a PLY file."""
     header, end, body = content.partition(b"end_header")
     faces = re.search(rb"^element\s+face\s+(\d{1,12})\s*$", header, re.MULTILINE)
     if not header.startswith(b"ply") or not end or faces is None:

@@ -1,4 +1,4 @@
-"""Wavefront OBJ: polygons of objects and groups, read and written."""
+"""Read and write Wavefront OBJ: polygons of objects and groups."""
 
 import math
 import re
@@ -16,7 +16,7 @@ from blockstruct.model import Block, Material
 from blockstruct.units import QuantityLike
 from blockstruct.vocabulary import counted
 
-#: Statements that say nothing about the shape of a solid.
+#: Statements without effect on the shape of a solid.
 _SILENT = {"vn", "vt", "vp", "s", "usemtl", "mtllib", "mg", "lod", "bevel", "c_interp", "d_interp", "shadow_obj"}
 #: Statements of points, lines and free-form curves and surfaces.
 _OTHER = {
@@ -36,14 +36,15 @@ _OTHER = {
     "bmat",
     "step",
 }
-#: Where a comment begins in a line that gives a name.
+#: Start of a comment in a line with a name.
 _COMMENT_AFTER_NAME = r"(?<!\S)#"
 
 
 def read_obj(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
-    """Solids of an OBJ file, and what else it holds.
+    """Return the solids of an OBJ file, and texts on ignored content.
 
-    Each object (``o``) is a solid; in a file without objects each group (``g``), and without groups the whole.
+    Each object (``o``) is a solid. In a file without objects each group (``g``) is a solid, and without groups the
+    whole file.
 
     Raises
     ------
@@ -93,10 +94,10 @@ def read_obj(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
 
 
 def _statements(text: str) -> Iterable[tuple[int, str]]:
-    """Numbered lines without comments; a backslash at the end joins a line to the next."""
+    """Yield numbered lines without comments; a backslash at the end joins a line to the next."""
     held = ""
     for number, raw in enumerate(text.splitlines(), start=1):
-        # Inside a word of a name, # is part of it.
+        # Inside a word of a name, # is part of the name.
         comment = _COMMENT_AFTER_NAME if (held + raw).split(maxsplit=1)[:1] in (["o"], ["g"]) else "#"
         line = held + re.split(comment, raw, maxsplit=1)[0].strip()
         if line.endswith("\\"):
@@ -110,7 +111,7 @@ def _statements(text: str) -> Iterable[tuple[int, str]]:
 
 
 def finite_point(words: list[str], path: Path, number: int) -> list[float]:
-    """Coordinates that a line of a file gives, of which there may be more than three."""
+    """Return the three coordinates in a line of a file; further values are ignored."""
     try:
         point = [float(w) for w in words[:3]]
     except ValueError:
@@ -129,33 +130,33 @@ def _face(words: list[str], known: int, path: Path, number: int) -> Face:
     if len(index) < 3:
         msg = f"{path}, line {number}: face {' '.join(words)[:60]!r}; give at least three vertex numbers"
         raise GeometryFileError(msg)
-    # Negative numbers count back from the last vertex so far.
+    # Negative numbers count back from the latest vertex.
     face = tuple(i - 1 if i > 0 else known + i for i in index)
     if 0 in index or not all(0 <= i < known for i in face):
-        msg = f"{path}, line {number}: face {' '.join(words)[:60]!r} names a vertex outside 1..{known}, those above it"
+        msg = f"{path}, line {number}: face {' '.join(words)[:60]!r} names a vertex outside 1..{known}"
         raise GeometryFileError(msg)
     return face
 
 
 def write_obj(path: str | Path, blocks: Iterable[Block], *, unit: QuantityLike = "m") -> Path:
-    """Write blocks as objects of a Wavefront OBJ file, to the last digit.
+    """Write blocks as objects of a Wavefront OBJ file, with all digits.
 
-    Materials and supports have no place there; :func:`write_document` keeps them.
+    OBJ does not store materials and supports; :func:`write_document` does.
 
     Parameters
     ----------
     path
         A new file.
     blocks
-        Blocks with names that OBJ can hold: of words with single spaces between them, none of which begins with ``#``,
-        and no backslash at the end.
+        Blocks. Their names are words with single spaces in between. No word begins with ``#``, and no name ends in a
+        backslash.
     unit
         Unit of the coordinates: ``"mm"``, or a length.
 
     Raises
     ------
     ModelError
-        If there is nothing to write, or a name would not come back.
+        If there are no blocks, or OBJ cannot store a name.
     StorageError
         If the file exists or cannot be written.
     """
@@ -170,7 +171,7 @@ def write_obj(path: str | Path, blocks: Iterable[Block], *, unit: QuantityLike =
         read_back = [line.split() for _, line in _statements(f"o {block.name}")]
         if read_back != [["o", *block.name.split(" ")]]:
             msg = (
-                f"{path}: block name {block.name!r} does not survive OBJ; rename it, without double spaces, '#' at the "
+                f"{path}: OBJ cannot store the block name {block.name!r}; rename it, without double spaces, '#' at the "
                 "start of a word and a backslash at the end"
             )
             raise ModelError(msg)

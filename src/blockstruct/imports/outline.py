@@ -15,17 +15,17 @@ Face = tuple[int, ...]
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """A closed outline as it was drawn, and what had to be done to it.
+    """A closed outline of a drawing, and its repairs.
 
     Attributes
     ----------
     corners : (n, 2) array
     rise : float
-        Largest rise of an arc over the straight pieces that stand for it.
+        Largest rise of an arc over its straight segments.
     gap : float
-        Distance of the ends that were joined.
+        Distance of the joined ends.
     retraced : int
-        Number of corners at which the outline turned back on itself, or that it went through again.
+        Number of dropped corners, where the outline turns back on itself or repeats.
     """
 
     corners: Array
@@ -37,10 +37,10 @@ class Outline:
 def read_outline(
     points: Array, bulges: Array, segments: int, *, closed: bool, tolerance: float | None
 ) -> Outline | float:
-    """Outline of a polyline; if it is open, the distance of its ends.
+    """Return the outline of a polyline, or the distance of its ends if it is open.
 
-    A polyline is closed if it is marked so, if its ends meet, or if what is missing between them runs over an edge
-    that it has already. Edges drawn there and back, and turns after the first, are dropped.
+    A polyline is closed if it is marked as closed, if its ends meet, or if its existing edges cover the gap. Edges
+    drawn forth and back are dropped, and repeated rounds after the first.
 
     Parameters
     ----------
@@ -52,11 +52,11 @@ def read_outline(
     closed
         Whether the polyline is marked as closed.
     tolerance
-        Distance of ends that meet; by default a millionth of the size of the polyline.
+        Largest distance of ends that meet; by default a millionth of the size of the polyline.
     """
     size = float(np.ptp(points, axis=0).max())
     gap = float(np.linalg.norm(points[-1] - points[0]))
-    # Of a polyline that closes anyway, ends a little apart are corners of their own.
+    # In a polyline marked as closed, close ends are separate corners.
     meets = len(points) > 2 and gap <= (OUTLINE * size if closed or tolerance is None else tolerance)
     if meets:
         points, bulges = points[:-1], bulges[:-1]
@@ -65,7 +65,7 @@ def read_outline(
     path, rise = divided_arcs(points, bulges, segments)
     corners, retraced = _once(path, OUTLINE * size)
     if not ring:
-        # Only an outline that covers all that was drawn, and had to close over itself, is meant as one.
+        # The polyline is closed only if it repeats edges and the outline covers all of them.
         around = shapely.buffer(shapely.linearrings(corners), 2 * OUTLINE * size) if len(corners) > 2 else None
         if not retraced or not shapely.covers(around, shapely.linestrings(path)):
             return gap
@@ -73,7 +73,7 @@ def read_outline(
 
 
 def _once(ring: Array, rounding: float) -> tuple[Array, int]:
-    """Corners of a ring without edges that run back over the one before and turns after the first, and their number."""
+    """Drop edges that run back over the previous edge, and repeated rounds; return corners and number dropped."""
     points = ring @ [1, 1j]
     points = points[np.abs(np.roll(points, -1) - points) > rounding]
     n = len(points)
@@ -90,25 +90,25 @@ def _once(ring: Array, rounding: float) -> tuple[Array, int]:
             k, steady = max(k - 2, 0), 0
         else:
             k, steady = k + 1, steady + 1
-    left = np.array(corners)
-    return np.column_stack([left.real, left.imag]), n - len(corners)
+    kept = np.array(corners)
+    return np.column_stack([kept.real, kept.imag]), n - len(corners)
 
 
 def _turns_back(there: complex, back: complex, rounding: float) -> bool:
-    """Whether a way there and the next one back lie on one line, so that the shorter runs over the longer."""
+    """Whether two successive edges overlap: they lie on one line in opposite directions."""
     product = there.conjugate() * back
     return product.real < 0 and abs(product.imag) <= rounding * max(abs(there), abs(back))
 
 
 def divided_arcs(points: Array, bulges: Array, segments: int) -> tuple[Array, float]:
-    """Corners of a closed outline whose arcs are divided into straight segments, and the largest rise over one.
+    """Divide the arcs of a closed outline into straight segments; return corners and the largest rise over one.
 
     Parameters
     ----------
     points : (n, 2) array
     bulges : (n,) array
         Tangent of a quarter of the angle of the arc from each corner to the next, counter-clockwise if positive;
-        zero where the outline is straight.
+        zero for a straight edge.
     segments
         Number of segments of each arc.
     """
@@ -128,13 +128,13 @@ def divided_arcs(points: Array, bulges: Array, segments: int) -> tuple[Array, fl
 
 
 def prism(points: Array, level: float, thickness: float, *, standing: bool) -> tuple[Array, list[Face]]:
-    """Vertices (2n, 3) and outward faces of the prism over an outline (n, 2), from a level to a thickness over it.
+    """Return vertices (2n, 3) and outward faces of the prism over an outline (n, 2), from a level by a thickness.
 
-    The thickness may be negative. Standing, x, y and z of the drawing become x, z and y; otherwise they stay.
+    The thickness may be negative. If ``standing``, x, y and z of the drawing become x, z and y.
     """
     x, y = points.T
     low, high = sorted((level, level + thickness))
-    # The drawing stands with its z into the page, which takes outlines the other way round.
+    # In a standing drawing z points into the page, which reverses the outlines.
     levels = (high, low) if standing else (low, high)
     rings = [np.column_stack([x, np.full(len(x), z), y] if standing else [x, y, np.full(len(x), z)]) for z in levels]
     vertices, faces = lofted(*rings)
@@ -142,12 +142,12 @@ def prism(points: Array, level: float, thickness: float, *, standing: bool) -> t
 
 
 def enclosed(points: Array) -> float:
-    """Area that an outline (n, 2) goes around; if it crosses itself, that of its loops, whichever way they turn."""
+    """Return the enclosed area of an outline (n, 2); if it crosses itself, the total area of its loops."""
     signed = abs(area(points))
     return max(signed, float(shapely.make_valid(shapely.polygons(points)).area))
 
 
 def area(points: Array) -> float:
-    """Area of an outline (n, 2), negative if it runs clockwise."""
+    """Return the area of an outline (n, 2), negative if it is clockwise."""
     x, y = (points - points[0]).T
     return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2

@@ -1,4 +1,4 @@
-"""Blocks of several files of any kinds, as parts of one structure."""
+"""Import of one structure from several files of any kind."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -25,16 +25,16 @@ def read_files(
     tolerance: QuantityLike | None = None,
     **drawing: Any,
 ) -> Imported:
-    """Blocks of one or several meshes, drawings and COMPAS files, by the ends of their names.
+    """Read the blocks of one or several meshes, drawings and COMPAS files, by their file extensions.
 
-    Of several files, each stands with its name before those of its blocks, as in ``arch.stone 1``.
+    With several files, block names start with the name of the file, as in ``arch.stone 1``.
 
     Parameters
     ----------
     files
         Names that end in ``.obj``, ``.stl``, ``.ply``, ``.dxf`` or ``.json``.
     unit, material, fixed, exclude, up, tolerance
-        As for :func:`read_mesh`, and of :func:`read_drawing` if all files are drawings.
+        As for :func:`read_mesh`, or for :func:`read_drawing` if all files are drawings.
     drawing
         Further arguments of :func:`read_drawing`, for the drawings among the files.
 
@@ -46,7 +46,7 @@ def read_files(
     Raises
     ------
     ModelError
-        If there are no files, arguments for drawings but no drawing, or materials for layers and not only drawings.
+        If there are no files, arguments for drawings but no drawing, or materials per layer for other files.
     BlockstructError
         If the reader of one of the files raises it.
     """
@@ -56,11 +56,11 @@ def read_files(
         msg = "read_files: no files; give at least one"
         raise ModelError(msg)
     if (drawing and not any(drawn)) or (isinstance(material, Mapping) and not all(drawn)):
-        what = ", ".join(drawing) or "materials of layers"
-        msg = f"{paths[drawn.index(False)]}: {what} belong to DXF drawings; leave them out"
+        arguments = ", ".join(drawing) or "materials of layers"
+        msg = f"{paths[drawn.index(False)]}: {arguments} belong to DXF drawings; leave them out"
         raise ModelError(msg)
     if up != "z" and any(drawn):
-        msg = f"{paths[drawn.index(True)]}: a drawing is stood up by its plane; give up for meshes only"
+        msg = f"{paths[drawn.index(True)]}: the plane defines the vertical of a drawing; give up for meshes only"
         raise ModelError(msg)
     stone: Any = material
     contents = []

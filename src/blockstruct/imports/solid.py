@@ -1,4 +1,4 @@
-"""Solids as a file gives them, and the blocks that they become."""
+"""Solids in files, and their conversion to blocks."""
 
 import re
 import warnings
@@ -25,13 +25,13 @@ from blockstruct.vocabulary import counted
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
 
-#: Where x, y and z of the model come from, and with which sign, if an axis of the file points up.
+#: Axes of the file that become x, y and z of the model, and their signs, by the vertical axis of the file.
 _UP = {"x": ([1, 2, 0], [1, 1, 1]), "y": ([0, 2, 1], [1, -1, 1]), "z": ([0, 1, 2], [1, 1, 1])}
 
 
 @dataclass(frozen=True, slots=True)
 class Solid:
-    """Faces that a file keeps together: one body or several, not yet checked.
+    """Faces of one object of a file: one body or several, before the checks.
 
     Attributes
     ----------
@@ -42,9 +42,9 @@ class Solid:
         Vertex indices of each face.
     material : Material
     fixed : bool
-        Whether the file itself makes it a support.
+        Whether the file marks it as a support.
     single : bool
-        Whether the file keeps coordinates in single precision.
+        Whether the file stores coordinates in single precision.
     """
 
     name: str
@@ -57,7 +57,7 @@ class Solid:
 
 @dataclass(slots=True)
 class Content:
-    """What a file holds: solids, what else is left out, what was repaired and done as asked on the way."""
+    """Content of a file: solids, texts on ignored content, repairs, and notes on requested changes."""
 
     solids: list[Solid] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
@@ -66,7 +66,7 @@ class Content:
 
 
 def metres_per_unit(unit: QuantityLike, source: str) -> float:
-    """Metres of one coordinate unit: of ``"mm"``, or of a length such as ``"0.025 m"``."""
+    """Return the metres per coordinate unit, from ``"mm"`` or a length such as ``"0.025 m"``."""
     what = f"{source}: unit of the coordinates"
     if isinstance(unit, str) and unit.strip()[:1].isalpha():
         unit = parse(f"1 {unit.strip()}", what)
@@ -87,15 +87,15 @@ def make_blocks(
     up: str,
     tolerance: QuantityLike | None,
 ) -> Imported:
-    """Blocks of the solids of some files, each body a block, with the report on what was repaired.
+    """Convert each body in the solids of files to a block, and report the repairs.
 
-    Of several files, each stands with its name before those of its blocks, unless they bear it anyway.
+    With several files, block names start with the name of the file, unless they are equal to this name.
 
     Raises
     ------
     GeometryFileError
-        If there is no solid, solids are not blocks (all of them are listed), or a body is given twice, once as a
-        support or of another material.
+        If there is no solid, solids are not blocks (the message lists them), or a body appears twice with different
+        materials or only once as a support.
     UnknownNameError
         If no block has a name in ``fixed`` or ``exclude``.
     """
@@ -145,7 +145,7 @@ def make_blocks(
 
 
 def _joined(contents: Sequence[Content], paths: Sequence[Path]) -> Content:
-    """Content of several files, with the name of each file before what it holds."""
+    """Join the content of several files; names start with the name of the file."""
     whole = Content()
     for content, path in zip(contents, paths, strict=True):
         names = {s.name: s.name if s.name == path.stem else f"{path.stem}.{s.name}" for s in content.solids}
@@ -159,17 +159,17 @@ def _joined(contents: Sequence[Content], paths: Sequence[Path]) -> Content:
 def _bodies(
     solid: Solid, scale: float, up: str, source: str, repairs: list[Repair], taken: Collection[str]
 ) -> list[Solid]:
-    """Closed bodies of a solid in m, upright, with welded corners; of several, none takes a name given to a solid."""
+    """Return the closed bodies of a solid in m, upright, with welded corners and names that no solid has."""
     axis, sign = _UP[up]
-    given = [f for f in solid.faces if len(f) > 2]
-    if not given:
+    polygons = [f for f in solid.faces if len(f) > 2]
+    if not polygons:
         return [replace(solid, vertices=solid.vertices[:, axis] * sign * scale, faces=[])]
-    known, named = len(solid.vertices), list(chain.from_iterable(given))
+    known, named = len(solid.vertices), list(chain.from_iterable(polygons))
     if min(named) < 0 or max(named) >= known:
         wrong = min(named) if min(named) < 0 else max(named)
         msg = f"{source}: {solid.name!r}: a face names vertex {wrong}, there are {known}; the file is damaged"
         raise GeometryFileError(msg)
-    points, loops = compact(solid.vertices, given)
+    points, loops = compact(solid.vertices, polygons)
     if not np.all(np.isfinite(points)):
         msg = f"{source}: {solid.name!r}: a vertex has a coordinate that is not finite; correct the file"
         raise GeometryFileError(msg)
@@ -189,13 +189,13 @@ def _bodies(
     numbered = (name for k in count(1) if (name := f"{solid.name}.{k}") not in taken)
     names = [solid.name] if n == 1 else list(islice(numbered, n))
     bodies = [compact(vertices, [proper[i] for i in part]) for part in parts]
-    # Without faces they are refused, unless they are excluded.
+    # Bodies without faces are refused later, unless they are excluded.
     bodies += [(upright[list(face)], []) for face in lost]
     return [replace(solid, name=n, vertices=v, faces=f) for n, (v, f) in zip(names, bodies, strict=True)]
 
 
 def _renamed(bodies: list[Solid], repairs: list[Repair]) -> list[Solid]:
-    """Bodies with unique names: the second ``a`` becomes ``a#2``."""
+    """Make names unique: the second ``a`` becomes ``a#2``."""
     taken = {body.name for body in bodies}
     seen: Counter[str] = Counter()
     unique = []
@@ -212,23 +212,23 @@ def _renamed(bodies: list[Solid], repairs: list[Repair]) -> list[Solid]:
 
 
 def _without(bodies: list[Solid], exclude: Iterable[str], source: str, notes: list[str]) -> list[Solid]:
-    """Bodies but for those of some names, in which ``*`` stands for any text."""
+    """Drop bodies by name; ``*`` matches any text."""
     if isinstance(exclude, str):
         exclude = [exclude]
     out: set[str] = set()
     for pattern in exclude:
         wanted = re.compile(".*".join(map(re.escape, pattern.split("*"))), re.DOTALL)
-        found = {b.name for b in bodies if wanted.fullmatch(b.name)}
-        if not found:
+        matches = {b.name for b in bodies if wanted.fullmatch(b.name)}
+        if not matches:
             raise UnknownNameError(_no_block(pattern, "exclude", [b.name for b in bodies], source))
-        out |= found
+        out |= matches
     if out:
         notes.append(f"excluded as asked: {_few(sorted(out))}")
     return [b for b in bodies if b.name not in out]
 
 
 def _without_copies(blocks: list[Block], source: str, repairs: list[Repair]) -> list[Block]:
-    """Blocks but for those that are another one given again."""
+    """Drop copies of other blocks."""
     centres = np.array([b.centroid for b in blocks])
     extents = np.array([np.ptp(b.shape.vertices, axis=0).max() for b in blocks])
     from scipy.spatial import cKDTree
@@ -251,7 +251,7 @@ def _without_copies(blocks: list[Block], source: str, repairs: list[Repair]) -> 
 
 
 def _same_shape(one: Block, other: Block, near: float) -> bool:
-    """Whether two blocks have the same corners and the same volume."""
+    """Whether two blocks have equal corners and equal volumes."""
     a, b = one.shape.vertices, other.shape.vertices
     if len(a) != len(b) or abs(one.volume - other.volume) > 3 * near / np.ptp(a, axis=0).max() * one.volume:
         return False
@@ -262,7 +262,7 @@ def _same_shape(one: Block, other: Block, near: float) -> bool:
 
 
 def _supported(blocks: list[Block], fixed: str | Iterable[str], source: str, notes: list[str]) -> list[Block]:
-    """Blocks of which those named, and the lowest ones if they are asked for, are supports."""
+    """Mark supports by name, and the lowest blocks on request."""
     if isinstance(fixed, str):
         if not fixed.startswith("lowest"):
             msg = f"{source}: fixed is {shown(fixed)}; give 'lowest', 'lowest 3 cm' or a list of block names"
@@ -274,8 +274,8 @@ def _supported(blocks: list[Block], fixed: str | Iterable[str], source: str, not
         keyword = name.partition(" ")[0] == "lowest"
         if name in known and keyword:
             msg = (
-                f"{source}: fixed is {name!r}, which asks for the lowest blocks and is the name of a block; rename "
-                "that block, give the supports by their names, or give another height, as in 'lowest 3 cm'"
+                f"{source}: fixed is {name!r}, which means the lowest blocks and is also the name of a block; rename "
+                "this block, give the supports by their names, or give another height, as in 'lowest 3 cm'"
             )
             raise ModelError(msg)
         if name in known:
@@ -288,7 +288,7 @@ def _supported(blocks: list[Block], fixed: str | Iterable[str], source: str, not
 
 
 def _lowest(blocks: list[Block], height: str, source: str, notes: list[str]) -> set[str]:
-    """Names of the blocks that reach down to a height over the lowest point; a note on those that nearly do."""
+    """Return the names of blocks down to a height over the lowest point; note blocks that are only little higher."""
     low = np.array([b.shape.vertices[:, 2].min() for b in blocks])
     low -= low.min()
     size = float(np.mean([b.volume for b in blocks]) ** (1 / 3))

@@ -1,4 +1,4 @@
-"""Loose faces, as meshes and drawings hold them: welded corners, closed bodies."""
+"""Assemble closed bodies from the loose faces of meshes and drawings."""
 
 from itertools import accumulate, chain, pairwise
 
@@ -14,7 +14,7 @@ Face = tuple[int, ...]
 
 
 def compact(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face]]:
-    """The vertices of some faces only, in their order, and the faces that name them."""
+    """Return only the vertices of some faces, in their order, and the faces with new indices."""
     count = [len(f) for f in faces]
     corner = np.fromiter(chain.from_iterable(faces), dtype=int, count=sum(count))
     used, number = np.unique(corner, return_inverse=True)
@@ -23,13 +23,13 @@ def compact(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face]]:
 
 
 def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
-    """One vertex for all corners within a ten-thousandth of the median edge; vertices of no face go.
+    """Join corners within a ten-thousandth of the median edge; drop vertices without faces.
 
     Returns
     -------
     vertices, faces, int
-        Faces lose corners that have become one with the next; the number tells how many corners became one with
-        another that did not have their very coordinates.
+        Faces do not repeat a corner joined with the next. The number counts the corners joined with a corner at
+        different coordinates.
     """
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
@@ -44,7 +44,7 @@ def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
     pairs = cKDTree(points).query_pairs(distance, output_type="ndarray")
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
     clusters, label = connected_components(graph, directed=False)
-    # One vertex a cluster, the first in the file, and in the order of the file.
+    # One vertex per cluster: the first in the file, in the order of the file.
     cluster = label[of_corner.ravel()]
     first = np.full(clusters, len(vertices))
     np.minimum.at(first, cluster, corner)
@@ -60,16 +60,16 @@ def welded(vertices: Array, faces: list[Face]) -> tuple[Array, list[Face], int]:
 
 
 def collapsed(vertices: Array, faces: list[Face], dropped: NDArray[np.bool_]) -> list[Face]:
-    """A face of each body of which nothing is left: all its faces are dropped, for they have no area.
+    """Return a face of each body without any remaining face: all its faces lack an area.
 
     Parameters
     ----------
     vertices : (n, 3) array
-        As the file has them.
+        Vertices in the file.
     faces
-        All of them.
+        All faces.
     dropped : (m,) array of bool
-        Which of them are.
+        Whether each face is dropped.
     """
     from scipy.sparse.csgraph import connected_components
 
@@ -79,17 +79,17 @@ def collapsed(vertices: Array, faces: list[Face], dropped: NDArray[np.bool_]) ->
     same = np.unique(vertices, axis=0, return_inverse=True)[1].ravel()
     graph = coo_array((np.ones(len(row)), (row, len(faces) + same[corner])), shape=(len(faces) + len(vertices),) * 2)
     label = connected_components(graph, directed=False)[1][: len(faces)]
-    of_body, left = np.bincount(label), np.bincount(label, ~dropped)
-    # A lone sliver between bodies is none.
-    lost = (left == 0) & ((of_body >= LEAST_FACES) | dropped.all())
+    total, kept = np.bincount(label), np.bincount(label, ~dropped)
+    # A single sliver between bodies is not a body.
+    lost = (kept == 0) & ((total >= LEAST_FACES) | dropped.all())
     first = np.unique(label, return_index=True)
     return [faces[i] for body, i in zip(*first, strict=True) if lost[body]]
 
 
 def gathered(faces: list[Face]) -> list[Face]:
-    """Faces in the order of the file, but what hangs together by common vertices in a row.
+    """Order faces so that faces connected by common vertices are contiguous.
 
-    Readers of meshes sort faces by their number of corners; bodies that do not share vertices are told apart anyway.
+    Readers of meshes sort faces by their number of corners. Bodies without common vertices are separate anyway.
     """
     from scipy.sparse.csgraph import connected_components
 
@@ -103,19 +103,19 @@ def gathered(faces: list[Face]) -> list[Face]:
 
 
 def closed_bodies(faces: list[Face]) -> tuple[list[list[int]], int, int]:
-    """Indices of the faces of each body; how many faces were given twice, and how many whole bodies, and are in none.
+    """Return the face indices of each body, the number of duplicate faces, and the number of duplicate bodies.
 
-    Files list one body after the other: a body ends where its surface closes, whichever way its faces look.
-    Blocks that touch, and so share corners, stay apart thereby. What then holds several pieces without a common
-    edge is divided into these.
+    Files list one body after the other. A body ends when its surface closes, whatever the orientation of its faces.
+    Blocks that touch, and share corners, thus stay separate. A body of several pieces without a common edge is divided
+    into the pieces. Duplicates belong to no body.
     """
-    # Two blocks of which one is inside out have a face in common as if given twice: compare within a body first.
+    # If one of two blocks is inside out, their common face looks like a duplicate: compare within a body first.
     for whole_file in (False, True):
         bodies, closed, twins = _scanned(faces, whole_file)
         if closed:
             break
     pieces = [piece for body in bodies for piece in _pieces(faces, body)]
-    # A body given twice face by face closes twice, the second time perhaps inside out.
+    # A duplicate body closes a second time, perhaps inside out.
     once = {frozenset(frozenset(faces[i]) for i in piece): piece for piece in reversed(pieces)}
     kept = sorted(once.values())
     doubled = len(pieces) - len(kept)
@@ -125,14 +125,14 @@ def closed_bodies(faces: list[Face]) -> tuple[list[list[int]], int, int]:
 
 
 def _scanned(faces: list[Face], whole_file: bool) -> tuple[list[list[int]], bool, int]:
-    """Bodies in the order of the file, whether the last is closed too, and how many faces were left out as twins."""
+    """Return bodies in file order, whether the last is closed, and the number of duplicate faces."""
     bodies: list[list[int]] = [[]]
     loose: set[tuple[int, int]] = set()
     seen: set[Face] = set()
     awaited: Face = ()
     twins = of_body = 0
     for index, face in enumerate(faces):
-        # Neighbours give the face that they share each in its own sense; one body gives none in both.
+        # Neighbours list their common face in opposite orientations; one body never lists a face in both.
         key = _from_least(face) if whole_file else min(_from_least(face), _from_least(face[::-1]))
         if key in seen or key == awaited:
             twins += 1
@@ -147,7 +147,7 @@ def _scanned(faces: list[Face], whole_file: bool) -> tuple[list[list[int]], bool
             else:
                 loose.add(edge)
         if not loose:
-            # Where each face was followed by its twin, that of the last is still to come.
+            # If a duplicate followed each face, the duplicate of the last face follows now.
             awaited = key if of_body == len(bodies[-1]) - 1 else ()
             bodies.append([])
             of_body = 0
@@ -157,7 +157,7 @@ def _scanned(faces: list[Face], whole_file: bool) -> tuple[list[list[int]], bool
 
 
 def _from_least(face: Face) -> Face:
-    """The same face, beginning with its least vertex."""
+    """Rotate a face so that it begins with its smallest vertex index."""
     start = face.index(min(face))
     return face[start:] + face[:start]
 

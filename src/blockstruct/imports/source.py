@@ -1,4 +1,4 @@
-"""Files as they are read: their content, and the packages that some formats need."""
+"""Content of files, and optional packages for some formats."""
 
 from importlib import import_module
 from pathlib import Path
@@ -9,7 +9,7 @@ from blockstruct.imports.tolerances import MOST_FACES
 
 
 def read_bytes(path: Path) -> bytes:
-    """Bytes of a file.
+    """Return the bytes of a file.
 
     Raises
     ------
@@ -21,7 +21,7 @@ def read_bytes(path: Path) -> bytes:
     try:
         content = path.read_bytes()
     except OSError as error:
-        msg = f"{path}: cannot be read ({error.strerror or error}); give the path of a file that can"
+        msg = f"{path}: cannot be read ({error.strerror or error}); give the path of a readable file"
         raise StorageError(msg) from error
     if not content.strip():
         msg = f"{path}: is empty; export it again"
@@ -30,18 +30,18 @@ def read_bytes(path: Path) -> bytes:
 
 
 def checked_faces(faces: int, path: Path) -> int:
-    """The number of faces of a file, if there are not far too many: asked before anything slow is done."""
+    """Return the number of faces of a file; refuse too many before slow steps."""
     if faces > MOST_FACES:
         msg = (
-            f"{path}: {faces} faces, the limit is {MOST_FACES}; simplify the meshes first, a rigid block "
-            "needs the shape of its joints, not that of its grain"
+            f"{path}: {faces} faces, the limit is {MOST_FACES}; simplify the meshes first: a rigid block "
+            "needs the shape of its joints, not the grain of its surface"
         )
         raise GeometryFileError(msg)
     return faces
 
 
 def read_text(path: Path) -> str:
-    """Text of a file, as :func:`read_bytes`; refuses what is not text."""
+    """Return the text of a file, as :func:`read_bytes`; refuse other content."""
     content = read_bytes(path)
     if b"\0" in content:
         msg = f"{path}: is not text; export it again"
@@ -49,7 +49,7 @@ def read_text(path: Path) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        # Older programs write names in the alphabet of Windows, or their own; numbers read the same in all of them.
+        # Older programs write names in the code page of Windows or of their own. Numbers are the same in all of them.
         return content.decode("cp1252", errors="replace")
 
 

@@ -1,4 +1,4 @@
-"""STL: triangles of one or several solids, as text or binary."""
+"""Read STL: triangles of one or several solids, as text or binary."""
 
 import re
 from pathlib import Path
@@ -13,33 +13,34 @@ from blockstruct.imports.source import checked_faces, read_bytes, read_text
 from blockstruct.model import Material
 from blockstruct.vocabulary import counted
 
-#: Length of the header of a binary file, in bytes, and one of its triangles.
+#: Header of a binary file, bytes, and layout of a triangle.
 _HEADER = 84
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-#: Words that begin the lines of a facet, beside that of a vertex.
+#: First words of the lines of a facet, except vertices.
 _OF_FACET = ("facet", "outer", "endloop", "endfacet")
 
 
 def read_stl(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
-    """Solids of an STL file, and what else it holds.
+    """Return the solids of an STL file, and texts on ignored content.
 
-    Of several solids each has its name, a single one that of the file: as a rule its own is that of the program.
+    Several solids keep their names. A single solid has the name of the file, because its name is usually the name of
+    the program.
 
     Raises
     ------
     GeometryFileError
-        If a line is none of STL, a facet is no triangle, or the file is cut short.
+        If a line is not STL, a facet is not a triangle, or the file is incomplete.
     """
     content = read_bytes(path)
     count = int.from_bytes(content[_HEADER - 4 : _HEADER], "little")
     if len(content) == _HEADER + _TRIANGLE.itemsize * count and checked_faces(count, path):
-        # Many programs begin the header of a binary file with the word solid, too.
+        # Many programs also begin the header of a binary file with the word solid.
         corners = np.frombuffer(content, _TRIANGLE, offset=_HEADER)["corners"].astype(float)
         return [_solid(path.stem, corners.reshape(-1, 3), material, single=True)], []
     if not re.match(rb"(\xef\xbb\xbf)?\s*solid", content, re.IGNORECASE) or b"\0" in content:
         msg = (
-            f"{path}: {len(content)} bytes are not an STL file, or one cut short "
-            "(binary STL has 84 bytes and 50 for each triangle that it states); export it again"
+            f"{path}: {len(content)} bytes are not a complete STL file "
+            "(binary STL has 84 bytes plus 50 per stated triangle); export it again"
         )
         raise GeometryFileError(msg)
     text = read_text(path)
@@ -51,9 +52,9 @@ def read_stl(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
 
 
 def _read_text(text: str, path: Path) -> list[tuple[str, list[list[float]]]]:
-    """Name of each solid, and its corners, three by three."""
+    """Return the name of each solid, and its corners, three per triangle."""
     if not text.rstrip().splitlines()[-1].lstrip().lower().startswith("endsolid"):
-        msg = f"{path}: 'endsolid' is missing, the file is cut short; export it again"
+        msg = f"{path}: 'endsolid' is missing, the file is incomplete; export it again"
         raise GeometryFileError(msg)
     solids: list[tuple[str, list[list[float]]]] = []
     inside, corners = False, 0

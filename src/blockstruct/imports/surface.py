@@ -1,4 +1,4 @@
-"""From the loose faces of one body to a closed surface of planar polygons that look outward."""
+"""Make a closed surface of planar outward polygons from the loose faces of one body."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -24,17 +24,17 @@ Face = tuple[int, ...]
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """A closed surface, and what had to be done to the faces to make it one.
+    """A closed surface, and the repairs of its faces.
 
     Attributes
     ----------
     vertices : (n, 3) array
     moves : (n, 3) array
-        How each of them was moved.
+        Move of each vertex.
     faces
         Vertex indices of each planar face, counter-clockwise seen from outside.
     repairs : dict
-        What was done, and how often or, for ``"flattened"``, by how much a vertex moved at most.
+        Number of repairs of each kind or, for ``"flattened"``, the largest move of a vertex.
     """
 
     vertices: Array
@@ -46,21 +46,20 @@ class Surface:
 def closed_surface(vertices: Array, faces: list[Face], name: str, tolerance: float | None = None) -> Surface:
     """Repair the faces of one body.
 
-    All faces are made to look outward; neighbours in one plane become one face, and so do
-    faces without area and a neighbour; vertices a little off the plane of a face move into it; faces that are
-    further from plane are divided into triangles.
+    All faces look outward. Neighbours in one plane become one face, and a face without area is merged with a neighbour.
+    Vertices near the plane of a face move into the plane. Other warped faces are divided into triangles.
 
     Parameters
     ----------
     vertices : (n, 3) array
-        All of them belong to the body.
+        Vertices of the body.
     faces
         Vertex indices of the faces of one body, in any orientation.
     name
-        Name of the block, for the message of an error.
+        Name of the block in error messages.
     tolerance
-        Largest deviation from the plane of a face; by default 0.5 % of the size of the body for a face given as one
-        polygon, and 0.01 % for neighbours that become one face.
+        Largest deviation from the plane of a face. By default it is 0.5 % of the size of the body for polygons, and
+        0.01 % for neighbours that become one face.
 
     Raises
     ------
@@ -70,13 +69,13 @@ def closed_surface(vertices: Array, faces: list[Face], name: str, tolerance: flo
     if len(faces) > MOST_FACES_OF_BODY:
         msg = (
             f"block {name!r}: {len(faces)} faces, the limit is {MOST_FACES_OF_BODY}; simplify the mesh first "
-            "(a rigid block needs the shape of its joints, not that of its grain)"
+            "(a rigid block needs the shape of its joints, not the grain of its surface)"
         )
         raise GeometryError(msg)
     if not faces:
         x, y, z = vertices[0] if len(vertices) else (np.nan,) * 3
         msg = (
-            f"block {name!r}: no face of it has an area, at ({x:.6g}, {y:.6g}, {z:.6g}) m: its corners are one "
+            f"block {name!r}: no face has an area, at ({x:.6g}, {y:.6g}, {z:.6g}) m: the corners are one "
             "point, or on one line; export it with more digits or nearer to the origin, or exclude it"
         )
         raise GeometryError(msg)
@@ -84,8 +83,8 @@ def closed_surface(vertices: Array, faces: list[Face], name: str, tolerance: flo
         if len(set(face)) < len(face):
             x, y, z = vertices[face[0]]
             msg = (
-                f"block {name!r}: a face at ({x:.6g}, {y:.6g}, {z:.6g}) m meets one of its corners twice; divide it, "
-                "a face has no hole and no neck of zero width"
+                f"block {name!r}: a face at ({x:.6g}, {y:.6g}, {z:.6g}) m repeats a corner; divide it, "
+                "because a face has no hole and no neck of zero width"
             )
             raise GeometryError(msg)
     repairs: dict[str, float] = {}
@@ -116,23 +115,23 @@ def _check_manifold(vertices: Array, faces: list[Face], name: str) -> None:
         return
     a, b = (", ".join(f"{x:.6g}" for x in vertices[i]) for i in bad[0])
     where = f"edge ({a}) to ({b}) m belongs to"
-    of_edges = counted(len(bad), "edge")
+    edge_count = counted(len(bad), "edge")
     if any(edges[edge] > 2 for edge in bad):
         most = max(edges[edge] for edge in bad)
         msg = (
-            f"block {name!r}: not a solid body, {of_edges} not of two faces: {where} {edges[bad[0]]} "
+            f"block {name!r}: not a solid body, {edge_count} not of two faces: {where} {edges[bad[0]]} "
             f"(up to {most}); give each block as a body of its own, without inner faces"
         )
     else:
         msg = (
-            f"block {name!r}: the surface is open at {of_edges}: {where} one face; "
+            f"block {name!r}: the surface is open at {edge_count}: {where} one face; "
             "add the missing faces, or close the hole in the mesh"
         )
     raise GeometryError(msg)
 
 
 def _outward(vertices: Array, faces: list[Face], name: str) -> tuple[list[Face], int]:
-    """Faces in one sense, outward, and how many had to be turned."""
+    """Orient all faces outward; return the faces and the number of reversed faces."""
     of_edge: dict[tuple[int, int], list[tuple[int, bool]]] = {}
     for index, face in enumerate(faces):
         for a, b in pairwise((*face, face[0])):
@@ -149,7 +148,7 @@ def _outward(vertices: Array, faces: list[Face], name: str) -> tuple[list[Face],
                 turned[neighbour] = sense
                 queue.append(neighbour)
             elif turned[neighbour] != sense:
-                msg = f"block {name!r}: the surface has only one side, as a Möbius band; correct the mesh"
+                msg = f"block {name!r}: the surface has only one side, like a Möbius band; correct the mesh"
                 raise GeometryError(msg)
     loops = [face[::-1] if turned[index] else face for index, face in enumerate(faces)]
     if _signed_volume(vertices, loops) < 0:
@@ -165,10 +164,10 @@ def _signed_volume(vertices: Array, faces: list[Face]) -> float:
 
 
 def first_crossing(vertices: Array, faces: list[Face], size: float) -> Array | None:
-    """A point (3,) where a closed surface crosses itself, or None.
+    """Return a point (3,) where a closed surface crosses itself, or None.
 
-    An edge crosses a face if it passes through it; a polygon crosses itself if its outline does. A convex body is
-    settled at once.
+    The surface crosses itself if an edge passes through a face or the outline of a polygon crosses itself. Convex
+    bodies need no search.
 
     Parameters
     ----------
@@ -204,14 +203,14 @@ def first_crossing(vertices: Array, faces: list[Face], size: float) -> Array | N
 
 
 def _passage(vertices: Array, edges: NDArray[np.int64], triangles: NDArray[np.int64], size: float) -> Array | None:
-    """Point where one of the edges (m, 2) passes through its triangle (m, 3), or None."""
+    """Return a point where one of the edges (m, 2) passes through its triangle (m, 3), or None."""
     start, end = vertices[edges[:, 0]], vertices[edges[:, 1]]
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1)
     normal = normal / np.where(length > 0, length, 1.0)[:, None]
     below, above = np.einsum("ij,ij->i", start - a, normal), np.einsum("ij,ij->i", end - a, normal)
-    # Touching, to within the planarity of faces, is not a crossing.
+    # Contact within the planarity of faces is not a crossing.
     margin = TOUCHING * size
     through = (np.minimum(below, above) < -margin) & (np.maximum(below, above) > margin) & (length > 0)
     share = np.where(through, below / np.where(through, below - above, 1.0), 0.0)

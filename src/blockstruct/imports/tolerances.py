@@ -1,51 +1,51 @@
-"""What the import takes for rounding, for one face and for too much: every limit of the room."""
+"""Tolerances and limits of imports."""
 
 # Corners and outlines
 
-#: Distance, relative to the median edge of a solid, below which two corners are one.
+#: Distance of two corners, relative to the median edge of a solid, below which they are joined.
 WELD = 1e-4
-#: Distance, relative to the size of an outline, below which its ends meet, and an edge runs back over another.
+#: Distance, relative to the size of an outline, of ends that meet and of edges that overlap.
 OUTLINE = 1e-6
 
 # Planes of faces
 
-#: Deviation from a plane, relative to the size of the body, that is rounding.
+#: Deviation from a plane, relative to the size of the body, that counts as rounding.
 EXACT = 1e-7
-#: Deviation from a plane, relative to the size of the body, that a face given as one polygon may have.
+#: Largest deviation of a polygon from a plane, relative to the size of the body.
 POLYGON = 5e-3
-#: Deviation from a plane, relative to the size of the body, within which neighbouring faces are one.
+#: Largest deviation from a plane, relative to the size of the body, of neighbouring faces that are merged.
 MERGE = 1e-4
-#: Depth, relative to the size of the body, to which an edge passes through a face that it only touches.
+#: Depth of an edge inside a face, relative to the size of the body, that counts as contact.
 TOUCHING = 1e-6
-#: Cosine of the angle between two faces, either way round, that can be one.
+#: Least cosine of the angle between two faces that are merged, in either orientation.
 ONE_PLANE = 0.99
-#: Faces that a body has at least: fewer without area are a sliver of a mesh, and not what is left of a body.
+#: Smallest number of faces of a body. Fewer faces without area are a sliver of a mesh.
 LEAST_FACES = 4
-#: Area, relative to the square of the longest edge, below which a face has none.
+#: Area, relative to the square of the longest edge, that counts as zero.
 NO_AREA = 1e-5
-#: Sine of the angle between planes below which they do not tell where their common point lies.
+#: Sine of the angle between planes below which their common point is undefined.
 SHALLOW = 0.02
-#: Rounds of moving vertices into planes fitted anew; one is enough where three faces meet at every vertex.
+#: Largest number of iterations that move vertices into planes. One is enough if three faces meet at every vertex.
 ROUNDS = 50
 
 # Drawings
 
-#: Component of the normal of a drawn outline along the axis of the drawing plane from which on it lies in the plane.
+#: Least component of the normal of an outline along the axis of the drawing plane for outlines in the plane.
 IN_DRAWING_PLANE = 1 - 1e-9
-#: Difference, relative, of two units of length that are the same.
+#: Largest relative difference of two equal units of length.
 SAME_UNIT = 1e-9
-#: Levels of blocks inside blocks of a drawing that are followed.
+#: Largest depth of nested blocks in a drawing.
 DEPTH = 16
 
 # Structures
 
-#: Height above the lowest point, relative to the mean block size, up to which a block belongs to the lowest ones.
+#: Largest height of the lowest blocks above the lowest point, relative to the mean block size.
 LOWEST = 1e-2
-#: The same of blocks that are mentioned because they nearly do.
+#: Largest such height of blocks in a note on nearly lowest blocks.
 NEARLY_LOWEST = 0.1
-#: Largest extent, least height and typical edge, m, between which masonry is found; a wrong unit leads out of them.
+#: Range of the extent, smallest height, and range of the typical edge of masonry, m: a check of the unit.
 EXTENT, LEAST_HEIGHT, EDGE = (0.3, 300.0), 0.2, (0.02, 5.0)
-#: Faces of a file, and of one body, beyond which there is a scan to be simplified and no model of rigid blocks.
+#: Largest number of faces of a file, and of one body: larger numbers come from scans, which must be simplified.
 MOST_FACES, MOST_FACES_OF_BODY = 500_000, 20_000
-#: Pairs of an edge and a face judged at once: bounds the memory, not the result.
+#: Number of pairs of an edge and a face per chunk. It limits the memory and has no effect on the result.
 CHUNK = 200_000
