@@ -73,17 +73,6 @@ def test_u_shape_touches_twice():
     assert sorted(p.area for p in pairs) == pytest.approx([1.0, 1.0])
 
 
-def test_one_block_over_200_others_has_200_contacts():
-    vertices, faces = box((0, 0, -1), (200, 1, 1))
-    bodies = [polyhedron(vertices, faces, "base")]
-    for i in range(200):
-        vertices, faces = box((i, 0, 0), (1, 1, 1))
-        bodies.append(polyhedron(vertices, faces, f"{i}"))
-    pairs = coplanar_face_pairs(bodies, 1e-6, 0.02)
-    assert sum(p.minus == 0 or p.plus == 0 for p in pairs) == 200
-    assert len(pairs) == 200 + 199
-
-
 @pytest.mark.parametrize(("columns", "rows"), [(3, 4), (5, 2)])
 def test_running_bond_has_the_contacts_of_its_closed_form(tuff, dry, columns, rows):
     bond = [[1] * columns if j % 2 == 0 else [0.5] + [1] * (columns - 1) + [0.5] for j in range(rows)]
@@ -93,16 +82,6 @@ def test_running_bond_has_the_contacts_of_its_closed_form(tuff, dry, columns, ro
     beds = columns + 2 * columns * (rows - 1)
     assert found.report.accepted == heads + beds
     assert found.report.total_area == pytest.approx(heads * 0.02 + rows * columns * 0.04)
-
-
-def test_detection_does_not_depend_on_position_or_order(tuff, dry):
-    bond = [[1, 1, 1], [0.5, 1, 1, 0.5]] * 2
-    blocks = bs.courses(bond, unit_length="0.4 m", unit_height="0.2 m", depth="0.1 m", material=tuff)
-    expected = bs.detect_interfaces(blocks, joint_material=dry).report
-    turned = moved(blocks, rotation((1, 2, -1), 1.234), (100, -50, 20))[::-1]
-    report = bs.detect_interfaces(turned, joint_material=dry).report
-    assert report.accepted == expected.accepted
-    assert report.total_area == pytest.approx(expected.total_area, rel=1e-9)
 
 
 def test_normal_points_from_minus_to_plus(small_model):
@@ -213,22 +192,6 @@ def test_rounded_coordinates_of_a_long_tilted_wall_keep_all_contacts(tuff, dry):
         for b in blocks
     ]
     assert bs.detect_interfaces(rounded, joint_material=dry).report.accepted == exact == 60 + 2 * 120 + 59 + 60 + 59
-
-
-@pytest.mark.parametrize(("gap", "found"), [(0.0009, 3), (0.0011, 2), (0.0024, 2), (-0.0009, 3)])
-def test_the_tolerance_is_the_largest_gap(dry, gap, found):
-    floor = bs.Block.box("floor", Q_([-2, -2, -1], "m"), Q_([9, 5, 1], "m"), STONE, fixed=True)
-    a = bs.Block.box("a", Q_([0, 0, 0], "m"), Q_([1, 1, 0.5], "m"), STONE)
-    b = bs.Block.box("b", Q_([1 + gap, 0, 0], "m"), Q_([1, 1, 0.5], "m"), STONE)
-    assert bs.detect_interfaces([floor, a, b], dry, tolerance="1 mm").report.accepted == found
-
-
-def test_no_contact_through_a_tile(dry):
-    a = bs.Block.box("a", Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
-    tile = bs.Block.box("tile", Q_([0, 0, 1], "m"), Q_([1, 1, 0.02], "m"), STONE)
-    c = bs.Block.box("c", Q_([0, 0, 1.02], "m"), Q_([1, 1, 1], "m"), STONE)
-    found = bs.detect_interfaces([a, tile, c], dry, tolerance="10 mm")
-    assert [i.name for i in found.interfaces] == ["a|tile", "tile|c"]
 
 
 def test_touching_non_convex_neighbours_do_not_overlap():
