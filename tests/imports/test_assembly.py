@@ -1,13 +1,13 @@
 """Blocks from COMPAS JSON files, in the layouts that its packages have written over the years."""
 
 import json
-import re
 
 import numpy as np
 import pytest
 
 import blockstruct as bs
 from meshes import CUBE, QUADS
+from refusals import refused
 
 STONE = bs.Material("stone", "20 kN/m^3")
 JOINT = bs.JointMaterial("joint", 0.6)
@@ -114,8 +114,7 @@ def test_a_support_may_be_marked_by_a_number(tmp_path, layout, mark, fixed):
 @pytest.mark.parametrize("mark", ["true", "", 2, 1.0, [], [True], {}])
 def test_refused_marks_of_a_support(tmp_path, mark):
     text = json.dumps(assembly()).replace('"is_support": true', f'"is_support": {json.dumps(mark)}')
-    said = f"block 0: is_support is {mark!r}; give true or false"
-    with pytest.raises(bs.errors.GeometryFileError, match=re.escape(said)):
+    with refused(bs.errors.GeometryFileError, f"block 0: is_support {mark!r}"):
         read(tmp_path, text)
 
 
@@ -138,49 +137,49 @@ def without(content, *path):
     return content
 
 
+def in_a_group():
+    content = model()
+    content["data"]["tree"] = {"root": {"children": [{"children": [{"element": "guid-0"}]}]}}
+    return content
+
+
+def modified():
+    content = model()
+    cut = typed("compas_model.modifiers/BooleanModifier", {})
+    content["data"]["graph"] = {"node": {"0": {}, "1": {}}, "edge": {"0": {"1": {"modifiers": [cut]}}}}
+    return content
+
+
 @pytest.mark.parametrize(
-    ("content", "expected"),
+    ("words", "content"),
     [
-        ("", "is empty"),
-        ('{"dtype": "compas', "not valid JSON"),
-        ("[" * 100_000, "not valid JSON|nested"),
-        ('{"node": {"0": {}, "0": {}}}', "repeated keys .'0'."),
-        ("3", "not a COMPAS assembly, model or list of meshes"),
-        ({"a": 1}, "found a"),
-        ({"blocks": {"0": {}}, "assembly": []}, "block 0 has no readable mesh"),
-        ({"blocks": {"0": {}}, "assembly": [1]}, "not a COMPAS assembly"),
-        ({"graph": {"node": [1, 2]}}, "not a COMPAS assembly"),
-        ({"node": {"0": {"x": 1}}}, "node 0 .*block, part"),
-        ({"elements": [1]}, "not a COMPAS assembly"),
-        (model(features=[{}]), "element 0 has features, which only COMPAS can apply"),
-        (model(frame=typed("compas.geometry/Frame", frame(10))), "element 0 has a frame of its own, which only COMPAS"),
-        (model(transformation=[[1, 0], [0, 1]]), "is not a matrix of 4 × 4"),
-        (model(geometry={"xsize": 1}), "block 0 has no readable mesh"),
-        ([mesh(0) | {"face": {"0": [0, 1]}}], "fewer than three corners"),
-        ([mesh(0) | {"face": {"0": [0, 1, 99]}}], "block 0 has no readable mesh .KeyError: '99'"),
-        (without([mesh(0)], 0, "vertex", "3", "z"), "KeyError: 'z'"),
-        (without([mesh(0)], 0, "face", "3"), "the surface is open at 4 edges"),
-        ([], "holds no solid"),
+        ("empty", ""),
+        ("JSON", '{"dtype": "compas'),
+        ("assembly.json", "[" * 100_000),
+        ("'0'", '{"node": {"0": {}, "0": {}}}'),
+        ("COMPAS int", "3"),
+        ("COMPAS found a", {"a": 1}),
+        ("block 0 mesh", {"blocks": {"0": {}}, "assembly": []}),
+        ("COMPAS", {"blocks": {"0": {}}, "assembly": [1]}),
+        ("COMPAS", {"graph": {"node": [1, 2]}}),
+        ("node 0 block, part", {"node": {"0": {"x": 1}}}),
+        ("COMPAS", {"elements": [1]}),
+        ("element 0 features", model(features=[{}])),
+        ("element 0 frame", model(frame=typed("compas.geometry/Frame", frame(10)))),
+        ("element 1 group", in_a_group()),
+        ("modify", modified()),
+        ("matrix 4 × 4", model(transformation=[[1, 0], [0, 1]])),
+        ("block 0 mesh", model(geometry={"xsize": 1})),
+        ("block 0 three corners", [mesh(0) | {"face": {"0": [0, 1]}}]),
+        ("block 0 KeyError: '99'", [mesh(0) | {"face": {"0": [0, 1, 99]}}]),
+        ("block 0 KeyError: 'z'", without([mesh(0)], 0, "vertex", "3", "z")),
+        ("open 4 edges", without([mesh(0)], 0, "face", "3")),
+        ("no solid", []),
     ],
 )
-def test_other_files_are_refused(tmp_path, content, expected):
-    with pytest.raises(bs.errors.GeometryFileError, match=expected):
+def test_refused_files(tmp_path, words, content):
+    with refused(bs.errors.GeometryFileError, words):
         read(tmp_path, content)
-
-
-def test_a_transformation_inside_a_group_is_refused(tmp_path):
-    grouped = model()
-    grouped["data"]["tree"] = {"root": {"children": [{"children": [{"element": "guid-0"}]}]}}
-    with pytest.raises(bs.errors.GeometryFileError, match=r"element 1 .*group"):
-        read(tmp_path, grouped)
-
-
-def test_modified_elements_are_refused(tmp_path):
-    modified = model()
-    cut = typed("compas_model.modifiers/BooleanModifier", {})
-    modified["data"]["graph"] = {"node": {"0": {}, "1": {}}, "edge": {"0": {"1": {"modifiers": [cut]}}}}
-    with pytest.raises(bs.errors.GeometryFileError, match="modify"):
-        read(tmp_path, modified)
 
 
 def test_a_group_without_transformation_is_read(tmp_path):

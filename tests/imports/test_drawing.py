@@ -10,6 +10,7 @@ from ezdxf.render import MeshBuilder
 
 import blockstruct as bs
 from blockstruct.imports.outline import area, divided_arcs, prism, read_outline
+from refusals import refused
 
 STONE = bs.Material("stone", "20 kN/m^3")
 TUFF = bs.Material("tuff", "12 kN/m^3")
@@ -209,11 +210,11 @@ def smoothed_mesh(space):
 @pytest.mark.parametrize(
     ("add", "words"),
     [
-        (hidden_polyline, "1 LWPOLYLINE on layer STONE, which is hidden"),
-        (other_drawing, "1 block 'OTHER', which is another drawing, to be bound to this one"),
-        (frozen_unit, "1 block 'UNIT' on layer NOTES, which is hidden or frozen there"),
-        (unit_on("NOTES", invisible=1), "1 block 'UNIT' on layer NOTES, which is hidden or frozen there"),
-        (smoothed_mesh, "1 MESH on layer STONE that is drawn smoothed, to be drawn at smoothness 0"),
+        (hidden_polyline, "1 LWPOLYLINE on layer STONE"),
+        (other_drawing, "1 block 'OTHER'"),
+        (frozen_unit, "1 block 'UNIT' on layer NOTES"),
+        (unit_on("NOTES", invisible=1), "1 block 'UNIT' on layer NOTES"),
+        (smoothed_mesh, "1 MESH on layer STONE"),
     ],
 )
 def test_invisible_entities_are_reported(draw, add, words):
@@ -393,9 +394,8 @@ def test_copies_must_have_the_same_material_and_support(draw):
     rectangle(space, 0, 0, 500, 250, "GROUND")
     with pytest.warns(bs.errors.GeometryWarning, match=r"dropped: 1 \(GROUND.1 = STONE.1\)"):
         assert [b.name for b in read().blocks] == ["STONE.1"]
-    twice = "'STONE.1' and 'GROUND.1' are one body given twice, of different materials or only once as a support"
     for options in ({"supports": ["GROUND"]}, {"material": {"STONE": TUFF, "GROUND": STONE}}):
-        with pytest.raises(bs.errors.GeometryFileError, match=twice):
+        with refused(bs.errors.GeometryFileError, "'STONE.1' 'GROUND.1'"):
             read(**options)
     assert [b.name for b in read(supports=["GROUND"], exclude="STONE.*").blocks] == ["GROUND.1"]
 
@@ -426,8 +426,9 @@ def test_override_unit(draw):
         read()
     found = read(override_unit=True)
     assert found.report.extent == pytest.approx((5, 0.3, 2.5))
-    said = "the drawing states that its unit is 0.0254 m ($INSUNITS), which is overridden: its unit is taken as 0.001 m"
-    assert said in str(found.report)
+    (note,) = found.report.notes
+    assert "0.0254 m" in note
+    assert "0.001 m" in note
     space.doc.header["$INSUNITS"] = MM
     assert read(override_unit=True).report.notes == ()
 
@@ -442,25 +443,21 @@ def test_rare_units_are_compared(draw, number, stated):
 
 
 @pytest.mark.parametrize(
-    ("options", "error", "expected"),
+    ("error", "words", "options"),
     [
-        ({"unit": "m"}, bs.errors.GeometryFileError, r"its unit is 0.001 m \(\$INSUNITS\), but unit= is 1 m"),
-        ({"thickness": "-1 m"}, bs.errors.ModelError, "give a length above zero"),
-        ({"thickness": 300}, bs.errors.UnitError, "has no unit"),
-        ({"plane": "section"}, bs.errors.ModelError, "give 'elevation' or 'plan'"),
-        ({"segments": 0}, bs.errors.ModelError, "one or more"),
-        (
-            {"supports": ["GROND"]},
-            bs.errors.UnknownNameError,
-            "no layer 'GROND'; it has 0, Defpoints, GROUND, NOTES, STONE",
-        ),
-        ({"material": {"MARBLE": STONE}}, bs.errors.UnknownNameError, "no layer 'MARBLE'"),
+        (bs.errors.GeometryFileError, "0.001 m $INSUNITS 1 m", {"unit": "m"}),
+        (bs.errors.ModelError, "thickness -1 m", {"thickness": "-1 m"}),
+        (bs.errors.UnitError, "thickness 300", {"thickness": 300}),
+        (bs.errors.ModelError, "plane 'section' 'elevation'", {"plane": "section"}),
+        (bs.errors.ModelError, "segments 0", {"segments": 0}),
+        (bs.errors.UnknownNameError, "'GROND' GROUND, NOTES, STONE", {"supports": ["GROND"]}),
+        (bs.errors.UnknownNameError, "'MARBLE'", {"material": {"MARBLE": STONE}}),
     ],
 )
-def test_options_are_checked(draw, options, error, expected):
+def test_refused_options(draw, error, words, options):
     space, read = draw
     rectangle(space, 0, 0, 500, 250)
-    with pytest.raises(error, match=expected):
+    with refused(error, f"drawing.dxf {words}"):
         read(**options)
 
 

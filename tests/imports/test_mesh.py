@@ -364,7 +364,7 @@ def test_blocks_are_excluded_before_the_checks(tmp_path, exclude):
     found = bs.imports.read_mesh(path, unit="m", material=STONE, exclude=exclude)
     assert [b.name for b in found.blocks] == ["one"]
     assert "excluded as asked: two" in str(found.report)
-    with pytest.raises(bs.errors.UnknownNameError, match="no block 'three' to exclude; there are one, two"):
+    with pytest.raises(bs.errors.UnknownNameError, match=r"'three'.*one, two"):
         bs.imports.read_mesh(path, unit="m", material=STONE, exclude=["three"])
 
 
@@ -396,17 +396,17 @@ def test_the_vertical_axis_becomes_z(tmp_path, up, height):
 )
 def test_unlikely_sizes_are_warned_of(tmp_path, size, unit, expected):
     path = saved(tmp_path, "block.obj", obj_text(np.array(CUBE) * size))
-    with pytest.warns(bs.errors.GeometryWarning, match=rf"{expected}.*: is the unit right \(1 unit of the file is"):
+    with pytest.warns(bs.errors.GeometryWarning, match=expected):
         bs.imports.read_mesh(path, unit=unit, material=STONE)
 
 
 def test_obj_refuses_existing_files_and_names_that_it_cannot_store(tmp_path, wall):
     path = bs.imports.write_obj(tmp_path / "wall.obj", wall)
-    with pytest.raises(bs.errors.StorageError, match="exists and is not replaced"):
+    with pytest.raises(bs.errors.StorageError, match=r"wall\.obj"):
         bs.imports.write_obj(path, wall)
     for name in ("a  b", "a #b", "#a", "a\\"):
         odd = bs.Block.box(name, Q_([0, 0, 0], "m"), Q_([1, 1, 1], "m"), STONE)
         with pytest.raises(bs.errors.ModelError, match="OBJ"):
             bs.imports.write_obj(tmp_path / "odd.obj", [odd])
-    with pytest.raises(bs.errors.ModelError, match="no blocks to write"):
+    with pytest.raises(bs.errors.ModelError, match=r"none\.obj"):
         bs.imports.write_obj(tmp_path / "none.obj", [])
