@@ -102,6 +102,7 @@ def label(thing: Any) -> str:
     return kind if block is None else f"{kind} on {shown(block)}"
 
 
+@functools.cache
 def snake_case(name: str) -> str:
     """Return the name of a class as documents and files write it.
 
