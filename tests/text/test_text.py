@@ -139,3 +139,11 @@ def test_the_first_page_without_a_number():
         "There is no load factor to rely on: “push” is unstable under dead load, the worst of 3 cases. The "
         "verification is not satisfied. The 2 checks of other cases do not cover it."
     )
+
+
+def test_lines_on_samples():
+    study = text.study
+    assert study.sample_line("push", 20, 20, 0.3, 0.0123) == "push: 20 runs, mean 0.3, standard deviation 0.012"
+    assert study.sample_line("push", 20, 18, 0.3, 0.01).endswith(" of the 18 with a finite load factor")
+    line = study.fractile_line(0.05, 0.25, (-np.inf, np.nan), 0.95)
+    assert line == "5% fractile 0.25 (95% confidence: −∞ to none)"

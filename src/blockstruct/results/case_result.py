@@ -292,9 +292,8 @@ class CaseResult:
     @property
     def notes(self) -> tuple[Note, ...]:
         """Everything to know about the number: warnings, cautions, then explanations."""
-        cells = crushing_in_cells(self.history, is_reaction=self.answer.is_reaction) if self.n_iterations else None
         masses = Note(NoteCode.MASSES, Severity.INFO, self.masses) if self.masses else None
-        return (*self._caveats, *self._cautions, *(note for note in (cells, masses) if note is not None))
+        return (*self._caveats, *self._cautions, *filter(None, (self._cells, masses)))
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -326,7 +325,11 @@ class CaseResult:
     @property
     def cells(self) -> str:
         """Sentences on joints that crush in cells; empty without any."""
-        return " ".join(note.text for note in self.notes if note.code is NoteCode.CRUSHING_CELLS)
+        return str(self._cells or "")
+
+    @property
+    def _cells(self) -> Note | None:
+        return crushing_in_cells(self.history, is_reaction=self.answer.is_reaction) if self.n_iterations else None
 
     @property
     def _caveats(self) -> tuple[Note, ...]:

@@ -3,7 +3,7 @@
 Every function takes facts and returns text or a :class:`Note`. Nothing reads a text back.
 """
 
-from blockstruct.text import assessment, report
+from blockstruct.text import assessment, report, study
 from blockstruct.text.answer import LOAD_FACTOR, Answer
 from blockstruct.text.assumptions import Scope, assumption_sentences, masses_below
 from blockstruct.text.case import (
@@ -59,6 +59,7 @@ __all__ = [
     "assumption_sentences",
     "masses_below",
     "report",
+    "study",
     # cases
     "admissible_state",
     "capitalised",

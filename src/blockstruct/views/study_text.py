@@ -5,29 +5,23 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
 import xarray as xr
 from rich.console import Console, ConsoleOptions, JustifyMethod, RenderResult
 from rich.table import Column, Table
 from rich.text import Text
 
 import blockstruct as bs
+from blockstruct.text import study
 from blockstruct.units import short_unit
 from blockstruct.views.selection import compasses
-from blockstruct.vocabulary import counted
 
 #: Rows that a terminal shows; the store holds the rest.
 _SHOWN = 50
 #: Characters in a table column, for texts and for titles of numbers, from the most to the least.
 _WHOLE = 1000
 _FOLDS = ((_WHOLE, _WHOLE), (12, _WHOLE), (12, 12), (8, 8), (4, 4))
-#: Runs of a summary without a finite load factor, or with an unsettled one, and their part in the fractiles.
-_NOT_FINITE = {
-    "unstable": "unstable under their dead load, counted as −∞ in the fractiles",
-    "unbounded": "unbounded, counted as ∞ in the fractiles",
-    "unknown": "without a load factor: the intervals are as wide as if they could lie anywhere",
-}
-_DRIFTING = {"drifting": "NOT SETTLED, counted with the load factor there"}
+#: Runs of a summary without a finite load factor.
+_NOT_FINITE = ("unstable", "unbounded", "unknown")
 #: Characters between columns.
 _GAP = 2
 
@@ -120,30 +114,26 @@ def _reactions(row: Mapping[Any, Any]) -> list[str]:
 
 def study_summary(summary: xr.Dataset) -> str:
     """Return the fractiles of a study of samples, a line each."""
-    share = f"{summary.attrs['confidence']:.0%}"
     lines = []
     for case in summary["case"].to_numpy():
         of_case = summary.sel(case=case)
         runs = of_case["runs"].item()
         finite = runs - sum(of_case[name].item() for name in _NOT_FINITE)
-        mean, deviation = _number(of_case["mean_load_factor"].item()), _number(of_case["standard_deviation"].item(), 2)
-        of_some = f" of the {finite} with a finite load factor" if finite < runs else ""
-        lines.append(f"{case}: {counted(runs, 'run')}, mean {mean}, standard deviation {deviation}{of_some}")
+        mean, deviation = (of_case[name].item() for name in ("mean_load_factor", "standard_deviation"))
+        lines.append(study.sample_line(case, runs, finite, mean, deviation))
         for fractile in summary["fractile"].to_numpy():
             one = of_case.sel(fractile=fractile)
-            low, high = (_number(one[name].item()) for name in ("lower", "upper"))
-            lines.append(
-                f"  {fractile:.0%} fractile {_number(one['load_factor'].item())} ({share} confidence: {low} to {high})"
-            )
-        lines += [f"  {text}" for text in out_of_the_ordinary(of_case)]
+            alpha, low, high = (one[name].item() for name in ("load_factor", "lower", "upper"))
+            lines.append(f"  {study.fractile_line(fractile, alpha, (low, high), summary.attrs['confidence'])}")
+        lines += [f"  {line}" for line in out_of_the_ordinary(of_case)]
     if not summary.attrs["exact"]:
-        lines.append("  of a Latin hypercube, whose runs are not independent: the intervals are not exact")
+        lines.append(f"  {study.NOT_INDEPENDENT}")
     return "\n".join(lines)
 
 
 def out_of_the_ordinary(of_case: xr.Dataset) -> list[str]:
     """Return the counts of runs without a settled load factor."""
-    return [f"{count} {what}" for name, what in (_NOT_FINITE | _DRIFTING).items() if (count := of_case[name].item())]
+    return [f"{count} {words}" for name, words in study.COUNTED_AS.items() if (count := of_case[name].item())]
 
 
 def directions_text(analysis: bs.Analysis) -> str:
@@ -174,9 +164,3 @@ def short_names(names: Sequence[str]) -> list[str]:
     ends = [[".".join(p[-k:]) for k in range(1, len(p) + 1)] for p in parts]
     taken = Counter(end for own in ends for end in own)
     return [next((end for end in own if taken[end] == 1 and not end[:1].isdigit()), own[-1]) for own in ends]
-
-
-def _number(value: float, digits: int = 4) -> str:
-    if math.isinf(value):
-        return "∞" if value > 0 else "−∞"
-    return "none" if np.isnan(value) else f"{value:.{digits}g}"
