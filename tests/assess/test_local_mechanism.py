@@ -1278,7 +1278,6 @@ def test_a_push_must_be_horizontal_and_proportional_to_weight(variable, words):
         ({"spectrum_slc": "x"}, "spectrum_slc 'x' is a str; give bs.assess.ntc_spectrum"),
         ({"coefficients": {"q": 1.5}}, "coefficients .* is a dict; give bs.assess.Coefficients"),
         ({"beside": 0.1}, "beside 0.1 is a float; give bs.assess.overturning"),
-        ({"confidence": 1.35}, "did you mean confidence_factor"),
     ],
 )
 def test_arguments_that_make_no_check_are_refused(result, arguments, words):

@@ -217,7 +217,6 @@ def test_on_soil_d_the_demand_does_not_rise_everywhere():
         ({"topography": "flat"}, "known are T1"),
         ({"SS": -1}, "SS -1"),
         ({"CC": 10, "Tc": "0.6 s"}, r"T_C = C_C Tc\* = 6 s is beyond T_D = 2.2 s; give a Tc\*"),
-        ({"soils": "A"}, "did you mean soil"),
     ],
 )
 def test_a_wrong_site_is_refused(change, words):
