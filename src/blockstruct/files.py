@@ -1,9 +1,12 @@
-"""What a path is, new files, CSV without formulas, and JSON objects that repeat no key."""
+"""Files from users, new files, CSV without formulas, and JSON objects that repeat no key."""
 
+import errno
+import os
 import re
+import stat
 from collections import Counter
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import pandas as pd
 
@@ -23,14 +26,67 @@ def unique_pairs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def irregular(path: Path) -> str:
-    """Return what a path is if it is no regular file; empty for a file or nothing.
+def open_file(path: Path, kind: str) -> BinaryIO:
+    """Open a file of a user for reading, once, if it is a regular file.
 
-    Asked before a path is opened: a pipe waits for its other end, and a device may never come to its own.
+    A pipe waits for its other end, and a device may have no end.
+
+    Parameters
+    ----------
+    path
+    kind
+        The kind of file to give, for the message: "a mesh".
+
+    Raises
+    ------
+    StorageError
+        If there is no regular file at the path, or it cannot be opened.
     """
-    if path.is_file() or not path.exists():
-        return ""
-    return "a folder" if path.is_dir() else "not a regular file but a pipe or a device"
+    try:
+        # A pipe would wait here for its other end.
+        flags = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0)
+        if path.is_dir():
+            msg = f"{path}: is a folder; give the path of {kind}"
+            raise StorageError(msg)
+        descriptor = os.open(path, flags)
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            os.close(descriptor)
+            msg = f"{path}: is not a regular file but a pipe or a device; give the path of {kind}"
+            raise StorageError(msg)
+    except StorageError:
+        raise
+    except (OSError, ValueError) as error:
+        raise unreadable(path, error, kind) from error
+    return os.fdopen(descriptor, "rb")
+
+
+def read_file(path: Path, kind: str, most: int) -> bytes:
+    """Return the bytes of a file of a user, as :func:`open_file`; refuse one of more than ``most`` bytes."""
+    with open_file(path, kind) as stream:
+        size = os.fstat(stream.fileno()).st_size
+        if size > most:
+            msg = f"{path}: larger than {most / 1e6:g} MB, the limit of {kind}; divide it or simplify it"
+            raise StorageError(msg)
+        try:
+            content = stream.read(size + 1)
+        except OSError as error:
+            raise unreadable(path, error, kind) from error
+    if len(content) != size:
+        msg = f"{path}: was written to while it was read; wait, then try again"
+        raise StorageError(msg)
+    return content
+
+
+def unreadable(path: Path, error: Exception, kind: str) -> StorageError:
+    """Return the error of a path that cannot be opened or read."""
+    reason = getattr(error, "strerror", None) or error
+    if isinstance(error, FileNotFoundError | NotADirectoryError):
+        return StorageError(f"{path}: no such file; give the path of {kind}")
+    if isinstance(error, PermissionError):
+        return StorageError(f"{path}: cannot be read ({reason}); ask its owner for the right to read it")
+    if getattr(error, "errno", None) in (errno.EMFILE, errno.ENFILE):
+        return StorageError(f"{path}: cannot be opened, too many files are; close some of them")
+    return StorageError(f"{path}: cannot be read ({reason}); give another path")
 
 
 def check_new(path: Path) -> Path:

@@ -243,7 +243,7 @@ def test_an_output_in_a_folder_that_was_deleted_names_it_and_the_remedy(call, fi
         (["history", "FILE", "push nonassociative", "--csv", "/proc/x/y.csv"], "cannot be written"),
         (["show", "missing.h5"], "no such file"),
         (["show", str(WALL)], "not a readable HDF5 file"),
-        (["run", "missing.yaml", "-o", "x.h5"], "missing.yaml: cannot be read: no such file; give the path of a YAML"),
+        (["run", "missing.yaml", "-o", "x.h5"], "missing.yaml: no such file; give the path of a YAML"),
         (["run", str(WALL), "-o", "/proc/x/y.h5"], "cannot be written"),
         (["run", str(WALL), "-o", str(WALL)], "is not replaced"),
         (["run", "FILE", "-o", "x.h5"], "is not text"),

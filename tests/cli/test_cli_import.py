@@ -186,7 +186,7 @@ def test_an_assembly(call, tmp_path):
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (["none.obj"], "none.obj: cannot be read"),
+        (["none.obj"], "none.obj: no such file"),
         (["STACK", "STACK", "--unit-weight", "A=30 kN/m^3"], "--unit-weight: give it once"),
         (["STACK", "--closing", "1 mm"], "closing belong to DXF drawings"),
         (["STACK", "--segments", "0"], "segments belong to DXF drawings"),

@@ -316,7 +316,7 @@ def test_aliases_give_independent_copies():
 
 def test_large_files_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(reader, "MOST_BYTES", 100)
-    with refused(DOCUMENT, "MB"):
+    with refused(bs.errors.StorageError, "MB"):
         bs.read_document(write(tmp_path, BASIC))
 
 

@@ -152,7 +152,7 @@ def test_a_lognormal_has_the_mean_that_was_given(document):
         ({MU: ["4 MPa", 3]}, {}, "mixes a number and a quantity"),
         ({MU: [1]}, {"sampling": "sobol"}, "/sampling"),
         ({MU: [1]}, {"workers": 2}, "unknown key 'workers'"),
-        ({MU: [1]}, {"model": "none.yaml"}, "none.yaml: cannot be read"),
+        ({MU: [1]}, {"model": "none.yaml"}, "none.yaml: no such file"),
     ],
 )
 def test_bad_documents_name_the_place(document, call, tmp_path, parameters, more, said):

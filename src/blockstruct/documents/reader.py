@@ -13,7 +13,7 @@ from blockstruct.contacts.detection import detect_interfaces
 from blockstruct.documents import yaml_core
 from blockstruct.documents.walls import wall_of
 from blockstruct.errors import BlockstructError, DocumentError, StorageError, UnknownNameError
-from blockstruct.files import irregular, unique_pairs
+from blockstruct.files import read_file, unique_pairs
 from blockstruct.model import (
     LOAD_KINDS,
     TIE_KINDS,
@@ -40,6 +40,8 @@ from blockstruct.vocabulary import counted
 
 #: Largest size of a model document, bytes. A block takes about 400 bytes.
 MOST_BYTES = 64_000_000
+#: The kind of file, for messages.
+DOCUMENT = "a YAML or JSON document"
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +85,7 @@ def read_document(path: str | Path) -> Document:
         If the document does not describe a valid model.
     """
     path = Path(path)
-    stored = _stored(path)
+    stored = read_file(path, DOCUMENT, MOST_BYTES)
     content = _content(stored, path, "model-1")
     try:
         return _build(content, path.stem, hashlib.sha256(stored).hexdigest())
@@ -94,7 +96,7 @@ def read_document(path: str | Path) -> Document:
 
 def read_content(path: str | Path, schema: str) -> dict[str, Any]:
     """Return the content of a document that follows a schema; errors as in :func:`read_document`."""
-    return _content(_stored(Path(path)), Path(path), schema)
+    return _content(read_file(Path(path), DOCUMENT, MOST_BYTES), Path(path), schema)
 
 
 def document_of(content: dict[str, Any], name: str) -> Document:
@@ -134,27 +136,6 @@ def _check(content: Any, schema: str, where: object) -> None:
     if problems:
         msg = f"{where}: {listed_violations(problems)}"
         raise DocumentError(msg)
-
-
-def _stored(path: Path) -> bytes:
-    try:
-        if kind := irregular(path):
-            msg = f"{path}: cannot be read: it is {kind}; give a YAML or JSON document"
-            raise StorageError(msg)
-        with path.open("rb") as stream:
-            stored = stream.read(MOST_BYTES + 1)
-    except (OSError, ValueError) as error:
-        if isinstance(error, StorageError):
-            raise
-        if isinstance(error, FileNotFoundError):
-            msg = f"{path}: cannot be read: no such file; give the path of a YAML or JSON document"
-        else:
-            msg = f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}"
-        raise StorageError(msg) from error
-    if len(stored) > MOST_BYTES:
-        msg = f"{path}: larger than {MOST_BYTES / 1e6:g} MB, the limit of a model document; divide the structure"
-        raise DocumentError(msg)
-    return stored
 
 
 def _load(text: str, path: Path) -> Any:

@@ -317,9 +317,14 @@ def _opened(path: Path) -> Any:
         raise GeometryFileError(msg)
     ezdxf = package("ezdxf", "cad", f"{path}: reading DXF")
     try:
-        if content.startswith(BOM_UTF8):
-            return ezdxf.read(StringIO(content.decode("utf-8-sig"), newline=None))
-        return ezdxf.readfile(path)
+        if content.startswith(b"AutoCAD Binary DXF"):
+            tags = package("ezdxf.lldxf.tagger", "cad", str(path)).binary_tags_loader(content)
+            return package("ezdxf.document", "cad", str(path)).Drawing.load(tags)
+        # Versions before 2007 state the encoding of their texts in the header, which is ASCII.
+        header = StringIO(content.decode("utf-8-sig", errors="ignore"), newline=None)
+        encoding = package("ezdxf.filemanagement", "cad", str(path)).dxf_stream_info(header).encoding
+        text = content.removeprefix(BOM_UTF8).decode(encoding, errors="surrogateescape")
+        return ezdxf.read(StringIO(text, newline=None))
     except Exception as error:  # A damaged file may raise any error.
         msg = f"{path}: not a readable DXF drawing ({error or type(error).__name__}); save it again as DXF"
         raise GeometryFileError(msg) from error

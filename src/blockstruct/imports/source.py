@@ -4,8 +4,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from blockstruct.errors import GeometryFileError, MissingExtraError, StorageError
-from blockstruct.imports.tolerances import MOST_FACES
+from blockstruct.errors import GeometryFileError, MissingExtraError
+from blockstruct.files import read_file
+from blockstruct.imports.tolerances import MOST_BYTES, MOST_FACES
 
 
 def read_bytes(path: Path) -> bytes:
@@ -14,15 +15,11 @@ def read_bytes(path: Path) -> bytes:
     Raises
     ------
     StorageError
-        If the file cannot be read.
+        If the file cannot be read, or is larger than any mesh that is imported.
     GeometryFileError
         If the file is empty.
     """
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        msg = f"{path}: cannot be read ({error.strerror or error}); give the path of a readable file"
-        raise StorageError(msg) from error
+    content = read_file(path, "a mesh, drawing or assembly", MOST_BYTES)
     if not content.strip():
         msg = f"{path}: is empty; export it again"
         raise GeometryFileError(msg)

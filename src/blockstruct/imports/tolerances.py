@@ -47,5 +47,7 @@ NEARLY_LOWEST = 0.1
 EXTENT, LEAST_HEIGHT, EDGE = (0.3, 300.0), 0.2, (0.02, 5.0)
 #: Largest number of faces of a file, and of one body: larger numbers come from scans, which must be simplified.
 MOST_FACES, MOST_FACES_OF_BODY = 500_000, 20_000
+#: Bytes of a file: 1 kB for each face, four times what text STL needs.
+MOST_BYTES = 1000 * MOST_FACES
 #: Number of pairs of an edge and a face per chunk. It limits the memory and has no effect on the result.
 CHUNK = 200_000

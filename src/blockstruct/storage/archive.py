@@ -18,9 +18,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from blockstruct.errors import BlockstructError, FormatError, StorageError, shown
+from blockstruct.files import unreadable
 from blockstruct.model import JOINT_PROPERTIES
 from blockstruct.results import CERTIFICATE_MEASURES, plain_value, relative_difference
-from blockstruct.storage.file import PARTIAL, AnalysisFile, Stamp, parameters_of, unreadable
+from blockstruct.storage.file import ANALYSIS, PARTIAL, AnalysisFile, Stamp, parameters_of
 from blockstruct.storage.layout import group_name, versions_of
 from blockstruct.storage.netcdf import member, plain
 from blockstruct.storage.run_folder import SUFFIX
@@ -165,7 +166,7 @@ class Archive:
         except BlockstructError as error:
             problem = str(error)
         except OSError as error:
-            problem = str(unreadable(path, error))
+            problem = str(unreadable(path, error, ANALYSIS))
         return [{"path": relative, "problem": problem.removeprefix(f"{path}: ")}]
 
     def select(

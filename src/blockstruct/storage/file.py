@@ -5,7 +5,6 @@ It is checked before libhdf5 reads a byte, because on damaged bytes libhdf5 may 
 """
 
 import contextlib
-import errno
 import hashlib
 import json
 import os
@@ -25,7 +24,7 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from blockstruct.errors import BlockstructError, FormatError, FormatWarning, ModelError, StorageError, UnverifiedWarning
-from blockstruct.files import irregular
+from blockstruct.files import open_file, unreadable
 from blockstruct.model import Case, LoadPattern, Model
 from blockstruct.results import Analysis, CaseResult, LazyHistory, restored_value, stored_value
 from blockstruct.schema import listed_violations, schema_text, violations
@@ -65,6 +64,8 @@ Blank = Callable[[Model, CaseResult], xr.Dataset]
 #: Ending of the folder of a run.
 PARTIAL = ".partial"
 SCHEMA = "analysis-2"
+#: The kind of file, for messages.
+ANALYSIS = "a blockstruct analysis"
 _SEAL = b"\nblockstruct sha256 "
 _SEAL_LENGTH = len(_SEAL) + 64 + 1
 #: Bytes up to which a file is kept in memory: nothing can change it then, and no descriptor is needed.
@@ -136,15 +137,14 @@ class Snapshot:
     def __init__(self, path: Path, verified: Stamp | None = None) -> None:
         self.path = path
         try:
-            if what := irregular(path):
-                msg = f"{path}: is {named_instead(path) or f'{what}; give the path of a blockstruct analysis'}"
-                raise StorageError(msg)
-            self._descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
-        except StorageError:
+            self._stream = open_file(path, ANALYSIS)
+        except StorageError as error:
+            if path.is_dir() and (instead := named_instead(path)):
+                msg = f"{path}: is {instead}"
+                raise StorageError(msg) from error
             raise
-        except (OSError, ValueError) as error:
-            raise unreadable(path, error) from error
-        self._close = weakref.finalize(self, os.close, self._descriptor)
+        self._descriptor = self._stream.fileno()
+        self._close = weakref.finalize(self, self._stream.close)
         self.stamp = Stamp.of(os.fstat(self._descriptor))
         self._image: bytes | None = None
         try:
@@ -154,7 +154,7 @@ class Snapshot:
             self.sealed = self.stamp == verified or self._is_sealed()
         except OSError as error:
             self._close()
-            raise unreadable(path, error) from error
+            raise unreadable(path, error, ANALYSIS) from error
 
     def stream(self) -> RawIOBase | BytesIO:
         """Return the bytes for a reader of HDF5.
@@ -195,18 +195,6 @@ class Snapshot:
         for place in range(0, end, _CHUNK):
             digest.update(self.bytes_at(place, min(_CHUNK, end - place)))
         return end > 0 and self.seal == _SEAL + digest.hexdigest().encode() + b"\n"
-
-
-def unreadable(path: Path, error: Exception) -> StorageError:
-    """Return the error of a path that cannot be opened or read."""
-    reason = getattr(error, "strerror", None) or error
-    if isinstance(error, FileNotFoundError | NotADirectoryError):
-        return StorageError(f"{path}: no such file; give the path of a blockstruct analysis")
-    if isinstance(error, PermissionError):
-        return StorageError(f"{path}: cannot be read ({reason}); ask its owner for the right to read it")
-    if getattr(error, "errno", None) in (errno.EMFILE, errno.ENFILE):
-        return StorageError(f"{path}: cannot be opened, too many files are; keep fewer analyses at a time")
-    return StorageError(f"{path}: cannot be read ({reason}); give another path")
 
 
 class _Window(RawIOBase):

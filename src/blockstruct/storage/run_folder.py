@@ -27,6 +27,7 @@ import numpy as np
 import xarray as xr
 
 from blockstruct.errors import FormatError, StorageError, shown
+from blockstruct.files import open_file, read_file
 from blockstruct.limit import Outcome
 from blockstruct.model import Model
 from blockstruct.results import CERTIFICATE_MEASURES, Analysis, CaseResult, capacity_of, confirm
@@ -65,6 +66,8 @@ _ATTEMPTS = 1000
 _HELD = (errno.EACCES, errno.EAGAIN, errno.EWOULDBLOCK, errno.EDEADLK)
 _LINE = re.compile(rb"(blockstruct record ([a-z]{1,20}) ([0-9]{1,15}) )([0-9a-f]{64})\n")
 _LONGEST_LINE = 128
+#: Largest list of the files that a run may replace, bytes; each run adds about 60.
+_LONGEST_TARGET = 1_000_000
 #: Errors of reading damaged bytes.
 _DAMAGED = (ArithmeticError, EOFError, KeyError, MemoryError, OSError, RecursionError, TypeError, zipfile.BadZipFile)
 _OUTLINE = "outline of the dataset"
@@ -372,7 +375,9 @@ def _write(
 def _write_draft(parts: Iterable[bytes | memoryview], draft: Path) -> None:
     """Write bytes to a file that does not have its name yet, and wait until they are on the disk."""
     try:
-        with draft.open("wb") as stream:
+        # Whatever stands there, a pipe too, is the rest of a killed run.
+        draft.unlink(missing_ok=True)
+        with draft.open("xb") as stream:
             stream.writelines(parts)
         sync(draft)
     except OSError as error:
@@ -455,8 +460,8 @@ class Journal:
             The fault of the first record that is not as it was written; empty if all are.
         """
         self._digest, self._end = self._seed, 0
-        try:
-            with self.path.open("rb") as stream:
+        if self.path.exists():
+            with open_file(self.path, "a journal of a run") as stream:
                 size = os.fstat(stream.fileno()).st_size
                 while self._end < size:
                     line = _LINE.fullmatch(stream.readline(_LONGEST_LINE))
@@ -472,8 +477,6 @@ class Journal:
                     except ValueError as error:
                         return f"cannot be read ({error})"
                     self._digest, self._end = digest, stream.tell()
-        except FileNotFoundError:
-            return ""
         return ""
 
     def append(self, kind: str, content: bytes, *, wait: bool = True) -> None:
@@ -822,6 +825,11 @@ def _target(replaced: Sequence[Stamp]) -> bytes:
 def _aimed(path: Path) -> list[Stamp]:
     """Return the stamps of files that a run may replace; none if they cannot be read."""
     try:
-        return [Stamp(*map(int, stamp)) for stamp in json.loads(path.read_bytes())["replaces"]]
+        return [
+            Stamp(*map(int, stamp))
+            for stamp in json.loads(read_file(path, "a record of the files a run replaces", _LONGEST_TARGET))[
+                "replaces"
+            ]
+        ]
     except (*DAMAGE, OSError):
         return []
