@@ -1,13 +1,18 @@
 """Files of strangers: what they are is asked before they are read, and each is refused by one message."""
 
+import json
 import os
+import re
 import shutil
 import sys
+import time
 
+import ezdxf
 import pytest
 
 import blockstruct as bs
 from blockstruct.analysis import IterationDone
+from meshes import CUBE, QUADS, ascii_stl, obj_text, ply_text
 from structures import SELF_WEIGHT, STONE, model_of, push, single_block
 
 READERS = {
@@ -77,3 +82,67 @@ def test_a_run_with_pipes_in_its_folder_resumes_or_is_refused(killed, tmp_path, 
             bs.AnalysisManager.resume(tmp_path / "run" / "a.h5")
     else:
         assert bs.AnalysisManager.resume(tmp_path / "run" / "a.h5")["push"].load_factor == pytest.approx(0.5, rel=1e-4)
+
+
+def text_of(name, box):
+    """A box as a file of a format; every number of its corners is in the text."""
+    return {"a.obj": obj_text(), "a.stl": ascii_stl([box]), "a.ply": ply_text([box])}[name]
+
+
+def compas_mesh(corner):
+    """A cube as COMPAS writes it, with another corner."""
+    rows = [list(p) for p in CUBE[:-2]] + [corner, list(CUBE[-1])]
+    return json.dumps([{"dtype": "compas.datastructures/Mesh", "data": {"vertices": rows, "faces": QUADS}}])
+
+
+@pytest.mark.parametrize("number", ["1_0", "１", "1e400", "1e308", "nan", "0x1"])
+@pytest.mark.parametrize("name", ["a.obj", "a.stl", "a.ply"])
+def test_numbers_of_text_formats_are_read_strictly(tmp_path, name, number):
+    text = text_of(name, single_block(1.0, 1.0)[0][1])
+    path = tmp_path / name
+    path.write_text(
+        re.sub(r"(?m)^(v |vertex |)1(\.0)? 1(\.0)? 1(\.0)?$", rf"\g<1>{number} 1 1", text), encoding="utf-8"
+    )
+    assert number in path.read_text(encoding="utf-8")
+    with pytest.raises(bs.errors.GeometryFileError):
+        READERS[name](path, unit="m", material=STONE)
+
+
+@pytest.mark.parametrize("number", ["1", True, None, 10**400, 1e308, float("nan"), [1]])
+def test_coordinates_of_compas_are_numbers(tmp_path, number):
+    path = tmp_path / "a.json"
+    path.write_text(compas_mesh([number, 1, 1]), encoding="utf-8")
+    with pytest.raises(bs.errors.GeometryFileError):
+        bs.imports.read_assembly(path, unit="m", material=STONE)
+    path.write_text(compas_mesh([1, 1, 1]), encoding="utf-8")
+    assert bs.imports.read_assembly(path, unit="m", material=STONE).blocks[0].volume == pytest.approx(1)
+
+
+@pytest.mark.parametrize("face", ["1_0", "1.0", "１"])
+def test_vertex_numbers_are_read_strictly(tmp_path, face):
+    path = tmp_path / "a.obj"
+    path.write_text(obj_text() + f"f 1 2 {face}\n", encoding="utf-8")
+    with pytest.raises(bs.errors.GeometryFileError, match="vertex numbers"):
+        bs.imports.read_mesh(path, unit="m", material=STONE)
+
+
+@pytest.mark.parametrize("code", ["10", "1_0"])
+def test_numbers_of_drawings_are_read_strictly(tmp_path, code):
+    path = tmp_path / "a.dxf"
+    document = ezdxf.new()
+    document.modelspace().add_lwpolyline([(0, 0), (1, 0), (1, 7.5), (0, 7.5)], close=True)
+    document.saveas(path)
+    text = path.read_text(encoding="utf-8")
+    assert text.count(" 20\n7.5\n") == 2
+    path.write_text(text.replace(" 20\n7.5\n", f" 20\n7.5\n {code}\n1_0\n", 1), encoding="utf-8")
+    with pytest.raises(bs.errors.GeometryFileError, match="'1_0' in line"):
+        bs.imports.read_drawing(path, unit="m", material=STONE, thickness="1 m")
+
+
+def test_continued_lines_take_linear_time(tmp_path):
+    path = tmp_path / "a.obj"
+    path.write_text("\\\n" * 500_000 + "vn\\\n" + " 5\\\n" * 200_000 + "\n" + obj_text(), encoding="utf-8")
+    start = time.process_time()
+    assert bs.imports.read_mesh(path, unit="m", material=STONE).blocks[0].volume == pytest.approx(1)
+    # Reading every line anew from the first took 100 s for 500,000 lines.
+    assert time.process_time() - start < 20

@@ -13,7 +13,7 @@ from blockstruct.errors import GeometryFileError, shown
 from blockstruct.files import unique_pairs
 from blockstruct.imports.import_report import Imported
 from blockstruct.imports.solid import Content, Face, Solid, make_blocks
-from blockstruct.imports.source import checked_faces, read_text
+from blockstruct.imports.source import checked_faces, read_number, read_text, read_whole
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike
 from blockstruct.vocabulary import counted
@@ -195,8 +195,8 @@ def _part(key: str, solid: Any, attributes: dict[str, Any], path: Path) -> _Part
             faces = [tuple(number[str(i)] for i in face) for face in body["face"].values()]
         else:
             rows = [_body(v) for v in body["vertices"]]
-            faces = [tuple(int(i) for i in face) for face in body["faces"]]
-        vertices = np.array(rows, dtype=float).reshape(len(rows), 3)
+            faces = [tuple(read_whole(repr(i)) for i in face) for face in body["faces"]]
+        vertices = _numbers(rows).reshape(len(rows), 3)
         if not faces or min(map(len, faces)) < 3:
             msg = "a face of fewer than three corners"
             raise ValueError(msg)
@@ -248,11 +248,16 @@ def _matrix(transformation: Any, path: Path) -> Array:
         return np.eye(4)
     body = _body(transformation)
     try:
-        matrix = np.array(body["matrix"] if isinstance(body, dict) else body, dtype=float).reshape(4, 4)
+        matrix = _numbers(body["matrix"] if isinstance(body, dict) else body).reshape(4, 4)
     except (KeyError, TypeError, ValueError) as error:
         msg = f"{path}: a transformation is not a matrix of 4 × 4 numbers; export the model again with compas.json_dump"
         raise GeometryFileError(msg) from error
     return matrix
+
+
+def _numbers(rows: Any) -> Array:
+    """Return rows of JSON numbers as an array: the text of true, or of a text, is not a number."""
+    return np.array([[read_number(repr(value)) for value in row] for row in rows])
 
 
 def _edges(graph: Any) -> Iterator[dict[str, Any]]:

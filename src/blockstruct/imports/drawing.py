@@ -35,6 +35,9 @@ _STATED_UNITS = {
 _SOLID_MODELS = ("3DSOLID", "BODY", "EXTRUDEDSURFACE", "LOFTEDSURFACE", "REVOLVEDSURFACE", "SURFACE", "SWEPTSURFACE")
 #: Flag of a control point of a spline among the vertices of a polyline.
 _CONTROL_POINT = 16
+#: Group codes of numbers.
+_NUMERIC = {*range(10, 100), *range(110, 180), *range(210, 240), *range(270, 290), *range(370, 390), *range(400, 410)}
+_NUMERIC |= {*range(420, 430), *range(440, 470), *range(1010, 1072)}
 #: Largest number of handles in a message.
 _NAMED = 20
 
@@ -324,10 +327,27 @@ def _opened(path: Path) -> Any:
         header = StringIO(content.decode("utf-8-sig", errors="ignore"), newline=None)
         encoding = package("ezdxf.filemanagement", "cad", str(path)).dxf_stream_info(header).encoding
         text = content.removeprefix(BOM_UTF8).decode(encoding, errors="surrogateescape")
+        _check_numbers(text)
         return ezdxf.read(StringIO(text, newline=None))
     except Exception as error:  # A damaged file may raise any error.
         msg = f"{path}: not a readable DXF drawing ({error or type(error).__name__}); save it again as DXF"
         raise GeometryFileError(msg) from error
+
+
+def _check_numbers(text: str) -> None:
+    """Refuse group codes and numbers that only Python reads as such, ``1_0`` for instance."""
+    # Lines end as ezdxf reads them: texts may hold other separators.
+    lines = StringIO(text, newline=None).read().split("\n")
+    for number, (code, value) in enumerate(zip(lines[::2], lines[1::2], strict=False)):
+        if _is_foreign(code) or (int(code) in _NUMERIC and _is_foreign(value)):
+            msg = f"{value.strip()[:60]!r} in line {2 * number + 2} is not a number"
+            raise ValueError(msg)
+        if int(code) == 0 and value.strip() == "EOF":
+            return
+
+
+def _is_foreign(number: str) -> bool:
+    return "_" in number or not number.isascii()
 
 
 def _checked_unit(drawing: Any, scale: float, path: Path, *, override: bool) -> list[str]:

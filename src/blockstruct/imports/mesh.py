@@ -11,7 +11,7 @@ from blockstruct.errors import GeometryFileError, ModelError
 from blockstruct.imports.import_report import Imported
 from blockstruct.imports.obj import read_obj
 from blockstruct.imports.solid import Content, Solid, make_blocks
-from blockstruct.imports.source import checked_faces, package, read_bytes
+from blockstruct.imports.source import checked_faces, package, read_bytes, read_number
 from blockstruct.imports.stl import read_stl
 from blockstruct.model import Material
 from blockstruct.units import QuantityLike
@@ -136,4 +136,10 @@ def _stated_ply(content: bytes, path: Path) -> int:
         if lines != items:
             msg = f"{path}: states {items} vertices and faces and has {lines} lines; it is damaged, export it again"
             raise GeometryFileError(msg)
+        try:
+            for word in body.split():
+                read_number(word.decode("latin-1"))
+        except ValueError as error:
+            msg = f"{path}: {error}; correct it, or export the file again"
+            raise GeometryFileError(msg) from error
     return count

@@ -1,6 +1,5 @@
 """Read and write Wavefront OBJ: polygons of objects and groups."""
 
-import math
 import re
 from collections import Counter
 from collections.abc import Iterable
@@ -11,7 +10,7 @@ import numpy as np
 from blockstruct.errors import GeometryFileError, ModelError
 from blockstruct.files import write_new
 from blockstruct.imports.solid import Face, Solid, metres_per_unit
-from blockstruct.imports.source import checked_faces, read_text
+from blockstruct.imports.source import checked_faces, read_number, read_text, read_whole
 from blockstruct.model import Block, Material
 from blockstruct.units import QuantityLike
 from blockstruct.vocabulary import counted
@@ -95,28 +94,24 @@ def read_obj(path: Path, material: Material) -> tuple[list[Solid], list[str]]:
 
 def _statements(text: str) -> Iterable[tuple[int, str]]:
     """Yield numbered lines without comments; a backslash at the end joins a line to the next."""
-    held = ""
-    for number, raw in enumerate(text.splitlines(), start=1):
+    held: list[str] = []
+    for number, raw in enumerate((*text.splitlines(), ""), start=1):
         # Inside a word of a name, # is part of the name.
-        comment = _COMMENT_AFTER_NAME if (held + raw).split(maxsplit=1)[:1] in (["o"], ["g"]) else "#"
-        line = held + re.split(comment, raw, maxsplit=1)[0].strip()
-        if line.endswith("\\"):
-            held = line[:-1] + " "
-            continue
-        held = ""
-        if line:
-            yield number, line
-    if held:
-        yield number, held.strip()
+        comment = _COMMENT_AFTER_NAME if (held or raw.split(maxsplit=1))[:1] in (["o"], ["g"]) else "#"
+        line = re.split(comment, raw, maxsplit=1)[0].strip()
+        held += line.removesuffix("\\").split()
+        if held and not line.endswith("\\"):
+            yield number, " ".join(held)
+            held = []
 
 
 def finite_point(words: list[str], path: Path, number: int) -> list[float]:
     """Return the three coordinates in a line of a file; further values are ignored."""
     try:
-        point = [float(w) for w in words[:3]]
+        point = [read_number(w) for w in words[:3]]
     except ValueError:
         point = []
-    if len(point) < 3 or not all(map(math.isfinite, point)):
+    if len(point) < 3:
         msg = f"{path}, line {number}: vertex {' '.join(words)[:60]!r}; give three finite numbers"
         raise GeometryFileError(msg)
     return point
@@ -124,7 +119,7 @@ def finite_point(words: list[str], path: Path, number: int) -> list[float]:
 
 def _face(words: list[str], known: int, path: Path, number: int) -> Face:
     try:
-        index = [int(w.partition("/")[0]) for w in words]
+        index = [read_whole(w.partition("/")[0]) for w in words]
     except ValueError:
         index = []
     if len(index) < 3:

@@ -16,7 +16,7 @@ from blockstruct.errors import GeometryError, GeometryFileError, GeometryWarning
 from blockstruct.imports.import_report import Imported, ImportReport, Repair
 from blockstruct.imports.soup import closed_bodies, collapsed, compact, gathered, welded
 from blockstruct.imports.surface import closed_surface
-from blockstruct.imports.tolerances import LOWEST, NEARLY_LOWEST, WELD
+from blockstruct.imports.tolerances import FARTHEST, LOWEST, NEARLY_LOWEST, WELD
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import positive_length
 from blockstruct.units import QuantityLike, parse, si, to_quantity
@@ -172,6 +172,12 @@ def _bodies(
     points, loops = compact(solid.vertices, polygons)
     if not np.all(np.isfinite(points)):
         msg = f"{source}: {solid.name!r}: a vertex has a coordinate that is not finite; correct the file"
+        raise GeometryFileError(msg)
+    if np.abs(points).max() > FARTHEST / scale:
+        msg = (
+            f"{source}: {solid.name!r}: a vertex is more than {FARTHEST:.2g} m from the origin, where rounding exceeds "
+            "the tolerance of joints; correct its coordinates, or the unit"
+        )
         raise GeometryFileError(msg)
     upright, loops = points[:, axis] * sign * scale, gathered(loops)
     vertices, faces, joined = welded(upright, loops)

@@ -1,5 +1,7 @@
-"""Content of files, and optional packages for some formats."""
+"""Content and numbers of files, and optional packages for some formats."""
 
+import math
+import re
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -7,6 +9,31 @@ from typing import Any
 from blockstruct.errors import GeometryFileError, MissingExtraError
 from blockstruct.files import read_file
 from blockstruct.imports.tolerances import MOST_BYTES, MOST_FACES
+
+#: Numbers as all formats write them. Python also reads ``1_0``, ``nan`` and the digits of other scripts.
+_NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
+_WHOLE = re.compile(r"[-+]?[0-9]{1,18}")
+
+
+def read_number(text: str) -> float:
+    """Return the finite number that a text is; anything else is a ValueError.
+
+    >>> read_number("-1.5e-3"), read_number(repr(2))
+    (-0.0015, 2.0)
+    """
+    value = float(text) if _NUMBER.fullmatch(text) else math.nan
+    if not math.isfinite(value):
+        msg = f"{text[:60]!r} is not a finite number"
+        raise ValueError(msg)
+    return value
+
+
+def read_whole(text: str) -> int:
+    """Return the whole number that a text is; anything else is a ValueError."""
+    if not _WHOLE.fullmatch(text):
+        msg = f"{text[:60]!r} is not a whole number"
+        raise ValueError(msg)
+    return int(text)
 
 
 def read_bytes(path: Path) -> bytes:

@@ -1,5 +1,7 @@
 """Tolerances and limits of imports."""
 
+import sys
+
 # Corners and outlines
 
 #: Distance of two corners, relative to the median edge of a solid, below which they are joined.
@@ -45,6 +47,8 @@ LOWEST = 1e-2
 NEARLY_LOWEST = 0.1
 #: Range of the extent, smallest height, and range of the typical edge of masonry, m: a check of the unit.
 EXTENT, LEAST_HEIGHT, EDGE = (0.3, 300.0), 0.2, (0.02, 5.0)
+#: Distance from the origin, m, from which on double precision rounds coordinates by more than the weld of a long edge.
+FARTHEST = WELD * EDGE[1] / sys.float_info.epsilon
 #: Largest number of faces of a file, and of one body: larger numbers come from scans, which must be simplified.
 MOST_FACES, MOST_FACES_OF_BODY = 500_000, 20_000
 #: Bytes of a file: 1 kB for each face, four times what text STL needs.
