@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from enum import StrEnum
+from unicodedata import category
 
 COMPONENTS = ("n", "s", "t")
 AXES = ("x", "y", "z")
@@ -17,6 +18,19 @@ def in_words(name: str) -> str:
     'unstable under dead load'
     """
     return name.replace("_", " ")
+
+
+def printable(text: str) -> str:
+    r"""Return a text whose characters a terminal would obey, or print out of order, are escaped.
+
+    These are controls, marks of direction and halves of surrogate pairs; lines and tabulators stay.
+
+    >>> printable("fine \x1b[2K"), printable("wall\u202e")
+    ('fine \\x1b[2K', 'wall\\u202e')
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in "\n\t" or category(c) == "Zs" else ascii(c)[1:-1] for c in text)
 
 
 def counted(number: int, noun: str, plural: str = "") -> str:

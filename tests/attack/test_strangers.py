@@ -8,12 +8,13 @@ import sys
 import time
 
 import ezdxf
+import h5py
 import pytest
 
 import blockstruct as bs
 from blockstruct.analysis import IterationDone
 from meshes import CUBE, QUADS, ascii_stl, obj_text, ply_text
-from structures import SELF_WEIGHT, STONE, model_of, push, single_block
+from structures import SELF_WEIGHT, STONE, model_of, push, seal_again, single_block
 
 READERS = {
     "a.obj": bs.imports.read_mesh,
@@ -146,3 +147,42 @@ def test_continued_lines_take_linear_time(tmp_path):
     assert bs.imports.read_mesh(path, unit="m", material=STONE).blocks[0].volume == pytest.approx(1)
     # Reading every line anew from the first took 100 s for 500,000 lines.
     assert time.process_time() - start < 20
+
+
+#: Erases a line, sets the title of the window, turns the direction of a text; and what a terminal must print instead.
+HOSTILE = "\x1b[2K\x1b]0;title\x07\u202e"
+
+
+def test_texts_of_an_analysis_are_printable(tmp_path):
+    model = model_of(*single_block(0.5, 1.0))
+    for text in (HOSTILE, "a\0b", "\ud800", "two\nlines"):
+        for given in ({"tags": [text]}, {"parameters": {"a": text}}, {"parameters": {text: 1}}, {"study": text}):
+            with pytest.raises(bs.errors.ModelError, match="printable"):
+                bs.AnalysisManager(model, tmp_path / "a.h5", **given)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["tags", "parameters", "study"])
+def test_files_with_hostile_texts_are_refused(call, tmp_path, small_analysis, name):
+    path = bs.save_analysis(
+        small_analysis.replaced(tags=["north"], study="s", parameters={"a": "b"}), tmp_path / "a.h5"
+    )
+    content = {"tags": json.dumps([HOSTILE]), "parameters": json.dumps({"a": HOSTILE}), "study": HOSTILE}[name]
+    with h5py.File(path, "r+") as file:
+        file.attrs[name] = content
+    seal_again(path)
+    with pytest.raises(bs.errors.FormatError, match="printable"):
+        bs.open_analysis(path)
+    for words in (("show", path), ("archive", tmp_path), ("diff", path, path), ("validate", path)):
+        _, out, err = call(*words)
+        assert not {"\x1b", "\x07", "\u202e"} & set(out + err)
+
+
+def test_names_in_errors_reach_the_terminal_escaped(call, tmp_path):
+    path = tmp_path / f"{HOSTILE}.obj"
+    path.write_text(f"o {HOSTILE}\n{obj_text()}f 1 2 99\n", encoding="utf-8")
+    words = ("-o", tmp_path / "m.yaml", "--unit", "m", "--unit-weight", "20 kN/m^3", "--friction", "0.6")
+    code, out, err = call("import", path, *words)
+    assert code == 2
+    assert not {"\x1b", "\x07", "\u202e"} & set(out + err)
+    assert r"\x1b[2K\x1b]0;title\u202e" in err

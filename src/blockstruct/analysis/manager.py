@@ -20,12 +20,13 @@ from blockstruct.analysis.recorder import Recorder
 from blockstruct.analysis.replay import ReplaySolver, followed
 from blockstruct.errors import LoadFactorWarning, ModelError, shown
 from blockstruct.limit import Iteration, LimitProblem, Outcome, ProcedureSettings, schedules_of
-from blockstruct.model import Case, Model, Pushover, checked_tuple
+from blockstruct.model import Case, Model, Pushover, checked_text, checked_tuple
 from blockstruct.procedures import solve_limit_case
 from blockstruct.results import (
     Analysis,
     CaseResult,
     checked_parameters,
+    checked_tags,
     division_of,
     history_of,
 )
@@ -93,9 +94,9 @@ class AnalysisManager:
         self.model = model
         self.settings = settings or ProcedureSettings()
         self.listeners = with_progress(checked_tuple(listeners, Callable, "AnalysisManager: listeners"), progress)
-        self.tags = checked_tuple(tags, str, "AnalysisManager: tags")
+        self.tags = checked_tags(tags, "AnalysisManager")
         self.parameters = checked_parameters(parameters, "AnalysisManager: parameters")
-        self.study = study
+        self.study = checked_text(study, "AnalysisManager: study")
         self.document_hash = document_hash
         self.statics = Statics.of(model, Division(self.settings.crushing_cells))
         solver_of(self.settings)

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.segment import Segment
 from rich.table import Table
 from typer.core import TyperGroup
 
@@ -19,13 +20,19 @@ import blockstruct as bs
 from blockstruct.text import tilting_table
 from blockstruct.views import directions_text, iteration_table, result_text, summary_table
 from blockstruct.views.words import cells_of
+from blockstruct.vocabulary import printable
 
 #: Exit codes; the last two follow the signals SIGINT and SIGPIPE.
 DIFFERENT, REFUSED, NO_LOAD_FACTOR, VIOLATIONS, INTERRUPTED, UNREAD = 1, 2, 3, 4, 130, 141
 
 
 class _Console(Console):
-    """A console that lets the command decide how to end without a reader."""
+    """A console that prints no control of a text, and lets the command decide how to end without a reader."""
+
+    def render(self, renderable: Any, options: Any = None) -> Iterator[Segment]:
+        """Render with the characters of other people's texts escaped; rich writes its own controls later."""
+        for text, style, control in super().render(renderable, options):
+            yield Segment(text if control else printable(text), style, control)
 
     def on_broken_pipe(self) -> None:
         """Raise the BrokenPipeError that is being handled."""

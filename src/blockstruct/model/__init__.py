@@ -10,7 +10,7 @@
 from blockstruct.model.block import Block
 from blockstruct.model.bonded_bar import BondedBar
 from blockstruct.model.case import Case
-from blockstruct.model.checks import check_unrepeated, checked_name, checked_tuple
+from blockstruct.model.checks import check_unrepeated, checked_name, checked_text, checked_tuple
 from blockstruct.model.compass import direction_cases, direction_of
 from blockstruct.model.detection_report import (
     Detection,
@@ -102,6 +102,7 @@ __all__ = [
     # input
     "check_unrepeated",
     "checked_name",
+    "checked_text",
     "checked_tuple",
     "direction_cases",
     "direction_of",

@@ -15,8 +15,8 @@ from blockstruct.vocabulary import listed
 
 #: Largest number of characters of a name. The name of an interface contains two names of blocks.
 LONGEST_NAME = 1000
-#: Largest number of characters of the source of values.
-LONGEST_SOURCE = 5000
+#: Largest number of characters of a source of values, a tag or a parameter.
+LONGEST_TEXT = 5000
 #: Smallest and largest length of a builder, m, and its largest number of blocks.
 SHORTEST, LONGEST, MOST_BLOCKS = 1e-6, 1e6, 100_000
 
@@ -82,18 +82,18 @@ def check_unrepeated(names: Iterable[str], what: str) -> None:
         raise ModelError(msg)
 
 
-def checked_source(source: Any, who: str) -> str:
-    """Return the source of values.
+def checked_text(text: Any, what: str) -> str:
+    """Return a text that is stored and printed on one line: a source of values, a tag, a parameter.
 
     Raises
     ------
     ModelError
         If it is not a printable text, or too long to be stored.
     """
-    if not isinstance(source, str) or not source.isprintable() or len(source) > LONGEST_SOURCE:
-        msg = f"{who}: source is {shown(source)}; give a text of up to {LONGEST_SOURCE} printable characters"
+    if not isinstance(text, str) or not text.isprintable() or len(text) > LONGEST_TEXT:
+        msg = f"{what} is {shown(text)}; give a text of up to {LONGEST_TEXT} printable characters"
         raise ModelError(msg)
-    return source
+    return text
 
 
 def checked_tuple(items: Any, kind: Any, what: str) -> tuple[Any, ...]:

@@ -15,7 +15,7 @@ import attrs
 
 from blockstruct.errors import ModelError, UnknownNameError, shown
 from blockstruct.keywords import did_you_mean
-from blockstruct.model.checks import checked_direction, checked_name, checked_source, checked_tuple
+from blockstruct.model.checks import checked_direction, checked_name, checked_text, checked_tuple
 from blockstruct.units import QuantityLike, VectorLike, quantity_text, si, si_vector, to_quantity
 
 Vector = tuple[float, float, float]
@@ -205,7 +205,7 @@ def has_name(thing: Any, field: Any, value: Any) -> None:
 
 def has_source(thing: Any, _: Any, value: Any) -> None:
     """Refuse a source that cannot be printed or stored."""
-    checked_source(value, label(thing))
+    checked_text(value, f"{label(thing)}: source")
 
 
 def instance_of(kind: type, remedy: str = "") -> Validator:

@@ -19,7 +19,14 @@ from blockstruct.results.headline import Headline
 from blockstruct.results.history import division_of, history_of, iteration_variables
 from blockstruct.results.macro_blocks import MacroBlock, macro_blocks
 from blockstruct.results.mechanism import mechanism
-from blockstruct.results.parameters import checked_parameters, checked_value, plain_value, restored_value, stored_value
+from blockstruct.results.parameters import (
+    checked_parameters,
+    checked_tags,
+    checked_value,
+    plain_value,
+    restored_value,
+    stored_value,
+)
 from blockstruct.results.pushed import pushed_masses
 from blockstruct.results.pushed_ties import (
     breaking_words,
@@ -56,6 +63,7 @@ __all__ = [
     "recomputed_certificate",
     # parameters
     "checked_parameters",
+    "checked_tags",
     "checked_value",
     "plain_value",
     "restored_value",

@@ -8,11 +8,11 @@ from typing import Any, Self
 
 from blockstruct.errors import ModelError, UnknownNameError
 from blockstruct.keywords import made_again
-from blockstruct.model import Case, Model, checked_tuple
+from blockstruct.model import Case, Model, checked_text
 from blockstruct.notebook import html_table
 from blockstruct.results.case_result import CaseResult
 from blockstruct.results.headline import Headline
-from blockstruct.results.parameters import checked_parameters
+from blockstruct.results.parameters import checked_parameters, checked_tags
 from blockstruct.results.spread import Spread, spreads_of
 from blockstruct.vocabulary import Status, counted
 
@@ -72,9 +72,9 @@ class Analysis(Mapping[str, CaseResult]):
         object.__setattr__(self, "versions", MappingProxyType(dict(versions)))
         object.__setattr__(self, "solver_options", MappingProxyType(dict(solver_options)))
         object.__setattr__(self, "document_hash", document_hash)
-        object.__setattr__(self, "tags", checked_tuple(tags, str, "Analysis: tags"))
+        object.__setattr__(self, "tags", checked_tags(tags, "Analysis"))
         object.__setattr__(self, "parameters", MappingProxyType(checked_parameters(parameters, "Analysis: parameters")))
-        object.__setattr__(self, "study", study)
+        object.__setattr__(self, "study", checked_text(study, "Analysis: study"))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return made_again(self)

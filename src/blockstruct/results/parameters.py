@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from blockstruct.errors import ModelError, UnitError, shown
-from blockstruct.model import checked_name
+from blockstruct.model import checked_name, checked_text, checked_tuple
 from blockstruct.units import Q_, in_si, parse
 
 #: A number, a text, a truth value, None or a pint quantity of one number.
@@ -30,6 +30,17 @@ def checked_parameters(given: Mapping[str, Any], who: str) -> dict[str, Paramete
     return {checked_name(name, f"{who}: parameter"): checked_value(v, f"{who}: {name}") for name, v in given.items()}
 
 
+def checked_tags(tags: Any, who: str) -> tuple[str, ...]:
+    """Return tags as a tuple of texts.
+
+    Raises
+    ------
+    ModelError
+        If a tag is not a printable text, or too long to be stored.
+    """
+    return tuple(checked_text(tag, f"{who}: tag") for tag in checked_tuple(tags, str, f"{who}: tags"))
+
+
 def checked_value(value: Any, what: str) -> Parameter:
     """Return one parameter as :func:`checked_parameters` does."""
     if hasattr(value, "magnitude") and hasattr(value, "units"):
@@ -42,7 +53,9 @@ def checked_value(value: Any, what: str) -> Parameter:
         value = value.item()
     if isinstance(value, float):
         return _finite(value, what)
-    if value is None or isinstance(value, bool | int | str):
+    if isinstance(value, str):
+        return checked_text(value, what)
+    if value is None or isinstance(value, bool | int):
         return value
     msg = f"{what}: {shown(value)} is not a parameter; give a number, a text, a truth value or a quantity"
     raise ModelError(msg)

@@ -25,8 +25,8 @@ from xarray.core import indexing
 
 from blockstruct.errors import BlockstructError, FormatError, FormatWarning, ModelError, StorageError, UnverifiedWarning
 from blockstruct.files import open_file, unreadable
-from blockstruct.model import Case, LoadPattern, Model
-from blockstruct.results import Analysis, CaseResult, LazyHistory, restored_value, stored_value
+from blockstruct.model import Case, LoadPattern, Model, checked_text
+from blockstruct.results import Analysis, CaseResult, LazyHistory, checked_tags, restored_value, stored_value
 from blockstruct.schema import listed_violations, schema_text, violations
 from blockstruct.storage.layout import (
     Finding,
@@ -443,8 +443,10 @@ def _checked_root(file: h5py.File, path: Path) -> dict[str, Any]:
         raise FormatError(msg)
     try:
         parameters_of(attrs)
+        checked_tags(json.loads(attrs["tags"]), "attribute tags")
+        checked_text(attrs.get("study", ""), "attribute study")
     except (*DAMAGE, AttributeError) as error:
-        msg = f"{path}: /: attribute parameters is not a JSON object of values ({error})"
+        msg = f"{path}: /: attributes of the analysis cannot be read ({error})"
         raise FormatError(msg) from error
     return attrs
 
