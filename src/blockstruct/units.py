@@ -66,8 +66,15 @@ _EXAMPLES = {
     "time": "0.3 s",
 }
 #: Names of units with small powers, multiplied and divided: nothing that a parser could make an expression of.
-_FACTOR = r"(g_0|[^\W\d]+)(\s*(\*\*|\^)\s*-?\d(\.\d{1,6})?)?"
+_FACTOR = r"(g_0|[^\W\d]+)((\s*(\*\*|\^)\s*)?-?\d(\.\d{1,6})?)?"
 _UNIT = re.compile(rf"(1\s*/\s*)?({_FACTOR}((\s*[*/]\s*|\s+){_FACTOR}){{0,9}})?")
+#: Units as engineers type them, and as pint reads them: ``m3``, ``N·m``, ``KN``, ``kNm``.
+_AS_TYPED = (
+    (re.compile(r"(?<=[^\W\d_])(?=-?\d)"), "**"),
+    (re.compile("·"), "*"),
+    (re.compile(r"\bK(?=(N|Pa|g|m)+\b)"), "k"),
+    (re.compile(r"\b((da|k|M)?N)m\b"), r"\1*m"),
+)
 #: What pint means by a ton, and hardly anybody outside the United States does.
 _TON = re.compile(r"(?<![A-Za-z_])(kilo|mega)?(force_)?ton(?![A-Za-z_])")
 #: Number in SI units beyond which nothing is a building, and its powers overflow.
@@ -105,10 +112,11 @@ def si(value: Any, dimension: str, what: str) -> float:
 
 def si_array(value: Any, dimension: str, what: str) -> NDArray[np.float64]:
     """Coherent-SI floats of a quantity of any shape, as :func:`si`."""
+    typed = value
     if isinstance(value, str):
         value = parse(value, what)
     if hasattr(value, "magnitude") and hasattr(value, "units"):
-        magnitude, factor = value.magnitude, _factor(str(value.units), dimension, what)
+        magnitude, factor = value.magnitude, _factor(str(value.units), dimension, what, typed)
     elif isinstance(value, bool):
         msg = f"{what}: {value} is not a number; give one, as in {_EXAMPLES.get(dimension, '0.65')!r}"
         raise UnitError(msg)
@@ -170,10 +178,13 @@ def parse(text: str, what: str) -> Any:
             raise ValueError(msg)
         # A comma parts the numbers of a list; within one number it could mean anything.
         values = np.array([float(v) for v in number.split(",")]) if listed else float(number)
-        if not _UNIT.fullmatch(unit.strip()):
-            msg = f"{unit.strip()!r} is not a unit"
+        typed = unit = unit.strip()
+        for pattern, written in _AS_TYPED:
+            unit = pattern.sub(written, unit)
+        if not _UNIT.fullmatch(unit):
+            msg = f"{typed!r} is not a unit"
             raise ValueError(msg)
-        units = ureg.parse_units(unit.strip())
+        units = ureg.parse_units(unit)
     except (pint.PintError, ArithmeticError, LookupError, SyntaxError, TypeError, ValueError, TokenError) as error:
         meant = decimal_point(text)
         msg = f"{what}: {text!r} is not a quantity ({'a comma in a number' if meant else error}); write "
@@ -267,7 +278,7 @@ def _article(noun: str) -> str:
     return "an" if noun[0] in "aeiou" else "a"
 
 
-def _factor(unit: str, dimension: str, what: str) -> float:
+def _factor(unit: str, dimension: str, what: str, typed: Any) -> float:
     if _TON.search(unit):
         msg = (
             f"{what}: a ton is 1000 kg, and 907 kg in the United States; give 't' or 'tf', the mass or the weight of "
@@ -277,7 +288,8 @@ def _factor(unit: str, dimension: str, what: str) -> float:
     found = _conversion(unit, dimension)
     if found is None:
         wanted = "a plain number" if dimension == "dimensionless" else f"{_article(dimension)} {dimension}"
-        msg = f"{what}: the unit {unit!r} does not fit; give {wanted}, as in {_EXAMPLES.get(dimension, '0.65')!r}"
+        example = _EXAMPLES.get(dimension, "0.65")
+        msg = f"{what}: the unit of {shown(typed)} does not fit; give {wanted}, as in {example!r}"
         raise DimensionError(msg)
     return found
 

@@ -86,6 +86,24 @@ def test_run_and_show(call, tmp_path):
         assert word in out
 
 
+def test_a_history_without_a_case_lists_the_cases(call, file, small_analysis):
+    code, out, _ = call("history", file)
+    assert (code, out.splitlines()) == (0, list(small_analysis))
+
+
+def test_a_run_writes_beside_its_document(call, tmp_path):
+    blocks, joint = single_block(0.5, 1.0)
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "associative")
+    bs.write_draft(tmp_path / "block.yaml", "block", blocks, joint, [case])
+    code, _, err = call("run", tmp_path / "block.yaml", "--quiet")
+    assert code == 0, err
+    assert bs.open_analysis(tmp_path / "block.h5")["push"].load_factor == pytest.approx(0.5, rel=1e-6)
+    code, _, err = call("run", tmp_path / "block.yaml", "-o", tmp_path / "none" / "block.h5")
+    assert code == 2
+    assert "there is no folder" in err
+    assert not (tmp_path / "none").exists()
+
+
 def test_the_last_iteration_and_one_interface_of_a_history(call, file, tmp_path, small_analysis):
     name = "push nonassociative"
     history = small_analysis[name].history
@@ -244,7 +262,7 @@ def test_an_output_in_a_folder_that_was_deleted_names_it_and_the_remedy(call, fi
         (["show", "missing.h5"], "no such file"),
         (["show", str(WALL)], "not a readable HDF5 file"),
         (["run", "missing.yaml", "-o", "x.h5"], "missing.yaml: no such file; give the path of a YAML"),
-        (["run", str(WALL), "-o", "/proc/x/y.h5"], "cannot be written"),
+        (["run", str(WALL), "-o", "/proc/x/y.h5"], "there is no folder /proc/x"),
         (["run", str(WALL), "-o", str(WALL)], "is not replaced"),
         (["run", "FILE", "-o", "x.h5"], "is not text"),
         (["show", "."], "is a folder"),

@@ -26,6 +26,34 @@ def test_powers_of_units_with_spaces_and_fractions(text, unit):
     assert units.parse(text, "value") == Q_(1.0, unit)
 
 
+@pytest.mark.parametrize(
+    ("typed", "unit"),
+    [
+        ("kN/m3", "kN/m**3"),
+        ("KN/m3", "kN/m**3"),
+        ("kN/m³", "kN/m**3"),
+        ("kg/m3", "kg/m**3"),
+        ("kN m-3", "kN/m**3"),
+        ("N/mm2", "N/mm**2"),
+        ("KPa", "kPa"),
+        ("kgf/cm2", "kgf/cm**2"),
+        ("kNm", "kN*m"),
+        ("KNm/m", "kN*m/m"),
+        ("kN·m", "kN*m"),
+        ("MPa", "MPa"),
+        ("K", "K"),
+    ],
+)
+def test_units_are_read_as_engineers_type_them(typed, unit):
+    assert units.parse(f"1 {typed}", "value") == Q_(1.0, unit)
+
+
+@pytest.mark.parametrize("typed", ["12 kN/m2", "12 KN/m2", "12 MPa"])
+def test_errors_show_the_unit_as_it_was_typed(typed):
+    with refused(bs.errors.DimensionError, f"'{typed}' unit_weight 'tuff'"):
+        bs.Material("tuff", typed)
+
+
 @pytest.mark.parametrize("unit", ["kN/m**3", "1/m**2", "1/m", "MPa*m**0.5", "m/s**2", "g_0", "kg*m**2/s**2"])
 def test_the_text_of_a_quantity_reads_back(unit):
     value = Q_(2.5, unit)

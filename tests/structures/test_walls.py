@@ -305,3 +305,16 @@ def pier(at="1 m", width="0.5 m", courses=4, top="1 m"):
 def test_refused_walls(words, make):
     with refused(bs.errors.ModelError, words):
         make()
+
+
+def test_the_height_of_a_wall_stands_for_its_courses():
+    high = bs.wall(length="3 m", height="2 m", **SIZE)
+    assert [b.name for b in high] == [b.name for b in bs.wall(length="3 m", courses=8, **SIZE)]
+    for given, words in (
+        ({"height": "2.1 m"}, "height '2.1 m' 8.4 2.25"),
+        ({"height": "0.01 m"}, "height 0.25"),
+        ({"height": "2 m", "courses": 8}, "height courses"),
+        ({}, "height courses"),
+    ):
+        with refused(bs.errors.ModelError, words):
+            bs.wall(length="3 m", **given, **SIZE)

@@ -187,7 +187,7 @@ def test_failures_are_rows(tmp_path):
 
 def test_all_failures_are_rows_too(tmp_path):
     """A parameter of the wrong dimension: every run tells so."""
-    with pytest.warns(bs.errors.StudyWarning, match=r"2 of 2 runs failed.*DimensionError.*'kilopascal' does not fit"):
+    with pytest.warns(bs.errors.StudyWarning, match=r"2 of 2 runs failed.*DimensionError.*'kilopascal'.* does not fit"):
         data = bs.study(studied.block, {"friction_coefficient": Q_([1, 2], "kPa")}, tmp_path, workers=1)
     assert data.sizes["case"] == 0
     assert all("a plain number" in problem for problem in data.problem.to_numpy())

@@ -53,7 +53,9 @@ def show(file: FileArgument, as_json: JsonOption = False) -> None:
 @app.command()
 def history(
     file: FileArgument,
-    case: Annotated[str, typer.Argument(help="Name of a case.", show_default=False)],
+    case: Annotated[
+        str | None, typer.Argument(help="Name of a case; without it, the cases are listed.", show_default=False)
+    ] = None,
     variable: Annotated[
         str | None,
         typer.Option(
@@ -72,7 +74,11 @@ def history(
     csv: CsvOption = None,
 ) -> None:
     """Print the iteration history of a case, or the states of a pushover."""
-    result = bs.open_analysis(file)[case]
+    analysis = bs.open_analysis(file)
+    if case is None:
+        say("\n".join(analysis))
+        return
+    result = analysis[case]
     if pushover:
         _states(result, variable, interface, csv, last=last)
         return

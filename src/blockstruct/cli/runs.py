@@ -57,7 +57,9 @@ def demo(
 @app.command()
 def run(
     model: Annotated[Path, typer.Argument(help="A model document, YAML or JSON.", show_default=False)],
-    output: Annotated[Path, typer.Option("--output", "-o", help="File to write.", show_default=False)],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="File to write.", show_default="MODEL with the ending .h5")
+    ] = None,
     spread: Annotated[bool, typer.Option("--spread", help="Also run variants of the loading path.")] = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
@@ -67,7 +69,8 @@ def run(
     document = bs.read_document(model)
     say(f"{document.model.name}: {counted(len(document.model.blocks), 'block')}, {document.report}")
     settings = bs.ProcedureSettings.of(document.settings)
-    _run(document.model, list(document.cases), settings, output, quiet, as_json, document.hash, spread=spread)
+    store = output or model.with_suffix(".h5")
+    _run(document.model, list(document.cases), settings, store, quiet, as_json, document.hash, spread=spread)
 
 
 @app.command()
@@ -112,6 +115,9 @@ def _run(
     *,
     spread: bool | str = False,
 ) -> None:
+    if not output.parent.is_dir():
+        msg = f"{output}: there is no folder {output.parent}; make it, or choose another one"
+        raise bs.errors.StorageError(msg)
     with following(err, quiet=quiet) as listeners:
         manager = bs.AnalysisManager(
             model, output, settings=settings, listeners=listeners, progress=False, document_hash=document_hash

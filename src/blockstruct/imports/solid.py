@@ -19,7 +19,7 @@ from blockstruct.imports.surface import closed_surface
 from blockstruct.imports.tolerances import FARTHEST, LOWEST, NEARLY_LOWEST, WELD
 from blockstruct.model import Block, Material
 from blockstruct.model.checks import positive_length
-from blockstruct.units import QuantityLike, parse, si, to_quantity
+from blockstruct.units import QuantityLike, si, to_quantity
 from blockstruct.vocabulary import counted
 
 Array = NDArray[np.float64]
@@ -69,7 +69,7 @@ def metres_per_unit(unit: QuantityLike, source: str) -> float:
     """Return the metres per coordinate unit, from ``"mm"`` or a length such as ``"0.025 m"``."""
     what = f"{source}: unit of the coordinates"
     if isinstance(unit, str) and unit.strip()[:1].isalpha():
-        unit = parse(f"1 {unit.strip()}", what)
+        unit = f"1 {unit.strip()}"
     scale = si(unit, "length", what)
     if scale <= 0:
         msg = f"{what}: {scale:.6g} m; give a length above zero, such as 'mm' or '0.025 m'"

@@ -1,5 +1,6 @@
 """Walls in running bond or of rubble, with openings, sidewalls, buttresses, gables and leaves."""
 
+import math
 from collections.abc import Sequence
 from functools import partial
 
@@ -25,7 +26,8 @@ _FRONT = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
 def wall(
     *,
     length: QuantityLike,
-    courses: int,
+    courses: int | None = None,
+    height: QuantityLike | None = None,
     unit_length: QuantityLike | None = None,
     unit_height: QuantityLike,
     depth: QuantityLike,
@@ -52,6 +54,8 @@ def wall(
         Length along x from x = 0, and thickness along y from y = 0. Sidewalls have the same thickness.
     courses
         Number of courses, from z = 0.
+    height : quantity, length
+        Height of all courses, in place of their number: a multiple of ``unit_height``.
     unit_length, unit_height : quantity, length
         Length of a whole unit (for rubble, by default, the mean of its limits), and height of every course.
     material
@@ -98,7 +102,8 @@ def wall(
     True
     """
     reach, t = positive_length(length, "wall: length"), positive_length(depth, "wall: depth")
-    height, number = positive_length(unit_height, "wall: unit_height"), checked_count(courses, 1, "wall: courses")
+    course = positive_length(unit_height, "wall: unit_height")
+    number = _courses(courses, height, course)
     if rubble is not None and not isinstance(rubble, Rubble):
         msg = f"wall: rubble is {shown(rubble)}; give a Rubble"
         raise ModelError(msg)
@@ -110,31 +115,31 @@ def wall(
         msg = "wall: unit_length is missing; give the length of a whole unit, or rubble"
         raise ModelError(msg)
     headers = None if header_every is None else checked_count(header_every, 2, "wall: header_every")
-    bond = Bond(unit, height, t, checked_count(leaves, 1, "wall: leaves"), headers)
+    bond = Bond(unit, course, t, checked_count(leaves, 1, "wall: leaves"), headers)
     front = checked_tuple(openings, AnyOpening, "wall: openings")
     sides = checked_tuple(sidewalls, Sidewall, "wall: sidewalls")
     piers = checked_tuple(buttresses, Buttress, "wall: buttresses")
     rise = 0.0 if gable is None else positive_length(gable, "wall: gable")
-    top = number * height
-    smallest = SHORTEST * unit * height
-    upper = [] if gable is None else gable_levels(reach, top, rise, height, smallest)
+    top = number * course
+    smallest = SHORTEST * unit * course
+    upper = [] if gable is None else gable_levels(reach, top, rise, course, smallest)
     within = shapely.Polygon([(0, 0), (reach, 0), (reach, top), (reach / 2, top + rise), (0, top)]) if upper else None
-    check_openings(front, reach, height, number, "wall", within)
-    check_sides((*sides, *piers), front, reach, t, height)
+    check_openings(front, reach, course, number, "wall", within)
+    check_sides((*sides, *piers), front, reach, t, course)
     long = reach + sum(s.length for s in (*sides, *piers))
     check_total((number + len(upper)) * bond.leaves * long / min(unit, rubble.shortest if rubble else unit), "wall")
     for side in sides:
-        check_openings(side.openings, side.length, height, number, f"sidewall {side.name!r}")
+        check_openings(side.openings, side.length, course, number, f"sidewall {side.name!r}")
     _check_buttresses(piers, number)
 
     def drawn(name: str) -> RubbleJoints | None:
         return None if rubble is None else RubbleJoints(rubble, name)
 
-    laid = Pieces(prefix, material, height)
+    laid = Pieces(prefix, material, course)
     if base:
         before = max((p.length for p in piers if not p.behind), default=0.0)
         behind = max([s.length for s in sides] + [p.length for p in piers if p.behind], default=0.0)
-        laid.box("base", (0.0, -before, -height), (reach, before + t + behind, height), fixed=True)
+        laid.box("base", (0.0, -before, -course), (reach, before + t + behind, course), fixed=True)
     through = [(s.at, s.at + t, number) for s in sides if s.bonded]
     through += [(p.at, p.at + p.width, p.courses) for p in piers if p.bonded]
     front_course = partial(
@@ -161,7 +166,7 @@ def wall(
     for pier in piers:
         outwards, foot = (1.0, t) if pier.behind else (-1.0, 0.0)
         axes = np.array([[0.0, outwards, 0.0], [1.0, 0.0, 0.0], [pier.at, foot, 0.0]])
-        whole, slope, joints = Bond(unit, height, pier.width, 1, None), pier.outline(t, height), drawn(pier.name)
+        whole, slope, joints = Bond(unit, course, pier.width, 1, None), pier.outline(t, course), drawn(pier.name)
         face = [(0.0, 0.0)] if pier.bonded else []
         for j in range(1, pier.courses + 1):
             part = (-t if pier.bonded and j % 2 == 0 else 0.0, pier.projection)
@@ -179,6 +184,23 @@ def _bonding(depth: float, unit: float) -> float:
     """
     beyond = depth / unit - np.floor(depth / unit)
     return -depth if SHORTEST <= beyond <= 1 - SHORTEST else -depth + unit / 2
+
+
+def _courses(courses: int | None, height: QuantityLike | None, course: float) -> int:
+    """Return the number of courses, given as such or as the height of the wall."""
+    if (courses is None) == (height is None):
+        msg = "wall: give the number of courses or the height, one of them"
+        raise ModelError(msg)
+    if height is None:
+        return checked_count(courses, 1, "wall: courses")
+    number = positive_length(height, "wall: height") / course
+    if not math.isclose(number, round(number)):
+        msg = (
+            f"wall: height {shown(height)} is {number:.4g} courses of {course:.4g} m; give a whole number of them, "
+            f"such as {math.ceil(number) * course:.6g} m, or another unit_height"
+        )
+        raise ModelError(msg)
+    return checked_count(round(number), 1, "wall: courses")
 
 
 def _check_buttresses(buttresses: Sequence[Buttress], courses: int) -> None:
