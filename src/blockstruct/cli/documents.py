@@ -28,7 +28,13 @@ def import_(
     friction: Annotated[float, typer.Option(help="Friction coefficient of all joints.", show_default=False)],
     fix: Annotated[
         list[str] | None,
-        typer.Option(help="A support: the name of a block, lowest, or 'lowest 3 cm'.", show_default=False),
+        typer.Option(
+            help="A support: the name of a block, * is any text, lowest, or 'lowest 3 cm'.", show_default=False
+        ),
+    ] = None,
+    ground: Annotated[
+        str | None,
+        typer.Option(help="Add a fixed block with its top at this height: lowest, or '0 m'.", show_default=False),
     ] = None,
     exclude: Annotated[
         list[str] | None, typer.Option(help="A block to leave out; * is any text.", show_default=False)
@@ -94,7 +100,7 @@ def import_(
             files,
             unit=unit,
             material=_materials(unit_weight),
-            fixed=fix or (),
+            fixed=[*(fix or ()), *([] if ground is None else [f"ground {ground}"])],
             exclude=exclude or (),
             up=up,
             **{name: value for name, value in drawing.items() if value is not None},

@@ -31,9 +31,10 @@ KINDS = {
     "retraced": "corners dropped at which an outline runs over its own edges again",
     "arcs": "arcs taken as straight pieces, which they exceed",
     "renamed": "name used twice",
+    "behind": "supports drawn as one face, each a fixed block behind the face",
 }
-#: Kinds without a warning: most imports of triangles need them.
-_ROUTINE = ("merged", "divided")
+#: Kinds without a warning: most imports of triangles need them, or the file asks for them.
+_ROUTINE = ("merged", "divided", "behind")
 #: Kinds whose amount is a length.
 _LENGTHS = ("rounded", "flattened", "closed", "arcs")
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from blockstruct.errors import GeometryError, GeometryFileError, GeometryWarning, ModelError, UnknownNameError, shown
 from blockstruct.imports.import_report import Imported, ImportReport, Repair
 from blockstruct.imports.soup import closed_bodies, collapsed, compact, gathered, welded
+from blockstruct.imports.supports import block_behind, ground_under
 from blockstruct.imports.surface import closed_surface
 from blockstruct.imports.tolerances import FARTHEST, LOWEST, NEARLY_LOWEST, WELD
 from blockstruct.model import Block, Material
@@ -111,6 +112,8 @@ def make_blocks(
     divided = [b for solid in content.solids for b in _bodies(solid, scale, up, source, repairs, taken)]
     bodies = _renamed(divided, repairs)
     bodies = _without(bodies, exclude, source, notes)
+    fixed = [fixed] if isinstance(fixed, str) else list(fixed)
+    bodies = _with_supports_behind_faces(bodies, fixed, repairs)
     if not bodies:
         others = f" (left out: {'; '.join(content.left_out)})" if content.left_out else ""
         msg = f"{source}: holds no solid{others}; give a file with closed bodies"
@@ -217,14 +220,33 @@ def _renamed(bodies: list[Solid], repairs: list[Repair]) -> list[Solid]:
     return unique
 
 
+def _with_supports_behind_faces(bodies: list[Solid], fixed: Sequence[str], repairs: list[Repair]) -> list[Solid]:
+    """Replace each support of a single face by the fixed block behind the face."""
+    whole = [body.vertices for body in bodies if len(body.faces) > 1]
+    supports = []
+    for body in bodies:
+        is_support = body.fixed or any(_pattern(name).fullmatch(body.name) for name in fixed)
+        if len(body.faces) != 1 or not is_support or not whole:
+            supports.append(body)
+            continue
+        vertices, faces = block_behind(body.vertices[list(body.faces[0])], whole)
+        supports.append(replace(body, vertices=vertices, faces=faces, fixed=True))
+        repairs.append(Repair(body.name, "behind", 1))
+    return supports
+
+
+def _pattern(text: str) -> re.Pattern[str]:
+    """Return the pattern of names where ``*`` matches any text."""
+    return re.compile(".*".join(map(re.escape, text.split("*"))), re.DOTALL)
+
+
 def _without(bodies: list[Solid], exclude: Iterable[str], source: str, notes: list[str]) -> list[Solid]:
     """Drop bodies by name; ``*`` matches any text."""
     if isinstance(exclude, str):
         exclude = [exclude]
     out: set[str] = set()
     for pattern in exclude:
-        wanted = re.compile(".*".join(map(re.escape, pattern.split("*"))), re.DOTALL)
-        matches = {b.name for b in bodies if wanted.fullmatch(b.name)}
+        matches = {b.name for b in bodies if _pattern(pattern).fullmatch(b.name)}
         if not matches:
             raise UnknownNameError(_no_block(pattern, "exclude", [b.name for b in bodies], source))
         out |= matches
@@ -267,30 +289,30 @@ def _same_shape(one: Block, other: Block, near: float) -> bool:
     return bool(distance.max() <= near and len(np.unique(partner)) == len(a))
 
 
-def _supported(blocks: list[Block], fixed: str | Iterable[str], source: str, notes: list[str]) -> list[Block]:
-    """Mark supports by name, and the lowest blocks on request."""
-    if isinstance(fixed, str):
-        if not fixed.startswith("lowest"):
-            msg = f"{source}: fixed is {shown(fixed)}; give 'lowest', 'lowest 3 cm' or a list of block names"
-            raise ModelError(msg)
-        fixed = [fixed]
+def _supported(blocks: list[Block], fixed: Sequence[str], source: str, notes: list[str]) -> list[Block]:
+    """Mark supports by name, and on request the lowest blocks and a new block of ground."""
     known = {b.name for b in blocks}
     names: set[str] = set()
+    grounds: list[Block] = []
     for name in fixed:
-        keyword = name.partition(" ")[0] == "lowest"
-        if name in known and keyword:
+        keyword, _, rest = name.partition(" ")
+        if name in known and keyword == "lowest":
             msg = (
                 f"{source}: fixed is {name!r}, which means the lowest blocks and is also the name of a block; rename "
                 "this block, give the supports by their names, or give another height, as in 'lowest 3 cm'"
             )
             raise ModelError(msg)
-        if name in known:
-            names.add(name)
-        elif keyword:
-            names |= _lowest(blocks, name.removeprefix("lowest").strip(), source, notes)
+        found = {b for b in known if _pattern(name).fullmatch(b)}
+        if found:
+            names |= found
+        elif keyword == "lowest":
+            names |= _lowest(blocks, rest.strip(), source, notes)
+        elif keyword == "ground" and "ground" not in known:
+            grounds = [ground_under(blocks, rest.strip(), source)]
+            notes.append(f"a fixed block 'ground' added, its top at {grounds[0].shape.vertices[:, 2].max():.6g} m")
         else:
             raise UnknownNameError(_no_block(name, "fix", [b.name for b in blocks], source))
-    return [attrs.evolve(b, fixed=b.fixed or b.name in names) for b in blocks]
+    return [*grounds, *(attrs.evolve(b, fixed=b.fixed or b.name in names) for b in blocks)]
 
 
 def _lowest(blocks: list[Block], height: str, source: str, notes: list[str]) -> set[str]:
@@ -311,7 +333,8 @@ def _lowest(blocks: list[Block], height: str, source: str, notes: list[str]) -> 
 
 
 def _no_block(name: str, verb: str, names: Sequence[str], source: str) -> str:
-    return f"{source}: no block {name!r} to {verb}; there are {_few(names)}"
+    more = "; or give lowest or ground" if verb == "fix" else ""
+    return f"{source}: no block {name!r} to {verb}; there are {_few(names)}{more}"
 
 
 def _few(names: Sequence[str]) -> str:

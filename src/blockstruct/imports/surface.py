@@ -108,6 +108,9 @@ def closed_surface(vertices: Array, faces: list[Face], name: str, tolerance: flo
     return Surface(points, moves, loops, {kind: amount for kind, amount in repairs.items() if amount})
 
 
+_REMEDY_OF_FACE = "if this face is the ground, make it a support (fixed, --fix), which adds the block behind it"
+
+
 def _check_manifold(vertices: Array, faces: list[Face], name: str) -> None:
     edges = Counter((min(a, b), max(a, b)) for f in faces for a, b in pairwise((*f, f[0])))
     bad = [edge for edge, count in edges.items() if count != 2]
@@ -125,7 +128,7 @@ def _check_manifold(vertices: Array, faces: list[Face], name: str) -> None:
     else:
         msg = (
             f"block {name!r}: the surface is open at {edge_count}: {where} one face; "
-            "add the missing faces, or close the hole in the mesh"
+            f"{_REMEDY_OF_FACE if len(faces) == 1 else 'add the missing faces, or close the hole in the mesh'}"
         )
     raise GeometryError(msg)
 

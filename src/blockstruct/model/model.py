@@ -173,7 +173,7 @@ class Model(ModelObject):
                 msg = f"{who}: different {kind}s share the names {listed(twice)}; rename them"
                 raise ModelError(msg)
         if not any(b.fixed for b in self.blocks):
-            msg = f"{who}: no block is fixed; make at least one a support with fixed=True"
+            msg = f"{who}: no block is fixed; add the ground as a block with fixed=True (--ground of imports)"
             raise ModelError(msg)
         if all(b.fixed for b in self.blocks):
             msg = f"{who}: every block is fixed, nothing can collapse; leave at least one free"
