@@ -311,3 +311,29 @@ def test_a_report_has_the_suffix_of_its_format(tmp_path):
     with pytest.raises(bs.errors.StorageError, match=r"r\.docx: a report is a page or a PDF; give a name that ends in"):
         write_report(run([case(flow="associative")]), tmp_path / "r.docx")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("other", ["secret.txt", "link", "contents.py", "room.py", "../secret.txt"])
+@pytest.mark.parametrize("tag", ["{% include NAME %}", "{% import NAME as x %}", "{% extends NAME %}"])
+def test_a_template_reads_no_other_file(tmp_path, tag, other):
+    (tmp_path / "secret.txt").write_text("SECRET", encoding="utf-8")
+    (tmp_path / "link").symlink_to(tmp_path / "secret.txt")
+    own = tmp_path / "own.j2"
+    own.write_text(tag.replace("NAME", repr(other)), encoding="utf-8")
+    with pytest.raises(bs.errors.StorageError, match="not a usable template"):
+        report_html(run([case(flow="associative")]), template=own)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{% for i in range(9999) %}{% for j in range(9999) %}{% endfor %}{% endfor %}",
+        "{% for i in [1, 2] recursive %}{{ loop([1, 2]) if loop.depth < 40 }}{% endfor %}",
+        "{% macro f(n) %}{% if n %}{{ f(n - 1) }}{{ f(n - 1) }}{% endif %}{% endmacro %}{{ f(60) }}",
+    ],
+)
+def test_a_template_ends(tmp_path, text):
+    own = tmp_path / "own.j2"
+    own.write_text(text, encoding="utf-8")
+    with pytest.raises(bs.errors.StorageError, match="more than 100000 rounds"):
+        report_html(run([case(flow="associative")]), template=own)

@@ -1,22 +1,32 @@
 """The report as text and as a file."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from importlib.resources import files
 from pathlib import Path
 from traceback import extract_tb
 from types import MappingProxyType
+from typing import Any
 
 import jinja2
+from jinja2 import nodes
+from jinja2.compiler import CodeGenerator
+from jinja2.exceptions import SecurityError
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 from markupsafe import Markup, escape
 
 import blockstruct as bs
+from blockstruct.files import read_file
 from blockstruct.views.output import write_bytes
 from blockstruct.views.report.contents import contents
 from blockstruct.views.report.pdf import pdf_of
 from blockstruct.vocabulary import counted
 
 _OWN = "report.html.j2"
+#: Largest size of a template, bytes.
+_MOST_BYTES = 1_000_000
+#: Largest number of rounds of loops and calls in one report; one of 11 or 411 blocks takes 140 for each case.
+_MOST_ROUNDS = 100_000
 #: Suffixes of reports.
 _ENDS = (".html", ".pdf")
 
@@ -57,6 +67,43 @@ def write_report(
     return write_bytes(pdf_of(html) if Path(path).suffix.lower() == ".pdf" else html.encode("utf-8"), path)
 
 
+class _Generator(CodeGenerator):
+    """Compiles templates whose loops count their rounds."""
+
+    def visit_Template(self, node: nodes.Template, frame: Any = None) -> None:  # noqa: N802 - the name that Jinja2 calls
+        """Pass what each loop goes through to the filter that counts."""
+        for loop in node.find_all(nodes.For):
+            loop.iter = nodes.Filter(loop.iter, "counted", [], [], None, None, lineno=loop.lineno)
+        super().visit_Template(node, frame)
+
+
+class _Environment(ImmutableSandboxedEnvironment):
+    """A sandbox in which rounds of loops and calls of functions are limited, all together."""
+
+    code_generator_class = _Generator
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self._rounds = 0
+        self.filters["counted"] = self._counted
+
+    def call(self, *args: Any, **keywords: Any) -> Any:
+        """Call a function or a macro."""
+        self._count()
+        return super().call(*args, **keywords)
+
+    def _counted(self, items: Iterable[Any]) -> Iterator[Any]:
+        for item in items:
+            self._count()
+            yield item
+
+    def _count(self) -> None:
+        self._rounds += 1
+        if self._rounds > _MOST_ROUNDS:
+            msg = f"more than {_MOST_ROUNDS} rounds of loops and calls of functions"
+            raise SecurityError(msg)
+
+
 def report_html(
     analysis: bs.Analysis,
     *,
@@ -87,18 +134,23 @@ def report_html(
         If a check belongs to another analysis or to another load factor than the report's, or if an argument has a
         wrong type.
     """
-    own = jinja2.PackageLoader("blockstruct.views.report", ".")
-    loaders: list[jinja2.BaseLoader] = [own]
     name = _OWN
     if template is not None:
-        loaders.append(jinja2.FileSystemLoader(Path(template).parent))
         name = Path(template).name
         if name == _OWN:
             msg = f"{template}: this is the name of the standard template; rename the file"
             raise bs.errors.StorageError(msg)
-    # A template may be untrusted: it sees the report and nothing else.
-    environment = ImmutableSandboxedEnvironment(
-        loader=jinja2.ChoiceLoader(loaders),
+
+    def source(wanted: str) -> tuple[str, str, None] | None:
+        if template is not None and wanted == name:
+            return read_file(Path(template), "a template", _MOST_BYTES).decode("utf-8"), name, None
+        if wanted == _OWN:
+            return files(__package__).joinpath(_OWN).read_text(encoding="utf-8"), _OWN, None
+        return None
+
+    # A template may be untrusted: it sees the report, itself and the standard template, and its work is limited.
+    environment = _Environment(
+        loader=jinja2.FunctionLoader(source),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
