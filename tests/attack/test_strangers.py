@@ -186,3 +186,16 @@ def test_names_in_errors_reach_the_terminal_escaped(call, tmp_path):
     assert code == 2
     assert not {"\x1b", "\x07", "\u202e"} & set(out + err)
     assert r"\x1b[2K\x1b]0;title\u202e" in err
+
+
+def test_a_certificate_that_holds_against_its_measures_is_refused(tmp_path, small_analysis):
+    path = bs.save_analysis(small_analysis, tmp_path / "a.h5")
+    assert all(result.certificate.is_within_tolerances for result in bs.open_analysis(path).values())
+    for name in ("equilibrium_residual", "yield_excess", "interpenetration", "flow_rule_gap"):
+        for value in (1.0, float("nan")):
+            shutil.copy(path, tmp_path / "b.h5")
+            with h5py.File(tmp_path / "b.h5", "r+") as file:
+                next(iter(file["cases"].values()))[name][...] = value
+            seal_again(tmp_path / "b.h5")
+            with pytest.raises(bs.errors.FormatError, match="holds"):
+                bs.open_analysis(tmp_path / "b.h5")

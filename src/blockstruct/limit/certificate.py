@@ -79,6 +79,12 @@ class Certificate:
         return dict(zip(_JUDGED, limits, strict=True))
 
     @property
+    def is_within_tolerances(self) -> bool:
+        """Whether the four measures are within their tolerances: otherwise a certificate cannot hold."""
+        # A NaN fails every comparison.
+        return all(getattr(self, name) <= limit for name, limit in self.tolerances.items())
+
+    @property
     def admissible(self) -> bool:
         """Whether forces are in equilibrium inside the true conditions, whatever the mechanism."""
         return bool(are_admissible(self.equilibrium_residual, self.yield_excess, self.settings))

@@ -34,6 +34,7 @@ from blockstruct.storage.layout import (
     capacity_findings,
     case_dataset,
     case_findings,
+    certificate_findings,
     group_name,
     history_findings,
     index_findings,
@@ -598,6 +599,7 @@ def _analysis(file: AnalysisFile, groups: Mapping[str, xr.Dataset], blank: Blank
         with _damage_at(file, place):
             results[name] = _result(file, groups, place, patterns, model, blank)
             found += reaction_findings(place, groups[place], results[name])
+            found += certificate_findings(place, results[name])
     if found:
         raise violated(file.path, found)
     return Analysis(

@@ -602,6 +602,14 @@ def reaction_findings(path: str, case: xr.Dataset, result: CaseResult) -> Iterat
             yield f"{path}/reaction", f"the reaction is {stated:.6g} {unit}, that of its load factor {found:.6g} {unit}"
 
 
+def certificate_findings(path: str, result: CaseResult) -> Iterator[Finding]:
+    """Find a certificate that holds against its own measures."""
+    certificate = result.certificate
+    if certificate is not None and certificate.holds and not certificate.is_within_tolerances:
+        texts = [f"{name} {value} (tolerance {limit})" for name, (value, limit) in certificate.texts.items()]
+        yield f"{path}/holds", f"the certificate holds, against its measures: {', '.join(texts)}"
+
+
 def bound_findings(path: str, case: xr.Dataset, history: xr.Dataset) -> Iterator[Finding]:
     """Find an associative load factor that is not the last of its history."""
     found = history["load_factor"].to_numpy()[history["stage"].to_numpy() == Stage.ASSOCIATIVE.value]
