@@ -193,3 +193,23 @@ def test_a_group_without_transformation_is_read(tmp_path):
     found, expected = (read(tmp_path, content).blocks for content in (grouped, lifted))
     assert [(b.name, b.fixed) for b in found] == [(b.name, b.fixed) for b in expected]
     assert np.array_equal([b.centroid for b in found], [b.centroid for b in expected])
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_geometry_that_is_a_list_is_read(tmp_path, count):
+    parts = [[typed("compas.datastructures/Mesh", mesh(3 * k + i)) for i in range(count)] for k in range(2)]
+    elements = [
+        typed("compas_assembly2.element/Element", {"name": f"plate {k}", "geometry": p, "attributes": {}})
+        for k, p in enumerate(parts)
+    ]
+    elements[0]["data"]["attributes"]["is_support"] = True
+    found = read(tmp_path, elements)
+    ends = [""] if count == 1 else [".1", ".2"]
+    assert [b.name for b in found.blocks] == [f"plate {k}{end}" for k in range(2) for end in ends]
+    assert found.report.supports == tuple(f"plate 0{end}" for end in ends)
+
+
+@pytest.mark.parametrize("geometry", [[3], ["mesh"], [None], [[]], [{}]])
+def test_a_list_without_meshes_is_refused(tmp_path, geometry):
+    with pytest.raises(bs.errors.GeometryFileError):
+        read(tmp_path, [typed("compas_assembly2.element/Element", {"name": "plate", "geometry": geometry})])

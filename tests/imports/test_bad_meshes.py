@@ -200,3 +200,15 @@ def test_refused_options(tmp_path, error, words, options):
 def test_refused_names(tmp_path, error, files):
     with pytest.raises(error):
         bs.imports.read_mesh(files and tmp_path / files, unit="m", material=STONE)
+
+
+def test_the_place_of_a_crossing_is_named(tmp_path):
+    """A lintel 10 m long, whose outline crosses itself at its right end."""
+    outline = [(0, 0), (10, 0), (10.4, 1), (9.6, 1), (10.2, 0.2), (0, 1)]
+    vertices = [(x, y, z) for y in (0, 1) for x, z in outline]
+    faces = [tuple(range(6)), tuple(range(11, 5, -1)), *((k, k + 6, (k + 1) % 6 + 6, (k + 1) % 6) for k in range(6))]
+    with pytest.raises(bs.errors.GeometryFileError, match="crosses itself near") as caught:
+        read(tmp_path, "a.obj", obj_text(vertices, faces))
+    x, _, z = map(float, str(caught.value).partition("near (")[2].partition(")")[0].split(","))
+    # The edge from (10, 0) to (10.4, 1) meets both edges at (10.2, 0.2).
+    assert (x, z) in [pytest.approx((10 + 0.4 * t, t), abs=1e-3) for t in (0.20913, 0.26316)]

@@ -192,3 +192,11 @@ def test_the_recommended_area_tolerance_removes_slivers():
     assert without.report.sliver_tolerance == 0.0
     names = {i.name for i in bs.Model("piers", blocks, without).interfaces}
     assert {i.name for i in found.interfaces} - names == {sliver.interface}
+
+
+@pytest.mark.parametrize(("depth", "is_slight"), [(0.005, True), (0.3, False)])
+def test_a_deep_overlap_is_not_answered_with_a_tolerance(depth, is_slight):
+    blocks = [box("a", [0, 0, 0], [1, 1, 1], fixed=True), box("b", [0, 0, 1 - depth], [1, 1, 1])]
+    with pytest.raises(bs.errors.GeometryError, match="overlapping blocks") as caught:
+        bs.Model("m", blocks, bs.detect_interfaces(blocks, joint_material=bs.JointMaterial("j", 0.6)))
+    assert ("tolerance above" in str(caught.value)) is is_slight

@@ -114,7 +114,10 @@ def _parts(content: Any, path: Path, left_out: list[str]) -> Iterator[_Part]:
     body = _body(content)
     if isinstance(body, list):
         for number, mesh in enumerate(_flat(body)):
-            yield _part(str(number), mesh, {}, path)
+            data = _body(mesh)
+            # An element has its name and marks next to its geometry.
+            element = isinstance(data, dict) and bool(data.keys() & set(_SOLIDS))
+            yield from _part(str(number), mesh, {**(data.get("attributes") or {}), **data} if element else {}, path)
     elif not isinstance(body, dict):
         raise GeometryFileError(_unknown(path, body))
     elif "elements" in body:
@@ -123,11 +126,11 @@ def _parts(content: Any, path: Path, left_out: list[str]) -> Iterator[_Part]:
         # First versions: blocks, and a network whose vertices mark the supports.
         nodes = _body(body.get("assembly") or {}).get("vertex", {})
         for key, mesh in body["blocks"].items():
-            yield _part(key, mesh, nodes.get(key, {}), path)
+            yield from _part(key, mesh, nodes.get(key, {}), path)
     elif "graph" in body or "node" in body:
         yield from _nodes(_body(body.get("graph", body)), path, left_out)
     elif "vertex" in body or "vertices" in body:
-        yield _part("0", body, {}, path)
+        yield from _part("0", body, {}, path)
     else:
         raise GeometryFileError(_unknown(path, body))
 
@@ -142,7 +145,7 @@ def _nodes(graph: Any, path: Path, left_out: list[str]) -> Iterator[_Part]:
         if solid is None:
             msg = f"{path}: node {key} has no block ({', '.join(_SOLIDS)}); give an assembly with blocks in its nodes"
             raise GeometryFileError(msg)
-        yield _part(key, solid, {**default, **node}, path)
+        yield from _part(key, solid, {**default, **node}, path)
     _note_contacts(graph, left_out)
 
 
@@ -169,9 +172,9 @@ def _elements(model: dict[str, Any], path: Path, left_out: list[str]) -> Iterato
             raise GeometryFileError(msg)
         if str(element.get("dtype", "")).endswith("/Group"):
             continue
-        part = _part(str(number), data.get("geometry") or data, data, path)
-        moved = np.column_stack([part.vertices, np.ones(len(part.vertices))]) @ (whole @ local).T
-        yield _Part(part.key, part.name, moved[:, :3], part.faces, part.support)
+        for part in _part(str(number), data.get("geometry") or data, data, path):
+            moved = np.column_stack([part.vertices, np.ones(len(part.vertices))]) @ (whole @ local).T
+            yield _Part(part.key, part.name, moved[:, :3], part.faces, part.support)
     graph = _body(model.get("graph") or {})
     if any(edge.get("modifiers") for edge in _edges(graph)):
         msg = (
@@ -182,11 +185,18 @@ def _elements(model: dict[str, Any], path: Path, left_out: list[str]) -> Iterato
     _note_contacts(graph, left_out)
 
 
-def _part(key: str, solid: Any, attributes: dict[str, Any], path: Path) -> _Part:
-    """Return the part of a solid: a mesh with keyed vertices and faces, or a polyhedron of lists."""
+def _part(key: str, solid: Any, attributes: dict[str, Any], path: Path) -> Iterator[_Part]:
+    """Yield the parts of a solid or a list of solids: meshes with keyed vertices and faces, or polyhedra of lists."""
     outer, body = solid, _body(solid)
     while isinstance(body, dict) and (inner := next((body[k] for k in _SOLIDS if body.get(k)), None)) is not None:
         outer, body = inner, _body(inner)
+    name = next((n for n in (attributes.get("name"), _name(outer), _name(solid)) if isinstance(n, str) and n), None)
+    if isinstance(body, list):
+        members = list(_flat(body))
+        for k, member in enumerate(members, start=1):
+            end = f".{k}" if len(members) > 1 else ""
+            yield from _part(f"{key}{end}", member, {**attributes, "name": name and f"{name}{end}"}, path)
+        return
     try:
         if "vertex" in body:
             default = body.get("default_vertex_attributes") or body.get("dva") or {}
@@ -207,8 +217,7 @@ def _part(key: str, solid: Any, attributes: dict[str, Any], path: Path) -> _Part
         )
         raise GeometryFileError(msg) from error
     marks = {**(body.get("attributes") or {}), **attributes}
-    name = next((n for n in (attributes.get("name"), _name(outer), _name(solid)) if isinstance(n, str) and n), None)
-    return _Part(str(key), name, vertices, faces, _support(marks.get("is_support"), str(key), path))
+    yield _Part(str(key), name, vertices, faces, _support(marks.get("is_support"), str(key), path))
 
 
 def _support(mark: Any, key: str, path: Path) -> bool:
@@ -221,8 +230,10 @@ def _support(mark: Any, key: str, path: Path) -> bool:
 
 
 def _name(solid: Any) -> Any:
+    if not isinstance(solid, dict):
+        return None
     attributes = (_body(solid) or {}).get("attributes") or {}
-    return (solid.get("name") or attributes.get("name")) if isinstance(solid, dict) else None
+    return solid.get("name") or attributes.get("name")
 
 
 def _body(item: Any) -> Any:

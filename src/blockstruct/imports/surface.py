@@ -185,7 +185,9 @@ def first_crossing(vertices: Array, faces: list[Face], size: float) -> Array | N
     flat = np.einsum("kaj,kj->ka", axes, vertices[planes.corner] - planes.centre[planes.face])
     simple = shapely.is_valid(shapely.polygons(shapely.linearrings(flat, indices=planes.face)))
     if not simple.all():
-        return np.asarray(planes.centre[np.argmin(simple)])
+        wrong = int(np.argmin(simple))
+        u, v = _crossing_of_outline(flat[planes.face == wrong])
+        return np.asarray(planes.centre[wrong] + np.stack(plane_axes(planes.normal[wrong])).T @ (u, v))
     if planes.heights(vertices).max() <= EXACT * size:
         return None
     triangles = np.array([t for f in faces for t in triangulated(vertices, f)])
@@ -203,6 +205,18 @@ def first_crossing(vertices: Array, faces: list[Face], size: float) -> Array | N
         if point is not None:
             return point
     return None
+
+
+def _crossing_of_outline(corners: Array) -> tuple[float, float]:
+    """Return a point where the outline (n, 2) of a polygon that is not valid meets itself."""
+    edges = shapely.linestrings(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1))
+    i, j = shapely.STRtree(edges).query(edges, predicate="intersects")
+    shared = shapely.intersection(edges[i], edges[j])
+    neighbours = np.isin((j - i) % len(corners), (1, len(corners) - 1))
+    # Neighbours share a corner, and cross only along a length.
+    meet = (i < j) & (~neighbours | (shapely.length(shared) > 0))
+    point = shapely.centroid(shared[np.argmax(meet)])
+    return float(point.x), float(point.y)
 
 
 def _passage(vertices: Array, edges: NDArray[np.int64], triangles: NDArray[np.int64], size: float) -> Array | None:

@@ -75,10 +75,14 @@ def check_overlaps(
     if pairs:
         named = [f"{a!r} and {b!r} by {depth:.3g} m" for a, b, depth in pairs]
         deepest = max(depth for *_, depth in pairs)
+        # A larger tolerance finds interfaces so far off their faces that check_interfaces refuses them.
+        slight = (
+            f", or detect interfaces with a tolerance above {deepest:.3g} m (--gap for imported blocks) and give the "
+            "whole result to the model (interfaces=found)"
+        )
         msg = (
-            f"{who}: overlapping blocks, {counted(len(pairs), 'pair')} in all (limit {gap:.3g} m): "
-            f"{listed(named)}; move or cut the blocks, or detect interfaces with a tolerance above {deepest:.3g} m "
-            "(--gap for imported blocks) and give the whole result to the model (interfaces=found)"
+            f"{who}: overlapping blocks, {counted(len(pairs), 'pair')} in all (limit {gap:.3g} m): {listed(named)}; "
+            f"move or cut the blocks{slight if deepest <= OFF_FACE * size else ''}"
         )
         raise GeometryError(msg)
 
