@@ -58,6 +58,10 @@ class StorageError(BlockstructError, OSError):
     """A file that cannot be written or read."""
 
 
+class BusyError(StorageError):
+    """A file that another run is writing."""
+
+
 class FormatError(BlockstructError, ValueError):
     """A file that is not a valid blockstruct analysis."""
 

@@ -12,6 +12,7 @@ from scipy import stats
 import blockstruct as bs
 import studied
 from blockstruct import Q_, studies
+from blockstruct.storage.run_folder import WriterLock
 from structures import SELF_WEIGHT, model_of, push, single_block
 
 MU = {"friction_coefficient": [0.3, 0.4, 0.6]}
@@ -336,7 +337,18 @@ def test_bad_studies_are_refused_before_they_begin(tmp_path, parameters, options
 
 TAKEN = [
     *("run", "case", "load_factor", "bound", "status", "settled", "reason", "procedure", "flow", "flow_rule_gap"),
-    *("n_iterations", "duration", "problem", "path", "reaction", "reaction_moment", "d0", "curve_end", "curve_ended"),
+    *(
+        "n_iterations",
+        "duration",
+        "elsewhere",
+        "problem",
+        "path",
+        "reaction",
+        "reaction_moment",
+        "d0",
+        "curve_end",
+        "curve_ended",
+    ),
 ]
 
 
@@ -398,3 +410,17 @@ def test_a_study_tells_how_it_goes_on_and_not_how_each_run_does(capsys, monkeypa
     said = "".join(capsys.readouterr())
     assert "2 of 2 runs" in said
     assert "numerical iteration" not in said
+
+
+def test_a_run_of_another_study_is_elsewhere_and_has_not_failed(tmp_path):
+    """Of three runs, another process is carrying out the second."""
+    seen = []
+    path = tmp_path / str(bs.study(studied.block, {"friction_coefficient": [0.4]}, tmp_path, workers=1).path.item())
+    path.unlink()
+    with WriterLock(path), pytest.warns(bs.errors.StudyWarning, match="another study is carrying out 1 of 3 runs"):
+        data = bs.study(studied.block, MU, tmp_path, workers=1, listeners=[seen.append])
+    assert data.elsewhere.to_numpy().tolist() == [False, True, False]
+    assert data.status.sel(case="push").to_numpy().tolist() == ["converged", "elsewhere", "converged"]
+    assert (seen[-1].done, seen[-1].failed) == (3, 0)
+    assert studies.frame_of(data)["status"].tolist() == ["converged", "elsewhere", "converged"]
+    assert load_factors(bs.study(studied.block, MU, tmp_path, workers=1)) == [0.3, 0.4, 0.5]

@@ -26,7 +26,7 @@ from typing import IO, Any, NamedTuple, Self
 import numpy as np
 import xarray as xr
 
-from blockstruct.errors import FormatError, StorageError, shown
+from blockstruct.errors import BusyError, FormatError, StorageError, shown
 from blockstruct.files import open_file, read_file
 from blockstruct.limit import Outcome
 from blockstruct.model import Model
@@ -172,8 +172,10 @@ class WriterLock:
 
     Raises
     ------
+    BusyError
+        If another writer, named in the message, holds the file.
     StorageError
-        If another writer, named in the message, holds the file. If the file system has no locks.
+        If the file system has no locks.
     """
 
     def __init__(self, path: Path) -> None:
@@ -189,11 +191,11 @@ class WriterLock:
                 self._stream.close()
                 if error.errno in _HELD:
                     msg = f"{path}: is being written by {holder}; wait until it has ended, or choose another name"
-                else:
-                    msg = (
-                        f"{path}: its file system has no locks ({error.strerror}), so two runs could write to one "
-                        "file; choose a folder on a local disk, and copy the file when it is finished"
-                    )
+                    raise BusyError(msg) from error
+                msg = (
+                    f"{path}: its file system has no locks ({error.strerror}), so two runs could write to one "
+                    "file; choose a folder on a local disk, and copy the file when it is finished"
+                )
                 raise StorageError(msg) from error
             with contextlib.suppress(FileNotFoundError):
                 # The last holder may have removed the file between the two lines above.

@@ -8,11 +8,11 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from blockstruct.errors import ClusterError, MissingExtraError, shown
+from blockstruct.errors import BusyError, ClusterError, MissingExtraError, shown
 from blockstruct.storage import save_image
 from blockstruct.studies.plan import Plan
 from blockstruct.studies.processes import Ended
-from blockstruct.studies.task import Job, carry_out_far, described
+from blockstruct.studies.task import Job, Problem, carry_out_far, described
 
 #: Seconds in which a scheduler must answer, and a worker must be there.
 PATIENCE = 10.0
@@ -108,10 +108,13 @@ def on_cluster(plan: Plan, jobs: Sequence[Job], folder: Path, client: Any) -> En
                 msg = "study: the scheduler was lost; the runs that had ended are kept, call study again to go on"
                 raise ClusterError(msg) from error
             except Exception as error:
-                problem, image = described(error), b""
+                problem, image = Problem.of(error), b""
             future.release()
             if image:
-                save_image(image, folder / f"{job.name}.h5")
+                try:
+                    save_image(image, folder / f"{job.name}.h5")
+                except BusyError as error:
+                    problem = Problem.of(error)
             yield job, problem
     finally:
         with contextlib.suppress(Exception):

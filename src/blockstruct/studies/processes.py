@@ -14,7 +14,7 @@ from types import ModuleType
 
 from blockstruct.errors import StudyError
 from blockstruct.studies.plan import Plan
-from blockstruct.studies.task import Job, carry_out, carry_out_sent
+from blockstruct.studies.task import Job, Problem, carry_out, carry_out_sent
 
 #: One thread per library: the workers share the processors among themselves.
 _ONE_THREAD = dict.fromkeys(
@@ -29,8 +29,8 @@ _ONE_THREAD = dict.fromkeys(
     "1",
 )
 
-#: Runs as they end, each with why it failed, if it did.
-Ended = Generator[tuple[Job, str], None, None]
+#: Runs as they end, each with why it has no results, if it has none.
+Ended = Generator[tuple[Job, Problem], None, None]
 
 
 def here(plan: Plan, jobs: Sequence[Job], folder: Path) -> Ended:
@@ -55,7 +55,7 @@ def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int) ->
 
     def in_a_pool(some: Sequence[Job], count: int) -> Ended:
         with _pool(min(count, len(some)), why_script) as pool:
-            futures: dict[Future[str], Job] = {}
+            futures: dict[Future[Problem], Job] = {}
             with contextlib.suppress(BrokenExecutor):
                 for job in some:
                     futures[pool.submit(carry_out_sent, sent, job, str(folder))] = job
@@ -72,7 +72,8 @@ def in_processes(plan: Plan, jobs: Sequence[Job], folder: Path, workers: int) ->
         for job in [*left.values()][:workers]:
             yield from in_a_pool([job], 1)
             if left.pop(job.name, None):
-                yield job, "its worker process ended twice while it was at work: it was killed, or memory ran out"
+                why = "its worker process ended twice while it was at work: it was killed, or memory ran out"
+                yield job, Problem(why)
 
 
 @contextlib.contextmanager

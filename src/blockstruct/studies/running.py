@@ -25,7 +25,7 @@ from blockstruct.studies.plan import Plan
 from blockstruct.studies.processes import Ended, here, in_processes
 from blockstruct.studies.progress import Listener, StudyProgress, print_progress
 from blockstruct.studies.table import check_parameter_names, dataset_of
-from blockstruct.studies.task import Job
+from blockstruct.studies.task import Job, Problem
 from blockstruct.vocabulary import Flow, Status, counted
 
 
@@ -84,7 +84,8 @@ def study(
         Along the parameters of a grid, or along ``run``; and along ``case``: ``load_factor``, ``bound`` (the
         associative one), ``status``, ``flow``, ``flow_rule_gap``, ``n_iterations``, ``duration``, ``message``. And for
         each run ``problem``, why it failed (empty if it did not; its load factors are NaN, its statuses ``failed``),
-        and ``path`` in the store. Coordinates are in the unit of the first value of each parameter.
+        ``elsewhere``, whether another study is carrying it out (its statuses are ``elsewhere``), and ``path`` in the
+        store. Coordinates are in the unit of the first value of each parameter.
 
     Raises
     ------
@@ -104,7 +105,7 @@ def study(
     Warns
     -----
     StudyWarning
-        If runs failed: they are tried again the next time.
+        If runs failed: they are tried again the next time. If another study is carrying out runs.
     """
     plan = Plan.of(build, settings, spread)
     design = design_of(parameters, sampling, runs, seed)
@@ -133,19 +134,20 @@ def study(
         problems = _conduct(archive, ended, rows, total, heard)
         of_runs = [rows.get(run.name, []) for run in design.runs]
         _warn(of_runs, problems)
-    data = dataset_of(design, of_runs, [problems.get(run.name, "") for run in design.runs])
+    data = dataset_of(design, of_runs, [problems.get(run.name, Problem()) for run in design.runs])
     return data.assign_attrs(study=plan.study, store="" if store is None else str(folder))
 
 
 def _conduct(
     archive: Archive, ended: Ended, rows: dict[str, Rows], total: int, listeners: Sequence[Listener]
-) -> dict[str, str]:
-    """Take the rows of runs as they end; gives why runs failed."""
-    start, found, problems = perf_counter(), len(rows), dict[str, str]()
+) -> dict[str, Problem]:
+    """Take the rows of runs as they end; gives why runs have no results."""
+    start, found, problems = perf_counter(), len(rows), dict[str, Problem]()
 
     def tell() -> None:
         done = len(rows) + len(problems)
-        progress = StudyProgress(done, total, len(problems), found, perf_counter() - start)
+        failed = sum(not problem.is_elsewhere for problem in problems.values())
+        progress = StudyProgress(done, total, failed, found, perf_counter() - start)
         for listener in listeners:
             listener(progress)
 
@@ -155,7 +157,7 @@ def _conduct(
         for job, problem in ended:
             if not problem:
                 of_run = archive.rows(archive.folder / f"{job.name}.h5")
-                problem = of_run[0]["problem"]
+                problem = Problem(of_run[0]["problem"])
             if problem:
                 problems[job.name] = problem
             else:
@@ -164,11 +166,18 @@ def _conduct(
     return problems
 
 
-def _warn(rows: Sequence[Rows], problems: Mapping[str, str]) -> None:
-    if problems:
-        name, why = next(iter(problems.items()))
+def _warn(rows: Sequence[Rows], problems: Mapping[str, Problem]) -> None:
+    failed = [(name, problem) for name, problem in problems.items() if not problem.is_elsewhere]
+    if elsewhere := len(problems) - len(failed):
         msg = (
-            f"study: {len(problems)} of {counted(len(rows), 'run')} failed, {name}: {why}. The variable problem tells "
+            f"study: another study is carrying out {elsewhere} of {counted(len(rows), 'run')}; run the study again "
+            "when the other has ended"
+        )
+        warnings.warn(msg, StudyWarning, stacklevel=3)
+    if failed:
+        name, why = failed[0]
+        msg = (
+            f"study: {len(failed)} of {counted(len(rows), 'run')} failed, {name}: {why}. The variable problem tells "
             "of each; they are tried again when the study is run again"
         )
         warnings.warn(msg, StudyWarning, stacklevel=3)

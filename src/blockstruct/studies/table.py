@@ -9,9 +9,10 @@ import xarray as xr
 
 from blockstruct.errors import ModelError
 from blockstruct.studies.design import GRID, Design
+from blockstruct.studies.task import Problem
 
-#: Status of a case of a run that failed: no status of a limit case.
-FAILED = "failed"
+#: Status of a case of a run that failed, or that another study is carrying out: no status of a limit case.
+FAILED, ELSEWHERE = "failed", "elsewhere"
 _NONE = {"units": "dimensionless"}
 _NUMBERS: Mapping[str, dict[str, str]] = {
     "load_factor": _NONE | {"long_name": "load factor α"},
@@ -28,7 +29,7 @@ _NUMBERS: Mapping[str, dict[str, str]] = {
 _TEXTS = ("status", "flow", "reason", "procedure", "curve_ended")
 #: Variables that every case of a run has.
 _OF_CASE = (*_NUMBERS, *_TEXTS)
-_OF_RUN = ("problem", "path")
+_OF_RUN = ("problem", "path", "elsewhere")
 _TAKEN = {"run", "case", "missing_curve", *_OF_CASE, *_OF_RUN}
 _REACTIONS = {"reaction", "reaction_moment"}
 #: Numbers of some kinds of cases alone.
@@ -52,7 +53,7 @@ def check_parameter_names(names: Iterable[str]) -> None:
         raise ModelError(msg)
 
 
-def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], problems: Sequence[str]) -> xr.Dataset:
+def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], problems: Sequence[Problem]) -> xr.Dataset:
     """Dataset of a study.
 
     Parameters
@@ -62,7 +63,7 @@ def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], prob
     rows
         Of the archive, for each run.
     problems
-        Why a run failed; empty if it did not.
+        Why a run has no results; false if it has.
     """
     cases = list(dict.fromkeys(str(row["case"]) for of_run in rows for row in of_run))
     dims, shape = list(design.dims), list(design.dims.values())
@@ -70,7 +71,9 @@ def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], prob
     size = (len(rows), len(cases))
     numbers = {name: np.full(size, np.nan) for name in _NUMBERS}
     texts = {name: np.full(size, "", dtype=object) for name in _TEXTS}
-    texts["status"][[bool(p) for p in problems]] = FAILED
+    for statuses, problem in zip(texts["status"], problems, strict=True):
+        if problem:
+            statuses[:] = _status_of(problem.is_elsewhere)
     paths = np.array([of_run[0]["path"] if of_run else "" for of_run in rows], dtype=object)
     for i, of_run in enumerate(rows):
         for row in of_run:
@@ -85,7 +88,9 @@ def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], prob
             del numbers[name]
     variables: dict[str, Any] = {n: (along, v.reshape(*shape, -1), _NUMBERS[n]) for n, v in numbers.items()}
     variables |= {n: (along, v.reshape(*shape, -1)) for n, v in texts.items()}
-    variables["problem"] = (dims, np.array(problems, dtype=object).reshape(shape), {"long_name": "why a run failed"})
+    why, elsewhere = np.array([p.text for p in problems], dtype=object), np.array([p.is_elsewhere for p in problems])
+    variables["problem"] = (dims, why.reshape(shape), {"long_name": "why a run has no results"})
+    variables["elsewhere"] = (dims, elsewhere.reshape(shape), {"long_name": "another study is carrying the run out"})
     variables["path"] = (dims, paths.reshape(shape), {"long_name": "file in the store"})
     coords: dict[str, Any] = {"case": np.array(cases, dtype=object)}
     if design.sampling != GRID:
@@ -98,6 +103,11 @@ def dataset_of(design: Design, rows: Sequence[Sequence[Mapping[str, Any]]], prob
         coords[name] = ((), value.magnitude, {"units": str(value.units)}) if quantity else ((), value)
     of_all: dict[str, Any] = {"sampling": design.sampling} | ({} if design.seed is None else {"seed": design.seed})
     return xr.Dataset(variables, coords=coords, attrs=of_all)
+
+
+def _status_of(is_elsewhere: bool) -> str:
+    """Return the status of the cases of a run without results."""
+    return ELSEWHERE if is_elsewhere else FAILED
 
 
 def frame_of(data: xr.Dataset) -> pd.DataFrame:
@@ -126,11 +136,11 @@ def frame_of(data: xr.Dataset) -> pd.DataFrame:
     rows = []
     for k, problem in enumerate(runs["problem"]):
         held = {name: runs[name][k] for name in parameters}
-        present = [j for j in range(len(cases)) if columns["status"][k, j] not in ("", FAILED)]
+        present = [j for j in range(len(cases)) if columns["status"][k, j] not in ("", FAILED, ELSEWHERE)]
         held |= {"run": k, "problem": problem, "path": runs["path"][k]}
         rows += [{**held, "case": cases[j], **{name: columns[name][k, j] for name in of_case}} for j in present]
         if not present:
-            rows.append({**held, "case": "", "load_factor": np.nan, "status": FAILED})
+            rows.append({**held, "case": "", "load_factor": np.nan, "status": _status_of(runs["elsewhere"][k])})
     table = pd.DataFrame(rows, columns=["run", *parameters, "case", *of_case, "problem", "path"])
     table["settled"] = table["settled"] == 1
     without = table["curve_end"].isna() if "curve_end" in table else np.ones(len(table), dtype=bool)

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from blockstruct.analysis import AnalysisManager, recover
-from blockstruct.errors import LoadFactorWarning
+from blockstruct.errors import BusyError, LoadFactorWarning
 from blockstruct.results import restored_value
 from blockstruct.storage import is_unfinished
 from blockstruct.studies.plan import Plan
@@ -37,14 +37,34 @@ class Job:
     anew: bool = False
 
 
-def carry_out(plan: Plan, job: Job, folder: str | Path) -> str:
-    """Carry out a run, into its file.
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Why a run has no results; false if it has.
 
-    Returns
-    -------
-    str
-        Why it failed; empty if it did not.
+    Attributes
+    ----------
+    text : str
+    is_elsewhere : bool
+        Whether another study is carrying the run out: it has not failed.
     """
+
+    text: str = ""
+    is_elsewhere: bool = False
+
+    @classmethod
+    def of(cls, error: BaseException) -> Self:
+        """Problem of an error."""
+        return cls(described(error), isinstance(error, BusyError))
+
+    def __bool__(self) -> bool:
+        return bool(self.text)
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def carry_out(plan: Plan, job: Job, folder: str | Path) -> Problem:
+    """Carry out a run, into its file; gives why it has no results."""
     path = Path(folder) / f"{job.name}.h5"
     try:
         killed = is_unfinished(path)
@@ -60,10 +80,10 @@ def carry_out(plan: Plan, job: Job, folder: str | Path) -> str:
             )
             analysis = manager.run(cases, spread=plan.schedules or False)
     except Exception as error:
-        return described(error)
+        return Problem.of(error)
     if any(result.status is Status.INTERRUPTED for result in analysis.values()):
         raise KeyboardInterrupt
-    return ""
+    return Problem()
 
 
 def values_of(stored: Mapping[str, Any]) -> dict[str, Any]:
@@ -71,18 +91,18 @@ def values_of(stored: Mapping[str, Any]) -> dict[str, Any]:
     return {name: restored_value(value, name) for name, value in stored.items()}
 
 
-def carry_out_sent(sent: bytes, job: Job, folder: str) -> str:
+def carry_out_sent(sent: bytes, job: Job, folder: str) -> Problem:
     """:func:`carry_out` in another process."""
     try:
         plan = loaded(sent)
     except Exception as error:
-        return described(error)
+        return Problem.of(error)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", LoadFactorWarning)  # The table lists all runs.
         return carry_out(plan, job, folder)
 
 
-def carry_out_far(sent: bytes, job: Job) -> tuple[str, bytes]:
+def carry_out_far(sent: bytes, job: Job) -> tuple[Problem, bytes]:
     """:func:`carry_out` on another machine: why it failed, and the bytes of the file."""
     with tempfile.TemporaryDirectory(prefix="blockstruct-") as folder:
         problem = carry_out_sent(sent, job, folder)
