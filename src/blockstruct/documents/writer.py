@@ -1,6 +1,7 @@
 """Write model documents."""
 
 import json
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, is_dataclass
@@ -302,4 +303,4 @@ def _loads(pattern: LoadPattern) -> list[dict[str, Any]]:
 
 
 def _number(value: float, dimension: str) -> float | str:
-    return value if dimension == "dimensionless" else si_text(value, dimension)
+    return value if dimension == "dimensionless" and math.isfinite(value) else si_text(value, dimension)

@@ -42,8 +42,8 @@ class Certificate:
         point, or of the rectangle that crushes; and of what tie forces miss of ``T0 ≤ T ≤ T_y`` and of their bond,
         likewise. Negative inside.
     interpenetration : float
-        Largest of ``tan ψ ‖v_t‖ − v_n`` at contact points that do not crush, relative to the largest relative
-        velocity.
+        Largest of ``tan ψ ‖v_t‖ − v_n`` at contact points that do not crush, and of ``‖v_t‖`` at those that never
+        slide, relative to the largest relative velocity.
     flow_rule_gap : float
         ``Σ_k |(n + f_t A_k)(v_n − tan ψ ‖v_t‖)| + |(c A_k + μ n) ‖v_t‖ + (s, t)·v_t|``, and where joints crush the
         work they dissipate at most less the work they do; of ties, ``T_y ė`` of those that yield less their work
@@ -193,7 +193,9 @@ def certify(
     rigid = ~problem.crushes
     # Velocities are relative to local units of force; what penetrates is measured against the fastest point.
     largest = max(problem.speed(v, u), speed)
+    never = problem.never_slides
     penetration = (-opening / problem.force_unit)[rigid].max(initial=0.0)
+    penetration = np.maximum(penetration, (sliding / problem.force_unit)[never].max(initial=0.0))
     interpenetration = float(penetration / largest) if largest > 0 else 0.0
 
     # Work each part of a joint could do at most at these velocities, less the work it does.
@@ -205,7 +207,8 @@ def certify(
     at_rectangles = crushing.dissipation(rates, problem.capacity, biaxial=biaxial) - (beyond_tension * rates).sum(
         axis=1
     )
-    friction = problem.torsion.by_joint(resistance * sliding + np.einsum("kj,kj->k", x[:, 1:], v[:, 1:]))
+    resisted = np.where(never, 0.0, resistance) * sliding
+    friction = problem.torsion.by_joint(resisted + np.einsum("kj,kj->k", x[:, 1:], v[:, 1:]))
     at_ties = problem.ties.missed_work(beyond_prestress, problem.ties.elongation(u) - slack)
     missed = (at_rigid, at_cells, at_rectangles, friction, at_ties, unbalanced * u)
     gap = float(sum(np.abs(part).sum() for part in missed))

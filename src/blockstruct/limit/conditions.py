@@ -73,9 +73,14 @@ def tangents(problem: LimitProblem, n_columns: int) -> ConstraintRows:
 
 
 def sliding(problem: LimitProblem, n_columns: int) -> ConstraintRows:
-    """``‖(s_k, t_k)‖ ≤ bound_k + slope_k n_k``; the step gives bound and slope."""
+    """``‖(s_k, t_k)‖ ≤ bound_k + slope_k n_k``; the step gives bound and slope.
+
+    Shear forces that nothing limits have zeros here: by duality, nothing slips along them.
+    """
     force = 1 + np.arange(3 * problem.n_points)
-    return ConstraintRows(_matrix(n_columns, (force, -1.0)), np.zeros(len(force)))
+    limited = np.full(len(force), -1.0)
+    limited[problem.free_shear] = 0.0
+    return ConstraintRows(_matrix(n_columns, (force, limited)), np.zeros(len(force)))
 
 
 def torsion(problem: LimitProblem, n_columns: int, first: int) -> ConstraintRows:

@@ -307,7 +307,7 @@ def check_pushover(model: Model, case: Pushover) -> None:
         If the control point is on a block that the model does not have.
     ModelError
         If it is on a support or outside its block, if a joint has cohesion, tensile strength, a finite compressive
-        strength or dilatancy, or if a tie is prestressed, bonded or a strip.
+        strength, dilatancy or infinite friction, or if a tie is prestressed, bonded or a strip.
     """
     blocks = {b.name: b for b in model.blocks}
     name = case.control[0]
@@ -331,6 +331,12 @@ def check_pushover(model: Model, case: Pushover) -> None:
                 what = f"joint material {joint.name!r} has a {name} of {value:.6g} {unit}"
                 msg = f"pushover {case.name!r}: {what}, {instead}"
                 raise ModelError(msg)
+        if np.isinf(joint.friction_coefficient):
+            msg = (
+                f"pushover {case.name!r}: joint material {joint.name!r} never slides. Blocks "
+                "that part and meet again need a finite friction coefficient: give one"
+            )
+            raise ModelError(msg)
         if joint.torsion is not Torsion.CORNERS:
             msg = (
                 f"pushover {case.name!r}: joint material {joint.name!r} has the torsion of {joint.torsion}, which goes "

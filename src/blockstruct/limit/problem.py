@@ -1,6 +1,6 @@
 """One limit case of a model, non-dimensional."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
@@ -33,7 +33,8 @@ class LimitProblem:
     w_D, w_L : (6 F,) arrays
         Dead and variable wrenches of the free blocks; of a settlement the variable one is the reaction alone.
     friction, cohesion, tension : (K,) arrays
-        Friction coefficient μ, cohesion ``c A_k`` and tensile strength ``f_t A_k``.
+        Friction coefficient μ, cohesion ``c A_k`` and tensile strength ``f_t A_k``. Joints that never slide have
+        infinite cohesion, and neither friction nor dilatancy.
     dilatancy : (K,) array
         tan ψ that the case flows with: the friction coefficient if associative, the joint's own otherwise.
     compression : (K,) array
@@ -63,6 +64,9 @@ class LimitProblem:
         The supports that give way, if the case is a settlement.
     load_unit : float
         Unit of the variable load: ``w_L`` is that of the case divided by it.
+    free_shear : array
+        Columns of A of the shear forces that nothing limits, three of each joint that never slides: they resist every
+        motion of the joint in its plane. The others there are redundant, and without limits a solver fails on them.
     """
 
     A: sp.csc_array
@@ -84,6 +88,7 @@ class LimitProblem:
     torsion: UniformTorsion
     settlement: Settlement | None = None
     load_unit: float = 1.0
+    free_shear: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     @classmethod
     def of(cls, statics: Statics, case: Case) -> Self:
@@ -120,6 +125,8 @@ class LimitProblem:
         wrench_unit = np.where(governing > 0, governing, governing[governing > 0].mean())
 
         points = statics.points
+        never = np.isinf(points.friction)
+        friction = np.where(never, 0.0, points.friction)
         unit_of_block = np.full(len(statics.model.blocks), np.inf)
         unit_of_block[statics.free] = wrench_unit
         force_unit = np.minimum(unit_of_block[points.minus], unit_of_block[points.plus])
@@ -133,9 +140,9 @@ class LimitProblem:
             A=sp.csc_array(rows @ statics.A @ columns),
             w_D=(dead / wrench_unit[:, None]).ravel() + ties.columns @ ties.prestress_D,
             w_L=(variable / wrench_unit[:, None]).ravel(),
-            friction=points.friction,
-            dilatancy=points.friction if case.flow is Flow.ASSOCIATIVE else points.dilatancy,
-            cohesion=points.cohesion / force_unit,
+            friction=friction,
+            dilatancy=friction if case.flow is Flow.ASSOCIATIVE else points.dilatancy,
+            cohesion=np.where(never, np.inf, points.cohesion / force_unit),
             tension=points.tension / force_unit,
             compression=points.compression / force_unit,
             compliance=compliance,
@@ -147,6 +154,7 @@ class LimitProblem:
             displacement_unit=work_unit,
             ties=ties,
             torsion=UniformTorsion.of(points),
+            free_shear=_free_shear(points),
         )
         if isinstance(case, SettlementCase):
             return problem.releasing(Settlement.of(statics, case, wrench_unit))
@@ -235,9 +243,11 @@ class LimitProblem:
         joints = np.zeros(len(self.torsion), dtype=bool)
         joints[self.torsion.owner] = points[self.torsion.point]
         torsion = self.torsion.part(joints)
+        kept = np.repeat(points, 3)
+        column = np.cumsum(kept) - 1
         return replace(
             self,
-            A=sp.csc_array(self.A[rows][:, np.repeat(points, 3)]),
+            A=sp.csc_array(self.A[rows][:, kept]),
             w_D=self.w_D[rows],
             w_L=self.w_L[rows],
             friction=self.friction[points],
@@ -252,6 +262,7 @@ class LimitProblem:
             force_unit=self.force_unit[points],
             ties=self.ties.part(rows, ties),
             torsion=replace(torsion, point=number[torsion.point]),
+            free_shear=column[self.free_shear[kept[self.free_shear]]],
         )
 
     def released(self, u: Array) -> Array:
@@ -267,6 +278,11 @@ class LimitProblem:
     def n_blocks(self) -> int:
         """Number F of free blocks."""
         return len(self.wrench_unit)
+
+    @property
+    def never_slides(self) -> NDArray[np.bool_]:
+        """Whether the joint carries any shear force, at each contact point, (K,)."""
+        return np.isinf(self.cohesion)
 
     @property
     def crushes(self) -> NDArray[np.bool_]:
@@ -355,6 +371,18 @@ def _compliance(points: ContactPoints, force_unit: Array) -> tuple[Array, float]
     compliance = soft * (force_unit**2 / points.tributary_area)[:, None]
     unit = float(np.median(compliance[:, 0]))
     return compliance / unit, unit if given.any() else np.nan
+
+
+def _free_shear(points: ContactPoints) -> NDArray[np.int64]:
+    """Columns of both shear forces at one point of each joint that never slides, and one across the way to another."""
+    free = []
+    for joint in np.unique(points.interface[np.isinf(points.friction)]):
+        own = np.flatnonzero(points.interface == joint)
+        apart = (points.position[own] - points.position[own[0]]) @ points.frame[joint, 1:].T
+        far = int((apart**2).sum(axis=1).argmax())
+        s, t = np.abs(apart[far])
+        free += [3 * own[0] + 1, 3 * own[0] + 2, 3 * own[far] + (1 if t > s else 2)]
+    return np.unique(np.array(free, dtype=np.int64))
 
 
 def total(w: Array) -> float:

@@ -168,7 +168,8 @@ class ConicProgram:
         """
         G, h = self.G.data.copy(), self._h.copy()
         G[self._slope_entries] = -sliding.slope
-        h[self._bound_rows] = sliding.bound
+        # The shear forces that are limited where a joint never slides are redundant: any bound will do.
+        h[self._bound_rows] = np.where(self.problem.never_slides, 1.0, sliding.bound)
         G[self._torsion_entries] = -sliding.slope[self.problem.torsion.point]
         h[self._torsion_rows] = self.problem.torsion.total(sliding.bound)
         if not loaded:

@@ -17,7 +17,6 @@ from blockstruct.model.fields import (
     member,
     named_arguments,
     not_negative,
-    number,
     optional_scalar,
 )
 from blockstruct.units import QuantityLike, quantity_text, si, to_quantity
@@ -29,13 +28,19 @@ LARGEST_FRICTION = 10.0
 ROUNDING = 1e-12
 
 _is_friction = limit(
-    lambda mu: 0 <= mu <= LARGEST_FRICTION,
-    f"give the tangent of the friction angle, from 0 to {LARGEST_FRICTION:g}, or friction_angle with its unit",
+    lambda mu: 0 <= mu <= LARGEST_FRICTION or mu == math.inf,
+    f"give the tangent of the friction angle, from 0 to {LARGEST_FRICTION:g}, friction_angle with its unit, or math.inf"
+    " for a joint that never slides",
 )
 _is_strength = limit(lambda value: value > 0, "give more than zero, or leave it out for infinite")
 _is_angle = limit(lambda angle: 0 <= angle < math.pi / 2, "give an angle from 0° to less than 90°")
 _STRESS, _STRENGTH = {"dimension": "stress", "absent": 0.0}, {"dimension": "stress", "absent": math.inf}
 _STIFFNESS = {"dimension": "stress/length", "absent": math.inf}
+
+
+def _friction(value: float | str, dimension: str = "", what: str = "") -> float:
+    """Return a friction coefficient, which may be infinite; "inf" in JSON, which has no such number."""
+    return math.inf if isinstance(value, float | str) and value in (math.inf, "inf") else si(value, dimension, what)
 
 
 def _torsion(value: Torsion | str, what: str = "") -> Torsion:
@@ -51,7 +56,8 @@ class JointMaterial(ModelObject):
     name
         Unique among the joint materials of a model.
     friction_coefficient : float or dimensionless quantity
-        Tangent of the friction angle.
+        Tangent of the friction angle. ``math.inf`` for joints that never slide (Heyman), not even where they open. They
+        carry any shear force and may have a tensile strength, but no cohesion, dilatancy or limit of torsion.
     friction_angle : quantity, angle
         Instead of the friction coefficient.
     dilatancy_angle : quantity, angle
@@ -96,7 +102,7 @@ class JointMaterial(ModelObject):
 
     name: str = field(validator=has_name)
     friction_coefficient: float = field(
-        converter=number, validator=_is_friction, metadata={"dimension": "dimensionless"}
+        converter=_friction, validator=_is_friction, metadata={"dimension": "dimensionless"}
     )
     dilatancy_angle: float = field(
         converter=optional_scalar, validator=_is_angle, metadata={"dimension": "angle", "absent": 0.0}
@@ -149,6 +155,14 @@ class JointMaterial(ModelObject):
 
     def __attrs_post_init__(self) -> None:
         who, mu = f"joint material {self.name!r}", self.friction_coefficient
+        if mu == math.inf:
+            if self.cohesion or self.dilatancy or self.torsion is not Torsion.CORNERS:
+                msg = (
+                    f"{who}: a joint of infinite friction never slides, whatever its cohesion, dilatancy and torsion; "
+                    "leave these out"
+                )
+                raise ModelError(msg)
+            return
         if mu * self.tensile_strength > self.cohesion * (1 + ROUNDING):
             apex = quantity_text(self.cohesion / mu, "stress")
             msg = (
@@ -222,7 +236,7 @@ JOINT_PROPERTIES: Mapping[str, JointProperty] = MappingProxyType(
 
 def _quantities(values: Mapping[str, float]) -> dict[str, Any]:
     return {
-        name: to_quantity(value, JOINT_PROPERTIES[name].dimension)
+        name: value if math.isinf(value) else to_quantity(value, JOINT_PROPERTIES[name].dimension)
         for name, value in values.items()
         if value != JOINT_PROPERTIES[name].absent
     }

@@ -81,6 +81,9 @@ def close_path(
 
 def _mechanism_nearby(path: Path, caps: Sliding) -> Iteration | None:
     """The mechanism by the interior-point loop from the last step, None if the loop does not find it."""
+    if path.program.problem.never_slides.any():
+        # Without compliance nothing in the loop limits their shear forces.
+        return None
     start, contact = perf_counter(), path.contact.rigid(caps)
     nothing = np.zeros(contact.conditions.size)
     found = contact.solve(

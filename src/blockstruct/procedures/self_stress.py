@@ -177,8 +177,8 @@ def can_jam(problem: LimitProblem, settings: ProcedureSettings, solver: Solver) 
     """Whether the joints may bear normal forces that balance each other without any load.
 
     They may not if there is a motion that opens all of them faster than friction could close them,
-    ``v_n > μ ‖v_t‖``: it would do work on such forces. Without that proof they may. As a rule least squares find one;
-    where they do not, a program is asked.
+    ``v_n > μ ‖v_t‖``, or without sliding where a joint never slides: it would do work on such forces. Without that
+    proof they may. As a rule least squares find one; where they do not, a program is asked.
     """
     if not problem.n_points or _opens_everywhere(problem):
         return False
@@ -191,12 +191,18 @@ def can_jam(problem: LimitProblem, settings: ProcedureSettings, solver: Solver) 
     data = program.data(true_sliding(own), objective=opening, max_load_factor=0.0)
     _, _, u = program.unpack(solver.solve(program, data, settings.numerics.solver_tolerance))
     v = (own.A.T @ u).reshape(-1, 3)
+    slip = np.linalg.norm(v[:, 1:], axis=1)
+    slipping = (slip / own.force_unit)[own.never_slides].max(initial=0.0)
+    held = slipping <= settings.numerics.interpenetration_tolerance * own.speed(v, u)
     # A NaN, where the solver gives no multipliers, proves nothing.
-    return not bool((v[:, 0] - own.friction * np.linalg.norm(v[:, 1:], axis=1)).min() > 0.5 / own.n_points)
+    return not bool(held and (v[:, 0] - own.friction * slip).min() > 0.5 / own.n_points)
 
 
 def _opens_everywhere(problem: LimitProblem) -> bool:
     """Whether least squares find a motion that opens all joints, asked for more where friction would close them."""
+    if problem.never_slides.any():
+        # Least squares do not keep joints from sliding.
+        return False
     # Loaded here: it is slow to import.
     from scipy.sparse.linalg import splu
 

@@ -101,4 +101,5 @@ class SplittingPath(Path):
         sliding = self._state.y.soc[: problem.n_points]
         normal = np.maximum(last.x[:, 0], -problem.tension)
         np.divide(sliding[:, 0] - problem.cohesion, problem.friction, out=normal, where=problem.friction > 0)
-        return np.column_stack([normal, sliding[:, 1:]])
+        shear = np.where(problem.never_slides[:, None], last.x[:, 1:], sliding[:, 1:])
+        return np.column_stack([normal, shear])

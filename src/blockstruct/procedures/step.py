@@ -87,7 +87,8 @@ def _is_ray(
         return False
     x = x / alpha
     residual = np.abs(problem.A @ x.ravel() + problem.w_L).max()
-    excess = max((np.linalg.norm(x[:, 1:], axis=1) - sliding.slope * x[:, 0]).max(), (-x[:, 0]).max())
+    shear = np.where(problem.never_slides, 0.0, np.linalg.norm(x[:, 1:], axis=1))
+    excess = max((shear - sliding.slope * x[:, 0]).max(), (-x[:, 0]).max())
     of_joints = problem.torsion.excess(x, sliding.slope * x[:, 0])
     excess = max(excess, of_joints.max(initial=0.0))
     # What crushes carries no force at any size, and no tie does.

@@ -82,6 +82,8 @@ def contact_state(history: xr.Dataset, tolerance: float = AT_REST, *, force_tole
     zero = np.maximum(zero, ROUNDING * np.asarray(speed)[..., None])
     slip = np.linalg.norm(v[..., 1:], axis=-1)
     dilatancy, friction = (history[name].to_numpy() for name in ("dilatancy", "friction_coefficient"))
+    # Joints that never slide do not dilate.
+    friction = np.where(np.isinf(friction), 0.0, friction)
     apart = v[..., 0] - np.where(_dilates_by_friction(history), friction, dilatancy) * slip
     nothing = force_tolerance * history["contact_force_unit"].to_numpy()
     carries = any_of(force > nothing)

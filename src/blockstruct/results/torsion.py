@@ -50,7 +50,7 @@ def corner_torsion(model: Model, history: xr.Dataset) -> pd.DataFrame:
     index, J = last["interface_of_contact_point"].to_numpy(), last.sizes["interface"]
     force = last["contact_force"].transpose("contact_point", "component").to_numpy()
     v = last["relative_velocity"].transpose("contact_point", "component").to_numpy()
-    resistance = np.maximum(last["cohesion"].to_numpy() + last["friction_coefficient"].to_numpy() * force[:, 0], 0.0)
+    resistance = np.maximum(_resistance(last, force[:, 0]), 0.0)
 
     def total(values: Array) -> Array:
         return np.asarray(np.bincount(index, values, J), dtype=float)
@@ -92,7 +92,14 @@ def sliding_rates(model: Model, iteration: xr.Dataset, cells: int) -> Array:
     v = iteration["relative_velocity"].transpose("contact_point", "component").to_numpy()
     normal = iteration["contact_force"].sel(component="n").to_numpy()
     torsion = UniformTorsion.of(ContactPoints.of(model, division_of(model, cells, iteration)))
-    return torsion.slip(v, iteration["cohesion"].to_numpy() + iteration["friction_coefficient"].to_numpy() * normal)
+    return torsion.slip(v, _resistance(iteration, normal))
+
+
+def _resistance(iteration: xr.Dataset, normal: Array) -> Array:
+    """Sliding resistance (K,), N; zero where a joint never slides, for which nothing is uniform pressure's."""
+    friction = iteration["friction_coefficient"].to_numpy()
+    friction = np.where(np.isinf(friction), 0.0, friction)
+    return np.asarray(iteration["cohesion"].to_numpy() + friction * normal)
 
 
 def torsion_notes(model: Model, history: xr.Dataset, answer: str) -> list[Note]:

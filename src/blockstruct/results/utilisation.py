@@ -36,7 +36,7 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
 
         - ``sliding``: ``Σ ‖(s, t)‖ / Σ (c A_k + μ n)`` over the contact points; 1 if all of them slide, whether the
           interface slips or twists. With the torsion of uniform pressure, at least ``‖(V, T / r̄)‖`` over the same sum.
-          NaN if the resistance is negligible.
+          0 if the joint never slides, NaN if the resistance is negligible.
         - ``crushing``: N over the largest N that the joint carries at the same eccentricity. For rectangles without
           tensile strength, ``N³ / (4 f_c A n_e n_f)`` at the weakest edges e and f of the effective rectangle: above 1
           if uniaxial interaction bears too much. For cells, N over the strength of the cells that are pressed by more
@@ -51,7 +51,10 @@ def utilisation(history: xr.Dataset) -> xr.Dataset:
     def sum_of(values: Array) -> Array:
         return np.asarray(np.add.reduceat(values, starts, axis=-1))
 
-    resistance = sum_of(history["cohesion"].to_numpy() + history["friction_coefficient"].to_numpy() * f[..., 0])
+    friction = history["friction_coefficient"].to_numpy()
+    never = np.isinf(friction)
+    resistance = history["cohesion"].to_numpy() + np.where(never, 0.0, friction) * f[..., 0]
+    resistance = sum_of(np.where(never, np.inf, resistance))
     with np.errstate(divide="ignore", invalid="ignore"):
         sliding = sum_of(np.linalg.norm(f[..., 1:], axis=-1))
         if "torsion_lever" in history.coords:

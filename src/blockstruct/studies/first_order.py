@@ -120,7 +120,8 @@ def _kink(result: CaseResult, derivative: Any) -> tuple[float, float, float]:
     """Derivative in one direction of all coefficients: by the multipliers, and one-sided downwards and upwards."""
     interfaces = result.model.interfaces
     mu = np.array([interface.joint_material.friction_coefficient for interface in interfaces])
-    share = np.random.default_rng(0).uniform(0.5, 1.5, len(mu)) * mu
+    # Joints that never slide stay as they are.
+    share = np.random.default_rng(0).uniform(0.5, 1.5, len(mu)) * np.where(np.isinf(mu), 0.0, mu)
 
     def load_factor(step: float) -> float:
         changed = []
@@ -128,7 +129,7 @@ def _kink(result: CaseResult, derivative: Any) -> tuple[float, float, float]:
             values = {name: getattr(interface.joint_material, name) for name in JOINT_PROPERTIES}
             # Dilatancy does not count in associative flow, and may not exceed the angle of friction.
             values |= {"friction_coefficient": mu[k] + step * share[k], "dilatancy_angle": 0.0}
-            if mu[k]:
+            if 0 < mu[k] < np.inf:
                 # It may not exceed the tension at which the friction cone ends.
                 most = values["cohesion"] / values["friction_coefficient"]
                 values["tensile_strength"] = min(values["tensile_strength"], most)

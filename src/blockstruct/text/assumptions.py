@@ -77,6 +77,7 @@ def assumption_sentences(
             "Sliding follows Coulomb's law at the contact points of each interface, with the friction coefficients and "
             "cohesion of the joint materials."
         ),
+        *_never_sliding(model),
         _torsion(model),
         "Joints bear tension up to the tensile strength of their material."
         if any(j.tensile_strength > 0 for j in joints)
@@ -130,6 +131,11 @@ def assumption_sentences(
 def masses_below(count: int) -> str:
     """Return the sentence that refers to the masses of many pushes."""
     return f"The section on loads states which masses each of {count} pushes moves."
+
+
+def _never_sliding(model: Model) -> list[str]:
+    names = [name for name, joint in model.joint_materials.items() if np.isinf(joint.friction_coefficient)]
+    return [f"Joints of {', '.join(names)} never slide, not even where they open."] if names else []
 
 
 def _torsion(model: Model) -> str:

@@ -75,7 +75,8 @@ class Conditions:
         self.E, self.F = sp.csr_array(E), sp.csr_array(F)
         self._FT = sp.csr_array(F.T)
         self.offset = self._vector(forces.h[first:])
-        self._friction, self._cohesion = friction, true.bound
+        self._friction, self._never_slides = friction, problem.never_slides
+        self._bound = self.offset.soc[: len(friction), 0]
         self.size = self.E.shape[1]
         self.groups = _groups(self.E, self.F, self._lines)
 
@@ -88,10 +89,11 @@ class Conditions:
         return self._vector(np.asarray(self.E @ x))
 
     def forces_of(self, y: ConeVector, x: Array) -> Array:
-        """Forces that give the sliding cones of y, the first K, and the auxiliary variables of x."""
+        """Forces that give the sliding cones of y, the first K; those that no cone limits, and all else, are of x."""
         sliding = y.soc[: len(self._friction)]
-        normal = (sliding[:, 0] - self._cohesion) / self._friction
-        forces = np.column_stack([normal, sliding[:, 1:]]).ravel()
+        normal = (sliding[:, 0] - self._bound) / self._friction
+        limited = np.column_stack([normal, sliding[:, 1:]])
+        forces = np.where(self._never_slides[:, None], x[: limited.size].reshape(-1, 3), limited).ravel()
         return np.concatenate([forces, x[len(forces) :]])
 
     def flow(self, z: ConeVector) -> Array:

@@ -110,7 +110,9 @@ def _model(model: bs.Model) -> list[tuple[str, str]]:
 def _joint(m: bs.JointMaterial, flows: Sequence[bs.Flow]) -> list[str]:
     return [
         m.name,
-        f"{m.friction_coefficient:.4g} ({np.degrees(np.arctan(m.friction_coefficient)):.3g}°)",
+        "infinite (never slides)"
+        if np.isinf(m.friction_coefficient)
+        else f"{m.friction_coefficient:.4g} ({np.degrees(np.arctan(m.friction_coefficient)):.3g}°)",
         _dilatancy(m, flows),
         quantity(m.cohesion, "Pa"),
         quantity(m.tensile_strength, "Pa"),
@@ -144,6 +146,8 @@ def _of_tie(value: float, dimension: str) -> str:
 
 def _dilatancy(m: bs.JointMaterial, flows: Sequence[bs.Flow]) -> str:
     """Return the dilatancy angle of each flow rule of the analysis."""
+    if np.isinf(m.friction_coefficient):
+        return "none"
     angle = {
         bs.Flow.NONASSOCIATIVE: f"{np.degrees(m.dilatancy_angle):.3g}°",
         bs.Flow.ASSOCIATIVE: f"{np.degrees(np.arctan(m.friction_coefficient)):.3g}°",

@@ -1,0 +1,191 @@
+"""Joints of infinite friction: no shear force is too large, and nothing slips.
+
+That is the assumption of J. Heyman, Int. J. Solids Struct. 2 (1966) 249–279, doi:10.1016/0020-7683(66)90018-7.
+
+A semicircular arch of centreline radius r then needs t/r = 0.107426, or 0.107478 with the weight at the centroids of
+its blocks (see ``test_minimum_thickness_arch.py``). In associative flow infinite friction is the limit of a large one.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+import blockstruct as bs
+from blockstruct.errors import DimensionError, ModelError
+from blockstruct.limit import LimitProblem
+from blockstruct.results.verification import contradictions
+from blockstruct.statics import Statics
+from structures import SELF_WEIGHT, STONE, box, model_of, push, single_block, solve
+
+NEVER = bs.JointMaterial("never slides", math.inf)
+DRY = bs.JointMaterial("dry", 0.4)
+PROCEDURES = [
+    {},
+    {"path_steps": "interior point"},
+    {"procedure": "fictitious"},
+    {"procedure": "shifted"},
+]
+
+
+def arch(thickness, voussoirs, joint=NEVER):
+    blocks = bs.arch(
+        span=f"{2 - thickness} m", thickness=f"{thickness} m", depth="1 m", voussoirs=voussoirs, material=STONE
+    )
+    return model_of(blocks, joint)
+
+
+def wall_and_return(joint):
+    size = {"unit_length": "0.4 m", "unit_height": "0.2 m", "depth": "0.2 m"}
+    side = bs.Sidewall("side", at="0 m", length="0.8 m")
+    return model_of(bs.wall(length="1.6 m", courses=4, sidewalls=[side], material=STONE, **size), joint)
+
+
+def two_stacked():
+    """A block on another one that slides on the ground, with a joint between the two that does not slide."""
+    blocks = [
+        box("ground", [-1, -1, -1], [4, 3, 1], fixed=True),
+        box("lower", [0, 0, 0], [1, 1, 0.5]),
+        box("upper", [0, 0, 0.5], [1, 1, 0.5]),
+    ]
+    model = model_of(blocks, NEVER)
+    of_ground = [i.with_joint_material(DRY) if "ground" in i.name else i for i in model.interfaces]
+    return bs.Model("stacked", blocks, of_ground)
+
+
+@pytest.mark.parametrize("settings", PROCEDURES)
+def test_a_block_rocks_that_would_slide(settings):
+    blocks, slippery = single_block(0.5, 1.0, mu=0.1)
+    result = solve(model_of(blocks, NEVER), push(1, 0, 0), "nonassociative", **settings)
+    assert result.load_factor == pytest.approx(0.5, rel=1e-5)
+    assert result.outcome.settled
+    assert solve(model_of(blocks, slippery), push(1, 0, 0)).load_factor == pytest.approx(0.1, rel=1e-6)
+
+
+def test_heymans_least_thickness():
+    assert solve(arch(0.107426 * 1.001, 101), push(1, 0, 0)).status == "converged"
+    assert solve(arch(0.107426 * 0.999, 101), push(1, 0, 0)).status == "unstable_under_dead_load"
+
+
+@pytest.mark.parametrize("settings", PROCEDURES)
+def test_an_arch_has_one_number(settings):
+    result = solve(arch(0.15, 15), push(1, 0, 0), "nonassociative", **settings)
+    assert result.outcome.settled
+    steep = solve(arch(0.15, 15, bs.JointMaterial("steep", 5.0)), push(1, 0, 0))
+    assert result.load_factor == pytest.approx(steep.load_factor, rel=1e-6)
+
+
+@pytest.mark.parametrize("direction", [(-1, 0, 0), (0, 1, 0), (0, -1, 0), (1, 0.5, 0)])
+def test_limit_of_large_friction_in_associative_flow(direction):
+    never, large = (
+        solve(wall_and_return(joint), push(*direction)) for joint in (NEVER, bs.JointMaterial("large", 10.0))
+    )
+    assert never.load_factor == pytest.approx(large.load_factor, rel=1e-6)
+    assert never.load_factor < 2
+
+
+@pytest.mark.parametrize("settings", PROCEDURES)
+def test_others_slide(settings):
+    result = solve(two_stacked(), push(1, 0, 0), "nonassociative", **settings)
+    assert result.load_factor == pytest.approx(0.4, rel=1e-5)
+    used = bs.results.utilisation(result.history)["sliding"].isel(iteration=-1).to_numpy()
+    assert used == pytest.approx([1, 0], abs=1e-3)
+    joints = bs.results.active_joints(result.history)
+    assert list(joints["state"]) == ["sliding"]
+
+
+@pytest.mark.parametrize("flow", ["associative", "nonassociative"])
+def test_nothing_pulls_a_keyed_block_out(flow):
+    blocks = [
+        box("left", [-1, 0, 0], [1, 1, 1], fixed=True),
+        box("right", [1, 0, 0], [1, 1, 1], fixed=True),
+        box("key", [0, 0, 0], [1, 1, 1]),
+    ]
+    assert solve(model_of(blocks, NEVER), push(0, 1, 0), flow).status == "unbounded"
+
+
+def test_tensile_strength_bears_on_joints_that_never_slide():
+    # α W h / 2 = W b / 2 + f_t A b / 2.
+    blocks, _ = single_block(0.5, 1.0)
+    model = model_of(blocks, NEVER.varied(tensile_strength="10 kPa"))
+    assert solve(model, push(1, 0, 0)).load_factor == pytest.approx(0.5 + 0.5 * 10 / 20, rel=1e-6)
+
+
+def test_crushing_is_that_of_large_friction():
+    never, large = (
+        solve(arch(0.15, 15, joint.varied(compressive_strength="0.5 MPa")), push(1, 0, 0)).load_factor
+        for joint in (NEVER, bs.JointMaterial("large", 10.0))
+    )
+    assert never == pytest.approx(large, rel=1e-6)
+    assert never < 0.99 * solve(arch(0.15, 15), push(1, 0, 0)).load_factor
+
+
+def test_settlement_of_an_abutment():
+    model = arch(0.2, 15)
+    support = next(b.name for b in model.blocks if b.fixed)
+    reactions = []
+    for joint in (NEVER, bs.JointMaterial("large", 10.0)):
+        case = bs.SettlementCase(
+            "spreads", dead=SELF_WEIGHT, supports=[support], direction=(-1, 0, 0), flow="associative"
+        )
+        result = bs.run(arch(0.2, 15, joint), [case], progress=False)["spreads"]
+        reactions.append(result.reaction.to("N").magnitude)
+    assert reactions[0] == pytest.approx(reactions[1], rel=1e-6)
+
+
+def test_files_and_documents(tmp_path):
+    model = two_stacked()
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0), "nonassociative")
+    ran = bs.run(model, [case], store=tmp_path / "stored.h5", progress=False)
+    stored = bs.open_analysis(tmp_path / "stored.h5")
+    assert stored["push"].history.identical(ran["push"].history)
+    assert not contradictions(stored)
+    for name in ("model.yaml", "model.json"):
+        bs.documents.write_document(tmp_path / name, model, [case])
+        read = bs.documents.read_document(tmp_path / name).model
+        assert {i.name: i.joint_material for i in read.interfaces} == {
+            i.name: i.joint_material for i in model.interfaces
+        }
+
+
+def test_constructor():
+    assert NEVER.varied(compressive_strength="4 MPa").friction_coefficient == math.inf
+    assert bs.JointMaterial("text", "inf") == bs.JointMaterial("text", math.inf)
+    for values in ({"cohesion": "1 kPa"}, {"dilatancy_angle": "5 deg"}, {"torsion": "uniform pressure"}):
+        with pytest.raises(ModelError):
+            bs.JointMaterial("joint", math.inf, **values)
+    for value in (-math.inf, math.nan):
+        with pytest.raises(DimensionError):
+            bs.JointMaterial("joint", value)
+
+
+def test_a_pushover_refuses_them():
+    blocks, _ = single_block(0.5, 1.0)
+    case = bs.Pushover("push", dead=SELF_WEIGHT, variable=push(1, 0, 0), control=("block", (1, 0, 0)))
+    with pytest.raises(ModelError, match="never slides"):
+        bs.run(model_of(blocks, NEVER), [case], progress=False)
+
+
+def test_derivatives_of_the_others():
+    result = solve(two_stacked(), push(1, 0, 0))
+    found = bs.studies.first_order(result, 0.1)
+    derivative = found["derivative"].to_series()
+    assert derivative.to_numpy() == pytest.approx([1.0, 0.0], abs=1e-4)
+    assert np.isfinite(found["independent"])
+
+
+def test_no_shear_force_without_limit_is_redundant():
+    blocks = [
+        box("ground", [-1, -1, -1], [6, 3, 1], fixed=True),
+        box("left", [0, 0, 0], [1, 0.5, 1]),
+        box("right", [3, 0, 0], [0.5, 1, 1]),
+        box("upper", [3, 0, 1], [0.5, 1, 1]),
+    ]
+    case = bs.LimitCase("push", SELF_WEIGHT, push(1, 0, 0))
+    problem = LimitProblem.of(Statics.of(model_of(blocks, NEVER)), case)
+    for part, joints in ((problem, 3), (problem.part(problem.groups == problem.groups[-1]), 2)):
+        assert len(part.free_shear) == 3 * joints
+        assert np.linalg.matrix_rank(part.A[:, part.free_shear].toarray()) == 3 * joints
+    two = LimitProblem.of(Statics.of(two_stacked()), case)
+    assert len(two.free_shear) == 3
+    assert set(two.free_shear // 3) <= set(np.flatnonzero(two.never_slides))
