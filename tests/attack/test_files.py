@@ -127,7 +127,9 @@ def edit(file, item, chance):
             item.attrs[chance.choice(names)] = chance.choice(["", "{", "[]", "x" * 70_000, 7, np.nan, "9**9**9", "-1"])
         case "values" if isinstance(item, h5py.Dataset) and item.dtype.kind in "fi" and item.size:
             at = tuple(chance.randrange(n) for n in item.shape)
-            item[at] = chance.choice([0, -1, 99, 10**6, *([np.nan, np.inf, 1e300] if item.dtype.kind == "f" else [])])
+            is_float = item.dtype.kind == "f"
+            large = 10**6 if is_float else min(10**6, np.iinfo(item.dtype).max)
+            item[at] = chance.choice([0, -1, 99, large, *([np.nan, np.inf, 1e300] if is_float else [])])
         case "delete":
             del file[item.name]
         case "move":
