@@ -43,7 +43,7 @@ def stored(model, tmp_path_factory):
         ({"supports": ["left", "beam"]}, bs.errors.ModelError, ["'beam' is free", "left, right, aside"]),
         ({"supports": ["aside"]}, bs.errors.ModelError, ["aside", "nothing is held"]),
         ({"supports": []}, bs.errors.ModelError, ["no support"]),
-        ({"supports": ["left", "left"]}, bs.errors.ModelError, ["twice"]),
+        ({"supports": ["left", "left"]}, bs.errors.ModelError, ["repeat"]),
         ({"supports": [3]}, bs.errors.ModelError, ["3"]),
         ({"direction": (0, 0, -2)}, bs.errors.ModelError, ["length 2"]),
         ({"direction": (0, 0, 0)}, bs.errors.ModelError, ["zero", "'+x'"]),

@@ -304,7 +304,7 @@ def test_rounded_corners(parts):
 
 def test_rounded_corners_leave_something():
     blocks, joint = single_block(0.3, 1.5)
-    with pytest.raises(bs.errors.GeometryError, match=r"block 'block': corners rounded by 0\.15 m"):
+    with pytest.raises(bs.errors.GeometryError, match=r"block 'block': the corner radius 0\.15 m"):
         run(model_of(blocks, joint), "block", corner_rounding="15 cm")
 
 
@@ -416,7 +416,7 @@ def test_directions_are_unit_vectors_to_the_last_digit(components):
         ({"control": ("block", (1, 0, 0)), "flow": "associative"}, "rise without end"),
         ({"control": ("block", (1, 0, 0)), "control_point": (0, 0, 0)}, "control_point"),
         ({"control": ("block", (1, 0, 0)), "corner_rounding": 0.02}, "corner_rounding: 0.02 has no unit"),
-        ({"control": ("block", (1, 0, 0)), "corner_rounding": "-2 cm"}, "give a radius from 0"),
+        ({"control": ("block", (1, 0, 0)), "corner_rounding": "-2 cm"}, "corner_rounding -0.02 m"),
     ],
 )
 def test_bad_input(more, said):

@@ -120,10 +120,10 @@ def test_directions_without_a_load_factor_are_told(tower):
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        (0, "0 of them; give 1 to 360"),
-        (361, "361 of them"),
+        (0, "0; give 1 to 360"),
+        (361, "361"),
         ([0, 45], "0 has no unit"),
-        (Q_([0, 360], "deg"), "a direction twice"),
+        (Q_([0, 360], "deg"), "repeats a direction"),
         (Q_([1], "m"), "does not fit"),
         ([], "0 angles"),
     ],

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -114,6 +115,8 @@ class DetectionReport(ModelObject):
     close : tuple of (block, block, distance in m)
         Blocks without a contact that are close or touch along a line only. The distance is along a face.
     """
+
+    computed: ClassVar = {"total_area": "area", "sliver_tolerance": "area"}
 
     tolerances: DetectionTolerances
     contacts: tuple[FoundContact, ...]
