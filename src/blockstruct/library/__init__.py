@@ -9,7 +9,7 @@ regular soft stone (Muratura a conci regolari di pietra tenera)
   G: 400 to 500 MPa – mean shear modulus
   w: 13 to 16 kN/m³ – mean unit weight
   source: Circolare 21 January 2019 n. 7 C.S.LL.PP. (Italy), Table C8.5.I
-  read in: three public transcriptions of the table, one of them with the page of the official text (261)
+  read in: three public transcriptions of the table; one includes the page of the official text (261)
   note: The table holds for mortar of poor quality, ...
   note: (**) The unit weight of soft stone varies much and is easily measured.
 >>> print(masonry("regular soft stone").material("tuff", unit_weight="mean").source)

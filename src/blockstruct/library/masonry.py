@@ -10,7 +10,7 @@ from blockstruct.library.entry import Entry, Range, looked_up
 from blockstruct.model import JointMaterial, Material
 
 _SOURCE = "Circolare 21 January 2019 n. 7 C.S.LL.PP. (Italy), Table C8.5.I"
-_VERIFIED = "three public transcriptions of the table, one of them with the page of the official text (261)"
+_VERIFIED = "three public transcriptions of the table; one includes the page of the official text (261)"
 _BASIS = (
     "The table holds for mortar of poor quality, without levelling courses, with leaves that are poorly connected and "
     "masonry that was not strengthened; Table C8.5.II has the factors for better states."

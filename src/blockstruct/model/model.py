@@ -119,7 +119,7 @@ class Model(ModelObject):
 
     @property
     def hash(self) -> str:
-        """SHA-256 of the content, to the last bit of the SI numbers: kept by storing and reloading."""
+        """SHA-256 of the content with all bits of the SI numbers, unchanged by storage."""
         digest = hashlib.sha256()
         header: dict[str, Any] = {
             "name": self.name,
@@ -136,12 +136,12 @@ class Model(ModelObject):
         return digest.hexdigest()
 
     def block(self, name: str) -> Block:
-        """Block of a name."""
-        for block in self.blocks:
-            if block.name == name:
-                return block
-        msg = f"model {self.name!r}: no block {name!r}; it has {listed([b.name for b in self.blocks])}"
-        raise UnknownNameError(msg)
+        """Return the block with a name."""
+        block = next((b for b in self.blocks if b.name == name), None)
+        if block is None:
+            msg = f"model {self.name!r}: no block {name!r}; it has {listed([b.name for b in self.blocks])}"
+            raise UnknownNameError(msg)
+        return block
 
     def with_ties(self, ties: Iterable[AnyTie]) -> "Model":
         """Return the same structure with other ties."""
@@ -180,33 +180,30 @@ class Model(ModelObject):
             raise ModelError(msg)
         known = self.block_index
         for interface in self.interfaces:
-            for end in (interface.minus, interface.plus):
+            ends = interface.minus, interface.plus
+            for end in ends:
                 if end not in known:
                     msg = f"{who}: interface {interface.name!r} joins block {end!r}, which is not in the model"
                     raise UnknownNameError(msg)
-        self._check_detection(known)
-        self._check_supports(known)
-        fit = who, self.blocks, self.interfaces, self.detection, self.characteristic_length
-        check_interfaces(*fit)
-        # Overlap first: an overlapping block has no interfaces, so it would pass for a floating one.
-        check_overlaps(*fit)
-        self._check_floating(known)
-
-    def _check_supports(self, known: dict[str, int]) -> None:
-        for found in self.interfaces:
-            if self.blocks[known[found.minus]].fixed and self.blocks[known[found.plus]].fixed:
+            if all(self.blocks[known[end]].fixed for end in ends):
                 msg = (
-                    f"model {self.name!r}: interface {found.name!r} joins two supports, {found.minus!r} and "
-                    f"{found.plus!r}, between which forces cannot be determined; remove it"
+                    f"{who}: interface {interface.name!r} joins two supports, {ends[0]!r} and {ends[1]!r}, between "
+                    "which forces are indeterminate; remove it"
                 )
                 raise ModelError(msg)
+        self._check_detection(known)
+        fit = who, self.blocks, self.interfaces, self.detection, self.characteristic_length
+        check_interfaces(*fit)
+        # Overlaps come first, because an overlapping block has no interfaces and would count as floating.
+        check_overlaps(*fit)
+        self._check_floating(known)
 
     def _check_floating(self, known: dict[str, int]) -> None:
         ends = np.array([(known[i.minus], known[i.plus]) for i in self.interfaces], dtype=int)
         floating = [self.blocks[k].name for k in unsupported(np.array([b.fixed for b in self.blocks]), ends)]
         if floating:
             msg = (
-                f"model {self.name!r}: floating blocks, {len(floating)} in all, have no way to a support through "
+                f"model {self.name!r}: floating blocks, {len(floating)} in all, have no path to a support through "
                 f"interfaces: {listed(floating)}; close the gaps, detect interfaces with a larger tolerance or "
                 "remove the blocks"
             )
@@ -218,15 +215,15 @@ class Model(ModelObject):
         if not isinstance(self.detection, DetectionReport):
             msg = f"model {self.name!r}: detection is a {type(self.detection).__name__}; give found.report"
             raise ModelError(msg)
-        found = [c.interface for c in self.detection.contacts if c.interface or not c.reason]
+        accepted = {c.interface for c in self.detection.contacts if c.interface or not c.reason}
         for kind, unknown in (
             ("block", self.detection.blocks - known.keys()),
-            ("interface", set(found) - {i.name for i in self.interfaces}),
+            ("interface", accepted - {i.name for i in self.interfaces}),
         ):
             if unknown:
                 msg = (
-                    f"model {self.name!r}: detection found with the {kind}s {listed(sorted(unknown))}, which are not "
-                    "in the model; give the report of these blocks and all their interfaces, or none"
+                    f"model {self.name!r}: the detection names the {kind}s {listed(sorted(unknown))}, which are not in "
+                    "the model; give the report of these blocks and all their interfaces, or no report"
                 )
                 raise UnknownNameError(msg)
 
