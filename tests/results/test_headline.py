@@ -126,11 +126,12 @@ def test_few_joints_are_active_and_the_first_dissipates_most(every_schedule):
     assert active["dissipation"].is_monotonic_decreasing
     assert active["speed"].gt(0.01).all()
     assert not active["state"].isin(["sticking", "unknown"]).any()
-    # All work of the loads is dissipated in the joints: w_L·u = 1, and the dead load's.
+    # All work of the loads is dissipated in the joints: w_L·u = 1, and the dead load's. Joints that move by less than a
+    # hundredth of the fastest are left out.
     last = result.history.isel(iteration=-1)
     weight = np.array([0.0 if b.fixed else b.weight for b in every_schedule.model.blocks])
     falls = -(weight * last.block_velocity.sel(axis="z").to_numpy()).sum()
-    assert active["dissipation"].sum() == pytest.approx(result.load_factor + falls, rel=5e-3)
+    assert active["dissipation"].sum() == pytest.approx(result.load_factor + falls, rel=1e-2)
 
 
 def test_joints_at_rest_are_not_active(small_analysis):

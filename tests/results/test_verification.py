@@ -223,13 +223,14 @@ def test_coordinates_are_not_indexed_for_every_iteration(monkeypatch):
 def test_validate_prints_contradictions(small_analysis, tmp_path, call, monkeypatch):
     from blockstruct.storage import run_folder
 
-    lying = tampered(small_analysis, **certificate(small_analysis, yield_excess=1e9))
+    lying = tampered(small_analysis, history=last("contact_force", 0.0))
     monkeypatch.setattr(run_folder, "confirm", lambda _: None)
     bs.save_analysis(lying, tmp_path / "lie.h5")
     bs.save_analysis(small_analysis, tmp_path / "true.h5")
     code, out, _ = call("validate", tmp_path / "lie.h5")
     assert code == 4
-    assert "case 'push nonassociative': yield excess of the certificate is 1e+09" in out
+    assert "case 'push nonassociative': " in out
+    assert "equilibrium residual" in out
     assert call("validate", tmp_path / "true.h5")[0] == 0
 
 
